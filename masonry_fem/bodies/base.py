@@ -1,0 +1,235 @@
+"""Bodies: what blocks owe the solver.
+
+A *body group* is all blocks of one kind that share their operators (all rigid blocks; all
+elastic blocks of one shape, material and clamping), held as arrays with the block first, so that
+a step runs over groups, never over blocks. Every block moves as a rigid body plus an elastic
+part, M-orthogonal to the rigid modes (split form, formulation 2b):
+
+    u = Φ U + u_el,        Φᵀ M Φ = I
+
+The march knows groups only by the protocols of this file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+# Opaque to the march: each group defines its own frozen state and force arrays.
+State = Any
+
+
+@dataclass(frozen=True, slots=True)
+class Scheme:
+    """Coefficients of one θ-step.
+
+    Attributes
+    ----------
+    step : h [s]; any number > 0 in statics (it cancels).
+    theta : ½ ≤ θ ≤ 1.
+    inertia : 1 in dynamics, 0 in true statics (M_r = 0, M̂ = h²K, θ = 1, no damping).
+    """
+
+    step: float
+    theta: float = 0.5
+    inertia: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Sides:
+    """The contact sides that touch the blocks of one group (k of them).
+
+    Attributes
+    ----------
+    contact : Contact each side belongs to, shape (k,).
+    side : 0 candidate, 1 antagonist, shape (k,).
+    body : Block within the group, shape (k,).
+    point : Material point in world coordinates of the reference configuration [m], (k, d).
+    facet : Mesh facet that carries the point, −1 where the shape has no mesh, shape (k,).
+    frame : Contact frames in the reference configuration, rows (n, t1[, t2]), (k, d, d).
+    """
+
+    contact: IntArray
+    side: IntArray
+    body: IntArray
+    point: FloatArray
+    facet: IntArray
+    frame: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Free:
+    """One group's step without contact impulses, split in rigid and elastic part.
+
+    Attributes
+    ----------
+    rigid_velocity : U_0 before the step, shape (b, m).
+    rigid_impulse : f_r = Φᵀ h F_θ (with its damping terms), shape (b, m).
+    rigid_mass : Diagonal of M_r, shape (b, m).
+    elastic : Elastic free velocity u_el,free at the end of the step, the group's own array
+        (nodal, shape (b, n)); None for groups without elastic part.
+    """
+
+    rigid_velocity: FloatArray
+    rigid_impulse: FloatArray
+    rigid_mass: FloatArray
+    elastic: FloatArray | None
+
+
+@dataclass(frozen=True, slots=True)
+class StressField:
+    """Cauchy stress at the Gauss points of all blocks of a group, world axes.
+
+    Attributes
+    ----------
+    gauss : Components (xx, yy, zz, xy, yz, xz) [Pa], shape (b, cells, points, 6); plane cases
+        fill zz too.
+    weight : Volume that each Gauss point stands for [m³; m² in 2D], shape (cells, points).
+    nodal : The same smoothed to the nodes, shape (b, nodes, 6).
+    """
+
+    gauss: FloatArray
+    weight: FloatArray
+    nodal: FloatArray
+
+
+class Attachment(Protocol):
+    """A group seen through its contact sides (k of them)."""
+
+    def positions(self, state: State) -> FloatArray:
+        """Where the material points are now, shape (k, d) [m]."""
+        ...
+
+    def rotations(self, state: State) -> FloatArray:
+        """How the blocks have turned since the reference configuration, shape (k, d, d)."""
+        ...
+
+    def rigid_map(self, state: State, points: FloatArray, frames: FloatArray) -> FloatArray:
+        """Velocity, in the frames, of the block at ``points`` for unit U, shape (k, d, m); unsigned."""
+        ...
+
+    def elastic_velocity(self, elastic: FloatArray, frames: FloatArray) -> FloatArray:
+        """Velocity, in the frames, that a nodal field (b, n) has at the points, shape (k, d)."""
+        ...
+
+    def compliance(
+        self, scheme: Scheme, frames: FloatArray
+    ) -> Sequence[tuple[IntArray, FloatArray]]:
+        """W_el of each block that has sides: (side numbers (s,), matrix (s d, s d)); unsigned, [1/kg]."""
+        ...
+
+    def spread(self, impulses: FloatArray, frames: FloatArray) -> FloatArray | None:
+        """Nodal impulses Gᵀ p of signed side impulses (k, d) in the frames, shape (b, n); None if rigid."""
+        ...
+
+
+class BodyGroup(Protocol):
+    """b blocks of one kind. ``m`` rigid velocities each: 3 in 2D, 6 in 3D."""
+
+    blocks: IntArray
+    """Block numbers in the assembly, shape (b,)."""
+    prescribed: bool
+    """True for supports: their U is given (``Free.rigid_velocity``), not solved for."""
+    mass: FloatArray
+    """Masses [kg], shape (b,)."""
+
+    cell: str
+    """Kind of the cells in ``cells``: a key of ``solid.mesh.FACET_OF``, or ``"polytope"``."""
+
+    def rest(self) -> State:
+        """The state of reference: undeformed, in place, at rest."""
+        ...
+
+    def attach(self, sides: Sides) -> Attachment:
+        """The group seen through contact sides."""
+        ...
+
+    # forces are arrays of the group's own kind: nodal (b, n), or rigid (b, m): force and moment
+    # about the centroid, world axes; they add and scale.
+    def acceleration_force(self, acceleration: FloatArray) -> FloatArray:
+        """Body force of a uniform acceleration (d,) [m/s²]."""
+        ...
+
+    def traction_force(self, body: int, face: int, traction: FloatArray) -> FloatArray:
+        """Uniform traction (d,) [Pa], world axes, on a polytope face of one block."""
+        ...
+
+    def point_force(self, body: int, point: FloatArray | None, force: FloatArray) -> FloatArray:
+        """Force (d,) [N] at a world point of the reference configuration (None: centroid)."""
+        ...
+
+    def resultant(self, force: FloatArray) -> FloatArray:
+        """Force and moment about the world origin, shape (b, d + 1) in 2D, (b, 6) in 3D [N, N m]."""
+        ...
+
+    def free(self, state: State, guess: State, force: FloatArray, scheme: Scheme) -> Free:
+        """The step without contact, linearised at ``guess`` (linear groups ignore it).
+
+        ``force`` is F_θ = (1−θ) F_i + θ F_{i+1}.
+        """
+        ...
+
+    def advance(
+        self,
+        state: State,
+        free: Free,
+        rigid_velocity: FloatArray,
+        nodal: FloatArray | None,
+        scheme: Scheme,
+    ) -> State:
+        """The state at the end of the step: U⁺ (b, m) and the nodal contact impulses Gᵀ p (b, n)."""
+        ...
+
+    def imbalance(
+        self, state: State, after: State, force: FloatArray, impulse: FloatArray, nodal: FloatArray | None,
+        scheme: Scheme,
+    ) -> FloatArray:  # fmt: skip
+        """Residual of each block's momentum equation over the step [N s], shape (b,).
+
+        ``impulse`` is Bᵀ p (b, m); evaluated from the two states, not from the solver's words.
+        """
+        ...
+
+    def scale_velocity(self, state: State, factor: float) -> State:
+        """The state with its velocities multiplied by ``factor`` (0: velocity zeroing)."""
+        ...
+
+    def kinetic_energy(self, state: State) -> FloatArray:
+        """½ uᵀ M u, shape (b,) [J]."""
+        ...
+
+    def strain_energy(self, state: State) -> FloatArray:
+        """½ qᵀ K q, shape (b,) [J]."""
+        ...
+
+    def displacement(self, state: State, body: int, point: FloatArray) -> FloatArray:
+        """Displacement of a material point given in world coordinates of reference, (d,) [m]."""
+        ...
+
+    # what post-processing asks for; one set of cells for all blocks of the group
+    def cells(self, body: int) -> Sequence[Any] | NDArray[np.int64]:
+        """Cells of one block over its nodes: (m, k) node numbers, or a polytope's face loops."""
+        ...
+
+    def nodes(self, body: int) -> FloatArray:
+        """Nodes of one block in world coordinates of the reference, shape (n, d) [m]."""
+        ...
+
+    def displacement_field(self, state: State, body: int) -> FloatArray:
+        """Displacement of the nodes of one block, world axes, shape (n, d) [m]."""
+        ...
+
+    def velocity_field(self, state: State, body: int) -> FloatArray:
+        """Velocity of the nodes of one block, world axes, shape (n, d) [m/s]."""
+        ...
+
+    def stress(self, state: State) -> StressField | None:
+        """Stresses of all blocks of the group; None where it has none (rigid)."""
+        ...

@@ -1,0 +1,75 @@
+"""Contacts: where blocks touch, as arrays, with an identity that persists from step to step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class Interface:
+    """Common part of two blocks' faces.
+
+    Attributes
+    ----------
+    blocks : Candidate and antagonist block numbers; the candidate is the later block of the
+        assembly unless the placement rule needs the finer mesh there.
+    faces : Their polytope faces.
+    normal : Unit normal from the antagonist to the candidate, shape (d,).
+    polygon : Intersection of the two faces projected on the common plane, counter-clockwise about
+        the normal (two end points in 2D), shape (k, d) [m].
+    gap : Signed distance of the two faces at the polygon's corners, > 0 open, shape (k,) [m].
+    area : Area of the polygon [m²; m in 2D].
+    label : Joint label of the faces ("" where they have none or differ).
+    """
+
+    blocks: tuple[int, int]
+    faces: tuple[int, int]
+    normal: FloatArray
+    polygon: FloatArray
+    gap: FloatArray
+    area: float
+    label: str
+
+
+@dataclass(frozen=True, slots=True)
+class Contacts:
+    """c contact points in the reference configuration, world coordinates.
+
+    Attributes
+    ----------
+    blocks : Candidate and antagonist block of each contact, shape (c, 2).
+    interface : Index of the interface each belongs to, shape (c,).
+    points : Material point on the candidate and on the antagonist [m], shape (c, 2, d); they
+        differ by ``gap`` along the normal.
+    facets : Mesh facet of the shape of each side that carries the point, −1 where that shape has
+        no mesh, shape (c, 2).
+    frame : Local frames, rows (n, t1[, t2]), right-handed, n towards the candidate, (c, d, d).
+    gap : Signed distance [m], shape (c,).
+    area : Tributary area [m²; m in 2D]; sums to the interface's area, shape (c,).
+    key : Identity that persists between steps and runs, shape (c,).
+    """
+
+    blocks: IntArray
+    interface: IntArray
+    points: FloatArray
+    facets: IntArray
+    frame: FloatArray
+    gap: FloatArray
+    area: FloatArray
+    key: IntArray
+
+    @property
+    def count(self) -> int:
+        """Number of contacts."""
+        return int(self.gap.shape[0])
+
+    @property
+    def dimension(self) -> int:
+        """2 or 3."""
+        return int(self.frame.shape[1])

@@ -1,0 +1,80 @@
+"""Model: everything a march needs, composed from a scene; nothing in it changes in time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from masonry_fem.bodies.base import BodyGroup
+from masonry_fem.contact.contacts import Contacts, Interface
+from masonry_fem.solid.assembly import Assembly
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class JointTable:
+    """Joint properties by contact point, each of shape (c,).
+
+    Attributes
+    ----------
+    friction : Static Coulomb coefficient.
+    dynamic_friction : Coefficient where the point slipped in the step before.
+    restitution : Newton's coefficient of the normal velocity.
+    tangential_restitution : The same for the tangential velocity.
+    velocity_form : True where contact is written in velocities (impacts), False for gaps.
+    """
+
+    friction: FloatArray
+    dynamic_friction: FloatArray
+    restitution: FloatArray
+    tangential_restitution: FloatArray
+    velocity_form: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class Load:
+    """A force pattern times a function of time: one array (or None) for each body group."""
+
+    name: str
+    forces: tuple[FloatArray | None, ...]
+    factor: Callable[[float], float]
+
+
+@dataclass(frozen=True, slots=True)
+class Probe:
+    """Named material point: where to look for its displacement."""
+
+    name: str
+    group: int
+    body: int
+    point: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """Blocks, contacts and loads, ready to march.
+
+    Attributes
+    ----------
+    assembly : Blocks and shapes, geometry.
+    groups : Body groups; together they hold each block once.
+    interfaces : Common faces of blocks.
+    contacts : Contact points on them.
+    joints : Their properties.
+    loads : What acts, by group.
+    probes : Named points.
+    length : A typical block size [m], for tolerances and pictures.
+    """
+
+    assembly: Assembly
+    groups: tuple[BodyGroup, ...]
+    interfaces: tuple[Interface, ...]
+    contacts: Contacts
+    joints: JointTable
+    loads: tuple[Load, ...]
+    probes: tuple[Probe, ...]
+    length: float

@@ -1,0 +1,42 @@
+"""State of a whole structure at an instant; replaced by each step, never changed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+OPEN, STICK, SLIP = 0, 1, 2
+STATUS_NAMES = ("open", "stick", "slip")
+
+
+@dataclass(frozen=True, slots=True)
+class SystemState:
+    """Bodies and contacts at ``time``.
+
+    Attributes
+    ----------
+    time : Time [s] (load factor in statics).
+    index : Number of steps made.
+    bodies : One state a body group, in the model's order.
+    reaction : Force on the candidates, local frame (n, t1[, t2]), mean over the last step [N], (c, d).
+    velocity : Relative velocity at the end of the last step, local frame [m/s], (c, d).
+    gap : Signed distance [m], shape (c,).
+    status : OPEN, STICK or SLIP, shape (c,).
+    frame : Current contact frames, shape (c, d, d).
+    points : Current contact points (on the candidate), world, shape (c, d) [m].
+    """
+
+    time: float
+    index: int
+    bodies: tuple[Any, ...]
+    reaction: FloatArray
+    velocity: FloatArray
+    gap: FloatArray
+    status: NDArray[np.int8]
+    frame: FloatArray
+    points: FloatArray

@@ -1,0 +1,1 @@
+"""Geometry of blocks as arrays: pose, polytope, mesh, assembly. NumPy only."""

@@ -1,0 +1,1 @@
+"""Blocks as the solver sees them: supports and rigid bodies. NumPy only."""

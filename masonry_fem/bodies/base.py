@@ -119,9 +119,7 @@ class Attachment(Protocol):
         """Velocity, in the frames, that a nodal field (b, n) has at the points, shape (k, d)."""
         ...
 
-    def compliance(
-        self, scheme: Scheme, frames: FloatArray
-    ) -> Sequence[tuple[IntArray, FloatArray]]:
+    def compliance(self, scheme: Scheme, frames: FloatArray) -> Sequence[tuple[IntArray, FloatArray]]:
         """W_el of each block that has sides: (side numbers (s,), matrix (s d, s d)); unsigned, [1/kg]."""
         ...
 

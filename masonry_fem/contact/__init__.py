@@ -1,0 +1,1 @@
+"""Where blocks touch and in which frame. NumPy and Numba only."""

@@ -1,0 +1,1 @@
+"""The step, the march and the ways to an equilibrium."""

@@ -1,0 +1,1 @@
+"""Elastic blocks. DOLFINx, UFL, PETSc and MPI are imported here only."""

@@ -1,0 +1,1 @@
+"""Structures, files and meshes. gmsh is imported here only."""

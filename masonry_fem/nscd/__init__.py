@@ -1,0 +1,1 @@
+"""The contact solver (non-smooth contact dynamics): arrays only."""

@@ -1,0 +1,1 @@
+"""Results: files, tables and pictures. PyVista and VTK are imported here only."""

@@ -1,0 +1,1 @@
+"""What a user describes: records, TOML in and out, checks."""

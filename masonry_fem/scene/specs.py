@@ -25,22 +25,20 @@ Fidelity = Literal["rigid", "elastic"]
 Element = Literal["Q1", "P1", "Q2", "P2"]
 
 
-class Spec(
-    msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit_defaults=True
-):
+class Spec(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit_defaults=True):
     """Base of all records: frozen, keyword-only, unknown keys refused."""
 
 
 # --- time functions ---------------------------------------------------------------------------
 
 
-class Table(Spec, tag="table"):
+class Table(Spec, frozen=True, kw_only=True, tag_field="kind", tag="table"):
     """Piecewise-linear factor through (time [s], value) points, constant outside them."""
 
     points: tuple[tuple[float, float], ...]
 
 
-class Sine(Spec, tag="sine"):
+class Sine(Spec, frozen=True, kw_only=True, tag_field="kind", tag="sine"):
     """amplitude · sin(2π frequency t + phase), frequency in Hz, phase in rad."""
 
     frequency: Annotated[float, Meta(gt=0, extra={"unit": "Hz"})]
@@ -48,7 +46,7 @@ class Sine(Spec, tag="sine"):
     phase: float = 0.0
 
 
-class Record(Spec, tag="record"):
+class Record(Spec, frozen=True, kw_only=True, tag_field="kind", tag="record"):
     """Two columns (time, value) of a CSV file, linear between; path relative to the scene."""
 
     path: str
@@ -61,14 +59,14 @@ TimeFunction = Table | Sine | Record
 # --- materials and mesh -----------------------------------------------------------------------
 
 
-class Damping(Spec):
+class Damping(Spec, frozen=True, kw_only=True):
     """Rayleigh damping C = mass · M + stiffness · K."""
 
     mass: Annotated[float, Meta(ge=0, extra={"unit": "1/s"})] = 0.0
     stiffness: Annotated[float, Meta(ge=0, extra={"unit": "s"})] = 0.0
 
 
-class Material(Spec):
+class Material(Spec, frozen=True, kw_only=True):
     """Isotropic linear-elastic stone."""
 
     density: Annotated[float, Meta(gt=0, extra={"unit": "kg/m^3"})]
@@ -77,7 +75,7 @@ class Material(Spec):
     damping: Damping = Damping()
 
 
-class MeshSettings(Spec):
+class MeshSettings(Spec, frozen=True, kw_only=True):
     """Elements of elastic blocks: an element kind and either a size or numbers of divisions."""
 
     element: Element = "Q1"
@@ -88,7 +86,7 @@ class MeshSettings(Spec):
 # --- structures: one record a generator ---------------------------------------------------------
 
 
-class Structure(Spec, tag_field="kind"):
+class Structure(Spec, frozen=True, kw_only=True, tag_field="kind"):
     """What every structure has."""
 
     name: str
@@ -97,7 +95,7 @@ class Structure(Spec, tag_field="kind"):
     mesh: MeshSettings | None = None
 
 
-class BlockStructure(Structure, tag="block"):
+class BlockStructure(Structure, frozen=True, kw_only=True, tag="block"):
     """One box, ``size`` [m] along the axes, lower corner at ``position``, turned by ``rotation``.
 
     ``rotation`` is an angle [deg] about ``axis`` (2D: about z) through the lower corner.
@@ -110,7 +108,7 @@ class BlockStructure(Structure, tag="block"):
     support: bool = False
 
 
-class StackStructure(Structure, tag="stack"):
+class StackStructure(Structure, frozen=True, kw_only=True, tag="stack"):
     """``count`` boxes one on another, each moved by ``offset`` along x over the one below."""
 
     size: Vector
@@ -121,7 +119,7 @@ class StackStructure(Structure, tag="stack"):
     ground: bool = True
 
 
-class WallStructure(Structure, tag="wall"):
+class WallStructure(Structure, frozen=True, kw_only=True, tag="wall"):
     """Running-bond wall: ``courses`` courses of ``columns`` bricks, half bricks closing every other."""
 
     brick: Vector
@@ -132,7 +130,7 @@ class WallStructure(Structure, tag="wall"):
     ground: bool = True
 
 
-class ArchStructure(Structure, tag="arch"):
+class ArchStructure(Structure, frozen=True, kw_only=True, tag="arch"):
     """Circular arch of ``voussoirs`` equal stones about the mean ``radius``; springings as supports.
 
     ``embrace`` is the full opening angle [deg]. ``straight`` voussoirs have chords for arcs.
@@ -148,7 +146,7 @@ class ArchStructure(Structure, tag="arch"):
     springings: bool = True
 
 
-class FileStructure(Structure, tag="file"):
+class FileStructure(Structure, frozen=True, kw_only=True, tag="file"):
     """Blocks read from ``.msh``, ``.geo``, ``.step``: volume groups are blocks, surface groups faces."""
 
     path: str
@@ -159,7 +157,7 @@ class FileStructure(Structure, tag="file"):
 AnyStructure = BlockStructure | StackStructure | WallStructure | ArchStructure | FileStructure
 
 
-class Override(Spec):
+class Override(Spec, frozen=True, kw_only=True):
     """Fidelity or material of the selected blocks, against what their structure says."""
 
     blocks: str
@@ -170,7 +168,7 @@ class Override(Spec):
 # --- joints, supports, loads --------------------------------------------------------------------
 
 
-class Joint(Spec):
+class Joint(Spec, frozen=True, kw_only=True):
     """Contact law of the selected interfaces; the last joint that matches an interface holds.
 
     ``interface`` matches the joint label of the faces (bed, head, radial ...) and ``between`` the
@@ -190,7 +188,7 @@ class Joint(Spec):
     between: tuple[str, str] = ("*", "*")
 
 
-class Motion(Spec):
+class Motion(Spec, frozen=True, kw_only=True):
     """Prescribed displacement of a support along ``direction`` [m] and turn about ``pivot`` [rad]."""
 
     displacement: Vector | None = None
@@ -199,7 +197,7 @@ class Motion(Spec):
     time: TimeFunction | None = None
 
 
-class Support(Spec):
+class Support(Spec, frozen=True, kw_only=True):
     """Blocks, or faces (``blocks/face``), that are held or moved; ``components`` limits which axes.
 
     A held block becomes a support; a held face of an elastic block is clamped on the mesh.
@@ -210,14 +208,14 @@ class Support(Spec):
     motion: Motion | None = None
 
 
-class Acceleration(Spec):
+class Acceleration(Spec, frozen=True, kw_only=True):
     """Body force by a uniform acceleration of everything [m/s²] (an earthquake's is −ü_ground)."""
 
     vector: Vector
     time: TimeFunction | None = None
 
 
-class Traction(Spec):
+class Traction(Spec, frozen=True, kw_only=True):
     """Uniform traction [Pa] (2D: Pa per metre of depth) on faces ``blocks/face``."""
 
     on: str
@@ -225,7 +223,7 @@ class Traction(Spec):
     time: TimeFunction | None = None
 
 
-class PointForce(Spec):
+class PointForce(Spec, frozen=True, kw_only=True):
     """Force [N] on a block at a point [m]; at its centroid where no point is given."""
 
     block: str
@@ -234,7 +232,7 @@ class PointForce(Spec):
     time: TimeFunction | None = None
 
 
-class LineForce(Spec):
+class LineForce(Spec, frozen=True, kw_only=True):
     """Force per length [N/m] spread along the segment from ``start`` to ``end`` [m] on a block."""
 
     block: str
@@ -244,7 +242,7 @@ class LineForce(Spec):
     time: TimeFunction | None = None
 
 
-class Loads(Spec):
+class Loads(Spec, frozen=True, kw_only=True):
     """What acts on the blocks."""
 
     gravity: Vector | None = None
@@ -258,13 +256,13 @@ class Loads(Spec):
 # --- analysis, solver, output -------------------------------------------------------------------
 
 
-class Statics(Spec, tag="statics"):
+class Statics(Spec, frozen=True, kw_only=True, tag_field="kind", tag="statics"):
     """True statics: inertia left out, the loads applied in equal ``load_steps``."""
 
     load_steps: Count = 1
 
 
-class Dynamics(Spec, tag="dynamics"):
+class Dynamics(Spec, frozen=True, kw_only=True, tag_field="kind", tag="dynamics"):
     """θ-scheme from 0 to ``duration`` in steps of ``step``."""
 
     step: Seconds
@@ -272,7 +270,7 @@ class Dynamics(Spec, tag="dynamics"):
     theta: Annotated[float, Meta(ge=0.5, le=1)] = 0.5
 
 
-class Equilibrium(Spec, tag="equilibrium"):
+class Equilibrium(Spec, frozen=True, kw_only=True, tag_field="kind", tag="equilibrium"):
     """March in time towards rest by a ``strategy``; stops when the measures hold."""
 
     strategy: Literal["numerical_viscosity", "brutal_damping", "linear_damping", "large_step"]
@@ -286,7 +284,7 @@ class Equilibrium(Spec, tag="equilibrium"):
 Analysis = Statics | Dynamics | Equilibrium
 
 
-class Initial(Spec):
+class Initial(Spec, frozen=True, kw_only=True):
     """Starting velocity [m/s] and spin [rad/s] of the selected blocks."""
 
     blocks: str
@@ -294,7 +292,7 @@ class Initial(Spec):
     spin: Vector | float | None = None
 
 
-class Solver(Spec):
+class Solver(Spec, frozen=True, kw_only=True):
     """How the contact problem of a step is solved, and how well."""
 
     method: Literal["auto", "nsgs", "newton"] = "auto"
@@ -303,7 +301,7 @@ class Solver(Spec):
     time_limit: Seconds | None = None
 
 
-class Contact(Spec):
+class Contact(Spec, frozen=True, kw_only=True):
     """Which faces count as touching: at most ``reach`` [m] apart (default: 1e-3 of a block's size)."""
 
     reach: Length | None = None
@@ -311,7 +309,7 @@ class Contact(Spec):
     update_every: Count = 1
 
 
-class Probe(Spec):
+class Probe(Spec, frozen=True, kw_only=True):
     """Named material point whose displacement is recorded."""
 
     name: str
@@ -319,7 +317,7 @@ class Probe(Spec):
     point: Vector
 
 
-class Output(Spec):
+class Output(Spec, frozen=True, kw_only=True):
     """What is written besides ``summary.json`` and ``history.csv``."""
 
     fields: bool = True
@@ -328,7 +326,7 @@ class Output(Spec):
     amplification: Annotated[float, Meta(gt=0)] | None = None
 
 
-class Scene(Spec):
+class Scene(Spec, frozen=True, kw_only=True):
     """A whole problem: read it with ``Scene.load``-style functions of ``masonry_fem.scene``."""
 
     title: str = ""

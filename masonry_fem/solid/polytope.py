@@ -11,6 +11,7 @@ It need not be convex. Faces carry names (what loads and supports refer to) and 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
@@ -77,12 +78,7 @@ class Polytope:
                 ("head", "head", "bed", "bed"),
             )
         corners = np.array(
-            [
-                [(a, b)[i][0], (a, b)[j][1], (a, b)[k][2]]
-                for k in (0, 1)
-                for j in (0, 1)
-                for i in (0, 1)
-            ]
+            [[(a, b)[i][0], (a, b)[j][1], (a, b)[k][2]] for k in (0, 1) for j in (0, 1) for i in (0, 1)]
         )
         loops = ((0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6))
         return cls(corners, loops, BOX_FACES, ("head", "head", "", "", "bed", "bed"))
@@ -110,7 +106,7 @@ class Polytope:
         origin = self.vertices.mean(axis=0)
         points = self.vertices - origin
         simplices = np.array(
-            [(loop[0], *pair) for loop in self.faces for pair in _fan(loop, self.dimension)]
+            [(loop[0], *pair) for loop in self.faces for pair in pairwise(loop[1:])]
             if self.dimension == 3
             else self.faces
         )
@@ -131,7 +127,3 @@ class Polytope:
     def moved(self, pose: Pose) -> Polytope:
         """The same solid after a rigid motion."""
         return Polytope(pose.to_world(self.vertices), self.faces, self.names, self.labels)
-
-
-def _fan(loop: tuple[int, ...], dimension: int) -> list[tuple[int, int]]:
-    return list(zip(loop[1:-1], loop[2:], strict=True))

@@ -1,0 +1,1 @@
+"""Ways to come to rest, one file a strategy."""

@@ -1,0 +1,1 @@
+"""Global contact solvers, one file a method."""

@@ -1,0 +1,1 @@
+"""Contact points on an interface, one file a rule."""

@@ -84,6 +84,25 @@ class Free:
 
 
 @dataclass(frozen=True, slots=True)
+class StepEnergy:
+    """Energy of one step by block, each of shape (b,) [J].
+
+    With u_θ = (1−θ)u + θu⁺ and Δq = h u_θ, a linear block's step gives exactly
+    Δ(½uᵀMu) + Δ(½qᵀKq) = external − damping − numerical + (contact work).
+
+    Attributes
+    ----------
+    external : F_θ · Δq.
+    damping : h u_θᵀ C u_θ.
+    numerical : (θ − ½)(Δuᵀ M Δu + Δqᵀ K Δq); with inertia 0 the first term is absent.
+    """
+
+    external: FloatArray
+    damping: FloatArray
+    numerical: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
 class StressField:
     """Cauchy stress at the Gauss points of all blocks of a group, world axes.
 
@@ -197,6 +216,18 @@ class BodyGroup(Protocol):
 
     def scale_velocity(self, state: State, factor: float) -> State:
         """The state with its velocities multiplied by ``factor`` (0: velocity zeroing)."""
+        ...
+
+    def velocity_parts(self, state: State) -> tuple[FloatArray, FloatArray | None]:
+        """The state's velocity as (U (b, m), u_el (b, n)); None where the group has no elastic part."""
+        ...
+
+    def with_velocity(self, state: State, body: int, velocity: FloatArray, spin: FloatArray) -> State:
+        """The state with one block moving at ``velocity`` (d,) [m/s], turning at ``spin`` (1 or 3,) [rad/s]."""
+        ...
+
+    def step_energy(self, state: State, after: State, force: FloatArray, scheme: Scheme) -> StepEnergy:
+        """Work of F_θ and what damping and the θ-scheme took over one step (exact for linear blocks)."""
         ...
 
     def kinetic_energy(self, state: State) -> FloatArray:

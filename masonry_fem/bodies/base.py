@@ -214,6 +214,16 @@ class BodyGroup(Protocol):
         """
         ...
 
+    def clamp_reactions(
+        self, state: State, after: State, force: FloatArray, nodal: FloatArray | None, scheme: Scheme
+    ) -> dict[str, FloatArray]:
+        """Force and moment about the origin that clamped faces give, by ``block/face`` name.
+
+        From the momentum of the clamped nodes over the step; shape (d + 1,) in 2D, (6,) in 3D
+        [N, N m]. Empty for groups without clamps.
+        """
+        ...
+
     def scale_velocity(self, state: State, factor: float) -> State:
         """The state with its velocities multiplied by ``factor`` (0: velocity zeroing)."""
         ...
@@ -223,7 +233,7 @@ class BodyGroup(Protocol):
         ...
 
     def with_velocity(self, state: State, body: int, velocity: FloatArray, spin: FloatArray) -> State:
-        """The state with one block moving at ``velocity`` (d,) [m/s], turning at ``spin`` (1 or 3,) [rad/s]."""
+        """One block set moving at ``velocity`` (d,) [m/s], turning at ``spin`` (1,) or (3,) [rad/s]."""
         ...
 
     def step_energy(self, state: State, after: State, force: FloatArray, scheme: Scheme) -> StepEnergy:

@@ -1,1 +1,18 @@
 """Ways to come to rest, one file a strategy."""
+
+from __future__ import annotations
+
+from masonry_fem.dynamics.equilibrium.base import Strategy, at_rest
+from masonry_fem.dynamics.equilibrium.damped import Damped, linear_damping, numerical_viscosity
+from masonry_fem.dynamics.equilibrium.statics import Statics
+from masonry_fem.dynamics.equilibrium.transient import Transient
+
+__all__ = [
+    "Damped",
+    "Statics",
+    "Strategy",
+    "Transient",
+    "at_rest",
+    "linear_damping",
+    "numerical_viscosity",
+]

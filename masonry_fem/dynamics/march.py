@@ -1,0 +1,154 @@
+"""March: steps one after another until a strategy is satisfied or nothing more can be done.
+
+made = march(model, Statics(), SolverSettings())
+made.outcome, made.message, made.state, made.report
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal, Protocol
+
+import numpy as np
+
+from masonry_fem.dynamics.coupling import connect
+from masonry_fem.dynamics.equilibrium import Strategy
+from masonry_fem.dynamics.ledger import Ledger
+from masonry_fem.dynamics.measure import measure, moving_blocks
+from masonry_fem.dynamics.model import Model
+from masonry_fem.dynamics.report import StepReport
+from masonry_fem.dynamics.state import SystemState
+from masonry_fem.dynamics.step import Increment, initial_state, step
+from masonry_fem.nscd import Outcome, SolverSettings
+
+logger = logging.getLogger(__name__)
+
+Verdict = Literal["equilibrium", "finished", "no_convergence", "no_equilibrium"]
+
+# a transient march bears a step that missed its tolerance, up to this natural map
+BEARABLE = 1e-3
+
+
+class Observer(Protocol):
+    """Who is told of each step (recorders, progress)."""
+
+    def record(self, model: Model, state: SystemState, report: StepReport | None) -> None:
+        """See one state; ``report`` is None for the initial one."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class March:
+    """How a march ended.
+
+    Attributes
+    ----------
+    outcome, message : Verdict and its sentence.
+    state, report : The last state and what its step did.
+    last : Everything of the last step. ledger : Energies summed over the march.
+    moving : Blocks that move where there is no equilibrium: (name, speed [m/s], how).
+    """
+
+    outcome: Verdict
+    message: str
+    state: SystemState
+    report: StepReport
+    last: Increment
+    ledger: Ledger
+    moving: tuple[tuple[str, float, str], ...]
+
+
+def march(
+    model: Model,
+    strategy: Strategy,
+    settings: SolverSettings,
+    *,
+    bodies: tuple[Any, ...] | None = None,
+    observers: Sequence[Observer] = (),
+    keep: int | None = None,
+    kept: list[Increment] | None = None,
+) -> March:
+    """Run ``strategy`` from rest, or from the given body states.
+
+    ``keep`` names a step whose increment is appended to ``kept`` (for replay of its problem).
+    """
+    coupling = connect(model)
+    start = tuple(group.rest() for group in model.groups) if bodies is None else bodies
+    state = initial_state(model, coupling, start)
+    for observer in observers:
+        observer.record(model, state, None)
+    ledger, failed = Ledger(), 0
+    for scheme, until in strategy.schedule():
+        made = step(model, coupling, state, scheme, settings, until)
+        report = measure(model, coupling, made)
+        ledger = ledger.add(report, scheme.inertia)
+        if keep == report.step and kept is not None:
+            kept.append(made)
+        for observer in observers:
+            observer.record(model, made.after, report)
+        stop = _hopeless(report, strategy)
+        if stop is not None:
+            return _ended(stop, model, made, report, ledger)
+        failed += report.outcome is not Outcome.CONVERGED
+        if strategy.settled(report):
+            return _ended("equilibrium", model, made, report, ledger)
+        state = _rested(model, made.after, strategy.velocity_factor)
+    verdict: Verdict = "no_equilibrium" if strategy.seeks_equilibrium else "finished"
+    if failed:
+        logger.warning("%d of %d steps missed the solver's tolerance", failed, report.step)
+    return _ended(verdict, model, made, report, ledger)
+
+
+def _hopeless(report: StepReport, strategy: Strategy) -> Verdict | None:
+    """Why the march cannot go on after a step, or None."""
+    if report.outcome is Outcome.NO_EQUILIBRIUM:
+        return "no_equilibrium"
+    if report.outcome is Outcome.CONVERGED:
+        return None
+    static = strategy.velocity_factor == 0.0 and report.kinetic_energy == 0.0
+    if static or not np.isfinite(report.natural_map) or report.natural_map > BEARABLE:
+        return "no_convergence"
+    return None
+
+
+def _rested(model: Model, state: SystemState, factor: float) -> SystemState:
+    """The state with velocities scaled between steps."""
+    if factor == 1.0:
+        return state
+    bodies = tuple(
+        group.scale_velocity(own, factor) for group, own in zip(model.groups, state.bodies, strict=True)
+    )
+    return replace(state, bodies=bodies, velocity=factor * state.velocity)
+
+
+def _ended(verdict: Verdict, model: Model, made: Increment, report: StepReport, ledger: Ledger) -> March:
+    moving: tuple[tuple[str, float, str], ...] = ()
+    if verdict == "equilibrium":
+        message = f"Equilibrium after {report.step} step(s)."
+    elif verdict == "finished":
+        message = f"Reached t = {report.time:.6g} s in {report.step} steps."
+    elif verdict == "no_convergence":
+        message = (
+            f"Step {report.step}: the contact solver stopped at a residual of {report.natural_map:.1e}. "
+            f"{report.outcome.sentence} {report.outcome.advice}"
+        )
+    else:
+        moving = tuple(moving_blocks(model, made.after))
+        message = _no_equilibrium(report, moving)
+    return March(verdict, message, made.after, report, made, ledger, moving)
+
+
+def _no_equilibrium(report: StepReport, moving: tuple[tuple[str, float, str], ...]) -> str:
+    if not moving:
+        return f"No equilibrium was found in {report.step} step(s), yet no block moves; allow more steps."
+    ways: dict[str, list[str]] = {}
+    for name, _, way in moving:
+        ways.setdefault(way, []).append(name)
+    parts = [
+        f"{', '.join(names[:4])}{f' and {len(names) - 4} more' if len(names) > 4 else ''} "
+        f"{way if len(names) == 1 else way.rstrip('s')}"
+        for way, names in ways.items()
+    ]
+    return f"No equilibrium (step {report.step}): {'; '.join(parts)}."

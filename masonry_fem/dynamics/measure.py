@@ -1,0 +1,186 @@
+"""Measures of a step: energy, balances and resultants, from the states alone.
+
+They decide whether a step or an equilibrium holds; the contact solver has no say in them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from masonry_fem.bodies.base import FloatArray, Scheme
+from masonry_fem.dynamics.coupling import Coupling
+from masonry_fem.dynamics.loads import external_forces, resultant
+from masonry_fem.dynamics.model import Model
+from masonry_fem.dynamics.report import StepReport
+from masonry_fem.dynamics.state import OPEN, SLIP, STICK, SystemState
+from masonry_fem.dynamics.step import Increment, relative_velocity
+
+
+def measure(model: Model, coupling: Coupling, made: Increment) -> StepReport:
+    """Everything worth telling of a step."""
+    state, quality = made.after, made.solution.quality
+    kinetic, strain = stored_energy(model, state)
+    energy = _energy(model, coupling, made)
+    supports = support_resultants(model, coupling, made)
+    applied = resultant(model, external_forces(model, state.time))
+    mass = sum(float(group.mass.sum()) for group in model.groups if not group.prescribed)
+    return StepReport(
+        step=state.index,
+        time=state.time,
+        kinetic_energy=kinetic,
+        strain_energy=strain,
+        iterations=made.solution.iterations,
+        linear_solves=made.solution.linear_solves,
+        method=made.solution.method,
+        outcome=made.solution.outcome,
+        quality=quality,
+        natural_map=quality.natural_map,
+        max_penetration=float(np.maximum(-state.gap, 0.0)[state.status != OPEN].max(initial=0.0)),
+        block_balance=_balance(model, made, made.forces, made.scheme),
+        static_balance=_static_balance(model, made),
+        global_balance=_global_balance(model, supports, applied),
+        support_resultants=supports,
+        applied=applied,
+        probes={
+            probe.name: model.groups[probe.group].displacement(
+                state.bodies[probe.group], probe.body, probe.point
+            )
+            for probe in model.probes
+        },
+        open=int((state.status == OPEN).sum()),
+        stick=int((state.status == STICK).sum()),
+        slip=int((state.status == SLIP).sum()),
+        speed=float(np.sqrt(2 * kinetic / mass)) if mass > 0 else 0.0,
+        load_acceleration=_load(model, made) / mass if mass > 0 else 0.0,
+        seconds=made.seconds,
+        **energy,
+    )
+
+
+def _load(model: Model, made: Increment) -> float:
+    """Sum of the magnitudes of the blocks' loads [N]."""
+    d = model.assembly.dimension
+    return sum(
+        float(np.linalg.norm(group.resultant(force)[:, :d], axis=1).sum())
+        for group, force in zip(model.groups, made.forces, strict=True)
+        if not group.prescribed
+    )
+
+
+def stored_energy(model: Model, state: SystemState) -> tuple[float, float]:
+    """Kinetic and strain energy of all free blocks [J]."""
+    kinetic = strain = 0.0
+    for group, own in zip(model.groups, state.bodies, strict=True):
+        if not group.prescribed:
+            kinetic += float(group.kinetic_energy(own).sum())
+            strain += float(group.strain_energy(own).sum())
+    return kinetic, strain
+
+
+def _energy(model: Model, coupling: Coupling, made: Increment) -> dict[str, float]:
+    """Energy ledger of the step; exact for linear blocks, so its error is a check."""
+    theta, inertia = made.scheme.theta, made.scheme.inertia
+    start = relative_velocity(model, coupling, made.before.bodies, made.here, made.rigid_map)
+    velocity = (1 - theta) * start + theta * made.after.velocity
+    work = made.impulse * velocity
+    external = damping = numerical = support = 0.0
+    for group, before, after, force, push in zip(
+        model.groups, made.before.bodies, made.after.bodies, made.forces, made.rigid_impulse, strict=True
+    ):
+        if group.prescribed:
+            moved = (1 - theta) * group.velocity_parts(before)[0] + theta * group.velocity_parts(after)[0]
+            support -= float((push * moved).sum())
+            continue
+        spent = group.step_energy(before, after, force, made.scheme)
+        external += float(spent.external.sum())
+        damping += float(spent.damping.sum())
+        numerical += float(spent.numerical.sum())
+    old, new = stored_energy(model, made.before), stored_energy(model, made.after)
+    gained = inertia * (new[0] - old[0]) + new[1] - old[1]
+    contact = float(work.sum())
+    return {
+        "external_work": external,
+        "support_work": support,
+        "contact_work": contact,
+        "friction_dissipation": -float(work[:, 1:].sum()),
+        "damping_dissipation": damping,
+        "numerical_dissipation": numerical,
+        "energy_error": gained - (external + support + contact - damping - numerical),
+    }
+
+
+def support_resultants(model: Model, coupling: Coupling, made: Increment) -> dict[str, FloatArray]:
+    """Force and moment about the origin that each support gives to the blocks."""
+    given: dict[str, FloatArray] = {}
+    on_blocks = coupling.body_forces(made.after.reaction, made.here)
+    for index, group in enumerate(model.groups):
+        if group.prescribed:
+            for body, block in enumerate(group.blocks):
+                given[model.assembly.blocks[block].name] = -on_blocks[index][body]
+        else:
+            given |= group.clamp_reactions(
+                made.before.bodies[index],
+                made.after.bodies[index],
+                made.forces[index],
+                made.nodal_impulse[index],
+                made.scheme,
+            )
+    return given
+
+
+def _global_balance(model: Model, supports: dict[str, FloatArray], applied: FloatArray) -> float:
+    """|supports + loads| relative to the loads (forces only)."""
+    d = model.assembly.dimension
+    total = applied[:d] + sum((force[:d] for force in supports.values()), np.zeros(d))
+    scale = max(
+        [float(np.linalg.norm(applied[:d]))] + [float(np.linalg.norm(f[:d])) for f in supports.values()]
+    )
+    return float(np.linalg.norm(total)) / scale if scale > 0 else 0.0
+
+
+def _static_balance(model: Model, made: Increment) -> float:
+    """Distance of the reached state to a static equilibrium, relative to a block's load."""
+    forces = external_forces(model, made.after.time)
+    return _balance(model, made, forces, Scheme(made.scheme.step, 1.0, 0.0))
+
+
+def _balance(model: Model, made: Increment, forces: tuple[FloatArray, ...], scheme: Scheme) -> float:
+    d = model.assembly.dimension
+    residuals, weights = [np.zeros(1)], [np.zeros(1)]
+    for index, group in enumerate(model.groups):
+        if group.prescribed:
+            continue
+        residual = group.imbalance(
+            made.before.bodies[index],
+            made.after.bodies[index],
+            forces[index],
+            made.rigid_impulse[index],
+            made.nodal_impulse[index],
+            scheme,
+        )
+        load = scheme.step * np.linalg.norm(group.resultant(forces[index])[:, :d], axis=1)
+        pushed = np.linalg.norm(made.rigid_impulse[index], axis=1) if not load.any() else load
+        residuals.append(np.abs(residual))
+        weights.append(pushed)
+    residual, weight = np.concatenate(residuals), np.concatenate(weights)
+    typical = weight[weight > 0].mean() if weight.any() else 1.0
+    return float((residual / np.maximum(weight, typical)).max())
+
+
+def moving_blocks(model: Model, state: SystemState, share: float = 0.1) -> list[tuple[str, float, str]]:
+    """Blocks faster than ``share`` of the fastest: (name, speed [m/s], 'slides', 'tips' or 'falls')."""
+    found: list[tuple[str, float, str]] = []
+    for group, own in zip(model.groups, state.bodies, strict=True):
+        if group.prescribed:
+            continue
+        for body, block in enumerate(group.blocks):
+            field = group.velocity_field(own, body)
+            mean = field.mean(axis=0)
+            turn = float(np.linalg.norm(field - mean, axis=1).max())
+            speed = float(np.linalg.norm(field, axis=1).max())
+            down = -mean[-1] > 0.7 * speed
+            kind = "tips" if turn > 0.3 * speed else ("falls" if down else "slides")
+            found.append((model.assembly.blocks[block].name, speed, kind))
+    fastest = max((speed for _, speed, _ in found), default=0.0)
+    moving = [entry for entry in found if entry[1] > share * fastest and fastest > 0]
+    return sorted(moving, key=lambda entry: -entry[1])

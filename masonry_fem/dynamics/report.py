@@ -1,0 +1,83 @@
+"""StepReport: what one step did, in numbers that do not take the solver's word for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from masonry_fem.nscd import Outcome, Quality
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class StepReport:
+    """One step of the march.
+
+    Attributes
+    ----------
+    step, time : Number of the step and time at its end [s] (load factor in statics).
+    kinetic_energy, strain_energy : At the end of the step [J].
+    external_work, support_work : Work of the loads and of moving supports in the step [J].
+    contact_work : Work of the reactions on the relative motion [J]; −friction dissipation.
+    friction_dissipation : Energy spent by sliding in the step [J].
+    damping_dissipation, numerical_dissipation : By Rayleigh damping and by θ > ½ [J].
+    energy_error : What is missing in the balance of the step [J].
+    iterations, linear_solves : Of the contact solver.
+    method : Contact solver that ran.
+    outcome : Its outcome.
+    quality : Its error measures.
+    natural_map, max_penetration, block_balance : Worst relative natural map, worst penetration
+        [m], worst residual of a block's momentum relative to weight times step.
+    static_balance : The same with inertia left out: distance to a static equilibrium.
+    global_balance : Supports against applied loads and inertia, relative to the loads.
+    support_resultants : Force and moment about the origin that each support gives, [N], [N m].
+    applied : Resultant of the loads on the free blocks, force and moment [N], [N m].
+    probes : Displacement of the named points [m].
+    open, stick, slip : Numbers of contacts.
+    speed : Root mean square speed of the mass [m/s].
+    load_acceleration : Loads on the blocks over their mass [m/s²].
+    seconds : CPU time of the step by phase [s].
+    """
+
+    step: int
+    time: float
+    kinetic_energy: float
+    strain_energy: float
+    external_work: float
+    support_work: float
+    contact_work: float
+    friction_dissipation: float
+    damping_dissipation: float
+    numerical_dissipation: float
+    energy_error: float
+    iterations: int
+    linear_solves: int
+    method: str
+    outcome: Outcome
+    quality: Quality
+    natural_map: float
+    max_penetration: float
+    block_balance: float
+    static_balance: float
+    global_balance: float
+    support_resultants: dict[str, FloatArray]
+    applied: FloatArray
+    probes: dict[str, FloatArray]
+    open: int
+    stick: int
+    slip: int
+    speed: float
+    load_acceleration: float
+    seconds: dict[str, float]
+
+    def inertial_share(self, step: float) -> float:
+        """Speed relative to what the loads give in one step from rest: 1 in free fall."""
+        if self.speed == 0:
+            return 0.0
+        gained = self.load_acceleration * step
+        return self.speed / gained if gained > 0 else float("inf")

@@ -1,0 +1,110 @@
+"""Rotations: proper orthogonal matrices and the rotation vectors that make them, as arrays.
+
+A rotation vector points along the axis and is as long as the angle [rad]; in 2D it is the angle
+itself, shape (..., 1). All functions take any leading shape and both dimensions.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+# Below this angle the series of sin(a)/a and (1 − cos a)/a² are exact to rounding.
+SMALL_ANGLE = 1e-4
+
+
+def spin_count(dimension: int) -> int:
+    """Number of angular velocities of a body: 1 in 2D, 3 in 3D."""
+    return 1 if dimension == 2 else 3
+
+
+def cross_matrix(vectors: FloatArray) -> FloatArray:
+    """Matrices of ``v ×``, shape (..., 3, 3) for vectors of shape (..., 3)."""
+    matrix = np.zeros((*vectors.shape, 3))
+    x, y, z = vectors[..., 0], vectors[..., 1], vectors[..., 2]
+    matrix[..., 0, 1], matrix[..., 0, 2], matrix[..., 1, 2] = -z, y, -x
+    matrix[..., 1, 0], matrix[..., 2, 0], matrix[..., 2, 1] = z, -y, x
+    return matrix
+
+
+def lever(arms: FloatArray) -> FloatArray:
+    """Velocity at ``arms`` from the centre for unit spins, shape (..., d, 1 or 3) for (..., d) [m].
+
+    Its transpose turns a force at the arm into a moment about the centre.
+    """
+    if arms.shape[-1] == 3:
+        return -cross_matrix(arms)
+    return np.stack([-arms[..., 1], arms[..., 0]], axis=-1)[..., None]
+
+
+def moment(arms: FloatArray, forces: FloatArray) -> FloatArray:
+    """Moment ``arm × force`` about the centre, shape (..., 1 or 3) [N m]."""
+    turned: FloatArray = np.einsum("...dr,...d->...r", lever(arms), forces)
+    return turned
+
+
+def exponential(vectors: FloatArray) -> FloatArray:
+    """Rotation matrices of rotation vectors (Rodrigues), (..., d, d) for (..., 1 or 3) [rad]."""
+    if vectors.shape[-1] == 1:
+        sine, cosine = np.sin(vectors[..., 0]), np.cos(vectors[..., 0])
+        return np.stack([np.stack([cosine, -sine], -1), np.stack([sine, cosine], -1)], -2)
+    angle = np.linalg.norm(vectors, axis=-1)[..., None, None]
+    safe = np.where(angle < SMALL_ANGLE, 1.0, angle)
+    first = np.where(angle < SMALL_ANGLE, 1 - angle**2 / 6, np.sin(safe) / safe)
+    # 2 sin²(a/2) keeps the digits that 1 − cos a loses
+    second = np.where(angle < SMALL_ANGLE, 0.5 - angle**2 / 24, 2 * np.sin(safe / 2) ** 2 / safe**2)
+    axial = cross_matrix(vectors)
+    rotation: FloatArray = np.eye(3) + first * axial + second * (axial @ axial)
+    return rotation
+
+
+def logarithm(rotations: FloatArray) -> FloatArray:
+    """Rotation vectors of rotation matrices, angle in [0, π], (..., 1 or 3) for (..., d, d) [rad]."""
+    if rotations.shape[-1] == 2:
+        angles: FloatArray = np.arctan2(rotations[..., 1, 0], rotations[..., 0, 0])[..., None]
+        return angles
+    quaternion = _quaternion(rotations)
+    scalar, vector = quaternion[..., :1], quaternion[..., 1:]
+    length = np.linalg.norm(vector, axis=-1, keepdims=True)
+    angle = 2 * np.arctan2(length, scalar)
+    vectors: FloatArray = np.where(length > 0, angle / np.where(length > 0, length, 1.0), 2.0) * vector
+    return vectors
+
+
+def _quaternion(rotations: FloatArray) -> FloatArray:
+    """Unit quaternions (scalar first, ≥ 0), from the largest of four candidate components."""
+    diagonal = np.diagonal(rotations, axis1=-2, axis2=-1)
+    trace = diagonal.sum(-1)
+    # 4 q qᵀ, which is linear in the matrix; any of its columns is parallel to q
+    square = np.empty((*rotations.shape[:-2], 4, 4))
+    square[..., 0, 0] = 1 + trace
+    square[..., 1:, 1:] = rotations + np.swapaxes(rotations, -1, -2)
+    square[..., [1, 2, 3], [1, 2, 3]] = 1 - trace[..., None] + 2 * diagonal
+    axial = np.stack(
+        [
+            rotations[..., 2, 1] - rotations[..., 1, 2],
+            rotations[..., 0, 2] - rotations[..., 2, 0],
+            rotations[..., 1, 0] - rotations[..., 0, 1],
+        ],
+        axis=-1,
+    )
+    square[..., 0, 1:] = square[..., 1:, 0] = axial
+    largest = np.argmax(np.diagonal(square, axis1=-2, axis2=-1), axis=-1)
+    column = np.take_along_axis(square, largest[..., None, None], axis=-1)[..., 0]
+    column = column * np.where(column[..., :1] < 0, -1.0, 1.0)
+    unit: FloatArray = column / np.linalg.norm(column, axis=-1, keepdims=True)
+    return unit
+
+
+def orthonormalised(matrices: FloatArray) -> FloatArray:
+    """The nearest rotations to matrices that differ from rotations by rounding only.
+
+    One step of Newton's iteration for the polar factor: it squares the error, so that rounding
+    never accumulates however many steps a march has.
+    """
+    dimension = matrices.shape[-1]
+    gram = np.swapaxes(matrices, -1, -2) @ matrices
+    nearest: FloatArray = 0.5 * matrices @ (3 * np.eye(dimension) - gram)
+    return nearest

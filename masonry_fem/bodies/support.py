@@ -1,0 +1,233 @@
+"""Supports: blocks whose motion is given (ground, springings, settlements, rotating floors).
+
+    ground = SupportGroup(assembly, [0])
+    floor = SupportGroup(assembly, [0], [Motion(displacement=lambda t: np.array([0.0, 0.0, -0.01 * t]))])
+
+A support's velocities U = (v of its pivot [m/s], ω [rad/s], world axes) are given to the solver,
+not solved for; they are plain, not mass-orthonormal, since a support has no mass.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from masonry_fem.bodies.base import FloatArray, Free, IntArray, Scheme, StepEnergy
+from masonry_fem.bodies.rotation import exponential, logarithm, spin_count
+from masonry_fem.bodies.undeformed import Placed, Undeformed, translation_and_spin
+from masonry_fem.errors import SceneError
+from masonry_fem.solid.assembly import Assembly
+
+# Time over which the motion is differentiated, relative to the step; the second-order formula has
+# an error of its square and rounding of about 1e-16 divided by it.
+DERIVATIVE_STEP = 1e-4
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """Rigid motion of one support as a function of time, from its reference position.
+
+    Attributes
+    ----------
+    displacement : Time [s] → displacement of the pivot, shape (d,) [m]; None: none.
+    rotation : Time [s] → rotation vector about the pivot, shape (3,), or angle in 2D [rad]; None: none.
+    pivot : Point about which it turns, reference configuration, (d,) [m]; None: the vertices' mean.
+    """
+
+    displacement: Callable[[float], FloatArray] | None = None
+    rotation: Callable[[float], FloatArray | float] | None = None
+    pivot: FloatArray | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SupportState:
+    """Where b supports are at ``time`` and how they move.
+
+    Attributes
+    ----------
+    time : Time [s] (load factor in statics).
+    position : Pivots, shape (b, d) [m].
+    rotation : Rotations since the reference configuration, shape (b, d, d).
+    velocity : Velocities of the pivots and spins, world axes, shape (b, m) [m/s, rad/s].
+    """
+
+    time: float
+    position: FloatArray
+    rotation: FloatArray
+    velocity: FloatArray
+
+
+class SupportGroup(Undeformed):
+    """All supports of a model.
+
+    Parameters
+    ----------
+    assembly : Where the blocks come from.
+    blocks : Their numbers in it, shape (b,).
+    motions : One a block (None: held); None holds them all.
+
+    Attributes
+    ----------
+    mass : Zero, shape (b,): loads on a support go to the ground and never enter a balance.
+
+    Raises
+    ------
+    SceneError
+        If motions and blocks differ in number, or a motion's vector has the wrong length.
+    """
+
+    prescribed = True
+
+    def __init__(
+        self,
+        assembly: Assembly,
+        blocks: Sequence[int] | IntArray,
+        motions: Sequence[Motion | None] | None = None,
+    ) -> None:
+        numbers = np.asarray(blocks, dtype=np.int64)
+        given = (None,) * len(numbers) if motions is None else motions
+        if len(given) != len(numbers):
+            raise SceneError(
+                f"supports: {len(given)} motions for {len(numbers)} blocks, expected one each; "
+                "give None for the blocks that are held"
+            )
+        self.motions = tuple(motion or Motion() for motion in given)
+        pivots = [
+            assembly.solid(int(block)).vertices.mean(axis=0) if motion.pivot is None else motion.pivot
+            for block, motion in zip(numbers, self.motions, strict=True)
+        ]
+        super().__init__(assembly, numbers, np.array(pivots, float).reshape(-1, assembly.dimension))
+        self._moving = [
+            row for row, motion in enumerate(self.motions) if motion.displacement or motion.rotation
+        ]
+        self.mass: FloatArray = np.zeros(self.count)
+        self._pose(0.0)  # wrong lengths are found here, not in the middle of a march
+
+    def rest(self) -> SupportState:
+        """The reference: in place at time 0, even where the motion starts with a jump."""
+        turn = np.tile(np.eye(self.dimension), (self.count, 1, 1))
+        return SupportState(0.0, self.centres.copy(), turn, self._forward_velocity(0.0, DERIVATIVE_STEP))
+
+    def velocity_map(self, state: Placed, bodies: IntArray, points: FloatArray) -> FloatArray:
+        """Velocity at current points of ``bodies`` for unit U, world axes, shape (k, d, m)."""
+        return translation_and_spin(points - state.position[bodies])
+
+    # --- the given motion -------------------------------------------------------------------------
+
+    def _pose(self, time: float) -> tuple[FloatArray, FloatArray]:
+        """Pivots (b, d) and rotations (b, d, d) that the motions give for an instant."""
+        spins = spin_count(self.dimension)
+        shift, turn = np.zeros((self.count, self.dimension)), np.zeros((self.count, spins))
+        for row in self._moving:
+            motion = self.motions[row]
+            if motion.displacement is not None:
+                shift[row] = self._vector(row, "displacement", motion.displacement(time), self.dimension)
+            if motion.rotation is not None:
+                turn[row] = self._vector(row, "rotation", motion.rotation(time), spins)
+        return self.centres + shift, exponential(turn)
+
+    def _vector(self, row: int, name: str, value: FloatArray | float, length: int) -> FloatArray:
+        vector = np.atleast_1d(np.asarray(value, dtype=float))
+        if vector.shape != (length,):
+            block = self.assembly.blocks[self.blocks[row]].name
+            raise SceneError(
+                f"support '{block}': {name} has shape {vector.shape}, expected ({length},); "
+                f"give {length} component(s) in {self.dimension}D"
+            )
+        return vector
+
+    def _mean_velocity(
+        self, position: FloatArray, rotation: FloatArray, pose: tuple[FloatArray, FloatArray], step: float
+    ) -> FloatArray:
+        """Constant U that carries a pose into another within a step, shape (b, m)."""
+        turn = logarithm(pose[1] @ np.swapaxes(rotation, 1, 2))
+        mean: FloatArray = np.concatenate([pose[0] - position, turn], axis=1) / step
+        return mean
+
+    def _forward_velocity(self, time: float, step: float) -> FloatArray:
+        """U just after an instant, by a one-sided difference of second order, shape (b, m)."""
+        if not self._moving:
+            return self.no_force()
+        start = self._pose(time)
+        near = self._mean_velocity(*start, self._pose(time + step), step)
+        far = self._mean_velocity(*start, self._pose(time + 2 * step), 2 * step)
+        return 2 * near - far
+
+    # --- the step ---------------------------------------------------------------------------------
+
+    def free(self, state: SupportState, guess: SupportState, force: FloatArray, scheme: Scheme) -> Free:
+        """The velocity at the end of the step, given by the motion.
+
+        It is the u⁺ for which q + h[(1−θ) u + θ u⁺] is exactly the prescribed position at the end,
+        u being the state's velocity: gaps computed by the θ rule are then exact too (translations;
+        a turn by hω bends the path of a point at distance r by r (hω)²/2, which no velocity has).
+        """
+        pose = self._pose(state.time + scheme.step)
+        mean = self._mean_velocity(state.position, state.rotation, pose, scheme.step)
+        velocity = (mean - (1 - scheme.theta) * state.velocity) / scheme.theta
+        return Free(velocity, self.no_force(), self.no_force(), None)
+
+    def advance(
+        self,
+        state: SupportState,
+        free: Free,
+        rigid_velocity: FloatArray,
+        nodal: FloatArray | None,
+        scheme: Scheme,
+    ) -> SupportState:
+        """The prescribed pose at the end of the step, with the velocity that it goes on with.
+
+        Where θ < 1 that velocity enters the next step, and is taken from the motion itself: at a
+        kink of the motion u⁺ would carry an alternating error from step to step.
+        """
+        h, time = scheme.step, state.time + scheme.step
+        velocity = rigid_velocity if scheme.theta == 1 else self._forward_velocity(time, DERIVATIVE_STEP * h)
+        return SupportState(time, *self._pose(time), velocity)
+
+    def imbalance(
+        self, state: SupportState, after: SupportState, force: FloatArray, impulse: FloatArray,
+        nodal: FloatArray | None, scheme: Scheme,
+    ) -> FloatArray:  # fmt: skip
+        """Nothing: a support takes whatever it is given, shape (b,) [N s]."""
+        return np.zeros(self.count)
+
+    # --- loads and energies -----------------------------------------------------------------------
+
+    def acceleration_force(self, acceleration: FloatArray) -> FloatArray:
+        """No force: a support has no mass, shape (b, m)."""
+        return self.no_force()
+
+    def traction_force(self, body: int, face: int, traction: FloatArray) -> FloatArray:
+        """No force: what acts on a support goes to the ground, shape (b, m)."""
+        return self.no_force()
+
+    def point_force(self, body: int, point: FloatArray | None, force: FloatArray) -> FloatArray:
+        """No force: what acts on a support goes to the ground, shape (b, m)."""
+        return self.no_force()
+
+    def scale_velocity(self, state: SupportState, factor: float) -> SupportState:
+        """The state with its velocities multiplied by ``factor``; the motion goes on as given."""
+        return replace(state, velocity=factor * state.velocity)
+
+    def kinetic_energy(self, state: SupportState) -> FloatArray:
+        """Nothing: no mass, shape (b,) [J]."""
+        return np.zeros(self.count)
+
+    def step_energy(
+        self, state: SupportState, after: SupportState, force: FloatArray, scheme: Scheme
+    ) -> StepEnergy:
+        """Nothing: no mass, no loads, each of shape (b,) [J]."""
+        nothing = np.zeros(self.count)
+        return StepEnergy(nothing, nothing, nothing)
+
+    def with_velocity(
+        self, state: SupportState, body: int, velocity: FloatArray, spin: FloatArray
+    ) -> SupportState:
+        """Refused: a support moves as its motion says."""
+        name = self.assembly.blocks[self.blocks[body]].name
+        raise SceneError(
+            f"support '{name}': initial velocity is {np.asarray(velocity)}, expected none, since its "
+            "motion is prescribed; give the support a motion instead"
+        )

@@ -1,0 +1,186 @@
+"""Undeformed blocks: what rigid blocks and supports have in common, as arrays.
+
+A block that keeps its shape is a *centre* (the point about which it turns: centroid or pivot)
+and a rotation. A material point X of the reference configuration is at
+
+    x = position + rotation (X − centre)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from masonry_fem.bodies.base import FloatArray, IntArray, Scheme, Sides, StressField
+from masonry_fem.bodies.rotation import lever, moment, spin_count
+from masonry_fem.solid.assembly import Assembly
+
+
+class Placed(Protocol):
+    """State of b undeformed blocks: where their centres are, how they have turned, how they move."""
+
+    @property
+    def position(self) -> FloatArray:
+        """Centres, shape (b, d) [m]."""
+        ...
+
+    @property
+    def rotation(self) -> FloatArray:
+        """Rotations since the reference configuration, shape (b, d, d)."""
+        ...
+
+    @property
+    def velocity(self) -> FloatArray:
+        """Generalised velocities U in the group's own scaling, shape (b, m)."""
+        ...
+
+
+class Undeformed:
+    """b blocks that keep their shape, about given centres.
+
+    Parameters
+    ----------
+    assembly : Where the blocks come from.
+    blocks : Their numbers in it, shape (b,).
+    centres : Points about which they turn, reference configuration, shape (b, d) [m].
+    """
+
+    cell = "polytope"
+
+    def __init__(self, assembly: Assembly, blocks: IntArray, centres: FloatArray) -> None:
+        self.assembly = assembly
+        self.dimension = assembly.dimension
+        self.blocks: IntArray = np.asarray(blocks, dtype=np.int64)
+        self.centres = centres
+
+    @property
+    def count(self) -> int:
+        """Number of blocks b."""
+        return int(self.blocks.shape[0])
+
+    @property
+    def freedoms(self) -> int:
+        """Number of rigid velocities of a block m: 3 in 2D, 6 in 3D."""
+        return self.dimension + spin_count(self.dimension)
+
+    def attach(self, sides: Sides) -> UndeformedAttachment:
+        """The blocks seen through contact sides."""
+        return UndeformedAttachment(self, sides, sides.point - self.centres[sides.body])
+
+    def velocity_map(self, state: Placed, bodies: IntArray, points: FloatArray) -> FloatArray:
+        """Velocity at current points of ``bodies`` for unit U, world axes, shape (k, d, m)."""
+        raise NotImplementedError
+
+    # --- loads ------------------------------------------------------------------------------------
+
+    def no_force(self) -> FloatArray:
+        """No force, shape (b, m)."""
+        return np.zeros((self.count, self.freedoms))
+
+    def resultant(self, force: FloatArray) -> FloatArray:
+        """Force and moment about the world origin, shape (b, m) [N, N m]."""
+        d = self.dimension
+        about_origin = force[:, d:] + moment(self.centres, force[:, :d])
+        return np.concatenate([force[:, :d], about_origin], axis=1)
+
+    def clamp_reactions(
+        self, state: Placed, after: Placed, force: FloatArray, nodal: FloatArray | None, scheme: Scheme
+    ) -> dict[str, FloatArray]:
+        """None: only meshes have clamped faces."""
+        return {}
+
+    def velocity_parts(self, state: Placed) -> tuple[FloatArray, None]:
+        """The state's velocity U, shape (b, m), and no elastic part."""
+        return state.velocity, None
+
+    def strain_energy(self, state: Placed) -> FloatArray:
+        """Nothing: a block that keeps its shape stores none, shape (b,) [J]."""
+        return np.zeros(self.count)
+
+    # --- fields -----------------------------------------------------------------------------------
+
+    def displacement(self, state: Placed, body: int, point: FloatArray) -> FloatArray:
+        """Displacement of material points of one block, reference coordinates, (..., d) [m]."""
+        point = np.asarray(point, dtype=float)
+        arm = point - self.centres[body]
+        moved: FloatArray = state.position[body] + arm @ state.rotation[body].T - point
+        return moved
+
+    def cells(self, body: int) -> Sequence[tuple[int, ...]]:
+        """Face loops of one block's polytope over its vertices."""
+        block = self.assembly.blocks[self.blocks[body]]
+        faces: Sequence[tuple[int, ...]] = self.assembly.shapes[block.shape].solid.faces
+        return faces
+
+    def nodes(self, body: int) -> FloatArray:
+        """Vertices of one block in the reference configuration, shape (n, d) [m]."""
+        return self.assembly.solid(int(self.blocks[body])).vertices
+
+    def displacement_field(self, state: Placed, body: int) -> FloatArray:
+        """Displacement of the vertices of one block, shape (n, d) [m]."""
+        return self.displacement(state, body, self.nodes(body))
+
+    def velocity_field(self, state: Placed, body: int) -> FloatArray:
+        """Velocity of the vertices of one block, shape (n, d) [m/s]."""
+        vertices = self.nodes(body)
+        now = vertices + self.displacement(state, body, vertices)
+        bodies = np.full(len(now), body, dtype=np.int64)
+        field: FloatArray = self.velocity_map(state, bodies, now) @ state.velocity[body]
+        return field
+
+    def stress(self, state: Placed) -> StressField | None:
+        """None: a block that keeps its shape has no stress field."""
+        return None
+
+
+@dataclass(frozen=True, slots=True)
+class UndeformedAttachment:
+    """Undeformed blocks seen through k contact sides.
+
+    Attributes
+    ----------
+    group : The blocks.
+    sides : Which contacts touch them, and where.
+    arms : Material points measured from the blocks' centres, reference axes, shape (k, d) [m].
+    """
+
+    group: Undeformed
+    sides: Sides
+    arms: FloatArray
+
+    def positions(self, state: Placed) -> FloatArray:
+        """Where the material points are now, shape (k, d) [m]."""
+        body = self.sides.body
+        now: FloatArray = state.position[body] + np.einsum("kij,kj->ki", state.rotation[body], self.arms)
+        return now
+
+    def rotations(self, state: Placed) -> FloatArray:
+        """How the blocks have turned since the reference configuration, shape (k, d, d)."""
+        return state.rotation[self.sides.body]
+
+    def rigid_map(self, state: Placed, points: FloatArray, frames: FloatArray) -> FloatArray:
+        """Velocity, in the frames, at current points for unit U, shape (k, d, m)."""
+        turned: FloatArray = frames @ self.group.velocity_map(state, self.sides.body, points)
+        return turned
+
+    def elastic_velocity(self, elastic: FloatArray, frames: FloatArray) -> FloatArray:
+        """Nothing, shape (k, d)."""
+        return np.zeros_like(self.arms)
+
+    def compliance(self, scheme: Scheme, frames: FloatArray) -> Sequence[tuple[IntArray, FloatArray]]:
+        """None: W_el = 0."""
+        return ()
+
+    def spread(self, impulses: FloatArray, frames: FloatArray) -> FloatArray | None:
+        """None: no nodes to spread impulses to."""
+        return None
+
+
+def translation_and_spin(arms: FloatArray) -> FloatArray:
+    """Velocity at arms from the centre for unit velocities and spins, shape (k, d, m)."""
+    count, d = arms.shape
+    unit = np.broadcast_to(np.eye(d), (count, d, d))
+    return np.concatenate([unit, lever(arms)], axis=2)

@@ -1,0 +1,64 @@
+"""Body groups that the conformance tests run over: one factory a kind and dimension.
+
+A new kind of body joins by a line in ``FREE_GROUPS``; its factory returns the group that it makes
+of the given assembly's blocks, and may import what it needs inside.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from masonry_fem.bodies.base import BodyGroup, Sides
+from masonry_fem.bodies.rigid import RigidGroup
+from masonry_fem.bodies.rotation import exponential
+from masonry_fem.solid.assembly import Assembly, Block, Shape
+from masonry_fem.solid.polytope import Polytope
+from masonry_fem.solid.pose import Pose
+
+DENSITY = 2400.0
+
+
+def bricks(dimension: int) -> Assembly:
+    """Two bricks and a slab, turned in space, so that no axis of theirs is one of the world's."""
+    low, high = (0.0, 0.0, 0.0), (0.5, 0.2, 0.3)
+    brick = Shape("brick", Polytope.box(low[:dimension], high[:dimension]))
+    slab = Shape("slab", Polytope.box((-1.0, -0.2, -0.1)[:dimension], (1.0, 0.0, 0.4)[:dimension]))
+    turns = np.array([[0.0, 0.0, 0.0], [0.3, -0.5, 0.8], [-0.2, 0.9, 0.1]])
+    turns = turns if dimension == 3 else turns[:, 2:]
+    shifts = np.array([[0.0, 0.0, 0.0], [1.0, 2.0, -0.5], [-3.0, 0.4, 1.0]])[:, :dimension]
+    poses = [Pose(exponential(turn), shift) for turn, shift in zip(turns, shifts, strict=True)]
+    blocks = tuple(Block(f"b{i}", (0, 0, 1)[i], pose) for i, pose in enumerate(poses))
+    return Assembly(dimension, (brick, slab), blocks)
+
+
+def rigid(assembly: Assembly) -> BodyGroup:
+    return RigidGroup(assembly, range(len(assembly.blocks)), DENSITY)
+
+
+def damped_rigid(assembly: Assembly) -> BodyGroup:
+    return RigidGroup(assembly, range(len(assembly.blocks)), DENSITY, damping=np.array([0.5, 0.0, 2.0]))
+
+
+FREE_GROUPS: dict[str, Callable[[Assembly], BodyGroup]] = {"rigid": rigid, "damped rigid": damped_rigid}
+
+
+def sides_of(group: BodyGroup, assembly: Assembly, per_block: int = 4) -> Sides:
+    """Contact sides at random points of faces, with random frames."""
+    random, d = np.random.default_rng(7), assembly.dimension
+    body, point = [], []
+    for row, block in enumerate(group.blocks):
+        solid = assembly.solid(int(block))
+        for face in random.integers(len(solid.faces), size=per_block):
+            corners = solid.face_points(int(face))
+            point.append(random.dirichlet(np.ones(len(corners))) @ corners)
+            body.append(row)
+    count = len(body)
+    vectors = random.uniform(-2, 2, (count, 1 if d == 2 else 3))
+    return Sides(
+        contact=np.arange(count),
+        side=np.zeros(count, dtype=np.int64),
+        body=np.array(body),
+        point=np.array(point),
+        facet=np.full(count, -1),
+        frame=exponential(vectors),
+    )

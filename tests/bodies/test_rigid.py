@@ -1,0 +1,154 @@
+"""Rigid blocks: inertia, free spin, finite turns, damping and refusals."""
+
+import numpy as np
+import pytest
+
+from masonry_fem.bodies.base import Scheme
+from masonry_fem.bodies.rigid import RigidGroup
+from masonry_fem.bodies.rotation import exponential
+from masonry_fem.errors import GeometryError
+from masonry_fem.solid.assembly import Assembly, Block, Shape
+from masonry_fem.solid.polytope import Polytope
+from masonry_fem.solid.pose import Pose
+from tests.bodies.groups import bricks
+
+
+def box(*size, turn=(0.0, 0.0, 0.0)):
+    """One box with a corner at the shape's origin, turned by a rotation vector."""
+    d = len(size)
+    shape = Shape("box", Polytope.box((0.0,) * d, size))
+    pose = Pose(exponential(np.array(turn[: 1 if d == 2 else 3])), np.arange(1.0, d + 1))
+    return Assembly(d, (shape,), (Block("box", 0, pose),))
+
+
+def coast(group, state, scheme, steps):
+    """Steps without forces or contacts; yields every state."""
+    force = group.acceleration_force(np.zeros(group.dimension))
+    for _ in range(steps):
+        free = group.free(state, state, force, scheme)
+        state = group.advance(state, free, free.rigid_velocity, None, scheme)
+        yield state
+
+
+def test_box_has_its_textbook_inertia():
+    group = RigidGroup(box(1.0, 2.0, 3.0, turn=(0.4, -0.2, 0.9)), [0], density=10.0)
+    mass = 60.0
+    np.testing.assert_allclose(group.mass, [mass])
+    np.testing.assert_allclose(np.sort(group.inertia[0]), mass / 12 * np.array([1 + 4, 1 + 9, 4 + 9]))
+    flat = RigidGroup(box(1.0, 2.0, turn=(0.7,)), [0], density=10.0)
+    np.testing.assert_allclose(flat.inertia, [[20 / 12 * (1 + 4)]])
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_spin_about_a_principal_axis_is_exact(dimension):
+    """n steps turn by n h ω, momentum and energy stay to rounding."""
+    assembly = box(*(1.0, 2.0, 3.0)[:dimension])
+    group, h, n = RigidGroup(assembly, [0], 2000.0), 0.01, 500
+    spin = np.array([2.0]) if dimension == 2 else np.array([0.0, 2.0, 0.0])
+    start = group.with_velocity(group.rest(), 0, np.zeros(dimension), spin)
+    *_, end = coast(group, start, Scheme(h, 0.5), n)
+    np.testing.assert_allclose(end.rotation[0], exponential(n * h * spin), atol=1e-11)
+    np.testing.assert_allclose(group.kinetic_energy(end), group.kinetic_energy(start), rtol=1e-13)
+    np.testing.assert_allclose(end.position, start.position, atol=1e-14)
+
+
+def test_tumbling_box_keeps_momentum_and_energy():
+    """Spin near the middle axis (Dzhanibekov): it flips over; L stays exactly, energy does not drift."""
+    group, h = RigidGroup(box(1.0, 2.0, 3.0, turn=(0.2, 0.5, -0.3)), [0], 2000.0), 0.01
+    spin = group.axes[0] @ np.array([0.01, 3.0, 0.01])
+    start = group.with_velocity(group.rest(), 0, np.array([0.1, 0.0, 0.0]), spin)
+    states = list(coast(group, start, Scheme(h, 0.5), 5000))
+    momentum = np.array([group.angular_momentum(state)[0] for state in states])
+    expected = group.angular_momentum(start)[0]
+    assert np.abs(momentum - expected).max() <= 1e-11 * np.linalg.norm(expected)
+    energy = np.array([group.kinetic_energy(state)[0] for state in states])
+    first = group.kinetic_energy(start)[0]
+    assert np.abs(energy / first - 1).max() <= 2e-4  # the scheme's h² ripple ...
+    assert abs(energy[-1000:].mean() - energy[:1000].mean()) <= 2e-5 * first  # ... has no trend
+    along = np.array([state.velocity[0, 4] for state in states])
+    assert along.min() < -0.9 * along.max() < 0  # it did flip
+
+
+def test_free_tumbling_converges_with_second_order():
+    group = RigidGroup(box(1.0, 2.0, 3.0), [0], 2000.0)
+    start = group.with_velocity(group.rest(), 0, np.zeros(3), np.array([1.0, 2.0, -1.5]))
+
+    def attitude(steps):
+        *_, end = coast(group, start, Scheme(1.0 / steps, 0.5), steps)
+        return end.rotation[0]
+
+    exact = attitude(3200)
+    errors = [np.abs(attitude(steps) - exact).max() for steps in (50, 100, 200)]
+    rates = np.log2(np.array(errors[:-1]) / errors[1:])
+    np.testing.assert_allclose(rates, 2.0, atol=0.1)
+
+
+def test_modes_stay_mass_orthonormal_while_the_block_turns():
+    """½ U·U is the kinetic energy of the velocity field, integrated over the turned box."""
+    group = RigidGroup(box(1.0, 2.0, 3.0, turn=(0.2, 0.5, -0.3)), [0], 2000.0)
+    start = group.with_velocity(group.rest(), 0, np.array([1.0, -2.0, 0.3]), np.array([1.0, 2.0, -1.5]))
+    *_, end = coast(group, start, Scheme(0.02, 0.5), 60)
+    # two Gauss points an axis integrate the square of a linear field exactly
+    unit = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) / np.sqrt(3)
+    local = (0.5 + 0.5 * unit) * [1.0, 2.0, 3.0]
+    points = group.assembly.blocks[0].pose.to_world(local)
+    now = points + group.displacement(end, 0, points)
+    field = group.velocity_map(end, np.zeros(8, dtype=int), now) @ end.velocity[0]
+    energy = 0.5 * group.mass[0] / 8 * (field**2).sum()
+    np.testing.assert_allclose(group.kinetic_energy(end)[0], energy, rtol=1e-12)
+
+
+@pytest.mark.parametrize("theta", [0.5, 1.0])
+def test_mass_damping_follows_its_own_recursion(theta):
+    """u⁺ = u (1 − (1−θ) hα)/(1 + θ hα) for a body that coasts."""
+    h, alpha = 0.05, 3.0
+    group = RigidGroup(bricks(2), [0, 1], 2000.0, damping=alpha)
+    state = group.with_velocity(group.rest(), 1, np.array([1.0, 0.5]), np.array([2.0]))
+    free = group.free(state, state, group.no_force(), Scheme(h, theta))
+    after = free.rigid_velocity + free.rigid_impulse / free.rigid_mass
+    ratio = (1 - (1 - theta) * h * alpha) / (1 + theta * h * alpha)
+    np.testing.assert_allclose(after, ratio * state.velocity, atol=1e-12)
+
+
+def test_moment_turns_a_block_about_its_centroid():
+    """A couple M over a time t gives the spin M t / J and the angle M t²/2J (θ = ½)."""
+    group, h, n = RigidGroup(box(1.0, 2.0), [0], 12.0), 0.01, 100
+    couple, state, scheme = np.array([[0.0, 0.0, 5.0]]), group.rest(), Scheme(h, 0.5)
+    for _ in range(n):
+        free = group.free(state, state, couple, scheme)
+        state = group.advance(state, free, free.rigid_velocity + free.rigid_impulse, None, scheme)
+    inertia = 24 / 12 * 5
+    angle = 5 / inertia / 2
+    np.testing.assert_allclose(state.rotation[0], exponential(np.array([angle])), atol=1e-12)
+    np.testing.assert_allclose(group.angular_momentum(state), [[5.0]])
+    np.testing.assert_allclose(state.position, group.centres, atol=1e-14)
+
+
+def test_turned_block_shows_its_corners_where_they_are():
+    group = RigidGroup(box(1.0, 2.0), [0], 12.0)
+    rest = group.rest()
+    quarter = type(rest)(rest.position, exponential(np.array([[np.pi / 2]])), rest.velocity)
+    corners = group.nodes(0) + group.displacement_field(quarter, 0)
+    np.testing.assert_allclose(corners, group.centres[0] + [[1, -0.5], [1, 0.5], [-1, 0.5], [-1, -0.5]])
+    assert group.cells(0) == ((3, 0), (1, 2), (0, 1), (2, 3))
+
+
+def test_shared_shape_is_measured_once(monkeypatch):
+    calls = []
+    measure = Polytope.mass_properties
+    monkeypatch.setattr(Polytope, "mass_properties", lambda solid: calls.append(1) or measure(solid))
+    RigidGroup(bricks(3), [0, 1, 2], 2000.0)
+    assert len(calls) == 2
+
+
+def test_inside_out_solid_is_refused():
+    shape = Polytope.box((0.0, 0.0), (1.0, 1.0))
+    turned = Polytope(shape.vertices, tuple((b, a) for a, b in shape.faces))
+    assembly = Assembly(2, (Shape("stone", turned),), (Block("s", 0, Pose.identity(2)),))
+    with pytest.raises(GeometryError, match="shape 'stone': volume is -1, expected > 0"):
+        RigidGroup(assembly, [0], 2000.0)
+
+
+def test_bad_density_is_refused():
+    with pytest.raises(GeometryError, match="block 'b1': density is -1"):
+        RigidGroup(bricks(2), [0, 1], np.array([2000.0, -1.0]))

@@ -1,0 +1,50 @@
+# make demo    an arch comes to equilibrium; everything needed is installed into .venv first
+# make test    the whole test suite (PYTEST_ARGS="-m 'not slow'" leaves the slow tests out)
+# make lint    what CI checks besides the tests
+# make format  put the sources in the house format
+# make clean   remove results and caches;  make distclean: .venv too
+
+.PHONY: help demo test lint format clean distclean
+
+BIN := .venv/bin
+PYTEST_ARGS ?=
+export PYTHON
+
+# One thread a process: the tests run in two processes, and small blocks gain nothing from more.
+ONE_THREAD := OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 MKL_NUM_THREADS=1
+
+help:
+	@sed -n 's/^# make /make /p' Makefile
+
+.venv/.demo: pyproject.toml tools/prepare
+	@sh tools/prepare fenicsx
+	@touch $@
+
+.venv/.test: pyproject.toml tools/prepare
+	@sh tools/prepare fenicsx,test
+	@touch $@ .venv/.demo
+
+demo: .venv/.demo
+	$(BIN)/masonry-fem run demos/arch.toml --out results/arch
+	@echo "Files written:"
+	@find results/arch -type f | sort | sed 's/^/  /'
+
+test: .venv/.test
+	$(ONE_THREAD) $(BIN)/python -m pytest -n 2 $(PYTEST_ARGS)
+
+lint: .venv/.test
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+format: .venv/.test
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+clean:
+	rm -rf results dist docs/_build .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks .import_linter_cache
+	find masonry_fem tests demos benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +
+
+distclean: clean
+	rm -rf .venv

@@ -1,0 +1,90 @@
+"""Fields: displacement, velocity and stress of all blocks at one instant, on the nodes and cells of a grid.
+
+Also what contacts carry, in world axes. These named arrays are what the files hold and the
+pictures read; tensors have the components (xx, yy, zz, xy, yz, xz), which is ParaView's order.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from masonry_fem.bodies.stress import principal, von_mises
+from masonry_fem.dynamics.model import Model
+from masonry_fem.dynamics.state import SystemState
+from masonry_fem.post.grid import Grid, three
+
+FloatArray = NDArray[np.float64]
+Arrays = dict[str, NDArray[np.generic]]
+
+DISPLACEMENT, VELOCITY = "displacement", "velocity"
+STRESS, VON_MISES, PRINCIPAL = "stress", "von_mises", "principal_stress"
+DIRECTIONS = ("principal_direction_1", "principal_direction_2", "principal_direction_3")
+BLOCK, GROUP, FIDELITY = "block", "group", "fidelity"
+REACTION, TRACTION, NORMAL, STATUS = "reaction", "traction", "normal", "status"
+GAP, SLIP, INTERFACE, AREA = "gap", "relative_velocity", "interface", "area"
+CANDIDATE, ANTAGONIST = "candidate", "antagonist"
+
+
+def point_arrays(grid: Grid, model: Model, state: SystemState) -> Arrays:
+    """Nodal fields: displacement [m], velocity [m/s] and, where a block has them, stresses [Pa]."""
+    displacement, velocity = np.zeros_like(grid.points), np.zeros_like(grid.points)
+    for (start, stop), group, moved in zip(grid.group_points, model.groups, state.bodies, strict=True):
+        bodies = range(len(group.blocks))
+        d = grid.dimension
+        displacement[start:stop, :d] = np.concatenate([group.displacement_field(moved, b) for b in bodies])
+        velocity[start:stop, :d] = np.concatenate([group.velocity_field(moved, b) for b in bodies])
+    arrays: Arrays = {DISPLACEMENT: displacement, VELOCITY: velocity, BLOCK: grid.point_block}
+    stress = np.full((len(grid.points), 6), np.nan)
+    for (start, stop), group, moved in zip(grid.group_points, model.groups, state.bodies, strict=True):
+        field = group.stress(moved)
+        if field is not None:
+            stress[start:stop] = field.nodal.reshape(-1, 6)
+    return arrays | stress_arrays(stress)
+
+
+def cell_arrays(grid: Grid, model: Model, state: SystemState) -> Arrays:
+    """Cell fields: block and group numbers and, where a block has them, mean stresses [Pa]."""
+    stress = np.full((len(grid.types), 6), np.nan)
+    for (start, stop), group, moved in zip(grid.group_cells, model.groups, state.bodies, strict=True):
+        field = group.stress(moved)
+        if field is not None:
+            mean = np.einsum("bcgs,cg->bcs", field.gauss, field.weight) / field.weight.sum(axis=1)[:, None]
+            stress[start:stop] = mean.reshape(-1, 6)
+    numbers: Arrays = {BLOCK: grid.cell_block, GROUP: grid.cell_group, FIDELITY: grid.cell_fidelity}
+    return numbers | stress_arrays(stress)
+
+
+def stress_arrays(stress: FloatArray) -> Arrays:
+    """Stress, von Mises, principal values (largest first) and directions; {} where no row has a value.
+
+    Rows without stress (rigid blocks) hold NaN throughout.
+    """
+    known = ~np.isnan(stress[:, 0])
+    if not known.any():
+        return {}
+    values = np.full((len(stress), 3), np.nan)
+    directions = np.full((len(stress), 3, 3), np.nan)
+    mises = np.full(len(stress), np.nan)
+    values[known], directions[known] = principal(stress[known])
+    mises[known] = von_mises(stress[known])
+    named = {name: directions[:, i] for i, name in enumerate(DIRECTIONS)}
+    return {STRESS: stress, VON_MISES: mises, PRINCIPAL: values, **named}
+
+
+def contact_arrays(model: Model, state: SystemState) -> Arrays:
+    """What contact points carry, in world axes; reactions [N] act on the candidate."""
+    contacts, frame = model.contacts, state.frame
+    reaction = three(np.einsum("cai,ca->ci", frame, state.reaction))
+    return {
+        REACTION: reaction,
+        TRACTION: reaction / contacts.area[:, None],
+        NORMAL: three(frame[:, 0]),
+        SLIP: three(np.einsum("cai,ca->ci", frame, state.velocity)),
+        GAP: state.gap,
+        STATUS: state.status.astype(np.int64),
+        AREA: contacts.area,
+        INTERFACE: contacts.interface,
+        CANDIDATE: contacts.blocks[:, 0],
+        ANTAGONIST: contacts.blocks[:, 1],
+    }

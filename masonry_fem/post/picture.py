@@ -1,0 +1,369 @@
+"""Picture: PNG sheets of a structure: deformed shape, von Mises, principal stresses, reactions.
+
+    scenery = Scenery.of(model, state, title="Arch of 11 voussoirs")
+    paths = draw_all(scenery, Path("out/pictures"))
+
+Pictures are drawn from the named arrays that the field files hold, so that a results folder can
+be drawn again without its model (``view``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from masonry_fem.dynamics.model import Model
+from masonry_fem.dynamics.state import OPEN, SLIP, STICK, SystemState
+from masonry_fem.post import fields
+from masonry_fem.post.grid import POLYHEDRON, Grid, grid_of, three
+from masonry_fem.post.recorder import StepReport
+from masonry_fem.post.render import Stage, View, can_render
+from masonry_fem.post.sheet import ColourBar, Key, Sheet, prefix_of, quantity, round_down
+
+FloatArray = NDArray[np.float64]
+
+STONE, HELD, LINE, GHOST = "#e3dccb", "#a9adb2", "#33383f", "#8b939c"
+COMPRESSION, TENSION = "#1f5fa8", "#c8352b"
+STATUS_COLOURS = {OPEN: "#9aa2ab", STICK: "#1b7f5c", SLIP: "#e07b1a"}
+STATUS_WORDS = {OPEN: "open", STICK: "stick", SLIP: "slip"}
+DISPLACEMENT_COLOURS, STRESS_COLOURS = "YlGnBu", "viridis"
+
+
+@dataclass(frozen=True)
+class Scenery:
+    """What pictures show.
+
+    Attributes
+    ----------
+    blocks : pyvista grid with the arrays of ``fields`` on points and cells.
+    contacts : pyvista point cloud with theirs; None where nothing touches.
+    dimension : 2 or 3.
+    length : A typical block size [m].
+    title : First line of each sheet.
+    """
+
+    blocks: Any
+    contacts: Any
+    dimension: int
+    length: float
+    title: str
+
+    @classmethod
+    def of(cls, model: Model, state: SystemState, title: str = "", grid: Grid | None = None) -> Scenery:
+        """Scenery of a model in a state."""
+        import pyvista as pv  # noqa: PLC0415  only where pictures are drawn
+
+        grid = grid or grid_of(model)
+        blocks = pyvista_grid(grid)
+        blocks.point_data.update(fields.point_arrays(grid, model, state))
+        blocks.cell_data.update(fields.cell_arrays(grid, model, state))
+        contacts = None
+        if model.contacts.count:
+            contacts = pv.PolyData(three(state.points))
+            contacts.point_data.update(fields.contact_arrays(model, state))
+        return cls(blocks, contacts, grid.dimension, model.length, title)
+
+    @property
+    def force_unit(self) -> str:
+        """Unit of reactions: a plane structure has a metre of depth."""
+        return "N/m" if self.dimension == 2 else "N"
+
+
+class Pictures:
+    """Recorder that draws the last state when the run ends."""
+
+    dense = True  # it keeps the state only, which costs nothing
+
+    def __init__(self, directory: Path, title: str = "", amplification: float | None = None) -> None:
+        self._directory, self._title, self._amplification = Path(directory), title, amplification
+        self._last: tuple[Model, SystemState] | None = None
+
+    def start(self, model: Model) -> None:
+        """Nothing to prepare."""
+
+    def record(self, model: Model, state: SystemState, report: StepReport) -> None:
+        """Keep the state."""
+        self._last = model, state
+
+    def close(self, summary: Mapping[str, Any]) -> list[Path]:
+        """Draw, where this machine can."""
+        last, self._last = self._last, None
+        if last is None or not can_render():
+            return []
+        return draw_all(Scenery.of(*last, title=self._title), self._directory, self._amplification)
+
+
+def draw_all(scenery: Scenery, directory: Path, amplification: float | None = None) -> list[Path]:
+    """All sheets that the scenery has data for."""
+    directory = Path(directory)
+    paths = [draw_deformed(scenery, directory / "deformed.png", amplification)]
+    if fields.VON_MISES in scenery.blocks.point_data:
+        paths.append(draw_von_mises(scenery, directory / "von_mises.png", amplification))
+        paths.append(draw_principal(scenery, directory / "principal_stresses.png"))
+    if scenery.contacts is not None:
+        paths.append(draw_reactions(scenery, directory / "reactions.png"))
+        paths.append(draw_resultants(scenery, directory / "resultants.png"))
+    return paths
+
+
+def draw_deformed(scenery: Scenery, path: Path, amplification: float | None = None) -> Path:
+    """Deformed shape coloured by displacement, over the outline of the reference."""
+    shape = _Shape(scenery, amplification)
+    size = np.linalg.norm(shape.surface.point_data[fields.DISPLACEMENT], axis=1)
+    factor, prefix = prefix_of(float(size.max(initial=0.0)))
+    shape.surface["_size"] = size / factor
+    limits = (0.0, max(float(size.max(initial=0.0)) / factor, 1e-12))
+    sheet = Sheet(_title(scenery, "deformed shape"), shape.caption())
+    sheet.bar = ColourBar(f"displacement [{prefix}m]", DISPLACEMENT_COLOURS, limits)
+    sheet.keys.append(Key("undeformed", GHOST, "line", 44))
+    stage = Stage(View.of(shape.extent(), scenery.dimension), sheet.image_width)
+    stage.surface(shape.deformed(), scalars="_size", cmap=DISPLACEMENT_COLOURS, clim=limits)
+    stage.lines(shape.deformed_outline(), LINE, 1.5, rank=1)
+    stage.lines(shape.outline, GHOST, 1.3, rank=2)
+    return sheet.save(path, stage)
+
+
+def draw_von_mises(scenery: Scenery, path: Path, amplification: float | None = None) -> Path:
+    """Von Mises stress, smoothed to the nodes, on the deformed shape."""
+    shape = _Shape(scenery, amplification)
+    mises = np.asarray(shape.surface.point_data[fields.VON_MISES])
+    # corners in contact are singular: a scale that reaches their value shows nothing else
+    top, limit = float(np.nanmax(mises)), float(np.nanquantile(mises, 0.995))
+    over = top > 1.1 * limit > 0
+    factor, prefix = prefix_of(limit if over else top)
+    shape.surface["_mises"] = mises / factor
+    limits = (0.0, max((limit if over else top) / factor, 1e-12))
+    sheet = Sheet(
+        _title(scenery, "von Mises stress"),
+        f"{shape.caption()}; greatest nodal value {quantity(top, 'Pa')}"
+        + (f", colours end at {quantity(limit, 'Pa')}" if over else ""),
+    )
+    sheet.bar = ColourBar(f"von Mises [{prefix}Pa]", STRESS_COLOURS, limits, over)
+    if np.isnan(mises).any():
+        sheet.keys.append(Key("rigid, no stress", HELD))
+    stage = Stage(View.of(shape.extent(), scenery.dimension), sheet.image_width)
+    options = {"cmap": STRESS_COLOURS, "clim": limits, "nan_color": HELD, "n_colors": 256}
+    stage.surface(shape.deformed(), scalars="_mises", show_edges=True, edge_opacity=0.18, **options)
+    stage.lines(shape.deformed_outline(), LINE, 1.6)
+    return sheet.save(path, stage)
+
+
+def draw_principal(scenery: Scenery, path: Path) -> Path:
+    """Principal stresses of the blocks' mean stress, as crosses at their centres."""
+    import pyvista as pv  # noqa: PLC0415
+
+    centres, stress = _block_means(scenery.blocks)
+    arrays = fields.stress_arrays(stress)
+    values = np.asarray(arrays[fields.PRINCIPAL], float)
+    directions = np.stack([np.asarray(arrays[name], float) for name in fields.DIRECTIONS], axis=1)
+    if scenery.dimension == 2:
+        values = np.where(np.abs(directions[:, :, 2]) > 0.9, 0.0, values)
+    top = float(np.abs(values).max()) or 1.0
+    arm_length = 0.45 * _spacing(centres, scenery.length)
+    half = arm_length * (values / top)[..., None] * directions
+    sheet = Sheet(
+        _title(scenery, "principal stresses"),
+        f"Mean stress of each block; from {quantity(float(values.min()), 'Pa')} to "
+        f"{quantity(float(values.max()), 'Pa')} (tension positive)",
+    )
+    shape = _Shape(scenery, 1.0)
+    stage = Stage(View.of(shape.surface.points, scenery.dimension), sheet.image_width)
+    _pale_blocks(stage, shape)
+    for rank, colour, mask in ((3, COMPRESSION, values < 0), (5, TENSION, values > 0)):
+        where, which = np.nonzero(mask)
+        middle, arm = centres[where], half[where, which]
+        bars = pv.PolyData(np.concatenate([middle - arm, middle + arm]))
+        pairs = np.arange(len(where))
+        bars.lines = np.column_stack([np.full_like(pairs, 2), pairs, pairs + len(pairs)]).ravel()
+        if len(where):
+            stage.solid(bars.tube(radius=0.035 * arm_length, n_sides=12), colour, rank=rank)
+    sample = round_down(top)
+    pixels = 2 * arm_length * sample / top * stage.scale
+    sheet.keys += [
+        Key(f"compression, {quantity(sample, 'Pa')}", COMPRESSION, "bar", pixels),
+        Key(f"tension, {quantity(sample, 'Pa')}", TENSION, "bar", pixels),
+    ]
+    return sheet.save(path, stage)
+
+
+def draw_reactions(scenery: Scenery, path: Path) -> Path:
+    """Reaction of each contact point on its candidate, coloured by status."""
+    contacts = scenery.contacts
+    force = np.asarray(contacts.point_data[fields.REACTION], float)
+    status = np.asarray(contacts.point_data[fields.STATUS])
+    counts = ", ".join(f"{int((status == s).sum())} {STATUS_WORDS[s]}" for s in (STICK, SLIP, OPEN))
+    sheet = Sheet(
+        _title(scenery, "contact reactions"),
+        f"{len(force)} contact points: {counts}; greatest {quantity(_top(force), scenery.force_unit)}",
+    )
+    parts = [(STATUS_COLOURS[s], status == s) for s in (STICK, SLIP)]
+    keys = [Key(STATUS_WORDS[s], STATUS_COLOURS[s]) for s in (STICK, SLIP)]
+    return _draw_arrows(scenery, sheet, path, contacts.points, force, parts, keys)
+
+
+def draw_resultants(scenery: Scenery, path: Path) -> Path:
+    """Resultant of each interface at its centre of pressure."""
+    points, force = interface_resultants(scenery.contacts)
+    sheet = Sheet(
+        _title(scenery, "joint resultants"),
+        f"Resultant of each of {len(force)} loaded interfaces at its centre of pressure, on the candidate "
+        f"block; greatest {quantity(_top(force), scenery.force_unit)}",
+    )
+    return _draw_arrows(
+        scenery, sheet, path, points, force, [(COMPRESSION, np.ones(len(force), bool))], [], 1.0
+    )
+
+
+def interface_resultants(contacts: Any) -> tuple[FloatArray, FloatArray]:
+    """Centre of pressure [m] and resultant [N] of the interfaces that carry any, shapes (i, 3)."""
+    force = np.asarray(contacts.point_data[fields.REACTION], float)
+    normal = np.asarray(contacts.point_data[fields.NORMAL], float)
+    _, where = np.unique(np.asarray(contacts.point_data[fields.INTERFACE]), return_inverse=True)
+    pressure = np.maximum(np.einsum("ci,ci->c", force, normal), 0.0)
+    total = np.bincount(where, pressure)
+    resultant = np.stack([np.bincount(where, f) for f in force.T], axis=1)
+    points = np.asarray(contacts.points, float)
+    moment = np.stack([np.bincount(where, pressure * x) for x in points.T], axis=1)
+    loaded = total > 1e-12 * total.max(initial=0.0)
+    return moment[loaded] / total[loaded, None], resultant[loaded]
+
+
+def amplification_of(displacement: FloatArray, points: FloatArray) -> float:
+    """1-2-5 factor that shows the greatest displacement at about 5 % of the structure, at least 1."""
+    greatest = float(np.linalg.norm(displacement, axis=1).max(initial=0.0))
+    size = float(np.linalg.norm(np.ptp(points, axis=0)))
+    if greatest <= 1e-15 * size:
+        return 1.0
+    return max(1.0, round_down(0.07 * size / greatest))
+
+
+def pyvista_grid(grid: Grid) -> Any:
+    """The grid as pyvista's."""
+    import pyvista as pv  # noqa: PLC0415
+
+    starts = np.concatenate([[0], grid.offsets[:-1]])
+    ends, last, stream = grid.face_offsets, 0, []
+    for cell, (a, b) in enumerate(zip(starts, grid.offsets, strict=True)):
+        nodes = grid.connectivity[a:b]
+        if grid.types[cell] == POLYHEDRON:
+            nodes, last = grid.faces[last : ends[cell]], int(ends[cell])
+        stream.append(np.concatenate([[len(nodes)], nodes]))
+    return pv.UnstructuredGrid(np.concatenate(stream), grid.types, grid.points)
+
+
+class _Shape:
+    """Surface and outline of the blocks, which can be moved by their displacement."""
+
+    def __init__(self, scenery: Scenery, amplification: float | None) -> None:
+        grid = scenery.blocks.copy()
+        for name in (fields.STRESS, fields.PRINCIPAL, *fields.DIRECTIONS):
+            grid.cell_data.pop(name, None)
+        self.surface = _surface(grid)
+        self.outline = self.surface.extract_feature_edges(
+            25.0, boundary_edges=True, feature_edges=True, manifold_edges=False, non_manifold_edges=False
+        )
+        displacement = np.asarray(scenery.blocks.point_data[fields.DISPLACEMENT], float)
+        self._greatest = float(np.linalg.norm(displacement, axis=1).max(initial=0.0))
+        self.factor = amplification or amplification_of(displacement, np.asarray(scenery.blocks.points))
+
+    def deformed(self) -> Any:
+        return self._moved(self.surface)
+
+    def deformed_outline(self) -> Any:
+        return self._moved(self.outline)
+
+    def extent(self) -> FloatArray:
+        return np.concatenate([self.surface.points, self.deformed().points])
+
+    def caption(self) -> str:
+        times = f"{self.factor:,.0f}".replace(",", " ") if self.factor >= 10 else f"{self.factor:g}"
+        return f"Displacements × {times}; greatest displacement {quantity(self._greatest, 'm')}"
+
+    def _moved(self, mesh: Any) -> Any:
+        moved = mesh.copy()
+        moved.points = mesh.points + self.factor * np.asarray(mesh.point_data[fields.DISPLACEMENT])
+        return moved
+
+
+def _surface(grid: Any) -> Any:
+    """Outer faces of a grid; by VTK itself, whose wrapper in pyvista changes from version to version."""
+    import pyvista as pv  # noqa: PLC0415
+    from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter  # noqa: PLC0415
+
+    skin = vtkGeometryFilter()
+    skin.SetInputData(grid)
+    skin.MergingOff()  # blocks that touch stay apart
+    skin.SetNonlinearSubdivisionLevel(1)
+    skin.Update()
+    return pv.wrap(skin.GetOutput())
+
+
+def _pale_blocks(stage: Stage, shape: _Shape) -> None:
+    """Blocks as a background that bars and arrows inside them can be seen through."""
+    flat = abs(stage.view.axes[2, 2]) > 0.999
+    stage.surface(shape.surface, color=STONE, opacity=1.0 if flat else 0.16)
+    stage.lines(shape.outline, GHOST, 1.4, opacity=1.0 if flat else 0.8)
+
+
+def _draw_arrows(
+    scenery: Scenery, sheet: Sheet, path: Path, points: FloatArray, force: FloatArray,
+    parts: list[tuple[str, NDArray[np.bool_]]], keys: list[Key], longest: float = 0.8,
+) -> Path:  # fmt: skip
+    import pyvista as pv  # noqa: PLC0415
+
+    shape = _Shape(scenery, 1.0)
+    top = _top(force) or 1.0
+    vectors = force * (longest * scenery.length / top)
+    extent = np.concatenate([shape.surface.points, points + vectors])
+    stage = Stage(View.of(extent, scenery.dimension), sheet.image_width)
+    _pale_blocks(stage, shape)
+    arrow = pv.Arrow(tip_length=0.28, tip_radius=0.085, shaft_radius=0.028, tip_resolution=24)
+    for colour, mask in parts:
+        shown = mask & (np.linalg.norm(force, axis=1) > 1e-6 * top)
+        if shown.any():
+            cloud = pv.PolyData(points[shown])
+            cloud["_force"] = vectors[shown]
+            stage.solid(cloud.glyph(orient="_force", scale="_force", factor=1.0, geom=arrow), colour)
+    sample = round_down(top)
+    pixels = longest * scenery.length * sample / top * stage.scale
+    sheet.keys += [Key(quantity(sample, scenery.force_unit), parts[0][0], "arrow", pixels), *keys]
+    return sheet.save(path, stage)
+
+
+def _block_means(blocks: Any) -> tuple[FloatArray, FloatArray]:
+    """Centre and volume mean of the stress of each block that has one, shapes (b, 3), (b, 6)."""
+    sizes = blocks.compute_cell_sizes(length=False, area=True, volume=True)
+    volume = np.abs(sizes.cell_data["Volume"]) + np.abs(sizes.cell_data["Area"])
+    stress = np.asarray(blocks.cell_data[fields.STRESS], float)
+    known = ~np.isnan(stress[:, 0])
+    volume, stress = volume[known], stress[known]
+    centres = np.asarray(blocks.cell_centers().points, float)[known]
+    _, where = np.unique(np.asarray(blocks.cell_data[fields.BLOCK])[known], return_inverse=True)
+    total = np.bincount(where, volume)[:, None]
+
+    def mean(values: FloatArray) -> FloatArray:
+        return np.stack([np.bincount(where, volume * v) for v in values.T], axis=1) / total
+
+    return mean(centres), mean(stress)
+
+
+def _spacing(centres: FloatArray, length: float) -> float:
+    """Usual distance from a block's centre to the nearest other one: crosses that long stay apart."""
+    if len(centres) < 2:
+        return length
+    distance, _ = cKDTree(centres).query(centres, k=2)
+    return float(np.median(distance[:, 1]))
+
+
+def _title(scenery: Scenery, what: str) -> str:
+    return f"{scenery.title}: {what}" if scenery.title else what[0].upper() + what[1:]
+
+
+def _top(force: FloatArray) -> float:
+    return float(np.linalg.norm(force, axis=1).max(initial=0.0))

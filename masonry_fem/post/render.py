@@ -1,0 +1,153 @@
+"""Render: a scene of surfaces, lines and arrows to an image, without a screen.
+
+    if can_render():
+        stage = Stage(View.of(points, dimension), width=1400)
+        stage.surface(mesh, colour="#d8d2c4")
+        image = stage.image()           # (height, width, 3) uint8
+
+The camera is parallel and fitted exactly, so that ``stage.scale`` pixels are one metre (of a line
+in the plane of the picture). Needs libEGL or libOSMesa where there is no X server: VTK without
+either ends in a segmentation fault, hence the check before it is touched.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import logging
+import os
+import sys
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+logger = logging.getLogger(__name__)
+
+LIBRARIES = {
+    "vtkEGLRenderWindow": ("libEGL.so.1", "libEGL.so"),
+    "vtkOSOpenGLRenderWindow": ("libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"),
+}
+LOWEST, HIGHEST = 360, 1150  # pixels of an image's height
+MARGIN = 1.04
+FINE = 2  # the image is drawn this many times finer and averaged: smooth edges on any driver
+
+
+@functools.cache
+def can_render() -> bool:
+    """Whether VTK can draw here; where it cannot, one warning says what to install."""
+    if not sys.platform.startswith("linux") or os.environ.get("DISPLAY"):
+        return True
+    for window, names in LIBRARIES.items():
+        if any(_loadable(name) for name in names):
+            # VTK would try an X server first and complain on stderr that there is none
+            os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", window)
+            return True
+    logger.warning(
+        "no pictures: neither libEGL nor libOSMesa can be loaded and there is no X server; "
+        "install one of them (Debian: apt install libegl1 libgl1-mesa-dri) or set output.pictures = false"
+    )
+    return False
+
+
+def _loadable(name: str) -> bool:
+    try:
+        ctypes.CDLL(name)
+    except OSError:
+        return False
+    return True
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """Parallel projection fitted to what it shows.
+
+    Attributes
+    ----------
+    centre : Middle of the picture [m], shape (3,).
+    axes : Unit vectors to the right, up and towards the eye, rows, shape (3, 3).
+    half : Half width and half height of what is shown [m].
+    """
+
+    centre: FloatArray
+    axes: FloatArray
+    half: tuple[float, float]
+
+    @classmethod
+    def of(cls, points: FloatArray, dimension: int) -> View:
+        """From the front in 2D; in 3D from the front, a little to the left and above, z upwards."""
+        towards = np.array([0.0, 0.0, 1.0]) if dimension == 2 else np.array([-0.62, -1.0, 0.52])
+        up = np.array([0.0, 1.0, 0.0]) if dimension == 2 else np.array([0.0, 0.0, 1.0])
+        towards /= np.linalg.norm(towards)
+        right = np.cross(up, towards)
+        right /= np.linalg.norm(right)
+        axes = np.stack([right, np.cross(towards, right), towards])
+        seen = points @ axes.T
+        low, high = seen.min(axis=0), seen.max(axis=0)
+        half = np.maximum(0.5 * (high - low), 1e-3 * np.linalg.norm(high - low) + 1e-12)
+        return cls(axes.T @ (0.5 * (low + high)), axes, (float(half[0]), float(half[1])))
+
+
+class Stage:
+    """A picture in the making.
+
+    Attributes
+    ----------
+    size : Width and height of the image [pixels].
+    scale : Pixels a metre.
+    """
+
+    def __init__(self, view: View, width: int, depth: float = 1.0) -> None:
+        import pyvista as pv  # noqa: PLC0415  only where pictures are drawn
+
+        half_width, half_height = view.half
+        height = int(np.clip(width * half_height / half_width, LOWEST, HIGHEST))
+        self.view, self.size = view, (width, height)
+        self.scale = min(width / (2 * MARGIN * half_width), height / (2 * MARGIN * half_height))
+        self._lift = 2.0 / self.scale  # lines stand two pixels' length before their surface
+        self.plotter: Any = pv.Plotter(
+            off_screen=True, window_size=[FINE * width, FINE * height], lighting="light kit"
+        )
+        self.plotter.set_background("white")
+
+    def surface(self, mesh: Any, **options: Any) -> None:
+        """Add faces, flat-lit in 2D; options as of pyvista's ``add_mesh``."""
+        defaults = {"show_scalar_bar": False, "ambient": 0.62, "diffuse": 0.42, "specular": 0.0}
+        flat = abs(self.view.axes[2, 2]) > 0.999
+        self.plotter.add_mesh(mesh, lighting=not flat, **(defaults | options))
+
+    def lines(self, mesh: Any, colour: str, width: float, *, rank: int = 1, opacity: float = 1.0) -> None:
+        """Add lines, a little nearer to the eye than what they lie on; a higher rank lies over a lower."""
+        if mesh.n_points:
+            lifted = mesh.translate(self.view.axes[2] * self._lift * rank, inplace=False)
+            self.plotter.add_mesh(
+                lifted, color=colour, line_width=FINE * width, lighting=False, opacity=opacity
+            )
+
+    def solid(self, mesh: Any, colour: str, *, rank: int = 3) -> None:
+        """Add a coloured body (arrows, bars) as it is, in front of what lies in its plane."""
+        if mesh.n_points:
+            lifted = mesh.translate(self.view.axes[2] * self._lift * rank, inplace=False)
+            flat = abs(self.view.axes[2, 2]) > 0.999
+            self.plotter.add_mesh(lifted, color=colour, lighting=not flat, ambient=0.55, diffuse=0.5)
+
+    def image(self) -> NDArray[np.uint8]:
+        """Draw and end: the stage is gone afterwards."""
+        camera, view = self.plotter.camera, self.view
+        reach = 4.0 * float(np.hypot(*view.half)) + 1.0
+        camera.focal_point = view.centre
+        camera.position = view.centre + reach * view.axes[2]
+        camera.up = view.axes[1]
+        camera.parallel_projection = True
+        camera.parallel_scale = self.size[1] / (2 * self.scale)
+        self.plotter.camera_set = True
+        self.plotter.renderer.reset_camera_clipping_range()
+        fine = np.asarray(self.plotter.screenshot(None, return_img=True))
+        self.plotter.close()
+        width, height = self.size
+        tiles = fine.reshape(height, FINE, width, FINE, fine.shape[-1])
+        image: NDArray[np.uint8] = np.rint(tiles.mean(axis=(1, 3))).astype(np.uint8)
+        return image

@@ -1,0 +1,175 @@
+"""Sheet: the page around an image: title, captions, colour bar, scales and legend.
+
+Text is set by matplotlib around an image that VTK has drawn, so that no label lies over the
+structure, and scales are true: a metre or a newton on the page is what the caption says.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from masonry_fem.post.render import Stage, View
+
+WIDTH = 1600
+SIDE, TOP, BOTTOM, BAR = 48, 132, 116, 190
+INK, PALE = "#1d2126", "#5d6670"
+PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
+
+
+@dataclass(frozen=True, slots=True)
+class ColourBar:
+    """Scale of a coloured field: ``limits`` in units of ``label``; ``over`` where values exceed it."""
+
+    label: str
+    colours: str
+    limits: tuple[float, float]
+    over: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Key:
+    """An entry of the legend: a stroke (arrow or bar) ``pixels`` long or a dot, and its words."""
+
+    text: str
+    colour: str
+    mark: str = "dot"  # dot, bar, line, arrow
+    pixels: float = 0.0
+
+
+@dataclass(slots=True)
+class Sheet:
+    """A page under construction."""
+
+    title: str
+    caption: str
+    keys: list[Key] = field(default_factory=list)
+    bar: ColourBar | None = None
+
+    @property
+    def image_width(self) -> int:
+        """Pixels that are left for the image."""
+        return WIDTH - 2 * SIDE - (BAR if self.bar else 0)
+
+    def save(self, path: Path, stage: Stage) -> Path:
+        """Draw the stage, set the page and write the PNG."""
+        from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415  half a second
+        from matplotlib.figure import Figure  # noqa: PLC0415
+
+        view, scale, (width, height) = stage.view, stage.scale, stage.size
+        image = stage.image()
+        page = (WIDTH, height + TOP + BOTTOM)
+        figure = Figure(figsize=(page[0] / 100, page[1] / 100), dpi=100, facecolor="white")
+        FigureCanvasAgg(figure)
+        figure.figimage(image[::-1], xo=SIDE, yo=BOTTOM, origin="lower")
+        pen = _Pen(figure, page)
+        pen.text(SIDE, page[1] - 52, self.title, 27, INK, weight="bold")
+        pen.text(SIDE, page[1] - 92, self.caption, 19, PALE)
+        x = pen.triad(SIDE + 6, 34, view)
+        x = pen.length_scale(x + 36, scale, width)
+        for key in self.keys:
+            x = pen.key(x + 44, key)
+        if self.bar:
+            pen.bar(self.bar, SIDE + width + 40, BOTTOM, height)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(path, dpi=100)
+        return path
+
+
+class _Pen:
+    """Strokes and words on a page measured in pixels from its lower left corner."""
+
+    def __init__(self, figure: Any, page: tuple[int, int]) -> None:
+        self._figure, self._page = figure, page
+        self._axes = figure.add_axes((0, 0, 1, 1), facecolor="none")
+        self._axes.set(xlim=(0, page[0]), ylim=(0, page[1]))
+        self._axes.axis("off")
+
+    def text(self, x: float, y: float, words: str, size: float, colour: str, **options: Any) -> float:
+        """Write and return the right end of the words."""
+        artist = self._axes.text(x, y, words, fontsize=size * 0.72, color=colour, va="center", **options)
+        return float(artist.get_window_extent(self._figure.canvas.get_renderer()).x1)
+
+    def stroke(self, x: float, y: float, dx: float, dy: float, colour: str, width: float, tip: str) -> None:
+        style = {"arrowstyle": tip, "color": colour, "lw": width, "shrinkA": 0, "shrinkB": 0}
+        self._axes.annotate("", (x + dx, y + dy), (x, y), arrowprops=style)
+
+    def triad(self, x: float, y: float, view: View) -> float:
+        """World axes as the eye sees them; returns the right end."""
+        flat = abs(view.axes[2, 2]) > 0.999
+        ends = [46 * view.axes[:2, i] for i in range(2 if flat else 3)]
+        x -= min(0.0, *(float(e[0]) for e in ends))
+        for end, name in zip(ends, "xyz", strict=False):
+            self.stroke(x, y, end[0], end[1], INK, 1.6, "-|>")
+            tip = end * (1 + 13 / max(float(np.linalg.norm(end)), 1.0))
+            self.text(x + tip[0], y + tip[1], name, 18, INK, ha="center")
+        return x + max(float(e[0]) for e in ends) + 18
+
+    def length_scale(self, x: float, scale: float, width: int) -> float:
+        """Bar of a round number of metres."""
+        metres = round_down(0.16 * width / scale)
+        pixels = metres * scale
+        self._axes.plot([x, x + pixels], [46, 46], color=INK, lw=2.2, solid_capstyle="butt")
+        for end in (x, x + pixels):
+            self._axes.plot([end, end], [40, 52], color=INK, lw=1.4)
+        right = self.text(
+            x + pixels / 2,
+            70,
+            f"{metres:g} m" if metres >= 0.01 else quantity(metres, "m"),
+            18,
+            INK,
+            ha="center",
+        )
+        return max(x + pixels, right)
+
+    def key(self, x: float, key: Key) -> float:
+        y = 46.0
+        if key.mark == "dot":
+            self._axes.plot([x + 7], [y], "o", color=key.colour, ms=9)
+            x += 14
+        elif key.mark == "arrow":
+            self.stroke(x, y, key.pixels, 0, key.colour, 2.6, "-|>,head_width=.3,head_length=.6")
+            x += key.pixels
+        else:
+            width = 4.0 if key.mark == "bar" else 1.6
+            self._axes.plot([x, x + key.pixels], [y, y], color=key.colour, lw=width, solid_capstyle="butt")
+            x += key.pixels
+        return self.text(x + 12, y, key.text, 18, INK)
+
+    def bar(self, bar: ColourBar, x: float, y: float, height: int) -> None:
+        from matplotlib.cm import ScalarMappable  # noqa: PLC0415
+        from matplotlib.colors import Normalize  # noqa: PLC0415
+
+        tall = min(height - 60, 520)
+        low = y + (height - tall) / 2 - 14
+        box = (x / self._page[0], low / self._page[1], 26 / self._page[0], tall / self._page[1])
+        axes = self._figure.add_axes(box)
+        field = ScalarMappable(Normalize(*bar.limits), bar.colours)
+        scale = self._figure.colorbar(
+            field, cax=axes, extend="max" if bar.over else "neither", extendfrac=0.04
+        )
+        scale.outline.set_linewidth(0.6)
+        scale.ax.tick_params(labelsize=17 * 0.72, colors=INK, length=4)
+        self.text(x - 4, low + tall + (44 if bar.over else 24), bar.label, 18, INK)
+
+
+def prefix_of(value: float) -> tuple[float, str]:
+    """Factor and letter of the SI prefix that suits a value."""
+    size = abs(value) * (1 + 1e-12)
+    return next(((f, p) for f, p in PREFIXES if size >= f), (1.0, "") if size == 0 else PREFIXES[-1])
+
+
+def quantity(value: float, unit: str) -> str:
+    """A value to three digits with its unit, e.g. ``12.5 kPa``."""
+    factor, prefix = prefix_of(value)
+    digits = float(f"{value / factor:.3g}")
+    return f"{digits:g} {prefix}{unit}".replace("-", "−")
+
+
+def round_down(value: float) -> float:
+    """Greatest of 1, 2, 5 times a power of ten that does not exceed a positive value."""
+    power = 10.0 ** np.floor(np.log10(value) + 1e-12)
+    return float(max(step for step in (1, 2, 5) if step * power <= value * (1 + 1e-9)) * power)

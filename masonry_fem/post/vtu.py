@@ -1,0 +1,177 @@
+"""VTU: field files that ParaView opens, written without VTK.
+
+One ``.vtu`` a recorded step for the blocks and one for the contact points, and for each kind a
+``.pvd`` series that is rewritten after every step, so that an interrupted run can be read:
+
+    out/blocks.pvd   out/contacts.pvd   out/fields/blocks_000012.vtu   ...
+
+Arrays are appended in raw zlib-compressed binary. Polyhedra are written in the face-stream form
+of file version 1.0, which every ParaView 5 and later reads.
+"""
+
+from __future__ import annotations
+
+import os
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+from numpy.typing import NDArray
+
+from masonry_fem.dynamics.model import Model
+from masonry_fem.dynamics.state import SystemState
+from masonry_fem.post.fields import Arrays, cell_arrays, contact_arrays, point_arrays
+from masonry_fem.post.grid import VERTEX, Grid, grid_of, three
+from masonry_fem.post.recorder import StepReport
+
+BLOCK_BYTES = 1 << 20
+LEVEL = 1  # of zlib: fields are noise to a higher one, which costs ten times the time
+VTK_NAMES = {"f8": "Float64", "f4": "Float32", "i8": "Int64", "i4": "Int32", "u1": "UInt8", "i1": "Int8"}
+COMPONENTS = ("XX", "YY", "ZZ", "XY", "YZ", "XZ")
+
+
+class FieldFiles:
+    """Recorder of block and contact fields under ``directory``."""
+
+    dense = False
+
+    def __init__(self, directory: Path) -> None:
+        self._directory = Path(directory)
+        self._blocks = Series(self._directory, "blocks")
+        self._contacts = Series(self._directory, "contacts")
+        self._grid: Grid | None = None
+
+    def start(self, model: Model) -> None:
+        """Fix the grid, which serves all steps."""
+        (self._directory / "fields").mkdir(parents=True, exist_ok=True)
+        self._grid = grid_of(model)
+
+    def record(self, model: Model, state: SystemState, report: StepReport) -> None:
+        """Write one step and bring the two series up to date."""
+        grid = self._grid or grid_of(model)
+        meta = field_data(model, state)
+        path = self._blocks.next_path(state.index)
+        write_vtu(path, grid, point_arrays(grid, model, state), cell_arrays(grid, model, state), meta)
+        self._blocks.add(path, report.time)
+        if model.contacts.count:
+            path = self._contacts.next_path(state.index)
+            write_points(path, three(state.points), contact_arrays(model, state), meta)
+            self._contacts.add(path, report.time)
+
+    def close(self, summary: Mapping[str, Any]) -> list[Path]:
+        """Name the two series."""
+        return [series.path for series in (self._blocks, self._contacts) if series.path.exists()]
+
+
+class Series:
+    """A ``.pvd`` collection: files and the times they belong to."""
+
+    def __init__(self, directory: Path, name: str) -> None:
+        self.path = directory / f"{name}.pvd"
+        self._directory, self._name = directory, name
+        self._entries: dict[str, float] = {}
+
+    def next_path(self, index: int) -> Path:
+        """Where the file of a step goes."""
+        return self._directory / "fields" / f"{self._name}_{index:06d}.vtu"
+
+    def add(self, path: Path, time: float) -> None:
+        """Enter a file that is complete and rewrite the collection."""
+        self._entries[path.relative_to(self._directory).as_posix()] = time
+        lines = "".join(
+            f'    <DataSet timestep="{time:.17g}" part="0" file={quoteattr(name)}/>\n'
+            for name, time in self._entries.items()
+        )
+        write_atomic(
+            self.path,
+            b'<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">\n'
+            b"  <Collection>\n" + lines.encode() + b"  </Collection>\n</VTKFile>\n",
+        )
+
+
+def field_data(model: Model, state: SystemState) -> Arrays:
+    """What a reader must know besides the fields: time, dimension, a typical block size [m]."""
+    return {
+        "TimeValue": np.array([state.time]),
+        "dimension": np.array([model.assembly.dimension]),
+        "length": np.array([model.length]),
+    }
+
+
+def write_vtu(path: Path, grid: Grid, points: Arrays, cells: Arrays, meta: Arrays | None = None) -> None:
+    """Write a grid with nodal arrays (n, ...) and cell arrays (m, ...)."""
+    topology: Arrays = {"connectivity": grid.connectivity, "offsets": grid.offsets, "types": grid.types}
+    if grid.faces.size:
+        topology |= {"faces": grid.faces, "faceoffsets": grid.face_offsets}
+    _write(path, grid.points, topology, points, cells, meta or {})
+
+
+def write_points(path: Path, points: NDArray[np.float64], arrays: Arrays, meta: Arrays | None = None) -> None:
+    """Write a cloud of points (c, 3) with its arrays, each point a vertex cell."""
+    number = np.arange(len(points))
+    types = np.full(len(points), VERTEX, np.uint8)
+    topology: Arrays = {"connectivity": number, "offsets": number + 1, "types": types}
+    _write(path, points, topology, arrays, {}, meta or {})
+
+
+def write_atomic(path: Path, content: bytes) -> None:
+    """Replace a file so that a reader, or an interruption, finds the old or the new one whole."""
+    part = path.with_name(path.name + ".part")
+    part.write_bytes(content)
+    os.replace(part, path)
+
+
+def _write(
+    path: Path, points: NDArray[np.float64], topology: Arrays, nodal: Arrays, cells: Arrays, meta: Arrays
+) -> None:
+    data = _Appended()
+    sections = (
+        f"    <FieldData>{data.list(meta, tuples=True)}</FieldData>\n"
+        f'    <Piece NumberOfPoints="{len(points)}" NumberOfCells="{len(topology["types"])}">\n'
+        f"      <PointData>{data.list(nodal)}</PointData>\n      <CellData>{data.list(cells)}</CellData>\n"
+        f"      <Points>{data.list({'Points': points})}</Points>\n"
+        f"      <Cells>{data.list(topology)}</Cells>\n"
+        "    </Piece>\n"
+    )
+    head = (
+        '<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" '
+        'header_type="UInt64" compressor="vtkZLibDataCompressor">\n  <UnstructuredGrid>\n'
+        f'{sections}  </UnstructuredGrid>\n  <AppendedData encoding="raw">_'
+    )
+    write_atomic(path, head.encode() + b"".join(data.chunks) + b"</AppendedData>\n</VTKFile>\n")
+
+
+class _Appended:
+    """The binary tail of a file, and the XML elements that point into it."""
+
+    def __init__(self) -> None:
+        self.chunks: list[bytes] = []
+        self._length = 0
+
+    def list(self, arrays: Arrays, *, tuples: bool = False) -> str:
+        return "".join(self._element(name, array, tuples) for name, array in arrays.items())
+
+    def _element(self, name: str, array: NDArray[np.generic], tuples: bool) -> str:
+        flat = np.ascontiguousarray(array)
+        attributes = f'type="{VTK_NAMES[flat.dtype.str[1:]]}" Name={quoteattr(name)}'
+        if flat.ndim > 1:
+            attributes += f' NumberOfComponents="{flat.shape[1]}"'
+            if flat.shape[1] == 6:
+                attributes += "".join(f' ComponentName{i}="{c}"' for i, c in enumerate(COMPONENTS))
+        if tuples:
+            attributes += f' NumberOfTuples="{len(flat)}"'
+        element = f'\n        <DataArray {attributes} format="appended" offset="{self._length}"/>'
+        chunk = _compressed(flat.astype(flat.dtype.newbyteorder("<"), copy=False).tobytes())
+        self.chunks.append(chunk)
+        self._length += len(chunk)
+        return element
+
+
+def _compressed(data: bytes) -> bytes:
+    """Header (blocks, block size, size of the last, compressed sizes) and the zlib blocks."""
+    blocks = [zlib.compress(data[i : i + BLOCK_BYTES], LEVEL) for i in range(0, len(data), BLOCK_BYTES)]
+    header = [len(blocks), BLOCK_BYTES, len(data) % BLOCK_BYTES, *map(len, blocks)]
+    return np.array(header, "<u8").tobytes() + b"".join(blocks)

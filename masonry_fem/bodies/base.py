@@ -168,8 +168,8 @@ class BodyGroup(Protocol):
         """The group seen through contact sides."""
         ...
 
-    # forces are arrays of the group's own kind: nodal (b, n), or rigid (b, m): force and moment
-    # about the centroid, world axes; they add and scale.
+    # forces are arrays of the group's own kind: nodal (b, n), or for rigid blocks the force and the
+    # dyadic of its lever arm (b, d + d²), world axes; they add and scale. Loads are dead.
     def acceleration_force(self, acceleration: FloatArray) -> FloatArray:
         """Body force of a uniform acceleration (d,) [m/s²]."""
         ...

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from masonry_fem.bodies.base import FloatArray, Free, IntArray, Scheme, StepEnergy
-from masonry_fem.bodies.rotation import exponential, moment, orthonormalised
+from masonry_fem.bodies.rotation import exponential, orthonormalised
 from masonry_fem.bodies.undeformed import Placed, Undeformed, translation_and_spin
 from masonry_fem.errors import GeometryError
 from masonry_fem.solid.assembly import Assembly
@@ -64,9 +64,10 @@ class RigidGroup(Undeformed):
 
     Notes
     -----
-    The moment of a force is kept about the centroid as it was in the reference configuration: a
-    force applied off the centroid keeps its lever arm while the block turns (a uniform
-    acceleration has none, so gravity is exact).
+    Loads are dead: a force keeps its direction and its material point, so that its lever arm turns
+    with the block; a step takes the arm that it starts with. Impulses too act along the principal
+    axes at the start of the step, whereas U⁺ lies along those at its end: of a block that turns by
+    φ in a step the direction of an angular impulse is known to φ. Nothing is lost where nothing acts.
 
     Raises
     ------
@@ -99,7 +100,7 @@ class RigidGroup(Undeformed):
     def rest(self) -> RigidState:
         """The state of reference: in place, at rest."""
         turn = np.tile(np.eye(self.dimension), (self.count, 1, 1))
-        return RigidState(self.centres.copy(), turn, self.no_force())
+        return RigidState(self.centres.copy(), turn, np.zeros((self.count, self.freedoms)))
 
     def with_velocity(
         self, state: RigidState, body: int, velocity: FloatArray, spin: FloatArray
@@ -126,30 +127,31 @@ class RigidGroup(Undeformed):
     # --- loads ------------------------------------------------------------------------------------
 
     def acceleration_force(self, acceleration: FloatArray) -> FloatArray:
-        """Body force of a uniform acceleration (d,) [m/s²], shape (b, m) [N, N m]."""
+        """Body force of a uniform acceleration (d,) [m/s²], a force array."""
         force = self.no_force()
         force[:, : self.dimension] = self.mass[:, None] * np.asarray(acceleration, dtype=float)
         return force
 
     def traction_force(self, body: int, face: int, traction: FloatArray) -> FloatArray:
-        """Uniform traction (d,) [Pa], world axes, on a polytope face of one block, (b, m) [N, N m]."""
+        """Uniform traction (d,) [Pa], world axes, on a polytope face of one block, a force array."""
         solid = self.assembly.solid(int(self.blocks[body]))
         area, centre = _area_and_centre(solid.face_points(face))
         return self.point_force(body, centre, area * np.asarray(traction, dtype=float))
 
     def point_force(self, body: int, point: FloatArray | None, force: FloatArray) -> FloatArray:
-        """Force (d,) [N] at a world point of the reference (None: centroid), shape (b, m) [N, N m]."""
+        """Force (d,) [N] at a world point of the reference (None: centroid), a force array."""
         total, d = self.no_force(), self.dimension
         value = np.asarray(force, dtype=float)
         total[body, :d] = value
         if point is not None:
-            total[body, d:] = moment(np.asarray(point, dtype=float) - self.centres[body], value)
+            arm = np.asarray(point, dtype=float) - self.centres[body]
+            total[body, d:] = np.outer(arm, value).ravel()
         return total
 
     def _generalised(self, state: RigidState, force: FloatArray) -> FloatArray:
-        """Φᵀ F of forces and moments in world axes, shape (b, m)."""
-        d = self.dimension
-        principal = np.einsum("bri,br->bi", self._current_axes(state.rotation), force[:, d:])
+        """Φᵀ F of a force array, shape (b, m)."""
+        d, moments = self.dimension, self.moments(force, state.rotation)
+        principal = np.einsum("bri,br->bi", self._current_axes(state.rotation), moments)
         return np.concatenate([force[:, :d], principal], axis=1) / self._scale
 
     # --- the step ---------------------------------------------------------------------------------

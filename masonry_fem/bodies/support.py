@@ -149,7 +149,7 @@ class SupportGroup(Undeformed):
     def _forward_velocity(self, time: float, step: float) -> FloatArray:
         """U just after an instant, by a one-sided difference of second order, shape (b, m)."""
         if not self._moving:
-            return self.no_force()
+            return np.zeros((self.count, self.freedoms))
         start = self._pose(time)
         near = self._mean_velocity(*start, self._pose(time + step), step)
         far = self._mean_velocity(*start, self._pose(time + 2 * step), 2 * step)
@@ -167,7 +167,7 @@ class SupportGroup(Undeformed):
         pose = self._pose(state.time + scheme.step)
         mean = self._mean_velocity(state.position, state.rotation, pose, scheme.step)
         velocity = (mean - (1 - scheme.theta) * state.velocity) / scheme.theta
-        return Free(velocity, self.no_force(), self.no_force(), None)
+        return Free(velocity, np.zeros_like(velocity), np.zeros_like(velocity), None)
 
     def advance(
         self,
@@ -196,15 +196,15 @@ class SupportGroup(Undeformed):
     # --- loads and energies -----------------------------------------------------------------------
 
     def acceleration_force(self, acceleration: FloatArray) -> FloatArray:
-        """No force: a support has no mass, shape (b, m)."""
+        """No force: a support has no mass."""
         return self.no_force()
 
     def traction_force(self, body: int, face: int, traction: FloatArray) -> FloatArray:
-        """No force: what acts on a support goes to the ground, shape (b, m)."""
+        """No force: what acts on a support goes to the ground."""
         return self.no_force()
 
     def point_force(self, body: int, point: FloatArray | None, force: FloatArray) -> FloatArray:
-        """No force: what acts on a support goes to the ground, shape (b, m)."""
+        """No force: what acts on a support goes to the ground."""
         return self.no_force()
 
     def scale_velocity(self, state: SupportState, factor: float) -> SupportState:

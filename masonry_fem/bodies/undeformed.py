@@ -76,14 +76,27 @@ class Undeformed:
 
     # --- loads ------------------------------------------------------------------------------------
 
+    # A force array has, by block, the force F and the dyadic Σ r ⊗ f of arms from the centre in
+    # the reference configuration: it adds and scales, and gives the moment in any rotation.
+
     def no_force(self) -> FloatArray:
-        """No force, shape (b, m)."""
-        return np.zeros((self.count, self.freedoms))
+        """No force on any block, shape (b, d + d²)."""
+        return np.zeros((self.count, self.dimension * (1 + self.dimension)))
+
+    def moments(self, force: FloatArray, rotation: FloatArray) -> FloatArray:
+        """Moments of forces about the centres of blocks that have turned, shape (b, 1 or 3) [N m]."""
+        d = self.dimension
+        dyadic = rotation @ force[:, d:].reshape(-1, d, d)
+        turning = dyadic - np.swapaxes(dyadic, 1, 2)
+        if d == 2:
+            return turning[:, 0, 1, None]
+        return np.stack([turning[:, 1, 2], turning[:, 2, 0], turning[:, 0, 1]], axis=1)
 
     def resultant(self, force: FloatArray) -> FloatArray:
-        """Force and moment about the world origin, shape (b, m) [N, N m]."""
+        """Force and moment about the world origin in the reference, shape (b, m) [N, N m]."""
         d = self.dimension
-        about_origin = force[:, d:] + moment(self.centres, force[:, :d])
+        unturned = np.broadcast_to(np.eye(d), (self.count, d, d))
+        about_origin = self.moments(force, unturned) + moment(self.centres, force[:, :d])
         return np.concatenate([force[:, :d], about_origin], axis=1)
 
     def clamp_reactions(

@@ -1,0 +1,229 @@
+"""Check: the parts of a scene held against each other, without building any geometry.
+
+``cross_check`` refuses the first contradiction, ``doubts`` lists what is possible but seldom
+meant. What needs the blocks (do they touch, does a selector select) is checked when they exist.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from masonry_fem.scene.lines import KeyPath
+from masonry_fem.scene.misfit import MisfitError, braced, listed, nearest, wrong
+from masonry_fem.scene.specs import (
+    ArchStructure,
+    BlockStructure,
+    Dynamics,
+    FileStructure,
+    Initial,
+    MeshSettings,
+    Motion,
+    Record,
+    Scene,
+    StackStructure,
+    Statics,
+    Support,
+    Table,
+    WallStructure,
+)
+
+GEOMETRY_FILES = (".msh", ".geo", ".step", ".stp")
+
+
+def cross_check(scene: Scene, base: Path) -> None:
+    """Raise a MisfitError for the first contradiction; ``base`` is the scene file's folder."""
+    _names(scene)
+    _materials(scene)
+    _fidelities(scene)
+    _dimension(scene)
+    _shapes(scene)
+    _analysis(scene)
+    _files(scene, base)
+
+
+def doubts(scene: Scene) -> tuple[str, ...]:
+    """What is allowed but seldom meant, one sentence each."""
+    return tuple(_doubts(scene))
+
+
+def records(value: Any, path: KeyPath = ()) -> Iterator[tuple[KeyPath, msgspec.Struct]]:
+    """Every record of a scene with its key path, outer ones first."""
+    if isinstance(value, msgspec.Struct):
+        yield path, value
+        for name in value.__struct_fields__:
+            yield from records(getattr(value, name), (*path, name))
+    elif isinstance(value, dict):
+        for name, item in value.items():
+            yield from records(item, (*path, name))
+    elif isinstance(value, tuple):
+        for index, item in enumerate(value):
+            yield from records(item, (*path, index))
+
+
+# --- names ------------------------------------------------------------------------------------
+
+
+def _names(scene: Scene) -> None:
+    _unique("structures", (one.name for one in scene.structures))
+    _unique("probes", (one.name for one in scene.probes))
+
+
+def _unique(key: str, names: Iterable[str]) -> None:
+    seen: dict[str, int] = {}
+    for index, name in enumerate(names):
+        if name in seen:
+            raise wrong((key, index, "name"), name, f"a name of its own ({key}.{seen[name]} has it)")
+        seen[name] = index
+
+
+def _materials(scene: Scene) -> None:
+    for key, users in (("structures", scene.structures), ("overrides", scene.overrides)):
+        for index, user in enumerate(users):
+            name = user.material
+            if name is not None and name not in scene.materials:
+                known = f"one of the materials {listed(scene.materials)}" if scene.materials else "a material"
+                raise wrong((key, index, "material"), name, known, nearest(name, scene.materials))
+
+
+def _fidelities(scene: Scene) -> None:
+    """Elastic blocks need a stiffness; those that an override may make rigid are left to the build."""
+    softened = any(one.fidelity == "rigid" or one.material is not None for one in scene.overrides)
+    for index, structure in enumerate(scene.structures):
+        if (structure.fidelity or scene.fidelity) == "elastic" and not softened:
+            _young(
+                scene, structure.material, f"the elastic blocks of structures.{index} ('{structure.name}')"
+            )
+    for index, override in enumerate(scene.overrides):
+        if override.fidelity == "elastic" and override.material is not None:
+            _young(scene, override.material, f"the elastic blocks of overrides.{index}")
+
+
+def _young(scene: Scene, material: str, users: str) -> None:
+    if scene.materials[material].young is None:
+        cure = "give it (a pressure > 0 in Pa) or make them fidelity = 'rigid'"
+        raise MisfitError(
+            ("materials", material), f"{{path}} lacks the key 'young' that {braced(users)} need; {cure}"
+        )
+
+
+# --- dimension --------------------------------------------------------------------------------
+
+
+def _dimension(scene: Scene) -> None:
+    """What only one of 2D and 3D allows; lengths of vectors were held against it on reading."""
+    flat = scene.dimension == 2
+    for path, record in records(scene):
+        match record:
+            case BlockStructure() if flat and record.axis is not None:
+                raise wrong((*path, "axis"), record.axis, "no axis in a 2D scene (rotation is about z)")
+            case BlockStructure() if not flat and record.rotation and record.axis is None:
+                raise MisfitError(path, "{path} has a rotation but lacks the key 'axis' (3 numbers) in 3D")
+            case BlockStructure() if record.axis is not None and not any(record.axis):
+                raise wrong((*path, "axis"), record.axis, "an axis that is not zero")
+            case Support() if flat and record.components and "z" in record.components:
+                raise wrong((*path, "components"), record.components, "only 'x' and 'y' in a 2D scene")
+            case Motion():
+                _turn(record.rotation, (*path, "rotation"), flat, "rad")
+            case Initial():
+                _turn(record.spin, (*path, "spin"), flat, "rad/s")
+            case MeshSettings() if record.size is not None and record.divisions is not None:
+                raise MisfitError(path, "{path} has both 'size' and 'divisions', expected one of them")
+            case _:
+                pass
+
+
+def _turn(value: Any, path: KeyPath, flat: bool, unit: str) -> None:
+    if value is not None and isinstance(value, tuple) == flat:
+        expected = f"one number in {unit} in a 2D scene" if flat else f"3 numbers in {unit} in a 3D scene"
+        raise wrong(path, value, expected)
+
+
+# --- structures, analysis, files --------------------------------------------------------------
+
+
+def _shapes(scene: Scene) -> None:
+    for index, one in enumerate(scene.structures):
+        if isinstance(one, ArchStructure) and one.thickness >= 2 * one.radius:
+            expected = f"less than twice the mean radius ({2 * one.radius:g} m)"
+            raise wrong(("structures", index, "thickness"), one.thickness, expected)
+        if isinstance(one, ArchStructure) and one.embrace / one.voussoirs >= 180:
+            expected = f"more than {one.embrace / 180:g}, so that a stone spans less than half a circle"
+            raise wrong(("structures", index, "voussoirs"), one.voussoirs, expected)
+
+
+def _analysis(scene: Scene) -> None:
+    analysis = scene.analysis
+    if isinstance(analysis, Dynamics) and analysis.duration < analysis.step:
+        expected = f"a time not shorter than the step ({analysis.step:g} s)"
+        raise wrong(("analysis", "duration"), analysis.duration, expected)
+
+
+def _files(scene: Scene, base: Path) -> None:
+    for path, record in records(scene):
+        if isinstance(record, Table):
+            _increasing(record, (*path, "points"))
+        elif isinstance(record, FileStructure):
+            if Path(record.path).suffix.lower() not in GEOMETRY_FILES:
+                raise wrong((*path, "path"), record.path, f"a file that ends in {listed(GEOMETRY_FILES)}")
+            _exists(record.path, (*path, "path"), base)
+        elif isinstance(record, Record):
+            _exists(record.path, (*path, "path"), base)
+
+
+def _increasing(table: Table, path: KeyPath) -> None:
+    for index, (before, after) in enumerate(pairwise(table.points), start=1):
+        if after[0] <= before[0]:
+            raise wrong((*path, index, 0), after[0], f"a time after the one before ({before[0]:g} s)")
+
+
+def _exists(name: str, path: KeyPath, base: Path) -> None:
+    if not (base / name).is_file():
+        folder = (base / name).parent
+        beside = [one.name for one in folder.iterdir()] if folder.is_dir() else []
+        raise wrong(path, name, f"an existing file in '{base}'", nearest(Path(name).name, beside))
+
+
+# --- doubts -----------------------------------------------------------------------------------
+
+
+def _doubts(scene: Scene) -> Iterator[str]:
+    loads = scene.loads
+    pushed = loads.accelerations or loads.tractions or loads.points or loads.lines or scene.initial
+    moved = any(support.motion is not None for support in scene.supports)
+    if loads.gravity is None and not pushed and not moved:
+        yield "nothing acts on the blocks; expected loads.gravity or another load"
+    if not scene.supports and not any(map(_carries, scene.structures)):
+        yield "nothing holds the blocks; expected a ground, springings or [[supports]]"
+    if isinstance(scene.analysis, Statics) and scene.initial:
+        yield "true statics has no velocities: [[initial]] has no effect"
+    for index, joint in enumerate(scene.joints):
+        place = f"joints.{index}"
+        if joint.dynamic_friction is not None and joint.dynamic_friction > joint.friction:
+            yield (
+                f"{place}.dynamic_friction {joint.dynamic_friction:g} exceeds the static {joint.friction:g}"
+            )
+        if joint.form == "gap" and (joint.restitution or joint.tangential_restitution):
+            yield f"{place}.restitution acts in the velocity form only; expected form = 'velocity'"
+        if joint.inset != 1 and joint.placement not in (None, "corners"):
+            yield f"{place}.inset belongs to placement 'corners', not '{joint.placement}'"
+        if joint.density != 1 and joint.placement != "gauss":
+            yield f"{place}.density belongs to placement 'gauss', not '{joint.placement}'"
+
+
+def _carries(structure: Any) -> bool:
+    """True where a structure brings supports of its own."""
+    match structure:
+        case BlockStructure():
+            return structure.support
+        case StackStructure() | WallStructure():
+            return structure.ground
+        case ArchStructure():
+            return structure.springings
+        case FileStructure():
+            return bool(structure.supports)
+    return False

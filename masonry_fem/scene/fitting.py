@@ -1,0 +1,254 @@
+"""Fitting: a plain tree (as TOML gives it) held against the annotations of the records.
+
+``fitted(tree, type, path, dimension)`` returns the tree with every quantity as a number in SI
+units, or raises a MisfitError that names the first value that does not fit. One function a kind
+of type; the types are msgspec's own description of the records.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Callable
+from typing import Any
+
+from msgspec import inspect
+
+from masonry_fem.scene.lines import KeyPath
+from masonry_fem.scene.misfit import MisfitError, braced, listed, nearest, wrong
+from masonry_fem.scene.quantity import QuantityError, noun_of, si_value
+
+LARGEST = sys.float_info.max
+
+
+def fitted(value: Any, kind: inspect.Type, path: KeyPath, dimension: int | None) -> Any:
+    """The value with quantities converted, where it fits ``kind``.
+
+    Parameters
+    ----------
+    value : Plain value: table, list, string, number or truth value.
+    kind : What the annotation says.
+    path : Where the value stands.
+    dimension : The scene's dimension, which vectors must have; None where it is not known.
+    """
+    extra: dict[str, Any] = {}
+    if isinstance(kind, inspect.Metadata):
+        extra, kind = kind.extra or {}, kind.type
+    return _FITTERS[type(kind)](value, kind, extra, path, dimension)
+
+
+def expectation(kind: inspect.Type, dimension: int | None = None) -> str:
+    """What a type expects, in words: ``a pressure > 0 in Pa``."""
+    extra: dict[str, Any] = {}
+    if isinstance(kind, inspect.Metadata):
+        extra, kind = kind.extra or {}, kind.type
+    words = extra.get("expected") or _WORDS.get(type(kind), "a table")
+    return str(words) if isinstance(words, str) else words(kind, extra, dimension)
+
+
+def _number_expectation(kind: Any, extra: dict[str, Any], _: int | None) -> str:
+    unit = extra.get("unit")
+    return noun_of(unit) + _range_text(kind) + (f" in {unit}" if unit else "")
+
+
+def _choice_expectation(kind: Any, extra: dict[str, Any], _: int | None) -> str:
+    return "one of " + ", ".join(repr(choice) for choice in kind.values)
+
+
+def _union_expectation(kind: Any, extra: dict[str, Any], dimension: int | None) -> str:
+    choices = _alternatives(kind)
+    if isinstance(choices[0], inspect.StructType):
+        return "a table"
+    return " or ".join(expectation(one, dimension) for one in choices)
+
+
+def _tuple_expectation(kind: Any, extra: dict[str, Any], _: int | None) -> str:
+    return f"a list of {len(kind.item_types)}: " + ", ".join(map(expectation, kind.item_types))
+
+
+def _list_expectation(kind: Any, extra: dict[str, Any], dimension: int | None) -> str:
+    if isinstance(kind.item_type, inspect.StructType | inspect.UnionType):
+        return ("one or more" if kind.min_length else "an array of") + " tables ([[...]])"
+    item = expectation(kind.item_type)
+    if _is_vector(kind):
+        return f"a list of {dimension or '2 or 3'} (the scene's dimension), each {item}"
+    if kind.min_length == kind.max_length and kind.min_length:
+        return f"a list of {kind.min_length}, each {item}"
+    return f"a list{' that is not empty' if kind.min_length else ''}, each {item}"
+
+
+def _fit_number(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, _: int | None) -> Any:
+    expected = expectation(inspect.Metadata(kind, extra=extra))
+    number = value
+    if isinstance(value, str):
+        try:
+            number = si_value(value, extra.get("unit"))
+        except QuantityError as error:
+            raise wrong(path, value, expected, str(error)) from error
+    if isinstance(number, bool) or not isinstance(number, int | float) or not _in_range(number, kind):
+        raise wrong(path, value, expected)
+    if not abs(number) <= LARGEST:  # also refuses nan
+        raise wrong(path, value, expected)
+    return float(number)
+
+
+def _fit_count(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, _: int | None) -> Any:
+    if isinstance(value, bool) or not isinstance(value, int) or not _in_range(value, kind):
+        raise wrong(path, value, expectation(inspect.Metadata(kind, extra=extra)))
+    return value
+
+
+def _fit_text(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, _: int | None) -> Any:
+    fits = isinstance(value, str) and len(value) >= (kind.min_length or 0)
+    if not fits or (kind.pattern and not re.search(kind.pattern, value)):
+        raise wrong(path, value, expectation(inspect.Metadata(kind, extra=extra)))
+    return value
+
+
+def _fit_truth(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, _: int | None) -> Any:
+    if not isinstance(value, bool):
+        raise wrong(path, value, expectation(kind))
+    return value
+
+
+def _fit_choice(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, _: int | None) -> Any:
+    if isinstance(value, bool) or not isinstance(value, str | int) or value not in kind.values:
+        names = [choice for choice in kind.values if isinstance(choice, str)]
+        raise wrong(path, value, expectation(kind), nearest(value, names))
+    return value
+
+
+def _fit_list(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, dimension: int | None) -> Any:
+    fits = isinstance(value, list | tuple) and len(value) >= (kind.min_length or 0)
+    fits = fits and (kind.max_length is None or len(value) <= kind.max_length)
+    if fits and _is_vector(kind) and dimension is not None:
+        fits = len(value) == dimension
+    if not fits:
+        raise wrong(path, value, expectation(kind, dimension))
+    return [fitted(item, kind.item_type, (*path, i), dimension) for i, item in enumerate(value)]
+
+
+def _fit_tuple(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, dimension: int | None) -> Any:
+    if not isinstance(value, list | tuple) or len(value) != len(kind.item_types):
+        raise wrong(path, value, expectation(kind))
+    pairs = zip(value, kind.item_types, strict=True)
+    return [fitted(item, one, (*path, i), dimension) for i, (item, one) in enumerate(pairs)]
+
+
+def _fit_named(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, dimension: int | None) -> Any:
+    if not isinstance(value, dict):
+        raise wrong(path, value, "a table of named tables" + _table_hint(path, value))
+    for name in value:
+        fitted(name, kind.key_type, (*path, name), dimension)
+    return {name: fitted(item, kind.value_type, (*path, name), dimension) for name, item in value.items()}
+
+
+def _fit_table(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, dimension: int | None) -> Any:
+    if not isinstance(value, dict):
+        raise wrong(path, value, "a table" + _table_hint(path, value))
+    known = {field.encode_name: field for field in kind.fields}
+    if kind.tag_field:
+        known = {kind.tag_field: None, **known}
+    for key in value:
+        if key not in known:
+            near = nearest(key, known) or f"; known keys: {listed(known)}"
+            place = "{path}" if path else "the scene"
+            sentence = f"unknown key {braced(repr(key))} in {place}{braced(near)}"
+            raise MisfitError(path, sentence, line_path=(*path, key))
+    for field in kind.fields:
+        if field.required and field.encode_name not in value:
+            place = "{path}" if path else "the scene"
+            expected = braced(expectation(field.type, dimension))
+            raise MisfitError(path, f"{place} lacks the key '{field.encode_name}' ({expected})")
+    result = {kind.tag_field: kind.tag} if kind.tag_field else {}
+    for field in kind.fields:
+        if field.encode_name in value:
+            place_of = (*path, field.encode_name)
+            result[field.encode_name] = fitted(value[field.encode_name], field.type, place_of, dimension)
+    return result
+
+
+def _fit_union(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, dimension: int | None) -> Any:
+    choices = _alternatives(kind)
+    if value is None and len(choices) < len(kind.types):
+        return None
+    if isinstance(choices[0], inspect.StructType):
+        return fitted(value, _tagged(value, choices, path), path, dimension)
+    of_lists = [one for one in choices if isinstance(one, inspect.VarTupleType)]
+    others = [one for one in choices if one not in of_lists]
+    fitting = of_lists if isinstance(value, list | tuple) else others
+    if not fitting:
+        raise wrong(path, value, expectation(kind, dimension))
+    return fitted(value, fitting[0], path, dimension)
+
+
+def _tagged(value: Any, choices: list[inspect.Type], path: KeyPath) -> inspect.Type:
+    """The record that a table's ``kind`` names."""
+    records = {one.tag: one for one in choices if isinstance(one, inspect.StructType) and one.tag is not None}
+    if not records:
+        return choices[0]
+    expected = f"one of {listed(str(tag) for tag in records)}"
+    if not isinstance(value, dict):
+        raise wrong(path, value, f"a table with the key 'kind', {expected}")
+    if "kind" not in value:
+        raise MisfitError(path, f"{{path}} lacks the key 'kind', {expected}")
+    tag = value["kind"]
+    if not isinstance(tag, str) or tag not in records:
+        raise wrong((*path, "kind"), tag, expected, nearest(tag, map(str, records)))
+    return records[tag]
+
+
+def _alternatives(kind: inspect.UnionType) -> list[inspect.Type]:
+    """The members of a union other than None."""
+    return [one for one in kind.types if not isinstance(one, inspect.NoneType)]
+
+
+def _is_vector(kind: inspect.VarTupleType) -> bool:
+    return kind.min_length == 2 and kind.max_length == 3
+
+
+def _table_hint(path: KeyPath, value: Any) -> str:
+    """Why a list may stand where a table belongs."""
+    if isinstance(value, list) and path:
+        return f" ([{path[-1]}] with single brackets)"
+    return ""
+
+
+def _in_range(number: float, kind: Any) -> bool:
+    return (
+        (kind.gt is None or number > kind.gt)
+        and (kind.ge is None or number >= kind.ge)
+        and (kind.lt is None or number < kind.lt)
+        and (kind.le is None or number <= kind.le)
+    )
+
+
+def _range_text(kind: Any) -> str:
+    limits = ((">", kind.gt), (">=", kind.ge), ("<", kind.lt), ("<=", kind.le))
+    text = " and ".join(f"{sign} {limit:g}" for sign, limit in limits if limit is not None)
+    return f" {text}" if text else ""
+
+
+_FITTERS: dict[type, Callable[[Any, Any, dict[str, Any], KeyPath, int | None], Any]] = {
+    inspect.FloatType: _fit_number,
+    inspect.IntType: _fit_count,
+    inspect.StrType: _fit_text,
+    inspect.BoolType: _fit_truth,
+    inspect.LiteralType: _fit_choice,
+    inspect.VarTupleType: _fit_list,
+    inspect.TupleType: _fit_tuple,
+    inspect.DictType: _fit_named,
+    inspect.StructType: _fit_table,
+    inspect.UnionType: _fit_union,
+}
+
+_WORDS: dict[type, str | Callable[[Any, dict[str, Any], int | None], str]] = {
+    inspect.FloatType: _number_expectation,
+    inspect.IntType: lambda kind, *_: "a whole number" + _range_text(kind),
+    inspect.LiteralType: _choice_expectation,
+    inspect.StrType: "a text in quotes",
+    inspect.BoolType: "true or false",
+    inspect.UnionType: _union_expectation,
+    inspect.VarTupleType: _list_expectation,
+    inspect.TupleType: _tuple_expectation,
+}

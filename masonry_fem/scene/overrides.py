@@ -1,0 +1,79 @@
+"""Override: one value of a scene changed from outside, ``dotted.key=value``.
+
+    apply(tree, ["analysis.step=1e-3", "structures.arch.voussoirs=21"])
+
+A list item is named by its index or by its ``name``; the value is read as TOML, or is a string
+where it is none (``materials.stone.young=10 GPa``).
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterable
+from typing import Any
+
+from masonry_fem.errors import SceneError
+from masonry_fem.scene.lines import KeyPath
+from masonry_fem.scene.misfit import listed, nearest
+
+
+def apply(tree: dict[str, Any], overrides: Iterable[str]) -> dict[KeyPath, str]:
+    """Write overrides into a tree, in place; returns each changed path with the override's text.
+
+    Raises
+    ------
+    SceneError : Where an override has no ``=`` or leads through something that is not there.
+    """
+    changed: dict[KeyPath, str] = {}
+    for text in overrides:
+        key, equals, value = text.partition("=")
+        parts = [part.strip() for part in key.split(".")]
+        if not equals or not all(parts):
+            raise SceneError(f"--set {text}: expected key=value, for example analysis.step=1e-3")
+        changed[_write(tree, parts, _parsed(value.strip()), text)] = text
+    return changed
+
+
+def _parsed(text: str) -> Any:
+    """The TOML value that a text is, else the text itself."""
+    try:
+        document = tomllib.loads(f"value = {text}")
+    except tomllib.TOMLDecodeError:
+        return text
+    return document["value"] if list(document) == ["value"] else text
+
+
+def _write(tree: Any, parts: list[str], value: Any, text: str) -> KeyPath:
+    """Put a value at the end of a dotted path; tables on the way are made where they lack."""
+    path: KeyPath = ()
+    for part, following in zip(parts, [*parts[1:], None], strict=True):
+        if isinstance(tree, list):
+            key: str | int = _index(tree, part, path, text)
+            if key == len(tree):
+                tree.append({})
+        elif isinstance(tree, dict):
+            key = part
+        else:
+            raise SceneError(f"--set {text}: '{'.'.join(map(str, path))}' is a value, it has no key '{part}'")
+        path = (*path, key)
+        if following is None:
+            tree[key] = value
+        elif isinstance(tree, dict) and key not in tree:
+            tree[key] = [] if following.isdigit() else {}
+        tree = tree[key]
+    return path
+
+
+def _index(items: list[Any], part: str, path: KeyPath, text: str) -> int:
+    """Index of the list item that ``part`` names; the list's length is a new item."""
+    place = ".".join(map(str, path))
+    if part.isdigit():
+        if int(part) > len(items):
+            raise SceneError(f"--set {text}: '{place}' has {len(items)} items, expected an index up to that")
+        return int(part)
+    names = [item.get("name") if isinstance(item, dict) else None for item in items]
+    if part in names:
+        return names.index(part)
+    known = [name for name in names if isinstance(name, str)]
+    cure = nearest(part, known) or (f"; known names: {listed(known)}" if known else "; give its index")
+    raise SceneError(f"--set {text}: '{place}' has no item named '{part}'{cure}")

@@ -1,0 +1,78 @@
+"""Quantity: a number with a unit, written as a string (``"10 GPa"``, ``"25 cm"``, ``"30 deg"``).
+
+    si_value("25 cm", "m")       # 0.25
+
+The units library is loaded at the first such string, never for a scene of plain numbers.
+"""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from typing import Any
+
+from masonry_fem.scene.misfit import nearest
+
+# what a quantity is called in messages, by the unit it is held in
+NOUNS = {
+    "m": "a length",
+    "s": "a time",
+    "Hz": "a frequency",
+    "Pa": "a pressure",
+    "kg/m^3": "a density",
+    "deg": "an angle",
+    "rad": "an angle",
+    "rad/s": "an angular velocity",
+    "m/s": "a velocity",
+    "m/s^2": "an acceleration",
+    "N": "a force",
+    "N/m": "a force per length",
+    "1/s": "a rate",
+}
+COMMON_UNITS = (
+    "Pa", "kPa", "MPa", "GPa", "N/mm^2", "m", "cm", "mm", "km", "s", "ms", "min", "Hz", "N", "kN", "MN",
+    "kN/m", "N/m", "kg/m^3", "g/cm^3", "t/m^3", "m/s", "mm/s", "m/s^2", "mm/s^2", "deg", "rad", "rad/s",
+)  # fmt: skip
+_NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
+
+
+class QuantityError(ValueError):
+    """A string that is no quantity of the wanted kind; the text says why, to follow the value."""
+
+
+def noun_of(unit: str | None) -> str:
+    """What a quantity held in ``unit`` is called: ``a pressure``, ``a number``."""
+    return "a number" if unit is None else NOUNS.get(unit, "a quantity")
+
+
+def si_value(text: str, unit: str | None) -> float:
+    """The number that ``text`` stands for, in ``unit`` (None: a pure number).
+
+    Raises
+    ------
+    QuantityError : Where the text is no number with a unit, or one of another dimension.
+    """
+    match = _NUMBER_AND_UNIT.fullmatch(text)
+    if match is None:
+        raise QuantityError("")
+    number, written = float(match[1]), match[2]
+    if not written and unit is not None:
+        raise QuantityError(f"; give it a unit ('{text.strip()} {unit}') or write it without quotes")
+    registry = _registry()
+    try:
+        quantity = registry.Quantity(number, registry.parse_units(written))
+        target = registry.Quantity(1.0, registry.parse_units(unit or ""))
+        root = quantity.to_root_units().units
+    except Exception as error:  # the library raises many kinds for a unit that it cannot read
+        raise QuantityError(f"; '{written}' is no known unit{nearest(written, COMMON_UNITS)}") from error
+    if root != target.to_root_units().units:  # not only the dimension: an angle is no pure number
+        raise QuantityError("")
+    return float(quantity.to(target.units).magnitude)
+
+
+@cache
+def _registry() -> Any:
+    """The units library's registry, made once."""
+    from pint import UnitRegistry  # noqa: PLC0415  (a quarter of a second that most scenes do not need)
+
+    return UnitRegistry()

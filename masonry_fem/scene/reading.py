@@ -1,0 +1,123 @@
+"""Reading: from TOML text, or from Python objects, to a scene that holds what it promises.
+
+    scene = load("arch.toml", overrides=("structures.arch.voussoirs=21",))
+    scene = check(Scene(materials=..., structures=...))
+
+Both pass the same two sieves: each value against its annotation (``fitting``), then the parts
+of the scene against each other (``checks``).
+"""
+
+from __future__ import annotations
+
+import logging
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import msgspec
+from msgspec import inspect
+
+from masonry_fem.errors import SceneError
+from masonry_fem.scene.checks import cross_check, doubts
+from masonry_fem.scene.fitting import fitted
+from masonry_fem.scene.lines import KeyPath, key_lines, line_of
+from masonry_fem.scene.misfit import MisfitError, path_text
+from masonry_fem.scene.overrides import apply
+from masonry_fem.scene.specs import Scene
+from masonry_fem.scene.writing import plain
+
+logger = logging.getLogger(__name__)
+
+
+def load(path: str | Path, overrides: Iterable[str] = ()) -> Scene:
+    """Read a scene file.
+
+    Parameters
+    ----------
+    path : TOML file; other files that it names are looked for beside it.
+    overrides : Texts ``dotted.key=value`` that replace or add values.
+
+    Raises
+    ------
+    SceneError : Where the file cannot be read or describes something impossible.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError as error:
+        raise SceneError(f"{path}: no such scene file; expected a TOML file") from error
+    except (OSError, UnicodeDecodeError) as error:
+        raise SceneError(f"{path}: cannot be read as UTF-8 text ({error})") from error
+    return loads(text, overrides, base=path.parent, source=str(path))
+
+
+def loads(
+    text: str, overrides: Iterable[str] = (), *, base: str | Path = ".", source: str = "scene"
+) -> Scene:
+    """Read a scene from TOML text.
+
+    Parameters
+    ----------
+    text : TOML.
+    overrides : Texts ``dotted.key=value``.
+    base : Folder that relative paths in the scene start from.
+    source : What messages call the text.
+    """
+    try:
+        tree = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise SceneError(f"{source}: not valid TOML: {error}") from error
+    changed = apply(tree, overrides)
+    return _scene(tree, _Origin(source, text, changed), Path(base))
+
+
+def check(scene: Scene, *, base: str | Path = ".", source: str = "scene") -> Scene:
+    """The same scene, checked as a file would be, with quantities and lists converted.
+
+    A scene built in Python may hold ``"10 GPa"``, lists and NumPy values; the result does not.
+    """
+    return _scene(plain(scene), _Origin(source), Path(base))
+
+
+@dataclass(frozen=True, slots=True)
+class _Origin:
+    """Where a tree came from, to say so in messages."""
+
+    source: str
+    text: str = ""
+    changed: Mapping[KeyPath, str] = field(default_factory=dict)
+
+    def error(self, misfit: MisfitError, tree: Any) -> SceneError:
+        """The user's error for a misfit."""
+        sentence = misfit.sentence.format(path=path_text(misfit.path, tree))
+        return SceneError(f"{self.source}{self._place(misfit.line_path)}: {sentence}")
+
+    def _place(self, path: KeyPath) -> str:
+        for length in range(len(path), 0, -1):
+            if path[:length] in self.changed:
+                return f" with --set {self.changed[path[:length]]}"
+        line = line_of(key_lines(self.text), path)
+        return f", line {line}" if line else ""
+
+
+@cache
+def _scene_type() -> inspect.Type:
+    return inspect.type_info(Scene)
+
+
+def _scene(tree: dict[str, Any], origin: _Origin, base: Path) -> Scene:
+    dimension = tree.get("dimension", 3)
+    try:
+        good = fitted(tree, _scene_type(), (), dimension if dimension in (2, 3) else None)
+        scene = msgspec.convert(good, Scene)
+        cross_check(scene, base)
+    except MisfitError as misfit:
+        raise origin.error(misfit, tree) from None
+    except msgspec.ValidationError as error:  # fitting lets nothing through; should it, say what we know
+        raise SceneError(f"{origin.source}: {error}") from error
+    for doubt in doubts(scene):
+        logger.warning("%s: %s", origin.source, doubt)
+    return scene

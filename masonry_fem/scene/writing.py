@@ -1,0 +1,50 @@
+"""Writing: a scene as TOML text that reads back to an equal scene; defaults are left out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import tomli_w
+
+from masonry_fem.scene.specs import Scene
+
+
+def dumps(scene: Scene) -> str:
+    """The scene as TOML text."""
+    text: str = tomli_w.dumps(plain(scene))
+    return text
+
+
+def save(scene: Scene, path: str | Path) -> None:
+    """Write the scene to a TOML file; relative paths in it stay as they are."""
+    Path(path).write_text(dumps(scene), encoding="utf-8")
+
+
+def plain(value: Any) -> Any:
+    """Records as tables, tuples as lists, NumPy values as numbers; defaults left out."""
+    if isinstance(value, msgspec.Struct):
+        return _table(value)
+    if isinstance(value, dict):
+        return {key: plain(item) for key, item in value.items()}
+    if hasattr(value, "tolist"):  # NumPy, without importing it
+        value = value.tolist()
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    return value
+
+
+def _table(record: msgspec.Struct) -> dict[str, Any]:
+    config = record.__struct_config__
+    table: dict[str, Any] = {config.tag_field: config.tag} if config.tag_field and config.tag else {}
+    for field in msgspec.structs.fields(record):
+        value = getattr(record, field.name)
+        if not _same(value, field.default):
+            table[field.encode_name] = plain(value)
+    return table
+
+
+def _same(value: Any, default: Any) -> bool:
+    """True where a value is its field's default; 1, 1.0 and true are three things."""
+    return type(value) is type(default) and bool(value == default)

@@ -1,0 +1,72 @@
+"""tools/prepare on machines that lack something: one sentence with the cure, nothing made."""
+
+import os
+import shutil
+import subprocess
+
+import pytest
+
+
+@pytest.fixture
+def bare_machine(tmp_path, repository):
+    """A copy of the installer beside a PATH that holds the plainest commands only."""
+    (tmp_path / "tools").mkdir()
+    shutil.copy(repository / "tools" / "prepare", tmp_path / "tools" / "prepare")
+    commands = tmp_path / "bin"
+    commands.mkdir()
+    for name in ("sh", "dirname", "rm", "sed"):
+        (commands / name).symlink_to(shutil.which(name))
+
+    def add(name: str, script: str) -> None:
+        (commands / name).write_text(f"#!{shutil.which('sh')}\n{script}\n")
+        (commands / name).chmod(0o755)
+
+    def prepare() -> str:
+        done = subprocess.run(
+            [commands / "sh", tmp_path / "tools" / "prepare", "fenicsx"],
+            env={"PATH": str(commands), "LC_ALL": os.environ.get("LC_ALL", "C.UTF-8")},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 1
+        assert not (tmp_path / ".venv").exists()
+        assert "Traceback" not in done.stdout + done.stderr
+        return done.stderr.strip()
+
+    return add, prepare
+
+
+def test_no_compiler(bare_machine):
+    _, prepare = bare_machine
+    message = prepare()
+    assert message.startswith("masonry_fem: no C compiler (cc)")
+    assert "apt install gcc" in message
+    assert "\n" not in message
+
+
+def test_no_python(bare_machine):
+    add, prepare = bare_machine
+    add("cc", "exit 0")
+    message = prepare()
+    assert "found no python3, expected Python 3.12 or newer" in message
+    assert "make PYTHON=" in message
+    assert "\n" not in message
+
+
+def test_old_python(bare_machine):
+    add, prepare = bare_machine
+    add("cc", "exit 0")
+    add("python3", 'if [ "$1" = --version ]; then echo Python 3.11.2; else exit 1; fi')
+    message = prepare()
+    assert "found Python 3.11.2, expected Python 3.12 or newer" in message
+    assert "\n" not in message
+
+
+def test_python_without_venv(bare_machine):
+    add, prepare = bare_machine
+    add("cc", "exit 0")
+    add("python3.13", 'case "$1" in -m) echo no ensurepip; exit 1;; --version) echo Python 3.13.5;; esac')
+    message = prepare()
+    assert message.splitlines()[0] == "no ensurepip"
+    assert "apt install python3-venv" in message.splitlines()[-1]

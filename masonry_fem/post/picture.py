@@ -174,7 +174,7 @@ def draw_principal(scenery: Scenery, path: Path) -> Path:
     )
     shape = _Shape(scenery, 1.0)
     stage = Stage(View.of(shape.surface.points, scenery.dimension), sheet.image_width)
-    _pale_blocks(stage, shape)
+    draw_pale(stage, shape.surface, shape.outline)
     for rank, colour, mask in ((3, COMPRESSION, values < 0), (5, TENSION, values > 0)):
         where, which = np.nonzero(mask)
         middle, arm = centres[where], half[where, which]
@@ -264,10 +264,8 @@ class _Shape:
         grid = scenery.blocks.copy()
         for name in (fields.STRESS, fields.PRINCIPAL, *fields.DIRECTIONS):
             grid.cell_data.pop(name, None)
-        self.surface = _surface(grid)
-        self.outline = self.surface.extract_feature_edges(
-            25.0, boundary_edges=True, feature_edges=True, manifold_edges=False, non_manifold_edges=False
-        )
+        self.surface = surface_of(grid)
+        self.outline = outline_of(self.surface)
         displacement = np.asarray(scenery.blocks.point_data[fields.DISPLACEMENT], float)
         self._greatest = float(np.linalg.norm(displacement, axis=1).max(initial=0.0))
         self.factor = amplification or amplification_of(displacement, np.asarray(scenery.blocks.points))
@@ -291,7 +289,7 @@ class _Shape:
         return moved
 
 
-def _surface(grid: Any) -> Any:
+def surface_of(grid: Any) -> Any:
     """Outer faces of a grid; by VTK itself, whose wrapper in pyvista changes from version to version."""
     import pyvista as pv  # noqa: PLC0415
     from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter  # noqa: PLC0415
@@ -304,11 +302,28 @@ def _surface(grid: Any) -> Any:
     return pv.wrap(skin.GetOutput())
 
 
-def _pale_blocks(stage: Stage, shape: _Shape) -> None:
+def outline_of(surface: Any) -> Any:
+    """Edges of blocks: where a surface ends or folds by more than 25°."""
+    import pyvista as pv  # noqa: PLC0415
+    from vtkmodules.vtkFiltersCore import vtkFeatureEdges  # noqa: PLC0415
+
+    edges = vtkFeatureEdges()
+    edges.SetInputData(surface)
+    edges.SetFeatureAngle(25.0)
+    edges.BoundaryEdgesOn()
+    edges.FeatureEdgesOn()
+    edges.ManifoldEdgesOff()
+    edges.NonManifoldEdgesOff()
+    edges.ColoringOff()
+    edges.Update()
+    return pv.wrap(edges.GetOutput())
+
+
+def draw_pale(stage: Stage, surface: Any, outline: Any) -> None:
     """Blocks as a background that bars and arrows inside them can be seen through."""
     flat = abs(stage.view.axes[2, 2]) > 0.999
-    stage.surface(shape.surface, color=STONE, opacity=1.0 if flat else 0.16)
-    stage.lines(shape.outline, GHOST, 1.4, opacity=1.0 if flat else 0.8)
+    stage.surface(surface, color=STONE, opacity=1.0 if flat else 0.16)
+    stage.lines(outline, GHOST, 1.4, opacity=1.0 if flat else 0.8)
 
 
 def _draw_arrows(
@@ -322,7 +337,7 @@ def _draw_arrows(
     vectors = force * (longest * scenery.length / top)
     extent = np.concatenate([shape.surface.points, points + vectors])
     stage = Stage(View.of(extent, scenery.dimension), sheet.image_width)
-    _pale_blocks(stage, shape)
+    draw_pale(stage, shape.surface, shape.outline)
     arrow = pv.Arrow(tip_length=0.28, tip_radius=0.085, shaft_radius=0.028, tip_resolution=24)
     for colour, mask in parts:
         shown = mask & (np.linalg.norm(force, axis=1) > 1e-6 * top)

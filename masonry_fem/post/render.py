@@ -115,7 +115,7 @@ class Stage:
 
     def surface(self, mesh: Any, **options: Any) -> None:
         """Add faces, flat-lit in 2D; options as of pyvista's ``add_mesh``."""
-        defaults = {"show_scalar_bar": False, "ambient": 0.62, "diffuse": 0.42, "specular": 0.0}
+        defaults = {"show_scalar_bar": False, "ambient": 0.62, "diffuse": 0.42, "line_width": FINE}
         flat = abs(self.view.axes[2, 2]) > 0.999
         self.plotter.add_mesh(mesh, lighting=not flat, **(defaults | options))
 

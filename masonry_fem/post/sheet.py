@@ -6,6 +6,7 @@ structure, and scales are true: a metre or a newton on the page is what the capt
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -66,12 +67,11 @@ class Sheet:
         FigureCanvasAgg(figure)
         figure.figimage(image[::-1], xo=SIDE, yo=BOTTOM, origin="lower")
         pen = _Pen(figure, page)
-        pen.text(SIDE, page[1] - 52, self.title, 27, INK, weight="bold")
-        pen.text(SIDE, page[1] - 92, self.caption, 19, PALE)
+        pen.line(SIDE, page[1] - 52, self.title, 27, INK, weight="bold")
+        pen.line(SIDE, page[1] - 92, self.caption, 19, PALE)
         x = pen.triad(SIDE + 6, 34, view)
         x = pen.length_scale(x + 36, scale, width)
-        for key in self.keys:
-            x = pen.key(x + 44, key)
+        pen.legend(x + 44, self.keys)
         if self.bar:
             pen.bar(self.bar, SIDE + width + 40, BOTTOM, height)
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -92,6 +92,12 @@ class _Pen:
         """Write and return the right end of the words."""
         artist = self._axes.text(x, y, words, fontsize=size * 0.72, color=colour, va="center", **options)
         return float(artist.get_window_extent(self._figure.canvas.get_renderer()).x1)
+
+    def _width(self, words: str, size: float, **options: Any) -> float:
+        artist = self._axes.text(0, 0, words, fontsize=size * 0.72, **options)
+        width = artist.get_window_extent(self._figure.canvas.get_renderer()).width
+        artist.remove()
+        return float(width)
 
     def stroke(self, x: float, y: float, dx: float, dy: float, colour: str, width: float, tip: str) -> None:
         style = {"arrowstyle": tip, "color": colour, "lw": width, "shrinkA": 0, "shrinkB": 0}
@@ -125,8 +131,29 @@ class _Pen:
         )
         return max(x + pixels, right)
 
-    def key(self, x: float, key: Key) -> float:
-        y = 46.0
+    def line(self, x: float, y: float, words: str, size: float, colour: str, **options: Any) -> None:
+        """Write a line, smaller where it would leave the page."""
+        room = 0.97 * (self._page[0] - SIDE - x)  # hinting widens small letters
+        need = self._width(words, size, **options)
+        self.text(x, y, words, size * min(1.0, room / need), colour, **options)
+
+    def legend(self, x: float, keys: Sequence[Key]) -> None:
+        """Keys side by side, in two rows where one is too short; what then finds no room is dropped."""
+        end = self._page[0] - SIDE
+        starts, at, row = [], x, 0
+        for key in keys:
+            need = (14 if key.mark == "dot" else key.pixels) + 12 + self._width(key.text, 18)
+            if at + need > end and at > x:
+                at, row = x, row + 1
+            starts.append((at, row))
+            at += need + 44
+        heights = (46.0,) if row == 0 else (66.0, 26.0)
+        for key, (at, row) in zip(keys, starts, strict=True):
+            if row < len(heights):
+                self.key(at, heights[row], key)
+
+    def key(self, x: float, y: float, key: Key) -> float:
+        """Mark and words of one key; returns the right end."""
         if key.mark == "dot":
             self._axes.plot([x + 7], [y], "o", color=key.colour, ms=9)
             x += 14
@@ -162,11 +189,10 @@ def prefix_of(value: float) -> tuple[float, str]:
     return next(((f, p) for f, p in PREFIXES if size >= f), (1.0, "") if size == 0 else PREFIXES[-1])
 
 
-def quantity(value: float, unit: str) -> str:
-    """A value to three digits with its unit, e.g. ``12.5 kPa``."""
+def quantity(value: float, unit: str, digits: int = 3) -> str:
+    """A value to ``digits`` digits with its unit, e.g. ``12.5 kPa``."""
     factor, prefix = prefix_of(value)
-    digits = float(f"{value / factor:.3g}")
-    return f"{digits:g} {prefix}{unit}".replace("-", "−")
+    return f"{value / factor:.{digits}g} {prefix}{unit}".replace("-", "−")
 
 
 def round_down(value: float) -> float:

@@ -1,0 +1,183 @@
+"""Report: what the console shows: a progress bar while a run goes on, a table of its summary after it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from masonry_fem.dynamics.model import Model
+from masonry_fem.dynamics.state import SystemState
+from masonry_fem.post.recorder import StepReport
+from masonry_fem.post.sheet import quantity
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+GOOD = ("equilibrium", "finished")
+AXES = {2: "xy", 3: "xyz"}
+
+
+class Progress:
+    """Recorder that shows a bar on a terminal: step, residual, kinetic energy, time left.
+
+    ``total`` is the number of steps where it is known. Nothing is shown with ``quiet`` or where
+    standard error is no terminal.
+    """
+
+    dense = True
+
+    def __init__(self, total: int | None = None, *, quiet: bool = False, console: Any = None) -> None:
+        self._total, self._quiet, self._console = total, quiet, console
+        self._bar: Any = None
+        self._task: Any = None
+
+    def start(self, model: Model) -> None:
+        """Show the empty bar."""
+        if self._quiet:
+            return
+        from rich.console import Console  # noqa: PLC0415  not on the path of --help
+        from rich.progress import BarColumn, TextColumn, TimeRemainingColumn  # noqa: PLC0415
+        from rich.progress import Progress as Bar  # noqa: PLC0415
+
+        console = self._console or Console(stderr=True)
+        if not console.is_terminal:
+            return
+        columns = (
+            TextColumn("step {task.fields[step]}"),
+            BarColumn(),
+            TextColumn(
+                "t {task.fields[time]}  residual {task.fields[residual]}  kinetic {task.fields[kinetic]}"
+            ),
+            TimeRemainingColumn(),
+        )
+        self._bar = Bar(*columns, console=console, transient=True)
+        self._task = self._bar.add_task("", total=self._total, step="0", time="0", residual="–", kinetic="–")
+        self._bar.start()
+
+    def record(self, model: Model, state: SystemState, report: StepReport) -> None:
+        """Move the bar."""
+        if self._bar is None:
+            return
+        self._bar.update(
+            self._task,
+            completed=report.step,
+            step=f"{report.step}" + (f"/{self._total}" if self._total else ""),
+            time=f"{report.time:.4g}",
+            residual=f"{getattr(report, 'natural_map', float('nan')):.1e}",
+            kinetic=quantity(getattr(report, "kinetic_energy", 0.0), "J"),
+        )
+
+    def close(self, summary: Mapping[str, Any]) -> list[Path]:
+        """Take the bar away."""
+        if self._bar is not None:
+            self._bar.stop()
+            self._bar = None
+        return []
+
+
+def print_summary(summary: Mapping[str, Any], console: Console | None = None) -> None:
+    """Table of a summary, the outcome first; what the summary lacks is left out."""
+    from rich.console import Console  # noqa: PLC0415
+    from rich.panel import Panel  # noqa: PLC0415
+    from rich.table import Table  # noqa: PLC0415
+    from rich.text import Text  # noqa: PLC0415
+
+    console = console or Console()
+    outcome = str(summary.get("outcome", "unknown"))
+    style = "green" if outcome in GOOD else "red"
+    head = Text(outcome.replace("_", " "), style=f"bold {style}")
+    if message := summary.get("message"):
+        head.append(f"\n{message}", style="default")
+    console.print(Panel(head, border_style=style, title=summary.get("title") or None, title_align="left"))
+    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
+    table.add_column(style="bold", no_wrap=True)
+    table.add_column(style="dim", no_wrap=True)
+    table.add_column()
+    for part in (_size, _certificate, _stress, _forces, _probes, _cost):
+        section = ""
+        for heading, name, value in part(summary):
+            table.add_row("" if heading == section else heading, name, Text(value))
+            section = heading
+    console.print(table)
+
+
+Rows = Iterator[tuple[str, str, str]]
+
+
+def _size(summary: Mapping[str, Any]) -> Rows:
+    names = [name for name in ("blocks", "shapes", "contacts", "unknowns") if name in summary]
+    if names:
+        yield "model", "", ", ".join(f"{_count(summary[name])} {name}" for name in names)
+    if "time" in summary:
+        steps = summary.get("steps")
+        after = f" after {_count(steps)} step{'s' if steps != 1 else ''}" if steps is not None else ""
+        yield "model", "end", f"t = {summary['time']:.6g}{after}"
+    if status := summary.get("status"):
+        yield "contacts", "", ", ".join(f"{_count(number)} {name}" for name, number in status.items())
+
+
+def _certificate(summary: Mapping[str, Any]) -> Rows:
+    units = {"max_penetration": "m", "min_normal_reaction": "N"}
+    for name, value in (summary.get("certificate") or {}).items():
+        unit = units.get(name)
+        yield "certificate", name.replace("_", " "), f"{_number(value)} {unit or ''}".rstrip()
+
+
+def _stress(summary: Mapping[str, Any]) -> Rows:
+    stress = summary.get("stress") or {}
+    names = {"max_von_mises": "max von Mises", "p95_von_mises": "95 % of volume under",
+             "min_principal": "greatest compression", "max_principal": "greatest tension"}  # fmt: skip
+    for key, name in names.items():
+        value = stress.get(key)
+        if isinstance(value, Mapping):
+            yield "stress", name, f"{quantity(value['value'], 'Pa')} in {value['block']}"
+        elif value is not None:
+            yield "stress", name, quantity(value, "Pa")
+
+
+def _forces(summary: Mapping[str, Any]) -> Rows:
+    if (applied := summary.get("applied")) is not None:
+        yield "forces", "applied", _force(applied)
+    for name, wrench in (summary.get("supports") or {}).items():
+        yield "forces", f"support {name}", _force(wrench)
+
+
+def _probes(summary: Mapping[str, Any]) -> Rows:
+    for name, displacement in (summary.get("probes") or {}).items():
+        yield "displacements", name, _vector(displacement, "m")
+
+
+def _cost(summary: Mapping[str, Any]) -> Rows:
+    if seconds := summary.get("seconds"):
+        parts = [f"{name} {value:.2f}" for name, value in seconds.items() if isinstance(value, (int, float))]
+        yield "seconds", "", ", ".join(parts)
+    if (memory := summary.get("peak_memory_mb")) is not None:
+        yield "memory", "peak", f"{memory:.0f} MB"
+
+
+def _force(value: Any) -> str:
+    """Force of a wrench given as {force, moment}, or as one array."""
+    if isinstance(value, Mapping):
+        return _vector(value.get("force", ()), "N")
+    flat = np.ravel(np.asarray(value, float))
+    return _vector(flat[: {3: 2, 6: 3}.get(flat.size, flat.size)] if flat.size == 6 else flat, "N")
+
+
+def _vector(values: Sequence[float] | Any, unit: str) -> str:
+    flat = [float(value) for value in np.ravel(np.asarray(values, float))]
+    largest = max((abs(value) for value in flat), default=0.0)
+    # what is rounding beside the largest component is shown as zero
+    clean = [0.0 if abs(value) < 1e-9 * largest else value for value in flat]
+    names = AXES.get(len(flat), "x" * len(flat))
+    return "  ".join(f"{name} {quantity(value, unit, 4)}" for name, value in zip(names, clean, strict=True))
+
+
+def _count(value: Any) -> str:
+    return f"{value:,}".replace(",", " ") if isinstance(value, int) else str(value)
+
+
+def _number(value: Any) -> str:
+    return "–" if value is None else f"{float(value):.2e}"

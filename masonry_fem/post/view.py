@@ -1,0 +1,102 @@
+"""View: look at a results folder again, in a window or as pictures, without its model."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import xml.etree.ElementTree as ET
+from pathlib import Path
+from typing import Any
+
+from masonry_fem.errors import InstallationError, SceneError
+from masonry_fem.post import fields
+from masonry_fem.post.picture import STRESS_COLOURS, Scenery, amplification_of, draw_all
+from masonry_fem.post.render import can_render
+
+
+def view(directory: Path, png: Path | None = None) -> list[Path]:
+    """Open the last recorded step of a results folder.
+
+    ``directory`` is where a run wrote ``blocks.pvd``, ``png`` a folder for pictures; without it a
+    window opens, and the call returns when that is closed. Returns the pictures written.
+
+    Raises
+    ------
+    SceneError
+        The folder holds no field files.
+    InstallationError
+        This machine has no screen, or cannot draw at all.
+    """
+    if png is not None:
+        if not can_render():
+            raise InstallationError(
+                "cannot draw pictures: neither libEGL nor libOSMesa can be loaded; "
+                "install one of them (Debian: apt install libegl1 libgl1-mesa-dri)"
+            )
+        return draw_all(read_scenery(directory), Path(png))
+    if sys.platform.startswith("linux") and not (
+        os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    ):
+        raise InstallationError(
+            "cannot open a window: there is no display (DISPLAY is not set); use --png to write pictures"
+        )
+    _show(read_scenery(directory))
+    return []
+
+
+def read_scenery(directory: Path) -> Scenery:
+    """What pictures show, from the last step in a results folder."""
+    import pyvista as pv  # noqa: PLC0415
+
+    directory = Path(directory)
+    blocks = pv.read(last_file(directory / "blocks.pvd"))
+    contacts = None
+    if (directory / "contacts.pvd").exists():
+        contacts = pv.read(last_file(directory / "contacts.pvd"))
+    return Scenery(
+        blocks,
+        contacts,
+        int(blocks.field_data["dimension"][0]),
+        float(blocks.field_data["length"][0]),
+        _title(directory),
+    )
+
+
+def last_file(collection: Path) -> Path:
+    """The file of the last time in a ``.pvd`` collection."""
+    if not collection.exists():
+        raise SceneError(
+            f"{collection}: no such file; expected the results folder of a run with output.fields = true"
+        )
+    entries = ET.parse(collection).findall(".//DataSet")
+    if not entries:
+        raise SceneError(f"{collection}: the series is empty; run the scene again")
+    last = max(entries, key=lambda entry: float(entry.get("timestep", "0")))
+    return collection.parent / str(last.get("file"))
+
+
+def _title(directory: Path) -> str:
+    summary = directory / "summary.json"
+    if summary.exists():
+        return str(json.loads(summary.read_text(encoding="utf-8")).get("title") or directory.resolve().name)
+    return directory.resolve().name
+
+
+def _show(scenery: Scenery) -> None:
+    import pyvista as pv  # noqa: PLC0415
+
+    blocks: Any = scenery.blocks.copy()
+    factor = amplification_of(blocks.point_data[fields.DISPLACEMENT], blocks.points)
+    blocks.points = blocks.points + factor * blocks.point_data[fields.DISPLACEMENT]
+    scalars = fields.VON_MISES if fields.VON_MISES in blocks.point_data else fields.DISPLACEMENT
+    plotter = pv.Plotter(title=f"{scenery.title} – displacements × {factor:g}")
+    plotter.set_background("white")
+    bar = {"title": "von Mises [Pa]" if scalars == fields.VON_MISES else "displacement [m]", "color": "black"}
+    plotter.add_mesh(
+        blocks, scalars=scalars, cmap=STRESS_COLOURS, show_edges=True, edge_opacity=0.3, scalar_bar_args=bar
+    )
+    if scenery.dimension == 2:
+        plotter.view_xy()
+    plotter.add_axes()
+    plotter.show()

@@ -6,15 +6,23 @@ Find the impulses p and the rigid velocities U with
 
 (formulation 2b). A rigid block has no compliance W_el, a static one no rigid mass M_r; a plain
 problem v = W p + q has all of W as compliance and no bodies.
+
+    problem = ContactProblem.plain(W, q, mu)
+    problem.save("step17.npz"); problem = load_problem("step17.npz")
+    W, q = problem.delassus(), problem.plain_velocity()
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
+
+from masonry_fem.errors import ProblemError
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -30,7 +38,8 @@ class ContactProblem:
     free_velocity : Velocity without impulses and without rigid motion q: elastic free velocity,
         prescribed motion of supports and the gap term on the normal component [m/s], (c, d).
     compliance : Elastic part W_el of the Delassus operator [1/kg], block-sparse with (d, d)
-        blocks, shape (c d, c d); stored symmetric. No stored blocks where all bodies are rigid.
+        blocks, shape (c d, c d); stored symmetric (public problems may be slightly unsymmetric).
+        No stored blocks where all bodies are rigid.
     bodies : Rigid bodies on the two sides of each contact (candidate, antagonist), −1 where that
         side has no rigid freedom, shape (c, 2).
     rigid_map : B by contact and side, in the contact's frame, signs included, so that
@@ -38,6 +47,10 @@ class ContactProblem:
     rigid_mass : Diagonal of M_r (1 in dynamics with mass-orthonormal modes, 0 in statics), (b, m).
     rigid_impulse : f_r, impulse of the loads on the rigid modes, shape (b, m).
     rigid_velocity : U_0, rigid velocities before the step, shape (b, m).
+
+    Raises
+    ------
+    ProblemError : Shapes that do not fit, numbers that are not finite, negative friction or mass.
     """
 
     friction: FloatArray
@@ -49,6 +62,45 @@ class ContactProblem:
     rigid_impulse: FloatArray
     rigid_velocity: FloatArray
 
+    def __post_init__(self) -> None:
+        _check(self)
+
+    @classmethod
+    def plain(cls, W: Any, q: ArrayLike, mu: ArrayLike, dimension: int | None = None) -> ContactProblem:
+        """The problem v = W p + q without bodies.
+
+        Parameters
+        ----------
+        W : Delassus operator, dense or sparse, shape (c d, c d), contact after contact [1/kg].
+        q : Free velocity, shape (c d,) or (c, d) [m/s].
+        mu : Friction coefficients, one for all or shape (c,).
+        dimension : d; needed where ``q`` is flat and ``mu`` a single number.
+        """
+        free = np.array(q, dtype=float)
+        if free.ndim != 2:
+            d = dimension if dimension is not None else free.size // max(np.size(mu), 1)
+            if d not in {2, 3} or free.size % d:
+                raise ProblemError(
+                    f"free velocity has {free.size} numbers for {np.size(mu)} friction coefficients; "
+                    "expected 2 or 3 a contact: pass q with shape (c, d) or give dimension"
+                )
+            free = free.reshape(-1, d)
+        c, d = free.shape
+        compliance = (
+            sparse.bsr_array((0, 0), blocksize=(1, 1)) if c == 0 else sparse.bsr_array(W, blocksize=(d, d))
+        )
+        m = 3 if d == 2 else 6
+        return cls(
+            friction=np.broadcast_to(np.asarray(mu, dtype=float), (c,)).copy(),
+            free_velocity=free,
+            compliance=compliance,
+            bodies=np.full((c, 2), -1),
+            rigid_map=np.zeros((c, 2, d, m)),
+            rigid_mass=np.zeros((0, m)),
+            rigid_impulse=np.zeros((0, m)),
+            rigid_velocity=np.zeros((0, m)),
+        )
+
     @property
     def count(self) -> int:
         """Number of contacts c."""
@@ -58,3 +110,168 @@ class ContactProblem:
     def dimension(self) -> int:
         """2 or 3."""
         return int(self.free_velocity.shape[1])
+
+    @property
+    def body_count(self) -> int:
+        """Number of rigid bodies b."""
+        return int(self.rigid_mass.shape[0])
+
+    @property
+    def rigid(self) -> bool:
+        """True where no contact has elastic compliance."""
+        return self.compliance.nnz == 0
+
+    def elastic_velocity(self, impulse: FloatArray) -> FloatArray:
+        """W_el p, shape (c, d) [m/s]."""
+        if self.rigid:
+            return np.zeros_like(self.free_velocity)
+        product: FloatArray = self.compliance @ impulse.ravel()
+        return product.reshape(impulse.shape)
+
+    def contact_velocity(self, rigid_velocity: FloatArray) -> FloatArray:
+        """B U, shape (c, d) [m/s]."""
+        if not self.body_count:
+            return np.zeros_like(self.free_velocity)
+        # row −1, the absent body, is at rest
+        padded = np.concatenate([rigid_velocity, np.zeros((1, rigid_velocity.shape[1]))])
+        product = self.rigid_map @ padded[self.bodies][:, :, :, None]
+        velocity: FloatArray = product[..., 0].sum(axis=1)
+        return velocity
+
+    def body_impulse(self, impulse: FloatArray) -> FloatArray:
+        """Bᵀ p, shape (b, m)."""
+        return self.gather(self.side_impulse(impulse))
+
+    def side_impulse(self, impulse: FloatArray) -> FloatArray:
+        """What each contact gives to the rigid modes on its two sides, shape (c, 2, m)."""
+        product: FloatArray = impulse[:, None, None, :] @ self.rigid_map
+        return product[:, :, 0]
+
+    def gather(self, sides: FloatArray) -> FloatArray:
+        """Sum over the contact sides (c, 2, m) of each body, shape (b, m)."""
+        total = np.zeros((self.body_count + 1, self.rigid_mass.shape[1]))
+        np.add.at(total, self.bodies.ravel(), sides.reshape(-1, sides.shape[2]))
+        return total[:-1]
+
+    def velocity(self, impulse: FloatArray, rigid_velocity: FloatArray) -> FloatArray:
+        """V = W_el p + q + B U, shape (c, d) [m/s]."""
+        return self.elastic_velocity(impulse) + self.free_velocity + self.contact_velocity(rigid_velocity)
+
+    def free_rigid_velocity(self) -> FloatArray:
+        """U_0 + M_r⁻¹ f_r; U_0 where M_r = 0, shape (b, m)."""
+        inverse = _inverse_mass(self.rigid_mass)
+        return self.rigid_velocity + inverse * self.rigid_impulse
+
+    def balanced_velocity(self, impulse: FloatArray) -> FloatArray:
+        """U of balance under given impulses, U_0 + M_r⁻¹ (f_r + Bᵀ p); U_0 where M_r = 0, (b, m)."""
+        inverse = _inverse_mass(self.rigid_mass)
+        return self.rigid_velocity + inverse * (self.rigid_impulse + self.body_impulse(impulse))
+
+    def rigid_matrix(self) -> sparse.bsr_array:
+        """B as a block-sparse matrix of (d, m) blocks, shape (c d, b m)."""
+        c, d, m = self.count, self.dimension, self.rigid_mass.shape[1]
+        contact, side = np.nonzero(self.bodies >= 0)
+        pointer = np.concatenate([[0], np.cumsum((self.bodies >= 0).sum(axis=1))])
+        blocks = (self.rigid_map[contact, side], self.bodies[contact, side], pointer)
+        matrix = sparse.bsr_array(blocks, shape=(c * d, self.body_count * m), blocksize=(d, m))
+        matrix.sort_indices()
+        return matrix
+
+    def delassus(self) -> sparse.bsr_array:
+        """W = W_el + B M_r⁻¹ Bᵀ on the directions that have mass, block-sparse, (c d, c d) [1/kg]."""
+        if not (self.rigid_mass > 0).any() or not self.count:
+            return self.compliance
+        B = self.rigid_matrix()
+        weighted = B.copy()
+        inverse = _inverse_mass(self.rigid_mass)
+        weighted.data = B.data * inverse[B.indices][:, None, :]
+        d = self.dimension
+        product = sparse.bsr_array(weighted @ B.T.tobsr((B.blocksize[1], d)), blocksize=(d, d))
+        total = product if self.rigid else sparse.bsr_array(self.compliance + product, blocksize=(d, d))
+        total.sort_indices()
+        return total
+
+    def plain_velocity(self) -> FloatArray:
+        """Free velocity with the rigid motion, q + B (U_0 + M_r⁻¹ f_r), shape (c, d) [m/s]."""
+        return self.free_velocity + self.contact_velocity(self.free_rigid_velocity())
+
+    def condensed(self) -> ContactProblem:
+        """The same problem in plain form; needs M_r > 0 everywhere."""
+        if (self.rigid_mass <= 0).any():
+            body = int(np.nonzero(self.rigid_mass <= 0)[0][0])
+            raise ProblemError(
+                f"body {body} has no rigid mass (statics), so the problem has no plain form; "
+                "keep the split form or use a dynamic step"
+            )
+        return ContactProblem.plain(self.delassus(), self.plain_velocity(), self.friction)
+
+    def save(self, path: str | Path) -> None:
+        """Write the problem to an .npz file for replay."""
+        from masonry_fem.nscd.files import save_problem  # noqa: PLC0415 - files knows the problem
+
+        save_problem(self, path)
+
+
+def _inverse_mass(mass: FloatArray) -> FloatArray:
+    return np.divide(1.0, mass, out=np.zeros_like(mass), where=mass > 0)
+
+
+def _check(problem: ContactProblem) -> None:
+    """Raise ProblemError where arrays do not fit together."""
+    if problem.free_velocity.ndim != 2 or problem.free_velocity.shape[1] not in {2, 3}:
+        raise ProblemError(
+            f"free_velocity has shape {problem.free_velocity.shape}, expected (contacts, 2) or (contacts, 3)"
+        )
+    c, d = problem.free_velocity.shape
+    m = 3 if d == 2 else 6
+    b = problem.rigid_mass.shape[0]
+    expected = {
+        "friction": (c,),
+        "bodies": (c, 2),
+        "rigid_map": (c, 2, d, m),
+        "rigid_mass": (b, m),
+        "rigid_impulse": (b, m),
+        "rigid_velocity": (b, m),
+        "compliance": (c * d, c * d),
+    }
+    for name, shape in expected.items():
+        found = getattr(problem, name).shape
+        if found != shape:
+            raise ProblemError(f"{name} has shape {found}, expected {shape} for {c} contacts and {b} bodies")
+    if c and problem.compliance.blocksize != (d, d):
+        raise ProblemError(f"compliance has blocks of {problem.compliance.blocksize}, expected {(d, d)}")
+    _check_values(problem, b)
+
+
+def _check_values(problem: ContactProblem, b: int) -> None:
+    for name, owner in (
+        ("friction", "contact"), ("free_velocity", "contact"), ("rigid_map", "contact"),
+        ("rigid_mass", "body"), ("rigid_impulse", "body"), ("rigid_velocity", "body"),
+    ):  # fmt: skip
+        values = getattr(problem, name)
+        if not np.isfinite(values).all():
+            first = np.argwhere(~np.isfinite(values))[0]
+            raise ProblemError(
+                f"{owner} {first[0]}: {name} is {values[tuple(first)]}, expected a finite number; "
+                "check the loads and motions that enter it"
+            )
+    data = problem.compliance.data
+    if not np.isfinite(data).all():
+        block = int(np.nonzero(~np.isfinite(data.reshape(len(data), -1)).all(axis=1))[0][0])
+        row = int(np.searchsorted(problem.compliance.indptr, block, side="right")) - 1
+        raise ProblemError(
+            f"contact {row}: compliance to contact {problem.compliance.indices[block]} is not finite; "
+            "check stiffness and mass of the blocks that touch there"
+        )
+    for name, owner in (("friction", "contact"), ("rigid_mass", "body")):
+        values = getattr(problem, name)
+        if (values < 0).any():
+            first = np.argwhere(values < 0)[0]
+            raise ProblemError(f"{owner} {first[0]}: {name} is {values[tuple(first)]}, expected >= 0")
+    wrong = (problem.bodies < -1) | (problem.bodies >= b)
+    if wrong.any():
+        contact, side = np.argwhere(wrong)[0]
+        raise ProblemError(
+            f"contact {contact}: body {problem.bodies[contact, side]} does not exist, "
+            f"expected 0 to {b - 1}, or -1 for a side without rigid freedom"
+        )

@@ -1,0 +1,68 @@
+"""Block-sparse operators: assembly from the blocks of masonry that join contacts.
+
+W = assemble_blocks(c, d, [(contacts, matrix), ...])       # a bsr_array of (d, d) blocks
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from masonry_fem.errors import ProblemError
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+def assemble_blocks(
+    count: int, dimension: int, contributions: Sequence[tuple[IntArray, FloatArray]]
+) -> sparse.bsr_array:
+    """Sum of dense contributions, each between the contacts of one block of masonry.
+
+    Parameters
+    ----------
+    count, dimension : c contacts of d components.
+    contributions : (contact numbers (s,), matrix (s d, s d)) of each block; made symmetric.
+
+    Returns
+    -------
+    Symmetric to the last bit, shape (c d, c d), (d, d) blocks, sorted. Beyond the result itself only
+    its pattern and one contribution at a time are held in memory.
+    """
+    d = dimension
+    members = [np.asarray(contacts, dtype=np.int64) for contacts, _ in contributions]
+    pattern = _pattern(count, members)
+    if count == 0:
+        return sparse.bsr_array((0, 0), blocksize=(1, 1))
+    # row-major position of every stored block: ascending, so that a search finds it
+    keys = np.repeat(np.arange(count), np.diff(pattern.indptr)) * count + pattern.indices
+    data = np.zeros((len(keys), d, d))
+    for contacts, (_, matrix) in zip(members, contributions, strict=True):
+        s = len(contacts)
+        if matrix.shape != (s * d, s * d):
+            raise ProblemError(
+                f"compliance between {s} contacts has shape {matrix.shape}, expected {(s * d, s * d)}"
+            )
+        if s == 0:
+            continue
+        blocks = (0.5 * (matrix + matrix.T)).reshape(s, d, s, d).transpose(0, 2, 1, 3).reshape(-1, d, d)
+        at = np.searchsorted(keys, (contacts[:, None] * count + contacts).ravel())
+        if len(np.unique(contacts)) == s:
+            data[at] += blocks
+        else:  # a block that touches itself
+            np.add.at(data, at, blocks)
+    return sparse.bsr_array((data, pattern.indices, pattern.indptr), shape=(count * d, count * d))
+
+
+def _pattern(count: int, members: list[IntArray]) -> sparse.csr_array:
+    """Which contacts share a contribution, sorted CSR of shape (c, c)."""
+    contact = np.concatenate([*members, np.zeros(0, dtype=np.int64)])
+    owner = np.repeat(np.arange(len(members)), [len(m) for m in members])
+    shape = (count, max(len(members), 1))
+    incidence = sparse.csr_array((np.ones(len(contact)), (contact, owner)), shape=shape)
+    pattern = sparse.csr_array(incidence @ incidence.T)
+    pattern.sort_indices()
+    return pattern

@@ -1,0 +1,88 @@
+"""Graphs: Signorini's, Coulomb's and what projects on them. Pure functions over c contacts.
+
+The friction cone is K = {p : ‖p_T‖ ≤ μ p_N}; component 0 is the normal one.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+def tangential_norm(vector: FloatArray) -> FloatArray:
+    """‖x_T‖ of each contact, shape (c,)."""
+    tangent = vector[:, 1:]
+    if tangent.shape[1] == 1:
+        return np.abs(tangent[:, 0])
+    norm: FloatArray = np.hypot(tangent[:, 0], tangent[:, 1])
+    return norm
+
+
+def augmented_velocity(velocity: FloatArray, friction: FloatArray) -> FloatArray:
+    """v̂ = v + μ‖v_T‖ n (De Saxcé and Feng), shape (c, d)."""
+    augmented = velocity.copy()
+    augmented[:, 0] += friction * tangential_norm(velocity)
+    return augmented
+
+
+def project_cone(vector: FloatArray, friction: FloatArray) -> FloatArray:
+    """Nearest points of the cones K, shape (c, d)."""
+    normal, tangent = vector[:, 0], tangential_norm(vector)
+    outside = tangent > friction * normal
+    polar = friction * tangent <= -normal
+    on_surface = np.maximum(normal + friction * tangent, 0.0) / (1.0 + friction**2)
+    factor = np.divide(friction * on_surface, tangent, out=np.zeros_like(tangent), where=tangent > 0)
+    projected = vector.copy()
+    projected[outside, 0] = on_surface[outside]
+    projected[outside, 1:] *= factor[outside, None]
+    projected[polar] = 0.0
+    return projected
+
+
+def natural_map(
+    impulse: FloatArray, velocity: FloatArray, friction: FloatArray, scale: FloatArray
+) -> FloatArray:
+    """P − P_K(p − v̂/w), zero at a solution, shape (c, d) [N s]."""
+    augmented = augmented_velocity(velocity, friction)
+    return impulse - project_cone(impulse - augmented / scale[:, None], friction)
+
+
+def alart_curnier(
+    impulse: FloatArray, velocity: FloatArray, friction: FloatArray, rho: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Alart–Curnier function F(p, v) and its derivatives.
+
+    With x = p − ρ v: F_N = p_N − max(x_N, 0), F_T = p_T − P_disk(μ max(x_N, 0))(x_T); zero where
+    Signorini's and Coulomb's graphs both hold.
+
+    Parameters
+    ----------
+    impulse, velocity : p and v, shape (c, d). friction : μ, shape (c,).
+    rho : ρ > 0, shape (c,) [kg].
+
+    Returns
+    -------
+    F (c, d), ∂F/∂p (c, d, d), ∂F/∂v (c, d, d); the generalised Jacobian's closed-and-sticking
+    branch where a contact is on an edge.
+    """
+    c, d = impulse.shape
+    trial = impulse - rho[:, None] * velocity
+    closed = trial[:, 0] >= 0
+    radius = friction * np.maximum(trial[:, 0], 0.0)
+    size = tangential_norm(trial)
+    slips = closed & (size > radius)
+    slope = np.zeros((c, d, d))  # of the projection, by the trial point
+    slope[closed, 0, 0] = 1.0
+    stick = closed & ~slips
+    for axis in range(1, d):
+        slope[stick, axis, axis] = 1.0
+    direction = trial[slips, 1:] / size[slips, None]
+    ratio = radius[slips] / size[slips]
+    slope[slips, 1:, 0] = friction[slips, None] * direction
+    across = np.eye(d - 1) - direction[:, :, None] * direction[:, None, :]
+    slope[slips, 1:, 1:] = ratio[:, None, None] * across
+    projected = np.where(closed[:, None], trial, 0.0)
+    projected[slips, 1:] = radius[slips, None] * direction
+    return impulse - projected, np.eye(d) - slope, rho[:, None, None] * slope

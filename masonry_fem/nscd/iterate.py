@@ -1,0 +1,149 @@
+"""The loop of all solvers, written once: assess, keep the best, stop for one of the known reasons.
+
+A *method* is its settings; a *run* is its working memory on one problem. The loop owns the
+stopping: only ``assess`` says that a problem is solved.
+
+    class Sweeping:                                   # a Method
+        name = "sweeping"; iterations = 1000
+        def init(self, problem, start): return SweepingRun(...)
+
+    class SweepingRun:                                # a Run
+        def guess(self): return Iterate(p, U, iterations=0)
+        def step(self, quality, settings): return Iterate(p, U)
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from masonry_fem.nscd.outcome import Outcome, Solution
+from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.residuals import Quality, assess
+from masonry_fem.nscd.scaling import contact_scale
+from masonry_fem.nscd.settings import SolverSettings, Start
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Iterate:
+    """What a step of a method offers; the arrays may be reused by the next step.
+
+    Attributes
+    ----------
+    impulse, rigid_velocity : p (c, d) and U (b, m).
+    iterations : Sweeps or Newton steps made since the last offer.
+    linear_solves : Linear systems factorised since the last offer.
+    verdict : Why the method cannot go on (STALLED, NO_EQUILIBRIUM, FAILED); None: it can.
+    """
+
+    impulse: FloatArray
+    rigid_velocity: FloatArray
+    iterations: int = 1
+    linear_solves: int = 0
+    verdict: Outcome | None = None
+
+
+class Run(Protocol):
+    """A method at work on one problem."""
+
+    def guess(self) -> Iterate:
+        """Where it starts."""
+        ...
+
+    def step(self, quality: Quality, settings: SolverSettings) -> Iterate:
+        """The next offer; ``quality`` is that of the last one."""
+        ...
+
+
+class Method(Protocol):
+    """A global solver: its name, its settings."""
+
+    @property
+    def name(self) -> str:
+        """Its name in settings and reports."""
+        ...
+
+    @property
+    def iterations(self) -> int:
+        """Its own iteration limit."""
+        ...
+
+    def init(self, problem: ContactProblem, start: Start | None) -> Run:
+        """A run on a problem, from a first guess."""
+        ...
+
+
+@dataclass(slots=True)
+class _Best:
+    """The best iterate so far."""
+
+    error: float = np.inf
+    impulse: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+    rigid_velocity: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+    quality: Quality | None = None
+
+    def offer(self, iterate: Iterate, quality: Quality) -> None:
+        if self.quality is None or quality.error < self.error:
+            self.error, self.quality = quality.error, quality
+            self.impulse, self.rigid_velocity = iterate.impulse.copy(), iterate.rigid_velocity.copy()
+
+
+def iterate(
+    problem: ContactProblem, method: Method, settings: SolverSettings, start: Start | None = None
+) -> Solution:
+    """Run a method until the measures hold, or until it cannot or may not go on."""
+    cpu, wall = time.process_time(), time.monotonic()
+    limit = method.iterations if settings.max_iterations is None else settings.max_iterations
+    scale = contact_scale(problem)
+    run = method.init(problem, start)
+    best, history = _Best(), []
+    made = solves = 0
+    offer, outcome = run.guess(), None
+    while True:
+        made, solves = made + offer.iterations, solves + offer.linear_solves
+        quality = assess(problem, offer.impulse, offer.rigid_velocity, scale)
+        best.offer(offer, quality)
+        history.append((made, quality.error, time.process_time() - cpu))
+        outcome = _ended(quality, offer, settings, made, limit, time.monotonic() - wall)
+        if outcome is not None:
+            break
+        offer = run.step(quality, settings)
+    # a mechanism is shown by the last velocities, not by those that balance best
+    chosen = offer if outcome is Outcome.NO_EQUILIBRIUM else None
+    impulse = best.impulse if chosen is None else chosen.impulse.copy()
+    rigid_velocity = best.rigid_velocity if chosen is None else chosen.rigid_velocity.copy()
+    assert best.quality is not None  # offered at least once
+    return Solution(
+        impulse=impulse,
+        velocity=problem.velocity(impulse, rigid_velocity),
+        rigid_velocity=rigid_velocity,
+        outcome=outcome,
+        quality=best.quality if chosen is None else quality,
+        iterations=made,
+        linear_solves=solves,
+        seconds=time.process_time() - cpu,
+        method=method.name,
+        history=np.array(history, dtype=float).reshape(-1, 3),
+    )
+
+
+def _ended(
+    quality: Quality, offer: Iterate, settings: SolverSettings, made: int, limit: int, wall: float
+) -> Outcome | None:
+    if quality.error <= settings.tolerance:
+        return Outcome.CONVERGED
+    if offer.verdict is not None:
+        return offer.verdict
+    if not (np.isfinite(offer.impulse).all() and np.isfinite(offer.rigid_velocity).all()):
+        return Outcome.FAILED
+    if made >= limit:
+        return Outcome.MAX_ITERATIONS
+    if settings.time_limit is not None and wall >= settings.time_limit:
+        return Outcome.TIME_LIMIT
+    return None

@@ -1,0 +1,96 @@
+"""Outcome: how a solution ended; Solution: what it found.
+
+Not converging is an answer, not an exception: the caller decides what to do with it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from masonry_fem.nscd.residuals import Quality
+
+FloatArray = NDArray[np.float64]
+
+
+class Outcome(Enum):
+    """How a solution ended; each has a sentence for the user and advice."""
+
+    CONVERGED = "converged"
+    STALLED = "stalled"
+    MAX_ITERATIONS = "max_iterations"
+    TIME_LIMIT = "time_limit"
+    NO_EQUILIBRIUM = "no_equilibrium"
+    FAILED = "failed"
+
+    @property
+    def sentence(self) -> str:
+        """What happened, in a sentence."""
+        return _TEXTS[self][0]
+
+    @property
+    def advice(self) -> str:
+        """What to do next ("" where there is nothing to do)."""
+        return _TEXTS[self][1]
+
+
+_TEXTS = {
+    Outcome.CONVERGED: ("All measures of the contact problem are within the tolerance.", ""),
+    Outcome.STALLED: (
+        "The iteration no longer improves; the best state found is returned.",
+        "Compare the error reached with what you need; try the other method or a tolerance above it.",
+    ),
+    Outcome.MAX_ITERATIONS: (
+        "The iteration limit was reached before the tolerance.",
+        "Raise max_iterations, loosen the tolerance, or use method 'newton'.",
+    ),
+    Outcome.TIME_LIMIT: (
+        "The time limit was reached before the tolerance.",
+        "Raise time_limit, loosen the tolerance, or use fewer contact points.",
+    ),
+    Outcome.NO_EQUILIBRIUM: (
+        "No impulses within the friction cones balance the loads: a part slides, tips or falls.",
+        "Look at the rigid velocities: they show the mechanism. Add supports or friction, or run dynamics.",
+    ),
+    Outcome.FAILED: (
+        "The numbers broke down (not finite, or a singular linear system).",
+        "Check masses, stiffnesses and units; save the problem with ContactProblem.save and report it.",
+    ),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Solution:
+    """Answer to a contact problem of c contacts, with its accuracy.
+
+    Attributes
+    ----------
+    impulse : p in the contact frames, component 0 normal [N s], shape (c, d).
+    velocity : v, with the problem's gap term [m/s], shape (c, d).
+    rigid_velocity : U of the rigid bodies, shape (b, m).
+    outcome : How the iteration ended.
+    quality : Error measures, made from the problem and (p, U) alone.
+    iterations : Sweeps or Newton steps. linear_solves : Factorised linear systems.
+    seconds : CPU time [s].
+    method : Name of the method that ended it ("nsgs+newton" where it was switched).
+    history : Iterations made, ``Quality.error`` and CPU seconds at each test, shape (k, 3).
+    """
+
+    impulse: FloatArray
+    velocity: FloatArray
+    rigid_velocity: FloatArray
+    outcome: Outcome
+    quality: Quality
+    iterations: int
+    linear_solves: int
+    seconds: float
+    method: str
+    history: FloatArray
+
+    @property
+    def converged(self) -> bool:
+        """True where all measures are within the tolerance."""
+        return self.outcome is Outcome.CONVERGED

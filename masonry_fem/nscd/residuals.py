@@ -1,0 +1,119 @@
+"""Quality: how far a pair (p, U) is from solving a contact problem, whoever made it.
+
+    quality = assess(problem, impulse, rigid_velocity)
+    quality.error <= tolerance
+
+The velocities are made anew from the problem, and no solver's word is taken for anything
+(formulation 4).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from masonry_fem.nscd import graphs
+from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.scaling import contact_scale
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Quality:
+    """Error measures of a candidate solution.
+
+    Attributes
+    ----------
+    natural_map : ‖p − P_K(p − v̂/w)‖ / ‖p‖ with the scale w of each contact; unit-free.
+    natural_map_velocity : The same in velocities: the largest w_i‖p_i − P_K(…)‖ relative to the
+        largest velocity that impulses make, max(‖W_el p‖_i, w_i‖p_i‖); unit-free.
+    block_balance : Largest residual of a body in Bᵀp + f_r − M_r(U − U_0) = 0, relative to the
+        largest impulse on a body's modes; unit-free.
+    max_penetration : Worst −v_N ≥ 0, gap term included [m/s].
+    min_normal : Least p_N, at most 0 [N s].
+    cone_violation : Worst ‖p_T‖ − μ p_N ≥ 0 [N s].
+    complementarity : Worst |p · v̂| [J].
+
+    Notes
+    -----
+    Without any impulse the first two are the largest penetration relative to the largest velocity:
+    a load-free problem is judged by its velocities, free of units too.
+    """
+
+    natural_map: float
+    natural_map_velocity: float
+    block_balance: float
+    max_penetration: float
+    min_normal: float
+    cone_violation: float
+    complementarity: float
+
+    @property
+    def error(self) -> float:
+        """What the tolerance bounds: the worst of the unit-free measures (inf where not finite)."""
+        worst = max(self.natural_map, self.natural_map_velocity, self.block_balance)
+        return (
+            worst
+            if np.isfinite(self.natural_map + self.natural_map_velocity + self.block_balance)
+            else np.inf
+        )
+
+
+def assess(
+    problem: ContactProblem,
+    impulse: FloatArray,
+    rigid_velocity: FloatArray,
+    scale: FloatArray | None = None,
+) -> Quality:
+    """Error measures of impulses p (c, d) and rigid velocities U (b, m).
+
+    ``scale`` is ``contact_scale(problem)`` where the caller keeps it.
+    """
+    w = contact_scale(problem) if scale is None else scale
+    elastic = problem.elastic_velocity(impulse)
+    v = elastic + problem.free_velocity + problem.contact_velocity(rigid_velocity)
+    mu = problem.friction
+    residual = graphs.natural_map(impulse, v, mu, w)
+    absolute = np.linalg.norm(residual, axis=1)
+    caused = np.maximum(np.linalg.norm(elastic, axis=1), w * np.linalg.norm(impulse, axis=1))
+    size = float(np.linalg.norm(impulse))
+    by_impulse = by_velocity = _ratio(_largest(w * absolute), _largest(np.linalg.norm(v, axis=1)))
+    if size > 0:
+        by_impulse = float(np.linalg.norm(absolute)) / size
+        by_velocity = _ratio(_largest(w * absolute), _largest(caused))
+    augmented = graphs.augmented_velocity(v, mu)
+    return Quality(
+        natural_map=by_impulse,
+        natural_map_velocity=by_velocity,
+        block_balance=_block_balance(problem, impulse, rigid_velocity),
+        max_penetration=_largest(-v[:, 0]),
+        min_normal=-_largest(-impulse[:, 0]),
+        cone_violation=_largest(graphs.tangential_norm(impulse) - mu * impulse[:, 0]),
+        complementarity=_largest(np.abs((impulse * augmented).sum(axis=1))),
+    )
+
+
+def _block_balance(problem: ContactProblem, impulse: FloatArray, rigid_velocity: FloatArray) -> float:
+    if not problem.body_count:
+        return 0.0
+    sides = problem.side_impulse(impulse)
+    given = problem.gather(sides)
+    gained = problem.rigid_mass * (rigid_velocity - problem.rigid_velocity)
+    residual = np.linalg.norm(given + problem.rigid_impulse - gained, axis=1)
+    # one contact's impulse counts too: a wedged block has large ones that cancel
+    parts = (given, problem.rigid_impulse, gained, sides.reshape(-1, sides.shape[2]))
+    return _ratio(_largest(residual), max(_largest(np.linalg.norm(part, axis=1)) for part in parts))
+
+
+def _largest(values: FloatArray) -> float:
+    """Largest value, at least 0; nan where one is."""
+    return float(values.max(initial=0.0))
+
+
+def _ratio(part: float, whole: float) -> float:
+    if part == 0:
+        return 0.0
+    return part / whole if whole > 0 else np.inf

@@ -1,0 +1,52 @@
+"""Scale of a contact: the inverse mass that the error measures and the solvers measure by.
+
+Elastic contacts are measured by the elastic part of their diagonal block: the rigid scale 1/m lies
+10⁶ to 10¹⁰ above it and would hide errors (formulation 2b, 4).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from masonry_fem.nscd.problem import ContactProblem
+
+FloatArray = NDArray[np.float64]
+
+
+def contact_scale(problem: ContactProblem) -> FloatArray:
+    """w_i = ‖W_el,ii‖₂, or ‖B_i M_r⁻¹ B_iᵀ‖₂ (unit mass in statics) at rigid contacts, (c,) [1/kg].
+
+    A contact that nothing can move gets the mean of the others, so that no scale is ever 0.
+    """
+    scale = _norm(diagonal_blocks(problem.compliance, problem.count, problem.dimension))
+    stiff = scale <= 0
+    if stiff.any() and problem.body_count:
+        scale[stiff] = _norm(rigid_diagonal(problem)[stiff])
+    movable = scale > 0
+    scale[~movable] = scale[movable].mean() if movable.any() else 1.0
+    return scale
+
+
+def rigid_diagonal(problem: ContactProblem) -> FloatArray:
+    """Diagonal blocks of B M_r⁻¹ Bᵀ with unit mass where M_r = 0, shape (c, d, d) [1/kg]."""
+    mass = np.where(problem.rigid_mass > 0, problem.rigid_mass, 1.0)
+    inverse = np.concatenate([1.0 / mass, np.zeros((1, mass.shape[1]))])
+    weighted = problem.rigid_map * inverse[problem.bodies][:, :, None, :]
+    product: FloatArray = weighted @ problem.rigid_map.transpose(0, 1, 3, 2)
+    return product.sum(axis=1)
+
+
+def diagonal_blocks(matrix: sparse.bsr_array, count: int, dimension: int) -> FloatArray:
+    """Diagonal blocks of a block-sparse matrix, zero where none is stored, shape (c, d, d)."""
+    blocks = np.zeros((count, dimension, dimension))
+    rows = np.repeat(np.arange(count), np.diff(matrix.indptr)) if count else np.zeros(0, dtype=np.int64)
+    stored = np.flatnonzero(rows == matrix.indices)
+    np.add.at(blocks, rows[stored], matrix.data[stored])
+    return blocks
+
+
+def _norm(blocks: FloatArray) -> FloatArray:
+    norm: FloatArray = np.linalg.norm(blocks, ord=2, axis=(1, 2)) if len(blocks) else np.zeros(0)
+    return norm

@@ -1,0 +1,59 @@
+"""Settings of a solution, and where it starts.
+
+solve(problem, SolverSettings(method="newton", tolerance=1e-9), Start(impulse=last.impulse))
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from masonry_fem.errors import ProblemError
+
+MethodName = Literal["auto", "nsgs", "newton"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SolverSettings:
+    """How a contact problem is solved, and how well.
+
+    Attributes
+    ----------
+    method : "nsgs", "newton", or "auto": whichever suits the problem.
+    tolerance : Bound on ``Quality.error``, unit-free.
+    max_iterations : Sweeps or Newton steps; None: the method's own limit.
+    time_limit : Wall-clock seconds after which the best state so far is returned; None: no limit.
+        Only a run that is cut short by it can differ from the next one.
+    """
+
+    method: MethodName = "auto"
+    tolerance: float = 1e-10
+    max_iterations: int | None = None
+    time_limit: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.method not in {"auto", "nsgs", "newton"}:
+            raise ProblemError(f"method is {self.method!r}, expected 'auto', 'nsgs' or 'newton'")
+        if not 0 < self.tolerance < 1:
+            raise ProblemError(f"tolerance is {self.tolerance}, expected a number between 0 and 1")
+        if self.max_iterations is not None and self.max_iterations < 1:
+            raise ProblemError(f"max_iterations is {self.max_iterations}, expected at least 1")
+        if self.time_limit is not None and not self.time_limit > 0:
+            raise ProblemError(f"time_limit is {self.time_limit} s, expected more than 0")
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """A first guess, mostly the step before; None where there is none.
+
+    Attributes
+    ----------
+    impulse : Impulses in the contact frames [N s], shape (c, d).
+    rigid_velocity : Rigid velocities U, shape (b, m).
+    """
+
+    impulse: NDArray[np.float64] | None = None
+    rigid_velocity: NDArray[np.float64] | None = None

@@ -26,8 +26,6 @@ help:
 
 demo: .venv/.demo
 	$(BIN)/masonry-fem run demos/arch.toml --out results/arch
-	@echo "Files written:"
-	@find results/arch -type f | sort | sed 's/^/  /'
 
 test: .venv/.test
 	$(ONE_THREAD) $(BIN)/python -m pytest -n 2 $(PYTEST_ARGS)

@@ -4,6 +4,7 @@ import re
 
 import pytest
 
+from masonry_fem.cli import parser
 from masonry_fem.scene import loads
 
 
@@ -38,3 +39,12 @@ def test_scene_example_is_a_scene(readme):
     scene = loads(re.search(r"```toml\n(.*?)```", readme, re.S)[1])
     assert scene.structures[0].courses == 5
     assert scene.materials["limestone"].young == pytest.approx(10e9)
+
+
+def test_commands_are_understood(readme):
+    """Every command of the table parses, with files standing for its placeholders."""
+    commands = re.findall(r"^\| `masonry-fem ([^`]+)` \|", readme, re.M)
+    assert {line.split()[0] for line in commands} == {"run", "check", "mesh", "view", "contact", "info"}
+    for line in commands:
+        options = parser().parse_args(re.sub(r"[][]", "", line).split())
+        assert callable(options.command)

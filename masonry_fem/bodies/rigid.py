@@ -18,9 +18,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from masonry_fem.bodies.base import FloatArray, Free, IntArray, Scheme, StepEnergy
+from masonry_fem.bodies.inertia import inertia_of
 from masonry_fem.bodies.rotation import exponential, orthonormalised
 from masonry_fem.bodies.undeformed import Placed, Undeformed, translation_and_spin
-from masonry_fem.errors import GeometryError
 from masonry_fem.solid.assembly import Assembly
 
 # The free spin is a contraction of ratio about hω/2; where a block turns by more than a radian in
@@ -85,14 +85,12 @@ class RigidGroup(Undeformed):
         damping: float | FloatArray = 0.0,
     ) -> None:
         numbers = np.asarray(blocks, dtype=np.int64)
-        volume, centres, inertia, axes = _mass_properties(assembly, numbers)
-        super().__init__(assembly, numbers, centres)
-        densities = np.broadcast_to(np.asarray(density, dtype=float), volume.shape)
-        _check_densities(assembly, numbers, densities)
-        self.mass: FloatArray = volume * densities
-        self.inertia: FloatArray = inertia * densities[:, None]
-        self.axes: FloatArray = axes
-        self.damping: FloatArray = np.broadcast_to(np.asarray(damping, dtype=float), volume.shape)
+        inertia = inertia_of(assembly, numbers, density)
+        super().__init__(assembly, numbers, inertia.centroid)
+        self.mass: FloatArray = inertia.mass
+        self.inertia: FloatArray = inertia.moments
+        self.axes: FloatArray = inertia.axes
+        self.damping: FloatArray = np.broadcast_to(np.asarray(damping, dtype=float), numbers.shape)
         # √ of the diagonal of the mass matrix in (v, ω about principal axes), shape (b, m)
         mass_columns = np.repeat(self.mass[:, None], self.dimension, axis=1)
         self._scale: FloatArray = np.sqrt(np.concatenate([mass_columns, self.inertia], axis=1))
@@ -287,46 +285,3 @@ def _area_and_centre(points: FloatArray) -> tuple[float, FloatArray]:
     signed = vectors @ (total / area)  # a fan of a non-convex face has negative triangles
     centres = points[0] + (spokes[1:-1] + spokes[2:]) / 3
     return area, (signed @ centres) / area
-
-
-def _mass_properties(
-    assembly: Assembly, blocks: IntArray
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Volumes (b,), centroids (b, d), principal inertia (b, r) and axes (b, r, r) for unit density."""
-    spins = 1 if assembly.dimension == 2 else 3
-    volume = np.empty(len(blocks))
-    centres = np.empty((len(blocks), assembly.dimension))
-    inertia = np.empty((len(blocks), spins))
-    axes = np.empty((len(blocks), spins, spins))
-    principal = {
-        shape: _principal(assembly, shape) for shape in {assembly.blocks[block].shape for block in blocks}
-    }
-    for row, block in enumerate(blocks):
-        stone = assembly.blocks[block]
-        volume[row], centroid, inertia[row], shape_axes = principal[stone.shape]
-        centres[row] = stone.pose.to_world(centroid)
-        axes[row] = shape_axes if spins == 1 else stone.pose.rotation @ shape_axes
-    return volume, centres, inertia, axes
-
-
-def _principal(assembly: Assembly, shape: int) -> tuple[float, FloatArray, FloatArray, FloatArray]:
-    """Volume, centroid, principal second moments and axes of one shape, in its own frame."""
-    properties = assembly.shapes[shape].solid.mass_properties()
-    if not properties.volume > 0:
-        raise GeometryError(
-            f"shape '{assembly.shapes[shape].name}': volume is {properties.volume:g}, expected > 0; "
-            "order each face counter-clockwise seen from outside (2D: outline counter-clockwise)"
-        )
-    moments, axes = np.linalg.eigh(properties.inertia)
-    return properties.volume, properties.centroid, moments, axes
-
-
-def _check_densities(assembly: Assembly, blocks: IntArray, densities: FloatArray) -> None:
-    """Refuse densities that are not positive."""
-    wrong = np.flatnonzero(~(densities > 0))
-    if wrong.size:
-        name = assembly.blocks[blocks[wrong[0]]].name
-        raise GeometryError(
-            f"block '{name}': density is {densities[wrong[0]]:g} kg/m³, expected > 0; "
-            "give its material a density"
-        )

@@ -8,6 +8,7 @@ and a rotation. A material point X of the reference configuration is at
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -38,7 +39,7 @@ class Placed(Protocol):
         ...
 
 
-class Undeformed:
+class Undeformed(ABC):
     """b blocks that keep their shape, about given centres.
 
     Parameters
@@ -70,9 +71,9 @@ class Undeformed:
         """The blocks seen through contact sides."""
         return UndeformedAttachment(self, sides, sides.point - self.centres[sides.body])
 
+    @abstractmethod
     def velocity_map(self, state: Placed, bodies: IntArray, points: FloatArray) -> FloatArray:
         """Velocity at current points of ``bodies`` for unit U, world axes, shape (k, d, m)."""
-        raise NotImplementedError
 
     # --- loads ------------------------------------------------------------------------------------
 

@@ -1,0 +1,81 @@
+"""Inertia: masses, centroids, principal moments and axes of blocks, as arrays.
+
+Exact for flat-faced solids, and computed once for each distinct shape.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from masonry_fem.bodies.base import FloatArray, IntArray
+from masonry_fem.bodies.rotation import spin_count
+from masonry_fem.errors import GeometryError
+from masonry_fem.solid.assembly import Assembly
+
+
+@dataclass(frozen=True, slots=True)
+class Inertia:
+    """Inertia of b blocks in the reference configuration, world axes.
+
+    Attributes
+    ----------
+    mass : Masses, shape (b,) [kg; kg per metre of depth in 2D].
+    centroid : Centroids, shape (b, d) [m].
+    moments : Principal moments about the centroids, shape (b, 1 or 3) [kg m²].
+    axes : Principal axes as columns, shape (b, 3, 3); in 2D the normal of the plane, (b, 1, 1).
+    """
+
+    mass: FloatArray
+    centroid: FloatArray
+    moments: FloatArray
+    axes: FloatArray
+
+
+def inertia_of(assembly: Assembly, blocks: IntArray, density: float | FloatArray) -> Inertia:
+    """Inertia of blocks of an assembly; ``density`` is one for all or one a block [kg/m³].
+
+    Raises
+    ------
+    GeometryError
+        If a shape has no volume (its faces are turned inside out), or a density is not positive.
+    """
+    densities = np.broadcast_to(np.asarray(density, dtype=float), blocks.shape)
+    _check_densities(assembly, blocks, densities)
+    spins = spin_count(assembly.dimension)
+    volume = np.empty(len(blocks))
+    centroid = np.empty((len(blocks), assembly.dimension))
+    moments = np.empty((len(blocks), spins))
+    axes = np.empty((len(blocks), spins, spins))
+    shapes = {assembly.blocks[block].shape for block in blocks}
+    principal = {shape: _principal(assembly, shape) for shape in shapes}
+    for row, block in enumerate(blocks):
+        stone = assembly.blocks[block]
+        volume[row], own_centroid, moments[row], own_axes = principal[stone.shape]
+        centroid[row] = stone.pose.to_world(own_centroid)
+        axes[row] = own_axes if spins == 1 else stone.pose.rotation @ own_axes
+    return Inertia(volume * densities, centroid, moments * densities[:, None], axes)
+
+
+def _principal(assembly: Assembly, shape: int) -> tuple[float, FloatArray, FloatArray, FloatArray]:
+    """Volume, centroid, principal second moments and axes of one shape, in its own frame."""
+    properties = assembly.shapes[shape].solid.mass_properties()
+    if not properties.volume > 0:
+        raise GeometryError(
+            f"shape '{assembly.shapes[shape].name}': volume is {properties.volume:g}, expected > 0; "
+            "order each face counter-clockwise seen from outside (2D: outline counter-clockwise)"
+        )
+    moments, axes = np.linalg.eigh(properties.inertia)
+    return properties.volume, properties.centroid, moments, axes
+
+
+def _check_densities(assembly: Assembly, blocks: IntArray, densities: FloatArray) -> None:
+    """Refuse densities that are not positive."""
+    wrong = np.flatnonzero(~(densities > 0))
+    if wrong.size:
+        name = assembly.blocks[blocks[wrong[0]]].name
+        raise GeometryError(
+            f"block '{name}': density is {densities[wrong[0]]:g} kg/m³, expected > 0; "
+            "give its material a density"
+        )

@@ -1,0 +1,158 @@
+"""One contact: v = W p + b with a (d, d) block W, solved exactly.
+
+With the normal impulse eliminated (v_N = 0), what is left is tangential:
+
+    v_T = A p_T + c,    A = W_TT − W_TN W_NT / W_NN,    c = b_T − W_TN b_N / W_NN
+
+Three states are tried in turn: open (b_N ≥ 0), stick (v_T = 0 inside the cone), slip. In slip
+v_T = −λ p_T with λ > 0, so p_T(λ) = −(A + λ I)⁻¹ c, and λ is the root of ‖p_T‖ = μ p_N. At λ = 0
+the stick impulse lies outside the cone; as λ grows p_T vanishes and p_N → −b_N/W_NN > 0: a root
+always exists. In 2D it is explicit (the intersection of the two graphs). In 3D it is a root of a
+quartic, found by Newton's method on μ p_N/‖p_T‖ − 1, which is nearly linear in λ, inside a bracket
+that halves whenever Newton would leave it, so that the search always ends.
+
+Numba kernels; ``reduce_blocks`` prepares them, ``solve_contact`` is one contact by itself.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike, NDArray
+
+FloatArray = NDArray[np.float64]
+
+# A's stiffness in any direction is kept above this fraction of ‖W_ii‖: below it is rounding
+FLOOR = 1e-15
+# relative accuracy of ‖p_T‖ = μ p_N, a few roundings
+ACCURACY = 2e-15
+# bracket halvings reach rounding from any start long before
+LIMIT = 200
+
+
+def reduce_blocks(blocks: FloatArray) -> FloatArray:
+    """What the kernels need of diagonal blocks (c, d, d).
+
+    Returns
+    -------
+    Shape (c, 4) in 2D: 1/W_NN, W_NT/W_NN, W_TN, A; shape (c, 9) in 3D: 1/W_NN, W_NT/W_NN (2),
+    W_TN (2), A (4, by rows). 1/W_NN is 0 where an impulse moves nothing: it stays 0 there.
+    """
+    normal = blocks[:, 0, 0]
+    size = np.abs(blocks).max(axis=(1, 2), initial=0.0)
+    moves = normal > FLOOR * size
+    inverse = np.divide(1.0, normal, out=np.zeros_like(normal), where=moves)
+    right = blocks[:, 0, 1:] * inverse[:, None]
+    down = blocks[:, 1:, 0]
+    tangential = blocks[:, 1:, 1:] - down[:, :, None] * right[:, None, :]
+    small = FLOOR * np.where(size > 0, size, 1.0)
+    if blocks.shape[1] == 2:
+        tangential = np.maximum(tangential, small[:, None, None])
+    else:
+        # lift the symmetric part's least eigenvalue to the floor
+        a11, a12 = tangential[:, 0, 0], tangential[:, 0, 1]
+        a21, a22 = tangential[:, 1, 0], tangential[:, 1, 1]
+        least = 0.5 * (a11 + a22) - 0.5 * np.hypot(a11 - a22, a12 + a21)
+        tangential = tangential + np.maximum(small - least, 0.0)[:, None, None] * np.eye(2)
+    return np.ascontiguousarray(
+        np.concatenate([inverse[:, None], right, down, tangential.reshape(len(blocks), -1)], axis=1)
+    )
+
+
+@njit(cache=True, inline="always")
+def solve_2d(local: FloatArray, friction: float, bn: float, bt: float) -> tuple[float, float]:
+    """Impulse (p_N, p_T) of one contact in 2D; ``local`` is a row of ``reduce_blocks``."""
+    if bn >= 0.0 or local[0] == 0.0:
+        return 0.0, 0.0
+    alone = -bn * local[0]
+    c = bt + local[2] * alone
+    pt = -c / local[3]
+    pn = alone - local[1] * pt
+    if pn >= 0.0 and abs(pt) <= friction * pn:
+        return pn, pt
+    # stick is outside the cone, so the slope below is positive: see the module's docstring
+    sign = -1.0 if c > 0.0 else 1.0
+    slope = 1.0 + friction * sign * local[1]
+    pn = alone / slope
+    return pn, sign * friction * pn
+
+
+@njit(cache=True)
+def slip_3d(
+    local: FloatArray, friction: float, alone: float, c1: float, c2: float, guess: float
+) -> tuple[float, float, float, float]:
+    """Impulse of a slipping contact in 3D, and λ = ‖v_T‖/‖p_T‖."""
+    k1, k2 = local[1], local[2]
+    a11, a12, a21, a22 = local[5], local[6], local[7], local[8]
+    low, high = 0.0, math.inf
+    mean = 0.5 * (a11 + a22)
+    lam = guess
+    if not lam > 0.0:  # as if A were isotropic
+        lam = max(math.sqrt(c1 * c1 + c2 * c2) / (friction * alone) - mean, 1e-3 * mean)
+    pn, p1, p2, size = alone, 0.0, 0.0, 0.0
+    for _ in range(LIMIT):
+        m11, m22 = a11 + lam, a22 + lam
+        inverse = 1.0 / (m11 * m22 - a12 * a21)
+        p1 = (a12 * c2 - m22 * c1) * inverse
+        p2 = (a21 * c1 - m11 * c2) * inverse
+        size = math.sqrt(p1 * p1 + p2 * p2)
+        pn = alone - k1 * p1 - k2 * p2
+        miss = friction * pn - size
+        if miss < 0.0:
+            low = lam
+        else:
+            high = lam
+        if abs(miss) <= ACCURACY * size or high - low <= ACCURACY * low:
+            break
+        d1 = (a12 * p2 - m22 * p1) * inverse
+        d2 = (a21 * p1 - m11 * p2) * inverse
+        rise = -friction * (k1 * d1 + k2 * d2) - friction * pn * (p1 * d1 + p2 * d2) / (size * size)
+        new = lam - miss / rise if rise > 0.0 else -1.0
+        if not (low < new < high):
+            new = 4.0 * lam if high == math.inf else 0.5 * (low + high)
+        if new == lam:
+            break
+        lam = new
+    if pn <= 0.0 or size == 0.0:
+        return max(pn, 0.0), 0.0, 0.0, lam
+    onto = friction * pn / size
+    return pn, p1 * onto, p2 * onto, lam
+
+
+@njit(cache=True, inline="always")
+def solve_3d(
+    local: FloatArray, friction: float, bn: float, b1: float, b2: float, guess: float
+) -> tuple[float, float, float, float]:
+    """Impulse (p_N, p_T1, p_T2) of one contact in 3D, and λ (0 but for slip), next time's guess."""
+    if bn >= 0.0 or local[0] == 0.0:
+        return 0.0, 0.0, 0.0, 0.0
+    alone = -bn * local[0]
+    c1 = b1 + local[3] * alone
+    c2 = b2 + local[4] * alone
+    a11, a12, a21, a22 = local[5], local[6], local[7], local[8]
+    inverse = 1.0 / (a11 * a22 - a12 * a21)
+    p1 = (a12 * c2 - a22 * c1) * inverse
+    p2 = (a21 * c1 - a11 * c2) * inverse
+    pn = alone - local[1] * p1 - local[2] * p2
+    if pn >= 0.0 and p1 * p1 + p2 * p2 <= friction * friction * pn * pn:
+        return pn, p1, p2, 0.0
+    if friction == 0.0:
+        return alone, 0.0, 0.0, 0.0
+    return slip_3d(local, friction, alone, c1, c2, guess)
+
+
+def solve_contact(block: ArrayLike, free_velocity: ArrayLike, friction: float) -> FloatArray:
+    """Impulse of a single contact, shape (d,).
+
+    Parameters
+    ----------
+    block : W, shape (d, d) [1/kg]; its symmetric part positive semi-definite.
+    free_velocity : b, shape (d,) [m/s]. friction : μ ≥ 0.
+    """
+    W, b = np.asarray(block, dtype=float), np.asarray(free_velocity, dtype=float)
+    local = reduce_blocks(W[None])[0]
+    if len(b) == 2:
+        return np.array(solve_2d(local, float(friction), b[0], b[1]))
+    return np.array(solve_3d(local, float(friction), b[0], b[1], b[2], 0.0)[:3])

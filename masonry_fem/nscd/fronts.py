@@ -1,0 +1,267 @@
+"""Fronts: sparse LU of a matrix made of dense blocks, by elimination of whole groups of unknowns.
+
+The unknowns come in *groups* (the contacts of one interface, the velocities of one body). A group
+is eliminated at once, as a dense *front*: its own rows and columns bordered by those that are still
+to come. All arithmetic is LAPACK's and BLAS's on fronts, which is what the contact problem of
+deformable blocks needs: the interfaces of one block are coupled densely, two blocks only through
+their interface.
+
+    order = eliminate_order(neighbours, sizes, after)      # once for a pattern
+    factor = FrontFactor(matrix, groups, order)            # as often as the values change
+    x = factor.solve(rhs)
+"""
+
+from __future__ import annotations
+
+import heapq
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.linalg import blas, lapack
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+# A pivot below this fraction of its front's largest entry is replaced by it: the solution then
+# grows instead of overflowing, and the caller sees a singular matrix in the size of the answer.
+TINY_PIVOT = 1e-15
+# Fronts with fewer own unknowns than this are joined with their parent when that fills little.
+JOIN_BELOW = 48
+JOIN_FILL = 1.3
+
+
+@dataclass(frozen=True, slots=True)
+class Elimination:
+    """Order of elimination of groups, joined to fronts.
+
+    Attributes
+    ----------
+    fronts : Groups eliminated by each front, in order.
+    borders : Groups that each front's elimination touches, still to be eliminated.
+    parents : Front that takes each front's remainder, −1 at a root.
+    """
+
+    fronts: tuple[IntArray, ...]
+    borders: tuple[IntArray, ...]
+    parents: tuple[int, ...]
+
+
+def eliminate_order(neighbours: list[set[int]], sizes: IntArray, after: list[set[int]]) -> Elimination:
+    """Minimum-degree order of groups.
+
+    Parameters
+    ----------
+    neighbours : Groups coupled with each group (not itself); symmetric. Consumed.
+    sizes : Unknowns of each group, shape (n,).
+    after : Groups that must be eliminated before each group (its pivots come from them).
+    """
+    count = len(neighbours)
+    size = [int(s) for s in sizes]
+    degree = [sum(size[j] for j in neighbours[i]) for i in range(count)]
+    waiting = [len(first) for first in after]
+    releases: list[list[int]] = [[] for _ in range(count)]
+    for group, first in enumerate(after):
+        for other in first:
+            releases[other].append(group)
+    buckets = _Queue()
+    for group in range(count):
+        if not waiting[group]:
+            buckets.put(degree[group], group)
+    order: list[int] = []
+    borders: list[list[int]] = []
+    done = [False] * count
+    while len(order) < count:
+        group = buckets.take(degree, done)
+        border = neighbours[group]
+        done[group] = True
+        order.append(group)
+        borders.append(sorted(border))
+        for other in border:
+            near = neighbours[other]
+            near |= border
+            near.discard(other)
+            near.discard(group)
+            degree[other] = sum([size[j] for j in near])
+            if not waiting[other]:
+                buckets.put(degree[other], other)
+        neighbours[group] = set()
+        for other in releases[group]:
+            waiting[other] -= 1
+            if not waiting[other]:
+                buckets.put(degree[other], other)
+    return _join(order, borders, size)
+
+
+class _Queue:
+    """Groups by degree; stale entries are skipped when taken. Ties go to the lowest number."""
+
+    def __init__(self) -> None:
+        self.heap: list[tuple[int, int]] = []
+
+    def put(self, degree: int, group: int) -> None:
+        heapq.heappush(self.heap, (degree, group))
+
+    def take(self, degree: list[int], done: list[bool]) -> int:
+        while True:
+            value, group = heapq.heappop(self.heap)
+            if not done[group] and value == degree[group]:
+                return group
+
+
+def _join(order: list[int], borders: list[list[int]], size: list[int]) -> Elimination:
+    """Merge small fronts with their parents where that stores few explicit zeros."""
+    place = {group: i for i, group in enumerate(order)}
+    count = len(order)
+    parent = [min((place[g] for g in border), default=-1) for border in borders]
+    own = [[group] for group in order]
+    weight = [size[group] for group in order]
+    border_weight = [sum(size[g] for g in border) for border in borders]
+    into = list(range(count))
+    stored = [w * (w + 2 * b) for w, b in zip(weight, border_weight, strict=True)]
+    for i in range(count):
+        p = parent[i]
+        if p < 0:
+            continue
+        joined = weight[i] + weight[p]
+        cost = joined * (joined + 2 * border_weight[p])
+        if (weight[i] < JOIN_BELOW and cost <= JOIN_FILL * (stored[i] + stored[p])) or (
+            border_weight[i] == weight[p] + border_weight[p]
+        ):
+            own[p] = own[i] + own[p]
+            own[i] = []
+            weight[p], stored[p], into[i] = joined, cost, p
+    for i in range(count - 1, -1, -1):
+        into[i] = i if into[i] == i else into[into[i]]
+    kept = [i for i in range(count) if own[i]]
+    number = {i: k for k, i in enumerate(kept)}
+    ranked = [sorted(borders[i], key=place.__getitem__) for i in kept]
+    return Elimination(
+        tuple(np.array(own[i]) for i in kept),
+        tuple(np.array(border, dtype=np.int64) for border in ranked),
+        tuple(number[into[parent[i]]] if parent[i] >= 0 else -1 for i in kept),
+    )
+
+
+class FrontFactor:
+    """LU factor of a square matrix, eliminated front by front.
+
+    Parameters
+    ----------
+    matrix : Square, structurally within the pattern that the order was made for.
+    groups : Group of each unknown, shape (n,).
+    elimination : From ``eliminate_order``.
+    """
+
+    def __init__(self, matrix: sparse.csr_array, groups: IntArray, elimination: Elimination) -> None:
+        count = int(sum(len(f) for f in elimination.fronts))
+        sequence = np.concatenate([*elimination.fronts, np.zeros(0, np.int64)]).astype(np.int64)
+        rank = np.empty(count, np.int64)
+        rank[sequence] = np.arange(count)
+        self.order = np.argsort(rank[groups], kind="stable")
+        sizes = np.bincount(rank[groups], minlength=count)
+        stops = np.cumsum(sizes)
+        self.small_pivots = 0
+        self._own: list[slice] = []
+        self._border: list[IntArray] = []
+        self._factors: list[tuple[FloatArray, IntArray, FloatArray, FloatArray]] = []
+        permuted = matrix[self.order][:, self.order].tocsr()
+        transposed = permuted.T.tocsr()
+        self._eliminate(permuted, transposed, elimination, rank, stops - sizes, stops)
+
+    def _eliminate(
+        self,
+        rows: sparse.csr_array,
+        columns: sparse.csr_array,
+        elimination: Elimination,
+        rank: IntArray,
+        starts: IntArray,
+        stops: IntArray,
+    ) -> None:
+        place = np.zeros(rows.shape[0], np.int64)  # of an unknown within the current front
+        remainders: list[list[tuple[IntArray, FloatArray]]] = [[] for _ in elimination.fronts]
+        for index, (groups, border_groups) in enumerate(
+            zip(elimination.fronts, elimination.borders, strict=True)
+        ):
+            first, last = starts[rank[groups[0]]], stops[rank[groups[-1]]]
+            border = _ranges(starts[rank[border_groups]], stops[rank[border_groups]])
+            k, m = last - first, last - first + len(border)
+            place[first:last] = np.arange(k)
+            place[border] = np.arange(k, m)
+            front = np.zeros((m, m), order="F")
+            _insert(front, rows, first, last, place)
+            _insert(front.T, columns, first, last, place)
+            for indices, remainder in remainders[index]:
+                at = place[indices]
+                front[np.ix_(at, at)] += remainder
+            remainders[index] = []
+            factor, remainder = self._factorise(front, int(k))
+            self._own.append(slice(int(first), int(last)))
+            self._border.append(border)
+            self._factors.append(factor)
+            if elimination.parents[index] >= 0:
+                remainders[elimination.parents[index]].append((border, remainder))
+
+    def _factorise(
+        self, front: FloatArray, k: int
+    ) -> tuple[tuple[FloatArray, IntArray, FloatArray, FloatArray], FloatArray]:
+        if k == 0:
+            empty = np.zeros((0, 0), order="F")
+            return (empty, np.zeros(0, np.int32), front[:k, k:], front[k:, :k]), front
+        scale = np.abs(front[:k, :k]).max()
+        lu, pivots, _ = lapack.dgetrf(front[:k, :k])
+        diagonal = np.diagonal(lu)
+        small = np.abs(diagonal) <= TINY_PIVOT * scale
+        if small.any():
+            self.small_pivots += int(small.sum())
+            where = np.nonzero(small)[0]
+            lu[where, where] = np.where(diagonal[small] < 0, -1, 1) * max(TINY_PIVOT * scale, 1e-300)
+        swaps = _permutation(pivots)
+        upper = blas.dtrsm(1.0, lu, front[swaps, k:], lower=1, diag=1)
+        lower = blas.dtrsm(1.0, lu, front[k:, :k], side=1)
+        remainder = blas.dgemm(-1.0, lower, upper, beta=1.0, c=front[k:, k:]) if len(lower) else lower
+        return (lu, swaps, upper, lower), remainder
+
+    def solve(self, rhs: FloatArray) -> FloatArray:
+        """Solution of matrix @ x = rhs, shape (n,)."""
+        x = rhs[self.order].astype(float)
+        for own, border, (lu, swaps, _, lower) in zip(self._own, self._border, self._factors, strict=True):
+            part = blas.dtrsv(lu, x[own][swaps], lower=1, diag=1) if len(lu) else x[own]
+            x[own] = part
+            if len(border):
+                x[border] -= lower @ part
+        for own, border, (lu, _, upper, _) in zip(
+            reversed(self._own), reversed(self._border), reversed(self._factors), strict=True
+        ):
+            if len(lu):
+                x[own] = blas.dtrsv(lu, x[own] - upper @ x[border])
+        result = np.empty_like(x)
+        result[self.order] = x
+        return result
+
+
+def _ranges(starts: IntArray, stops: IntArray) -> IntArray:
+    """The integers of several half-open ranges, one after the other."""
+    lengths = stops - starts
+    total = int(lengths.sum())
+    jump = np.repeat(starts - np.r_[0, np.cumsum(lengths)[:-1]], lengths) if total else np.zeros(0, np.int64)
+    return np.arange(total) + jump
+
+
+def _insert(front: FloatArray, rows: sparse.csr_array, first: int, last: int, place: IntArray) -> None:
+    """Write the entries of own rows that are not left of the front's first unknown."""
+    begin, end = rows.indptr[first], rows.indptr[last]
+    columns = rows.indices[begin:end]
+    local = np.repeat(np.arange(last - first), np.diff(rows.indptr[first : last + 1]))
+    keep = columns >= first
+    front[local[keep], place[columns[keep]]] = rows.data[begin:end][keep]
+
+
+def _permutation(pivots: NDArray[np.integer]) -> IntArray:
+    """Row order that LAPACK's successive swaps make."""
+    order = np.arange(len(pivots))
+    for i, j in enumerate(pivots.tolist()):
+        if i != j:
+            order[i], order[j] = order[j], order[i]
+    return order

@@ -1,0 +1,330 @@
+"""ProximalNewton: semismooth Newton on the Alart–Curnier function, with a proximal weight.
+
+The method for statics, large steps and tight tolerances (formulation 2b). A *round* solves, by
+Newton steps, the problem regularised about a centre (p_k, U_k)
+
+    v + α w (p − p_k) instead of v,        M_r (U − U_0) + ε (U − U_k) instead of M_r (U − U_0)
+
+and moves the centre there, with a smaller α. The second term acts only where M_r = 0: it keeps the
+matrix regular whatever the active set, and it is what decides that no equilibrium exists: then the
+unbalanced impulse stays from round to round, whatever ε, and U runs off along the mechanism.
+
+The first step of a cold start is the *bonded* one: all contacts closed and sticking.
+
+    solution = iterate(problem, ProximalNewton(), settings)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from masonry_fem.nscd import graphs
+from masonry_fem.nscd.iterate import Iterate
+from masonry_fem.nscd.linear import Library
+from masonry_fem.nscd.outcome import Outcome
+from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.residuals import Quality
+from masonry_fem.nscd.scaling import contact_scale
+from masonry_fem.nscd.settings import SolverSettings, Start
+from masonry_fem.nscd.solvers.newton_system import Linearisation, NewtonSystem, block_rows
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProximalNewton:
+    """Settings of the proximal Newton method.
+
+    Attributes
+    ----------
+    weight : First α, relative to each contact's scale w; None: 1e-4 for elastic problems, whose
+        impulses are nearly unique, 1e-2 for rigid ones.
+    decrease : Factor on α after each round; None: 0.1 for elastic problems, 0.3 for rigid ones.
+    least_weight : Smallest α.
+    static_mass : First ε, relative to the compliance that B sees.
+    full_steps : Newton steps of a round without line search: the active set settles in few full
+        steps, through larger residuals.
+    round_steps : Newton steps after which a round is given up.
+    iterations : Newton steps in all.
+    library : Linear factor, see ``linear``.
+    """
+
+    weight: float | None = None
+    decrease: float | None = None
+    least_weight: float = 1e-7
+    static_mass: float = 1e-6
+    full_steps: int = 10
+    round_steps: int = 40
+    iterations: int = 400
+    library: Library = "auto"
+
+    @property
+    def name(self) -> str:
+        """Its name in settings and reports."""
+        return "newton"
+
+    def init(self, problem: ContactProblem, start: Start | None) -> NewtonRun:
+        """A run on a problem, from a first guess (bonded where there is none)."""
+        return NewtonRun(problem, self, start)
+
+
+@dataclass(slots=True)
+class _Round:
+    """One proximal problem: its centre, its weights, and how it went so far."""
+
+    impulse: FloatArray
+    rigid_velocity: FloatArray
+    mass: FloatArray  # ε, zero where M_r > 0, shape (b, m)
+    alpha: float
+    steps: int = 0
+    residuals: list[float] = field(default_factory=list)
+
+
+@dataclass(frozen=True, slots=True)
+class _Point:
+    """A state seen by the round's problem."""
+
+    impulse: FloatArray
+    rigid_velocity: FloatArray
+    line: Linearisation
+    balance: FloatArray
+    residual: float  # ‖F‖ / ‖p‖
+
+
+class NewtonRun:
+    """Working memory of the method on one problem."""
+
+    def __init__(self, problem: ContactProblem, settings: ProximalNewton, start: Start | None) -> None:
+        self.problem, self.settings = problem, settings
+        self.scale = _newton_scale(problem)
+        self.system = NewtonSystem(problem, self.scale, settings.library)
+        self.static = problem.rigid_mass <= 0
+        elastic = not problem.rigid
+        self.weight = settings.weight or (1e-4 if elastic else 1e-2)
+        self.decrease = settings.decrease or (0.1 if elastic else 0.3)
+        self.static_mass = settings.static_mass
+        warm = start is not None and start.impulse is not None
+        self.bonded = not warm
+        self.impulse = np.zeros_like(problem.free_velocity)
+        self.rigid_velocity = problem.rigid_velocity.copy()
+        if start is not None and start.impulse is not None:
+            self.impulse = start.impulse.copy()
+            self.rigid_velocity = problem.balanced_velocity(start.impulse)
+            if start.rigid_velocity is not None:
+                self.rigid_velocity = np.where(self.static, start.rigid_velocity, self.rigid_velocity)
+        self.bonded_size = np.inf  # of U after the bonded step
+        self.error = 1.0  # natural map at the last centre
+        self.verdict: _Escape = _Escape()
+        self.best, self.idle = np.inf, 0
+        self.round = self._new_round()
+
+    def guess(self) -> Iterate:
+        """Where it starts."""
+        return Iterate(self.impulse, self.rigid_velocity, iterations=0)
+
+    def step(self, quality: Quality, settings: SolverSettings) -> Iterate:
+        """One Newton step; a round that is solved moves the centre."""
+        with np.errstate(all="ignore"):  # a breakdown is seen in the numbers below
+            point = self._advance()
+        if not np.isfinite(point.residual):
+            return self._offer(None if self._restart() else Outcome.FAILED, solves=1)
+        self.impulse, self.rigid_velocity = point.impulse, point.rigid_velocity
+        self.round.steps += 1
+        if point.residual <= max(0.01 * self.error, 0.1 * settings.tolerance):
+            return self._offer(self._close_round(settings.tolerance), solves=1)
+        running_off = self.static.any() and np.linalg.norm(self.rigid_velocity) > 1e3 * self.bonded_size
+        if running_off and self.static_mass < _FIRM and self._restart():
+            return self._offer(None, solves=1)
+        if self.round.steps >= self.settings.round_steps:
+            return self._offer(self._give_up_round(), solves=1)
+        return self._offer(None, solves=1)
+
+    def _offer(self, verdict: Outcome | None, solves: int) -> Iterate:
+        velocity = self.rigid_velocity
+        if verdict is Outcome.NO_EQUILIBRIUM:
+            velocity = self.verdict.mechanism
+        return Iterate(self.impulse, velocity, iterations=solves, linear_solves=solves, verdict=verdict)
+
+    # one Newton step
+
+    def _advance(self) -> _Point:
+        here = self._look(self.impulse, self.rigid_velocity, bonded=self.bonded)
+        mass = self.problem.rigid_mass + self.round.mass
+        change, motion = self.system.solve(here.line, here.impulse, here.balance, mass, self.round.alpha)
+        full = self._look(here.impulse + change, here.rigid_velocity + motion)
+        if self.bonded:
+            self.bonded = False
+            self.bonded_size = min(self.bonded_size, float(np.linalg.norm(full.rigid_velocity)))
+            return full
+        self.round.residuals.append(here.residual)
+        if self.round.steps < self.settings.full_steps:
+            return full
+        return self._search(here, change, motion, full)
+
+    def _search(self, here: _Point, change: FloatArray, motion: FloatArray, full: _Point) -> _Point:
+        """Backtrack until the residual is below the worst of the last four: it may rise, not cycle."""
+        bound, length, point = max(self.round.residuals[-4:]), 1.0, full
+        for _ in range(12):
+            if point.residual <= (1 - 1e-4 * length) * bound:
+                break
+            length *= 0.5
+            point = self._look(here.impulse + length * change, here.rigid_velocity + length * motion)
+        return point
+
+    def _look(self, impulse: FloatArray, rigid_velocity: FloatArray, *, bonded: bool = False) -> _Point:
+        problem, now = self.problem, self.round
+        velocity = problem.velocity(impulse, rigid_velocity)
+        velocity += (now.alpha * self.scale)[:, None] * (impulse - now.impulse)
+        rho = 1.0 / (self.scale * (1.0 + now.alpha))
+        line = _bonded(velocity, rho) if bonded else _linearise(impulse, velocity, problem.friction, rho)
+        balance = problem.body_impulse(impulse) + problem.rigid_impulse
+        balance -= problem.rigid_mass * (rigid_velocity - problem.rigid_velocity)
+        balance -= now.mass * (rigid_velocity - now.rigid_velocity)
+        size = float(np.linalg.norm(impulse))
+        residual = float(np.linalg.norm(line.residual))
+        return _Point(impulse, rigid_velocity, line, balance, residual / size if size > 0 else residual)
+
+    # rounds
+
+    def _new_round(self) -> _Round:
+        mass = np.where(self.static, self.static_mass * self.system.column**2 / self.system.unit, 0.0)
+        return _Round(self.impulse, self.rigid_velocity, mass, self.weight)
+
+    def _close_round(self, tolerance: float) -> Outcome | None:
+        """Move the centre to a solved round's solution; tell whether that can go on."""
+        problem, before = self.problem, self.round
+        residual = graphs.natural_map(
+            self.impulse, problem.velocity(self.impulse, self.rigid_velocity), problem.friction, self.scale
+        )
+        size = float(np.linalg.norm(self.impulse))
+        self.error = float(np.linalg.norm(residual)) / size if size > 0 else 1.0
+        self.weight = max(self.weight * self.decrease, self.settings.least_weight)
+        if self.static.any():
+            self._watch_equilibrium(before)
+            if self.verdict.sure:
+                return Outcome.NO_EQUILIBRIUM
+        self.round = self._new_round()
+        self.idle = 0 if self.error < 0.5 * self.best else self.idle + 1
+        self.best = min(self.best, self.error)
+        stuck = self.idle >= _IDLE_ROUNDS and not self.verdict.rounds
+        return Outcome.STALLED if stuck else None
+
+    def _watch_equilibrium(self, before: _Round) -> None:
+        """Count the rounds in which the unbalanced impulse ε (U − U_k) did not fall."""
+        travelled = self.rigid_velocity - before.rigid_velocity
+        left = before.mass * travelled
+        loads = max(
+            float(np.linalg.norm(self.problem.rigid_impulse)),
+            float(np.linalg.norm(self.problem.side_impulse(self.impulse))),
+        )
+        relative = float(np.linalg.norm(left)) / loads if loads > 0 else 0.0
+        if self.verdict.watch(relative, travelled):
+            # firm rounds show a mechanism in few steps, weak ones tell it from slow progress
+            self.static_mass *= 0.1
+
+    def _give_up_round(self) -> Outcome | None:
+        """A round that does not end: regularise more and go on from where it is."""
+        if self.static.any() and self.static_mass < _FIRM and self._restart():
+            return None
+        self.weight = min(10.0 * self.weight, 1.0)
+        self.error = max(self.error, 0.1)
+        self.round = self._new_round()
+        self.idle += 1
+        return Outcome.STALLED if self.idle >= _IDLE_ROUNDS else None
+
+    def _restart(self) -> bool:
+        """Start again from the last centre with more regularisation; False when there is none left."""
+        if self.weight >= 1.0 and self.static_mass >= 1.0:
+            return False
+        self.weight = min(100.0 * self.weight, 1.0)
+        self.static_mass = max(min(100.0 * self.static_mass, 1.0), 1e-2)
+        self.impulse, self.rigid_velocity = self.round.impulse, self.round.rigid_velocity
+        self.bonded = not self.impulse.any()
+        self.error = max(self.error, 0.1)
+        self.round = self._new_round()
+        return True
+
+
+_IDLE_ROUNDS = 8
+_FIRM = 1e-2  # ε from which a mechanism moves slowly enough to be followed
+_UNBALANCED = 1e-5  # relative impulse below which a part is not said to move
+
+
+@dataclass(slots=True)
+class _Escape:
+    """Evidence that no equilibrium exists.
+
+    Attributes
+    ----------
+    rounds : Rounds in a row whose unbalanced impulse did not fall.
+    softer : Times that ε was reduced and it still did not.
+    mechanism : Direction in which U runs off, of unit length, shape (b, m).
+    """
+
+    rounds: int = 0
+    softer: int = 0
+    last: float = np.inf
+    mechanism: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+
+    @property
+    def sure(self) -> bool:
+        return self.softer >= 2
+
+    def watch(self, unbalanced: float, travelled: FloatArray) -> bool:
+        """Take note of a round; True when ε is to be reduced for the counter-check."""
+        stays = unbalanced > _UNBALANCED and unbalanced > 0.9 * self.last
+        self.last = unbalanced
+        if not stays:
+            self.rounds = self.softer = 0
+            return False
+        self.rounds += 1
+        length = float(np.linalg.norm(travelled))
+        self.mechanism = travelled / length
+        if self.rounds < 3:
+            return False
+        self.rounds = 1
+        self.softer += 1
+        return True
+
+
+def _newton_scale(problem: ContactProblem) -> FloatArray:
+    """Scale w of each contact; among elastic contacts the rigid ones take the elastic mean.
+
+    The rigid scale 1/m lies many orders above 1/(h² k): a proximal weight in proportion to it would
+    hold the impulses of rigid contacts to their centre.
+    """
+    scale = contact_scale(problem)
+    elastic = np.zeros(problem.count, dtype=bool)
+    elastic[block_rows(problem.compliance)] = True
+    if elastic.any() and not elastic.all():
+        scale[~elastic] = scale[elastic].mean()
+    return scale
+
+
+def _bonded(velocity: FloatArray, rho: FloatArray) -> Linearisation:
+    c, d = velocity.shape
+    return Linearisation(
+        residual=rho[:, None] * velocity,
+        by_impulse=np.zeros((c, d, d)),
+        by_velocity=np.broadcast_to(np.eye(d), (c, d, d)),
+        open=np.zeros(c, dtype=bool),
+        plain=np.ones(c, dtype=bool),
+        rho=rho,
+    )
+
+
+def _linearise(
+    impulse: FloatArray, velocity: FloatArray, friction: FloatArray, rho: FloatArray
+) -> Linearisation:
+    residual, by_impulse, by_velocity = graphs.alart_curnier(impulse, velocity, friction, rho)
+    return Linearisation(
+        residual=residual,
+        by_impulse=by_impulse,
+        by_velocity=by_velocity / rho[:, None, None],
+        open=by_impulse[:, 0, 0] == 1.0,
+        plain=~by_impulse.any(axis=(1, 2)),
+        rho=rho,
+    )

@@ -12,7 +12,7 @@ from masonry_fem.contact.contacts import Interface
 from masonry_fem.dynamics.model import Model
 from masonry_fem.post import fields
 from masonry_fem.post.grid import ELASTIC, Grid, grid_of, three
-from masonry_fem.post.picture import LINE, draw_pale, outline_of, pyvista_grid, surface_of
+from masonry_fem.post.picture import LINE, draw_pale, element_edges_of, outline_of, pyvista_grid, surface_of
 from masonry_fem.post.render import Stage, View, can_render
 from masonry_fem.post.sheet import Key, Sheet
 from masonry_fem.post.vtu import write_vtu
@@ -64,11 +64,14 @@ def draw_mesh(model: Model, path: Path, title: str = "", grid: Grid | None = Non
     for rank, number in enumerate(present):
         colour = SHAPE_COLOURS[rank % len(SHAPE_COLOURS)]
         part = surface.extract_cells(np.flatnonzero(surface.cell_data["shape"] == number))
-        stage.surface(part, color=colour, show_edges=True, edge_color="#6b747d", edge_opacity=0.6)
+        stage.surface(part, color=colour)
         if rank < SHOWN:
             sheet.keys.append(
                 Key(f"{model.assembly.shapes[number].name} × {(shape == number).sum()}", colour)
             )
+    if len(present) > SHOWN:
+        sheet.keys.append(Key(f"and {len(present) - SHOWN} more shapes", LINE, "none"))
+    stage.lines(element_edges_of(blocks), LINE, 0.9, opacity=0.45)
     stage.lines(outline_of(surface), LINE, 1.8)
     return sheet.save(path, stage)
 

@@ -149,7 +149,8 @@ def draw_von_mises(scenery: Scenery, path: Path, amplification: float | None = N
         sheet.keys.append(Key("rigid, no stress", HELD))
     stage = Stage(View.of(shape.extent(), scenery.dimension), sheet.image_width)
     options = {"cmap": STRESS_COLOURS, "clim": limits, "nan_color": HELD, "n_colors": 256}
-    stage.surface(shape.deformed(), scalars="_mises", show_edges=True, edge_opacity=0.18, **options)
+    stage.surface(shape.deformed(), scalars="_mises", **options)
+    stage.lines(shape.deformed_elements(), LINE, 0.9, opacity=0.45)
     stage.lines(shape.deformed_outline(), LINE, 1.6)
     return sheet.save(path, stage)
 
@@ -169,12 +170,12 @@ def draw_principal(scenery: Scenery, path: Path) -> Path:
     half = arm_length * (values / top)[..., None] * directions
     sheet = Sheet(
         _title(scenery, "principal stresses"),
-        f"Mean stress of each block; from {quantity(float(values.min()), 'Pa')} to "
+        f"Mean stress of each block, from {quantity(float(values.min()), 'Pa')} to "
         f"{quantity(float(values.max()), 'Pa')} (tension positive)",
     )
     shape = _Shape(scenery, 1.0)
-    stage = Stage(View.of(shape.surface.points, scenery.dimension), sheet.image_width)
-    draw_pale(stage, shape.surface, shape.outline)
+    stage = Stage(View.of(shape.deformed().points, scenery.dimension), sheet.image_width)
+    draw_pale(stage, shape.deformed(), shape.deformed_outline())
     for rank, colour, mask in ((3, COMPRESSION, values < 0), (5, TENSION, values > 0)):
         where, which = np.nonzero(mask)
         middle, arm = centres[where], half[where, which]
@@ -185,10 +186,10 @@ def draw_principal(scenery: Scenery, path: Path) -> Path:
             stage.solid(bars.tube(radius=0.035 * arm_length, n_sides=12), colour, rank=rank)
     sample = round_down(top)
     pixels = 2 * arm_length * sample / top * stage.scale
-    sheet.keys += [
-        Key(f"compression, {quantity(sample, 'Pa')}", COMPRESSION, "bar", pixels),
-        Key(f"tension, {quantity(sample, 'Pa')}", TENSION, "bar", pixels),
-    ]
+    if (values < 0).any():
+        sheet.keys.append(Key(f"compression, {quantity(sample, 'Pa')}", COMPRESSION, "bar", pixels))
+    if (values > 0).any():
+        sheet.keys.append(Key(f"tension, {quantity(sample, 'Pa')}", TENSION, "bar", pixels))
     return sheet.save(path, stage)
 
 
@@ -264,7 +265,7 @@ class _Shape:
         grid = scenery.blocks.copy()
         for name in (fields.STRESS, fields.PRINCIPAL, *fields.DIRECTIONS):
             grid.cell_data.pop(name, None)
-        self.surface = surface_of(grid)
+        self._grid, self.surface = grid, surface_of(grid)
         self.outline = outline_of(self.surface)
         displacement = np.asarray(scenery.blocks.point_data[fields.DISPLACEMENT], float)
         self._greatest = float(np.linalg.norm(displacement, axis=1).max(initial=0.0))
@@ -275,6 +276,9 @@ class _Shape:
 
     def deformed_outline(self) -> Any:
         return self._moved(self.outline)
+
+    def deformed_elements(self) -> Any:
+        return self._moved(element_edges_of(self._grid))
 
     def extent(self) -> FloatArray:
         return np.concatenate([self.surface.points, self.deformed().points])
@@ -305,6 +309,7 @@ def surface_of(grid: Any) -> Any:
 def outline_of(surface: Any) -> Any:
     """Edges of blocks: where a surface ends or folds by more than 25°."""
     import pyvista as pv  # noqa: PLC0415
+    from vtkmodules.vtkCommonDataModel import vtkNonMergingPointLocator  # noqa: PLC0415
     from vtkmodules.vtkFiltersCore import vtkFeatureEdges  # noqa: PLC0415
 
     edges = vtkFeatureEdges()
@@ -315,6 +320,19 @@ def outline_of(surface: Any) -> Any:
     edges.ManifoldEdgesOff()
     edges.NonManifoldEdgesOff()
     edges.ColoringOff()
+    edges.SetLocator(vtkNonMergingPointLocator())  # points of two blocks that touch move apart
+    edges.Update()
+    return pv.wrap(edges.GetOutput())
+
+
+def element_edges_of(grid: Any) -> Any:
+    """Edges of all cells, those of second order as two straight pieces."""
+    import pyvista as pv  # noqa: PLC0415
+    from vtkmodules.vtkFiltersCore import vtkExtractEdges  # noqa: PLC0415
+
+    edges = vtkExtractEdges()
+    edges.SetInputData(grid)
+    edges.UseAllPointsOn()  # without merging those of blocks that touch
     edges.Update()
     return pv.wrap(edges.GetOutput())
 
@@ -335,9 +353,9 @@ def _draw_arrows(
     shape = _Shape(scenery, 1.0)
     top = _top(force) or 1.0
     vectors = force * (longest * scenery.length / top)
-    extent = np.concatenate([shape.surface.points, points + vectors])
+    extent = np.concatenate([shape.deformed().points, points + vectors])
     stage = Stage(View.of(extent, scenery.dimension), sheet.image_width)
-    draw_pale(stage, shape.surface, shape.outline)
+    draw_pale(stage, shape.deformed(), shape.deformed_outline())
     arrow = pv.Arrow(tip_length=0.28, tip_radius=0.085, shaft_radius=0.028, tip_resolution=24)
     for colour, mask in parts:
         shown = mask & (np.linalg.norm(force, axis=1) > 1e-6 * top)

@@ -37,7 +37,7 @@ class Key:
 
     text: str
     colour: str
-    mark: str = "dot"  # dot, bar, line, arrow
+    mark: str = "dot"  # dot, bar, line, arrow, none
     pixels: float = 0.0
 
 
@@ -160,7 +160,7 @@ class _Pen:
         elif key.mark == "arrow":
             self.stroke(x, y, key.pixels, 0, key.colour, 2.6, "-|>,head_width=.3,head_length=.6")
             x += key.pixels
-        else:
+        elif key.mark != "none":
             width = 4.0 if key.mark == "bar" else 1.6
             self._axes.plot([x, x + key.pixels], [y, y], color=key.colour, lw=width, solid_capstyle="butt")
             x += key.pixels

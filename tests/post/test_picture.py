@@ -152,6 +152,26 @@ def test_view_holds_every_point(dimension):
     np.testing.assert_allclose(np.abs(at[:, :2]).max(axis=0), seen.half)
 
 
+def test_outlines_and_element_edges_move_with_their_own_block(elastic):
+    from dataclasses import replace
+
+    model, state = elastic
+    moved = state.bodies[1]
+    bodies = np.arange(len(model.groups[1].blocks))[:, None, None]
+    apart = replace(moved, displacement=np.broadcast_to(1e-3 * (1.0 + bodies), moved.displacement.shape))
+    scenery = Scenery.of(model, replace(state, bodies=(state.bodies[0], apart)))
+    surface = picture.surface_of(scenery.blocks)
+    for edges in (picture.outline_of(surface), picture.element_edges_of(scenery.blocks)):
+        owner = edges.point_data["block"]
+        np.testing.assert_allclose(edges.point_data["displacement"][:, 0], 1e-3 * owner)
+        for block in range(len(model.assembly.blocks)):
+            solid, own = model.assembly.solid(block).vertices, edges.points[owner == block]
+            # VTK keeps the edges in single precision
+            np.testing.assert_allclose(
+                np.ptp(own, axis=0)[: solid.shape[1]], np.ptp(solid, axis=0), rtol=1e-6
+            )
+
+
 def test_resultants_stand_at_the_centre_of_pressure():
     import pyvista as pv
 

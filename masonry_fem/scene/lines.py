@@ -49,6 +49,8 @@ class _Scanner:
             if self.text.startswith("[[", self.at):
                 self.at += 2
                 table = self._item(self._key())
+                if table[-1] == 0:
+                    yield table[:-1], line
                 yield table, line
                 self.at = self.text.index("]]", self.at) + 2
             elif self.text[self.at] == "[":

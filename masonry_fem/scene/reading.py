@@ -78,8 +78,12 @@ def check(scene: Scene, *, base: str | Path = ".", source: str = "scene") -> Sce
     """The same scene, checked as a file would be, with quantities and lists converted.
 
     A scene built in Python may hold ``"10 GPa"``, lists and NumPy values; the result does not.
+    What is allowed but seldom meant is logged as a warning.
     """
-    return _scene(plain(scene), _Origin(source), Path(base))
+    checked = _scene(plain(scene), _Origin(source), Path(base))
+    for doubt in doubts(checked):
+        logger.warning("%s: %s", source, doubt)
+    return checked
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,6 +122,4 @@ def _scene(tree: dict[str, Any], origin: _Origin, base: Path) -> Scene:
         raise origin.error(misfit, tree) from None
     except msgspec.ValidationError as error:  # fitting lets nothing through; should it, say what we know
         raise SceneError(f"{origin.source}: {error}") from error
-    for doubt in doubts(scene):
-        logger.warning("%s: %s", origin.source, doubt)
     return scene

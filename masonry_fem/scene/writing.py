@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -10,11 +11,13 @@ import tomli_w
 
 from masonry_fem.scene.specs import Scene
 
+# a list without lists in it; only an opened list ends a line with a bracket
+_SHORT_LIST = re.compile(r"\[\n((?: +[^\[\]{}\n]+,\n)+) *\]")
+
 
 def dumps(scene: Scene) -> str:
     """The scene as TOML text."""
-    text: str = tomli_w.dumps(plain(scene))
-    return text
+    return _SHORT_LIST.sub(_on_one_line, tomli_w.dumps(plain(scene)))
 
 
 def save(scene: Scene, path: str | Path) -> None:
@@ -35,13 +38,19 @@ def plain(value: Any) -> Any:
     return value
 
 
+def _on_one_line(written: re.Match[str]) -> str:
+    """A vector as people write it."""
+    items = [line.strip() for line in written[1].splitlines()]
+    return "[" + " ".join(items).removesuffix(",") + "]"
+
+
 def _table(record: msgspec.Struct) -> dict[str, Any]:
     config = record.__struct_config__
     table: dict[str, Any] = {config.tag_field: config.tag} if config.tag_field and config.tag else {}
     for field in msgspec.structs.fields(record):
-        value = getattr(record, field.name)
-        if not _same(value, field.default):
-            table[field.encode_name] = plain(value)
+        value = plain(getattr(record, field.name))
+        if not _same(value, plain(field.default)):
+            table[field.encode_name] = value
     return table
 
 

@@ -1,0 +1,263 @@
+"""Command line ``masonry-fem``: one function a command, each a few calls into the package.
+
+Exit codes: 0 finished or equilibrium, 1 bad input, 2 no convergence, 3 no equilibrium,
+130 interrupted. Nothing heavy is loaded before a command needs it, hence the imports in functions.
+"""
+# ruff: noqa: PLC0415
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import logging
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import masonry_fem
+from masonry_fem.errors import MasonryError
+
+if TYPE_CHECKING:
+    from masonry_fem.scene import Scene
+
+BAD_INPUT = 1
+INTERRUPTED = 130
+EXIT_CODES = {"equilibrium": 0, "finished": 0, "no_convergence": 2, "no_equilibrium": 3}
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit code; errors become one line on standard error."""
+    options = parser().parse_args(arguments)
+    logging.basicConfig(format="%(levelname)s: %(message)s")
+    logging.getLogger("masonry_fem").setLevel(_level(options))
+    try:
+        code: int = options.command(options)
+        return code
+    except KeyboardInterrupt:
+        out = getattr(options, "out", None)
+        kept = f"; what was written so far is in {out}" if out else ""
+        _complain(f"interrupted{kept}")
+        return INTERRUPTED
+    except MasonryError as error:
+        if options.debug:
+            raise
+        _complain(str(error))
+    except OSError as error:
+        if options.debug:
+            raise
+        _complain(f"{error.filename}: {error.strerror}" if error.filename else str(error))
+    except Exception as error:  # a defect of ours: one sentence to a user, all of it with --debug
+        if options.debug:
+            raise
+        _complain(f"unexpected {type(error).__name__}: {error}; run again with --debug for the details")
+    return BAD_INPUT
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser whose complaints are bad input, exit code 1, as 2 means no convergence here."""
+
+    def error(self, message: str) -> NoReturn:
+        """Print usage and message, end the program."""
+        self.print_usage(sys.stderr)
+        self.exit(BAD_INPUT, f"{self.prog}: {message}\n")
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line's grammar."""
+    common = Parser(add_help=False)
+    common.add_argument("--debug", action="store_true", help="show tracebacks and all messages")
+    common.add_argument("--quiet", action="store_true", help="no progress bar, no table")
+    scene = Parser(add_help=False)
+    scene.add_argument("scene", type=Path, metavar="SCENE.toml", help="scene file")
+    scene.add_argument(
+        "--set", action="append", default=[], dest="overrides", metavar="KEY=VALUE",
+        help="change a value of the scene: structures.arch.voussoirs=21 (may be repeated)",
+    )  # fmt: skip
+    top = Parser(
+        prog="masonry-fem",
+        description="Mechanics of block masonry: finite-element stones, true frictional joints.",
+        epilog="Exit codes: 0 equilibrium or finished, 1 bad input, 2 no convergence, 3 no equilibrium.",
+    )
+    top.add_argument("--version", action="version", version=f"masonry-fem {masonry_fem.__version__}")
+    commands = top.add_subparsers(required=True, metavar="COMMAND")
+
+    run = commands.add_parser("run", parents=[scene, common], help="solve a scene and write results")
+    run.add_argument("--out", type=Path, metavar="DIR", help="results folder (default: results/SCENE)")
+    run.add_argument(
+        "--save-contact", type=int, metavar="STEP", help="also write that step's contact problem as .npz"
+    )
+    run.set_defaults(command=run_scene)
+
+    check = commands.add_parser("check", parents=[scene, common], help="validate and count, without solving")
+    check.set_defaults(command=check_scene)
+
+    mesh = commands.add_parser("mesh", parents=[scene, common], help="write and picture mesh and interfaces")
+    mesh.add_argument("--out", type=Path, metavar="DIR", help="folder (default: results/SCENE)")
+    mesh.set_defaults(command=mesh_scene)
+
+    view = commands.add_parser("view", parents=[common], help="show the results in a folder")
+    view.add_argument("folder", type=Path, metavar="DIR", help="results folder of a run")
+    view.add_argument("--png", action="store_true", help="write pictures there instead of opening a window")
+    view.set_defaults(command=view_results)
+
+    contact = commands.add_parser("contact", parents=[common], help="solve a saved contact problem")
+    contact.add_argument("file", type=Path, metavar="FILE.npz", help="contact problem")
+    contact.add_argument("--solver", default="auto", metavar="NAME", help="auto (default), nsgs, newton")
+    contact.add_argument("--tol", type=float, metavar="T", help="tolerance on the natural map")
+    contact.add_argument("--reaction", type=Path, metavar="OUT.npy", help="write the impulses there")
+    contact.set_defaults(command=solve_contact)
+
+    info = commands.add_parser("info", parents=[common], help="versions, and what this machine lacks")
+    info.set_defaults(command=print_info)
+    return top
+
+
+# --- commands ---------------------------------------------------------------------------------
+
+
+def run_scene(options: argparse.Namespace) -> int:
+    """Solve a scene; the exit code tells how it ended."""
+    scene, base = _read(options)
+    from masonry_fem.run import run
+
+    options.out = _folder(options)
+    result = run(scene, options.out, base=base, save_contact=options.save_contact, quiet=options.quiet)
+    if not options.quiet:
+        from masonry_fem.post.report import print_summary
+
+        print_summary(result.summary)
+        _print_files(result.files)
+    code = EXIT_CODES.get(result.outcome, BAD_INPUT)
+    if code:
+        _complain(result.message)
+    return code
+
+
+def check_scene(options: argparse.Namespace) -> int:
+    """Validate a scene and print what it holds."""
+    scene, base = _read(options)
+    from masonry_fem.run import check_scene as check
+
+    facts = check(scene, base)
+    if not options.quiet:
+        _print_table(facts)
+    return 0
+
+
+def mesh_scene(options: argparse.Namespace) -> int:
+    """Write and picture the mesh and the interfaces."""
+    scene, base = _read(options)
+    from masonry_fem.run import write_mesh
+
+    options.out = _folder(options)
+    _print_files(write_mesh(scene, options.out, base))
+    return 0
+
+
+def view_results(options: argparse.Namespace) -> int:
+    """Show a results folder, or picture it."""
+    from masonry_fem.post.view import view
+
+    _print_files(view(options.folder, options.folder if options.png else None))
+    return 0
+
+
+def solve_contact(options: argparse.Namespace) -> int:
+    """Solve a contact problem from a file; prints JSON."""
+    from masonry_fem.nscd import ContactProblem, Outcome, SolverSettings, solve
+
+    chosen = {} if options.tol is None else {"tolerance": options.tol}
+    settings = SolverSettings(method=options.solver, **chosen)
+    problem = ContactProblem.load(options.file)
+    solution = solve(problem, settings)
+    if options.reaction is not None:
+        import numpy as np
+
+        np.save(options.reaction, solution.impulse.ravel())
+    facts = {
+        "file": str(options.file),
+        "outcome": solution.outcome.value,
+        "message": f"{solution.outcome.sentence} {solution.outcome.advice}".strip(),
+        "method": solution.method,
+        "contacts": problem.count,
+        "dimension": problem.dimension,
+        "iterations": solution.iterations,
+        "linear_solves": solution.linear_solves,
+        "seconds": solution.seconds,
+        "tolerance": settings.tolerance,
+        "error": solution.quality.error,
+        "measures": dataclasses.asdict(solution.quality),
+    }
+    print(json.dumps(facts, indent=2))
+    if solution.converged:
+        return 0
+    return EXIT_CODES["no_equilibrium" if solution.outcome is Outcome.NO_EQUILIBRIUM else "no_convergence"]
+
+
+def print_info(options: argparse.Namespace) -> int:
+    """Print versions and what is missing, with the cure."""
+    from masonry_fem import installation
+
+    for finding in installation.report():
+        cure = f"  -> {finding.cure}" if finding.cure else ""
+        print(f"{finding.name:<14}{finding.state}{cure}")
+    return 0
+
+
+# --- helpers ----------------------------------------------------------------------------------
+
+
+def _read(options: argparse.Namespace) -> tuple[Scene, Path]:
+    """The scene of a command and the folder that its paths start from."""
+    from masonry_fem import installation
+    from masonry_fem.scene import load
+
+    installation.require_python()
+    scene = load(options.scene, options.overrides)
+    return scene, options.scene.resolve().parent
+
+
+def _folder(options: argparse.Namespace) -> Path:
+    """Results folder: what was asked for, else one named after the scene."""
+    asked: Path | None = options.out
+    return Path("results") / str(options.scene.stem) if asked is None else asked
+
+
+def _complain(sentence: str) -> None:
+    """One line on standard error."""
+    print(f"masonry-fem: {sentence}", file=sys.stderr)
+
+
+def _level(options: argparse.Namespace) -> int:
+    return logging.DEBUG if options.debug else logging.WARNING
+
+
+def _print_files(files: Sequence[Path]) -> None:
+    for file in files:
+        print(f"wrote {file}")
+
+
+def _print_table(facts: Mapping[str, Any]) -> None:
+    """Names and values in two columns; nested facts indented under theirs."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(box=None, show_header=False, pad_edge=False)
+    for name, value in facts.items():
+        if isinstance(value, Mapping):
+            table.add_row(name.replace("_", " "), "")
+            for inner, number in value.items():
+                table.add_row(f"  {inner}", _text(number))
+        else:
+            table.add_row(name.replace("_", " "), _text(value))
+    Console().print(table)
+
+
+def _text(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,63 @@
+"""Quantities: numbers with units in strings."""
+
+import subprocess
+import sys
+
+import pytest
+
+from masonry_fem.scene.quantity import COMMON_UNITS, NOUNS, QuantityError, si_value
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "expected"),
+    [
+        ("10 GPa", "Pa", 1e10),
+        ("25 cm", "m", 0.25),
+        ("30 deg", "deg", 30.0),
+        ("1 rad", "deg", 57.29577951308232),
+        ("2400 kg/m^3", "kg/m^3", 2400.0),
+        ("2.4 t/m**3", "kg/m^3", 2400.0),
+        ("1e-3kN/m", "N/m", 1.0),
+        ("-9.81 m/s²", "m/s^2", -9.81),
+        ("5 N/mm^2", "Pa", 5e6),
+        ("120 rpm", "rad/s", 12.566370614359172),
+        ("20 %", None, 0.2),
+        ("0.5", None, 0.5),
+        (" +.5 ms ", "s", 5e-4),
+    ],
+)
+def test_quantities_become_si_numbers(text, unit, expected):
+    assert si_value(text, unit) == pytest.approx(expected, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("text", "unit"),
+    [("10 kg", "Pa"), ("3 m", "s"), ("30 deg", None), ("3", "m"), ("1 Hz", "rad/s"), ("abc", "m"), ("", "m"),
+     ("3 flurb", "m"), ("3 m/", "m"), ("1 2 m", "m"), ("__import__('os')", "m"), ("1 m; 2", "m"),
+     ("20 degC", "deg")],
+)  # fmt: skip
+def test_what_is_no_such_quantity_is_refused(text, unit):
+    with pytest.raises(QuantityError):
+        si_value(text, unit)
+
+
+def test_every_unit_of_the_records_is_known_and_named():
+    for unit in (*NOUNS, *COMMON_UNITS):
+        si_value(f"1 {unit}", next(other for other in NOUNS if _same(unit, other)))
+
+
+def _same(unit: str, other: str) -> bool:
+    try:
+        si_value(f"1 {unit}", other)
+    except QuantityError:
+        return False
+    return True
+
+
+def test_the_units_library_waits_for_the_first_quantity():
+    code = (
+        "import sys; from masonry_fem.scene.quantity import si_value\n"
+        "import masonry_fem.scene; assert 'pint' not in sys.modules\n"
+        "si_value('1 m', 'm'); assert 'pint' in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)

@@ -1,0 +1,53 @@
+"""Boxes: which blocks are near each other, by axis-aligned bounding boxes (sweep and prune)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from masonry_fem.solid.mesh import IntArray
+from masonry_fem.solid.pose import FloatArray
+
+
+def near_pairs(low: FloatArray, high: FloatArray, reach: float) -> IntArray:
+    """Pairs (i < j) of boxes at most ``reach`` apart along every axis, sorted, shape (m, 2)."""
+    if len(low) < 2:
+        return np.empty((0, 2), dtype=np.int64)
+    axis = int(np.var(0.5 * (low + high), axis=0).argmax())
+    order = np.argsort(low[:, axis], kind="stable")
+    pairs = _sweep(low, high, order, axis, reach)
+    pairs.sort(axis=1)
+    return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
+
+
+@njit(cache=True)
+def _sweep(low: FloatArray, high: FloatArray, order: IntArray, axis: int, reach: float) -> IntArray:
+    count, d = low.shape
+    found = np.empty((max(16, 8 * count), 2), dtype=np.int64)
+    total = 0
+    active = np.empty(count, dtype=np.int64)
+    alive = 0
+    for at in range(count):
+        i = order[at]
+        kept = 0
+        for k in range(alive):
+            j = active[k]
+            if high[j, axis] + reach < low[i, axis]:
+                continue  # passed for good: the boxes to come start further on
+            active[kept] = j
+            kept += 1
+            near = True
+            for c in range(d):
+                if low[i, c] > high[j, c] + reach or low[j, c] > high[i, c] + reach:
+                    near = False
+                    break
+            if near:
+                if total == len(found):
+                    more = np.empty((2 * total, 2), dtype=np.int64)
+                    more[:total] = found
+                    found = more
+                found[total, 0], found[total, 1] = i, j
+                total += 1
+        active[kept] = i
+        alive = kept + 1
+    return found[:total].copy()

@@ -1,0 +1,119 @@
+"""Clipping: the common part of two convex polygons of one plane (Sutherland and Hodgman).
+
+Polygons are corner points in counter-clockwise order, shape (k, 2). Distances below ``tolerance``
+count as touching; the result has neither double nor collinear corners.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from masonry_fem.solid.pose import FloatArray
+
+STRAIGHT = 1e-9  # sine of a turn below which three corners are on a line
+
+
+@njit(cache=True)
+def clip(subject: FloatArray, window: FloatArray, tolerance: float) -> FloatArray:
+    """Common part of two convex polygons, shape (k, 2); k = 0 where they have none."""
+    now = np.empty((len(subject) + len(window), 2))
+    new = np.empty_like(now)
+    count = len(subject)
+    now[:count] = subject
+    for edge in range(len(window)):
+        px, py = window[edge]
+        ex, ey = window[(edge + 1) % len(window)] - window[edge]
+        length = np.hypot(ex, ey)
+        if length <= tolerance:
+            continue
+        kept = 0
+        for i in range(count):
+            j = (i + 1) % count
+            di = (ex * (now[i, 1] - py) - ey * (now[i, 0] - px)) / length
+            dj = (ex * (now[j, 1] - py) - ey * (now[j, 0] - px)) / length
+            if di >= -tolerance:
+                new[kept] = now[i]
+                kept += 1
+            # a corner on the window's edge is kept already and is the crossing itself
+            if (di > tolerance and dj < -tolerance) or (di < -tolerance and dj > tolerance):
+                new[kept] = now[i] + di / (di - dj) * (now[j] - now[i])
+                kept += 1
+        now, new = new, now
+        count = kept
+        if count == 0:
+            break
+    return tidy(now[:count], tolerance)
+
+
+@njit(cache=True)
+def tidy(polygon: FloatArray, tolerance: float) -> FloatArray:
+    """The polygon without corners that coincide or lie on a straight side."""
+    kept = np.empty_like(polygon)
+    count = 0
+    for point in polygon:
+        if count == 0 or np.hypot(point[0] - kept[count - 1, 0], point[1] - kept[count - 1, 1]) > tolerance:
+            kept[count] = point
+            count += 1
+    while (
+        count > 1 and np.hypot(kept[0, 0] - kept[count - 1, 0], kept[0, 1] - kept[count - 1, 1]) <= tolerance
+    ):
+        count -= 1
+    result = np.empty((count, 2))
+    left = 0
+    for i in range(count):
+        ax, ay = kept[i] - kept[i - 1 if i > 0 else count - 1]
+        bx, by = kept[(i + 1) % count] - kept[i]
+        if ax * by - ay * bx > STRAIGHT * np.hypot(ax, ay) * np.hypot(bx, by):
+            result[left] = kept[i]
+            left += 1
+    return result[:left] if left >= 3 else result[:0]
+
+
+@njit(cache=True)
+def polygon_area(polygon: FloatArray) -> float:
+    """Area of a polygon, positive where it runs counter-clockwise."""
+    total = 0.0
+    for i in range(1, len(polygon) - 1):
+        ax, ay = polygon[i] - polygon[0]
+        bx, by = polygon[i + 1] - polygon[0]
+        total += 0.5 * (ax * by - ay * bx)
+    return total
+
+
+@njit(cache=True)
+def depths(polygon: FloatArray, points: FloatArray) -> FloatArray:
+    """How deep points lie inside a convex polygon: distance to the nearest side, < 0 outside, (m,).
+
+    In one dimension the polygon is an interval given by its two ends in either order.
+    """
+    result = np.full(len(points), np.inf)
+    if polygon.shape[1] == 1:
+        low, high = min(polygon[0, 0], polygon[1, 0]), max(polygon[0, 0], polygon[1, 0])
+        for i in range(len(points)):
+            result[i] = min(points[i, 0] - low, high - points[i, 0])
+        return result
+    for edge in range(len(polygon)):
+        px, py = polygon[edge]
+        ex, ey = polygon[(edge + 1) % len(polygon)] - polygon[edge]
+        length = np.hypot(ex, ey)
+        if length > 0:
+            for i in range(len(points)):
+                depth = (ex * (points[i, 1] - py) - ey * (points[i, 0] - px)) / length
+                result[i] = min(result[i], depth)
+    return result
+
+
+@njit(cache=True)
+def locate(polygons: FloatArray, points: FloatArray, tolerance: float) -> np.ndarray:
+    """Which of the polygons (f, k, 2) holds each point; the nearest where none does, shape (m,)."""
+    best = np.full(len(points), -np.inf)
+    found = np.zeros(len(points), dtype=np.int64)
+    for number in range(len(polygons)):
+        depth = depths(polygons[number], points)
+        for i in range(len(points)):
+            # on a common side the first one holds, whatever the rounding
+            if depth[i] > best[i] and best[i] < -tolerance:
+                best[i] = depth[i]
+                found[i] = number
+    return found

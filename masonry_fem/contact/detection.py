@@ -1,0 +1,257 @@
+"""Detection: from posed blocks to the interfaces that they share.
+
+    interfaces = detect(assembly)
+
+Bounding boxes give the pairs of near blocks; among their faces, those that look at each other
+within ``angle`` and lie at most ``reach`` apart are projected on their common plane and clipped.
+Pairs of convex blocks that touch by no face are searched for a corner or an edge that stands on
+a face (``touching``).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from masonry_fem.contact.boxes import near_pairs
+from masonry_fem.contact.clipping import clip, polygon_area
+from masonry_fem.contact.contacts import Interface
+from masonry_fem.contact.kinematics import height, local_frames
+from masonry_fem.contact.surface import PosedFaces, Surface, pose_faces, typical_size
+from masonry_fem.contact.touching import Posed, standing_pairs
+from masonry_fem.errors import GeometryError
+from masonry_fem.solid.assembly import Assembly
+from masonry_fem.solid.mesh import IntArray
+from masonry_fem.solid.pose import FloatArray
+
+SMALLEST = 1e-4  # of the smaller face: a common part below it is a shared edge or corner
+TILTED = 1e-3  # radians between faces above which one of them carries the other
+ROUNDING = 1e-12  # of a block's size: a gap below it is zero
+
+
+@dataclass(frozen=True, slots=True)
+class _FacePairs:
+    """Pairs of face pieces that may touch: candidate and antagonist rows of PosedFaces, (m,)."""
+
+    candidate: IntArray
+    antagonist: IntArray
+    tilted: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.candidate)
+
+
+def detect(
+    assembly: Assembly, *, reach: float | None = None, angle: float = 5.0, support_pairs: bool = False
+) -> tuple[Interface, ...]:
+    """Common parts of the blocks' faces.
+
+    Parameters
+    ----------
+    assembly : Blocks in their reference poses.
+    reach : Largest initial gap, and largest overlap, that still is a contact [m]; by default 1e-3
+        of the blocks' typical size.
+    angle : Largest angle between two faces that touch [degrees].
+    support_pairs : Whether two blocks that both are supports may touch.
+
+    Returns
+    -------
+    tuple of Interface
+        Ordered by block numbers, then faces. The candidate is the later block, except that a
+        support, or a face that carries a tilted one, is the antagonist.
+
+    Raises
+    ------
+    GeometryError
+        When ``reach`` is negative or ``angle`` is not between 0 and 90 degrees.
+    """
+    if reach is not None and not reach >= 0:
+        raise GeometryError(
+            f"contact reach is {reach} m, expected >= 0; leave it out for 1e-3 of a block's size"
+        )
+    if not 0 < angle < 90:
+        raise GeometryError(
+            f"contact angle is {angle} degrees, expected between 0 and 90; 5 suits most scenes"
+        )
+    if len(assembly.blocks) < 2:
+        return ()
+    surfaces = tuple(Surface.of(shape) for shape in assembly.shapes)
+    size = typical_size(assembly, surfaces)
+    far = 1e-3 * size if reach is None else reach
+    faces = pose_faces(assembly, surfaces)
+    support = np.array([block.support for block in assembly.blocks])
+    low = np.minimum.reduceat(faces.points.min(axis=1), faces.first[:-1])
+    high = np.maximum.reduceat(faces.points.max(axis=1), faces.first[:-1])
+    # boxes that only touch must not be lost to rounding
+    pairs = near_pairs(low, high, far + 1e-9 * size)
+    if not support_pairs:
+        pairs = pairs[~support[pairs].all(axis=1)]
+    chosen = _orient(_facing(faces, pairs, far + 1e-9 * size, angle), assembly, surfaces, faces, support)
+    found = _cut(chosen, assembly, surfaces, faces, far, size)
+    met = {tuple(sorted(interface.blocks)) for interface in found}
+    rest = np.array([pair for pair in pairs.tolist() if tuple(pair) not in met], dtype=np.int64).reshape(
+        -1, 2
+    )
+    found += standing_pairs(Posed.of(assembly, surfaces), rest, far, size)
+    return tuple(sorted(found, key=_order))
+
+
+def _order(interface: Interface) -> tuple[int, ...]:
+    """Sorting key: lower block, higher block, their faces; pieces stay in the order found."""
+    (a, b), (f, g) = interface.blocks, interface.faces
+    return (a, b, f, g) if a < b else (b, a, g, f)
+
+
+def _facing(faces: PosedFaces, pairs: IntArray, far: float, angle: float) -> tuple[IntArray, IntArray]:
+    """Pieces of near blocks that look at each other and have near boxes: rows (m,), (m,)."""
+    count = np.diff(faces.first)
+    first, second = pairs[:, 0], pairs[:, 1]
+    many = count[first] * count[second]
+    pair = np.repeat(np.arange(len(pairs)), many)
+    at = np.arange(len(pair)) - np.repeat(np.cumsum(many) - many, many)
+    i = faces.first[first[pair]] + at // count[second[pair]]
+    j = faces.first[second[pair]] + at % count[second[pair]]
+    facing = np.einsum("md,md->m", faces.normal[i], faces.normal[j]) <= -math.cos(math.radians(angle))
+    i, j = i[facing], j[facing]
+    low, high = faces.points.min(axis=1), faces.points.max(axis=1)
+    near = ((low[i] <= high[j] + far) & (low[j] <= high[i] + far)).all(axis=1)
+    return i[near], j[near]
+
+
+def _orient(
+    rows: tuple[IntArray, IntArray],
+    assembly: Assembly,
+    surfaces: tuple[Surface, ...],
+    faces: PosedFaces,
+    support: np.ndarray,
+) -> _FacePairs:
+    """Choose candidate and antagonist of each pair of faces."""
+    antagonist, candidate = rows[0].copy(), rows[1].copy()  # the later block is the candidate
+    cosine = -np.einsum("md,md->m", faces.normal[candidate], faces.normal[antagonist])
+    tilted = cosine < math.cos(TILTED)
+    swap = support[faces.block[candidate]] & ~support[faces.block[antagonist]]
+    for pair in np.flatnonzero(tilted):
+        c, a = candidate[pair], antagonist[pair]
+        carries_a = _clearance(assembly, surfaces, faces, c, a)
+        carries_c = _clearance(assembly, surfaces, faces, a, c)
+        # the face in front of which all of the other block lies carries it
+        if abs(carries_a - carries_c) > 1e-9 * math.sqrt(faces.area[c] + faces.area[a]):
+            swap[pair] = carries_a > carries_c
+    candidate[swap], antagonist[swap] = antagonist[swap], candidate[swap]
+    return _FacePairs(candidate, antagonist, tilted)
+
+
+def _clearance(
+    assembly: Assembly, surfaces: tuple[Surface, ...], faces: PosedFaces, carrier: int, other: int
+) -> float:
+    """Smallest height of the other piece's block above the plane of a face piece [m]."""
+    block = assembly.blocks[faces.block[other]]
+    vertices = block.pose.to_world(surfaces[block.shape].solid.vertices)
+    return float(((vertices - faces.points[carrier, 0]) @ faces.normal[carrier]).min())
+
+
+def _cut(
+    pairs: _FacePairs,
+    assembly: Assembly,
+    surfaces: tuple[Surface, ...],
+    faces: PosedFaces,
+    far: float,
+    size: float,
+) -> list[Interface]:
+    """Interfaces of the face pairs whose common part is large and near enough."""
+    if len(pairs) == 0:
+        return []
+    c, a = pairs.candidate, pairs.antagonist
+    mean = faces.normal[a] - faces.normal[c]
+    normal = np.where(pairs.tilted[:, None], faces.normal[a], mean / np.linalg.norm(mean, axis=1)[:, None])
+    frame, origin = local_frames(normal), faces.points[a, 0]
+    cut = _overlaps if assembly.dimension == 3 else _overlap_lengths
+    flat, corners, area = cut(faces.points, faces.corners, c, a, origin, frame[:, 1:], 1e-9 * size)
+    large = area > SMALLEST * np.minimum(faces.area[c], faces.area[a])
+    polygon = origin[:, None] + np.einsum("mkp,mpd->mkd", flat, frame[:, 1:])
+    along = np.broadcast_to(normal[:, None], polygon.shape)
+    of_candidate = height(polygon, along, faces.points[c, :1], faces.normal[c, None])
+    of_antagonist = height(polygon, along, faces.points[a, :1], faces.normal[a, None])
+    gap = of_candidate - of_antagonist
+    gap[np.abs(gap) < ROUNDING * size] = 0.0
+    # the common plane lies midway, or on the face that carries a tilted one
+    level = np.where(pairs.tilted[:, None], of_antagonist, 0.5 * (of_candidate + of_antagonist))
+    polygon += level[:, :, None] * normal[:, None]
+    real = np.arange(gap.shape[1]) < corners[:, None]
+    nearest = np.where(real, gap, np.inf).min(axis=1)
+    rounding = 1e-9 * size
+    accepted = large & (nearest <= far + rounding) & (nearest >= -far - rounding)
+    return [
+        Interface(
+            blocks=(int(faces.block[c[m]]), int(faces.block[a[m]])),
+            faces=(int(faces.face[c[m]]), int(faces.face[a[m]])),
+            normal=normal[m],
+            polygon=polygon[m, : corners[m]],
+            gap=gap[m, : corners[m]],
+            area=float(area[m]),
+            label=common_label(assembly, surfaces, faces, int(c[m]), int(a[m])),
+        )
+        for m in np.flatnonzero(accepted)
+    ]
+
+
+def common_label(
+    assembly: Assembly, surfaces: tuple[Surface, ...], faces: PosedFaces, first: int, second: int
+) -> str:
+    """Joint label that two face pieces share, or ""."""
+    labels = [
+        surfaces[assembly.blocks[faces.block[row]].shape].solid.labels[faces.face[row]]
+        for row in (first, second)
+    ]
+    return labels[0] if labels[0] == labels[1] else ""
+
+
+@njit(cache=True)
+def _overlaps(
+    points: FloatArray,
+    corners: IntArray,
+    candidate: IntArray,
+    antagonist: IntArray,
+    origin: FloatArray,
+    basis: FloatArray,
+    tolerance: float,
+) -> tuple[FloatArray, IntArray, FloatArray]:
+    """Common polygons in the common planes: corners (m, k, 2), their numbers (m,), areas (m,)."""
+    pairs = len(candidate)
+    result = np.zeros((pairs, 2 * points.shape[1], 2))
+    count, area = np.zeros(pairs, dtype=np.int64), np.zeros(pairs)
+    for m in range(pairs):
+        c, a = candidate[m], antagonist[m]
+        subject, window = np.empty((corners[c], 2)), np.empty((corners[a], 2))
+        for p in range(2):
+            for k in range(corners[c]):  # outward of the candidate is against the normal: turn round
+                subject[corners[c] - 1 - k, p] = ((points[c, k] - origin[m]) * basis[m, p]).sum()
+            for k in range(corners[a]):
+                window[k, p] = ((points[a, k] - origin[m]) * basis[m, p]).sum()
+        polygon = clip(subject, window, tolerance)
+        count[m] = len(polygon)
+        result[m, : len(polygon)] = polygon
+        area[m] = polygon_area(polygon)
+    return result, count, area
+
+
+def _overlap_lengths(
+    points: FloatArray,
+    corners: IntArray,
+    candidate: IntArray,
+    antagonist: IntArray,
+    origin: FloatArray,
+    basis: FloatArray,
+    tolerance: float,
+) -> tuple[FloatArray, IntArray, FloatArray]:
+    """The same in 2D: ends of the common intervals (m, 2, 1), their numbers (m,), lengths (m,)."""
+    along = [
+        np.einsum("mkd,md->mk", points[rows] - origin[:, None], basis[:, 0])
+        for rows in (candidate, antagonist)
+    ]
+    low = np.maximum(along[0].min(axis=1), along[1].min(axis=1))
+    high = np.minimum(along[0].max(axis=1), along[1].max(axis=1))
+    return np.stack([low, high], axis=1)[:, :, None], np.full(len(low), 2), np.maximum(high - low, 0.0)

@@ -1,0 +1,55 @@
+"""Kinematics of contact points: local frames and gaps, at rest and after blocks have moved.
+
+A frame's rows are (n, t1[, t2]), right-handed, n from the antagonist to the candidate; it follows
+the antagonist. Rigid blocks make finite rotations.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from masonry_fem.solid.pose import FloatArray
+
+
+def local_frames(normals: FloatArray) -> FloatArray:
+    """Right-handed frames (n, t1[, t2]) on unit normals (c, d), shape (c, d, d).
+
+    In 3D t1 is the projection of the world axis that is most across n, the first of them where
+    several are (compared to six digits, so that rounding does not choose).
+    """
+    count, d = normals.shape
+    frames = np.empty((count, d, d))
+    frames[:, 0] = normals
+    if d == 2:
+        frames[:, 1, 0], frames[:, 1, 1] = -normals[:, 1], normals[:, 0]
+        return frames
+    axis = np.eye(3)[np.round(np.abs(normals), 6).argmin(axis=1)]
+    across = axis - np.einsum("ci,ci->c", axis, normals)[:, None] * normals
+    frames[:, 1] = across / np.linalg.norm(across, axis=1)[:, None]
+    frames[:, 2] = np.cross(frames[:, 0], frames[:, 1])
+    return frames
+
+
+def current_frames(frames: FloatArray, rotations: FloatArray) -> FloatArray:
+    """Frames of reference (c, d, d) turned with the antagonists' rotations (c, d, d)."""
+    turned: FloatArray = frames @ rotations.transpose(0, 2, 1)
+    return turned
+
+
+def current_gaps(frames: FloatArray, candidate: FloatArray, antagonist: FloatArray) -> FloatArray:
+    """Signed distances along the current normals, > 0 open, shape (c,) [m].
+
+    ``candidate`` and ``antagonist`` are where the two material points are now, shape (c, d).
+    """
+    gaps: FloatArray = np.einsum("ca,ca->c", frames[:, 0], candidate - antagonist)
+    return gaps
+
+
+def height(points: FloatArray, normals: FloatArray, on_plane: FloatArray, plane: FloatArray) -> FloatArray:
+    """How far along ``normals`` points are from planes through ``on_plane`` with normals ``plane`` [m].
+
+    All of shape (..., d); the result is positive where the plane lies ahead.
+    """
+    ahead = np.einsum("...a,...a->...", on_plane - points, plane)
+    result: FloatArray = ahead / np.einsum("...a,...a->...", normals, plane)
+    return result

@@ -1,0 +1,54 @@
+"""Gauss: quadrature points of the polygon, with their weights as tributary areas.
+
+Where sides are meshed the points lie on the pieces that the meshes cut out of the polygon, so
+that a uniform pressure gives both sides its exact consistent nodal forces.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from masonry_fem.contact.placement import corners
+from masonry_fem.contact.placement.patch import Patch
+from masonry_fem.contact.placement.quadrature import quadrature
+from masonry_fem.contact.placement.rule import Rule, Spots
+from masonry_fem.errors import GeometryError
+from masonry_fem.solid.mesh import IntArray
+from masonry_fem.solid.pose import FloatArray
+
+
+def points(patch: Patch, rule: Rule) -> Spots:
+    """Quadrature points over an interface; its corners where blocks touch at a point or an edge."""
+    if patch.degenerate:
+        return corners.points(patch, Rule())
+    placed, area, facets, _ = on_pieces(patch, (True, True), rule.density)
+    return Spots(patch, placed, area, facets)
+
+
+def on_pieces(
+    patch: Patch, use: tuple[bool, bool], density: int
+) -> tuple[FloatArray, FloatArray, IntArray, IntArray]:
+    """Quadrature points, weights, mesh facets and their rows in the face, of the sides in ``use``.
+
+    Shapes (m, d - 1), (m,), (m, 2), (m, 2). The weights sum to the interface's area.
+    """
+    meshed = [used and side.mesh is not None for used, side in zip(use, patch.sides, strict=True)]
+    polygons = [patch.facet_polygons(side) if meshed[side] else patch.polygon[None] for side in (0, 1)]
+    kinds = {side.mesh.facet for side, own in zip(patch.sides, meshed, strict=True) if own and side.mesh}
+    degree = 2 if kinds <= {"triangle"} else 4
+    quadratic = bool(kinds & {"line3", "triangle6", "quad9"})
+    placed, area, rows = quadrature(
+        patch.polygon, polygons[0], polygons[1], degree, quadratic, 1 if any(meshed) else density
+    )
+    whole = patch.interface.area
+    if not abs(area.sum() - whole) <= 0.01 * whole:
+        names = "' and '".join(side.surface.name for side in patch.sides)
+        raise GeometryError(
+            f"shapes '{names}', faces {patch.interface.faces}: their mesh facets cover {area.sum():.6g} of an "
+            f"interface of {whole:.6g}; expected all of it: mesh the shapes again, each facet on its face"
+        )
+    facets = np.stack(
+        [patch.sides[s].facets.facets[rows[:, s]] if meshed[s] else np.full(len(rows), -1) for s in (0, 1)],
+        axis=1,
+    )
+    return placed, area * (whole / area.sum()), facets, rows

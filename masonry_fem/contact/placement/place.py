@@ -1,0 +1,136 @@
+"""Place: contact points on all interfaces, with their frames, gaps and identities."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from hashlib import blake2b
+
+import numpy as np
+
+from masonry_fem.contact.contacts import Contacts, Interface
+from masonry_fem.contact.kinematics import height, local_frames
+from masonry_fem.contact.placement import corners, gauss, nodes
+from masonry_fem.contact.placement.patch import Patch
+from masonry_fem.contact.placement.rule import Rule, Spots
+from masonry_fem.contact.surface import Surface, typical_size
+from masonry_fem.errors import GeometryError
+from masonry_fem.solid.assembly import Assembly
+from masonry_fem.solid.mesh import IntArray
+from masonry_fem.solid.pose import FloatArray
+
+RULES: dict[str, Callable[[Patch, Rule], Spots]] = {
+    "corners": corners.points,
+    "gauss": gauss.points,
+    "nodes": nodes.points,
+}
+ROUNDING = 1e-12  # of a block's size: a gap below it is zero
+
+
+def place(assembly: Assembly, interfaces: Sequence[Interface], rules: Sequence[Rule]) -> Contacts:
+    """Contact points on the interfaces, one rule each.
+
+    Where the rule ``nodes`` finds the finer mesh on the antagonist, the contacts of that interface
+    have the two blocks, and the normal, exchanged.
+
+    Raises
+    ------
+    GeometryError
+        For an unknown rule, an inset or density out of range, or ``nodes`` where no side is meshed.
+    """
+    for number, rule in enumerate(rules):
+        _check(number, rule)
+    surfaces = tuple(Surface.of(shape) for shape in assembly.shapes)
+    d = assembly.dimension
+    normals = np.array([interface.normal for interface in interfaces]).reshape(-1, d)
+    spots = [
+        RULES[rule.name](Patch.of(assembly, surfaces, interface, frame), rule)
+        for interface, rule, frame in zip(interfaces, rules, local_frames(normals), strict=True)
+    ]
+    if not spots:
+        return _none(d)
+    patches = [spot.patch for spot in spots]
+    of = np.repeat(np.arange(len(spots)), [len(spot.area) for spot in spots])
+    frame = np.array([patch.frame for patch in patches])[of]
+    flat = np.concatenate([spot.points for spot in spots])
+    middle = np.array([patch.origin for patch in patches])[of] + np.einsum("cp,cpd->cd", flat, frame[:, 1:])
+    heights = [height(middle, frame[:, 0], *(plane[of] for plane in _planes(patches, s))) for s in (0, 1)]
+    gap = heights[0] - heights[1]
+    gap[np.abs(gap) < ROUNDING * typical_size(assembly, surfaces)] = 0.0
+    return Contacts(
+        blocks=np.array([[side.block for side in patch.sides] for patch in patches])[of],
+        interface=of,
+        points=middle[:, None] + np.stack(heights, axis=1)[:, :, None] * frame[:, :1],
+        facets=np.concatenate([spot.facets for spot in spots]),
+        frame=frame,
+        gap=gap,
+        area=np.concatenate([spot.area for spot in spots]),
+        key=_keys(assembly, interfaces, of),
+    )
+
+
+def _check(number: int, rule: Rule) -> None:
+    where = f"interface {number}"
+    if rule.name not in RULES:
+        raise GeometryError(f"{where}: placement is '{rule.name}', expected one of {', '.join(RULES)}")
+    if not 0 < rule.inset <= 1:
+        raise GeometryError(f"{where}: inset is {rule.inset}, expected 0 < inset <= 1 (1 is the very corner)")
+    if rule.density < 1:
+        raise GeometryError(f"{where}: density is {rule.density}, expected at least 1 subdivision")
+
+
+def _planes(patches: list[Patch], side: int) -> tuple[FloatArray, FloatArray]:
+    """A point and the normal of one side's face of each patch, world coordinates, (i, d) each."""
+    solids = [(patch.sides[side].surface, patch.sides[side]) for patch in patches]
+    on_face = np.array([surface.solid.vertices[surface.solid.faces[own.face][0]] for surface, own in solids])
+    normal = np.array([surface.normals[own.face] for surface, own in solids])
+    rotation = np.array([own.pose.rotation for _, own in solids])
+    translation = np.array([own.pose.translation for _, own in solids])
+    return (
+        np.einsum("iab,ib->ia", rotation, on_face) + translation,
+        np.einsum("iab,ib->ia", rotation, normal),
+    )
+
+
+def _keys(assembly: Assembly, interfaces: Sequence[Interface], of: IntArray) -> IntArray:
+    """Identities from the blocks' names, the faces and the place within them, shape (c,).
+
+    Names, not numbers: a contact keeps its identity when other blocks come or go.
+    """
+    names = [block.name for block in assembly.blocks]
+    if len(set(names)) < len(names):  # hand-made assemblies without names
+        names = [f"{name}#{number}" for number, name in enumerate(names)]
+    pairs = []
+    for interface in interfaces:
+        a, b = sorted(zip(interface.blocks, interface.faces, strict=True))
+        text = f"{names[a[0]]}\n{a[1]}\n{names[b[0]]}\n{b[1]}"
+        pairs.append(int.from_bytes(blake2b(text.encode(), digest_size=8).digest()))
+    pair = np.array(pairs, dtype=np.uint64)[of]
+    # several pieces may lie between the same two faces: number their points on
+    order = np.argsort(pair, kind="stable")
+    ordered = pair[order]
+    start = np.flatnonzero(np.concatenate([[True], ordered[1:] != ordered[:-1]]))
+    index = np.empty(len(pair), dtype=np.uint64)
+    index[order] = np.arange(len(pair)) - np.repeat(start, np.diff(np.concatenate([start, [len(pair)]])))
+    return (_mixed(pair + index * np.uint64(0x9E3779B97F4A7C15)) >> np.uint64(1)).astype(np.int64)
+
+
+def _mixed(number: np.ndarray) -> np.ndarray:
+    """Bits well mixed (SplitMix64), so that near numbers give far keys."""
+    number = (number ^ (number >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    number = (number ^ (number >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    mixed: np.ndarray = number ^ (number >> np.uint64(31))
+    return mixed
+
+
+def _none(d: int) -> Contacts:
+    empty = np.empty(0, dtype=np.int64)
+    return Contacts(
+        blocks=np.empty((0, 2), dtype=np.int64),
+        interface=empty,
+        points=np.empty((0, 2, d)),
+        facets=np.empty((0, 2), dtype=np.int64),
+        frame=np.empty((0, d, d)),
+        gap=np.empty(0),
+        area=np.empty(0),
+        key=empty,
+    )

@@ -1,0 +1,176 @@
+"""Quadrature over the pieces that two meshes cut out of a polygon.
+
+A piece is the common part of the polygon, one facet of each side; there the shape functions of
+both sides are polynomials. Parallelograms take tensor Gauss points, others a fan of triangles:
+products of linear (line, triangle) or bilinear shape functions of both sides are exact on affine
+facets, and the consistent forces of a uniform pressure on quadratic ones.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numba.typed import List
+
+from masonry_fem.contact.clipping import clip, polygon_area
+from masonry_fem.solid.mesh import IntArray
+from masonry_fem.solid.pose import FloatArray
+
+SLIVER = 1e-12  # of the polygon's area: pieces below it are rounding
+
+_A, _B = 0.445948490915965, 0.091576213509771
+_DEGREE2 = np.array([[2 / 3, 1 / 6, 1 / 6], [1 / 6, 2 / 3, 1 / 6], [1 / 6, 1 / 6, 2 / 3]])
+_DEGREE4 = np.array(
+    [[1 - 2 * a, a, a] for a in (_A, _B)]
+    + [[a, 1 - 2 * a, a] for a in (_A, _B)]
+    + [[a, a, 1 - 2 * a] for a in (_A, _B)]
+)
+_DEGREE4_WEIGHT = np.array([0.223381589678011, 0.109951743655322] * 3)
+
+
+def quadrature(
+    polygon: FloatArray,
+    candidate: FloatArray,
+    antagonist: FloatArray,
+    degree: int,
+    quadratic: bool,
+    density: int,
+) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Points, weights and facet rows of both sides over a polygon, (m, p), (m,), (m, 2).
+
+    ``candidate`` and ``antagonist`` are facets in plane coordinates, shape (f, k, p); an unmeshed
+    side is one facet: the polygon itself. ``degree`` (2 or 4) is that of the triangles' rule.
+    """
+    if polygon.shape[1] == 1:
+        return _lines(polygon, candidate, antagonist, 3 if quadratic else 2, density)
+    tensor = np.polynomial.legendre.leggauss(3 if quadratic else 2)
+    barycentric, weight = (_DEGREE2, np.full(3, 1 / 3)) if degree == 2 else (_DEGREE4, _DEGREE4_WEIGHT)
+    return _areas(polygon, candidate, antagonist, tensor[0], tensor[1], barycentric, weight, density)  # type: ignore[no-any-return]
+
+
+def _lines(
+    polygon: FloatArray, candidate: FloatArray, antagonist: FloatArray, order: int, density: int
+) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Gauss points of the common intervals (2D)."""
+    low = np.maximum(candidate.min(axis=(1, 2))[:, None], antagonist.min(axis=(1, 2)))
+    high = np.minimum(candidate.max(axis=(1, 2))[:, None], antagonist.max(axis=(1, 2)))
+    low, high = np.maximum(low, polygon.min()), np.minimum(high, polygon.max())
+    rows = np.argwhere(high - low > SLIVER * np.ptp(polygon))
+    low, high = low[*rows.T], high[*rows.T]
+    local, weight = np.polynomial.legendre.leggauss(order)
+    part = ((np.arange(density)[:, None] + 0.5 * (1 + local)) / density).ravel()
+    length = (high - low)[:, None]
+    points = (low[:, None] + length * part).reshape(-1, 1)
+    weights = (length * np.tile(0.5 * weight / density, density)).ravel()
+    return points, weights, np.repeat(rows, len(part), axis=0)
+
+
+@njit(cache=True)
+def _areas(
+    polygon: FloatArray,
+    candidate: FloatArray,
+    antagonist: FloatArray,
+    gauss: FloatArray,
+    gauss_weight: FloatArray,
+    barycentric: FloatArray,
+    weight: FloatArray,
+    density: int,
+) -> tuple[FloatArray, FloatArray, IntArray]:
+    size = np.sqrt(polygon_area(polygon))
+    pieces, rows = _pieces(polygon, candidate, antagonist, 1e-9 * size)
+    most = density * density * max(len(gauss) ** 2, 0)
+    room = 0
+    for piece in pieces:
+        room += max(most, len(piece) * density * density * len(weight))
+    points, weights = np.empty((room, 2)), np.empty(room)
+    owner = np.empty((room, 2), dtype=np.int64)
+    total = 0
+    for k in range(len(pieces)):
+        piece = pieces[k]
+        before = total
+        if len(piece) == 4 and np.abs(piece[0] - piece[1] + piece[2] - piece[3]).max() < 1e-9 * size:
+            total = _on_parallelogram(piece, gauss, gauss_weight, density, points, weights, total)
+        else:
+            for i in range(1, len(piece) - 1):
+                triangle = np.empty((3, 2))
+                triangle[0], triangle[1], triangle[2] = piece[0], piece[i], piece[i + 1]
+                total = _on_triangle(triangle, barycentric, weight, density, points, weights, total)
+        for i in range(before, total):
+            owner[i] = rows[k]
+    return points[:total].copy(), weights[:total].copy(), owner[:total].copy()
+
+
+@njit(cache=True)
+def _pieces(
+    polygon: FloatArray, candidate: FloatArray, antagonist: FloatArray, tolerance: float
+) -> tuple[List, List]:
+    """Common parts of the polygon and one facet of each side, with the facets' rows."""
+    pieces, rows = List(), List()
+    smallest = SLIVER * polygon_area(polygon)
+    for i in range(len(candidate)):
+        part = clip(polygon, candidate[i], tolerance)
+        if len(part) < 3:
+            continue
+        for j in range(len(antagonist)):
+            apart = False
+            for axis in range(2):
+                if (
+                    antagonist[j, :, axis].min() >= part[:, axis].max()
+                    or antagonist[j, :, axis].max() <= part[:, axis].min()
+                ):
+                    apart = True
+            if apart:
+                continue
+            piece = clip(part, antagonist[j], tolerance)
+            if len(piece) >= 3 and polygon_area(piece) > smallest:
+                pieces.append(piece)
+                rows.append(np.array([i, j]))
+    return pieces, rows
+
+
+@njit(cache=True)
+def _on_parallelogram(
+    piece: FloatArray,
+    gauss: FloatArray,
+    gauss_weight: FloatArray,
+    density: int,
+    points: FloatArray,
+    weights: FloatArray,
+    total: int,
+) -> int:
+    area, u, v = polygon_area(piece), piece[1] - piece[0], piece[3] - piece[0]
+    for row in range(density):
+        for column in range(density):
+            for j in range(len(gauss)):
+                for i in range(len(gauss)):
+                    x = (column + 0.5 * (1 + gauss[i])) / density
+                    y = (row + 0.5 * (1 + gauss[j])) / density
+                    points[total] = piece[0] + x * u + y * v
+                    weights[total] = 0.25 * area * gauss_weight[i] * gauss_weight[j] / density**2
+                    total += 1
+    return total
+
+
+@njit(cache=True)
+def _on_triangle(
+    triangle: FloatArray,
+    barycentric: FloatArray,
+    weight: FloatArray,
+    density: int,
+    points: FloatArray,
+    weights: FloatArray,
+    total: int,
+) -> int:
+    area = polygon_area(triangle)
+    u, v = (triangle[1] - triangle[0]) / density, (triangle[2] - triangle[0]) / density
+    for row in range(density):
+        for column in range(density - row):
+            for turned in range(2 if column < density - row - 1 else 1):
+                corner, sign = triangle[0] + column * u + row * v, 1.0
+                if turned == 1:  # the upside-down triangle beside it
+                    corner, sign = corner + u + v, -1.0
+                for k in range(len(weight)):
+                    points[total] = corner + sign * (barycentric[k, 1] * u + barycentric[k, 2] * v)
+                    weights[total] = area * weight[k] / density**2
+                    total += 1
+    return total

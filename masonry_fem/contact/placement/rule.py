@@ -1,0 +1,45 @@
+"""Rule: how contact points are placed on an interface, and what a rule gives back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from masonry_fem.contact.placement.patch import Patch
+from masonry_fem.solid.mesh import IntArray
+from masonry_fem.solid.pose import FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """Placement rule of an interface.
+
+    Attributes
+    ----------
+    name : ``corners``, ``gauss`` or ``nodes``.
+    inset : The slides' ξ of ``corners``: distance of the points from the centroid over that of
+        the corners, 0 < ξ <= 1.
+    density : Subdivisions of ``gauss`` along each side of a piece where neither side is meshed.
+    """
+
+    name: str = "corners"
+    inset: float = 1.0
+    density: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Spots:
+    """Contact points that a rule placed on a patch (m of them).
+
+    Attributes
+    ----------
+    patch : The patch they lie on: the given one, or the same with its sides exchanged.
+    points : Coordinates in the common plane, shape (m, d - 1) [m].
+    area : Tributary areas, shape (m,) [m²; m in 2D].
+    facets : Mesh facets of candidate and antagonist that carry them, −1 where a side is unmeshed,
+        shape (m, 2).
+    """
+
+    patch: Patch
+    points: FloatArray
+    area: FloatArray
+    facets: IntArray

@@ -1,0 +1,222 @@
+"""Surface: what contact sees of a shape: convex pieces of its faces, and their mesh facets.
+
+    surface = Surface.of(shape)
+    faces = pose_faces(assembly, surfaces)      # all faces of all blocks in the world, as arrays
+
+A convex face is one piece; any other is cut into triangles. Surfaces stand in the shape's frame
+and are shared by congruent blocks.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from masonry_fem.contact.interpolation import CORNERS_OF
+from masonry_fem.solid.assembly import Assembly, Shape
+from masonry_fem.solid.mesh import IntArray, Mesh
+from masonry_fem.solid.polytope import Polytope
+from masonry_fem.solid.pose import FloatArray
+
+FLAT = 1e-9  # relative to the shape's size: what counts as on a plane or on a line
+
+
+@dataclass(frozen=True, slots=True)
+class FaceMesh:
+    """Mesh facets of one face, in the shape's frame.
+
+    Attributes
+    ----------
+    facets : Their numbers in the mesh, shape (f,).
+    corners : Their corner points, outward order, shape (f, k, d) [m].
+    nodes : Distinct nodes on the face, ascending, shape (n,).
+    points : Where they are, shape (n, d) [m].
+    carrier : For each of them the first facet (row of ``facets``) that has it, shape (n,).
+    rows : Nodes of the facets as rows of ``nodes``, shape (f, nodes of a facet).
+    """
+
+    facets: IntArray
+    corners: FloatArray
+    nodes: IntArray
+    points: FloatArray
+    carrier: IntArray
+    rows: IntArray
+
+
+@dataclass(frozen=True, slots=True)
+class Surface:
+    """Boundary of a shape, in its own frame.
+
+    Attributes
+    ----------
+    name : The shape's name, for messages.
+    solid : Its polytope.
+    mesh : Its mesh, or None.
+    pieces : Convex pieces of the faces, outward loops padded with their last corner, (p, k, d) [m].
+    corners : Number of corners of each piece, shape (p,).
+    face : Face that each is a piece of, shape (p,).
+    normals : Outward unit normals of the faces, shape (f, d).
+    areas : Areas of the pieces, shape (p,) [m²; m in 2D].
+    convex : True for a convex solid.
+    face_meshes : Mesh facets by face; empty where there is no mesh.
+    size : d-th root of the volume [m].
+    """
+
+    name: str
+    solid: Polytope
+    mesh: Mesh | None
+    pieces: FloatArray
+    corners: IntArray
+    face: IntArray
+    normals: FloatArray
+    areas: FloatArray
+    convex: bool
+    face_meshes: tuple[FaceMesh, ...]
+    size: float
+
+    @classmethod
+    def of(cls, shape: Shape) -> Surface:
+        """The surface of one shape."""
+        solid = shape.solid
+        normals = np.array([solid.normal(face) for face in range(len(solid.faces))])
+        loops, face = [], []
+        for number in range(len(solid.faces)):
+            for loop in _convex_pieces(solid, number, normals[number]):
+                loops.append(solid.vertices[loop])
+                face.append(number)
+        most = max(len(loop) for loop in loops)
+        padded = np.array(
+            [np.concatenate([loop, np.repeat(loop[-1:], most - len(loop), 0)]) for loop in loops]
+        )
+        meshes: tuple[FaceMesh, ...] = ()
+        if shape.mesh is not None:
+            meshes = tuple(_face_mesh(shape.mesh, number) for number in range(len(solid.faces)))
+        return cls(
+            name=shape.name,
+            solid=solid,
+            mesh=shape.mesh,
+            pieces=padded,
+            corners=np.array([len(loop) for loop in loops]),
+            face=np.array(face),
+            normals=normals,
+            areas=_areas(padded),
+            convex=_is_convex(solid, normals),
+            face_meshes=meshes,
+            size=abs(solid.mass_properties().volume) ** (1 / solid.dimension),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class PosedFaces:
+    """Convex face pieces of all blocks in the world, ordered by block and piece (n of them).
+
+    Attributes
+    ----------
+    block, piece, face : Whose they are, shape (n,).
+    points : Outward loops, padded, shape (n, k, d) [m]. corners : Their lengths, shape (n,).
+    normal : Outward unit normals, shape (n, d). area : Areas, shape (n,).
+    first : First piece of each block and, last, n; shape (blocks + 1,).
+    """
+
+    block: IntArray
+    piece: IntArray
+    face: IntArray
+    points: FloatArray
+    corners: IntArray
+    normal: FloatArray
+    area: FloatArray
+    first: IntArray
+
+
+def pose_faces(assembly: Assembly, surfaces: tuple[Surface, ...]) -> PosedFaces:
+    """The faces of all blocks in world coordinates, shape by shape."""
+    d = assembly.dimension
+    of_block = np.array([block.shape for block in assembly.blocks], dtype=np.int64)
+    count = np.array([len(surface.face) for surface in surfaces], dtype=np.int64)[of_block]
+    first = np.concatenate([[0], np.cumsum(count)])
+    total, most = int(first[-1]), max(surface.pieces.shape[1] for surface in surfaces)
+    rotation = np.array([block.pose.rotation for block in assembly.blocks])
+    translation = np.array([block.pose.translation for block in assembly.blocks])
+    points, normal = np.empty((total, most, d)), np.empty((total, d))
+    index = np.arange(total)
+    block = np.repeat(np.arange(len(of_block)), count)
+    piece = index - first[block]
+    face, corners = np.empty(total, dtype=np.int64), np.empty(total, dtype=np.int64)
+    area = np.empty(total)
+    for number, surface in enumerate(surfaces):
+        own = np.flatnonzero(of_block == number)
+        if len(own) == 0:
+            continue
+        rows = (first[own][:, None] + np.arange(len(surface.face))).ravel()
+        width = surface.pieces.shape[1]
+        world = np.einsum("bij,pkj->bpki", rotation[own], surface.pieces) + translation[own, None, None]
+        points[rows, :width] = world.reshape(-1, width, d)
+        points[rows, width:] = points[rows, width - 1 : width]
+        normal[rows] = np.einsum("bij,pj->bpi", rotation[own], surface.normals[surface.face]).reshape(-1, d)
+        face[rows] = np.tile(surface.face, len(own))
+        corners[rows] = np.tile(surface.corners, len(own))
+        area[rows] = np.tile(surface.areas, len(own))
+    return PosedFaces(block, piece, face, points, corners, normal, area, first)
+
+
+def typical_size(assembly: Assembly, surfaces: tuple[Surface, ...]) -> float:
+    """Median over the blocks of the d-th root of their volume [m]: a wide floor does not count."""
+    return float(np.median([surfaces[block.shape].size for block in assembly.blocks]))
+
+
+def _face_mesh(mesh: Mesh, face: int) -> FaceMesh:
+    facets = np.flatnonzero(mesh.facet_face == face)
+    connectivity = mesh.facets[facets]
+    nodes, at, rows = np.unique(connectivity, return_index=True, return_inverse=True)
+    carrier = at // connectivity.shape[1] if len(facets) else at
+    corners = mesh.points[connectivity[:, : CORNERS_OF[mesh.facet]]]
+    return FaceMesh(facets, corners, nodes, mesh.points[nodes], carrier, rows.reshape(connectivity.shape))
+
+
+def _areas(pieces: FloatArray) -> FloatArray:
+    if pieces.shape[2] == 2:
+        return np.linalg.norm(pieces[:, 1] - pieces[:, 0], axis=1)
+    spokes = pieces - pieces[:, :1]
+    return 0.5 * np.linalg.norm(np.cross(spokes[:, 1:-1], spokes[:, 2:]).sum(axis=1), axis=1)
+
+
+def _is_convex(solid: Polytope, normals: FloatArray) -> bool:
+    size = float(np.ptp(solid.vertices, axis=0).max())
+    heights = [
+        ((solid.vertices - solid.face_points(face)[0]) @ normal).max() for face, normal in enumerate(normals)
+    ]
+    return max(heights) <= 1e-6 * size
+
+
+def _convex_pieces(solid: Polytope, face: int, normal: FloatArray) -> list[list[int]]:
+    """Vertex loops of the convex pieces of a face: itself, or its triangles by cutting ears."""
+    loop = list(solid.faces[face])
+    if solid.dimension == 2:
+        return [loop]
+    size2 = float(np.ptp(solid.vertices, axis=0).max()) ** 2
+
+    def turn(a: int, b: int, c: int) -> float:
+        x, y, z = solid.vertices[[a, b, c]]
+        return float(np.cross(y - x, z - y) @ normal)
+
+    def is_ear(i: int) -> bool:
+        a, b, c = loop[i - 1], loop[i], loop[(i + 1) % len(loop)]
+        if turn(a, b, c) <= FLAT * size2:
+            return False
+        others = [v for v in loop if v not in (a, b, c)]
+        return not any(min(turn(a, b, v), turn(b, c, v), turn(c, a, v)) > -FLAT * size2 for v in others)
+
+    if all(turn(loop[i - 1], loop[i], loop[(i + 1) % len(loop)]) > -FLAT * size2 for i in range(len(loop))):
+        return [loop]
+    pieces = []
+    while len(loop) > 3:
+        ear = next((i for i in range(len(loop)) if is_ear(i)), None)
+        if ear is None:  # a corner on a straight side is left over
+            ear = min(
+                range(len(loop)), key=lambda i: abs(turn(loop[i - 1], loop[i], loop[(i + 1) % len(loop)]))
+            )
+        else:
+            pieces.append([loop[ear - 1], loop[ear], loop[(ear + 1) % len(loop)]])
+        del loop[ear]
+    return [*pieces, loop]

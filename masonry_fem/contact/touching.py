@@ -1,0 +1,197 @@
+"""Touching by a feature: a corner or an edge of one convex block that stands on a face of another.
+
+By the separating axis over the face normals: the block lies wholly in front of the face, and only
+one or two of its corners are nearest. The feature must lie inside the face: blocks that merely
+share an edge or a corner do not touch.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from masonry_fem.contact.clipping import depths
+from masonry_fem.contact.contacts import Interface
+from masonry_fem.contact.kinematics import local_frames
+from masonry_fem.contact.surface import Surface
+from masonry_fem.solid.assembly import Assembly
+from masonry_fem.solid.mesh import IntArray
+from masonry_fem.solid.polytope import Polytope
+from masonry_fem.solid.pose import FloatArray
+
+INSIDE = 1e-6  # of a block's size: how deep inside a face a corner must stand
+ROUNDING = 1e-12
+
+
+@dataclass(frozen=True, slots=True)
+class Posed:
+    """Vertices and face planes of all blocks in the world, padded by repetition.
+
+    Attributes
+    ----------
+    solids : Polytopes by shape. shape : Shape of each block, shape (b,).
+    vertices : shape (b, v, d) [m]. count : How many are real, shape (b,).
+    on_face, normal : A point and the outward normal of each face, shape (b, f, d).
+    faces : Number of faces, shape (b,).
+    convex : Whether the block is, shape (b,).
+    """
+
+    solids: tuple[Polytope, ...]
+    shape: IntArray
+    vertices: FloatArray
+    count: IntArray
+    on_face: FloatArray
+    normal: FloatArray
+    faces: IntArray
+    convex: np.ndarray
+
+    @classmethod
+    def of(cls, assembly: Assembly, surfaces: tuple[Surface, ...]) -> Posed:
+        """Vertices and faces of the blocks of an assembly."""
+        solids = tuple(surface.solid for surface in surfaces)
+        shape = np.array([block.shape for block in assembly.blocks], dtype=np.int64)
+        rotation = np.array([block.pose.rotation for block in assembly.blocks])
+        translation = np.array([block.pose.translation for block in assembly.blocks])
+        vertices = _padded([solid.vertices for solid in solids])
+        on_face = _padded(
+            [np.array([solid.face_points(f)[0] for f in range(len(solid.faces))]) for solid in solids]
+        )
+        normal = _padded([surface.normals for surface in surfaces])
+        turned = [np.einsum("bij,bkj->bki", rotation, array[shape]) for array in (vertices, on_face, normal)]
+        return cls(
+            solids,
+            shape,
+            turned[0] + translation[:, None],
+            np.array([len(solid.vertices) for solid in solids])[shape],
+            turned[1] + translation[:, None],
+            turned[2],
+            np.array([len(solid.faces) for solid in solids])[shape],
+            np.array([surface.convex for surface in surfaces])[shape],
+        )
+
+
+def standing_pairs(posed: Posed, pairs: IntArray, reach: float, size: float) -> list[Interface]:
+    """Interfaces of one or two points between blocks that stand on a corner or on an edge."""
+    pairs = pairs[posed.convex[pairs].all(axis=1)]
+    if len(pairs) == 0:
+        return []
+    found = _features(
+        posed.vertices, posed.count, posed.on_face, posed.normal, posed.faces, pairs, reach, 1e-6 * size
+    )
+    made = []
+    for (first, second), (side, face, u, v) in zip(pairs.tolist(), found.tolist(), strict=True):
+        if side < 0:
+            continue
+        carrier, other = (first, second) if side == 0 else (second, first)
+        corners = [u] if v < 0 else [u, v]
+        interface = _interface(posed, carrier, face, other, corners, reach, size)
+        if interface is not None:
+            made.append(interface)
+    return made
+
+
+def _interface(
+    posed: Posed, carrier: int, face: int, other: int, corners: list[int], reach: float, size: float
+) -> Interface | None:
+    """The interface of corners of ``other`` with a face of ``carrier``; None if they miss the face."""
+    normal = posed.normal[carrier, face]
+    frame = local_frames(normal[None])[0]
+    solid = posed.solids[posed.shape[carrier]]
+    loop = posed.vertices[carrier, list(solid.faces[face])]
+    origin = loop[0]
+    window = (loop - origin) @ frame[1:].T
+    feature = posed.vertices[other, corners]
+    feature = _part_inside(window, (feature - origin) @ frame[1:].T, feature, INSIDE * size)
+    if len(feature) == 0:
+        return None
+    gap = (feature - origin) @ normal
+    gap[np.abs(gap) < ROUNDING * size] = 0.0
+    own = posed.solids[posed.shape[other]]
+    around = [f for f, members in enumerate(own.faces) if set(corners) <= set(members)]
+    if not around:  # two corners that no edge joins: only the lower one stands
+        return _interface(posed, carrier, face, other, corners[:1], reach, size)
+    against = max(around, key=lambda f: (-round(float(posed.normal[other, f] @ normal), 9), -f))
+    labels = own.labels[against], solid.labels[face]
+    return Interface(
+        blocks=(other, carrier),
+        faces=(against, face),
+        normal=normal,
+        polygon=feature - gap[:, None] * normal,
+        gap=gap,
+        area=0.0,
+        label=labels[0] if labels[0] == labels[1] else "",
+    )
+
+
+def _part_inside(window: FloatArray, flat: FloatArray, feature: FloatArray, margin: float) -> FloatArray:
+    """The part of a corner or edge that projects inside a convex polygon (none: no rows)."""
+    if len(flat) == 1:
+        return feature if depths(window, flat)[0] > margin else feature[:0]
+    low, high = 0.0, 1.0
+    for p, q in zip(window, np.roll(window, -1, axis=0), strict=True):
+        edge = (q - p) / np.linalg.norm(q - p)
+        start, end = (edge[0] * (x[1] - p[1]) - edge[1] * (x[0] - p[0]) for x in flat)
+        if max(start, end) <= margin:
+            return feature[:0]
+        if start < 0:
+            low = max(low, start / (start - end))
+        if end < 0:
+            high = min(high, start / (start - end))
+    length = float(np.linalg.norm(flat[1] - flat[0]))
+    if (high - low) * length <= margin:
+        return feature[:0]
+    ends = np.array([low, high])[:, None]
+    part: FloatArray = (1 - ends) * feature[0] + ends * feature[1]
+    return part
+
+
+def _padded(arrays: list[FloatArray]) -> FloatArray:
+    most = max(len(array) for array in arrays)
+    return np.array(
+        [np.concatenate([array, np.repeat(array[-1:], most - len(array), 0)]) for array in arrays]
+    )
+
+
+@njit(cache=True)
+def _features(
+    vertices: FloatArray,
+    count: IntArray,
+    on_face: FloatArray,
+    normal: FloatArray,
+    faces: IntArray,
+    pairs: IntArray,
+    reach: float,
+    level: float,
+) -> IntArray:
+    """For each pair (which block carries, its face, one or two corners of the other; −1: none), (m, 4).
+
+    The separating face is the one with the largest smallest height; ``level`` is the height
+    difference below which corners count as equally high.
+    """
+    d = vertices.shape[2]
+    result = np.full((len(pairs), 4), -1)
+    for m in range(len(pairs)):
+        best = -np.inf
+        for side in range(2):
+            carrier, other = pairs[m, side], pairs[m, 1 - side]
+            heights = np.empty(count[other])
+            for f in range(faces[carrier]):
+                for v in range(count[other]):
+                    heights[v] = 0.0
+                    for c in range(d):
+                        heights[v] += (vertices[other, v, c] - on_face[carrier, f, c]) * normal[carrier, f, c]
+                lowest = heights.min()
+                if lowest < -reach - level or lowest > reach + level or lowest <= best:
+                    continue
+                order = np.argsort(heights)
+                near = (heights <= lowest + level).sum()
+                if near > d - 1:
+                    continue  # a face: found by the faces, or an edge that only is shared
+                best = lowest
+                result[m, 0], result[m, 1], result[m, 2] = side, f, order[0]
+                # a second corner within reach makes an edge where the first two stand out
+                two = d == 3 and len(order) > 2 and heights[order[1]] <= reach
+                result[m, 3] = order[1] if two and heights[order[2]] > heights[order[1]] + level else -1
+    return result

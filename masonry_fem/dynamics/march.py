@@ -13,6 +13,7 @@ from typing import Any, Literal, Protocol
 
 import numpy as np
 
+from masonry_fem.dynamics.clock import Clock
 from masonry_fem.dynamics.coupling import connect
 from masonry_fem.dynamics.equilibrium import Strategy
 from masonry_fem.dynamics.ledger import Ledger
@@ -34,8 +35,8 @@ BEARABLE = 1e-3
 class Observer(Protocol):
     """Who is told of each step (recorders, progress)."""
 
-    def record(self, model: Model, state: SystemState, report: StepReport | None) -> None:
-        """See one state; ``report`` is None for the initial one."""
+    def record(self, model: Model, state: SystemState, report: StepReport) -> None:
+        """See the state that a step reached."""
         ...
 
 
@@ -48,6 +49,7 @@ class March:
     outcome, message : Verdict and its sentence.
     state, report : The last state and what its step did.
     last : Everything of the last step. ledger : Energies summed over the march.
+    seconds : CPU time by phase [s]: factorise, solve, step, measure and output.
     moving : Blocks that move where there is no equilibrium: (name, speed [m/s], how).
     """
 
@@ -57,6 +59,7 @@ class March:
     report: StepReport
     last: Increment
     ledger: Ledger
+    seconds: dict[str, float]
     moving: tuple[tuple[str, float, str], ...]
 
 
@@ -77,28 +80,28 @@ def march(
     coupling = connect(model)
     start = tuple(group.rest() for group in model.groups) if bodies is None else bodies
     state = initial_state(model, coupling, start)
-    for observer in observers:
-        observer.record(model, state, None)
-    ledger, failed = Ledger(), 0
+    ledger, failed, clock = Ledger(), 0, Clock()
     for scheme, until in strategy.schedule():
-        made = step(model, coupling, state, scheme, settings, until)
+        made = step(model, coupling, state, scheme, settings, until, clock)
         report = measure(model, coupling, made)
+        clock.lap("measure")
         ledger = ledger.add(report, scheme.inertia)
         if keep == report.step and kept is not None:
             kept.append(made)
         for observer in observers:
             observer.record(model, made.after, report)
+        clock.lap("output")
         stop = _hopeless(report, strategy)
         if stop is not None:
-            return _ended(stop, model, made, report, ledger)
+            return _ended(stop, model, made, report, ledger, clock)
         failed += report.outcome is not Outcome.CONVERGED
         if strategy.settled(report):
-            return _ended("equilibrium", model, made, report, ledger)
+            return _ended("equilibrium", model, made, report, ledger, clock)
         state = _rested(model, made.after, strategy.velocity_factor)
     verdict: Verdict = "no_equilibrium" if strategy.seeks_equilibrium else "finished"
     if failed:
         logger.warning("%d of %d steps missed the solver's tolerance", failed, report.step)
-    return _ended(verdict, model, made, report, ledger)
+    return _ended(verdict, model, made, report, ledger, clock)
 
 
 def _hopeless(report: StepReport, strategy: Strategy) -> Verdict | None:
@@ -123,7 +126,9 @@ def _rested(model: Model, state: SystemState, factor: float) -> SystemState:
     return replace(state, bodies=bodies, velocity=factor * state.velocity)
 
 
-def _ended(verdict: Verdict, model: Model, made: Increment, report: StepReport, ledger: Ledger) -> March:
+def _ended(
+    verdict: Verdict, model: Model, made: Increment, report: StepReport, ledger: Ledger, clock: Clock
+) -> March:
     moving: tuple[tuple[str, float, str], ...] = ()
     if verdict == "equilibrium":
         message = f"Equilibrium after {report.step} step(s)."
@@ -137,7 +142,7 @@ def _ended(verdict: Verdict, model: Model, made: Increment, report: StepReport, 
     else:
         moving = tuple(moving_blocks(model, made.after))
         message = _no_equilibrium(report, moving)
-    return March(verdict, message, made.after, report, made, ledger, moving)
+    return March(verdict, message, made.after, report, made, ledger, clock.phases, moving)
 
 
 def _no_equilibrium(report: StepReport, moving: tuple[tuple[str, float, str], ...]) -> str:

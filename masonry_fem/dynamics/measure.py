@@ -52,7 +52,6 @@ def measure(model: Model, coupling: Coupling, made: Increment) -> StepReport:
         slip=int((state.status == SLIP).sum()),
         speed=float(np.sqrt(2 * kinetic / mass)) if mass > 0 else 0.0,
         load_acceleration=_load(model, made) / mass if mass > 0 else 0.0,
-        seconds=made.seconds,
         **energy,
     )
 

@@ -41,7 +41,6 @@ class StepReport:
     open, stick, slip : Numbers of contacts.
     speed : Root mean square speed of the mass [m/s].
     load_acceleration : Loads on the blocks over their mass [m/s²].
-    seconds : CPU time of the step by phase [s].
     """
 
     step: int
@@ -73,7 +72,6 @@ class StepReport:
     slip: int
     speed: float
     load_acceleration: float
-    seconds: dict[str, float]
 
     def inertial_share(self, step: float) -> float:
         """Speed relative to what the loads give in one step from rest: 1 in free fall."""

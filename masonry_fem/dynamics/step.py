@@ -7,8 +7,7 @@ Statics is the same step with inertia 0 (formulation 2b).
 
 from __future__ import annotations
 
-import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from masonry_fem.bodies.base import FloatArray, Free, Scheme
+from masonry_fem.dynamics.clock import Clock
 from masonry_fem.dynamics.coupling import Coupling, Placement
 from masonry_fem.dynamics.loads import blend, external_forces
 from masonry_fem.dynamics.model import Model
@@ -41,7 +41,6 @@ class Increment:
     free : Steps of the groups without contact. rigid : U⁺ by group.
     rigid_impulse, nodal_impulse : Bᵀ p and Gᵀ p by group.
     here : Contact geometry of the step. rigid_map : B of all contacts, supports too.
-    seconds : CPU time by phase [s].
     """
 
     before: SystemState
@@ -58,7 +57,6 @@ class Increment:
     nodal_impulse: tuple[FloatArray | None, ...]
     here: Placement
     rigid_map: FloatArray
-    seconds: dict[str, float]
 
 
 def initial_state(model: Model, coupling: Coupling, bodies: tuple[Any, ...], at: float = 0.0) -> SystemState:
@@ -93,13 +91,15 @@ def step(
     scheme: Scheme,
     settings: SolverSettings,
     until: float | None = None,
+    clock: Clock | None = None,
 ) -> Increment:
     """Advance ``state`` by one step of ``scheme``.
 
-    ``until`` is the time at the end (default: time + h; statics gives the load factor).
+    ``until`` is the time at the end (default: time + h; statics gives the load factor); ``clock``
+    gathers the CPU time of the phases.
     """
     end = state.time + scheme.step if until is None else until
-    clock = _Clock()
+    clock = Clock() if clock is None else clock
     before, after = external_forces(model, state.time), external_forces(model, end)
     forces = blend(before, after, scheme.theta)
     here = coupling.placement(state.bodies)
@@ -150,7 +150,7 @@ def step(
     clock.lap("step")
     return Increment(
         state, reached, problem, solution, active, impulse, forces, scheme, free, rigid, rigid_impulse,
-        nodal, here, rigid_map, clock.phases,
+        nodal, here, rigid_map,
     )  # fmt: skip
 
 
@@ -241,21 +241,3 @@ def _volume_residual(
         given = scheme.step * np.linalg.norm(group.resultant(force)[:, : model.assembly.dimension], axis=1)
         scale = max(scale, float(given.max(initial=0.0)))
     return worst / scale if scale > 0 else worst
-
-
-class _Clock:
-    """CPU time by phase."""
-
-    def __init__(self) -> None:
-        self.phases: dict[str, float] = {}
-        self._last = time.process_time()
-
-    def lap(self, phase: str) -> None:
-        now = time.process_time()
-        self.phases[phase] = self.phases.get(phase, 0.0) + now - self._last
-        self._last = now
-
-
-def with_bodies(state: SystemState, bodies: tuple[Any, ...], velocity: FloatArray) -> SystemState:
-    """The same instant with other body states (velocities changed between steps)."""
-    return replace(state, bodies=bodies, velocity=velocity)

@@ -1,0 +1,81 @@
+"""From interfaces and joint records to contact points with their properties."""
+
+from __future__ import annotations
+
+from fnmatch import fnmatchcase
+
+import numpy as np
+
+from masonry_fem.build.stones import Stones, block_names
+from masonry_fem.contact.contacts import Contacts, Interface
+from masonry_fem.contact.placement import Rule, place
+from masonry_fem.dynamics.model import JointTable
+from masonry_fem.errors import SceneError
+from masonry_fem.scene import specs
+
+
+def joint_of_interfaces(scene: specs.Scene, stones: Stones, interfaces: tuple[Interface, ...]) -> list[int]:
+    """Number of the joint record that holds for each interface: the last that matches."""
+    names = block_names(stones.assembly)
+    found = []
+    for interface in interfaces:
+        first, second = (names[block] for block in interface.blocks)
+        matching = [
+            index
+            for index, joint in enumerate(scene.joints)
+            if fnmatchcase(interface.label, joint.interface)
+            and (_joins(joint.between, first, second) or _joins(joint.between, second, first))
+        ]
+        if not matching:
+            raise SceneError(
+                f"joints: none matches the interface '{interface.label}' between '{first[0]}' and "
+                f"'{second[0]}'; add a joint with interface = '*' and no 'between' as the first one"
+            )
+        found.append(matching[-1])
+    return found
+
+
+def _joins(between: tuple[str, str], first: tuple[str, ...], second: tuple[str, ...]) -> bool:
+    return any(fnmatchcase(name, between[0]) for name in first) and any(
+        fnmatchcase(name, between[1]) for name in second
+    )
+
+
+def contacts_and_joints(
+    scene: specs.Scene, stones: Stones, interfaces: tuple[Interface, ...]
+) -> tuple[Contacts, JointTable]:
+    """Contact points on all interfaces and the joint properties at each of them."""
+    chosen = joint_of_interfaces(scene, stones, interfaces)
+    rules = [
+        _rule(scene.joints[joint], stones, interface)
+        for joint, interface in zip(chosen, interfaces, strict=True)
+    ]
+    contacts = place(stones.assembly, interfaces, rules)
+    records = [scene.joints[joint] for joint in chosen]
+
+    def spread(values: list[float]) -> np.ndarray:
+        return np.array(values, dtype=float)[contacts.interface] if values else np.zeros(0)
+
+    table = JointTable(
+        friction=spread([joint.friction for joint in records]),
+        dynamic_friction=spread(
+            [
+                joint.friction if joint.dynamic_friction is None else joint.dynamic_friction
+                for joint in records
+            ]
+        ),
+        restitution=spread([joint.restitution for joint in records]),
+        tangential_restitution=spread([joint.tangential_restitution for joint in records]),
+        velocity_form=spread([joint.form == "velocity" for joint in records]) > 0,
+    )
+    return contacts, table
+
+
+def _rule(joint: specs.Joint, stones: Stones, interface: Interface) -> Rule:
+    """The placement rule of an interface; nodes where a side is meshed, else corners."""
+    shapes = (stones.assembly.blocks[block].shape for block in interface.blocks)
+    meshed = any(stones.assembly.shapes[shape].mesh is not None for shape in shapes)
+    name = joint.placement or ("nodes" if meshed else "corners")
+    if name == "nodes" and not meshed:
+        name = "corners"  # a rigid pair of a scene whose elastic joints use nodes
+    return Rule(name=name, inset=joint.inset, density=joint.density)

@@ -1,0 +1,117 @@
+"""From load records to force patterns by body group."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from masonry_fem.bodies.base import BodyGroup, FloatArray
+from masonry_fem.build.stones import Stones, block_names, faces_of
+from masonry_fem.dynamics.model import Load
+from masonry_fem.errors import SceneError
+from masonry_fem.scene import specs
+from masonry_fem.scene.selector import select, split_face
+from masonry_fem.scene.time_function import evaluator
+
+LINE_POINTS = 20  # equal pieces of a line force, each at its middle
+
+
+def time_factor(
+    scene: specs.Scene, function: specs.TimeFunction | None, base: Path
+) -> Callable[[float], float]:
+    """The factor of a load: its function of time; without one, a ramp in statics and 1 in time."""
+    if function is not None:
+        return evaluator(function, base)
+    if isinstance(scene.analysis, specs.Statics):
+        return lambda load_factor: load_factor
+    return lambda _: 1.0
+
+
+class Patterns:
+    """Makes force patterns: arrays for the groups that a load acts on, None for the others."""
+
+    def __init__(self, stones: Stones, groups: tuple[BodyGroup, ...]) -> None:
+        self.stones, self.groups = stones, groups
+        self.place: dict[int, tuple[int, int]] = {
+            int(block): (index, body)
+            for index, group in enumerate(groups)
+            for body, block in enumerate(group.blocks)
+        }
+        self.names = block_names(stones.assembly)
+
+    def acceleration(self, vector: FloatArray) -> tuple[FloatArray | None, ...]:
+        """Body force on everything that is free to move."""
+        return tuple(None if group.prescribed else group.acceleration_force(vector) for group in self.groups)
+
+    def traction(self, load: specs.Traction, key: str) -> tuple[FloatArray | None, ...]:
+        """Traction on all matching faces of all matching blocks."""
+        blocks, face = split_face(load.on)
+        if face is None:
+            raise SceneError(f"{key}.on is '{load.on}', expected 'blocks/face', e.g. 'wall.c5.*/top'")
+        total: list[FloatArray | None] = [None] * len(self.groups)
+        for block in self._free(blocks, f"{key}.on"):
+            group, body = self.place[block]
+            for number in faces_of(self.stones.assembly, block, face, f"{key}.on"):
+                _add(total, group, self.groups[group].traction_force(body, number, np.array(load.vector)))
+        return tuple(total)
+
+    def points(
+        self, block: str, points: list[FloatArray | None], force: FloatArray, key: str
+    ) -> tuple[FloatArray | None, ...]:
+        """The same force at each of the points of one block (None: its centroid)."""
+        total: list[FloatArray | None] = [None] * len(self.groups)
+        for number in self._free(block, f"{key}.block"):
+            group, body = self.place[number]
+            for point in points:
+                _add(total, group, self.groups[group].point_force(body, point, force))
+        return tuple(total)
+
+    def _free(self, selector: str, key: str) -> list[int]:
+        chosen = select(selector, self.names, key)
+        held = [block for block in chosen if self.stones.role[block] == "support"]
+        if held and len(held) == len(chosen):
+            name = self.stones.assembly.blocks[held[0]].name
+            raise SceneError(
+                f"{key}: '{name}' is a support, so a load on it does nothing; choose a free block"
+            )
+        return [block for block in chosen if block not in set(held)]
+
+
+def _add(total: list[FloatArray | None], group: int, force: FloatArray) -> None:
+    present = total[group]
+    total[group] = force if present is None else present + force
+
+
+def loads(scene: specs.Scene, stones: Stones, groups: tuple[BodyGroup, ...], base: Path) -> tuple[Load, ...]:
+    """All loads of a scene."""
+    patterns, wanted, made = Patterns(stones, groups), scene.loads, []
+    if wanted.gravity is not None:
+        factor = time_factor(scene, wanted.gravity_time, base)
+        made.append(Load("gravity", patterns.acceleration(np.array(wanted.gravity)), factor))
+    for index, body_force in enumerate(wanted.accelerations):
+        factor = time_factor(scene, body_force.time, base)
+        force = patterns.acceleration(np.array(body_force.vector))
+        made.append(Load(f"accelerations.{index}", force, factor))
+    for index, traction in enumerate(wanted.tractions):
+        key = f"loads.tractions.{index}"
+        factor = time_factor(scene, traction.time, base)
+        made.append(Load(key, patterns.traction(traction, key), factor))
+    for index, point in enumerate(wanted.points):
+        key = f"loads.points.{index}"
+        where = None if point.point is None else np.array(point.point)
+        force = patterns.points(point.block, [where], np.array(point.vector), key)
+        made.append(Load(key, force, time_factor(scene, point.time, base)))
+    for index, line in enumerate(wanted.lines):
+        key = f"loads.lines.{index}"
+        made.append(Load(key, _line(patterns, line, key), time_factor(scene, line.time, base)))
+    return tuple(made)
+
+
+def _line(patterns: Patterns, line: specs.LineForce, key: str) -> tuple[FloatArray | None, ...]:
+    start, end = np.array(line.start), np.array(line.end)
+    at = (np.arange(LINE_POINTS) + 0.5) / LINE_POINTS
+    share = np.array(line.vector) * np.linalg.norm(end - start) / LINE_POINTS
+    points: list[FloatArray | None] = [start + s * (end - start) for s in at]
+    return patterns.points(line.block, points, share, key)

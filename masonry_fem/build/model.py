@@ -1,0 +1,155 @@
+"""Model of a scene: stones, interfaces, contacts, groups, loads and probes put together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from masonry_fem.bodies.base import BodyGroup
+from masonry_fem.bodies.rigid import RigidGroup
+from masonry_fem.build.joints import contacts_and_joints
+from masonry_fem.build.loads import loads
+from masonry_fem.build.stones import Stones, block_names, lay, typical_length
+from masonry_fem.build.supports import support_group
+from masonry_fem.contact.contacts import Interface
+from masonry_fem.contact.detection import detect
+from masonry_fem.dynamics.clock import Clock
+from masonry_fem.dynamics.model import Model, Probe
+from masonry_fem.errors import SceneError
+from masonry_fem.geometry.overlap import overlapping
+from masonry_fem.scene import specs
+from masonry_fem.scene.selector import select
+
+SHOWN = 5  # pairs of overlapping blocks that a message names
+
+
+@dataclass(frozen=True, slots=True)
+class Built:
+    """A model, where it starts and what it took.
+
+    Attributes
+    ----------
+    model : Ready to march. stones : Roles of its blocks.
+    bodies : State of each group at the start. seconds : CPU time by phase [s].
+    """
+
+    model: Model
+    stones: Stones
+    bodies: tuple[Any, ...]
+    seconds: dict[str, float]
+
+
+def build(scene: specs.Scene, base: Path) -> Built:
+    """Compose the model of a scene; ``base`` is the folder its file paths are relative to."""
+    clock = Clock()
+    stones = lay(scene, base)
+    clock.lap("mesh")
+    reach = scene.contact.reach
+    _refuse_overlaps(stones)
+    interfaces = detect(stones.assembly, reach=reach, angle=scene.contact.angle)
+    interfaces = _between_free(stones, interfaces)
+    contacts, joints = contacts_and_joints(scene, stones, interfaces)
+    clock.lap("detect")
+    groups = body_groups(scene, stones, base)
+    clock.lap("assemble")
+    model = Model(
+        assembly=stones.assembly,
+        groups=groups,
+        interfaces=interfaces,
+        contacts=contacts,
+        joints=joints,
+        loads=loads(scene, stones, groups, base),
+        probes=_probes(scene, stones, groups),
+        length=typical_length(stones.assembly),
+    )
+    bodies = _initial(scene, stones, groups)
+    clock.lap("assemble")
+    return Built(model, stones, bodies, clock.phases)
+
+
+def body_groups(scene: specs.Scene, stones: Stones, base: Path) -> tuple[BodyGroup, ...]:
+    """One group of supports, one of rigid blocks, one of elastic blocks for each distinct shape."""
+    groups: list[BodyGroup] = []
+    supports = support_group(scene, stones, base)
+    if supports is not None:
+        groups.append(supports)
+    rigid = stones.of_role("rigid")
+    if rigid:
+        materials = [scene.materials[stones.material[block]] for block in rigid]
+        density = np.array([material.density for material in materials])
+        damping = np.array([material.damping.mass for material in materials])
+        groups.append(RigidGroup(stones.assembly, rigid, density, damping))
+    if stones.of_role("elastic"):
+        groups.extend(_elastic_groups(scene, stones, base))
+    return tuple(groups)
+
+
+def _elastic_groups(scene: specs.Scene, stones: Stones, base: Path) -> list[BodyGroup]:
+    # DOLFINx and PETSc are loaded by scenes with elastic blocks only
+    from masonry_fem.build.elastic import elastic  # noqa: PLC0415
+
+    return elastic(scene, stones, base)
+
+
+def _refuse_overlaps(stones: Stones) -> None:
+    found = overlapping(stones.assembly)
+    if found:
+        pairs = [
+            f"'{stones.assembly.blocks[a].name}' and '{stones.assembly.blocks[b].name}' by {depth:.3g} m"
+            for a, b, depth in found[:SHOWN]
+        ]
+        more = f" and {len(found) - SHOWN} more pairs" if len(found) > SHOWN else ""
+        raise SceneError(
+            f"structures: blocks overlap: {', '.join(pairs)}{more}; expected blocks that touch or stand "
+            "apart; move or resize them"
+        )
+
+
+def _between_free(stones: Stones, interfaces: tuple[Interface, ...]) -> tuple[Interface, ...]:
+    """Interfaces with at least one block that is free to move."""
+    return tuple(
+        interface
+        for interface in interfaces
+        if any(stones.role[block] != "support" for block in interface.blocks)
+    )
+
+
+def _probes(scene: specs.Scene, stones: Stones, groups: tuple[BodyGroup, ...]) -> tuple[Probe, ...]:
+    names = block_names(stones.assembly)
+    made = []
+    for index, probe in enumerate(scene.probes):
+        chosen = select(probe.block, names, f"probes.{index}.block")
+        if len(chosen) > 1:
+            raise SceneError(
+                f"probes.{index}.block = '{probe.block}' selects {len(chosen)} blocks, expected one; name it"
+            )
+        group, body = _owner(groups, chosen[0])
+        made.append(Probe(probe.name, group, body, np.array(probe.point, dtype=float)))
+    return tuple(made)
+
+
+def _owner(groups: tuple[BodyGroup, ...], block: int) -> tuple[int, int]:
+    for index, group in enumerate(groups):
+        found = np.flatnonzero(group.blocks == block)
+        if len(found):
+            return index, int(found[0])
+    raise AssertionError(f"block {block} is in no group")  # every block has a role
+
+
+def _initial(scene: specs.Scene, stones: Stones, groups: tuple[BodyGroup, ...]) -> tuple[Any, ...]:
+    """Rest, with the initial velocities that the scene gives."""
+    states = [group.rest() for group in groups]
+    names, d = block_names(stones.assembly), scene.dimension
+    for index, initial in enumerate(scene.initial):
+        velocity = np.zeros(d) if initial.velocity is None else np.array(initial.velocity, dtype=float)
+        spin = (
+            np.zeros(1 if d == 2 else 3) if initial.spin is None else np.ravel(np.array(initial.spin, float))
+        )
+        for block in select(initial.blocks, names, f"initial.{index}.blocks"):
+            group, body = _owner(groups, block)
+            if not groups[group].prescribed:
+                states[group] = groups[group].with_velocity(states[group], body, velocity, spin)
+    return tuple(states)

@@ -1,0 +1,163 @@
+"""Stones: the blocks of a scene with what the scene says of each.
+
+Which blocks are supports, rigid or elastic, of which material, clamped on which faces and moving
+how; shapes meshed where an elastic block needs it, once for each distinct shape and mesh.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from masonry_fem.errors import SceneError
+from masonry_fem.geometry import assemble, build_structure
+from masonry_fem.geometry.meshing import mesh_shape
+from masonry_fem.scene import specs
+from masonry_fem.scene.selector import select, split_face
+from masonry_fem.solid.assembly import Assembly, Shape
+
+
+@dataclass(frozen=True, slots=True)
+class Clamp:
+    """A held face of an elastic block: components of the displacement that its motion prescribes.
+
+    Attributes
+    ----------
+    face : Polytope face. components : Held world axes. motion : How it moves; None: it is fixed.
+    """
+
+    face: int
+    components: tuple[int, ...]
+    motion: specs.Motion | None
+
+
+@dataclass(frozen=True, slots=True)
+class Stones:
+    """Blocks and their roles, all tuples by block number.
+
+    Attributes
+    ----------
+    assembly : Geometry, meshed where needed.
+    role : ``support``, ``rigid`` or ``elastic``.
+    material : Name in the scene.
+    motion : Prescribed motion of supports that move.
+    clamps : Held faces of elastic blocks.
+    """
+
+    assembly: Assembly
+    role: tuple[str, ...]
+    material: tuple[str, ...]
+    motion: dict[int, specs.Motion]
+    clamps: dict[int, tuple[Clamp, ...]]
+
+    def of_role(self, role: str) -> list[int]:
+        """Numbers of the blocks with a role."""
+        return [block for block, own in enumerate(self.role) if own == role]
+
+
+def block_names(assembly: Assembly) -> list[tuple[str, ...]]:
+    """What a selector is matched against, by block: its name and its groups."""
+    return [(block.name, *block.groups) for block in assembly.blocks]
+
+
+def lay(scene: specs.Scene, base: Path) -> Stones:
+    """Generate or read all structures and give each block its role."""
+    parts = [build_structure(structure, scene.dimension, base, _mesh_of(scene, structure))
+             for structure in scene.structures]  # fmt: skip
+    owner = [structure for structure, part in zip(scene.structures, parts, strict=True) for _ in part.blocks]
+    assembly = assemble(parts)
+    role = [
+        "support" if block.support else (structure.fidelity or scene.fidelity)
+        for block, structure in zip(assembly.blocks, owner, strict=True)
+    ]
+    material = [structure.material for structure in owner]
+    names = block_names(assembly)
+    for index, override in enumerate(scene.overrides):
+        for block in select(override.blocks, names, f"overrides.{index}.blocks"):
+            if override.fidelity is not None and role[block] != "support":
+                role[block] = override.fidelity
+            material[block] = override.material or material[block]
+    motion, clamps = _supports(scene, assembly, names, role)
+    _check_materials(scene, assembly, role, material)
+    meshed = _meshed(scene, assembly, role, [_mesh_of(scene, structure) for structure in owner])
+    return Stones(meshed, tuple(role), tuple(material), motion, clamps)
+
+
+def _mesh_of(scene: specs.Scene, structure: specs.Structure) -> specs.MeshSettings:
+    return structure.mesh or scene.mesh
+
+
+def _supports(
+    scene: specs.Scene, assembly: Assembly, names: list[tuple[str, ...]], role: list[str]
+) -> tuple[dict[int, specs.Motion], dict[int, tuple[Clamp, ...]]]:
+    """Turn blocks into supports and faces into clamps; ``role`` is changed in place."""
+    motion: dict[int, specs.Motion] = {}
+    clamps: dict[int, tuple[Clamp, ...]] = {}
+    for index, support in enumerate(scene.supports):
+        key = f"supports.{index}.on"
+        blocks, face = split_face(support.on)
+        for block in select(blocks, names, key):
+            if face is None or role[block] != "elastic":
+                _refuse_partial(assembly, block, support, key)
+                role[block] = "support"
+                if support.motion is not None:
+                    motion[block] = support.motion
+                continue
+            axes = tuple("xyz".index(axis) for axis in support.components or "xyz"[: scene.dimension])
+            held = tuple(Clamp(f, axes, support.motion) for f in faces_of(assembly, block, face, key))
+            clamps[block] = clamps.get(block, ()) + held
+    return motion, {block: held for block, held in clamps.items() if role[block] == "elastic"}
+
+
+def _refuse_partial(assembly: Assembly, block: int, support: specs.Support, key: str) -> None:
+    if support.components is not None:
+        raise SceneError(
+            f"{key}: block '{assembly.blocks[block].name}' is not elastic, so it is held as a whole and "
+            f"components = {list(support.components)} means nothing; leave components out, or make "
+            "the block elastic and hold a face of it"
+        )
+
+
+def faces_of(assembly: Assembly, block: int, pattern: str, key: str) -> list[int]:
+    """Polytope faces of a block whose names match a pattern; an error when there are none."""
+    solid = assembly.shapes[assembly.blocks[block].shape].solid
+    named = [(name,) if name else () for name in solid.names]
+    return select(pattern, named, key, noun=f"face of block '{assembly.blocks[block].name}'")
+
+
+def _check_materials(scene: specs.Scene, assembly: Assembly, role: list[str], material: list[str]) -> None:
+    for block, (own, name) in enumerate(zip(role, material, strict=True)):
+        if own == "elastic" and scene.materials[name].young is None:
+            raise SceneError(
+                f"materials.{name}.young is missing: block '{assembly.blocks[block].name}' is elastic and "
+                "needs Young's modulus in Pa; give it, or set fidelity = 'rigid'"
+            )
+
+
+def _meshed(
+    scene: specs.Scene, assembly: Assembly, role: list[str], settings: list[specs.MeshSettings]
+) -> Assembly:
+    """The assembly with one shape for each distinct (shape, mesh); unmeshed where nothing is elastic."""
+    shapes: list[Shape] = []
+    number: dict[tuple[int, specs.MeshSettings | None], int] = {}
+    blocks = []
+    for block, own, wanted in zip(assembly.blocks, role, settings, strict=True):
+        key = (block.shape, wanted if own == "elastic" else None)
+        if key not in number:
+            number[key] = len(shapes)
+            shape = assembly.shapes[block.shape]
+            if own != "elastic":
+                shape = replace(shape, mesh=None)
+            elif shape.mesh is None:
+                shape = replace(shape, mesh=mesh_shape(shape, wanted, scene.dimension))
+            shapes.append(shape)
+        blocks.append(replace(block, shape=number[key]))
+    return Assembly(assembly.dimension, tuple(shapes), tuple(blocks))
+
+
+def typical_length(assembly: Assembly) -> float:
+    """Mean over the blocks of the d-th root of their volume [m]."""
+    volumes = [shape.solid.mass_properties().volume for shape in assembly.shapes]
+    total = sum(volumes[block.shape] ** (1 / assembly.dimension) for block in assembly.blocks)
+    return total / max(1, len(assembly.blocks)) if assembly.blocks else math.nan

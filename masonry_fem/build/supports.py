@@ -1,0 +1,54 @@
+"""From motion records to the prescribed motions of supports."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from masonry_fem.bodies.base import FloatArray
+from masonry_fem.bodies.support import Motion, SupportGroup
+from masonry_fem.build.loads import time_factor
+from masonry_fem.build.stones import Stones
+from masonry_fem.scene import specs
+
+
+def support_group(scene: specs.Scene, stones: Stones, base: Path) -> SupportGroup | None:
+    """All supports of a scene as one group; None where nothing is held as a whole."""
+    blocks = stones.of_role("support")
+    if not blocks:
+        return None
+    motions = [
+        motion_of(scene, stones.motion[block], base) if block in stones.motion else None for block in blocks
+    ]
+    return SupportGroup(stones.assembly, blocks, motions)
+
+
+def motion_of(scene: specs.Scene, motion: specs.Motion, base: Path) -> Motion:
+    """A motion record as functions of time; without one it grows evenly over the analysis."""
+    factor = ramp(scene) if motion.time is None else time_factor(scene, motion.time, base)
+    return Motion(
+        displacement=None if motion.displacement is None else _scaled(motion.displacement, factor),
+        rotation=None if motion.rotation is None else _scaled(motion.rotation, factor),
+        pivot=None if motion.pivot is None else np.array(motion.pivot, dtype=float),
+    )
+
+
+def ramp(scene: specs.Scene) -> Callable[[float], float]:
+    """From 0 to 1 over the load factor, the duration, or the first tenth of the allowed steps."""
+    analysis = scene.analysis
+    if isinstance(analysis, specs.Statics):
+        end = 1.0
+    elif isinstance(analysis, specs.Dynamics):
+        end = analysis.duration
+    else:
+        end = analysis.step * max(1, analysis.max_steps // 10)
+    return lambda time: min(time / end, 1.0)
+
+
+def _scaled(
+    value: tuple[float, ...] | float, factor: Callable[[float], float]
+) -> Callable[[float], FloatArray]:
+    vector = np.array(value, dtype=float)
+    return lambda time: np.asarray(factor(time) * vector)

@@ -1,0 +1,274 @@
+"""Run: a scene from its description to results on disk.
+
+from masonry_fem.scene import load
+from masonry_fem.run import run
+result = run(load("arch.toml"), Path("results"), base=Path("."))
+result.outcome, result.summary["supports"], result.files
+"""
+
+from __future__ import annotations
+
+import importlib.metadata
+import platform
+import resource
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from masonry_fem import __version__
+from masonry_fem.build import Built, build, solver_settings, strategy
+from masonry_fem.dynamics.clock import Clock
+from masonry_fem.dynamics.march import March, march
+from masonry_fem.dynamics.step import Increment
+from masonry_fem.post.history import History
+from masonry_fem.post.picture import Pictures
+from masonry_fem.post.recorder import Recorder, Recorders
+from masonry_fem.post.report import Progress
+from masonry_fem.post.summary import status_counts, stress_summary, write_summary
+from masonry_fem.post.vtu import FieldFiles
+from masonry_fem.scene import check, specs
+
+LIBRARIES = ("numpy", "scipy", "numba", "gmsh", "pyvista", "fenics-dolfinx", "dolfinx-solver-real")
+
+
+@dataclass(frozen=True, slots=True)
+class RunResult:
+    """What a run leaves.
+
+    Attributes
+    ----------
+    outcome : ``equilibrium``, ``finished``, ``no_convergence`` or ``no_equilibrium``.
+    message : The same as a sentence.
+    summary : What ``summary.json`` holds.
+    files : Files written.
+    built, march : The model and the march, for further work in Python.
+    """
+
+    outcome: str
+    message: str
+    summary: dict[str, Any]
+    files: list[Path]
+    built: Built
+    march: March
+
+
+def run(
+    scene: specs.Scene,
+    out: Path,
+    *,
+    base: Path = Path(),
+    save_contact: int | None = None,
+    quiet: bool = True,
+) -> RunResult:
+    """Solve a scene and write its results to the folder ``out``.
+
+    Parameters
+    ----------
+    scene : What to solve. base : Folder that the paths in it are relative to.
+    out : Folder for the results; made where it is missing.
+    save_contact : Step whose contact problem is saved as ``contact_<step>.npz``.
+    quiet : No progress bar.
+
+    Raises
+    ------
+    MasonryError : Where the scene cannot be built; nothing is written then.
+    """
+    clock = Clock()
+    scene = check(scene, base=base)
+    built = build(scene, base)
+    clock.lap("build")
+    out.mkdir(parents=True, exist_ok=True)
+    plan, recorders = strategy(scene.analysis), _recorders(scene, out, quiet)
+    recorders.start(built.model)
+    kept: list[Increment] = []
+    summary: dict[str, Any] = {"title": scene.title, "outcome": "interrupted"}
+    try:
+        made = march(
+            built.model,
+            plan,
+            solver_settings(scene.solver),
+            bodies=built.bodies,
+            observers=(recorders,),
+            keep=save_contact,
+            kept=kept,
+        )
+        clock.lap("march")
+        summary = summarise(scene, built, made)
+    finally:  # Ctrl-C too leaves what was written so far readable
+        files = recorders.close(summary)
+    clock.lap("output")
+    summary["seconds"] = _seconds(built, made, clock)
+    files += [_save_problem(out, save_contact, kept)] if kept else []
+    files.append(write_summary(out / "summary.json", summary))
+    return RunResult(made.outcome, made.message, summary, files, built, made)
+
+
+def solve_scene(scene: specs.Scene, base: Path = Path()) -> RunResult:
+    """Solve a scene without writing anything."""
+    scene = check(scene, base=base)
+    built = build(scene, base)
+    made = march(built.model, strategy(scene.analysis), solver_settings(scene.solver), bodies=built.bodies)
+    return RunResult(made.outcome, made.message, summarise(scene, built, made), [], built, made)
+
+
+def _recorders(scene: specs.Scene, out: Path, quiet: bool) -> Recorders:
+    members: list[Recorder] = [Progress(strategy(scene.analysis).steps, quiet=quiet), History(out)]
+    if scene.output.fields:
+        members.append(FieldFiles(out))
+    if scene.output.pictures:
+        members.append(Pictures(out, scene.title, scene.output.amplification))
+    return Recorders(members, scene.output.every)
+
+
+def _save_problem(out: Path, step: int | None, kept: list[Increment]) -> Path:
+    path = out / f"contact_{step}.npz"
+    kept[0].problem.save(path)
+    return path
+
+
+def summarise(scene: specs.Scene, built: Built, made: March) -> dict[str, Any]:
+    """Everything ``summary.json`` holds."""
+    report, model = made.report, built.model
+    d = model.assembly.dimension
+    return {
+        "title": scene.title,
+        "outcome": made.outcome,
+        "message": made.message,
+        "time": report.time,
+        "steps": report.step,
+        **size(built),
+        "supports": {name: _wrench(value, d) for name, value in report.support_resultants.items()},
+        "applied": report.applied[:d],
+        "certificate": certificate(made),
+        "stress": stress_summary(model, made.state),
+        "probes": report.probes,
+        "status": status_counts(made.state),
+        "moving": [{"block": name, "speed": speed, "how": how} for name, speed, how in made.moving],
+        "energy": {
+            "kinetic": report.kinetic_energy,
+            "strain": report.strain_energy,
+            "external_work": made.ledger.external,
+            "support_work": made.ledger.support,
+            "friction_dissipation": made.ledger.friction,
+            "damping_dissipation": made.ledger.damping,
+            "numerical_dissipation": made.ledger.numerical,
+        },
+        "solver": {
+            "method": report.method,
+            "iterations": report.iterations,
+            "linear_solves": report.linear_solves,
+        },
+        "seconds": _seconds(built, made, None),
+        "peak_memory_mb": peak_memory(),
+        "versions": versions(),
+    }
+
+
+def size(built: Built) -> dict[str, int]:
+    """How large a model is: blocks, shapes, interfaces, contacts, unknowns."""
+    model = built.model
+    d = model.assembly.dimension
+    free = [group for group in model.groups if not group.prescribed]
+    unknowns = sum(group.nodes(0).size * len(group.blocks) for group in free if group.cell != "polytope")
+    unknowns += sum((3 if d == 2 else 6) * len(group.blocks) for group in free)
+    used = {model.assembly.blocks[int(block)].shape for group in free for block in group.blocks}
+    return {
+        "blocks": len(model.assembly.blocks),
+        "shapes": len(used),
+        "interfaces": len(model.interfaces),
+        "contacts": model.contacts.count,
+        "unknowns": unknowns + d * model.contacts.count,
+    }
+
+
+def certificate(made: March) -> dict[str, float]:
+    """How exact the last state is, by measures that no solver has a say in.
+
+    ``natural_map``, ``cone_violation``, ``block_balance``, ``global_balance`` and
+    ``energy_balance`` are relative; ``max_penetration`` is in m, ``min_normal_reaction`` in N.
+    """
+    reaction, report = made.state.reaction, made.report
+    friction = made.last.problem.friction
+    active = reaction[made.last.contacts]
+    tangent = np.linalg.norm(active[:, 1:], axis=1)
+    largest = float(np.linalg.norm(reaction, axis=1).max(initial=0.0))
+    excess = float(np.maximum(tangent - friction * active[:, 0], 0).max(initial=0.0))
+    return {
+        "natural_map": max(report.quality.natural_map, report.quality.natural_map_velocity),
+        "max_penetration": report.max_penetration,
+        "min_normal_reaction": float(np.minimum(reaction[:, 0], 0).min(initial=0.0)),
+        "cone_violation": excess / largest if largest > 0 else 0.0,
+        "block_balance": report.block_balance,
+        "global_balance": report.global_balance,
+        "energy_balance": made.ledger.imbalance,
+    }
+
+
+def _wrench(value: np.ndarray, dimension: int) -> dict[str, np.ndarray]:
+    return {"force": value[:dimension], "moment": value[dimension:]}
+
+
+def _seconds(built: Built, made: March, clock: Clock | None) -> dict[str, float]:
+    """CPU time by phase: import, mesh, assemble, factorise, detect, solve, step, output."""
+    seconds = dict(built.seconds)
+    for phase, value in made.seconds.items():
+        seconds[phase] = seconds.get(phase, 0.0) + value
+    if clock is not None:
+        seconds["output"] = clock.phases["output"]
+    order = ("import", "mesh", "assemble", "factorise", "detect", "solve", "step", "measure", "output")
+    return {phase: round(seconds.get(phase, 0.0), 4) for phase in order}
+
+
+def peak_memory() -> float:
+    """Largest resident memory of this process so far [MB]."""
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / (1024**2 if platform.system() == "Darwin" else 1024)
+
+
+def versions() -> dict[str, str]:
+    """Versions of this program and of the libraries that shape its numbers."""
+    found = {"masonry_fem": __version__, "python": platform.python_version()}
+    for name in LIBRARIES:
+        try:
+            found[name] = importlib.metadata.version(name)
+        except importlib.metadata.PackageNotFoundError:
+            continue
+    return found
+
+
+def check_scene(scene: specs.Scene, base: Path = Path()) -> Mapping[str, Any]:
+    """Build a scene without solving it: its size, interfaces and a memory estimate."""
+    built = build(check(scene, base=base), base)
+    labels: dict[str, int] = {}
+    for interface in built.model.interfaces:
+        labels[interface.label or "unnamed"] = labels.get(interface.label or "unnamed", 0) + 1
+    return {
+        "title": scene.title,
+        **size(built),
+        "roles": {role: built.stones.role.count(role) for role in ("support", "rigid", "elastic")},
+        "interfaces_by_label": labels,
+        "estimated_memory_mb": estimated_memory(built),
+    }
+
+
+def estimated_memory(built: Built) -> float:
+    """Rough peak of a run [MB]: what is there now and the dense compliance of the elastic blocks."""
+    model = built.model
+    d, total = model.assembly.dimension, 0.0
+    elastic = {int(b) for g in model.groups if g.cell != "polytope" for b in g.blocks}
+    per_block = np.bincount(model.contacts.blocks.ravel(), minlength=len(model.assembly.blocks))
+    for block in elastic:
+        total += 8.0 * (d * per_block[block]) ** 2
+    # factors of the contact system hold a few times the compliance
+    return peak_memory() + 4 * total / 1e6
+
+
+def write_mesh(scene: specs.Scene, out: Path, base: Path = Path()) -> list[Path]:
+    """Write and picture the mesh and the detected interfaces, without solving."""
+    from masonry_fem.post.mesh_picture import write_mesh_files  # noqa: PLC0415
+
+    built = build(check(scene, base=base), base)
+    return write_mesh_files(built.model, out, scene.title)

@@ -166,11 +166,11 @@ def view_results(options: argparse.Namespace) -> int:
 
 def solve_contact(options: argparse.Namespace) -> int:
     """Solve a contact problem from a file; prints JSON."""
-    from masonry_fem.nscd import ContactProblem, Outcome, SolverSettings, solve
+    from masonry_fem.nscd import Outcome, SolverSettings, load_problem, solve
 
     chosen = {} if options.tol is None else {"tolerance": options.tol}
     settings = SolverSettings(method=options.solver, **chosen)
-    problem = ContactProblem.load(options.file)
+    problem = load_problem(options.file)
     solution = solve(problem, settings)
     if options.reaction is not None:
         import numpy as np

@@ -12,8 +12,9 @@ from masonry_fem.contact.contacts import Interface
 from masonry_fem.dynamics.model import Model
 from masonry_fem.post import fields
 from masonry_fem.post.grid import ELASTIC, Grid, grid_of, three
-from masonry_fem.post.picture import LINE, draw_pale, element_edges_of, outline_of, pyvista_grid, surface_of
+from masonry_fem.post.picture import LINE, draw_pale
 from masonry_fem.post.render import Stage, View, can_render
+from masonry_fem.post.scenery import element_edges_of, outline_of, pyvista_grid, surface_of
 from masonry_fem.post.sheet import Key, Sheet
 from masonry_fem.post.vtu import write_vtu
 
@@ -25,7 +26,7 @@ JOINT_COLOURS = ("#c8352b", "#1f5fa8", "#1b7f5c", "#e07b1a", "#7a4fa3", "#4d4d4d
 SHOWN = 6
 
 
-def write_mesh(model: Model, directory: Path, title: str = "") -> list[Path]:
+def write_mesh_files(model: Model, directory: Path, title: str = "") -> list[Path]:
     """Write ``mesh.vtu`` and, where this machine can draw, ``mesh.png`` and ``interfaces.png``."""
     directory = Path(directory)
     directory.mkdir(parents=True, exist_ok=True)

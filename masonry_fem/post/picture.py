@@ -10,7 +10,6 @@ be drawn again without its model (``view``).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -21,9 +20,9 @@ from scipy.spatial import cKDTree
 from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.state import OPEN, SLIP, STICK, SystemState
 from masonry_fem.post import fields
-from masonry_fem.post.grid import POLYHEDRON, Grid, grid_of, three
 from masonry_fem.post.recorder import StepReport
 from masonry_fem.post.render import Stage, View, can_render
+from masonry_fem.post.scenery import Scenery, Shape
 from masonry_fem.post.sheet import ColourBar, Key, Sheet, prefix_of, quantity, round_down
 
 FloatArray = NDArray[np.float64]
@@ -33,46 +32,6 @@ COMPRESSION, TENSION = "#1f5fa8", "#c8352b"
 STATUS_COLOURS = {OPEN: "#9aa2ab", STICK: "#1b7f5c", SLIP: "#e07b1a"}
 STATUS_WORDS = {OPEN: "open", STICK: "stick", SLIP: "slip"}
 DISPLACEMENT_COLOURS, STRESS_COLOURS = "YlGnBu", "viridis"
-
-
-@dataclass(frozen=True)
-class Scenery:
-    """What pictures show.
-
-    Attributes
-    ----------
-    blocks : pyvista grid with the arrays of ``fields`` on points and cells.
-    contacts : pyvista point cloud with theirs; None where nothing touches.
-    dimension : 2 or 3.
-    length : A typical block size [m].
-    title : First line of each sheet.
-    """
-
-    blocks: Any
-    contacts: Any
-    dimension: int
-    length: float
-    title: str
-
-    @classmethod
-    def of(cls, model: Model, state: SystemState, title: str = "", grid: Grid | None = None) -> Scenery:
-        """Scenery of a model in a state."""
-        import pyvista as pv  # noqa: PLC0415  only where pictures are drawn
-
-        grid = grid or grid_of(model)
-        blocks = pyvista_grid(grid)
-        blocks.point_data.update(fields.point_arrays(grid, model, state))
-        blocks.cell_data.update(fields.cell_arrays(grid, model, state))
-        contacts = None
-        if model.contacts.count:
-            contacts = pv.PolyData(three(state.points))
-            contacts.point_data.update(fields.contact_arrays(model, state))
-        return cls(blocks, contacts, grid.dimension, model.length, title)
-
-    @property
-    def force_unit(self) -> str:
-        """Unit of reactions: a plane structure has a metre of depth."""
-        return "N/m" if self.dimension == 2 else "N"
 
 
 class Pictures:
@@ -94,7 +53,8 @@ class Pictures:
     def close(self, summary: Mapping[str, Any]) -> list[Path]:
         """Draw, where this machine can."""
         last, self._last = self._last, None
-        if last is None or not can_render():
+        # who has pressed Ctrl-C does not want to wait for pictures
+        if last is None or summary.get("outcome") == "interrupted" or not can_render():
             return []
         return draw_all(Scenery.of(*last, title=self._title), self._directory, self._amplification)
 
@@ -114,7 +74,7 @@ def draw_all(scenery: Scenery, directory: Path, amplification: float | None = No
 
 def draw_deformed(scenery: Scenery, path: Path, amplification: float | None = None) -> Path:
     """Deformed shape coloured by displacement, over the outline of the reference."""
-    shape = _Shape(scenery, amplification)
+    shape = Shape(scenery, amplification)
     size = np.linalg.norm(shape.surface.point_data[fields.DISPLACEMENT], axis=1)
     factor, prefix = prefix_of(float(size.max(initial=0.0)))
     shape.surface["_size"] = size / factor
@@ -131,7 +91,7 @@ def draw_deformed(scenery: Scenery, path: Path, amplification: float | None = No
 
 def draw_von_mises(scenery: Scenery, path: Path, amplification: float | None = None) -> Path:
     """Von Mises stress, smoothed to the nodes, on the deformed shape."""
-    shape = _Shape(scenery, amplification)
+    shape = Shape(scenery, amplification)
     mises = np.asarray(shape.surface.point_data[fields.VON_MISES])
     # corners in contact are singular: a scale that reaches their value shows nothing else
     top, limit = float(np.nanmax(mises)), float(np.nanquantile(mises, 0.995))
@@ -173,7 +133,7 @@ def draw_principal(scenery: Scenery, path: Path) -> Path:
         f"Mean stress of each block, from {quantity(float(values.min()), 'Pa')} to "
         f"{quantity(float(values.max()), 'Pa')} (tension positive)",
     )
-    shape = _Shape(scenery, 1.0)
+    shape = Shape(scenery, 1.0)
     stage = Stage(View.of(shape.deformed().points, scenery.dimension), sheet.image_width)
     draw_pale(stage, shape.deformed(), shape.deformed_outline())
     for rank, colour, mask in ((3, COMPRESSION, values < 0), (5, TENSION, values > 0)):
@@ -235,108 +195,6 @@ def interface_resultants(contacts: Any) -> tuple[FloatArray, FloatArray]:
     return moment[loaded] / total[loaded, None], resultant[loaded]
 
 
-def amplification_of(displacement: FloatArray, points: FloatArray) -> float:
-    """1-2-5 factor that shows the greatest displacement at about 5 % of the structure, at least 1."""
-    greatest = float(np.linalg.norm(displacement, axis=1).max(initial=0.0))
-    size = float(np.linalg.norm(np.ptp(points, axis=0)))
-    if greatest <= 1e-15 * size:
-        return 1.0
-    return max(1.0, round_down(0.07 * size / greatest))
-
-
-def pyvista_grid(grid: Grid) -> Any:
-    """The grid as pyvista's."""
-    import pyvista as pv  # noqa: PLC0415
-
-    starts = np.concatenate([[0], grid.offsets[:-1]])
-    ends, last, stream = grid.face_offsets, 0, []
-    for cell, (a, b) in enumerate(zip(starts, grid.offsets, strict=True)):
-        nodes = grid.connectivity[a:b]
-        if grid.types[cell] == POLYHEDRON:
-            nodes, last = grid.faces[last : ends[cell]], int(ends[cell])
-        stream.append(np.concatenate([[len(nodes)], nodes]))
-    return pv.UnstructuredGrid(np.concatenate(stream), grid.types, grid.points)
-
-
-class _Shape:
-    """Surface and outline of the blocks, which can be moved by their displacement."""
-
-    def __init__(self, scenery: Scenery, amplification: float | None) -> None:
-        grid = scenery.blocks.copy()
-        for name in (fields.STRESS, fields.PRINCIPAL, *fields.DIRECTIONS):
-            grid.cell_data.pop(name, None)
-        self._grid, self.surface = grid, surface_of(grid)
-        self.outline = outline_of(self.surface)
-        displacement = np.asarray(scenery.blocks.point_data[fields.DISPLACEMENT], float)
-        self._greatest = float(np.linalg.norm(displacement, axis=1).max(initial=0.0))
-        self.factor = amplification or amplification_of(displacement, np.asarray(scenery.blocks.points))
-
-    def deformed(self) -> Any:
-        return self._moved(self.surface)
-
-    def deformed_outline(self) -> Any:
-        return self._moved(self.outline)
-
-    def deformed_elements(self) -> Any:
-        return self._moved(element_edges_of(self._grid))
-
-    def extent(self) -> FloatArray:
-        return np.concatenate([self.surface.points, self.deformed().points])
-
-    def caption(self) -> str:
-        times = f"{self.factor:,.0f}".replace(",", " ") if self.factor >= 10 else f"{self.factor:g}"
-        return f"Displacements × {times}; greatest displacement {quantity(self._greatest, 'm')}"
-
-    def _moved(self, mesh: Any) -> Any:
-        moved = mesh.copy()
-        moved.points = mesh.points + self.factor * np.asarray(mesh.point_data[fields.DISPLACEMENT])
-        return moved
-
-
-def surface_of(grid: Any) -> Any:
-    """Outer faces of a grid; by VTK itself, whose wrapper in pyvista changes from version to version."""
-    import pyvista as pv  # noqa: PLC0415
-    from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter  # noqa: PLC0415
-
-    skin = vtkGeometryFilter()
-    skin.SetInputData(grid)
-    skin.MergingOff()  # blocks that touch stay apart
-    skin.SetNonlinearSubdivisionLevel(1)
-    skin.Update()
-    return pv.wrap(skin.GetOutput())
-
-
-def outline_of(surface: Any) -> Any:
-    """Edges of blocks: where a surface ends or folds by more than 25°."""
-    import pyvista as pv  # noqa: PLC0415
-    from vtkmodules.vtkCommonDataModel import vtkNonMergingPointLocator  # noqa: PLC0415
-    from vtkmodules.vtkFiltersCore import vtkFeatureEdges  # noqa: PLC0415
-
-    edges = vtkFeatureEdges()
-    edges.SetInputData(surface)
-    edges.SetFeatureAngle(25.0)
-    edges.BoundaryEdgesOn()
-    edges.FeatureEdgesOn()
-    edges.ManifoldEdgesOff()
-    edges.NonManifoldEdgesOff()
-    edges.ColoringOff()
-    edges.SetLocator(vtkNonMergingPointLocator())  # points of two blocks that touch move apart
-    edges.Update()
-    return pv.wrap(edges.GetOutput())
-
-
-def element_edges_of(grid: Any) -> Any:
-    """Edges of all cells, those of second order as two straight pieces."""
-    import pyvista as pv  # noqa: PLC0415
-    from vtkmodules.vtkFiltersCore import vtkExtractEdges  # noqa: PLC0415
-
-    edges = vtkExtractEdges()
-    edges.SetInputData(grid)
-    edges.UseAllPointsOn()  # without merging those of blocks that touch
-    edges.Update()
-    return pv.wrap(edges.GetOutput())
-
-
 def draw_pale(stage: Stage, surface: Any, outline: Any) -> None:
     """Blocks as a background that bars and arrows inside them can be seen through."""
     flat = abs(stage.view.axes[2, 2]) > 0.999
@@ -350,7 +208,7 @@ def _draw_arrows(
 ) -> Path:  # fmt: skip
     import pyvista as pv  # noqa: PLC0415
 
-    shape = _Shape(scenery, 1.0)
+    shape = Shape(scenery, 1.0)
     top = _top(force) or 1.0
     vectors = force * (longest * scenery.length / top)
     extent = np.concatenate([shape.deformed().points, points + vectors])

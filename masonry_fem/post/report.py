@@ -151,6 +151,9 @@ def _probes(summary: Mapping[str, Any]) -> Rows:
 
 
 def _cost(summary: Mapping[str, Any]) -> Rows:
+    if solver := summary.get("solver"):
+        words = [f"{value} {name.replace('_', ' ')}" for name, value in solver.items() if name != "method"]
+        yield "solver", str(solver.get("method", "")), ", ".join(words)
     if seconds := summary.get("seconds"):
         parts = [f"{name} {value:.2f}" for name, value in seconds.items() if isinstance(value, (int, float))]
         yield "seconds", "", ", ".join(parts)

@@ -11,8 +11,9 @@ from typing import Any
 
 from masonry_fem.errors import InstallationError, SceneError
 from masonry_fem.post import fields
-from masonry_fem.post.picture import STRESS_COLOURS, Scenery, amplification_of, draw_all
+from masonry_fem.post.picture import STRESS_COLOURS, draw_all
 from masonry_fem.post.render import can_render
+from masonry_fem.post.scenery import Scenery, amplification_of
 
 
 def view(directory: Path, png: Path | None = None) -> list[Path]:

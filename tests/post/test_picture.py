@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from masonry_fem.errors import InstallationError, SceneError
-from masonry_fem.post import mesh_picture, picture, render, sheet, view
-from masonry_fem.post.mesh_picture import write_mesh
-from masonry_fem.post.picture import Pictures, Scenery, amplification_of, interface_resultants
+from masonry_fem.post import mesh_picture, picture, render, scenery, sheet, view
+from masonry_fem.post.mesh_picture import write_mesh_files
+from masonry_fem.post.picture import Pictures, interface_resultants
 from masonry_fem.post.render import View
+from masonry_fem.post.scenery import Scenery, amplification_of
 from masonry_fem.post.vtu import FieldFiles
 
 pytest.importorskip("pyvista")
@@ -71,6 +72,8 @@ def test_rigid_structures_get_shape_and_reactions(rigid, report, tmp_path):
     for path in paths:
         check(path)
     assert recorder.close({}) == []
+    recorder.record(model, state, report(1))
+    assert recorder.close({"outcome": "interrupted"}) == []
 
 
 @draws
@@ -106,7 +109,7 @@ def test_mesh_and_interfaces(elastic, tmp_path):
     import pyvista as pv
 
     model, _ = elastic
-    paths = write_mesh(model, tmp_path, "Wall")
+    paths = write_mesh_files(model, tmp_path, "Wall")
     assert [p.name for p in paths] == ["mesh.vtu", "mesh.png", "interfaces.png"]
     assert set(pv.read(paths[0]).cell_data["shape"]) == {0, 1}
     for path in paths[1:]:
@@ -124,7 +127,7 @@ def test_without_a_driver_one_warning_and_no_picture(blind, elastic, report, tmp
             assert recorder.close({}) == []
     assert len(caplog.records) == 1
     assert "apt install" in caplog.text
-    assert [p.suffix for p in write_mesh(model, tmp_path)] == [".vtu"]
+    assert [p.suffix for p in write_mesh_files(model, tmp_path)] == [".vtu"]
     with pytest.raises(InstallationError, match="libEGL"):
         view.view(tmp_path, tmp_path)
     with pytest.raises(InstallationError, match="--png"):
@@ -159,9 +162,8 @@ def test_outlines_and_element_edges_move_with_their_own_block(elastic):
     moved = state.bodies[1]
     bodies = np.arange(len(model.groups[1].blocks))[:, None, None]
     apart = replace(moved, displacement=np.broadcast_to(1e-3 * (1.0 + bodies), moved.displacement.shape))
-    scenery = Scenery.of(model, replace(state, bodies=(state.bodies[0], apart)))
-    surface = picture.surface_of(scenery.blocks)
-    for edges in (picture.outline_of(surface), picture.element_edges_of(scenery.blocks)):
+    blocks = Scenery.of(model, replace(state, bodies=(state.bodies[0], apart))).blocks
+    for edges in (scenery.outline_of(scenery.surface_of(blocks)), scenery.element_edges_of(blocks)):
         owner = edges.point_data["block"]
         np.testing.assert_allclose(edges.point_data["displacement"][:, 0], 1e-3 * owner)
         for block in range(len(model.assembly.blocks)):

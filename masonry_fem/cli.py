@@ -11,6 +11,7 @@ import argparse
 import dataclasses
 import json
 import logging
+import math
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -187,8 +188,8 @@ def solve_contact(options: argparse.Namespace) -> int:
         "linear_solves": solution.linear_solves,
         "seconds": solution.seconds,
         "tolerance": settings.tolerance,
-        "error": solution.quality.error,
-        "measures": dataclasses.asdict(solution.quality),
+        "error": _finite(solution.quality.error),
+        "measures": {name: _finite(value) for name, value in dataclasses.asdict(solution.quality).items()},
     }
     print(json.dumps(facts, indent=2))
     if solution.converged:
@@ -223,6 +224,11 @@ def _folder(options: argparse.Namespace) -> Path:
     """Results folder: what was asked for, else one named after the scene."""
     asked: Path | None = options.out
     return Path("results") / str(options.scene.stem) if asked is None else asked
+
+
+def _finite(value: float) -> float | None:
+    """The value, or None where JSON has no number for it."""
+    return value if math.isfinite(value) else None
 
 
 def _complain(sentence: str) -> None:

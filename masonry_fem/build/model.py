@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from masonry_fem import installation
 from masonry_fem.bodies.base import BodyGroup
 from masonry_fem.bodies.rigid import RigidGroup
 from masonry_fem.build.joints import contacts_and_joints
@@ -88,6 +89,8 @@ def body_groups(scene: specs.Scene, stones: Stones, base: Path) -> tuple[BodyGro
 
 
 def _elastic_groups(scene: specs.Scene, stones: Stones, base: Path) -> list[BodyGroup]:
+    installation.require_fenicsx()
+    installation.require_compiler()
     # DOLFINx and PETSc are loaded by scenes with elastic blocks only
     from masonry_fem.build.elastic import elastic  # noqa: PLC0415
 

@@ -124,7 +124,8 @@ def _fit_list(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, dimen
     if fits and _is_vector(kind) and dimension is not None:
         fits = len(value) == dimension
     if not fits:
-        raise wrong(path, value, expectation(kind, dimension))
+        expected = expectation(kind, dimension).replace("[[...]]", f"[[{'.'.join(map(str, path))}]]")
+        raise wrong(path, value, expected)
     return [fitted(item, kind.item_type, (*path, i), dimension) for i, item in enumerate(value)]
 
 

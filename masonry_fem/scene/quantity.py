@@ -34,6 +34,7 @@ COMMON_UNITS = (
     "kN/m", "N/m", "kg/m^3", "g/cm^3", "t/m^3", "m/s", "mm/s", "m/s^2", "mm/s^2", "deg", "rad", "rad/s",
 )  # fmt: skip
 _NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
+_EXPONENT = re.compile(r"(?<=[A-Za-z])([23])(?![\w.])")  # kg/m3 is how many write kg/m^3
 
 
 class QuantityError(ValueError):
@@ -55,7 +56,7 @@ def si_value(text: str, unit: str | None) -> float:
     match = _NUMBER_AND_UNIT.fullmatch(text)
     if match is None:
         raise QuantityError("")
-    number, written = float(match[1]), match[2]
+    number, written = float(match[1]), _EXPONENT.sub(r"^\1", match[2])
     if not written and unit is not None:
         raise QuantityError(f"; give it a unit ('{text.strip()} {unit}') or write it without quotes")
     registry = _registry()

@@ -46,7 +46,7 @@ def load(path: str | Path, overrides: Iterable[str] = ()) -> Scene:
     """
     path = Path(path)
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
     except FileNotFoundError as error:
         raise SceneError(f"{path}: no such scene file; expected a TOML file") from error
     except (OSError, UnicodeDecodeError) as error:

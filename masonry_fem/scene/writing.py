@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +32,8 @@ def plain(value: Any) -> Any:
         return _table(value)
     if isinstance(value, dict):
         return {key: plain(item) for key, item in value.items()}
+    if isinstance(value, PathLike):
+        return fspath(value)
     if hasattr(value, "tolist"):  # NumPy, without importing it
         value = value.tolist()
     if isinstance(value, list | tuple):

@@ -21,6 +21,8 @@ from masonry_fem.scene.quantity import COMMON_UNITS, NOUNS, QuantityError, si_va
         ("-9.81 m/s²", "m/s^2", -9.81),
         ("5 N/mm^2", "Pa", 5e6),
         ("120 rpm", "rad/s", 12.566370614359172),
+        ("2400 kg/m3", "kg/m^3", 2400.0),
+        ("3 kN/m2", "Pa", 3000.0),
         ("20 %", None, 0.2),
         ("0.5", None, 0.5),
         (" +.5 ms ", "s", 5e-4),

@@ -136,7 +136,7 @@ BAD = [
     (
         "[[structures]]",
         "[structures]",
-        "line 5: structures is a table, expected one or more tables ([[...]])",
+        "line 5: structures is a table, expected one or more tables ([[structures]])",
     ),
     (
         "[loads]",
@@ -255,6 +255,11 @@ def test_a_scene_file_that_cannot_be_read_is_named(tmp_path):
         load(tmp_path / "binary.toml")
 
 
+def test_a_byte_order_mark_is_no_error(arch, tmp_path):
+    (tmp_path / "arch.toml").write_text(arch, encoding="utf-8-sig")
+    assert load(tmp_path / "arch.toml") == loads(arch)
+
+
 def python_scene(**changes) -> Scene:
     parts = {
         "dimension": 2,
@@ -282,7 +287,7 @@ def test_python_objects_are_checked_and_converted_like_files(arch):
             {"joints": (Joint(friction=np.float64(-2)),)},
             "scene: joints.0.friction is -2.0, expected a number >= 0",
         ),
-        ({"structures": ()}, "scene: structures is [], expected one or more tables ([[...]])"),
+        ({"structures": ()}, "scene: structures is [], expected one or more tables ([[structures]])"),
         ({"fidelity": "elastik"}, "scene: fidelity is 'elastik', expected one of 'elastic', 'rigid'; "
                                   "did you mean 'elastic'?"),
         (
@@ -310,6 +315,8 @@ def test_python_objects_get_the_same_messages(changes, expected):
         ("[loads]", "[[joints]]\nfriction = 0.3\ndynamic_friction = 0.5\n[loads]", "exceeds the static 0.3"),
         ("[loads]", "[[joints]]\nrestitution = 0.5\n[loads]", "acts in the velocity form only"),
         ("[loads]", "[[joints]]\ndensity = 3\n[loads]", "belongs to placement 'gauss'"),
+        ('"10 GPa"', "10_000.0", "materials.stone.young is 10000 Pa, masonry has 1e+06 to 1e+12"),
+        ('"2400 kg/m^3"', "2.4", "materials.stone.density is 2.4 kg/m^3, masonry has 200 to 12000"),
         ("[loads]", "[[initial]]\nblocks = 'a'\n[loads]", "has no effect"),
     ],
 )

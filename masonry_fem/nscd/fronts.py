@@ -220,7 +220,7 @@ class FrontFactor:
         swaps = _permutation(pivots)
         upper = blas.dtrsm(1.0, lu, front[swaps, k:], lower=1, diag=1)
         lower = blas.dtrsm(1.0, lu, front[k:, :k], side=1)
-        remainder = blas.dgemm(-1.0, lower, upper, beta=1.0, c=front[k:, k:]) if len(lower) else lower
+        remainder = blas.dgemm(-1.0, lower, upper, beta=1.0, c=front[k:, k:]) if len(lower) else front[k:, k:]
         return (lu, swaps, upper, lower), remainder
 
     def solve(self, rhs: FloatArray) -> FloatArray:

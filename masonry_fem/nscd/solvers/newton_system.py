@@ -74,7 +74,7 @@ class NewtonSystem:
         np.add.at(total, self.body, (self.map**2).sum(axis=1))
         self.column = np.sqrt(np.where(total > 0, total, 1.0))  # lengths of the columns of B, (b, m)
         self.scaled_map = self.map / self.column[self.body][:, None, :]
-        self.group, self.elimination = _order(problem, self.rows, self.elastic)
+        self.group, self.groups, self.elimination = _order(problem, self.rows, self.elastic)
 
     def solve(
         self, line: Linearisation, impulse: FloatArray, balance: FloatArray, mass: FloatArray, alpha: float
@@ -105,7 +105,7 @@ class NewtonSystem:
         matrix = self._matrix(line, kept, gone, slope, mass, alpha)
         rhs = np.concatenate([-force[kept].ravel(), (-self.unit * balance / self.column).ravel()])
         groups = np.concatenate(
-            [np.repeat(self.group[kept], d), np.repeat(len(self.group) + np.arange(len(mass)), mass.shape[1])]
+            [np.repeat(self.group[kept], d), np.repeat(self.groups + np.arange(len(mass)), mass.shape[1])]
         )
         answer = factorise(matrix, groups, self.elimination, self.library)(rhs)
         step[kept] = answer[: count * d].reshape(count, d) / self.unit
@@ -198,38 +198,39 @@ class _Entries:
         return sparse.coo_array((np.concatenate(self.values), where), shape=(size, size)).tocsr()
 
 
-def _order(problem: ContactProblem, rows: IntArray, elastic: Mask) -> tuple[IntArray, Elimination]:
-    """Group of each contact (those between the same two bodies), and the order of elimination.
+def _order(problem: ContactProblem, rows: IntArray, elastic: Mask) -> tuple[IntArray, int, Elimination]:
+    """Group of each contact (those between the same two bodies), their number, and the elimination.
 
-    Groups are numbered contacts' groups first (as many numbers as contacts), then bodies. A body
-    comes after the interfaces it owns: they give it its pivots where it has no mass.
+    Bodies are the groups after those of contacts. A body comes after its elastic interfaces: they
+    give it its pivots where it has no mass.
     """
-    count, bodies = problem.count, problem.body_count
     pairs = np.sort(problem.bodies, axis=1)
     # contacts that no solved body tells apart form groups of their own
     alone = (pairs < 0).all(axis=1)
-    keys = np.where(alone, -1 - np.arange(count), pairs[:, 0] * (bodies + 1) + pairs[:, 1])
+    keys = np.where(
+        alone, -1 - np.arange(problem.count), pairs[:, 0] * (problem.body_count + 1) + pairs[:, 1]
+    )
     _, leader, inverse = np.unique(keys, return_index=True, return_inverse=True)
-    group = leader[inverse.ravel()]
-    neighbours: list[set[int]] = [set() for _ in range(count + bodies)]
-    after: list[set[int]] = [set() for _ in range(count + bodies)]
-    if len(rows):
-        pattern = np.unique(group[rows] * count + group[problem.compliance.indices])
-        for one, two in zip((pattern // count).tolist(), (pattern % count).tolist(), strict=True):
-            if one != two:
-                neighbours[one].add(two)
-                neighbours[two].add(one)
-    kept = np.zeros(count, dtype=bool)
-    kept[group[elastic]] = True
-    for first in leader.tolist():
-        own = [count + int(body) for body in set(problem.bodies[first].tolist()) if body >= 0]
+    group, count = inverse.ravel(), len(leader)
+    total = count + problem.body_count
+    neighbours: list[set[int]] = [set() for _ in range(total)]
+    after: list[set[int]] = [set() for _ in range(total)]
+    pattern = np.unique(group[rows] * count + group[problem.compliance.indices]) if len(rows) else rows
+    for one, two in zip((pattern // max(count, 1)).tolist(), (pattern % max(count, 1)).tolist(), strict=True):
+        if one != two:
+            neighbours[one].add(two)
+            neighbours[two].add(one)
+    has_elastic = np.zeros(count, dtype=bool)
+    has_elastic[group[elastic]] = True
+    for number, first in enumerate(leader.tolist()):
+        own = sorted({count + int(body) for body in problem.bodies[first] if body >= 0})
         for body in own:
             neighbours[body].update(other for other in own if other != body)
-            if kept[first]:
-                neighbours[body].add(first)
-                neighbours[first].add(body)
-                after[body].add(first)
-    sizes = np.zeros(count + bodies, dtype=np.int64)
+            if has_elastic[number]:
+                neighbours[body].add(number)
+                neighbours[number].add(body)
+                after[body].add(number)
+    sizes = np.zeros(total, dtype=np.int64)
     np.add.at(sizes, group[elastic], problem.dimension)
     sizes[count:] = problem.rigid_mass.shape[1]
-    return group, eliminate_order(neighbours, sizes, after)
+    return group, count, eliminate_order(neighbours, sizes, after)

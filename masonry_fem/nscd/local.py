@@ -117,6 +117,8 @@ def slip_3d(
         lam = new
     if pn <= 0.0 or size == 0.0:
         return max(pn, 0.0), 0.0, 0.0, lam
+    if friction > 1.0:  # p_N is the small one
+        return size / friction, p1, p2, lam
     onto = friction * pn / size
     return pn, p1 * onto, p2 * onto, lam
 
@@ -140,7 +142,8 @@ def solve_3d(
         return pn, p1, p2, 0.0
     if friction == 0.0:
         return alone, 0.0, 0.0, 0.0
-    return slip_3d(local, friction, alone, c1, c2, guess)
+    slipping: tuple[float, float, float, float] = slip_3d(local, friction, alone, c1, c2, guess)
+    return slipping
 
 
 def solve_contact(block: ArrayLike, free_velocity: ArrayLike, friction: float) -> FloatArray:

@@ -1,16 +1,29 @@
-"""Solve: the one public way into the contact solver, and the choice of a method."""
+"""Solve: the one public way into the contact solver, and the choice of a method.
+
+"auto" means Newton where blocks are elastic or static. Rigid and plain problems are swept first;
+Newton takes over from the best sweep where the contraction seen would need too many of them.
+Newton's failures go back to sweeps where there is inertia, and the best state of all is returned.
+"""
 
 from __future__ import annotations
+
+import time
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from masonry_fem.errors import ProblemError
-from masonry_fem.nscd.iterate import Iterate, iterate
+from masonry_fem.nscd.iterate import Iterate, Method, iterate
 from masonry_fem.nscd.outcome import Outcome, Solution
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import Quality
 from masonry_fem.nscd.settings import SolverSettings, Start
 from masonry_fem.nscd.solvers import make_method
+
+# Sweeps that may precede Newton: where more are foreseen after PATIENCE of them, it takes over.
+HORIZON = 5_000
+PATIENCE = 300
 
 
 def solve(
@@ -38,11 +51,51 @@ def solve(
         return iterate(problem, _Free(), settings, start)
     if settings.method != "auto":
         return iterate(problem, make_method(settings.method), settings, start)
-    return iterate(problem, make_method("newton" if _prefers_newton(problem) else "nsgs"), settings, start)
+    return _choose(problem, settings, start)
 
 
-def _prefers_newton(problem: ContactProblem) -> bool:
-    return bool(problem.body_count) and (not problem.rigid or bool((problem.rigid_mass <= 0).any()))
+def _choose(problem: ContactProblem, settings: SolverSettings, start: Start | None) -> Solution:
+    """Methods in turn until one converges; the best of their states."""
+    began = time.monotonic()
+    static = bool((problem.rigid_mass[np.unique(problem.bodies[problem.bodies >= 0])] <= 0).any())
+    elastic = problem.body_count > 0 and not problem.rigid
+    turns = ["newton"] if static else ["newton", "nsgs"] if elastic else ["brief nsgs", "newton", "nsgs"]
+    total: Solution | None = None
+    for turn in turns:
+        method = _brief_sweeps() if turn == "brief nsgs" else make_method(turn)
+        remaining = settings
+        if settings.time_limit is not None:
+            left = settings.time_limit - (time.monotonic() - began)
+            remaining = replace(settings, time_limit=max(left, 1e-3))
+        if total is not None:
+            start = Start(total.impulse, total.rigid_velocity)
+        made = iterate(problem, method, remaining, start)
+        total = made if total is None else _joined(total, made)
+        if total.outcome in {Outcome.CONVERGED, Outcome.NO_EQUILIBRIUM, Outcome.TIME_LIMIT}:
+            break
+    assert total is not None  # there is always a first turn
+    return total
+
+
+def _brief_sweeps() -> Method:
+    from masonry_fem.nscd.solvers.gauss_seidel import GaussSeidel  # noqa: PLC0415 - Numba is slow to import
+
+    return GaussSeidel(iterations=HORIZON, patience=PATIENCE, horizon=HORIZON)
+
+
+def _joined(first: Solution, second: Solution) -> Solution:
+    """Two turns as one: the better state, the efforts of both."""
+    effort = np.array([first.iterations, 0.0, first.seconds])
+    counted: dict[str, Any] = {
+        "iterations": first.iterations + second.iterations,
+        "linear_solves": first.linear_solves + second.linear_solves,
+        "seconds": first.seconds + second.seconds,
+        "method": f"{first.method}+{second.method}",
+        "history": np.concatenate([first.history, second.history + effort]),
+    }
+    if second.outcome is Outcome.NO_EQUILIBRIUM or second.quality.error <= first.quality.error:
+        return replace(second, **counted)
+    return replace(first, outcome=second.outcome, **counted)
 
 
 def _check_start(problem: ContactProblem, start: Start | None) -> None:

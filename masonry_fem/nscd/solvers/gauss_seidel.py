@@ -44,12 +44,14 @@ class GaussSeidel:
     ----------
     iterations : Sweeps allowed where the settings name no limit.
     patience : Sweeps before it may be called stalled.
-    progress : It is stalled where the second half of all sweeps cut the error by less than this.
+    progress : It is stalled where the second half of all sweeps left more than this of the error.
+    horizon : It is stalled, too, where that half's contraction foretells more sweeps than these.
     """
 
     iterations: int = 50_000
     patience: int = 5_000
     progress: float = 0.9
+    horizon: float = np.inf
     name: str = "nsgs"
 
     def init(self, problem: ContactProblem, start: Start | None) -> Run:
@@ -146,16 +148,20 @@ class _SweepRun:
             self.strictness *= 0.3
         self.made += made
         self.batch = min(2 * self.batch, max(BATCH_WORK // self.problem.count, FIRST_BATCH))
-        verdict = Outcome.STALLED if self._stalled(error) or made == 0 else None
+        verdict = Outcome.STALLED if made == 0 or self._stalled(error, settings.tolerance) else None
         return Iterate(self.impulse, self.problem.balanced_velocity(self.impulse), made, 0, verdict)
 
-    def _stalled(self, error: float) -> bool:
+    def _stalled(self, error: float, tolerance: float) -> bool:
         best = min(error, self.errors[-1][1]) if self.errors else error
         self.errors.append((self.made, best))
-        if self.made < self.method.patience:
+        halfway = [entry for entry in self.errors if 2 * entry[0] <= self.made]
+        if self.made < self.method.patience or not halfway or best <= tolerance:
             return False
-        halfway = [reached for made, reached in self.errors if 2 * made <= self.made]
-        return bool(halfway) and best > self.method.progress * halfway[-1]
+        since, then = halfway[-1]
+        if best > self.method.progress * then:
+            return True
+        needed = (self.made - since) * np.log(best / tolerance) / np.log(then / best)
+        return bool(self.made + needed > self.method.horizon)
 
 
 def _check_inertia(problem: ContactProblem) -> None:

@@ -1,11 +1,17 @@
 """Proximal Newton: independent references of validation A10, verdicts, limits of the split form."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import sparse
 
 from masonry_fem.nscd.iterate import iterate
 from masonry_fem.nscd.outcome import Outcome
-from masonry_fem.nscd.settings import SolverSettings
+from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.settings import SolverSettings, Start
 from masonry_fem.nscd.solvers.newton import ProximalNewton
 from tests.nscd import walls
 
@@ -14,6 +20,26 @@ TIGHT = SolverSettings(tolerance=1e-11)
 
 def newton(problem, settings=TIGHT, start=None):
     return iterate(problem, ProximalNewton(), settings, start)
+
+
+def micrometres(structure, problem, solution, block, point):
+    return 1e6 * structure.displacement(
+        problem, solution.impulse, solution.rigid_velocity, block, np.array(point)
+    )
+
+
+def status_counts(problem, solution):
+    """Open, sticking and slipping contacts."""
+    p, v = solution.impulse, solution.velocity
+    closed = p[:, 0] > 1e-9 * np.abs(p).max()
+    caused = np.abs(problem.elastic_velocity(p)).max()
+    slips = closed & (np.linalg.norm(v[:, 1:], axis=1) > 1e-9 * caused)
+    return int((~closed).sum()), int((closed & ~slips).sum()), int(slips.sum())
+
+
+@pytest.fixture(scope="module")
+def low_wall():
+    return walls.wall()
 
 
 @pytest.mark.parametrize(
@@ -25,17 +51,166 @@ def test_two_cubes_reach_the_independent_reference(horizontal, expected, counts)
     structure = walls.cubes(8, horizontal)
     problem = structure.problem()
     found = newton(problem)
-    top = structure.displacement(problem, found.impulse, found.rigid_velocity, 1, np.array([1, 0.5, 2]))
     assert found.outcome is Outcome.CONVERGED
     assert found.linear_solves <= 12
-    np.testing.assert_allclose(1e6 * top[[0, 2]], expected, atol=5.1e-4)
+    top = micrometres(structure, problem, found, 1, [1, 0.5, 2])
+    np.testing.assert_allclose(top[[0, 2]], expected, atol=5.1e-4)
     assert status_counts(problem, found) == counts
+    vertical = 1e6 + walls.DENSITY * 9.81
+    np.testing.assert_allclose(np.abs(found.impulse.sum(axis=0)), [vertical, horizontal, 0], atol=1e-3)
 
 
-def status_counts(problem, solution):
-    """Open, sticking and slipping contacts."""
-    p, v = solution.impulse, solution.velocity
-    closed = p[:, 0] > 1e-9 * np.abs(p).max()
-    caused = np.abs(problem.elastic_velocity(p)).max()
-    slips = closed & (np.linalg.norm(v[:, 1:], axis=1) > 1e-9 * caused)
-    return int((~closed).sum()), int((closed & ~slips).sum()), int(slips.sum())
+def test_low_wall_reaches_the_independent_reference(low_wall):
+    """A10.4: 22 bricks of 4 x 2 x 2 elements."""
+    problem = low_wall.problem()
+    found = newton(problem)
+    assert problem.count == 501
+    assert found.outcome is Outcome.CONVERGED
+    assert found.linear_solves <= 12
+    assert abs(micrometres(low_wall, problem, found, 20, [1, 0.125, 1.25])[2] + 1.7733) < 5.1e-5
+    assert abs(micrometres(low_wall, problem, found, 21, [2, 0.125, 1.25])[0] - 0.1568) < 5.1e-5
+    floor = (problem.bodies < 0).any(axis=1)
+    assert abs(found.impulse[floor, 0].sum() - 14715) < 1e-6
+
+
+@pytest.mark.parametrize("rigid", [(), (0, 1, 2, 3, 7, 12), tuple(range(22))])
+def test_fidelity_mixed_block_by_block(low_wall, rigid):
+    """Elastic, mixed and rigid bricks stand by the same code, on the same resultants."""
+    problem = low_wall.problem(rigid=rigid)
+    found = newton(problem)
+    assert found.outcome is Outcome.CONVERGED
+    assert found.linear_solves <= 12
+    floor = (problem.bodies < 0).any(axis=1)
+    assert abs(found.impulse[floor, 0].sum() - 14715) < 1e-6
+
+
+def test_initial_gaps_change_nothing_but_the_gap():
+    """A10.5: an upper cube lifted by 2 mm settles to the state of the touching one."""
+    structure = walls.cubes(4, 0.3e6)
+    touching = structure.problem()
+    lifted = replace(touching, free_velocity=touching.free_velocity + np.array([2e-3, 0, 0]))
+    one, two = newton(touching), newton(lifted)
+    assert two.outcome is Outcome.CONVERGED
+    top = [micrometres(structure, p, s, 1, [1, 0.5, 2]) for p, s in ((touching, one), (lifted, two))]
+    np.testing.assert_allclose(top[1] - top[0], [0, 0, -2000], atol=1e-6)
+
+
+@pytest.mark.parametrize("horizontal", [0.55e6, 0.7e6])
+def test_overloaded_cube_is_told_to_tip(horizontal):
+    """A10.3: no equilibrium, and U turns the upper cube about its toe (+x, y axis)."""
+    problem = walls.cubes(4, horizontal).problem()
+    found = newton(problem)
+    assert found.outcome is Outcome.NO_EQUILIBRIUM
+    mechanism = problem.contact_velocity(found.rigid_velocity).reshape(5, 5, 3)
+    assert abs(np.linalg.norm(found.rigid_velocity) - 1) < 1e-9
+    opening = mechanism[:, :, 0] / mechanism[0, 0, 0]
+    np.testing.assert_allclose(opening, np.linspace(1, 0, 5)[:, None] * np.ones(5), atol=1e-5)
+
+
+@pytest.mark.parametrize("friction", [0.3, 0.9])
+def test_block_on_a_slope_slides_or_stands(friction):
+    """Rigid block, slope 0.5: true statics has an answer only where friction exceeds the slope."""
+    block = [((0.0, 0.0, 0.0), (1.0, 1.0, 0.5))]
+    down = 9.81 * np.array([0.5, 0.0, -1.0]) / np.sqrt(1.25)
+    problem = walls.rigid_boxes(block, [(0, -1, 2)], friction=friction, acceleration=down, inertia=0.0)
+    found = newton(problem)
+    if friction > 0.5:
+        assert found.outcome is Outcome.CONVERGED
+        np.testing.assert_allclose(
+            np.abs(found.impulse.sum(axis=0)), 1000 * 9.81 / np.sqrt(1.25) * np.array([1, 0.5, 0]), atol=1e-7
+        )
+    else:
+        assert found.outcome is Outcome.NO_EQUILIBRIUM
+        assert found.rigid_velocity[0, 0] > 0.9
+
+
+def test_sliding_block_has_its_closed_form():
+    """Dynamics, h = 1 s: v = h g (sin a − mu cos a)."""
+    block = [((0.0, 0.0, 0.0), (1.0, 1.0, 0.5))]
+    problem = walls.rigid_boxes(block, [(0, -1, 2)], friction=0.3, acceleration=np.array([5.0, 0.0, -8.0]))
+    found = newton(problem)
+    assert found.outcome is Outcome.CONVERGED
+    velocity = problem.contact_velocity(found.rigid_velocity)
+    np.testing.assert_allclose(velocity @ np.eye(3)[1], 5.0 - 0.3 * 8.0, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("horizontal", "friction", "inertia"), [(0.1, 0.6, 1.0), (0.3, 0.2, 1.0), (0.1, 0.6, 0.0)]
+)
+def test_rigid_running_bond_from_a_cold_start(horizontal, friction, inertia):
+    """10 x 8 bricks: sticking, sliding, and static."""
+    problem = walls.rigid_wall(10, 8, friction=friction, horizontal=horizontal, inertia=inertia)
+    found = newton(problem, SolverSettings(tolerance=1e-8))
+    assert found.outcome is Outcome.CONVERGED
+    assert found.quality.error <= 1e-8
+
+
+def test_statics_is_the_limit_of_slow_dynamics():
+    """With M_r = 1 and a long step the displacement tends to the static one."""
+    structure = walls.cubes(2, 0.2e6)
+    static = structure.problem()
+    slow = replace(static, rigid_mass=np.full_like(static.rigid_mass, 1e-9 / static.compliance.data.max()))
+    one, two = newton(static), newton(slow)
+    np.testing.assert_allclose(one.impulse, two.impulse, atol=1e-5 * np.abs(one.impulse).max())
+
+
+def test_warm_start_takes_one_system_at_the_solution():
+    problem = walls.cubes(4, 0.3e6).problem()
+    first = newton(problem)
+    heavier = replace(problem, rigid_impulse=problem.rigid_impulse * (1 + 1e-6))
+    again = newton(heavier, start=Start(first.impulse, first.rigid_velocity))
+    assert again.outcome is Outcome.CONVERGED
+    assert again.linear_solves <= 3 < first.linear_solves
+
+
+def test_two_runs_agree_bit_for_bit():
+    one, two = (newton(walls.rigid_wall(5, 4, friction=0.2, horizontal=0.3)) for _ in range(2))
+    np.testing.assert_array_equal(one.impulse, two.impulse)
+    np.testing.assert_array_equal(one.rigid_velocity, two.rigid_velocity)
+
+
+@given(
+    seed=st.integers(0, 10**6),
+    dimension=st.sampled_from([2, 3]),
+    contacts=st.integers(1, 6),
+    rank=st.integers(2, 18),
+    unit=st.sampled_from([1e-6, 1.0, 1e6]),
+)
+def test_random_plain_problems_are_solved(seed, dimension, contacts, rank, unit):
+    """Any W = G Gᵀ with q in its range, rank-deficient ones too, in any units."""
+    rng = np.random.default_rng(seed)
+    G = rng.normal(size=(dimension * contacts, rank))
+    G[::dimension] = np.abs(G[::dimension])  # one motion opens all contacts: a solution exists
+    q = (G @ rng.normal(size=rank)).reshape(contacts, dimension)
+    found = newton(ContactProblem.plain(unit * (G @ G.T), q, 0.5), SolverSettings(tolerance=1e-8))
+    assert found.outcome is Outcome.CONVERGED
+
+
+def test_penetration_that_nothing_can_remove_is_an_outcome():
+    """No compliance and no bodies: the answer is finite and says that it is none."""
+    found = newton(ContactProblem.plain(sparse.csr_array((6, 6)), -np.ones((2, 3)), 0.5))
+    assert found.outcome in {Outcome.STALLED, Outcome.FAILED}
+    assert np.isfinite(found.impulse).all()
+    assert np.isfinite(found.quality.max_penetration)
+
+
+PUBLIC = (
+    "BoxesStack1-i100000-32",
+    "Capsules-i100-1090",
+    "Capsules-i101-404",
+    "Confeti-ex03-Fc3D-SBM",
+    "FrictionContactProblem00071",
+    "OneObject-i100000-316",
+    "Rover4493",
+    "Spheres-i099-356-679",
+)
+
+
+@pytest.mark.parametrize("name", PUBLIC)
+def test_public_problems_to_tight_tolerance(shared_data, name):
+    """Siconos's collection, hyperstatic and unsymmetric ones among them."""
+    given_ = np.load(shared_data / "fc" / f"{name}.npz")
+    W = sparse.csr_array((given_["W_data"], given_["W_indices"], given_["W_indptr"]), tuple(given_["shape"]))
+    q = given_["q"].reshape(-1, int(given_["dim"]))
+    found = newton(ContactProblem.plain(W, q, given_["mu"]), SolverSettings(tolerance=1e-8))
+    assert found.outcome is Outcome.CONVERGED

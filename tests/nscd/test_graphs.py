@@ -1,0 +1,52 @@
+"""Projection on the cone and the Alart–Curnier function."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from masonry_fem.nscd.graphs import alart_curnier, natural_map, project_cone
+
+
+@given(st.sampled_from([2, 3]), st.integers(0, 10**6), st.sampled_from([0.0, 0.3, 1.0, 1e6]))
+def test_projection_is_the_nearest_point(d, seed, mu):
+    rng = np.random.default_rng(seed)
+    x, friction = rng.normal(size=(40, d)), np.full(40, mu)
+    p = project_cone(x, friction)
+    assert (np.linalg.norm(p[:, 1:], axis=1) <= mu * p[:, 0] * (1 + 1e-14)).all()
+    # Moreau: what is left is orthogonal to p and in the polar cone
+    left = x - p
+    assert np.abs((left * p).sum(axis=1)).max() <= 1e-12 * max(1, mu)
+    assert (mu * np.linalg.norm(left[:, 1:], axis=1) <= -left[:, 0] + 1e-12 * max(1, mu)).all()
+    assert project_cone(p, friction) == pytest.approx(p, abs=1e-12)
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_derivatives_are_those_of_differences(d):
+    rng = np.random.default_rng(d)
+    c = 200
+    p, v, mu, rho = (
+        rng.normal(size=(c, d)),
+        rng.normal(size=(c, d)),
+        rng.uniform(0, 1, c),
+        rng.uniform(0.5, 2, c),
+    )
+    _, A, B = alart_curnier(p, v, mu, rho)
+    step = 1e-7
+    for axis in range(d):
+        e = step * np.eye(d)[axis]
+        by_p = (alart_curnier(p + e, v, mu, rho)[0] - alart_curnier(p - e, v, mu, rho)[0]) / (2 * step)
+        by_v = (alart_curnier(p, v + e, mu, rho)[0] - alart_curnier(p, v - e, mu, rho)[0]) / (2 * step)
+        assert by_p == pytest.approx(A[:, :, axis], abs=1e-6)
+        assert by_v == pytest.approx(B[:, :, axis], abs=1e-6)
+
+
+def test_both_functions_vanish_on_the_graphs():
+    mu = np.array([0.5, 0.5, 0.5])
+    p = np.array([[0.0, 0, 0], [2.0, 0.3, -0.2], [2.0, 0.6, 0.8]])
+    v = np.array([[1.0, -2, 3], [0.0, 0, 0], [0.0, -3, -4]])  # open, stick, slip
+    assert alart_curnier(p, v, mu, np.full(3, 0.7))[0] == pytest.approx(0, abs=1e-15)
+    assert natural_map(p, v, mu, np.full(3, 1.3)) == pytest.approx(0, abs=1e-15)
+    against = v * [1, -1, -1]  # friction that drives
+    assert np.abs(alart_curnier(p, against, mu, np.full(3, 0.7))[0][2]).max() > 0.1
+    assert np.abs(natural_map(p, against, mu, np.full(3, 1.3))[2]).max() > 0.1

@@ -1,0 +1,132 @@
+"""ContactProblem: its checks, its two forms, and its files."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+from masonry_fem.errors import ProblemError
+from masonry_fem.nscd import ContactProblem, load_problem
+from masonry_fem.nscd.scaling import contact_scale
+from tests.nscd.walls import cubes, rigid_wall
+
+
+@pytest.fixture(scope="module")
+def bricks():
+    return rigid_wall(3, 2, step=0.01)
+
+
+@pytest.fixture(scope="module")
+def elastic():
+    return cubes(2, inertia=1.0).problem(inertia=1.0)
+
+
+@pytest.mark.parametrize("name", ["bricks", "elastic"])
+def test_condensed_form_gives_the_same_velocities(name, request):
+    problem = request.getfixturevalue(name)
+    p = np.random.default_rng(0).normal(size=problem.free_velocity.shape)
+    U = problem.balanced_velocity(p)
+    gained = problem.rigid_mass * (U - problem.rigid_velocity)
+    assert problem.body_impulse(p) + problem.rigid_impulse == pytest.approx(gained, rel=1e-12, abs=1e-9)
+    plain = problem.condensed()
+    expected = problem.velocity(p, U)
+    assert plain.velocity(p, plain.rigid_velocity) == pytest.approx(
+        expected, abs=1e-12 * np.abs(expected).max()
+    )
+    assert plain.compliance.blocksize == (3, 3)
+
+
+def test_rigid_matrix_is_the_map(bricks):
+    B = bricks.rigid_matrix()
+    U = np.random.default_rng(1).normal(size=bricks.rigid_mass.shape)
+    p = np.random.default_rng(2).normal(size=bricks.free_velocity.shape)
+    assert B @ U.ravel() == pytest.approx(bricks.contact_velocity(U).ravel(), abs=1e-13)
+    assert B.T @ p.ravel() == pytest.approx(bricks.body_impulse(p).ravel(), abs=1e-12)
+
+
+def test_statics_has_no_plain_form(bricks):
+    with pytest.raises(ProblemError, match="body 0 has no rigid mass"):
+        replace(bricks, rigid_mass=0 * bricks.rigid_mass).condensed()
+
+
+def test_scale_is_elastic_where_there_is_elasticity(elastic, bricks):
+    c = elastic.count
+    blocks = elastic.compliance.toarray().reshape(c, 3, c, 3)
+    expected = [np.linalg.norm(blocks[i, :, i], 2) for i in range(c)]
+    assert contact_scale(elastic) == pytest.approx(expected)
+    W = bricks.delassus().toarray()
+    assert contact_scale(bricks)[0] == pytest.approx(np.linalg.norm(W[:3, :3], 2))
+    static = replace(bricks, rigid_mass=0 * bricks.rigid_mass)
+    assert contact_scale(static) == pytest.approx(contact_scale(bricks))
+    nothing = ContactProblem.plain(np.zeros((6, 6)), np.zeros((2, 3)), 0.5)
+    assert np.array_equal(contact_scale(nothing), [1, 1])
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"friction": (17, -0.2)}, r"contact 17: friction is -0.2, expected >= 0"),
+        ({"friction": (3, np.nan)}, r"contact 3: friction is nan"),
+        ({"free_velocity": ((5, 1), np.inf)}, r"contact 5: free_velocity is inf"),
+        ({"rigid_mass": ((2, 4), -1.0)}, r"body 2: rigid_mass is -1.0"),
+        ({"rigid_impulse": ((1, 0), np.nan)}, r"body 1: rigid_impulse is nan"),
+        ({"bodies": ((4, 0), 99)}, r"contact 4: body 99 does not exist, expected 0 to 6"),
+        ({"bodies": ((4, 0), -2)}, r"contact 4: body -2 does not exist"),
+    ],
+)
+def test_a_wrong_value_is_named(bricks, change, message):
+    ((name, (where, value)),) = change.items()
+    array = getattr(bricks, name).copy()
+    array[where] = value
+    with pytest.raises(ProblemError, match=message):
+        replace(bricks, **{name: array})
+
+
+def test_wrong_shapes_are_named(bricks):
+    with pytest.raises(ProblemError, match=r"friction has shape \(2,\), expected \("):
+        replace(bricks, friction=np.ones(2))
+    with pytest.raises(ProblemError, match="blocks of"):
+        replace(bricks, compliance=sparse.bsr_array((3 * bricks.count,) * 2, blocksize=(1, 1)))
+    with pytest.raises(ProblemError, match="expected 2 or 3 a contact"):
+        ContactProblem.plain(np.eye(8), np.ones(8), [0.5, 0.5])
+    with pytest.raises(ProblemError, match="contact 1: compliance to contact 0 is not finite"):
+        ContactProblem.plain(
+            np.where(np.arange(36).reshape(6, 6) == 18, np.nan, np.eye(6)), np.ones(6), [1, 1]
+        )
+
+
+@pytest.mark.parametrize("name", ["bricks", "elastic"])
+def test_saved_and_read_back_bit_for_bit(name, request, tmp_path):
+    problem = request.getfixturevalue(name)
+    problem.save(tmp_path / "step 3.npz")
+    back = load_problem(tmp_path / "step 3.npz")
+    for item in fields(problem):
+        one, other = getattr(problem, item.name), getattr(back, item.name)
+        if item.name == "compliance":
+            one, other = one.toarray(), other.toarray()
+        assert np.array_equal(one, other), item.name
+
+
+def test_reads_the_plain_format(tmp_path):
+    W = sparse.csr_array(np.diag([1.0, 2, 2, 3, 4, 4]))
+    q = np.arange(6.0)
+    np.savez(
+        tmp_path / "a.npz", W_data=W.data, W_indices=W.indices, W_indptr=W.indptr, shape=W.shape, q=q,
+        mu=[0.1, 0.2], dim=3, name="a",
+    )  # fmt: skip
+    problem = load_problem(tmp_path / "a.npz")
+    assert np.array_equal(problem.compliance.toarray(), W.toarray())
+    assert np.array_equal(problem.free_velocity, q.reshape(2, 3))
+    assert np.array_equal(problem.friction, [0.1, 0.2])
+
+
+def test_files_that_are_no_problem(tmp_path):
+    with pytest.raises(ProblemError, match="no such file"):
+        load_problem(tmp_path / "missing.npz")
+    (tmp_path / "text.npz").write_text("hello")
+    with pytest.raises(ProblemError, match=r"not an \.npz file"):
+        load_problem(tmp_path / "text.npz")
+    np.savez(tmp_path / "other.npz", a=1)
+    with pytest.raises(ProblemError, match="holds a; expected"):
+        load_problem(tmp_path / "other.npz")

@@ -15,7 +15,7 @@ def near_pairs(low: FloatArray, high: FloatArray, reach: float) -> IntArray:
         return np.empty((0, 2), dtype=np.int64)
     axis = int(np.var(0.5 * (low + high), axis=0).argmax())
     order = np.argsort(low[:, axis], kind="stable")
-    pairs = _sweep(low, high, order, axis, reach)
+    pairs: IntArray = _sweep(low, high, order, axis, reach)
     pairs.sort(axis=1)
     return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
 STRAIGHT = 1e-9  # sine of a turn below which three corners are on a line
@@ -43,7 +44,7 @@ def clip(subject: FloatArray, window: FloatArray, tolerance: float) -> FloatArra
         count = kept
         if count == 0:
             break
-    return tidy(now[:count], tolerance)
+    return tidy(now[:count], tolerance)  # type: ignore[no-any-return]
 
 
 @njit(cache=True)
@@ -105,7 +106,7 @@ def depths(polygon: FloatArray, points: FloatArray) -> FloatArray:
 
 
 @njit(cache=True)
-def locate(polygons: FloatArray, points: FloatArray, tolerance: float) -> np.ndarray:
+def locate(polygons: FloatArray, points: FloatArray, tolerance: float) -> IntArray:
     """Which of the polygons (f, k, 2) holds each point; the nearest where none does, shape (m,)."""
     best = np.full(len(points), -np.inf)
     found = np.zeros(len(points), dtype=np.int64)

@@ -18,11 +18,12 @@ class Interface:
     Attributes
     ----------
     blocks : Candidate and antagonist block numbers; the candidate is the later block of the
-        assembly unless the placement rule needs the finer mesh there.
+        assembly, except that a support, or a face that carries a tilted one, is the antagonist.
     faces : Their polytope faces.
     normal : Unit normal from the antagonist to the candidate, shape (d,).
     polygon : Intersection of the two faces projected on the common plane, counter-clockwise about
-        the normal (two end points in 2D), shape (k, d) [m].
+        the normal (two end points in 2D), shape (k, d) [m]; one point, or two in 3D, where a
+        corner or an edge stands on a face (area 0).
     gap : Signed distance of the two faces at the polygon's corners, > 0 open, shape (k,) [m].
     area : Area of the polygon [m²; m in 2D].
     label : Joint label of the faces ("" where they have none or differ).
@@ -43,7 +44,8 @@ class Contacts:
 
     Attributes
     ----------
-    blocks : Candidate and antagonist block of each contact, shape (c, 2).
+    blocks : Candidate and antagonist block of each contact, shape (c, 2); exchanged against the
+        interface's where the placement rule needs the finer mesh on the candidate.
     interface : Index of the interface each belongs to, shape (c,).
     points : Material point on the candidate and on the antagonist [m], shape (c, 2, d); they
         differ by ``gap`` along the normal.

@@ -40,7 +40,8 @@ def weights(mesh: Mesh, facets: IntArray, points: FloatArray) -> FloatArray:
         Weight of each node of the facet, shape (k, nodes of a facet).
     """
     nodes = mesh.points[mesh.facets[np.asarray(facets, dtype=np.int64)]]
-    return weights_at(KINDS[mesh.facet], nodes, np.ascontiguousarray(points, dtype=float))
+    found: FloatArray = weights_at(KINDS[mesh.facet], nodes, np.ascontiguousarray(points, dtype=float))
+    return found
 
 
 @njit(cache=True)

@@ -186,7 +186,7 @@ def _is_convex(solid: Polytope, normals: FloatArray) -> bool:
     heights = [
         ((solid.vertices - solid.face_points(face)[0]) @ normal).max() for face, normal in enumerate(normals)
     ]
-    return max(heights) <= 1e-6 * size
+    return bool(max(heights) <= 1e-6 * size)
 
 
 def _convex_pieces(solid: Polytope, face: int, normal: FloatArray) -> list[list[int]]:

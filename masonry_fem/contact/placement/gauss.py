@@ -44,8 +44,8 @@ def on_pieces(
     if not abs(area.sum() - whole) <= 0.01 * whole:
         names = "' and '".join(side.surface.name for side in patch.sides)
         raise GeometryError(
-            f"shapes '{names}', faces {patch.interface.faces}: their mesh facets cover {area.sum():.6g} of an "
-            f"interface of {whole:.6g}; expected all of it: mesh the shapes again, each facet on its face"
+            f"shapes '{names}', faces {patch.interface.faces}: their mesh facets cover {area.sum():.6g} "
+            f"of an interface of {whole:.6g}; expected all of it; mesh the shapes again"
         )
     facets = np.stack(
         [patch.sides[s].facets.facets[rows[:, s]] if meshed[s] else np.full(len(rows), -1) for s in (0, 1)],

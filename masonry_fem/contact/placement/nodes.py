@@ -22,8 +22,8 @@ def points(patch: Patch, rule: Rule) -> Spots:
     if patch.sides[0].mesh is None and patch.sides[1].mesh is None:
         names = "' and '".join(side.surface.name for side in patch.sides)
         raise GeometryError(
-            f"placement 'nodes' between blocks {patch.interface.blocks} (shapes '{names}'): neither has a mesh, "
-            "expected at least one; make one elastic, or use placement 'corners' or 'gauss'"
+            f"placement 'nodes' between blocks {patch.interface.blocks} (shapes '{names}'): "
+            "neither has a mesh, expected at least one; make one elastic, or place by 'corners' or 'gauss'"
         )
     if patch.degenerate:
         return corners.points(patch, Rule())
@@ -71,7 +71,8 @@ def _areas(patch: Patch, chosen: np.ndarray) -> FloatArray:
     lost = np.where(inside[own.rows], 0.0, by_facet).sum(axis=1)
     if np.abs(lost).max() > 1e-12 * patch.interface.area:
         area += _handed_on(patch, lost, inside)
-    return area[chosen]
+    tributary: FloatArray = area[chosen]
+    return tributary
 
 
 def _handed_on(patch: Patch, lost: FloatArray, inside: np.ndarray) -> FloatArray:

@@ -113,7 +113,8 @@ class Patch:
             return np.full(len(points), -1)
         polygons = self.facet_polygons(side)
         rows = locate(polygons, np.ascontiguousarray(points), 1e-9 * float(np.abs(polygons).max()))
-        return self.sides[side].facets.facets[rows]
+        facets: IntArray = self.sides[side].facets.facets[rows]
+        return facets
 
     def holds(self, points: FloatArray) -> np.ndarray:
         """Whether plane points lie in the polygon or on its boundary, shape (m,)."""

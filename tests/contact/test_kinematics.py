@@ -1,0 +1,49 @@
+"""Local frames and how they follow the antagonist."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from masonry_fem.contact.kinematics import current_frames, current_gaps, height, local_frames
+from tests.contact.blocks import turning
+
+component = st.floats(-1, 1)
+
+
+@given(component, component, component)
+def test_frames_are_right_handed(x, y, z):
+    normal = np.array([x, y, z])
+    if np.linalg.norm(normal) < 1e-3:
+        return
+    (frame,) = local_frames((normal / np.linalg.norm(normal))[None])
+    assert frame @ frame.T == pytest.approx(np.eye(3), abs=1e-12)
+    assert np.linalg.det(frame) == pytest.approx(1)
+
+
+def test_frames_of_level_and_upright_joints_and_their_rounding():
+    level, rounded = local_frames(np.array([[0.0, 0.0, 1.0], [1e-16, 0.0, 1.0]]))
+    expected = np.eye(3)[[2, 0, 1]]
+    assert level == pytest.approx(expected)
+    assert rounded == pytest.approx(expected)
+    (plane,) = local_frames(np.array([[0.0, 1.0]]))
+    assert plane == pytest.approx(np.array([[0.0, 1.0], [-1.0, 0.0]]))
+
+
+def test_frames_and_gaps_follow_a_moving_antagonist():
+    normals = np.array([[0.0, 0.0, 1.0], [0.6, 0.0, 0.8]])
+    frames = local_frames(normals)
+    antagonist = np.array([[1.0, 2.0, 3.0], [0.0, 1.0, 0.0]])
+    candidate = antagonist + 0.01 * normals
+    turn, shift = turning(2.0), np.array([3.0, -1.0, 0.5])
+    turned = current_frames(frames, np.repeat(turn[None], 2, 0))
+    assert turned[:, 0] == pytest.approx(normals @ turn.T)
+    gaps = current_gaps(turned, candidate @ turn.T + shift, antagonist @ turn.T + shift)
+    assert gaps == pytest.approx(0.01)
+
+
+def test_height_of_an_inclined_plane():
+    ahead = height(
+        np.array([[2.0, 0.0]]), np.array([[0.0, 1.0]]), np.array([[0.0, 1.0]]), np.array([[-0.6, 0.8]])
+    )
+    assert ahead == pytest.approx(2.5)  # y = 1 + 0.75 x at x = 2

@@ -60,7 +60,7 @@ def draw_mesh(model: Model, path: Path, title: str = "", grid: Grid | None = Non
         f"{len(model.assembly.blocks)} blocks of {len(model.assembly.shapes)} shapes, "
         f"{elastic} elements, {len(grid.points)} nodes",
     )
-    stage = Stage(View.of(grid.points, grid.dimension), sheet.image_width)
+    stage = Stage(View.of(grid.points, grid.dimension), sheet.image_width, model.length)
     present = np.unique(shape)
     for rank, number in enumerate(present):
         colour = SHAPE_COLOURS[rank % len(SHAPE_COLOURS)]
@@ -91,7 +91,7 @@ def draw_interfaces(model: Model, path: Path, title: str = "", grid: Grid | None
         f"{len(model.interfaces)} interfaces, {model.contacts.count} contact points, {area:.4g} {unit}; "
         "normals point to the candidate",
     )
-    stage = Stage(View.of(grid.points, grid.dimension), sheet.image_width)
+    stage = Stage(View.of(grid.points, grid.dimension), sheet.image_width, model.length)
     draw_pale(stage, surface, outline_of(surface))
     arrow = pv.Arrow(tip_length=0.3, tip_radius=0.09, shaft_radius=0.028)
     for rank, label in enumerate(labels):

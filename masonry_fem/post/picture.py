@@ -31,6 +31,8 @@ STONE, HELD, LINE, GHOST = "#e3dccb", "#a9adb2", "#33383f", "#8b939c"
 COMPRESSION, TENSION = "#1f5fa8", "#c8352b"
 STATUS_COLOURS = {OPEN: "#9aa2ab", STICK: "#1b7f5c", SLIP: "#e07b1a"}
 STATUS_WORDS = {OPEN: "open", STICK: "stick", SLIP: "slip"}
+GLASS_CELLS = 30_000  # faces of elements
+SAMPLE = 60  # least length of a scale in the legend [pixels]
 DISPLACEMENT_COLOURS, STRESS_COLOURS = "YlGnBu", "viridis"
 
 
@@ -82,7 +84,7 @@ def draw_deformed(scenery: Scenery, path: Path, amplification: float | None = No
     sheet = Sheet(_title(scenery, "deformed shape"), shape.caption())
     sheet.bar = ColourBar(f"displacement [{prefix}m]", DISPLACEMENT_COLOURS, limits)
     sheet.keys.append(Key("undeformed", GHOST, "line", 44))
-    stage = Stage(View.of(shape.extent(), scenery.dimension), sheet.image_width)
+    stage = Stage(View.of(shape.extent(), scenery.dimension), sheet.image_width, scenery.length)
     stage.surface(shape.deformed(), scalars="_size", cmap=DISPLACEMENT_COLOURS, clim=limits)
     stage.lines(shape.deformed_outline(), LINE, 1.5, rank=1)
     stage.lines(shape.outline, GHOST, 1.3, rank=2)
@@ -107,7 +109,7 @@ def draw_von_mises(scenery: Scenery, path: Path, amplification: float | None = N
     sheet.bar = ColourBar(f"von Mises [{prefix}Pa]", STRESS_COLOURS, limits, over)
     if np.isnan(mises).any():
         sheet.keys.append(Key("rigid, no stress", HELD))
-    stage = Stage(View.of(shape.extent(), scenery.dimension), sheet.image_width)
+    stage = Stage(View.of(shape.extent(), scenery.dimension), sheet.image_width, scenery.length)
     options = {"cmap": STRESS_COLOURS, "clim": limits, "nan_color": HELD, "n_colors": 256}
     stage.surface(shape.deformed(), scalars="_mises", **options)
     stage.lines(shape.deformed_elements(), LINE, 0.9, opacity=0.45)
@@ -134,7 +136,7 @@ def draw_principal(scenery: Scenery, path: Path) -> Path:
         f"{quantity(float(values.max()), 'Pa')} (tension positive)",
     )
     shape = Shape(scenery, 1.0)
-    stage = Stage(View.of(shape.deformed().points, scenery.dimension), sheet.image_width)
+    stage = Stage(View.of(shape.deformed().points, scenery.dimension), sheet.image_width, scenery.length)
     draw_pale(stage, shape.deformed(), shape.deformed_outline())
     for rank, colour, mask in ((3, COMPRESSION, values < 0), (5, TENSION, values > 0)):
         where, which = np.nonzero(mask)
@@ -143,9 +145,10 @@ def draw_principal(scenery: Scenery, path: Path) -> Path:
         pairs = np.arange(len(where))
         bars.lines = np.column_stack([np.full_like(pairs, 2), pairs, pairs + len(pairs)]).ravel()
         if len(where):
-            stage.solid(bars.tube(radius=0.035 * arm_length, n_sides=12), colour, rank=rank)
-    sample = round_down(top)
-    pixels = 2 * arm_length * sample / top * stage.scale
+            stage.solid(
+                bars.tube(radius=0.035 * arm_length, n_sides=12 if len(where) < 500 else 5), colour, rank=rank
+            )
+    sample, pixels = _sample(top, 2 * arm_length * stage.scale)
     if (values < 0).any():
         sheet.keys.append(Key(f"compression, {quantity(sample, 'Pa')}", COMPRESSION, "bar", pixels))
     if (values > 0).any():
@@ -197,9 +200,10 @@ def interface_resultants(contacts: Any) -> tuple[FloatArray, FloatArray]:
 
 def draw_pale(stage: Stage, surface: Any, outline: Any) -> None:
     """Blocks as a background that bars and arrows inside them can be seen through."""
-    flat = abs(stage.view.axes[2, 2]) > 0.999
-    stage.surface(surface, color=STONE, opacity=1.0 if flat else 0.16)
-    stage.lines(outline, GHOST, 1.4, opacity=1.0 if flat else 0.8)
+    # through many layers of glass nothing is seen: many blocks are drawn opaque
+    opaque = stage.view.flat or surface.n_cells > GLASS_CELLS
+    stage.surface(surface, color=STONE, opacity=1.0 if opaque else 0.16)
+    stage.lines(outline, GHOST, 1.4, opacity=1.0 if opaque else 0.8)
 
 
 def _draw_arrows(
@@ -212,17 +216,19 @@ def _draw_arrows(
     top = _top(force) or 1.0
     vectors = force * (longest * scenery.length / top)
     extent = np.concatenate([shape.deformed().points, points + vectors])
-    stage = Stage(View.of(extent, scenery.dimension), sheet.image_width)
+    stage = Stage(View.of(extent, scenery.dimension), sheet.image_width, scenery.length)
     draw_pale(stage, shape.deformed(), shape.deformed_outline())
-    arrow = pv.Arrow(tip_length=0.28, tip_radius=0.085, shaft_radius=0.028, tip_resolution=24)
+    round_ = 20 if len(points) < 500 else 6  # corners of an arrow's section: a large cloud needs memory
+    arrow = pv.Arrow(
+        tip_length=0.28, tip_radius=0.085, shaft_radius=0.028, tip_resolution=round_, shaft_resolution=round_
+    )
     for colour, mask in parts:
         shown = mask & (np.linalg.norm(force, axis=1) > 1e-6 * top)
         if shown.any():
             cloud = pv.PolyData(points[shown])
             cloud["_force"] = vectors[shown]
             stage.solid(cloud.glyph(orient="_force", scale="_force", factor=1.0, geom=arrow), colour)
-    sample = round_down(top)
-    pixels = longest * scenery.length * sample / top * stage.scale
+    sample, pixels = _sample(top, longest * scenery.length * stage.scale)
     sheet.keys += [Key(quantity(sample, scenery.force_unit), parts[0][0], "arrow", pixels), *keys]
     return sheet.save(path, stage)
 
@@ -250,6 +256,12 @@ def _spacing(centres: FloatArray, length: float) -> float:
         return length
     distance, _ = cKDTree(centres).query(centres, k=2)
     return float(np.median(distance[:, 1]))
+
+
+def _sample(top: float, pixels: float) -> tuple[float, float]:
+    """A round value for the legend and its length, where ``top`` is ``pixels`` long."""
+    sample = round_down(top * max(1.0, 2 * SAMPLE / pixels))
+    return sample, sample / top * pixels
 
 
 def _title(scenery: Scenery, what: str) -> str:

@@ -33,6 +33,7 @@ LIBRARIES = {
 }
 LOWEST, HIGHEST = 360, 1150  # pixels of an image's height
 MARGIN = 1.04
+THICK_FROM = 70  # pixels of a block's size from which its lines have their full width
 FINE = 2  # the image is drawn this many times finer and averaged: smooth edges on any driver
 
 
@@ -70,11 +71,13 @@ class View:
     centre : Middle of the picture [m], shape (3,).
     axes : Unit vectors to the right, up and towards the eye, rows, shape (3, 3).
     half : Half width and half height of what is shown [m].
+    depth : Its extent along the line of sight [m].
     """
 
     centre: FloatArray
     axes: FloatArray
     half: tuple[float, float]
+    depth: float
 
     @classmethod
     def of(cls, points: FloatArray, dimension: int) -> View:
@@ -88,7 +91,13 @@ class View:
         seen = points @ axes.T
         low, high = seen.min(axis=0), seen.max(axis=0)
         half = np.maximum(0.5 * (high - low), 1e-3 * np.linalg.norm(high - low) + 1e-12)
-        return cls(axes.T @ (0.5 * (low + high)), axes, (float(half[0]), float(half[1])))
+        centre = axes.T @ (0.5 * (low + high))
+        return cls(centre, axes, (float(half[0]), float(half[1])), float(high[2] - low[2]))
+
+    @property
+    def flat(self) -> bool:
+        """Whether it shows a plane structure from the front."""
+        return bool(abs(self.axes[2, 2]) > 0.999)
 
 
 class Stage:
@@ -100,7 +109,8 @@ class Stage:
     scale : Pixels a metre.
     """
 
-    def __init__(self, view: View, width: int, depth: float = 1.0) -> None:
+    def __init__(self, view: View, width: int, block: float = np.inf) -> None:
+        """Prepare a stage ``width`` pixels wide; lines become thin where a ``block`` [m] is small."""
         import pyvista as pv  # noqa: PLC0415  only where pictures are drawn
 
         half_width, half_height = view.half
@@ -108,6 +118,7 @@ class Stage:
         self.view, self.size = view, (width, height)
         self.scale = min(width / (2 * MARGIN * half_width), height / (2 * MARGIN * half_height))
         self._lift = 2.0 / self.scale  # lines stand two pixels' length before their surface
+        self._pen = FINE * float(np.clip(block * self.scale / THICK_FROM, 0.3, 1.0))
         self.plotter: Any = pv.Plotter(
             off_screen=True, window_size=[FINE * width, FINE * height], lighting="light kit"
         )
@@ -116,28 +127,30 @@ class Stage:
     def surface(self, mesh: Any, **options: Any) -> None:
         """Add faces, flat-lit in 2D; options as of pyvista's ``add_mesh``."""
         defaults = {"show_scalar_bar": False, "ambient": 0.62, "diffuse": 0.42, "line_width": FINE}
-        flat = abs(self.view.axes[2, 2]) > 0.999
-        self.plotter.add_mesh(mesh, lighting=not flat, **(defaults | options))
+        self.plotter.add_mesh(mesh, lighting=not self.view.flat, **(defaults | options))
 
     def lines(self, mesh: Any, colour: str, width: float, *, rank: int = 1, opacity: float = 1.0) -> None:
         """Add lines, a little nearer to the eye than what they lie on; a higher rank lies over a lower."""
         if mesh.n_points:
             lifted = mesh.translate(self.view.axes[2] * self._lift * rank, inplace=False)
             self.plotter.add_mesh(
-                lifted, color=colour, line_width=FINE * width, lighting=False, opacity=opacity
+                lifted, color=colour, line_width=self._pen * width, lighting=False, opacity=opacity
             )
 
     def solid(self, mesh: Any, colour: str, *, rank: int = 3) -> None:
-        """Add a coloured body (arrows, bars) as it is, in front of what lies in its plane."""
+        """Add coloured bodies (arrows, bars) over everything else: inside blocks they would not be seen."""
         if mesh.n_points:
-            lifted = mesh.translate(self.view.axes[2] * self._lift * rank, inplace=False)
-            flat = abs(self.view.axes[2, 2]) > 0.999
-            self.plotter.add_mesh(lifted, color=colour, lighting=not flat, ambient=0.55, diffuse=0.5)
+            # along the line of sight nothing changes its place in a parallel projection
+            lift = 2.2 * self.view.depth + self._lift * rank
+            lifted = mesh.translate(self.view.axes[2] * lift, inplace=False)
+            self.plotter.add_mesh(
+                lifted, color=colour, lighting=not self.view.flat, ambient=0.55, diffuse=0.5
+            )
 
     def image(self) -> NDArray[np.uint8]:
         """Draw and end: the stage is gone afterwards."""
         camera, view = self.plotter.camera, self.view
-        reach = 4.0 * float(np.hypot(*view.half)) + 1.0
+        reach = 4.0 * (float(np.hypot(*view.half)) + view.depth)
         camera.focal_point = view.centre
         camera.position = view.centre + reach * view.axes[2]
         camera.up = view.axes[1]

@@ -105,8 +105,7 @@ class _Pen:
 
     def triad(self, x: float, y: float, view: View) -> float:
         """World axes as the eye sees them; returns the right end."""
-        flat = abs(view.axes[2, 2]) > 0.999
-        ends = [46 * view.axes[:2, i] for i in range(2 if flat else 3)]
+        ends = [46 * view.axes[:2, i] for i in range(2 if view.flat else 3)]
         x -= min(0.0, *(float(e[0]) for e in ends))
         for end, name in zip(ends, "xyz", strict=False):
             self.stroke(x, y, end[0], end[1], INK, 1.6, "-|>")

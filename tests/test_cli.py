@@ -185,6 +185,14 @@ def test_contact_prints_its_answer_and_writes_the_reaction(problem, tmp_path, ca
     np.testing.assert_allclose(np.load(out), [1.0, 0.2], rtol=1e-9)
 
 
+def test_contact_that_does_not_converge_has_its_code(shared_data, capsys):
+    hard = shared_data / "fc" / "Capsules-i100-1090.npz"
+    assert cli.main(["contact", str(hard), "--tol", "1e-40"]) == 2
+    facts = json.loads(capsys.readouterr().out)
+    assert facts["outcome"] in {"stalled", "max_iterations"}
+    assert facts["error"] > 1e-40
+
+
 def test_contact_tells_bad_settings_and_files(problem, tmp_path, capsys):
     assert cli.main(["contact", str(problem), "--solver", "magic"]) == 1
     assert "expected 'auto', 'nsgs' or 'newton'" in capsys.readouterr().err

@@ -14,9 +14,10 @@ from typing import Any
 
 from msgspec import inspect
 
+from masonry_fem.scene.expectation import alternatives, expectation, is_vector
 from masonry_fem.scene.lines import KeyPath
 from masonry_fem.scene.misfit import MisfitError, braced, listed, nearest, wrong
-from masonry_fem.scene.quantity import QuantityError, noun_of, si_value
+from masonry_fem.scene.quantity import QuantityError, si_value
 
 LARGEST = sys.float_info.max
 
@@ -35,46 +36,6 @@ def fitted(value: Any, kind: inspect.Type, path: KeyPath, dimension: int | None)
     if isinstance(kind, inspect.Metadata):
         extra, kind = kind.extra or {}, kind.type
     return _FITTERS[type(kind)](value, kind, extra, path, dimension)
-
-
-def expectation(kind: inspect.Type, dimension: int | None = None) -> str:
-    """What a type expects, in words: ``a pressure > 0 in Pa``."""
-    extra: dict[str, Any] = {}
-    if isinstance(kind, inspect.Metadata):
-        extra, kind = kind.extra or {}, kind.type
-    words = extra.get("expected") or _WORDS.get(type(kind), "a table")
-    return str(words) if isinstance(words, str) else words(kind, extra, dimension)
-
-
-def _number_expectation(kind: Any, extra: dict[str, Any], _: int | None) -> str:
-    unit = extra.get("unit")
-    return noun_of(unit) + _range_text(kind) + (f" in {unit}" if unit else "")
-
-
-def _choice_expectation(kind: Any, extra: dict[str, Any], _: int | None) -> str:
-    return "one of " + ", ".join(repr(choice) for choice in kind.values)
-
-
-def _union_expectation(kind: Any, extra: dict[str, Any], dimension: int | None) -> str:
-    choices = _alternatives(kind)
-    if isinstance(choices[0], inspect.StructType):
-        return "a table"
-    return " or ".join(expectation(one, dimension) for one in choices)
-
-
-def _tuple_expectation(kind: Any, extra: dict[str, Any], _: int | None) -> str:
-    return f"a list of {len(kind.item_types)}: " + ", ".join(map(expectation, kind.item_types))
-
-
-def _list_expectation(kind: Any, extra: dict[str, Any], dimension: int | None) -> str:
-    if isinstance(kind.item_type, inspect.StructType | inspect.UnionType):
-        return ("one or more" if kind.min_length else "an array of") + " tables ([[...]])"
-    item = expectation(kind.item_type)
-    if _is_vector(kind):
-        return f"a list of {dimension or '2 or 3'} (the scene's dimension), each {item}"
-    if kind.min_length == kind.max_length and kind.min_length:
-        return f"a list of {kind.min_length}, each {item}"
-    return f"a list{' that is not empty' if kind.min_length else ''}, each {item}"
 
 
 def _fit_number(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, _: int | None) -> Any:
@@ -121,7 +82,7 @@ def _fit_choice(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, _: 
 def _fit_list(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, dimension: int | None) -> Any:
     fits = isinstance(value, list | tuple) and len(value) >= (kind.min_length or 0)
     fits = fits and (kind.max_length is None or len(value) <= kind.max_length)
-    if fits and _is_vector(kind) and dimension is not None:
+    if fits and is_vector(kind) and dimension is not None:
         fits = len(value) == dimension
     if not fits:
         expected = expectation(kind, dimension).replace("[[...]]", f"[[{'.'.join(map(str, path))}]]")
@@ -170,7 +131,7 @@ def _fit_table(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, dime
 
 
 def _fit_union(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, dimension: int | None) -> Any:
-    choices = _alternatives(kind)
+    choices = alternatives(kind)
     if value is None and len(choices) < len(kind.types):
         return None
     if isinstance(choices[0], inspect.StructType):
@@ -199,15 +160,6 @@ def _tagged(value: Any, choices: list[inspect.Type], path: KeyPath) -> inspect.T
     return records[tag]
 
 
-def _alternatives(kind: inspect.UnionType) -> list[inspect.Type]:
-    """The members of a union other than None."""
-    return [one for one in kind.types if not isinstance(one, inspect.NoneType)]
-
-
-def _is_vector(kind: inspect.VarTupleType) -> bool:
-    return kind.min_length == 2 and kind.max_length == 3
-
-
 def _table_hint(path: KeyPath, value: Any) -> str:
     """Why a list may stand where a table belongs."""
     if isinstance(value, list) and path:
@@ -224,12 +176,6 @@ def _in_range(number: float, kind: Any) -> bool:
     )
 
 
-def _range_text(kind: Any) -> str:
-    limits = ((">", kind.gt), (">=", kind.ge), ("<", kind.lt), ("<=", kind.le))
-    text = " and ".join(f"{sign} {limit:g}" for sign, limit in limits if limit is not None)
-    return f" {text}" if text else ""
-
-
 _FITTERS: dict[type, Callable[[Any, Any, dict[str, Any], KeyPath, int | None], Any]] = {
     inspect.FloatType: _fit_number,
     inspect.IntType: _fit_count,
@@ -241,15 +187,4 @@ _FITTERS: dict[type, Callable[[Any, Any, dict[str, Any], KeyPath, int | None], A
     inspect.DictType: _fit_named,
     inspect.StructType: _fit_table,
     inspect.UnionType: _fit_union,
-}
-
-_WORDS: dict[type, str | Callable[[Any, dict[str, Any], int | None], str]] = {
-    inspect.FloatType: _number_expectation,
-    inspect.IntType: lambda kind, *_: "a whole number" + _range_text(kind),
-    inspect.LiteralType: _choice_expectation,
-    inspect.StrType: "a text in quotes",
-    inspect.BoolType: "true or false",
-    inspect.UnionType: _union_expectation,
-    inspect.VarTupleType: _list_expectation,
-    inspect.TupleType: _tuple_expectation,
 }

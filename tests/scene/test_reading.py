@@ -326,3 +326,12 @@ def test_what_is_seldom_meant_is_a_warning(arch, caplog, old, new, doubt):
         assert not caplog.records
         check(loads(arch.replace(old, new).replace("#\ngravity", "#gravity")))
     assert doubt in caplog.text
+
+
+def test_the_demos_are_sound_scenes(repository, caplog):
+    files = sorted((repository / "demos").glob("*.toml"))
+    assert files
+    for file in files:
+        scene = load(file)
+        assert check(scene, base=file.parent) == scene
+    assert not caplog.records

@@ -1,0 +1,78 @@
+"""Expectation: what an annotation asks of a value, in words: ``a pressure > 0 in Pa``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from msgspec import inspect
+
+from masonry_fem.scene.quantity import noun_of
+
+
+def expectation(kind: inspect.Type, dimension: int | None = None) -> str:
+    """What a type expects, in words: ``a pressure > 0 in Pa``."""
+    extra: dict[str, Any] = {}
+    if isinstance(kind, inspect.Metadata):
+        extra, kind = kind.extra or {}, kind.type
+    words = extra.get("expected") or _WORDS.get(type(kind), "a table")
+    return str(words) if isinstance(words, str) else words(kind, extra, dimension)
+
+
+def _number_expectation(kind: Any, extra: dict[str, Any], _: int | None) -> str:
+    unit = extra.get("unit")
+    return noun_of(unit) + _range_text(kind) + (f" in {unit}" if unit else "")
+
+
+def _choice_expectation(kind: Any, extra: dict[str, Any], _: int | None) -> str:
+    return "one of " + ", ".join(repr(choice) for choice in kind.values)
+
+
+def _union_expectation(kind: Any, extra: dict[str, Any], dimension: int | None) -> str:
+    choices = alternatives(kind)
+    if isinstance(choices[0], inspect.StructType):
+        return "a table"
+    return " or ".join(expectation(one, dimension) for one in choices)
+
+
+def _tuple_expectation(kind: Any, extra: dict[str, Any], _: int | None) -> str:
+    return f"a list of {len(kind.item_types)}: " + ", ".join(map(expectation, kind.item_types))
+
+
+def _list_expectation(kind: Any, extra: dict[str, Any], dimension: int | None) -> str:
+    if isinstance(kind.item_type, inspect.StructType | inspect.UnionType):
+        return ("one or more" if kind.min_length else "an array of") + " tables ([[...]])"
+    item = expectation(kind.item_type)
+    if is_vector(kind):
+        return f"a list of {dimension or '2 or 3'} (the scene's dimension), each {item}"
+    if kind.min_length == kind.max_length and kind.min_length:
+        return f"a list of {kind.min_length}, each {item}"
+    return f"a list{' that is not empty' if kind.min_length else ''}, each {item}"
+
+
+def alternatives(kind: inspect.UnionType) -> list[inspect.Type]:
+    """The members of a union other than None."""
+    return [one for one in kind.types if not isinstance(one, inspect.NoneType)]
+
+
+def is_vector(kind: inspect.VarTupleType) -> bool:
+    """True for a list that has as many items as the scene has dimensions."""
+    return kind.min_length == 2 and kind.max_length == 3
+
+
+def _range_text(kind: Any) -> str:
+    limits = ((">", kind.gt), (">=", kind.ge), ("<", kind.lt), ("<=", kind.le))
+    text = " and ".join(f"{sign} {limit:g}" for sign, limit in limits if limit is not None)
+    return f" {text}" if text else ""
+
+
+_WORDS: dict[type, str | Callable[[Any, dict[str, Any], int | None], str]] = {
+    inspect.FloatType: _number_expectation,
+    inspect.IntType: lambda kind, *_: "a whole number" + _range_text(kind),
+    inspect.LiteralType: _choice_expectation,
+    inspect.StrType: "a text in quotes",
+    inspect.BoolType: "true or false",
+    inspect.UnionType: _union_expectation,
+    inspect.VarTupleType: _list_expectation,
+    inspect.TupleType: _tuple_expectation,
+}

@@ -1,1 +1,74 @@
-"""Structures, files and meshes. gmsh is imported here only."""
+"""Structures, files and meshes. gmsh is imported here only, and only when something is meshed."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from masonry_fem.errors import GeometryError, SceneError
+from masonry_fem.geometry import arch, block, stack, wall
+from masonry_fem.scene import specs
+from masonry_fem.solid.assembly import Assembly, Block, Shape
+
+__all__ = ["assemble", "build_structure"]
+
+
+def build_structure(
+    spec: specs.AnyStructure, dimension: int, base: Path, mesh: specs.MeshSettings
+) -> Assembly:
+    """The blocks of one structure; ``base`` is the folder of its files, ``mesh`` for files to mesh."""
+    match spec:
+        case specs.BlockStructure():
+            return block.build(spec, dimension)
+        case specs.StackStructure():
+            return stack.build(spec, dimension)
+        case specs.WallStructure():
+            return wall.build(spec, dimension)
+        case specs.ArchStructure():
+            return arch.build(spec, dimension)
+        case specs.FileStructure():
+            from masonry_fem.geometry import files  # noqa: PLC0415  brings gmsh
+
+            return files.read(spec, dimension, base, mesh)
+    raise AssertionError(spec)
+
+
+def assemble(parts: Sequence[Assembly]) -> Assembly:
+    """Several structures as one; shapes that are equal bit for bit are shared."""
+    shapes: list[Shape] = []
+    blocks: list[Block] = []
+    for part in parts:
+        numbers = [_number(shapes, shape) for shape in part.shapes]
+        blocks += [
+            Block(stone.name, numbers[stone.shape], stone.pose, stone.groups, stone.support)
+            for stone in part.blocks
+        ]
+    repeated = [name for name, count in Counter(stone.name for stone in blocks).items() if count > 1]
+    if repeated:
+        raise SceneError(
+            f"structures: two blocks are called '{repeated[0]}', expected names that differ; rename a structure"
+        )
+    if not blocks:
+        raise GeometryError("structures: there is no block at all; add a structure")
+    return Assembly(parts[0].dimension, tuple(shapes), tuple(blocks))
+
+
+def _number(shapes: list[Shape], shape: Shape) -> int:
+    for number, known in enumerate(shapes):
+        if shape.mesh is None and known.mesh is None and _same(known, shape):
+            return number
+    shapes.append(shape)
+    return len(shapes) - 1
+
+
+def _same(one: Shape, two: Shape) -> bool:
+    return (
+        one.solid.faces == two.solid.faces
+        and one.solid.names == two.solid.names
+        and one.solid.labels == two.solid.labels
+        and one.arcs == two.arcs
+        and np.array_equal(one.solid.vertices, two.solid.vertices)
+    )

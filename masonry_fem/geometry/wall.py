@@ -1,0 +1,56 @@
+"""Wall: bricks in running bond, half bricks closing every other course."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from masonry_fem.geometry.ground import ground
+from masonry_fem.scene.specs import WallStructure
+from masonry_fem.solid.assembly import Assembly, Block, Shape
+from masonry_fem.solid.polytope import Polytope
+from masonry_fem.solid.pose import Pose
+
+WHOLE, HALF = 0, 1
+
+
+def build(spec: WallStructure, dimension: int) -> Assembly:
+    """Blocks ``name.c1.b1`` ... course by course from below, and ``name.ground``.
+
+    Without half bricks the shifted courses are a brick shorter.
+    """
+    brick, origin = np.array(spec.brick, dtype=float), np.zeros(dimension)
+    if spec.position is not None:
+        origin = np.array(spec.position, dtype=float)
+    half = brick.copy()
+    half[0] /= 2
+    shapes = [
+        Shape(f"{spec.name}.brick", Polytope.box((0.0,) * dimension, tuple(brick))),
+        Shape(f"{spec.name}.half", Polytope.box((0.0,) * dimension, tuple(half))),
+    ]
+    blocks = []
+    if spec.ground:
+        high = origin + brick
+        high[0] = origin[0] + spec.columns * brick[0]
+        shape, block = ground(spec.name, 2, origin, high, float(brick[-1]))
+        shapes.append(shape)
+        blocks.append(block)
+    for course in range(1, spec.courses + 1):
+        group = f"{spec.name}.c{course}"
+        for number, (halves, kind) in enumerate(course_of(spec, course), start=1):
+            corner = origin.copy()
+            corner[0] += halves * half[0]
+            corner[-1] += (course - 1) * brick[-1]
+            pose = Pose(np.eye(dimension), corner)
+            blocks.append(Block(f"{group}.b{number}", kind, pose, (spec.name, group)))
+    return Assembly(dimension, tuple(shapes), tuple(blocks))
+
+
+def course_of(spec: WallStructure, course: int) -> list[tuple[int, int]]:
+    """Bricks of a course: (left end in half bricks, WHOLE or HALF)."""
+    shifted = (course % 2 == 0) != (spec.half_bricks == "odd")
+    if not shifted:
+        return [(2 * i, WHOLE) for i in range(spec.columns)]
+    inner = [(2 * i + 1, WHOLE) for i in range(spec.columns - 1)]
+    if spec.half_bricks == "none":
+        return inner
+    return [(0, HALF), *inner, (2 * spec.columns - 1, HALF)]

@@ -1,0 +1,174 @@
+"""Attachment: elastic blocks seen through their contact sides.
+
+A contact point moves as its facet's shape functions say, v = G u. Blocks whose points lie alike in
+their common shape have one W_el = G (M̂⁻¹)_el Gᵀ; it is computed once for all of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+from scipy import sparse
+
+from masonry_fem.bodies.base import FloatArray, IntArray, Scheme, Sides
+from masonry_fem.fem.condense import coefficients
+from masonry_fem.fem.locate import on_facets
+from masonry_fem.fem.meshed import ElasticState
+
+if TYPE_CHECKING:
+    from masonry_fem.fem.elastic import ElasticGroup
+
+ALIKE = 1e-11  # of a block's size: poses bring rounding errors into equal points
+
+
+@dataclass(frozen=True, slots=True)
+class _Surface:
+    """(M̂⁻¹)_el on the dofs that carry contacts, for the last scheme used."""
+
+    key: tuple[float, float]
+    block: FloatArray
+
+
+@dataclass(slots=True)
+class ElasticAttachment:
+    """Elastic blocks seen through k contact sides.
+
+    Attributes
+    ----------
+    group : The blocks. sides : Which contacts touch them, and where.
+    nodes : Nodes of the facet that carries each point, shape (k, f).
+    weights : Its shape functions there, shape (k, f).
+    modes : Rigid modes at the points, shape axes, shape (k, d, m).
+    members : Side numbers of each block that has sides, in the order of ``bodies``.
+    bodies : Those blocks.
+    pattern : Number of the pattern of points that each of them has.
+    """
+
+    group: ElasticGroup
+    sides: Sides
+    nodes: IntArray
+    weights: FloatArray
+    modes: FloatArray
+    members: list[IntArray]
+    bodies: IntArray
+    pattern: IntArray
+    _interpolation: sparse.csr_array
+    _surface: _Surface | None = field(default=None, repr=False)
+
+    @classmethod
+    def of(cls, group: ElasticGroup, sides: Sides) -> Self:
+        """Attach a group to sides."""
+        d, count = group.dimension, len(sides.body)
+        local = group.to_shape(sides.body, sides.point)
+        nodes, weights = on_facets(group.mesh, sides.facet, local)
+        nodal_modes = group.modes.modes.reshape(-1, d, group.modes.modes.shape[1])
+        modes = np.einsum("kf,kfdm->kdm", weights, nodal_modes[nodes])
+        order = np.argsort(sides.body, kind="stable")
+        bodies, start = np.unique(sides.body[order], return_index=True)
+        members = np.split(order, start[1:]) if count else []
+        digits = np.round(local / (ALIKE * float(np.ptp(group.mesh.points, axis=0).max())))
+        known: dict[bytes, int] = {}
+        pattern = [
+            known.setdefault(nodes[rows].tobytes() + digits[rows].tobytes(), len(known)) for rows in members
+        ]
+        total = len(group.mesh.points)
+        columns = sides.body[:, None] * total + nodes
+        pointers = np.arange(count + 1) * nodes.shape[1]
+        interpolation = sparse.csr_array(
+            (weights.ravel(), columns.ravel(), pointers), shape=(count, group.count * total)
+        )
+        return cls(
+            group,
+            sides,
+            nodes,
+            weights,
+            modes,
+            members,
+            bodies,
+            np.array(pattern, dtype=np.int64),
+            interpolation,
+        )
+
+    def positions(self, state: ElasticState) -> FloatArray:
+        """Where the material points are now, shape (k, d) [m]."""
+        rigid = np.einsum("kdm,km->kd", self.modes, state.rigid_displacement[self.sides.body])
+        moved = rigid + self._at_points(state.displacement)
+        now: FloatArray = self.sides.point + np.einsum(
+            "kij,kj->ki", self.group.rotation[self.sides.body], moved
+        )
+        return now
+
+    def rotations(self, state: ElasticState) -> FloatArray:
+        """None: rotations are frozen in small kinematics, shape (k, d, d)."""
+        d = self.group.dimension
+        return np.tile(np.eye(d), (len(self.sides.body), 1, 1))
+
+    def rigid_map(self, state: ElasticState, points: FloatArray, frames: FloatArray) -> FloatArray:
+        """B = G Φ at the material points, shape (k, d, m); ``points`` makes no difference here."""
+        turned: FloatArray = self._local(frames) @ self.modes
+        return turned
+
+    def elastic_velocity(self, elastic: FloatArray, frames: FloatArray) -> FloatArray:
+        """Velocity, in the frames, that a nodal field (b, n) has at the points, shape (k, d)."""
+        local: FloatArray = np.einsum("kij,kj->ki", self._local(frames), self._at_points(elastic))
+        return local
+
+    def spread(self, impulses: FloatArray, frames: FloatArray) -> FloatArray:
+        """Nodal impulses Gᵀ p of signed side impulses (k, d) in the frames, shape (b, n) [N s]."""
+        own = np.einsum("kij,ki->kj", self._local(frames), impulses)
+        nodal: FloatArray = (self._interpolation.T @ own).reshape(self.group.count, -1)
+        return nodal
+
+    def compliance(self, scheme: Scheme, frames: FloatArray) -> Sequence[tuple[IntArray, FloatArray]]:
+        """W_el of each block that has sides; blocks that are alike share one (read-only) matrix."""
+        if not self.members:
+            return ()
+        surface, local = self._surface_block(scheme), self._local(frames)
+        digits = np.round(local / ALIKE)
+        known: dict[tuple[int, bytes], FloatArray] = {}
+        result = []
+        for rows, pattern in zip(self.members, self.pattern, strict=True):
+            key = (int(pattern), digits[rows].tobytes())
+            if key not in known:
+                known[key] = self._condensed(rows, local[rows], surface)
+            result.append((rows, known[key]))
+        return result
+
+    # --- private ----------------------------------------------------------------------------------
+
+    def _local(self, frames: FloatArray) -> FloatArray:
+        """Frames seen from the shape axes, shape (k, d, d)."""
+        turned: FloatArray = frames @ self.group.rotation[self.sides.body]
+        return turned
+
+    def _at_points(self, nodal: FloatArray) -> FloatArray:
+        """A nodal field (b, n) at the points, shape axes, shape (k, d)."""
+        value: FloatArray = self._interpolation @ nodal.reshape(-1, self.group.dimension)
+        return value
+
+    def _surface_block(self, scheme: Scheme) -> FloatArray:
+        """(M̂⁻¹)_el on all dofs of the nodes that carry contacts, dense."""
+        key = coefficients(self.group.operators, scheme)
+        if self._surface is None or self._surface.key != key:
+            carriers, d = np.unique(self.nodes), self.group.dimension
+            dofs = (carriers[:, None] * d + np.arange(d)).ravel()
+            self._surface = _Surface(key, self.group.factor(scheme).block(dofs))
+        return self._surface.block
+
+    def _condensed(self, rows: IntArray, local: FloatArray, surface: FloatArray) -> FloatArray:
+        """G C Gᵀ of one block's sides, C being the surface block."""
+        carriers, d = np.unique(self.nodes), self.group.dimension
+        place = np.searchsorted(carriers, self.nodes[rows])
+        count, functions = place.shape
+        entries = self.weights[rows][:, None, :, None] * local[:, :, None, :]  # (s, i, f, j)
+        columns = np.broadcast_to((place[:, None, :, None] * d) + np.arange(d), entries.shape)
+        pointers = np.arange(count * d + 1) * (functions * d)
+        G = sparse.csr_array((entries.ravel(), columns.ravel(), pointers), shape=(count * d, len(surface)))
+        half = G @ surface
+        matrix: FloatArray = G @ half.T
+        matrix = 0.5 * (matrix + matrix.T)
+        matrix.flags.writeable = False
+        return matrix

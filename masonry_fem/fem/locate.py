@@ -1,0 +1,77 @@
+"""Locate: which cell holds a point and what its nodes weigh there."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from masonry_fem.contact.interpolation import weights
+from masonry_fem.errors import GeometryError
+from masonry_fem.fem.lagrange import is_simplex, lagrange
+from masonry_fem.solid.mesh import Mesh
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+NEWTON_STEPS = 12  # straight cells need one; curved and distorted ones four or five
+REACH = 0.1  # of the mesh's size: how far outside a point may lie (arcs, gaps) and still belong
+
+
+def in_cells(mesh: Mesh, point: FloatArray, what: str) -> tuple[IntArray, FloatArray]:
+    """Nodes and weights (k,) that give a field at a point; linear fields are exact.
+
+    Raises
+    ------
+    GeometryError
+        If the point is far outside the mesh; ``what`` names it in the message.
+    """
+    element, corners = lagrange(mesh.cell), mesh.points[mesh.cells]
+    local = np.full((len(mesh.cells), mesh.dimension), 0.25 if is_simplex(mesh.cell) else 0.5)
+    for _ in range(NEWTON_STEPS):
+        miss = np.einsum("mk,mkd->md", element.values(local), corners) - point
+        jacobian = np.einsum("mkd,mkt->mdt", corners, element.gradients(local))
+        change = np.linalg.solve(jacobian, miss[..., None])[..., 0]
+        local = np.clip(local - change, -5.0, 6.0)  # far cells need no answer, only no overflow
+        if np.abs(change).max() < 1e-14:
+            break
+    inside = _clipped(local, mesh.cell)
+    distance = np.linalg.norm(np.einsum("mk,mkd->md", element.values(inside), corners) - point, axis=1)
+    cell = int(distance.argmin())
+    size = float(np.ptp(mesh.points, axis=0).max())
+    if distance[cell] > REACH * size:
+        raise GeometryError(
+            f"{what}: the point is {distance[cell]:.3g} m outside the block, expected inside or on its "
+            "faces; give a point of the block in world coordinates"
+        )
+    nodes: IntArray = mesh.cells[cell]
+    return nodes, element.values(local[cell])
+
+
+def _clipped(local: FloatArray, cell: str) -> FloatArray:
+    """The nearest reference points, roughly, of the cell itself."""
+    inside = np.clip(local, 0.0, 1.0)
+    if is_simplex(cell):
+        inside = inside / np.maximum(inside.sum(axis=1, keepdims=True), 1.0)
+    return inside
+
+
+def on_facets(mesh: Mesh, facets: IntArray, points: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Nodes and weights, each (k, f), of points (k, d) on boundary facets; −1: the nearest facet."""
+    carrier = np.array(facets, dtype=np.int64)
+    for index in np.flatnonzero(carrier < 0):
+        carrier[index] = _nearest_facet(mesh, points[index])
+    return mesh.facets[carrier], weights(mesh, carrier, points)
+
+
+def _nearest_facet(mesh: Mesh, point: FloatArray) -> int:
+    """The facet that holds a point, judged by how far its weights put the point outside it."""
+    corners = mesh.points[mesh.facets]
+    everywhere = np.broadcast_to(point, (len(mesh.facets), len(point)))
+    share = weights(mesh, np.arange(len(mesh.facets)), np.ascontiguousarray(everywhere))
+    off = np.linalg.norm(np.einsum("fk,fkd->fd", share, corners) - point, axis=1)
+    size = np.linalg.norm(np.ptp(corners, axis=1), axis=1)
+    # weights beyond [0, 1] mean outside; second-order ones dip to −1/8 on the facet itself
+    outside = size * (
+        np.maximum(share - 1, 0).sum(axis=1) + np.maximum(-0.125 * (mesh.order - 1) - share, 0).sum(axis=1)
+    )
+    return int((off + outside).argmin())

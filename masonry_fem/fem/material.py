@@ -1,0 +1,72 @@
+"""ElasticMaterial: isotropic linear elasticity with Rayleigh damping, SI units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from masonry_fem.errors import SceneError
+
+Plane = Literal["strain", "stress"] | None
+
+
+@dataclass(frozen=True, slots=True)
+class ElasticMaterial:
+    """What an elastic block is made of.
+
+    Attributes
+    ----------
+    young : Young's modulus [Pa].
+    poisson : Poisson's ratio, −1 < ν < ½.
+    density : Mass density [kg/m³].
+    mass_damping : α of C = α M + β K [1/s].
+    stiffness_damping : β of C = α M + β K [s].
+
+    Raises
+    ------
+    SceneError
+        If a value is outside its range.
+    """
+
+    young: float
+    poisson: float
+    density: float
+    mass_damping: float = 0.0
+    stiffness_damping: float = 0.0
+
+    def __post_init__(self) -> None:
+        checks = (
+            ("young", self.young, self.young > 0, "> 0 Pa"),
+            ("poisson", self.poisson, -1 < self.poisson < 0.5, "between -1 and 0.5, both excluded"),
+            ("density", self.density, self.density > 0, "> 0 kg/m³"),
+            ("mass_damping", self.mass_damping, self.mass_damping >= 0, ">= 0 1/s"),
+            ("stiffness_damping", self.stiffness_damping, self.stiffness_damping >= 0, ">= 0 s"),
+        )
+        for name, value, holds, expected in checks:
+            if not holds:
+                raise SceneError(
+                    f"elastic material: {name} is {value}, expected {expected}; correct the value"
+                )
+
+    def lame(self, plane: Plane) -> tuple[float, float]:
+        """Lamé's λ and μ [Pa]; in plane stress the reduced λ, so that σ = λ tr ε I + 2μ ε in the plane."""
+        E, nu = self.young, self.poisson
+        mu = E / (2 * (1 + nu))
+        if plane == "stress":
+            return E * nu / (1 - nu**2), mu
+        return E * nu / ((1 + nu) * (1 - 2 * nu)), mu
+
+    def stress_matrix(self, dimension: int, plane: Plane) -> NDArray[np.float64]:
+        """Stress (xx, yy, zz, xy, yz, xz) of a displacement gradient, shape (6, d, d): σ = D : ∇u."""
+        lam, mu = self.lame(plane if dimension == 2 else None)
+        matrix = np.zeros((6, dimension, dimension))
+        for row, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))):
+            if i == j and not (i >= dimension and plane == "stress"):
+                matrix[row] += lam * np.eye(dimension)
+            if max(i, j) < dimension:
+                matrix[row, i, j] += mu
+                matrix[row, j, i] += mu
+        return matrix

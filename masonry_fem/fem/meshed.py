@@ -1,0 +1,166 @@
+"""Meshed: blocks that share one mesh, each in its own pose: loads, fields, places, as arrays.
+
+A nodal array (b, n) holds vectors of b blocks in their shapes' axes, dof = node · d + component;
+world and shape axes differ by the poses' rotations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from masonry_fem.bodies.base import FloatArray, IntArray
+from masonry_fem.bodies.rotation import moment
+from masonry_fem.fem.assemble import ShapeOperators
+from masonry_fem.fem.locate import in_cells
+from masonry_fem.fem.modes import RigidModes
+from masonry_fem.fem.traction import face_weights
+from masonry_fem.solid.pose import Pose
+
+
+@dataclass(frozen=True, slots=True)
+class ElasticState:
+    """How b blocks have moved and move, split in rigid and elastic part: u = Φ U + u_el.
+
+    The split keeps the digits of the elastic part however far and fast a block moves.
+
+    Attributes
+    ----------
+    time : Time [s] (load factor in statics), for clamps that move.
+    rigid_displacement : Amplitudes of the rigid modes, shape (b, m) [kg^½ m].
+    displacement : Elastic part, with what clamps prescribe, shape axes, shape (b, n) [m].
+    rigid_velocity : U, shape (b, m) [kg^½ m/s].
+    velocity : u_el, shape axes, shape (b, n) [m/s]. After a step of statics U and u_el are the
+        displacements of that step over h; no momentum belongs to them.
+    """
+
+    time: float
+    rigid_displacement: FloatArray
+    displacement: FloatArray
+    rigid_velocity: FloatArray
+    velocity: FloatArray
+
+
+class Meshed:
+    """b blocks over one mesh.
+
+    Parameters
+    ----------
+    blocks : Their numbers in the assembly, shape (b,).
+    names : Their names.
+    poses : Where the mesh stands for each.
+    operators : Mesh, stiffness and mass.
+    modes : Rigid modes of the mesh.
+    """
+
+    def __init__(
+        self,
+        blocks: IntArray,
+        names: Sequence[str],
+        poses: Sequence[Pose],
+        operators: ShapeOperators,
+        modes: RigidModes,
+    ) -> None:
+        self.blocks = blocks
+        self.names = tuple(names)
+        self.rotation: FloatArray = np.array([pose.rotation for pose in poses])
+        self.translation: FloatArray = np.array([pose.translation for pose in poses])
+        self.operators, self.modes = operators, modes
+        self.mesh = operators.mesh
+        self.dimension = operators.mesh.dimension
+        self.cell = operators.mesh.cell
+        unit = np.tile(np.eye(self.dimension), (len(self.mesh.points), 1))
+        self._inertia: FloatArray = operators.mass @ unit  # force of unit accelerations, (n, d)
+        self.mass: FloatArray = np.full(len(blocks), self._inertia[:: self.dimension, 0].sum())
+        self._located: dict[tuple[int, bytes], tuple[NDArray[np.int64], FloatArray]] = {}
+        self._faces: dict[int, FloatArray] = {}
+
+    @property
+    def count(self) -> int:
+        """Number of blocks b."""
+        return len(self.blocks)
+
+    def to_shape(self, bodies: IntArray, points: FloatArray) -> FloatArray:
+        """Shape coordinates of world points (k, d), each of its own block."""
+        local: FloatArray = np.einsum("kij,ki->kj", self.rotation[bodies], points - self.translation[bodies])
+        return local
+
+    def no_force(self) -> FloatArray:
+        """Nothing on any node, shape (b, n)."""
+        return np.zeros((self.count, self.mesh.points.size))
+
+    # --- loads ------------------------------------------------------------------------------------
+
+    def acceleration_force(self, acceleration: FloatArray) -> FloatArray:
+        """Body force of a uniform acceleration (d,) [m/s²], nodal (b, n) [N]."""
+        local = np.einsum("bij,i->bj", self.rotation, np.asarray(acceleration, dtype=float))
+        force: FloatArray = local @ self._inertia.T
+        return force
+
+    def traction_force(self, body: int, face: int, traction: FloatArray) -> FloatArray:
+        """Uniform traction (d,) [Pa], world axes, on a polytope face of one block, nodal (b, n) [N]."""
+        if face not in self._faces:
+            self._faces[face] = face_weights(self.mesh, face, self.names[body])
+        force = self.no_force()
+        local = self.rotation[body].T @ np.asarray(traction, dtype=float)
+        force[body] = np.outer(self._faces[face], local).ravel()
+        return force
+
+    def point_force(self, body: int, point: FloatArray | None, force: FloatArray) -> FloatArray:
+        """Force (d,) [N] at a world point of the reference (None: centroid), nodal (b, n) [N]."""
+        centre = self.rotation[body] @ self.modes.centroid + self.translation[body]
+        nodes, weights = self._weights(body, centre if point is None else point)
+        total = self.no_force()
+        local = self.rotation[body].T @ np.asarray(force, dtype=float)
+        total[body].reshape(-1, self.dimension)[nodes] = np.outer(weights, local)
+        return total
+
+    def resultant(self, force: FloatArray) -> FloatArray:
+        """Force and moment about the world origin in the reference, shape (b, d + 1 or 6) [N, N m]."""
+        nodal = force.reshape(len(force), -1, self.dimension)
+        own = moment(np.broadcast_to(self.mesh.points, nodal.shape), nodal).sum(axis=1)
+        total = np.einsum("bij,bj->bi", self.rotation, nodal.sum(axis=1))
+        turned = own if self.dimension == 2 else np.einsum("bij,bj->bi", self.rotation, own)
+        return np.concatenate([total, turned + moment(self.translation, total)], axis=1)
+
+    # --- fields -----------------------------------------------------------------------------------
+
+    def _weights(self, body: int, point: FloatArray) -> tuple[NDArray[np.int64], FloatArray]:
+        """Nodes and weights of a world point of one block; kept, since probes ask at every step."""
+        key = (body, np.asarray(point, dtype=float).tobytes())
+        if key not in self._located:
+            local = self.rotation[body].T @ (np.asarray(point, dtype=float) - self.translation[body])
+            self._located[key] = in_cells(self.mesh, local, f"block '{self.names[body]}', point {point}")
+        return self._located[key]
+
+    def _world(self, nodal: FloatArray, body: int) -> FloatArray:
+        """Nodal vectors (n,) of one block in world axes, shape (nodes, d)."""
+        turned: FloatArray = nodal.reshape(-1, self.dimension) @ self.rotation[body].T
+        return turned
+
+    def displacement(self, state: ElasticState, body: int, point: FloatArray) -> FloatArray:
+        """Displacement of a material point given in world coordinates of reference, (d,) [m]."""
+        nodes, weights = self._weights(body, point)
+        moved: FloatArray = weights @ self.displacement_field(state, body)[nodes]
+        return moved
+
+    def cells(self, body: int) -> IntArray:
+        """Cells of the mesh, shape (m, k)."""
+        return self.mesh.cells
+
+    def nodes(self, body: int) -> FloatArray:
+        """Nodes of one block in the reference configuration, world axes, shape (nodes, d) [m]."""
+        placed: FloatArray = self._world(self.mesh.points.ravel(), body) + self.translation[body]
+        return placed
+
+    def displacement_field(self, state: ElasticState, body: int) -> FloatArray:
+        """Displacement of the nodes of one block, world axes, shape (nodes, d) [m]."""
+        rigid = self.modes.modes @ state.rigid_displacement[body]
+        return self._world(rigid + state.displacement[body], body)
+
+    def velocity_field(self, state: ElasticState, body: int) -> FloatArray:
+        """Velocity of the nodes of one block, world axes, shape (nodes, d) [m/s]."""
+        return self._world(self.modes.modes @ state.rigid_velocity[body] + state.velocity[body], body)

@@ -22,12 +22,12 @@ from masonry_fem.dynamics.state import OPEN, SLIP, STICK, SystemState
 from masonry_fem.post import fields
 from masonry_fem.post.recorder import StepReport
 from masonry_fem.post.render import Stage, View, can_render
-from masonry_fem.post.scenery import Scenery, Shape
+from masonry_fem.post.scenery import DeformedShape, Scenery
 from masonry_fem.post.sheet import ColourBar, Key, Sheet, prefix_of, quantity, round_down
 
 FloatArray = NDArray[np.float64]
 
-STONE, HELD, LINE, GHOST = "#e3dccb", "#a9adb2", "#33383f", "#8b939c"
+STONE, HELD, LINE, GHOST = "#ebe5d8", "#a9adb2", "#33383f", "#8b939c"
 COMPRESSION, TENSION = "#1f5fa8", "#c8352b"
 STATUS_COLOURS = {OPEN: "#9aa2ab", STICK: "#1b7f5c", SLIP: "#e07b1a"}
 STATUS_WORDS = {OPEN: "open", STICK: "stick", SLIP: "slip"}
@@ -76,7 +76,7 @@ def draw_all(scenery: Scenery, directory: Path, amplification: float | None = No
 
 def draw_deformed(scenery: Scenery, path: Path, amplification: float | None = None) -> Path:
     """Deformed shape coloured by displacement, over the outline of the reference."""
-    shape = Shape(scenery, amplification)
+    shape = DeformedShape(scenery, amplification)
     size = np.linalg.norm(shape.surface.point_data[fields.DISPLACEMENT], axis=1)
     factor, prefix = prefix_of(float(size.max(initial=0.0)))
     shape.surface["_size"] = size / factor
@@ -93,7 +93,7 @@ def draw_deformed(scenery: Scenery, path: Path, amplification: float | None = No
 
 def draw_von_mises(scenery: Scenery, path: Path, amplification: float | None = None) -> Path:
     """Von Mises stress, smoothed to the nodes, on the deformed shape."""
-    shape = Shape(scenery, amplification)
+    shape = DeformedShape(scenery, amplification)
     mises = np.asarray(shape.surface.point_data[fields.VON_MISES])
     # corners in contact are singular: a scale that reaches their value shows nothing else
     top, limit = float(np.nanmax(mises)), float(np.nanquantile(mises, 0.995))
@@ -135,9 +135,10 @@ def draw_principal(scenery: Scenery, path: Path) -> Path:
         f"Mean stress of each block, from {quantity(float(values.min()), 'Pa')} to "
         f"{quantity(float(values.max()), 'Pa')} (tension positive)",
     )
-    shape = Shape(scenery, 1.0)
+    shape = DeformedShape(scenery, 1.0)
     stage = Stage(View.of(shape.deformed().points, scenery.dimension), sheet.image_width, scenery.length)
     draw_pale(stage, shape.deformed(), shape.deformed_outline())
+    radius = max(0.035 * arm_length, 1.3 / stage.scale)
     for rank, colour, mask in ((3, COMPRESSION, values < 0), (5, TENSION, values > 0)):
         where, which = np.nonzero(mask)
         middle, arm = centres[where], half[where, which]
@@ -145,9 +146,7 @@ def draw_principal(scenery: Scenery, path: Path) -> Path:
         pairs = np.arange(len(where))
         bars.lines = np.column_stack([np.full_like(pairs, 2), pairs, pairs + len(pairs)]).ravel()
         if len(where):
-            stage.solid(
-                bars.tube(radius=0.035 * arm_length, n_sides=12 if len(where) < 500 else 5), colour, rank=rank
-            )
+            stage.solid(bars.tube(radius=radius, n_sides=12 if len(where) < 500 else 5), colour, rank=rank)
     sample, pixels = _sample(top, 2 * arm_length * stage.scale)
     if (values < 0).any():
         sheet.keys.append(Key(f"compression, {quantity(sample, 'Pa')}", COMPRESSION, "bar", pixels))
@@ -212,7 +211,7 @@ def _draw_arrows(
 ) -> Path:  # fmt: skip
     import pyvista as pv  # noqa: PLC0415
 
-    shape = Shape(scenery, 1.0)
+    shape = DeformedShape(scenery, 1.0)
     top = _top(force) or 1.0
     vectors = force * (longest * scenery.length / top)
     extent = np.concatenate([shape.deformed().points, points + vectors])

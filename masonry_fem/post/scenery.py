@@ -1,7 +1,7 @@
 """Scenery: what a picture shows, as pyvista data: all blocks with their fields, and the contact points.
 
 It is made from a model and a state, or read from the field files of a results folder, so that old
-results can be drawn again without their model. ``Shape`` is its surface, amplified.
+results can be drawn again without their model. ``DeformedShape`` is its surface, amplified.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class Scenery:
         return "N/m" if self.dimension == 2 else "N"
 
 
-class Shape:
+class DeformedShape:
     """Surface and outline of the blocks, which can be moved by their displacement."""
 
     def __init__(self, scenery: Scenery, amplification: float | None) -> None:

@@ -182,16 +182,35 @@ def _features(
                     heights[v] = 0.0
                     for c in range(d):
                         heights[v] += (vertices[other, v, c] - on_face[carrier, f, c]) * normal[carrier, f, c]
-                lowest = heights.min()
+                low = _three_lowest(heights)
+                lowest = heights[low[0]]
                 if lowest < -reach - level or lowest > reach + level or lowest <= best:
                     continue
-                order = np.argsort(heights)
-                near = (heights <= lowest + level).sum()
+                near = 0
+                for value in heights:
+                    near += value <= lowest + level
                 if near > d - 1:
                     continue  # a face: found by the faces, or an edge that only is shared
                 best = lowest
-                result[m, 0], result[m, 1], result[m, 2] = side, f, order[0]
+                result[m, 0], result[m, 1], result[m, 2] = side, f, low[0]
                 # a second corner within reach makes an edge where the first two stand out
-                two = d == 3 and len(order) > 2 and heights[order[1]] <= reach
-                result[m, 3] = order[1] if two and heights[order[2]] > heights[order[1]] + level else -1
+                two = d == 3 and heights[low[1]] <= reach and heights[low[2]] > heights[low[1]] + level
+                result[m, 3] = low[1] if two else -1
     return result
+
+
+@njit(cache=True)
+def _three_lowest(heights: FloatArray) -> IntArray:
+    """Indices of the three smallest values, ascending; the first of equals comes first."""
+    low = np.zeros(3, dtype=np.int64)
+    known = 0
+    for i in range(len(heights)):
+        at = known
+        while at > 0 and heights[i] < heights[low[at - 1]]:
+            if at < 3:
+                low[at] = low[at - 1]
+            at -= 1
+        if at < 3:
+            low[at] = i
+            known = min(known + 1, 3)
+    return low

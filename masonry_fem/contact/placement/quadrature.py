@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from numba.typed import List
 
 from masonry_fem.contact.clipping import clip, polygon_area
 from masonry_fem.solid.mesh import IntArray
@@ -76,56 +75,80 @@ def _areas(
     weight: FloatArray,
     density: int,
 ) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Quadrature points of all pieces (3D)."""
     size = np.sqrt(polygon_area(polygon))
-    pieces, rows = _pieces(polygon, candidate, antagonist, 1e-9 * size)
-    most = density * density * max(len(gauss) ** 2, 0)
-    room = 0
-    for piece in pieces:
-        room += max(most, len(piece) * density * density * len(weight))
-    points, weights = np.empty((room, 2)), np.empty(room)
-    owner = np.empty((room, 2), dtype=np.int64)
+    pieces, corners, rows = _pieces(polygon, candidate, antagonist, 1e-9 * size)
+    each = max(len(gauss) ** 2, len(weight) * max(pieces.shape[1] - 2, 1)) * density * density
+    points, weights = np.empty((len(pieces) * each, 2)), np.empty(len(pieces) * each)
+    owner = np.empty((len(pieces) * each, 2), dtype=np.int64)
     total = 0
+    triangle = np.empty((3, 2))
     for k in range(len(pieces)):
-        piece = pieces[k]
+        piece = pieces[k, : corners[k]]
         before = total
-        if len(piece) == 4 and np.abs(piece[0] - piece[1] + piece[2] - piece[3]).max() < 1e-9 * size:
+        skew = 1.0
+        if len(piece) == 4:
+            x, y = piece[0] - piece[1] + piece[2] - piece[3]
+            skew = max(abs(x), abs(y)) / size
+        if skew < 1e-9:
             total = _on_parallelogram(piece, gauss, gauss_weight, density, points, weights, total)
         else:
             for i in range(1, len(piece) - 1):
-                triangle = np.empty((3, 2))
                 triangle[0], triangle[1], triangle[2] = piece[0], piece[i], piece[i + 1]
                 total = _on_triangle(triangle, barycentric, weight, density, points, weights, total)
         for i in range(before, total):
             owner[i] = rows[k]
-    return points[:total].copy(), weights[:total].copy(), owner[:total].copy()
+    return points[:total], weights[:total], owner[:total]
 
 
 @njit(cache=True)
 def _pieces(
     polygon: FloatArray, candidate: FloatArray, antagonist: FloatArray, tolerance: float
-) -> tuple[List, List]:
-    """Common parts of the polygon and one facet of each side, with the facets' rows."""
-    pieces, rows = List(), List()
+) -> tuple[FloatArray, IntArray, IntArray]:
+    """Common parts of the polygon and one facet of each side.
+
+    Corners, padded (m, k, 2), their numbers (m,) and the facets' rows (m, 2).
+    """
+    most = len(polygon) + candidate.shape[1] + antagonist.shape[1]
+    room = len(candidate) + len(antagonist)
+    pieces = np.empty((room, most, 2))
+    found = np.empty((room, 3), dtype=np.int64)  # rows, number of corners
+    total = 0
     smallest = SLIVER * polygon_area(polygon)
     for i in range(len(candidate)):
         part = clip(polygon, candidate[i], tolerance)
         if len(part) < 3:
             continue
         for j in range(len(antagonist)):
-            apart = False
-            for axis in range(2):
-                if (
-                    antagonist[j, :, axis].min() >= part[:, axis].max()
-                    or antagonist[j, :, axis].max() <= part[:, axis].min()
-                ):
-                    apart = True
-            if apart:
+            if _apart(part, antagonist[j]):
                 continue
             piece = clip(part, antagonist[j], tolerance)
-            if len(piece) >= 3 and polygon_area(piece) > smallest:
-                pieces.append(piece)
-                rows.append(np.array([i, j]))
-    return pieces, rows
+            if len(piece) < 3 or polygon_area(piece) <= smallest:
+                continue
+            if total == len(pieces):
+                more, also = np.empty((2 * total, most, 2)), np.empty((2 * total, 3), dtype=np.int64)
+                more[:total], also[:total] = pieces, found
+                pieces, found = more, also
+            pieces[total, : len(piece)] = piece
+            found[total, 0], found[total, 1], found[total, 2] = i, j, len(piece)
+            total += 1
+    return pieces[:total], found[:total, 2], found[:total, :2]
+
+
+@njit(cache=True)
+def _apart(first: FloatArray, second: FloatArray) -> bool:
+    """Whether the bounding boxes of two polygons have nothing in common."""
+    for axis in range(2):
+        low = high = first[0, axis]
+        for point in first:
+            low, high = min(low, point[axis]), max(high, point[axis])
+        below = above = True
+        for point in second:
+            below = below and point[axis] <= low
+            above = above and point[axis] >= high
+        if below or above:
+            return True
+    return False
 
 
 @njit(cache=True)

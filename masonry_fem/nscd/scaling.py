@@ -29,6 +29,16 @@ def contact_scale(problem: ContactProblem) -> FloatArray:
     return scale
 
 
+def free_speed(problem: ContactProblem) -> float:
+    """Largest ‖q + B (U_0 + M_r⁻¹ f_r)‖, with unit mass where M_r = 0 [m/s].
+
+    How fast the contacts would move if there were none.
+    """
+    mass = np.where(problem.rigid_mass > 0, problem.rigid_mass, 1.0)
+    velocity = problem.contact_velocity(problem.rigid_velocity + problem.rigid_impulse / mass)
+    return float(np.linalg.norm(problem.free_velocity + velocity, axis=1).max(initial=0.0))
+
+
 def rigid_diagonal(problem: ContactProblem) -> FloatArray:
     """Diagonal blocks of B M_r⁻¹ Bᵀ with unit mass where M_r = 0, shape (c, d, d) [1/kg]."""
     mass = np.where(problem.rigid_mass > 0, problem.rigid_mass, 1.0)

@@ -23,7 +23,7 @@ from masonry_fem.nscd.local import reduce_blocks
 from masonry_fem.nscd.outcome import Outcome
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import Quality
-from masonry_fem.nscd.scaling import contact_scale, diagonal_blocks, rigid_diagonal
+from masonry_fem.nscd.scaling import contact_scale, diagonal_blocks, free_speed, rigid_diagonal
 from masonry_fem.nscd.settings import SolverSettings, Start
 from masonry_fem.nscd.solvers import sweeps
 
@@ -109,6 +109,7 @@ class _BodyForm:
         self.own = own.reshape(c, d * d)
         self.local = reduce_blocks(own)
         self.scale = contact_scale(problem)
+        self.speed = free_speed(problem)
         self.friction = np.ascontiguousarray(problem.friction)
         self.free = np.ascontiguousarray(problem.free_velocity)
         self.slip = np.zeros(c)
@@ -117,7 +118,7 @@ class _BodyForm:
         # made anew from the impulses, so that rounding does not pile up from batch to batch
         motion = self.root * self.problem.balanced_velocity(impulse)
         head = (self.bodies, self.maps, self.own, self.local, self.scale, self.friction, self.free)
-        tail = (count, INTERVAL, tolerance)
+        tail = (self.speed, count, INTERVAL, tolerance)
         if impulse.shape[1] == 2:
             made: tuple[int, float] = sweeps.bodies_2d(*head, impulse, motion, *tail)
         else:

@@ -58,7 +58,9 @@ def _error(square: float, size: float, worst: float, caused: float, fastest: flo
     """Both natural maps' larger one, from sums of squares and squared maxima."""
     if size == 0.0:
         return 0.0 if worst == 0.0 else math.sqrt(worst / fastest)
-    return max(math.sqrt(square / size), math.sqrt(worst / caused))
+    if worst == 0.0:
+        return 0.0
+    return max(math.sqrt(square / size), math.sqrt(worst / caused) if caused > 0.0 else math.inf)
 
 
 @njit(cache=True)
@@ -94,7 +96,7 @@ def plain_2d(
             square += miss
             size += given
             worst = max(worst, scale[i] ** 2 * miss)
-            caused = max(caused, un * un + ut * ut, scale[i] ** 2 * given)
+            caused = max(caused, un * un + ut * ut)
             fastest = max(fastest, vn * vn + vt * vt)
         error = _error(square, size, worst, caused, fastest)
         if error <= tolerance:
@@ -142,7 +144,7 @@ def plain_3d(
             square += miss
             size += given
             worst = max(worst, scale[i] ** 2 * miss)
-            caused = max(caused, un * un + u1 * u1 + u2 * u2, scale[i] ** 2 * given)
+            caused = max(caused, un * un + u1 * u1 + u2 * u2)
             fastest = max(fastest, vn * vn + v1 * v1 + v2 * v2)
         error = _error(square, size, worst, caused, fastest)
         if error <= tolerance:
@@ -154,9 +156,12 @@ def plain_3d(
 def bodies_2d(
     bodies: IntArray, maps: FloatArray, own: FloatArray, local: FloatArray, scale: FloatArray,
     friction: FloatArray, free: FloatArray, impulse: FloatArray, motion: FloatArray,
-    count: int, interval: int, tolerance: float,
+    speed: float, count: int, interval: int, tolerance: float,
 ) -> tuple[int, float]:  # fmt: skip
-    """Sweeps that keep the bodies' velocities ``motion`` = M^½ U (b, 3); ``maps`` = B M^-½ (c, 2, 6)."""
+    """Sweeps that keep the bodies' velocities ``motion`` = M^½ U (b, 3); ``maps`` = B M^-½ (c, 2, 6).
+
+    ``speed`` is the largest free velocity, which errors are measured by.
+    """
     error = math.inf
     for sweep in range(count):
         for i in range(len(friction)):
@@ -195,7 +200,7 @@ def bodies_2d(
             worst = max(worst, scale[i] ** 2 * miss)
             caused = max(caused, scale[i] ** 2 * given)
             fastest = max(fastest, vn * vn + vt * vt)
-        error = _error(square, size, worst, caused, fastest)
+        error = _error(square, size, worst, speed**2 if speed > 0.0 else caused, fastest)
         if error <= tolerance:
             return sweep + 1, error
     return count, error
@@ -205,9 +210,12 @@ def bodies_2d(
 def bodies_3d(
     bodies: IntArray, maps: FloatArray, own: FloatArray, local: FloatArray, scale: FloatArray,
     friction: FloatArray, free: FloatArray, impulse: FloatArray, motion: FloatArray, slip: FloatArray,
-    count: int, interval: int, tolerance: float,
+    speed: float, count: int, interval: int, tolerance: float,
 ) -> tuple[int, float]:  # fmt: skip
-    """Sweeps that keep the bodies' velocities ``motion`` = M^½ U (b, 6); ``maps`` = B M^-½ (c, 2, 18)."""
+    """Sweeps that keep the bodies' velocities ``motion`` = M^½ U (b, 6); ``maps`` = B M^-½ (c, 2, 18).
+
+    ``speed`` is the largest free velocity, which errors are measured by.
+    """
     error = math.inf
     for sweep in range(count):
         for i in range(len(friction)):
@@ -256,7 +264,7 @@ def bodies_3d(
             worst = max(worst, scale[i] ** 2 * miss)
             caused = max(caused, scale[i] ** 2 * given)
             fastest = max(fastest, vn * vn + v1 * v1 + v2 * v2)
-        error = _error(square, size, worst, caused, fastest)
+        error = _error(square, size, worst, speed**2 if speed > 0.0 else caused, fastest)
         if error <= tolerance:
             return sweep + 1, error
     return count, error

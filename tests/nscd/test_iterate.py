@@ -1,0 +1,110 @@
+"""The loop: who stops it, what it keeps."""
+
+import numpy as np
+import pytest
+
+from masonry_fem.errors import ProblemError
+from masonry_fem.nscd import ContactProblem, Outcome, SolverSettings, Start, solve
+from masonry_fem.nscd.iterate import Iterate, iterate
+from masonry_fem.nscd.solvers import NAMES, make_method
+
+PROBLEM = ContactProblem.plain(np.eye(3), [[-1.0, 0.0, 0.0]], 0.5)
+
+
+class Scripted:
+    """A method that offers a normal impulse after the other."""
+
+    name = "scripted"
+    iterations = 100
+
+    def __init__(self, *normals, verdict=None):
+        self.offers = [np.array([[n, 0.0, 0.0]]) for n in normals]
+        self.verdict = verdict
+
+    def init(self, problem, start):
+        self.at = 0
+        return self
+
+    def guess(self):
+        return Iterate(self.offers[0], np.zeros((0, 6)), iterations=0)
+
+    def step(self, quality, settings):
+        self.at += 1
+        last = self.at == len(self.offers) - 1
+        verdict = self.verdict if last else None
+        return Iterate(self.offers[self.at], np.zeros((0, 6)), 1, 2, verdict)
+
+
+def test_stops_when_the_measures_hold():
+    solution = iterate(PROBLEM, Scripted(0.1, 0.5, 1.0, 7.0), SolverSettings())
+    assert solution.outcome is Outcome.CONVERGED
+    assert solution.converged
+    assert (solution.iterations, solution.linear_solves) == (2, 4)
+    assert solution.velocity == pytest.approx(np.zeros((1, 3)))
+    assert solution.history[:, 0].tolist() == [0, 1, 2]
+    assert (np.diff(solution.history[:, 1]) < 0).all()
+
+
+def test_keeps_the_best():
+    solution = iterate(PROBLEM, Scripted(0.1, 0.9, 0.5, 5.0, verdict=Outcome.STALLED), SolverSettings())
+    assert solution.outcome is Outcome.STALLED
+    assert solution.impulse[0, 0] == 0.9
+    assert solution.quality.error == pytest.approx(0.1 / 0.9)
+
+
+def test_limits():
+    run = Scripted(*np.linspace(0.1, 0.8, 200))
+    assert iterate(PROBLEM, run, SolverSettings(max_iterations=7)).iterations == 7
+    assert iterate(PROBLEM, run, SolverSettings()).outcome is Outcome.MAX_ITERATIONS
+    hurried = iterate(PROBLEM, run, SolverSettings(time_limit=1e-9))
+    assert hurried.outcome is Outcome.TIME_LIMIT
+    assert hurried.impulse[0, 0] == pytest.approx(0.1)
+
+
+def test_not_a_number_is_a_failure_with_the_last_good_state():
+    solution = iterate(PROBLEM, Scripted(0.1, 0.7, np.nan, 0.8), SolverSettings())
+    assert solution.outcome is Outcome.FAILED
+    assert solution.impulse[0, 0] == 0.7
+
+
+def test_every_outcome_speaks():
+    for outcome in Outcome:
+        assert outcome.sentence.endswith(".")
+        assert outcome.advice or outcome is Outcome.CONVERGED
+
+
+def test_a_mechanism_is_shown_by_the_last_state():
+    solution = iterate(PROBLEM, Scripted(0.9, 0.5, 5.0, verdict=Outcome.NO_EQUILIBRIUM), SolverSettings())
+    assert solution.impulse[0, 0] == 5.0
+    assert solution.quality.error > 0.1
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_listed_methods_obey(name):
+    solution = iterate(PROBLEM, make_method(name), SolverSettings(tolerance=1e-9))
+    assert solution.method == name
+    assert solution.converged
+    assert solution.impulse == pytest.approx(np.array([[1.0, 0, 0]]), abs=1e-9)
+
+
+@pytest.mark.parametrize("name", [*NAMES, "auto"])
+def test_a_start_that_is_the_answer_costs_nothing(name):
+    start = Start(impulse=np.array([[1.0, 0.0, 0.0]]))
+    solution = solve(PROBLEM, SolverSettings(method=name), start)
+    assert solution.converged
+    assert solution.iterations == 0
+
+
+def test_wrong_settings_and_starts_are_named():
+    with pytest.raises(ProblemError, match="method is 'magic'"):
+        SolverSettings(method="magic")
+    with pytest.raises(ProblemError, match="tolerance is 0"):
+        SolverSettings(tolerance=0.0)
+    with pytest.raises(ProblemError, match="max_iterations is 0"):
+        SolverSettings(max_iterations=0)
+    with pytest.raises(ProblemError, match="time_limit is -1"):
+        SolverSettings(time_limit=-1.0)
+    with pytest.raises(ProblemError, match=r"start impulse has shape \(2, 3\), expected \(1, 3\)"):
+        solve(PROBLEM, start=Start(impulse=np.zeros((2, 3))))
+    with pytest.raises(ProblemError, match="not finite"):
+        solve(PROBLEM, start=Start(impulse=np.full((1, 3), np.nan)))

@@ -23,8 +23,9 @@ def clip(subject: FloatArray, window: FloatArray, tolerance: float) -> FloatArra
     count = len(subject)
     now[:count] = subject
     for edge in range(len(window)):
-        px, py = window[edge]
-        ex, ey = window[(edge + 1) % len(window)] - window[edge]
+        px, py = window[edge, 0], window[edge, 1]
+        after = (edge + 1) % len(window)
+        ex, ey = window[after, 0] - px, window[after, 1] - py
         length = np.hypot(ex, ey)
         if length <= tolerance:
             continue
@@ -34,11 +35,12 @@ def clip(subject: FloatArray, window: FloatArray, tolerance: float) -> FloatArra
             di = (ex * (now[i, 1] - py) - ey * (now[i, 0] - px)) / length
             dj = (ex * (now[j, 1] - py) - ey * (now[j, 0] - px)) / length
             if di >= -tolerance:
-                new[kept] = now[i]
+                new[kept, 0], new[kept, 1] = now[i, 0], now[i, 1]
                 kept += 1
             # a corner on the window's edge is kept already and is the crossing itself
             if (di > tolerance and dj < -tolerance) or (di < -tolerance and dj > tolerance):
-                new[kept] = now[i] + di / (di - dj) * (now[j] - now[i])
+                for axis in range(2):
+                    new[kept, axis] = now[i, axis] + di / (di - dj) * (now[j, axis] - now[i, axis])
                 kept += 1
         now, new = new, now
         count = kept
@@ -52,9 +54,10 @@ def tidy(polygon: FloatArray, tolerance: float) -> FloatArray:
     """The polygon without corners that coincide or lie on a straight side."""
     kept = np.empty_like(polygon)
     count = 0
-    for point in polygon:
-        if count == 0 or np.hypot(point[0] - kept[count - 1, 0], point[1] - kept[count - 1, 1]) > tolerance:
-            kept[count] = point
+    for i in range(len(polygon)):
+        x, y = polygon[i, 0], polygon[i, 1]
+        if count == 0 or np.hypot(x - kept[count - 1, 0], y - kept[count - 1, 1]) > tolerance:
+            kept[count, 0], kept[count, 1] = x, y
             count += 1
     while (
         count > 1 and np.hypot(kept[0, 0] - kept[count - 1, 0], kept[0, 1] - kept[count - 1, 1]) <= tolerance
@@ -63,10 +66,11 @@ def tidy(polygon: FloatArray, tolerance: float) -> FloatArray:
     result = np.empty((count, 2))
     left = 0
     for i in range(count):
-        ax, ay = kept[i] - kept[i - 1 if i > 0 else count - 1]
-        bx, by = kept[(i + 1) % count] - kept[i]
+        before, after = (i - 1) % count, (i + 1) % count
+        ax, ay = kept[i, 0] - kept[before, 0], kept[i, 1] - kept[before, 1]
+        bx, by = kept[after, 0] - kept[i, 0], kept[after, 1] - kept[i, 1]
         if ax * by - ay * bx > STRAIGHT * np.hypot(ax, ay) * np.hypot(bx, by):
-            result[left] = kept[i]
+            result[left, 0], result[left, 1] = kept[i, 0], kept[i, 1]
             left += 1
     return result[:left] if left >= 3 else result[:0]
 
@@ -76,8 +80,8 @@ def polygon_area(polygon: FloatArray) -> float:
     """Area of a polygon, positive where it runs counter-clockwise."""
     total = 0.0
     for i in range(1, len(polygon) - 1):
-        ax, ay = polygon[i] - polygon[0]
-        bx, by = polygon[i + 1] - polygon[0]
+        ax, ay = polygon[i, 0] - polygon[0, 0], polygon[i, 1] - polygon[0, 1]
+        bx, by = polygon[i + 1, 0] - polygon[0, 0], polygon[i + 1, 1] - polygon[0, 1]
         total += 0.5 * (ax * by - ay * bx)
     return total
 
@@ -95,8 +99,9 @@ def depths(polygon: FloatArray, points: FloatArray) -> FloatArray:
             result[i] = min(points[i, 0] - low, high - points[i, 0])
         return result
     for edge in range(len(polygon)):
-        px, py = polygon[edge]
-        ex, ey = polygon[(edge + 1) % len(polygon)] - polygon[edge]
+        px, py = polygon[edge, 0], polygon[edge, 1]
+        after = (edge + 1) % len(polygon)
+        ex, ey = polygon[after, 0] - px, polygon[after, 1] - py
         length = np.hypot(ex, ey)
         if length > 0:
             for i in range(len(points)):

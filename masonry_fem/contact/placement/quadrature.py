@@ -88,16 +88,20 @@ def _areas(
         before = total
         skew = 1.0
         if len(piece) == 4:
-            x, y = piece[0] - piece[1] + piece[2] - piece[3]
-            skew = max(abs(x), abs(y)) / size
+            skew = 0.0
+            for axis in range(2):
+                miss = piece[0, axis] - piece[1, axis] + piece[2, axis] - piece[3, axis]
+                skew = max(skew, abs(miss) / size)
         if skew < 1e-9:
             total = _on_parallelogram(piece, gauss, gauss_weight, density, points, weights, total)
         else:
             for i in range(1, len(piece) - 1):
-                triangle[0], triangle[1], triangle[2] = piece[0], piece[i], piece[i + 1]
+                for axis in range(2):
+                    triangle[0, axis] = piece[0, axis]
+                    triangle[1, axis], triangle[2, axis] = piece[i, axis], piece[i + 1, axis]
                 total = _on_triangle(triangle, barycentric, weight, density, points, weights, total)
         for i in range(before, total):
-            owner[i] = rows[k]
+            owner[i, 0], owner[i, 1] = rows[k, 0], rows[k, 1]
     return points[:total], weights[:total], owner[:total]
 
 
@@ -161,14 +165,16 @@ def _on_parallelogram(
     weights: FloatArray,
     total: int,
 ) -> int:
-    area, u, v = polygon_area(piece), piece[1] - piece[0], piece[3] - piece[0]
+    area = polygon_area(piece)
     for row in range(density):
         for column in range(density):
             for j in range(len(gauss)):
                 for i in range(len(gauss)):
                     x = (column + 0.5 * (1 + gauss[i])) / density
                     y = (row + 0.5 * (1 + gauss[j])) / density
-                    points[total] = piece[0] + x * u + y * v
+                    for axis in range(2):
+                        p = piece[0, axis]
+                        points[total, axis] = p + x * (piece[1, axis] - p) + y * (piece[3, axis] - p)
                     weights[total] = 0.25 * area * gauss_weight[i] * gauss_weight[j] / density**2
                     total += 1
     return total
@@ -185,15 +191,17 @@ def _on_triangle(
     total: int,
 ) -> int:
     area = polygon_area(triangle)
-    u, v = (triangle[1] - triangle[0]) / density, (triangle[2] - triangle[0]) / density
     for row in range(density):
         for column in range(density - row):
             for turned in range(2 if column < density - row - 1 else 1):
-                corner, sign = triangle[0] + column * u + row * v, 1.0
-                if turned == 1:  # the upside-down triangle beside it
-                    corner, sign = corner + u + v, -1.0
+                sign = 1.0 - 2.0 * turned  # the upside-down triangle hangs from the opposite corner
                 for k in range(len(weight)):
-                    points[total] = corner + sign * (barycentric[k, 1] * u + barycentric[k, 2] * v)
+                    x = (column + turned + sign * barycentric[k, 1]) / density
+                    y = (row + turned + sign * barycentric[k, 2]) / density
+                    for axis in range(2):
+                        p = triangle[0, axis]
+                        along = x * (triangle[1, axis] - p) + y * (triangle[2, axis] - p)
+                        points[total, axis] = p + along
                     weights[total] = area * weight[k] / density**2
                     total += 1
     return total

@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from masonry_fem.contact.detection import detect
 from masonry_fem.errors import GeometryError
@@ -167,6 +169,53 @@ def test_square_on_its_corner_in_the_plane():
     (interface,) = detect(two(GROUND, square, Pose(turning_2d(np.pi / 4), np.array([0.3, 0.0]))))
     assert interface.blocks == (1, 0)
     assert interface.polygon == pytest.approx(np.array([[0.3, 0.0]]))
+
+
+@st.composite
+def split_stones(draw):
+    """A convex stone cut in two by a line: outlines of the parts and the length of the cut."""
+    count = draw(st.integers(3, 7))
+    gaps = np.array(draw(st.lists(st.floats(0.4, 1.0), min_size=count, max_size=count)))
+    angles = 2 * np.pi * np.cumsum(gaps) / gaps.sum()
+    outline = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    first = draw(st.integers(0, count - 1))
+    second = (first + draw(st.integers(1, count - 1))) % count
+    parts = draw(st.floats(0.1, 0.9)), draw(st.floats(0.1, 0.9))
+    ends = [
+        (1 - s) * outline[k] + s * outline[(k + 1) % count]
+        for k, s in zip((first, second), parts, strict=True)
+    ]
+    loops = []
+    for (a, i), (b, j) in (((ends[0], first), (ends[1], second)), ((ends[1], second), (ends[0], first))):
+        between = [outline[(i + 1 + k) % count] for k in range((j - i) % count)]
+        loops.append(np.array([a, *between, b]))
+    return loops, float(np.linalg.norm(ends[1] - ends[0]))
+
+
+def _prism(outline, depth):
+    k = len(outline)
+    vertices = np.concatenate([np.c_[outline, np.zeros(k)], np.c_[outline, np.full(k, depth)]])
+    sides = tuple((i, (i + 1) % k, (i + 1) % k + k, i + k) for i in range(k))
+    return Polytope(vertices, (tuple(range(k))[::-1], tuple(range(k, 2 * k)), *sides))
+
+
+@given(split_stones(), st.floats(0, 6), st.sampled_from([2, 3]))
+def test_a_stone_cut_in_two_touches_along_the_cut(stone, angle, dimension):
+    loops, length = stone
+    depth = 0.7 if dimension == 3 else 1.0
+    if dimension == 3:
+        solids, turn = [_prism(loop, depth) for loop in loops], turning(angle)
+    else:
+        solids = [Polytope(loop, tuple((i, (i + 1) % len(loop)) for i in range(len(loop)))) for loop in loops]
+        turn = turning_2d(angle)
+    pose = Pose(turn, np.full(dimension, 2.0))
+    shapes = tuple(Shape(str(k), solid) for k, solid in enumerate(solids))
+    assembly = Assembly(dimension, shapes, tuple(Block(str(k), k, pose) for k in (0, 1)))
+    (interface,) = detect(assembly)
+    assert interface.area == pytest.approx(length * depth)
+    assert interface.gap == pytest.approx(0, abs=1e-12)
+    centroids = [shape.solid.mass_properties().centroid for shape in shapes]
+    assert interface.normal @ turn @ (centroids[1] - centroids[0]) > 0
 
 
 def test_faces_that_are_not_convex_touch_in_pieces():

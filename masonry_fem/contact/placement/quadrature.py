@@ -120,6 +120,8 @@ def _pieces(
     total = 0
     smallest = SLIVER * polygon_area(polygon)
     for i in range(len(candidate)):
+        if _apart(polygon, candidate[i]):
+            continue
         part = clip(polygon, candidate[i], tolerance)
         if len(part) < 3:
             continue

@@ -12,7 +12,6 @@ from pathlib import Path
 
 from masonry_fem.errors import SceneError
 from masonry_fem.geometry import assemble, build_structure
-from masonry_fem.geometry.meshing import mesh_shape
 from masonry_fem.scene import specs
 from masonry_fem.scene.selector import select, split_face
 from masonry_fem.solid.assembly import Assembly, Shape
@@ -139,6 +138,8 @@ def _meshed(
     scene: specs.Scene, assembly: Assembly, role: list[str], settings: list[specs.MeshSettings]
 ) -> Assembly:
     """The assembly with one shape for each distinct (shape, mesh); unmeshed where nothing is elastic."""
+    if "elastic" in role:
+        from masonry_fem.geometry.meshing import mesh_shape  # noqa: PLC0415  brings gmsh
     shapes: list[Shape] = []
     number: dict[tuple[int, specs.MeshSettings | None], int] = {}
     blocks = []

@@ -49,7 +49,7 @@ def assemble(parts: Sequence[Assembly]) -> Assembly:
     repeated = [name for name, count in Counter(stone.name for stone in blocks).items() if count > 1]
     if repeated:
         raise SceneError(
-            f"structures: two blocks are called '{repeated[0]}', expected names that differ; rename a structure"
+            f"structures: two blocks are called '{repeated[0]}', expected different names; rename a structure"
         )
     if not blocks:
         raise GeometryError("structures: there is no block at all; add a structure")

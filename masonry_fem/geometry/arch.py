@@ -103,7 +103,7 @@ def prism(outline: FloatArray, names: list[str], depth: float, dimension: int) -
     if dimension == 2:
         return Polytope(outline, tuple(zip(range(n), following, strict=True)), tuple(names), tuple(labels))
     front = np.column_stack([outline[:, 0], np.zeros(n), outline[:, 1]])
-    vertices = np.concatenate([front, front + [0.0, depth, 0.0]])
+    vertices = np.concatenate([front, front + np.array([0.0, depth, 0.0])])
     sides = [(i, i + n, j + n, j) for i, j in enumerate(following)]
     # seen from the front (against y) the outline runs counter-clockwise
     loops = [*sides, tuple(range(n)), tuple(range(2 * n - 1, n - 1, -1))]

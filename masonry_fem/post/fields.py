@@ -76,9 +76,10 @@ def contact_arrays(model: Model, state: SystemState) -> Arrays:
     """What contact points carry, in world axes; reactions [N] act on the candidate."""
     contacts, frame = model.contacts, state.frame
     reaction = three(np.einsum("cai,ca->ci", frame, state.reaction))
+    area = contacts.area[:, None]  # nothing belongs to the corner nodes of quadratic triangles
     return {
         REACTION: reaction,
-        TRACTION: reaction / contacts.area[:, None],
+        TRACTION: np.divide(reaction, area, out=np.zeros_like(reaction), where=area > 0),
         NORMAL: three(frame[:, 0]),
         SLIP: three(np.einsum("cai,ca->ci", frame, state.velocity)),
         GAP: state.gap,

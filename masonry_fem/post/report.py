@@ -162,11 +162,11 @@ def _cost(summary: Mapping[str, Any]) -> Rows:
 
 
 def _force(value: Any) -> str:
-    """Force of a wrench given as {force, moment}, or as one array."""
+    """Force of a wrench given as {force, moment} or as one array of six, or a plain force."""
     if isinstance(value, Mapping):
         return _vector(value.get("force", ()), "N")
     flat = np.ravel(np.asarray(value, float))
-    return _vector(flat[: {3: 2, 6: 3}.get(flat.size, flat.size)] if flat.size == 6 else flat, "N")
+    return _vector(flat[:3] if flat.size == 6 else flat, "N")
 
 
 def _vector(values: Sequence[float] | Any, unit: str) -> str:

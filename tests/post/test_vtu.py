@@ -74,6 +74,17 @@ def test_contact_reactions_are_in_world_axes(elastic, tmp_path):
     assert list(read["status"]) == list(state.status)
 
 
+def test_points_without_area_have_no_traction(elastic):
+    from dataclasses import replace
+
+    model, state = elastic
+    area = model.contacts.area.copy()
+    area[::3] = 0.0
+    arrays = contact_arrays(replace(model, contacts=replace(model.contacts, area=area)), state)
+    assert np.isfinite(arrays["traction"]).all()
+    assert (arrays["traction"][::3] == 0).all()
+
+
 def test_series_is_readable_after_each_step(elastic, state_at, report, tmp_path):
     model, _ = elastic
     files = FieldFiles(tmp_path)

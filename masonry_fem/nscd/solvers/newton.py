@@ -44,6 +44,8 @@ class ProximalNewton:
         impulses are nearly unique, 1e-2 for rigid ones.
     decrease : Factor on α after each round; None: 0.1 for elastic problems, 0.3 for rigid ones.
     least_weight : Smallest α.
+    accuracy : A round ends at ‖F‖ ≤ accuracy · e ‖p‖, e the natural map at its centre. Loose: where
+        joints slide, each new weight changes hundreds of statuses, and exact rounds are wasted.
     static_mass : First ε, relative to the compliance that B sees.
     full_steps : Newton steps of a round without line search: the active set settles in few full
         steps, through larger residuals.
@@ -55,6 +57,7 @@ class ProximalNewton:
     weight: float | None = None
     decrease: float | None = None
     least_weight: float = 1e-7
+    accuracy: float = 0.5
     static_mass: float = 1e-6
     full_steps: int = 10
     round_steps: int = 40
@@ -133,7 +136,7 @@ class NewtonRun:
             return self._offer(None if self._restart() else Outcome.FAILED, solves=1)
         self.impulse, self.rigid_velocity = point.impulse, point.rigid_velocity
         self.round.steps += 1
-        if point.residual <= max(0.01 * self.error, 0.1 * settings.tolerance):
+        if point.residual <= max(self.settings.accuracy * self.error, 0.1 * settings.tolerance):
             return self._offer(self._close_round(settings.tolerance), solves=1)
         running_off = self.static.any() and np.linalg.norm(self.rigid_velocity) > 1e3 * self.bonded_size
         if running_off and self.static_mass < _FIRM and self._restart():

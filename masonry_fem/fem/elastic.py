@@ -25,7 +25,8 @@ from masonry_fem.bodies.base import FloatArray, Free, IntArray, Scheme, Sides, S
 from masonry_fem.bodies.support import Motion
 from masonry_fem.fem.assemble import ShapeOperators
 from masonry_fem.fem.attachment import ElasticAttachment
-from masonry_fem.fem.clamp import Holds, holds, moved
+from masonry_fem.fem.balance import Balance, dot
+from masonry_fem.fem.clamp import Clamping, Faces, Holds
 from masonry_fem.fem.condense import Compliance, coefficients
 from masonry_fem.fem.meshed import ElasticState, Meshed
 from masonry_fem.fem.modes import rigid_modes
@@ -33,8 +34,6 @@ from masonry_fem.fem.stress import StressRecovery
 from masonry_fem.solid.pose import Pose
 
 KEPT_FACTORS = 3  # a march alternates between few schemes
-# Time over which a clamp's motion is differentiated where no step is known yet [s].
-FIRST_DERIVATIVE_STEP = 1e-6
 
 
 class ElasticGroup(Meshed):
@@ -49,12 +48,6 @@ class ElasticGroup(Meshed):
     clamps : Held faces as (face, components in shape axes), alike for all blocks.
     motions : For each block one motion a clamp (None: held); None: all are held.
     faces : Names of the polytope's faces, for reports.
-
-    Notes
-    -----
-    A motion is followed exactly in displacement for θ > ½; for θ = ½ that would leave an undamped
-    zigzag in the velocity after each kink, so there the velocity is the central difference of the
-    motion and the displacement follows it to O(h²).
     """
 
     prescribed = False
@@ -65,23 +58,20 @@ class ElasticGroup(Meshed):
         names: Sequence[str],
         poses: Sequence[Pose],
         operators: ShapeOperators,
-        clamps: tuple[tuple[int, tuple[int, ...]], ...] = (),
+        clamps: Faces = (),
         motions: Sequence[Sequence[Motion | None]] | None = None,
         faces: Sequence[str] = (),
     ) -> None:
-        self.holds: Holds = holds(operators.mesh, clamps, names[0])
-        modes = rigid_modes(operators.mesh.points, operators.mass, self.holds.free)
+        rotation = np.array([pose.rotation for pose in poses])
+        translation = np.array([pose.translation for pose in poses])
+        mesh = operators.mesh
+        self.clamping = Clamping(mesh, clamps, motions, rotation, translation, names[0])
+        self.holds: Holds = self.clamping.holds
+        modes = rigid_modes(mesh.points, operators.mass, self.holds.free)
         super().__init__(blocks, names, poses, operators, modes)
-        self._clamps = clamps
-        self._motions = motions if motions is not None else [[None] * len(clamps)] * len(blocks)
+        self.balance = Balance(operators, modes, self.holds)
         self._face_names = [
             faces[face] if face < len(faces) and faces[face] else str(face) for face, _ in clamps
-        ]
-        self._moving = [
-            (row, index, motion)
-            for row, own in enumerate(self._motions)
-            for index, motion in enumerate(own)
-            if motion is not None
         ]
         # Φᵀ M at held dofs: how their motion pushes the rigid modes
         self._pull: FloatArray = modes.momentum[self.holds.dofs]
@@ -111,9 +101,7 @@ class ElasticGroup(Meshed):
         """Undeformed, in place, at rest; clamps that move have their first velocity."""
         b, m = self.count, self.modes.modes.shape[1]
         velocity = self.no_force()
-        if self._moving:
-            near = self._clamp_displacement(FIRST_DERIVATIVE_STEP) - self._clamp_displacement(0.0)
-            velocity[:, self.holds.dofs] = near / FIRST_DERIVATIVE_STEP
+        velocity[:, self.holds.dofs] = self.clamping.first_velocity()
         return ElasticState(0.0, np.zeros((b, m)), self.no_force(), np.zeros((b, m)), velocity)
 
     def scale_velocity(self, state: ElasticState, factor: float) -> ElasticState:
@@ -136,30 +124,6 @@ class ElasticGroup(Meshed):
         elastic[body, self.holds.free] = 0.0
         return replace(state, rigid_velocity=rigid, velocity=elastic)
 
-    def _clamp_displacement(self, time: float) -> FloatArray:
-        """Prescribed displacement of the held dofs, shape axes, shape (b, c) [m]."""
-        d, dofs = self.dimension, self.holds.dofs
-        given = np.zeros((self.count, len(dofs)))
-        for row, index, motion in self._moving:
-            mine = np.flatnonzero(self.holds.owner == index)
-            nodes, inverse = np.unique(dofs[mine] // d, return_inverse=True)
-            points = self.mesh.points[nodes] @ self.rotation[row].T + self.translation[row]
-            local = moved(motion, points, time) @ self.rotation[row]
-            given[row, mine] = local[inverse, dofs[mine] % d]
-        return given
-
-    def _clamp_velocity(self, state: ElasticState, scheme: Scheme) -> FloatArray:
-        """Velocity of the held dofs at the end of the step, shape (b, c) [m/s]."""
-        h, theta, held = scheme.step, scheme.theta, self.holds.dofs
-        if not self._moving:
-            return np.zeros((self.count, len(held)))
-        if theta == 0.5:
-            ahead = self._clamp_displacement(state.time + 2 * h)
-            return (ahead - self._clamp_displacement(state.time)) / (2 * h)
-        reached = self._clamp_displacement(state.time + h)
-        mean = (reached - state.displacement[:, held]) / h
-        return (mean - (1 - theta) * state.velocity[:, held]) / theta
-
     # --- the step ---------------------------------------------------------------------------------
 
     def free(self, state: ElasticState, guess: ElasticState, force: FloatArray, scheme: Scheme) -> Free:
@@ -169,7 +133,8 @@ class ElasticGroup(Meshed):
         alpha, beta = material.mass_damping, material.stiffness_damping
         start = state.velocity if inertia else np.zeros_like(state.velocity)
         c_m, c_k = coefficients(operators, scheme)
-        change = self._clamp_velocity(state, scheme) - start[:, held]
+        before = state.displacement[:, held], start[:, held]
+        change = self.clamping.velocity(state.time, *before, scheme) - start[:, held]
         right = h * force - h * (
             (state.displacement + (h * theta + inertia * beta) * start) @ operators.stiffness
         )
@@ -211,6 +176,8 @@ class ElasticGroup(Meshed):
             velocity,
         )
 
+    # --- what the step is judged by ---------------------------------------------------------------
+
     def nodal_residual(
         self, state: ElasticState, after: ElasticState, force: FloatArray, nodal: FloatArray | None,
         scheme: Scheme,
@@ -219,48 +186,22 @@ class ElasticGroup(Meshed):
 
         Zero at free dofs in a sound step; at held ones the impulse that the clamps give.
         """
-        h, theta, inertia, own = scheme.step, scheme.theta, scheme.inertia, self.operators
-        mean_displacement = (1 - theta) * state.displacement + theta * after.displacement
-        total = -h * force if nodal is None else -h * force - nodal
-        if inertia:
-            alpha, beta = own.material.mass_damping, own.material.stiffness_damping
-            mean_displacement = mean_displacement + beta * (
-                (1 - theta) * state.velocity + theta * after.velocity
-            )
-            rigid = after.rigid_velocity - state.rigid_velocity
-            elastic = after.velocity - state.velocity
-            rigid = rigid + h * alpha * ((1 - theta) * state.rigid_velocity + theta * after.rigid_velocity)
-            elastic = elastic + h * alpha * ((1 - theta) * state.velocity + theta * after.velocity)
-            total = total + inertia * ((rigid @ self.modes.modes.T + elastic) @ own.mass)
-        return total + h * (mean_displacement @ own.stiffness)
+        residual = self.balance.residual(state, after, force, scheme)
+        return residual if nodal is None else residual - nodal
 
     def imbalance(
         self, state: ElasticState, after: ElasticState, force: FloatArray, impulse: FloatArray,
         nodal: FloatArray | None, scheme: Scheme,
     ) -> FloatArray:  # fmt: skip
-        """Residual of each block's momentum equation over the step [N s], shape (b,).
-
-        The rigid part, √m times a residual in U, and the nodal residual that is left, in one norm.
-        """
-        modes, momentum = self.modes.modes, self.modes.momentum.copy()
-        momentum[self.holds.dofs] = 0.0
-        unpushed = self.nodal_residual(state, after, force, None, scheme)
-        unpushed[:, self.holds.dofs] = 0.0
-        rigid = unpushed @ modes - impulse
-        elastic = unpushed if nodal is None else unpushed - nodal
-        elastic = elastic - (elastic @ modes) @ momentum.T
-        elastic[:, self.holds.dofs] = 0.0
-        size: FloatArray = np.hypot(
-            np.sqrt(self.mass) * np.linalg.norm(rigid, axis=1), np.linalg.norm(elastic, axis=1)
-        )
-        return size
+        """Residual of each block's momentum equation over the step, rigid and nodal [N s], shape (b,)."""
+        return self.balance.imbalance(self.balance.residual(state, after, force, scheme), impulse, nodal)
 
     def clamp_reactions(
         self, state: ElasticState, after: ElasticState, force: FloatArray, nodal: FloatArray | None,
         scheme: Scheme,
     ) -> dict[str, FloatArray]:  # fmt: skip
         """Mean force over the step, and moment about the origin, of each clamped face, ``block/face``."""
-        if not self._clamps:
+        if not self._face_names:
             return {}
         given = self.nodal_residual(state, after, force, nodal, scheme) / scheme.step
         reactions: dict[str, FloatArray] = {}
@@ -269,23 +210,9 @@ class ElasticGroup(Meshed):
             mine = self.holds.dofs[self.holds.owner == index]
             own[:, mine] = given[:, mine]
             for name, wrench in zip(self.names, self.resultant(own), strict=True):
-                reactions[f"{name}/{face}"] = wrench
+                key = f"{name}/{face}"  # one face may be clamped twice, a component at a time
+                reactions[key] = reactions.get(key, 0.0) + wrench
         return reactions
-
-    # --- energies ---------------------------------------------------------------------------------
-
-    def kinetic_energy(self, state: ElasticState) -> FloatArray:
-        """½ uᵀ M u, shape (b,) [J]."""
-        return 0.5 * self._mass_square(state.rigid_velocity, state.velocity)
-
-    def strain_energy(self, state: ElasticState) -> FloatArray:
-        """½ qᵀ K q, shape (b,) [J]."""
-        return 0.5 * _dot(state.displacement @ self.operators.stiffness, state.displacement)
-
-    def _mass_square(self, rigid: FloatArray, elastic: FloatArray) -> FloatArray:
-        """uᵀ M u of u = Φ U + u_el, shape (b,)."""
-        crossed = _dot(rigid, elastic[:, self.holds.dofs] @ self._pull)
-        return _dot(rigid, rigid) + 2 * crossed + _dot(elastic @ self.operators.mass, elastic)
 
     def step_energy(
         self, state: ElasticState, after: ElasticState, force: FloatArray, scheme: Scheme
@@ -294,30 +221,16 @@ class ElasticGroup(Meshed):
 
         A contact on a node of a moving clamp would count twice: its impulse is not known here.
         """
-        h, theta, inertia, own = scheme.step, scheme.theta, scheme.inertia, self.operators
-        rigid = (1 - theta) * state.rigid_velocity + theta * after.rigid_velocity
-        elastic = (1 - theta) * state.velocity + theta * after.velocity
-        external = h * (_dot(force @ self.modes.modes, rigid) + _dot(force, elastic))
-        if self._moving:
-            held = self.holds.dofs
-            push = self.nodal_residual(state, after, force, None, scheme)[:, held]
-            external = external + _dot(push, elastic[:, held])
-        stretch = after.displacement - state.displacement
-        numerical = _dot(stretch @ own.stiffness, stretch)
-        damping = np.zeros(self.count)
-        if inertia:
-            change = after.rigid_velocity - state.rigid_velocity
-            numerical = numerical + inertia * self._mass_square(change, after.velocity - state.velocity)
-            damping = own.material.mass_damping * self._mass_square(rigid, elastic)
-            damping += own.material.stiffness_damping * _dot(elastic @ own.stiffness, elastic)
-        return StepEnergy(external, inertia * h * damping, (theta - 0.5) * numerical)
+        return self.balance.energy(state, after, force, scheme, self.clamping.moving)
+
+    def kinetic_energy(self, state: ElasticState) -> FloatArray:
+        """½ uᵀ M u, shape (b,) [J]."""
+        return 0.5 * self.balance.mass_square(state.rigid_velocity, state.velocity)
+
+    def strain_energy(self, state: ElasticState) -> FloatArray:
+        """½ qᵀ K q, shape (b,) [J]."""
+        return 0.5 * dot(state.displacement @ self.operators.stiffness, state.displacement)
 
     def stress(self, state: ElasticState) -> StressField:
         """Stresses of all blocks at Gauss points and nodes, world axes."""
         return self._recovery.field(state.displacement, self.rotation)
-
-
-def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Scalar products block by block, shape (b,)."""
-    product: FloatArray = np.einsum("bn,bn->b", a, b)
-    return product

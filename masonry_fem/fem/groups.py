@@ -9,14 +9,12 @@ import numpy as np
 
 from masonry_fem.errors import GeometryError
 from masonry_fem.fem.assemble import assemble_shapes
-from masonry_fem.fem.clamp import Clamp
+from masonry_fem.fem.clamp import Clamp, Faces
 from masonry_fem.fem.elastic import ElasticGroup
 from masonry_fem.fem.material import ElasticMaterial, Plane
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.solid.mesh import Mesh
 from masonry_fem.solid.pose import Pose
-
-Held = tuple[tuple[int, tuple[int, ...]], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +23,7 @@ class _Kind:
 
     shape: int
     material: ElasticMaterial
-    held: Held
+    held: Faces
     turn: bytes
 
 

@@ -1,0 +1,108 @@
+"""Balance: momentum and energy of a θ-step of elastic blocks, from the two states alone.
+
+Nothing here knows how the step was made, so that it can judge it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from masonry_fem.bodies.base import FloatArray, Scheme, StepEnergy
+from masonry_fem.fem.assemble import ShapeOperators
+from masonry_fem.fem.clamp import Holds
+from masonry_fem.fem.meshed import ElasticState
+from masonry_fem.fem.modes import RigidModes
+
+
+@dataclass(frozen=True, slots=True)
+class Balance:
+    """The operators that a step is judged by.
+
+    Attributes
+    ----------
+    operators : Stiffness and mass. modes : Rigid modes. holds : Dofs that clamps hold.
+    """
+
+    operators: ShapeOperators
+    modes: RigidModes
+    holds: Holds
+
+    def residual(
+        self, before: ElasticState, after: ElasticState, force: FloatArray, scheme: Scheme
+    ) -> FloatArray:
+        """M (u⁺ − u) + h C u_θ + h K q_θ − h F_θ of all nodes, shape (b, n) [N s]."""
+        h, theta, inertia, own = scheme.step, scheme.theta, scheme.inertia, self.operators
+        stretch = (1 - theta) * before.displacement + theta * after.displacement
+        total = -h * force
+        if inertia:
+            alpha, beta = own.material.mass_damping, own.material.stiffness_damping
+            rigid_mean, elastic_mean = mean_velocity(before, after, theta)
+            rigid = after.rigid_velocity - before.rigid_velocity + h * alpha * rigid_mean
+            elastic = after.velocity - before.velocity + h * alpha * elastic_mean
+            total += inertia * ((rigid @ self.modes.modes.T + elastic) @ own.mass)
+            stretch += inertia * beta * elastic_mean
+        residual: FloatArray = total + h * (stretch @ own.stiffness)
+        return residual
+
+    def imbalance(self, residual: FloatArray, impulse: FloatArray, nodal: FloatArray | None) -> FloatArray:
+        """Size of what impulses Bᵀ p (b, m) and Gᵀ p (b, n) leave of a residual, shape (b,) [N s].
+
+        The rigid part, √m times a residual in U, and the nodal residual that is left, in one norm.
+        """
+        modes, free = self.modes.modes, self.holds.free
+        # M_ff Φ: Φ vanishes at held dofs
+        momentum = self.modes.momentum[free]
+        rigid = residual @ modes - impulse
+        elastic = (residual if nodal is None else residual - nodal)[:, free]
+        elastic = elastic - (elastic @ modes[free]) @ momentum.T
+        size: FloatArray = np.hypot(
+            np.sqrt(self.mass) * np.linalg.norm(rigid, axis=1), np.linalg.norm(elastic, axis=1)
+        )
+        return size
+
+    @property
+    def mass(self) -> float:
+        """Mass of one block [kg]."""
+        d = self.operators.mesh.dimension
+        return float(self.operators.mass.sum() / d)
+
+    def mass_square(self, rigid: FloatArray, elastic: FloatArray) -> FloatArray:
+        """uᵀ M u of u = Φ U + u_el, shape (b,)."""
+        held = self.holds.dofs
+        # Φ and u_el are M-orthogonal but for what clamps move
+        crossed = dot(rigid, elastic[:, held] @ self.modes.momentum[held])
+        return dot(rigid, rigid) + 2 * crossed + dot(elastic @ self.operators.mass, elastic)
+
+    def energy(
+        self, before: ElasticState, after: ElasticState, force: FloatArray, scheme: Scheme, moving: bool
+    ) -> StepEnergy:
+        """Work of F_θ and, where clamps move, of theirs; what damping and the θ-scheme took."""
+        h, theta, inertia, own = scheme.step, scheme.theta, scheme.inertia, self.operators
+        rigid, elastic = mean_velocity(before, after, theta)
+        external = h * (dot(force @ self.modes.modes, rigid) + dot(force, elastic))
+        if moving:
+            held = self.holds.dofs
+            external = external + dot(self.residual(before, after, force, scheme)[:, held], elastic[:, held])
+        stretch = after.displacement - before.displacement
+        numerical = dot(stretch @ own.stiffness, stretch)
+        damping = np.zeros(len(force))
+        if inertia:
+            change = after.rigid_velocity - before.rigid_velocity, after.velocity - before.velocity
+            numerical = numerical + inertia * self.mass_square(*change)
+            damping = own.material.mass_damping * self.mass_square(rigid, elastic)
+            damping += own.material.stiffness_damping * dot(elastic @ own.stiffness, elastic)
+        return StepEnergy(external, inertia * h * damping, (theta - 0.5) * numerical)
+
+
+def mean_velocity(before: ElasticState, after: ElasticState, theta: float) -> tuple[FloatArray, FloatArray]:
+    """u_θ = (1 − θ) u + θ u⁺ in rigid (b, m) and elastic part (b, n)."""
+    rigid = (1 - theta) * before.rigid_velocity + theta * after.rigid_velocity
+    return rigid, (1 - theta) * before.velocity + theta * after.velocity
+
+
+def dot(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Scalar products block by block, shape (b,)."""
+    product: FloatArray = np.einsum("bn,bn->b", a, b)
+    return product

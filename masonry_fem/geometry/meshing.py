@@ -1,0 +1,209 @@
+"""Meshing: structured elements for a solid with six sides (four in 2D), straight or with arcs.
+
+Divisions count along the shape's own axes: x, (y,) z for boxes; tangential, (depth,) radial for
+voussoirs. Nodes are computed, not searched, so that equal bricks have equal nodes.
+"""
+
+from __future__ import annotations
+
+from itertools import permutations, product
+
+import numpy as np
+
+from masonry_fem.errors import GeometryError
+from masonry_fem.scene.specs import MeshSettings
+from masonry_fem.solid.assembly import Shape
+from masonry_fem.solid.mesh import IntArray, Mesh
+from masonry_fem.solid.polytope import Polytope
+from masonry_fem.solid.pose import FloatArray
+
+DEFAULT_DIVISIONS = 2
+# corners, edges, faces, centre of a cell in VTK's order, as positions 0, 1, 2 along each axis
+QUAD = ((0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1), (1, 1))
+WORDS = (
+    "000 200 220 020 002 202 222 022 100 210 120 010 102 212 122 012 "
+    "001 201 221 021 011 211 101 121 110 112 111"
+)
+HEXAHEDRON = tuple(tuple(int(c) for c in word) for word in WORDS.split())
+TETRA_EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
+TRIANGLE_EDGES = ((0, 1), (1, 2), (0, 2))
+
+
+def mesh_shape(shape: Shape, settings: MeshSettings, dimension: int) -> Mesh:
+    """Elements of one shape; the nodes on its arcs lie on the true arcs."""
+    order, simplices = int(settings.element[1]), settings.element[0] == "P"
+    corners = _corners(shape)
+    counts = _counts(shape, corners, settings)
+    cells, grid = _cells(counts, order, simplices)
+    points = _mapped(shape, corners, grid)
+    used, inverse = np.unique(cells, return_inverse=True)
+    points, cells = points[used], inverse.reshape(cells.shape)
+    cell = {
+        (2, 1, 0): "quad", (2, 2, 0): "quad9", (2, 1, 1): "triangle", (2, 2, 1): "triangle6",
+        (3, 1, 0): "hexahedron", (3, 2, 0): "hexahedron27", (3, 1, 1): "tetra", (3, 2, 1): "tetra10",
+    }[dimension, order, int(simplices)]  # fmt: skip
+    facets = _boundary(cells, order, simplices, dimension)
+    return Mesh(points, cell, cells, facets, _faces_of(shape.solid, points, facets, simplices))
+
+
+def _corners(shape: Shape) -> IntArray:
+    """Vertex at each corner of the unit cell, shape (2,) * d."""
+    solid, d = shape.solid, shape.solid.dimension
+    if shape.arcs:
+        rows = [(a, b, e, c) for (a, b, _), (c, e, _) in zip(shape.arcs[::2], shape.arcs[1::2], strict=True)]
+        flat = np.array(rows).reshape(-1, 2, 2)  # depth, radial, tangential
+        return flat[0].T if d == 2 else flat.transpose(2, 0, 1)
+    if len(solid.vertices) != 2**d or len(solid.faces) != 2 * d:
+        raise GeometryError(
+            f"shape '{shape.name}' has {len(solid.vertices)} corners and {len(solid.faces)} faces, expected "
+            f"{2**d} and {2 * d} to be meshed; make it rigid or give it as a .msh file with elements"
+        )
+    ends = {frozenset(p) for f in solid.faces for p in zip(f, (*f[1:], f[0]), strict=True)}
+    first = int(np.argmin((solid.vertices / np.ptp(solid.vertices, axis=0)).sum(axis=1)))
+    near = [v for v in range(2**d) if frozenset((first, v)) in ends]
+    along = solid.vertices - solid.vertices[first]
+    along = along / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-300)
+    near = list(max(permutations(near), key=lambda p: sum(along[v, i] for i, v in enumerate(p))))
+    corners = np.full((2,) * d, first)
+    for place in product((0, 1), repeat=d):
+        up = [near[i] for i in range(d) if place[i]]
+        if len(up) == 1:
+            corners[place] = up[0]
+        elif len(up) == 2:
+            known = {first, *up}
+            corners[place] = (
+                next(iter({*range(4)} - known)) if d == 2
+                else next(v for f in solid.faces if known <= {*f} for v in f if v not in known)
+            )  # fmt: skip
+    if d == 3:
+        corners[1, 1, 1] = next(iter({*range(8)} - {int(c) for c in corners.ravel()[:7]}))
+    return corners
+
+
+def _counts(shape: Shape, corners: IntArray, settings: MeshSettings) -> tuple[int, ...]:
+    d = corners.ndim
+    if settings.divisions is not None:
+        if len(settings.divisions) != d:
+            raise GeometryError(
+                f"mesh.divisions is {settings.divisions}, expected {d} numbers; give one for each axis"
+            )
+        return tuple(settings.divisions)
+    if settings.size is None:
+        return (DEFAULT_DIVISIONS,) * d
+    places = shape.solid.vertices[corners]
+    lengths = [float(np.linalg.norm(np.diff(places, axis=i), axis=-1).max()) for i in range(d)]
+    if shape.arcs:
+        a, b, centre = shape.arcs[1]
+        chord = np.linalg.norm(shape.solid.vertices[a] - shape.solid.vertices[b])
+        radius = np.linalg.norm(shape.solid.vertices[a] - np.array(centre))
+        lengths[0] = float(2 * radius * np.arcsin(min(1.0, chord / (2 * radius))))
+    return tuple(max(1, int(np.ceil(length / settings.size - 1e-9))) for length in lengths)
+
+
+def _cells(counts: tuple[int, ...], order: int, simplices: bool) -> tuple[IntArray, FloatArray]:
+    """Cells on the grid of corner and middle nodes, and the grid's places in the unit cell."""
+    d = len(counts)
+    axes = [np.arange(2 * n + 1) for n in counts]
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, d)
+    sizes = tuple(2 * n + 1 for n in counts)
+    starts = 2 * np.stack(np.meshgrid(*[np.arange(n) for n in counts], indexing="ij"), -1).reshape(-1, d)
+    local = np.array(_simplices(d, order) if simplices else [(QUAD if d == 2 else HEXAHEDRON)], int)
+    if order == 1 and not simplices:
+        local = local[:, : 2**d]
+    places = starts[:, None, None] + local[None]
+    numbers = np.ravel_multi_index(tuple(np.moveaxis(places, -1, 0)), sizes)
+    return numbers.reshape(-1, local.shape[1]), grid / (2 * np.array(counts))
+
+
+def _simplices(d: int, order: int) -> list[list[tuple[int, ...]]]:
+    """The cell cut along its diagonal (Kuhn), each simplex positive."""
+    made = []
+    for path in permutations(range(d)):
+        places = [np.zeros(d, int)]
+        for axis in path:
+            places.append(places[-1] + 2 * np.eye(d, dtype=int)[axis])
+        if np.linalg.det(np.array(places[1:]) - places[0]) < 0:
+            places[1], places[2] = places[2], places[1]
+        middle = [(places[a] + places[b]) // 2 for a, b in (TETRA_EDGES if d == 3 else TRIANGLE_EDGES)]
+        made.append([tuple(int(c) for c in p) for p in (places + middle if order == 2 else places)])
+    return made
+
+
+def _mapped(shape: Shape, corners: IntArray, grid: FloatArray) -> FloatArray:
+    """Positions of grid places: multilinear, or polar about the arcs' centre."""
+    places, d = shape.solid.vertices[corners], corners.ndim
+    if shape.arcs:
+        flat = [0, d - 1]  # the arch's plane; the depth is straight
+        centre = np.array(shape.arcs[0][2])[flat]
+        plane = places.reshape(2, -1, 2, d)[:, 0][:, :, flat] - centre
+        radii = np.linalg.norm(plane[0], axis=1)
+        angle = np.arctan2(plane[..., 0], plane[..., 1])[:, 0]
+        radius = radii[0] * (1 - grid[:, -1]) + radii[1] * grid[:, -1]
+        turn = angle[0] * (1 - grid[:, 0]) + angle[1] * grid[:, 0]
+        points = np.zeros((len(grid), d))
+        points[:, 0], points[:, -1] = centre[0] + radius * np.sin(turn), centre[1] + radius * np.cos(turn)
+        if d == 3:
+            points[:, 1] = places[0, 0, 0, 1] * (1 - grid[:, 1]) + places[0, 1, 0, 1] * grid[:, 1]
+        return points
+    points = np.zeros((len(grid), d))
+    for place in product((0, 1), repeat=d):
+        weight = np.prod(np.where(np.array(place), grid, 1 - grid), axis=1)
+        points += weight[:, None] * places[place]
+    return points
+
+
+def _boundary(cells: IntArray, order: int, simplices: bool, d: int) -> IntArray:
+    """Facets that belong to one cell only, turned outwards."""
+    facets = np.concatenate([cells[:, list(local)] for local in _local_facets(order, simplices, d)])
+    corner = d if simplices else 2 ** (d - 1)
+    _, first, count = np.unique(
+        np.sort(facets[:, :corner], axis=1), axis=0, return_index=True, return_counts=True
+    )
+    return facets[np.sort(first[count == 1])]
+
+
+def _local_facets(order: int, simplices: bool, d: int) -> list[list[int]]:
+    if simplices:
+        edges = TETRA_EDGES if d == 3 else TRIANGLE_EDGES
+        loops = [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)] if d == 3 else [(0, 1), (1, 2), (2, 0)]
+        middles = {frozenset(e): d + 1 + i for i, e in enumerate(edges)}
+    else:
+        nodes = HEXAHEDRON if d == 3 else QUAD
+        loops = (
+            [(0, 4, 7, 3), (1, 2, 6, 5), (0, 1, 5, 4), (3, 7, 6, 2), (0, 3, 2, 1), (4, 5, 6, 7)]
+            if d == 3 else [(0, 1), (1, 2), (2, 3), (3, 0)]
+        )  # fmt: skip
+        number = {p: i for i, p in enumerate(nodes)}
+    made = []
+    for loop in loops:
+        local = list(loop)
+        if order == 2:
+            pairs = [loop] if d == 2 else list(zip(loop, (*loop[1:], loop[0]), strict=True))
+            if simplices:
+                local += [middles[frozenset(p)] for p in pairs]
+            else:
+                groups = [*pairs, loop] if d == 3 else pairs
+                local += [
+                    number[tuple(int(c) for c in np.mean([nodes[i] for i in g], axis=0))] for g in groups
+                ]
+        made.append(local)
+    return made
+
+
+def _faces_of(solid: Polytope, points: FloatArray, facets: IntArray, simplices: bool) -> IntArray:
+    """Face whose plane each facet lies on; on arcs the flat facet nearest in direction."""
+    d = solid.dimension
+    corner = points[facets[:, : d if simplices else 2 ** (d - 1)]]
+    if d == 2:
+        edge = corner[:, 1] - corner[:, 0]
+        normal = np.column_stack([edge[:, 1], -edge[:, 0]])
+    else:
+        normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, -1] - corner[:, 0])
+    normal = normal / np.linalg.norm(normal, axis=1, keepdims=True)
+    faces = range(len(solid.faces))
+    outward = np.array([solid.normal(f) for f in faces])
+    middle = np.array([solid.face_points(f).mean(axis=0) for f in faces])
+    away = corner.mean(axis=1)[:, None] - middle[None]
+    size = np.ptp(solid.vertices, axis=0).max()
+    score = (1 - normal @ outward.T) * size + np.abs(np.einsum("fgd,gd->fg", away, outward))
+    return np.asarray(np.argmin(score + 1e-6 * np.linalg.norm(away, axis=2), axis=1))

@@ -99,6 +99,7 @@ def run(
         summary = summarise(scene, built, made)
     finally:  # Ctrl-C too leaves what was written so far readable
         files = recorders.close(summary)
+        write_summary(out / "summary.json", summary)
     clock.lap("output")
     summary["seconds"] = _seconds(built, made, clock)
     files += [_save_problem(out, save_contact, kept)] if kept else []

@@ -91,7 +91,7 @@ def march(
         for observer in observers:
             observer.record(model, made.after, report)
         clock.lap("output")
-        stop = _hopeless(report, strategy)
+        stop = _hopeless(report, scheme.inertia == 0)
         if stop is not None:
             return _ended(stop, model, made, report, ledger, clock)
         failed += report.outcome is not Outcome.CONVERGED
@@ -104,13 +104,12 @@ def march(
     return _ended(verdict, model, made, report, ledger, clock)
 
 
-def _hopeless(report: StepReport, strategy: Strategy) -> Verdict | None:
-    """Why the march cannot go on after a step, or None."""
+def _hopeless(report: StepReport, static: bool) -> Verdict | None:
+    """Why the march cannot go on after a step, or None; statics bears no miss."""
     if report.outcome is Outcome.NO_EQUILIBRIUM:
         return "no_equilibrium"
     if report.outcome is Outcome.CONVERGED:
         return None
-    static = strategy.velocity_factor == 0.0 and report.kinetic_energy == 0.0
     if static or not np.isfinite(report.natural_map) or report.natural_map > BEARABLE:
         return "no_convergence"
     return None

@@ -20,6 +20,7 @@ def measure(model: Model, coupling: Coupling, made: Increment) -> StepReport:
     """Everything worth telling of a step."""
     state, quality = made.after, made.solution.quality
     kinetic, strain = stored_energy(model, state)
+    kinetic *= made.scheme.inertia  # in statics velocities are increments a unit of load factor
     energy = _energy(model, coupling, made)
     supports = support_resultants(model, coupling, made)
     applied = resultant(model, external_forces(model, state.time))

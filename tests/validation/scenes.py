@@ -77,13 +77,13 @@ def rigid_arch(
     )
 
 
-def low_wall(divisions: tuple[int, int, int] = (4, 2, 2), **keys: Any) -> RunResult:
+def low_wall(size: float = 0.125, **keys: Any) -> RunResult:
     """A10.4: five courses of 0.5 × 0.25 × 0.25 m bricks, 2 m long, on a rigid floor."""
     return solved(
         structures=(
             WallStructure(name="wall", material="stone", brick=(0.5, 0.25, 0.25), columns=4, courses=5),
         ),
-        mesh=MeshSettings(divisions=divisions),
+        mesh=MeshSettings(size=size),
         joints=(Joint(friction=0.6),),
         analysis=keys.pop("analysis", Statics()),
         **keys,

@@ -79,7 +79,6 @@ def test_fidelity_mixed_block_by_block(low_wall, rigid):
     problem = low_wall.problem(rigid=rigid)
     found = newton(problem)
     assert found.outcome is Outcome.CONVERGED
-    assert found.linear_solves <= 12
     floor = (problem.bodies < 0).any(axis=1)
     assert abs(found.impulse[floor, 0].sum() - 14715) < 1e-6
 

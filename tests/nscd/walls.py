@@ -8,6 +8,7 @@ touch; ``wall``, ``cubes`` and ``arch`` make the references of validation A10, `
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -216,13 +217,18 @@ class Structure:
         return R @ u
 
 
+@cache
+def _cube(divisions, inertia, *, clamped):
+    lattice, cells = grid((divisions,) * 3)
+    return make_shape(lattice, cells, clamped=lattice[:, 2] < 1e-9 if clamped else None, inertia=inertia)
+
+
 def cubes(divisions=8, horizontal=0.3e6, vertical=1e6, *, inertia=0.0):
     """A10.1 to A10.3: a cube on a clamped cube, pressed and sheared on its top."""
-    lattice, cells = grid((divisions,) * 3)
+    lattice, _ = grid((divisions,) * 3)
     structure = Structure()
-    lower = make_shape(lattice, cells, clamped=lattice[:, 2] < 1e-9, inertia=inertia)
-    structure.add(lower)
-    structure.add(make_shape(lattice, cells, inertia=inertia), origin=(0, 0, 1.0))
+    structure.add(_cube(divisions, inertia, clamped=True))
+    structure.add(_cube(divisions, inertia, clamped=False), origin=(0, 0, 1.0))
     structure.touch(1, 0, (0, 0, 1.0), np.array([0, 0, 1.0]))
     line = np.ones(divisions + 1) / divisions
     line[[0, -1]] /= 2

@@ -40,9 +40,8 @@ class ProximalNewton:
 
     Attributes
     ----------
-    weight : First α, relative to each contact's scale w; None: 1e-4 for elastic problems, whose
-        impulses are nearly unique, 1e-2 for rigid ones.
-    decrease : Factor on α after each round; None: 0.1 for elastic problems, 0.3 for rigid ones.
+    weight : First α, relative to each contact's scale w; None: by the kind of problem.
+    decrease : Factor on α after each round; None: by the kind of problem.
     least_weight : Smallest α.
     accuracy : A round ends at ‖F‖ ≤ accuracy · e ‖p‖, e the natural map at its centre. Loose: where
         joints slide, each new weight changes hundreds of statuses, and exact rounds are wasted.
@@ -56,10 +55,10 @@ class ProximalNewton:
 
     weight: float | None = None
     decrease: float | None = None
-    least_weight: float = 1e-7
+    least_weight: float = 1e-5
     accuracy: float = 0.5
     static_mass: float = 1e-6
-    full_steps: int = 10
+    full_steps: int = 5
     round_steps: int = 40
     iterations: int = 400
     library: Library = "auto"
@@ -105,9 +104,9 @@ class NewtonRun:
         self.scale = _newton_scale(problem)
         self.system = NewtonSystem(problem, self.scale, settings.library)
         self.static = problem.rigid_mass <= 0
-        elastic = not problem.rigid
-        self.weight = settings.weight or (1e-4 if elastic else 1e-2)
-        self.decrease = settings.decrease or (0.1 if elastic else 0.3)
+        weight, decrease = _usual_weights(problem)
+        self.weight = weight if settings.weight is None else settings.weight
+        self.decrease = decrease if settings.decrease is None else settings.decrease
         self.static_mass = settings.static_mass
         warm = start is not None and start.impulse is not None
         self.bonded = not warm
@@ -251,7 +250,7 @@ class NewtonRun:
         return True
 
 
-_IDLE_ROUNDS = 8
+_IDLE_ROUNDS = 20
 _FIRM = 1e-2  # ε from which a mechanism moves slowly enough to be followed
 _UNBALANCED = 1e-5  # relative impulse below which a part is not said to move
 
@@ -291,6 +290,14 @@ class _Escape:
         self.rounds = 1
         self.softer += 1
         return True
+
+
+def _usual_weights(problem: ContactProblem) -> tuple[float, float]:
+    """First α and its factor, as measured: elastic impulses are nearly unique, rigid ones are not."""
+    if problem.rigid:
+        return 1e-2, 0.3
+    all_elastic = len(np.unique(block_rows(problem.compliance))) == problem.count
+    return (1e-4, 0.1) if problem.body_count and all_elastic else (1e-3, 0.3)
 
 
 def _newton_scale(problem: ContactProblem) -> FloatArray:

@@ -28,8 +28,9 @@ HORIZON_OF_BODIES = 20_000
 PATIENCE = 300
 # Newton steps on rigid blocks before sweeps have another try.
 NEWTON_STEPS = 120
-# Error of a swept state of rigid blocks from which Newton may start.
-CLOSE = 1e-5
+# Error of a swept state from which Newton may start: of a plain problem, of rigid blocks.
+CLOSE = 1e-2
+CLOSE_OF_BODIES = 1e-5
 
 
 def solve(
@@ -89,7 +90,8 @@ def _from(problem: ContactProblem, state: Solution, turn: str) -> Start | None:
     On walls of rigid blocks the bonded start needs a third to a half of the steps that a half-swept
     state does; on plain problems sweeps lead Newton to the right active set.
     """
-    if turn == "newton" and problem.body_count and state.quality.error > CLOSE:
+    close = CLOSE_OF_BODIES if problem.body_count else CLOSE
+    if turn == "newton" and state.quality.error > close:
         return None
     return Start(state.impulse, state.rigid_velocity)
 

@@ -83,9 +83,10 @@ class _PlainForm:
         self.friction = np.ascontiguousarray(problem.friction)
         self.free = np.ascontiguousarray(problem.plain_velocity())
         self.slip = np.zeros(c)
+        self.order = _visiting_order(c)
 
     def sweep(self, impulse: FloatArray, count: int, tolerance: float) -> tuple[int, float]:
-        head = (self.pointer, self.other, self.blocks, self.own, self.local, self.scale)
+        head = (self.order, self.pointer, self.other, self.blocks, self.own, self.local, self.scale)
         tail = (count, INTERVAL, tolerance)
         if impulse.shape[1] == 2:
             made: tuple[int, float] = sweeps.plain_2d(*head, self.friction, self.free, impulse, *tail)
@@ -113,11 +114,21 @@ class _BodyForm:
         self.friction = np.ascontiguousarray(problem.friction)
         self.free = np.ascontiguousarray(problem.free_velocity)
         self.slip = np.zeros(c)
+        self.order = _visiting_order(c)
 
     def sweep(self, impulse: FloatArray, count: int, tolerance: float) -> tuple[int, float]:
         # made anew from the impulses, so that rounding does not pile up from batch to batch
         motion = self.root * self.problem.balanced_velocity(impulse)
-        head = (self.bodies, self.maps, self.own, self.local, self.scale, self.friction, self.free)
+        head = (
+            self.order,
+            self.bodies,
+            self.maps,
+            self.own,
+            self.local,
+            self.scale,
+            self.friction,
+            self.free,
+        )
         tail = (self.speed, count, INTERVAL, tolerance)
         if impulse.shape[1] == 2:
             made: tuple[int, float] = sweeps.bodies_2d(*head, impulse, motion, *tail)
@@ -163,6 +174,15 @@ class _SweepRun:
             return True
         needed = (self.made - since) * np.log(best / tolerance) / np.log(then / best)
         return bool(self.made + needed > self.method.horizon)
+
+
+def _visiting_order(count: int) -> NDArray[np.int64]:
+    """A fixed shuffle of the contacts.
+
+    Errors travel with a regular order along courses and columns; on walls a shuffled one needs down
+    to a third of the sweeps. It is the same in every run.
+    """
+    return np.random.default_rng(0).permutation(count)
 
 
 def _check_inertia(problem: ContactProblem) -> None:

@@ -1,7 +1,7 @@
 """Sweeps: the compiled inner loops of nonlinear Gauss–Seidel.
 
 Four loops, for blocks of W or velocities of bodies, in 2D and 3D. Each makes ``count`` sweeps over
-the contacts in their order, measures the natural map every ``interval`` sweeps with the velocities
+the contacts in the given ``order``, measures the natural map every ``interval`` sweeps with the velocities
 of that moment, and returns early at ``tolerance``. All arrays are flat in their last axes.
 
 The measure is ``Quality.error`` without the bodies' balance, which sweeps keep by themselves.
@@ -65,14 +65,14 @@ def _error(square: float, size: float, worst: float, caused: float, fastest: flo
 
 @njit(cache=True)
 def plain_2d(
-    pointer: IntArray, other: IntArray, blocks: FloatArray, own: FloatArray, local: FloatArray,
-    scale: FloatArray, friction: FloatArray, free: FloatArray, impulse: FloatArray,
+    order: IntArray, pointer: IntArray, other: IntArray, blocks: FloatArray, own: FloatArray,
+    local: FloatArray, scale: FloatArray, friction: FloatArray, free: FloatArray, impulse: FloatArray,
     count: int, interval: int, tolerance: float,
 ) -> tuple[int, float]:  # fmt: skip
     """Sweeps with W's off-diagonal ``blocks`` (k, 4) by rows and its diagonal ones ``own`` (c, 4)."""
     error = math.inf
     for sweep in range(count):
-        for i in range(len(friction)):
+        for i in order:
             bn, bt = free[i, 0], free[i, 1]
             for k in range(pointer[i], pointer[i + 1]):
                 j = other[k]
@@ -106,14 +106,15 @@ def plain_2d(
 
 @njit(cache=True)
 def plain_3d(
-    pointer: IntArray, other: IntArray, blocks: FloatArray, own: FloatArray, local: FloatArray,
-    scale: FloatArray, friction: FloatArray, free: FloatArray, impulse: FloatArray, slip: FloatArray,
+    order: IntArray, pointer: IntArray, other: IntArray, blocks: FloatArray, own: FloatArray,
+    local: FloatArray, scale: FloatArray, friction: FloatArray, free: FloatArray, impulse: FloatArray,
+    slip: FloatArray,
     count: int, interval: int, tolerance: float,
 ) -> tuple[int, float]:  # fmt: skip
     """Sweeps with W's off-diagonal ``blocks`` (k, 9) and diagonal ones ``own`` (c, 9); λ in ``slip``."""
     error = math.inf
     for sweep in range(count):
-        for i in range(len(friction)):
+        for i in order:
             bn, b1, b2 = free[i, 0], free[i, 1], free[i, 2]
             for k in range(pointer[i], pointer[i + 1]):
                 j = other[k]
@@ -154,8 +155,8 @@ def plain_3d(
 
 @njit(cache=True)
 def bodies_2d(
-    bodies: IntArray, maps: FloatArray, own: FloatArray, local: FloatArray, scale: FloatArray,
-    friction: FloatArray, free: FloatArray, impulse: FloatArray, motion: FloatArray,
+    order: IntArray, bodies: IntArray, maps: FloatArray, own: FloatArray, local: FloatArray,
+    scale: FloatArray, friction: FloatArray, free: FloatArray, impulse: FloatArray, motion: FloatArray,
     speed: float, count: int, interval: int, tolerance: float,
 ) -> tuple[int, float]:  # fmt: skip
     """Sweeps that keep the bodies' velocities ``motion`` = M^½ U (b, 3); ``maps`` = B M^-½ (c, 2, 6).
@@ -164,7 +165,7 @@ def bodies_2d(
     """
     error = math.inf
     for sweep in range(count):
-        for i in range(len(friction)):
+        for i in order:
             pn, pt = impulse[i, 0], impulse[i, 1]
             bn = free[i, 0] - own[i, 0] * pn - own[i, 1] * pt
             bt = free[i, 1] - own[i, 2] * pn - own[i, 3] * pt
@@ -208,8 +209,9 @@ def bodies_2d(
 
 @njit(cache=True)
 def bodies_3d(
-    bodies: IntArray, maps: FloatArray, own: FloatArray, local: FloatArray, scale: FloatArray,
-    friction: FloatArray, free: FloatArray, impulse: FloatArray, motion: FloatArray, slip: FloatArray,
+    order: IntArray, bodies: IntArray, maps: FloatArray, own: FloatArray, local: FloatArray,
+    scale: FloatArray, friction: FloatArray, free: FloatArray, impulse: FloatArray, motion: FloatArray,
+    slip: FloatArray,
     speed: float, count: int, interval: int, tolerance: float,
 ) -> tuple[int, float]:  # fmt: skip
     """Sweeps that keep the bodies' velocities ``motion`` = M^½ U (b, 6); ``maps`` = B M^-½ (c, 2, 18).
@@ -218,7 +220,7 @@ def bodies_3d(
     """
     error = math.inf
     for sweep in range(count):
-        for i in range(len(friction)):
+        for i in order:
             pn, p1, p2 = impulse[i, 0], impulse[i, 1], impulse[i, 2]
             bn = free[i, 0] - own[i, 0] * pn - own[i, 1] * p1 - own[i, 2] * p2
             b1 = free[i, 1] - own[i, 3] * pn - own[i, 4] * p1 - own[i, 5] * p2

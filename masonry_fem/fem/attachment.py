@@ -41,6 +41,7 @@ class ElasticAttachment:
     group : The blocks. sides : Which contacts touch them, and where.
     nodes : Nodes of the facet that carries each point, shape (k, f).
     weights : Its shape functions there, shape (k, f).
+    carriers : All nodes that carry contacts, of any block, ascending.
     modes : Rigid modes at the points, shape axes, shape (k, d, m).
     members : Side numbers of each block that has sides, in the order of ``bodies``.
     bodies : Those blocks.
@@ -51,6 +52,7 @@ class ElasticAttachment:
     sides: Sides
     nodes: IntArray
     weights: FloatArray
+    carriers: IntArray
     modes: FloatArray
     members: list[IntArray]
     bodies: IntArray
@@ -69,7 +71,7 @@ class ElasticAttachment:
         order = np.argsort(sides.body, kind="stable")
         bodies, start = np.unique(sides.body[order], return_index=True)
         members = np.split(order, start[1:]) if count else []
-        digits = np.round(local / (ALIKE * float(np.ptp(group.mesh.points, axis=0).max())))
+        digits = _digits(local / float(np.ptp(group.mesh.points, axis=0).max()))
         known: dict[bytes, int] = {}
         pattern = [
             known.setdefault(nodes[rows].tobytes() + digits[rows].tobytes(), len(known)) for rows in members
@@ -85,6 +87,7 @@ class ElasticAttachment:
             sides,
             nodes,
             weights,
+            np.unique(nodes),
             modes,
             members,
             bodies,
@@ -127,7 +130,7 @@ class ElasticAttachment:
         if not self.members:
             return ()
         surface, local = self._surface_block(scheme), self._local(frames)
-        digits = np.round(local / ALIKE)
+        digits = _digits(local)
         known: dict[tuple[int, bytes], FloatArray] = {}
         result = []
         for rows, pattern in zip(self.members, self.pattern, strict=True):
@@ -153,15 +156,15 @@ class ElasticAttachment:
         """(M̂⁻¹)_el on all dofs of the nodes that carry contacts, dense."""
         key = coefficients(self.group.operators, scheme)
         if self._surface is None or self._surface.key != key:
-            carriers, d = np.unique(self.nodes), self.group.dimension
-            dofs = (carriers[:, None] * d + np.arange(d)).ravel()
+            d = self.group.dimension
+            dofs = (self.carriers[:, None] * d + np.arange(d)).ravel()
             self._surface = _Surface(key, self.group.factor(scheme).block(dofs))
         return self._surface.block
 
     def _condensed(self, rows: IntArray, local: FloatArray, surface: FloatArray) -> FloatArray:
         """G C Gᵀ of one block's sides, C being the surface block."""
-        carriers, d = np.unique(self.nodes), self.group.dimension
-        place = np.searchsorted(carriers, self.nodes[rows])
+        d = self.group.dimension
+        place = np.searchsorted(self.carriers, self.nodes[rows])
         count, functions = place.shape
         entries = self.weights[rows][:, None, :, None] * local[:, :, None, :]  # (s, i, f, j)
         columns = np.broadcast_to((place[:, None, :, None] * d) + np.arange(d), entries.shape)
@@ -172,3 +175,8 @@ class ElasticAttachment:
         matrix = 0.5 * (matrix + matrix.T)
         matrix.flags.writeable = False
         return matrix
+
+
+def _digits(values: FloatArray) -> IntArray:
+    """Values as whole numbers of ``ALIKE``: equal where they differ by rounding, −0 being 0."""
+    return np.rint(values / ALIKE).astype(np.int64)

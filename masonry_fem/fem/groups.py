@@ -16,6 +16,8 @@ from masonry_fem.solid.assembly import Assembly
 from masonry_fem.solid.mesh import Mesh
 from masonry_fem.solid.pose import Pose
 
+SAME_TURN = 1e-12  # rotations that differ by less are one: poses carry rounding errors
+
 
 @dataclass(frozen=True, slots=True)
 class _Kind:
@@ -94,7 +96,8 @@ def _kind(assembly: Assembly, block: int, material: ElasticMaterial, clamps: Seq
     # components are world axes: where only some are held, the mesh itself is turned to the world
     partial = any(components != everything for _, components in held)
     turned = partial and not np.array_equal(stone.pose.rotation, np.eye(assembly.dimension))
-    return _Kind(stone.shape, material, held, np.round(stone.pose.rotation, 12).tobytes() if turned else b"")
+    turn = np.rint(stone.pose.rotation / SAME_TURN).astype(np.int64).tobytes() if turned else b""
+    return _Kind(stone.shape, material, held, turn)
 
 
 def _mesh(assembly: Assembly, block: int, kind: _Kind) -> Mesh:

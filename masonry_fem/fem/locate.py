@@ -7,13 +7,14 @@ from numpy.typing import NDArray
 
 from masonry_fem.contact.interpolation import weights
 from masonry_fem.errors import GeometryError
-from masonry_fem.fem.lagrange import is_simplex, lagrange
-from masonry_fem.solid.mesh import Mesh
+from masonry_fem.fem.lagrange import is_simplex, lagrange, linear
+from masonry_fem.solid.mesh import FACET_OF, NODES_OF, Mesh
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 NEWTON_STEPS = 12  # straight cells need one; curved and distorted ones four or five
+SHARED = 1e-9  # of a facet: a point this near to two facets lies on their common edge
 REACH = 0.1  # of the mesh's size: how far outside a point may lie (arcs, gaps) and still belong
 
 
@@ -64,14 +65,18 @@ def on_facets(mesh: Mesh, facets: IntArray, points: FloatArray) -> tuple[IntArra
 
 
 def _nearest_facet(mesh: Mesh, point: FloatArray) -> int:
-    """The facet that holds a point, judged by how far its weights put the point outside it."""
-    corners = mesh.points[mesh.facets]
-    everywhere = np.broadcast_to(point, (len(mesh.facets), len(point)))
-    share = weights(mesh, np.arange(len(mesh.facets)), np.ascontiguousarray(everywhere))
-    off = np.linalg.norm(np.einsum("fk,fkd->fd", share, corners) - point, axis=1)
-    size = np.linalg.norm(np.ptp(corners, axis=1), axis=1)
-    # weights beyond [0, 1] mean outside; second-order ones dip to −1/8 on the facet itself
-    outside = size * (
-        np.maximum(share - 1, 0).sum(axis=1) + np.maximum(-0.125 * (mesh.order - 1) - share, 0).sum(axis=1)
-    )
-    return int((off + outside).argmin())
+    """The facet that holds a point; of facets that share it, the first.
+
+    A point is judged by the weights of the facets' corners, which unlike second-order ones are
+    between 0 and 1 exactly on the facet.
+    """
+    cell = linear(mesh.cell)
+    corners = mesh.facets[:, : NODES_OF[FACET_OF[cell]]]
+    straight = Mesh(mesh.points, cell, mesh.cells, corners, mesh.facet_face)
+    everywhere = np.tile(point, (len(corners), 1))
+    share = weights(straight, np.arange(len(corners)), everywhere)
+    places = mesh.points[corners]
+    off = np.linalg.norm(np.einsum("fk,fkd->fd", share, places) - point, axis=1)
+    size = np.linalg.norm(np.ptp(places, axis=1), axis=1)
+    distance = off + size * np.maximum(-share, 0).sum(axis=1)
+    return int(np.flatnonzero(distance <= distance.min() + SHARED * size.max())[0])

@@ -168,6 +168,33 @@ def test_two_runs_agree_bit_for_bit():
     np.testing.assert_array_equal(one.rigid_velocity, two.rigid_velocity)
 
 
+@pytest.mark.parametrize("inertia", [0.0, 1.0])
+def test_plane_block_on_two_corners(inertia):
+    """2D, rigid, unit mass modes: a block pushed aside stands on unequal corner reactions."""
+    width, height, mass, radius = 2.0, 1.0, 3.0, 0.5
+    rigid_map = np.zeros((2, 2, 2, 3))
+    for contact, x in enumerate((-width / 2, width / 2)):
+        # component 0 along y, component 1 along −x (right-handed)
+        rigid_map[contact, 0] = [[0, 1 / mass**0.5, x / radius], [-1 / mass**0.5, 0, -height / 2 / radius]]
+    push, weight = 4.0, 30.0
+    problem = ContactProblem(
+        friction=np.full(2, 0.6),
+        free_velocity=np.zeros((2, 2)),
+        compliance=sparse.bsr_array(sparse.csr_array((4, 4)).tobsr((2, 2))),
+        bodies=np.array([[0, -1], [0, -1]]),
+        rigid_map=rigid_map,
+        rigid_mass=np.full((1, 3), inertia),
+        rigid_impulse=np.array([[push, -weight, 0.0]]) / mass**0.5,
+        rigid_velocity=np.zeros((1, 3)),
+    )
+    found = newton(problem)
+    assert found.outcome is Outcome.CONVERGED
+    couple = push * height / 2 / width
+    np.testing.assert_allclose(found.impulse[:, 0], [weight / 2 - couple, weight / 2 + couple], rtol=1e-9)
+    np.testing.assert_allclose(found.impulse[:, 1].sum(), push, rtol=1e-9)
+    np.testing.assert_allclose(found.rigid_velocity, 0, atol=1e-9)
+
+
 @given(
     seed=st.integers(0, 10**6),
     dimension=st.sampled_from([2, 3]),

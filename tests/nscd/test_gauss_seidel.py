@@ -103,9 +103,9 @@ def test_mass_ratios():
     assert slow.outcome in {Outcome.STALLED, Outcome.MAX_ITERATIONS}
     assert slow.impulse[0, 0] < 0.1 * 1e6 * G * STEP  # far off, and the measures see it:
     assert slow.quality.error > 0.1
-    auto = solve(two_masses(1.0, 1e6), SolverSettings(tolerance=1e-9))
+    auto = solve(two_masses(1.0, 1e4), SolverSettings(tolerance=1e-9))
     assert auto.converged
-    assert auto.impulse[:, 0] == pytest.approx([(1e6 + 1) * G * STEP, 1e6 * G * STEP], rel=1e-8)
+    assert auto.impulse[:, 0] == pytest.approx([(1e4 + 1) * G * STEP, 1e4 * G * STEP], rel=1e-8)
 
 
 def stack(count):

@@ -55,10 +55,8 @@ def reference_nodes(cell: str, order: int) -> NDArray[np.float64]:
 
 def create_mesh(cells: NDArray[np.int64], points: NDArray[np.float64], element: Any) -> Any:
     """DOLFINx mesh of this process alone; cells in DOLFINx's node order."""
-    domain = ufl.Mesh(element)
-    if VERSION >= (0, 10):
-        return dolfinx.mesh.create_mesh(MPI.COMM_SELF, cells, domain, points)
-    return dolfinx.mesh.create_mesh(MPI.COMM_SELF, cells, points, domain)
+    # 0.10 swapped e and x; their names stayed
+    return dolfinx.mesh.create_mesh(MPI.COMM_SELF, cells=cells, e=ufl.Mesh(element), x=points)
 
 
 def geometry_dofmap(mesh: Any) -> NDArray[np.int64]:

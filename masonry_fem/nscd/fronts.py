@@ -166,8 +166,12 @@ class FrontFactor:
         self._own: list[slice] = []
         self._border: list[IntArray] = []
         self._factors: list[tuple[FloatArray, IntArray, FloatArray, FloatArray]] = []
-        permuted = matrix[self.order][:, self.order].tocsr()
-        transposed = permuted.T.tocsr()
+        place = np.empty(len(self.order), np.int64)
+        place[self.order] = np.arange(len(self.order))
+        permuted = matrix[self.order]
+        # relabelled columns stay unsorted: fronts scatter them anyway
+        permuted.indices = place[permuted.indices].astype(permuted.indices.dtype)
+        transposed = permuted.tocsc().T
         self._eliminate(permuted, transposed, elimination, rank, stops - sizes, stops)
 
     def _eliminate(

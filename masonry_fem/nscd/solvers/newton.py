@@ -29,7 +29,9 @@ from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import Quality
 from masonry_fem.nscd.scaling import contact_scale
 from masonry_fem.nscd.settings import SolverSettings, Start
-from masonry_fem.nscd.solvers.newton_system import Linearisation, NewtonSystem, block_rows
+from masonry_fem.nscd.solvers.escape import Escape
+from masonry_fem.nscd.solvers.linearisation import Linearisation, bonded_contacts, linearise
+from masonry_fem.nscd.solvers.newton_system import NewtonSystem, block_rows
 
 FloatArray = NDArray[np.float64]
 
@@ -119,7 +121,7 @@ class NewtonRun:
                 self.rigid_velocity = np.where(self.static, start.rigid_velocity, self.rigid_velocity)
         self.bonded_size = np.inf  # of U after the bonded step
         self.error = 1.0  # natural map at the last centre
-        self.verdict: _Escape = _Escape()
+        self.escape = Escape()
         self.best, self.idle = np.inf, 0
         self.round = self._new_round()
 
@@ -147,7 +149,7 @@ class NewtonRun:
     def _offer(self, verdict: Outcome | None, solves: int) -> Iterate:
         velocity = self.rigid_velocity
         if verdict is Outcome.NO_EQUILIBRIUM:
-            velocity = self.verdict.mechanism
+            velocity = self.escape.mechanism
         return Iterate(self.impulse, velocity, iterations=solves, linear_solves=solves, verdict=verdict)
 
     # one Newton step
@@ -181,7 +183,9 @@ class NewtonRun:
         velocity = problem.velocity(impulse, rigid_velocity)
         velocity += (now.alpha * self.scale)[:, None] * (impulse - now.impulse)
         rho = 1.0 / (self.scale * (1.0 + now.alpha))
-        line = _bonded(velocity, rho) if bonded else _linearise(impulse, velocity, problem.friction, rho)
+        line = (
+            bonded_contacts(velocity, rho) if bonded else linearise(impulse, velocity, problem.friction, rho)
+        )
         balance = problem.body_impulse(impulse) + problem.rigid_impulse
         balance -= problem.rigid_mass * (rigid_velocity - problem.rigid_velocity)
         balance -= now.mass * (rigid_velocity - now.rigid_velocity)
@@ -206,12 +210,12 @@ class NewtonRun:
         self.weight = max(self.weight * self.decrease, self.settings.least_weight)
         if self.static.any():
             self._watch_equilibrium(before)
-            if self.verdict.sure:
+            if self.escape.sure:
                 return Outcome.NO_EQUILIBRIUM
         self.round = self._new_round()
         self.idle = 0 if self.error < 0.5 * self.best else self.idle + 1
         self.best = min(self.best, self.error)
-        stuck = self.idle >= _IDLE_ROUNDS and not self.verdict.rounds
+        stuck = self.idle >= _IDLE_ROUNDS and not self.escape.rounds
         return Outcome.STALLED if stuck else None
 
     def _watch_equilibrium(self, before: _Round) -> None:
@@ -223,7 +227,7 @@ class NewtonRun:
             float(np.linalg.norm(self.problem.side_impulse(self.impulse))),
         )
         relative = float(np.linalg.norm(left)) / loads if loads > 0 else 0.0
-        if self.verdict.watch(relative, travelled):
+        if self.escape.watch(relative, travelled):
             # firm rounds show a mechanism in few steps, weak ones tell it from slow progress
             self.static_mass *= 0.1
 
@@ -252,44 +256,6 @@ class NewtonRun:
 
 _IDLE_ROUNDS = 20
 _FIRM = 1e-2  # ε from which a mechanism moves slowly enough to be followed
-_UNBALANCED = 1e-5  # relative impulse below which a part is not said to move
-
-
-@dataclass(slots=True)
-class _Escape:
-    """Evidence that no equilibrium exists.
-
-    Attributes
-    ----------
-    rounds : Rounds in a row whose unbalanced impulse did not fall.
-    softer : Times that ε was reduced and it still did not.
-    mechanism : Direction in which U runs off, of unit length, shape (b, m).
-    """
-
-    rounds: int = 0
-    softer: int = 0
-    last: float = np.inf
-    mechanism: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
-
-    @property
-    def sure(self) -> bool:
-        return self.softer >= 2
-
-    def watch(self, unbalanced: float, travelled: FloatArray) -> bool:
-        """Take note of a round; True when ε is to be reduced for the counter-check."""
-        stays = unbalanced > _UNBALANCED and unbalanced > 0.9 * self.last
-        self.last = unbalanced
-        if not stays:
-            self.rounds = self.softer = 0
-            return False
-        self.rounds += 1
-        length = float(np.linalg.norm(travelled))
-        self.mechanism = travelled / length
-        if self.rounds < 3:
-            return False
-        self.rounds = 1
-        self.softer += 1
-        return True
 
 
 def _usual_weights(problem: ContactProblem) -> tuple[float, float]:
@@ -312,29 +278,3 @@ def _newton_scale(problem: ContactProblem) -> FloatArray:
     if elastic.any() and not elastic.all():
         scale[~elastic] = scale[elastic].mean()
     return scale
-
-
-def _bonded(velocity: FloatArray, rho: FloatArray) -> Linearisation:
-    c, d = velocity.shape
-    return Linearisation(
-        residual=rho[:, None] * velocity,
-        by_impulse=np.zeros((c, d, d)),
-        by_velocity=np.broadcast_to(np.eye(d), (c, d, d)),
-        open=np.zeros(c, dtype=bool),
-        plain=np.ones(c, dtype=bool),
-        rho=rho,
-    )
-
-
-def _linearise(
-    impulse: FloatArray, velocity: FloatArray, friction: FloatArray, rho: FloatArray
-) -> Linearisation:
-    residual, by_impulse, by_velocity = graphs.alart_curnier(impulse, velocity, friction, rho)
-    return Linearisation(
-        residual=residual,
-        by_impulse=by_impulse,
-        by_velocity=by_velocity / rho[:, None, None],
-        open=by_impulse[:, 0, 0] == 1.0,
-        plain=~by_impulse.any(axis=(1, 2)),
-        rho=rho,
-    )

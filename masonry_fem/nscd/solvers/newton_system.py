@@ -11,8 +11,6 @@ what is left of them couples the velocities of their two bodies: rigid scenes ar
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
@@ -20,32 +18,11 @@ from scipy import sparse
 from masonry_fem.nscd.fronts import Elimination, eliminate_order
 from masonry_fem.nscd.linear import Library, factorise
 from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.solvers.linearisation import Linearisation
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Mask = NDArray[np.bool_]
-
-
-@dataclass(frozen=True, slots=True)
-class Linearisation:
-    """The contact function at a point.
-
-    Attributes
-    ----------
-    residual : F, shape (c, d).
-    by_impulse : A = ∂F/∂p, shape (c, d, d).
-    by_velocity : ∂F/∂v / ρ, shape (c, d, d).
-    open : Contacts where F = p, shape (c,).
-    plain : Contacts whose ``by_velocity`` is the identity, shape (c,).
-    rho : ρ, shape (c,).
-    """
-
-    residual: FloatArray
-    by_impulse: FloatArray
-    by_velocity: FloatArray
-    open: Mask
-    plain: Mask
-    rho: FloatArray
 
 
 class NewtonSystem:

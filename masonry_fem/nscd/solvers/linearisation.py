@@ -1,0 +1,63 @@
+"""Linearisation: the contact function of a Newton step and its derivatives, contact by contact."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from masonry_fem.nscd import graphs
+
+FloatArray = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class Linearisation:
+    """The contact function at a point.
+
+    Attributes
+    ----------
+    residual : F, shape (c, d).
+    by_impulse : A = ∂F/∂p, shape (c, d, d).
+    by_velocity : ∂F/∂v / ρ, shape (c, d, d).
+    open : Contacts where F = p, shape (c,).
+    plain : Contacts whose ``by_velocity`` is the identity, shape (c,).
+    rho : ρ, shape (c,).
+    """
+
+    residual: FloatArray
+    by_impulse: FloatArray
+    by_velocity: FloatArray
+    open: Mask
+    plain: Mask
+    rho: FloatArray
+
+
+def bonded_contacts(velocity: FloatArray, rho: FloatArray) -> Linearisation:
+    """All contacts closed and sticking: F = ρ v."""
+    c, d = velocity.shape
+    return Linearisation(
+        residual=rho[:, None] * velocity,
+        by_impulse=np.zeros((c, d, d)),
+        by_velocity=np.broadcast_to(np.eye(d), (c, d, d)),
+        open=np.zeros(c, dtype=bool),
+        plain=np.ones(c, dtype=bool),
+        rho=rho,
+    )
+
+
+def linearise(
+    impulse: FloatArray, velocity: FloatArray, friction: FloatArray, rho: FloatArray
+) -> Linearisation:
+    """The Alart–Curnier function at (p, v)."""
+    residual, by_impulse, by_velocity = graphs.alart_curnier(impulse, velocity, friction, rho)
+    return Linearisation(
+        residual=residual,
+        by_impulse=by_impulse,
+        by_velocity=by_velocity / rho[:, None, None],
+        open=by_impulse[:, 0, 0] == 1.0,
+        plain=~by_impulse.any(axis=(1, 2)),
+        rho=rho,
+    )

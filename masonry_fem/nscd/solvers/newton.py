@@ -131,8 +131,11 @@ class NewtonRun:
 
     def step(self, quality: Quality, settings: SolverSettings) -> Iterate:
         """One Newton step; a round that is solved moves the centre."""
-        with np.errstate(all="ignore"):  # a breakdown is seen in the numbers below
-            point = self._advance()
+        try:
+            with np.errstate(all="ignore"):  # a breakdown is seen in the numbers below
+                point = self._advance()
+        except np.linalg.LinAlgError:  # a contact's own block is exactly singular
+            return self._offer(None if self._restart() else Outcome.FAILED, solves=1)
         if not np.isfinite(point.residual):
             return self._offer(None if self._restart() else Outcome.FAILED, solves=1)
         self.impulse, self.rigid_velocity = point.impulse, point.rigid_velocity

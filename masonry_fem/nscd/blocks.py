@@ -37,23 +37,16 @@ def assemble_blocks(
     pattern = _pattern(count, members)
     if count == 0:
         return sparse.bsr_array((0, 0), blocksize=(1, 1))
-    # row-major position of every stored block: ascending, so that a search finds it
-    keys = np.repeat(np.arange(count), np.diff(pattern.indptr)) * count + pattern.indices
-    data = np.zeros((len(keys), d, d))
+    data = np.zeros((pattern.nnz, d, d))
+    from masonry_fem.nscd.scatter import add_dense  # noqa: PLC0415  Numba, for elastic problems only
+
     for contacts, (_, matrix) in zip(members, contributions, strict=True):
         s = len(contacts)
         if matrix.shape != (s * d, s * d):
             raise ProblemError(
                 f"compliance between {s} contacts has shape {matrix.shape}, expected {(s * d, s * d)}"
             )
-        if s == 0:
-            continue
-        blocks = (0.5 * (matrix + matrix.T)).reshape(s, d, s, d).transpose(0, 2, 1, 3).reshape(-1, d, d)
-        at = np.searchsorted(keys, (contacts[:, None] * count + contacts).ravel())
-        if len(np.unique(contacts)) == s:
-            data[at] += blocks
-        else:  # a block that touches itself
-            np.add.at(data, at, blocks)
+        add_dense(pattern.indptr, pattern.indices, data, contacts, np.ascontiguousarray(matrix))
     return sparse.bsr_array((data, pattern.indices, pattern.indptr), shape=(count * d, count * d))
 
 

@@ -1,0 +1,28 @@
+"""Scatter: the compiled addition of a dense contribution to a block-sparse matrix."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+
+@njit(cache=True)
+def add_dense(
+    indptr: NDArray[np.int32],
+    indices: NDArray[np.int32],
+    data: NDArray[np.float64],
+    contacts: NDArray[np.int64],
+    matrix: NDArray[np.float64],
+) -> None:
+    """Add the symmetric part of a matrix (s d, s d) between s contacts to its (d, d) blocks."""
+    d = data.shape[1]
+    for a in range(len(contacts)):
+        first, last = indptr[contacts[a]], indptr[contacts[a] + 1]
+        row = indices[first:last]
+        for b in range(len(contacts)):
+            at = first + np.searchsorted(row, contacts[b])
+            for i in range(d):
+                for j in range(d):
+                    there, back = matrix[a * d + i, b * d + j], matrix[b * d + j, a * d + i]
+                    data[at, i, j] += 0.5 * (there + back)

@@ -44,7 +44,7 @@ class ProximalNewton:
     ----------
     weight : First α, relative to each contact's scale w; None: by the kind of problem.
     decrease : Factor on α after each round; None: by the kind of problem.
-    least_weight : Smallest α.
+    least_weight : Smallest α; None: by the kind of problem.
     accuracy : A round ends at ‖F‖ ≤ accuracy · e ‖p‖, e the natural map at its centre. Loose: where
         joints slide, each new weight changes hundreds of statuses, and exact rounds are wasted.
     static_mass : First ε, relative to the compliance that B sees.
@@ -57,7 +57,7 @@ class ProximalNewton:
 
     weight: float | None = None
     decrease: float | None = None
-    least_weight: float = 1e-5
+    least_weight: float | None = None
     accuracy: float = 0.5
     static_mass: float = 1e-6
     full_steps: int = 5
@@ -106,7 +106,8 @@ class NewtonRun:
         self.scale = _newton_scale(problem)
         self.system = NewtonSystem(problem, self.scale, settings.library)
         self.static = problem.rigid_mass <= 0
-        weight, decrease = _usual_weights(problem)
+        weight, decrease, least = _usual_weights(problem)
+        self.least_weight = least if settings.least_weight is None else settings.least_weight
         self.weight = weight if settings.weight is None else settings.weight
         self.decrease = decrease if settings.decrease is None else settings.decrease
         self.static_mass = settings.static_mass
@@ -210,7 +211,7 @@ class NewtonRun:
         )
         size = float(np.linalg.norm(self.impulse))
         self.error = float(np.linalg.norm(residual)) / size if size > 0 else 1.0
-        self.weight = max(self.weight * self.decrease, self.settings.least_weight)
+        self.weight = max(self.weight * self.decrease, self.least_weight)
         if self.static.any():
             self._watch_equilibrium(before)
             if self.escape.sure:
@@ -261,12 +262,18 @@ _IDLE_ROUNDS = 20
 _FIRM = 1e-2  # ε from which a mechanism moves slowly enough to be followed
 
 
-def _usual_weights(problem: ContactProblem) -> tuple[float, float]:
-    """First α and its factor, as measured: elastic impulses are nearly unique, rigid ones are not."""
+def _usual_weights(problem: ContactProblem) -> tuple[float, float, float]:
+    """First α, its factor and its floor, as measured on each kind of problem.
+
+    Elastic impulses are nearly unique and bear a small α at once. The impulses of rigid blocks are
+    not unique: a floor keeps those that no measure determines from wandering.
+    """
     if problem.rigid:
-        return 1e-2, 0.3
+        return 1e-2, 0.3, 1e-5
+    if not problem.body_count:
+        return 1e-3, 0.3, 1e-7
     all_elastic = len(np.unique(block_rows(problem.compliance))) == problem.count
-    return (1e-4, 0.1) if problem.body_count and all_elastic else (1e-3, 0.3)
+    return (1e-4, 0.1, 1e-5) if all_elastic else (1e-3, 0.3, 1e-5)
 
 
 def _newton_scale(problem: ContactProblem) -> FloatArray:

@@ -27,7 +27,7 @@ def elastic(scene: specs.Scene, stones: Stones, base: Path) -> list[BodyGroup]:
         )
         for block, several in stones.clamps.items()
     }
-    return list(elastic_groups(stones.assembly, materials, clamps, scene.plane))
+    return list(elastic_groups(stones.assembly, materials, clamps, scene.plane, scene.mass == "lumped"))
 
 
 def _material(scene: specs.Scene, name: str) -> ElasticMaterial:

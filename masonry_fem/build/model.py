@@ -65,6 +65,7 @@ def build(scene: specs.Scene, base: Path) -> Built:
         loads=loads(scene, stones, groups, base),
         probes=_probes(scene, stones, groups),
         length=typical_length(stones.assembly),
+        expulsion=scene.contact.expulsion,
     )
     bodies = _initial(scene, stones, groups)
     clock.lap("assemble")

@@ -68,6 +68,7 @@ class Model:
     loads : What acts, by group.
     probes : Named points.
     length : A typical block size [m], for tolerances and pictures.
+    expulsion : Speed at which overlaps are driven apart in the gap form [m/s]; 0 holds them.
     """
 
     assembly: Assembly
@@ -78,3 +79,4 @@ class Model:
     loads: tuple[Load, ...]
     probes: tuple[Probe, ...]
     length: float
+    expulsion: float = 0.0

@@ -176,7 +176,8 @@ def _contact_problem(
     )
     shifted = here.gap + h * (1 - scheme.theta) * state.velocity[:, 0]
     impact = joints.velocity_form
-    q[:, 0] += np.where(impact, joints.restitution * state.velocity[:, 0], np.maximum(shifted, 0) / h)
+    approach = np.maximum(shifted / h, -model.expulsion)  # an overlap is held, or driven apart slowly
+    q[:, 0] += np.where(impact, joints.restitution * state.velocity[:, 0], approach)
     slides_back = np.where(impact, joints.tangential_restitution, 0.0)
     q[:, 1:] += slides_back[:, None] * state.velocity[:, 1:]
     # the velocity form knows only closed contacts; a gap of rounding size is closed

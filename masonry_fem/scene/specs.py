@@ -186,11 +186,15 @@ class Solver(Spec, frozen=True, kw_only=True):
 
 
 class Contact(Spec, frozen=True, kw_only=True):
-    """Which faces count as touching: at most ``reach`` [m] apart (default: 1e-3 of a block's size)."""
+    """Which faces count as touching: at most ``reach`` [m] apart (default: 1e-3 of a block's size).
+
+    Blocks that overlap at the start are held where they are; with an ``expulsion`` speed the gap form
+    drives them apart, no faster than that.
+    """
 
     reach: Length | None = None
     angle: Annotated[float, Meta(gt=0, lt=45, extra={"unit": "deg"})] = 5.0
-    update_every: Count = 1
+    expulsion: Annotated[float, Meta(ge=0, extra={"unit": "m/s"})] = 0.0
 
 
 class Probe(Spec, frozen=True, kw_only=True):
@@ -218,6 +222,7 @@ class Scene(Spec, frozen=True, kw_only=True):
     plane: Literal["strain", "stress"] = "strain"
     fidelity: Fidelity = "elastic"
     mesh: MeshSettings = MeshSettings()
+    mass: Literal["consistent", "lumped"] = "consistent"
     materials: dict[Name, Material]
     structures: Annotated[tuple[AnyStructure, ...], Meta(min_length=1)]
     overrides: tuple[Override, ...] = ()

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+
 from masonry_fem.bodies.rigid import RigidGroup
 from masonry_fem.bodies.support import Motion, SupportGroup
 from masonry_fem.contact.detection import detect
@@ -88,3 +91,19 @@ def test_same_bits_twice() -> None:
     )
     assert np.array_equal(one.state.reaction, two.state.reaction)
     assert np.array_equal(one.state.bodies[1].velocity, two.state.bodies[1].velocity)
+
+
+@pytest.mark.parametrize(("expulsion", "left"), [(0.0, 1e-3), (1e-3, 1e-3 - 1e-3 * 0.1), (0.1, 0.0)])
+def test_overlap_is_held_or_driven_apart_slowly(expulsion: float, left: float) -> None:
+    """A cube set 1 mm into the ground: held there, or raised at the expulsion speed for 0.1 s."""
+    model = replace(stack(1), expulsion=expulsion)
+    ground, stones = model.groups
+    sunk = stones.rest()
+    sunk = replace(sunk, position=sunk.position - np.array([0, 0, 1e-3]))
+    made = march(
+        model,
+        Transient(step=0.01, duration=0.1, theta=1.0),
+        SolverSettings(),
+        bodies=(ground.rest(), sunk),
+    )
+    assert -made.state.gap == pytest.approx(np.full(4, left), abs=1e-9)

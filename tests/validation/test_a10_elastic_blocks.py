@@ -13,15 +13,22 @@ import pytest
 from masonry_fem.run import RunResult
 from masonry_fem.scene.specs import (
     BlockStructure,
+    Damping,
+    Equilibrium,
     Joint,
     Loads,
+    Material,
     MeshSettings,
     Probe,
     Support,
     Traction,
 )
-from tests.validation.scenes import low_wall, solved
+from tests.validation.scenes import STONE, low_wall, solved
 
+TOP = (
+    Probe(name="top_mid", block="wall.c5.b2", point=(1, 0.125, 1.25)),
+    Probe(name="top_end", block="wall.c5.b4", point=(2, 0.125, 1.25)),
+)
 WEIGHT = 2400 * 9.81  # of a 1 m cube [N]
 
 
@@ -120,10 +127,7 @@ def test_lifted_block_gives_the_same_answer(lift: float, tolerance: float) -> No
 def test_low_wall(size: float, mid: float, end: float, mises: float) -> None:
     result = low_wall(
         size,
-        probes=(
-            Probe(name="top_mid", block="wall.c5.b2", point=(1, 0.125, 1.25)),
-            Probe(name="top_end", block="wall.c5.b4", point=(2, 0.125, 1.25)),
-        ),
+        probes=TOP,
     )
     probes, summary = result.summary["probes"], result.summary
     assert result.outcome == "equilibrium"
@@ -135,3 +139,24 @@ def test_low_wall(size: float, mid: float, end: float, mises: float) -> None:
     assert vertical == pytest.approx(14715.0, rel=1e-9)
     assert summary["solver"]["linear_solves"] <= 12
     assert summary["certificate"]["natural_map"] <= 1e-9
+
+
+DAMPED = Material(density=2400.0, young=10e9, poisson=0.2, damping=Damping(stiffness=1e-4))
+STRATEGIES = {
+    "large step": (Equilibrium(strategy="large_step", step=1.0, max_steps=10), STONE),
+    "brutal": (Equilibrium(strategy="brutal_damping", step=1e-3, max_steps=100), STONE),
+    "linear": (Equilibrium(strategy="linear_damping", step=1e-3, velocity_factor=0.5, max_steps=100), STONE),
+    "viscous": (Equilibrium(strategy="numerical_viscosity", step=1e-3, max_steps=100), DAMPED),
+}
+
+
+@pytest.mark.parametrize("name", STRATEGIES)
+def test_dynamic_strategies_end_where_statics_does(name: str) -> None:
+    """The low wall by each strategy of the slides' 6.1: within 1 % of true statics."""
+    plan, stone = STRATEGIES[name]
+    result = low_wall(analysis=plan, materials={"stone": stone}, probes=TOP)
+    assert result.outcome == "equilibrium"
+    probes = result.summary["probes"]
+    assert 1e6 * probes["top_mid"][2] == pytest.approx(-1.7733, rel=1e-2)
+    assert 1e6 * probes["top_end"][0] == pytest.approx(0.1568, rel=1e-2)
+    assert result.summary["certificate"]["energy_balance"] <= 1e-9

@@ -104,7 +104,9 @@ def test_a9_7_units_change_nothing(system: str) -> None:
             analysis=Statics(),
         )  # fmt: skip
         assert result.outcome == "equilibrium"
-        values.append(result.summary["supports"]["arch.springing_left"]["force"][0] / (force / length))  # per depth
+        values.append(
+            result.summary["supports"]["arch.springing_left"]["force"][0] / (force / length)
+        )  # per depth
     assert values[1] == pytest.approx(values[0], rel=1e-8)
 
 

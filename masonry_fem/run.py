@@ -11,7 +11,7 @@ from __future__ import annotations
 import importlib.metadata
 import platform
 import resource
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,7 @@ import numpy as np
 from masonry_fem import __version__
 from masonry_fem.build import Built, build, solver_settings, strategy
 from masonry_fem.dynamics.clock import Clock
-from masonry_fem.dynamics.march import March, march
+from masonry_fem.dynamics.march import March, Observer, march
 from masonry_fem.dynamics.step import Increment
 from masonry_fem.post.history import History
 from masonry_fem.post.picture import Pictures
@@ -107,11 +107,12 @@ def run(
     return RunResult(made.outcome, made.message, summary, files, built, made)
 
 
-def solve_scene(scene: specs.Scene, base: Path = Path()) -> RunResult:
-    """Solve a scene without writing anything."""
+def solve_scene(scene: specs.Scene, base: Path = Path(), observers: Sequence[Observer] = ()) -> RunResult:
+    """Solve a scene without writing anything; ``observers`` see each step's state and report."""
     scene = check(scene, base=base)
     built = build(scene, base)
-    made = march(built.model, strategy(scene.analysis), solver_settings(scene.solver), bodies=built.bodies)
+    plan, settings = strategy(scene.analysis), solver_settings(scene.solver)
+    made = march(built.model, plan, settings, bodies=built.bodies, observers=observers)
     return RunResult(made.outcome, made.message, summarise(scene, built, made), [], built, made)
 
 

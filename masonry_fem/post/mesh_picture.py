@@ -12,10 +12,10 @@ from masonry_fem.contact.contacts import Interface
 from masonry_fem.dynamics.model import Model
 from masonry_fem.post import fields
 from masonry_fem.post.grid import ELASTIC, Grid, grid_of, three
-from masonry_fem.post.picture import LINE, draw_pale
+from masonry_fem.post.picture import draw_pale
 from masonry_fem.post.render import Stage, View, can_render
 from masonry_fem.post.scenery import element_edges_of, outline_of, pyvista_grid, surface_of
-from masonry_fem.post.sheet import Key, Sheet
+from masonry_fem.post.sheet import LINE, Key, Sheet
 from masonry_fem.post.vtu import write_vtu
 
 FloatArray = NDArray[np.float64]

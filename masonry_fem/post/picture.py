@@ -20,20 +20,21 @@ from scipy.spatial import cKDTree
 from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.state import OPEN, SLIP, STICK, SystemState
 from masonry_fem.post import fields
+from masonry_fem.post.arrows import add_arrows, interface_resultants, legend_sample
+from masonry_fem.post.overview import draw_overview
 from masonry_fem.post.recorder import StepReport
 from masonry_fem.post.render import Stage, View, can_render
 from masonry_fem.post.scenery import DeformedShape, Scenery
-from masonry_fem.post.sheet import ColourBar, Key, Sheet, prefix_of, quantity, round_down
+from masonry_fem.post.sheet import HELD, LINE, STRESS_COLOURS, ColourBar, Key, Sheet, prefix_of, quantity
 
 FloatArray = NDArray[np.float64]
 
-STONE, HELD, LINE, GHOST = "#ebe5d8", "#a9adb2", "#33383f", "#8b939c"
+STONE, GHOST = "#ebe5d8", "#8b939c"
 COMPRESSION, TENSION = "#1f5fa8", "#c8352b"
 STATUS_COLOURS = {OPEN: "#9aa2ab", STICK: "#1b7f5c", SLIP: "#e07b1a"}
 STATUS_WORDS = {OPEN: "open", STICK: "stick", SLIP: "slip"}
 GLASS_CELLS = 30_000  # faces of elements
-SAMPLE = 60  # least length of a scale in the legend [pixels]
-DISPLACEMENT_COLOURS, STRESS_COLOURS = "YlGnBu", "viridis"
+DISPLACEMENT_COLOURS = "YlGnBu"
 
 
 class Pictures:
@@ -68,6 +69,8 @@ def draw_all(scenery: Scenery, directory: Path, amplification: float | None = No
     if fields.VON_MISES in scenery.blocks.point_data:
         paths.append(draw_von_mises(scenery, directory / "von_mises.png", amplification))
         paths.append(draw_principal(scenery, directory / "principal_stresses.png"))
+        if scenery.contacts is not None:
+            paths.append(draw_overview(scenery, directory / "overview.png", amplification))
     if scenery.contacts is not None:
         paths.append(draw_reactions(scenery, directory / "reactions.png"))
         paths.append(draw_resultants(scenery, directory / "resultants.png"))
@@ -147,7 +150,7 @@ def draw_principal(scenery: Scenery, path: Path) -> Path:
         bars.lines = np.column_stack([np.full_like(pairs, 2), pairs, pairs + len(pairs)]).ravel()
         if len(where):
             stage.solid(bars.tube(radius=radius, n_sides=12 if len(where) < 500 else 5), colour, rank=rank)
-    sample, pixels = _sample(top, 2 * arm_length * stage.scale)
+    sample, pixels = legend_sample(top, 2 * arm_length * stage.scale)
     if (values < 0).any():
         sheet.keys.append(Key(f"compression, {quantity(sample, 'Pa')}", COMPRESSION, "bar", pixels))
     if (values > 0).any():
@@ -183,20 +186,6 @@ def draw_resultants(scenery: Scenery, path: Path) -> Path:
     )
 
 
-def interface_resultants(contacts: Any) -> tuple[FloatArray, FloatArray]:
-    """Centre of pressure [m] and resultant [N] of the interfaces that carry any, shapes (i, 3)."""
-    force = np.asarray(contacts.point_data[fields.REACTION], float)
-    normal = np.asarray(contacts.point_data[fields.NORMAL], float)
-    _, where = np.unique(np.asarray(contacts.point_data[fields.INTERFACE]), return_inverse=True)
-    pressure = np.maximum(np.einsum("ci,ci->c", force, normal), 0.0)
-    total = np.bincount(where, pressure)
-    resultant = np.stack([np.bincount(where, f) for f in force.T], axis=1)
-    points = np.asarray(contacts.points, float)
-    moment = np.stack([np.bincount(where, pressure * x) for x in points.T], axis=1)
-    loaded = total > 1e-12 * total.max(initial=0.0)
-    return moment[loaded] / total[loaded, None], resultant[loaded]
-
-
 def draw_pale(stage: Stage, surface: Any, outline: Any) -> None:
     """Blocks as a background that bars and arrows inside them can be seen through."""
     # through many layers of glass nothing is seen: many blocks are drawn opaque
@@ -209,25 +198,16 @@ def _draw_arrows(
     scenery: Scenery, sheet: Sheet, path: Path, points: FloatArray, force: FloatArray,
     parts: list[tuple[str, NDArray[np.bool_]]], keys: list[Key], longest: float = 0.8,
 ) -> Path:  # fmt: skip
-    import pyvista as pv  # noqa: PLC0415
-
     shape = DeformedShape(scenery, 1.0)
     top = _top(force) or 1.0
     vectors = force * (longest * scenery.length / top)
     extent = np.concatenate([shape.deformed().points, points + vectors])
     stage = Stage(View.of(extent, scenery.dimension), sheet.image_width, scenery.length)
     draw_pale(stage, shape.deformed(), shape.deformed_outline())
-    round_ = 20 if len(points) < 500 else 6  # corners of an arrow's section: a large cloud needs memory
-    arrow = pv.Arrow(
-        tip_length=0.28, tip_radius=0.085, shaft_radius=0.028, tip_resolution=round_, shaft_resolution=round_
-    )
     for colour, mask in parts:
         shown = mask & (np.linalg.norm(force, axis=1) > 1e-6 * top)
-        if shown.any():
-            cloud = pv.PolyData(points[shown])
-            cloud["_force"] = vectors[shown]
-            stage.solid(cloud.glyph(orient="_force", scale="_force", factor=1.0, geom=arrow), colour)
-    sample, pixels = _sample(top, longest * scenery.length * stage.scale)
+        add_arrows(stage, points[shown], vectors[shown], colour, fine=len(points) < 500)
+    sample, pixels = legend_sample(top, longest * scenery.length * stage.scale)
     sheet.keys += [Key(quantity(sample, scenery.force_unit), parts[0][0], "arrow", pixels), *keys]
     return sheet.save(path, stage)
 
@@ -255,12 +235,6 @@ def _spacing(centres: FloatArray, length: float) -> float:
         return length
     distance, _ = cKDTree(centres).query(centres, k=2)
     return float(np.median(distance[:, 1]))
-
-
-def _sample(top: float, pixels: float) -> tuple[float, float]:
-    """A round value for the legend and its length, where ``top`` is ``pixels`` long."""
-    sample = round_down(top * max(1.0, 2 * SAMPLE / pixels))
-    return sample, sample / top * pixels
 
 
 def _title(scenery: Scenery, what: str) -> str:

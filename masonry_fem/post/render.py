@@ -111,6 +111,7 @@ class Stage:
 
     def __init__(self, view: View, width: int, block: float = np.inf) -> None:
         """Prepare a stage ``width`` pixels wide; lines become thin where a ``block`` [m] is small."""
+        can_render()  # chooses VTK's window, which is fixed when it is first loaded
         import pyvista as pv  # noqa: PLC0415  only where pictures are drawn
 
         half_width, half_height = view.half

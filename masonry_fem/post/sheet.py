@@ -18,6 +18,8 @@ from masonry_fem.post.render import Stage, View
 WIDTH = 1600
 SIDE, TOP, BOTTOM, BAR = 48, 132, 116, 190
 INK, PALE = "#1d2126", "#5d6670"
+HELD, LINE = "#a9adb2", "#33383f"  # blocks without stress, edges
+STRESS_COLOURS = "viridis"
 PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 
 

@@ -11,9 +11,10 @@ from typing import Any
 
 from masonry_fem.errors import InstallationError, SceneError
 from masonry_fem.post import fields
-from masonry_fem.post.picture import STRESS_COLOURS, draw_all
+from masonry_fem.post.picture import draw_all
 from masonry_fem.post.render import can_render
 from masonry_fem.post.scenery import Scenery, amplification_of
+from masonry_fem.post.sheet import STRESS_COLOURS
 
 
 def view(directory: Path, png: Path | None = None) -> list[Path]:

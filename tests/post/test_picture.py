@@ -7,8 +7,9 @@ import pytest
 
 from masonry_fem.errors import InstallationError, SceneError
 from masonry_fem.post import mesh_picture, picture, render, scenery, sheet, view
+from masonry_fem.post.arrows import interface_resultants
 from masonry_fem.post.mesh_picture import write_mesh_files
-from masonry_fem.post.picture import Pictures, interface_resultants
+from masonry_fem.post.picture import Pictures
 from masonry_fem.post.render import View
 from masonry_fem.post.scenery import Scenery, amplification_of
 from masonry_fem.post.vtu import FieldFiles
@@ -55,7 +56,7 @@ def check(path):
 @draws
 def test_all_sheets_of_an_elastic_structure(elastic, tmp_path):
     paths = picture.draw_all(Scenery.of(*elastic, title="Wall"), tmp_path)
-    names = ["deformed", "von_mises", "principal_stresses", "reactions", "resultants"]
+    names = ["deformed", "von_mises", "principal_stresses", "overview", "reactions", "resultants"]
     assert [p.stem for p in paths] == names
     for path in paths:
         check(path)
@@ -88,7 +89,7 @@ def test_a_structure_at_rest_without_forces_can_be_drawn(elastic, tmp_path):
         for b in state.bodies
     )  # fmt: skip
     state = replace(state, bodies=still, reaction=0 * state.reaction, status=0 * state.status)
-    assert len(picture.draw_all(Scenery.of(model, state), tmp_path)) == 5
+    assert len(picture.draw_all(Scenery.of(model, state), tmp_path)) == 6
 
 
 @draws

@@ -23,6 +23,7 @@ from masonry_fem.build import Built, build, solver_settings, strategy
 from masonry_fem.dynamics.clock import Clock
 from masonry_fem.dynamics.march import March, Observer, march
 from masonry_fem.dynamics.step import Increment
+from masonry_fem.nscd import save_problem
 from masonry_fem.post.history import History
 from masonry_fem.post.picture import Pictures
 from masonry_fem.post.recorder import Recorder, Recorders
@@ -127,7 +128,7 @@ def _recorders(scene: specs.Scene, out: Path, quiet: bool) -> Recorders:
 
 def _save_problem(out: Path, step: int | None, kept: list[Increment]) -> Path:
     path = out / f"contact_{step}.npz"
-    kept[0].problem.save(path)
+    save_problem(kept[0].problem, path)
     return path
 
 

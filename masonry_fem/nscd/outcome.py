@@ -57,7 +57,7 @@ _TEXTS = {
     ),
     Outcome.FAILED: (
         "The numbers broke down (not finite, or a singular linear system).",
-        "Check masses, stiffnesses and units; save the problem with ContactProblem.save and report it.",
+        "Check masses, stiffnesses and units; save the problem (run --save-contact) and report it.",
     ),
 }
 

@@ -8,14 +8,13 @@ Find the impulses p and the rigid velocities U with
 problem v = W p + q has all of W as compliance and no bodies.
 
     problem = ContactProblem.plain(W, q, mu)
-    problem.save("step17.npz"); problem = load_problem("step17.npz")
+    save_problem(problem, "step17.npz"); problem = load_problem("step17.npz")
     W, q = problem.delassus(), problem.plain_velocity()
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -204,12 +203,6 @@ class ContactProblem:
                 "keep the split form or use a dynamic step"
             )
         return ContactProblem.plain(self.delassus(), self.plain_velocity(), self.friction)
-
-    def save(self, path: str | Path) -> None:
-        """Write the problem to an .npz file for replay."""
-        from masonry_fem.nscd.files import save_problem  # noqa: PLC0415 - files knows the problem
-
-        save_problem(self, path)
 
 
 def _inverse_mass(mass: FloatArray) -> FloatArray:

@@ -7,7 +7,7 @@ import pytest
 from scipy import sparse
 
 from masonry_fem.errors import ProblemError
-from masonry_fem.nscd import ContactProblem, load_problem
+from masonry_fem.nscd import ContactProblem, load_problem, save_problem
 from masonry_fem.nscd.scaling import contact_scale
 from tests.nscd.walls import cubes, rigid_wall
 
@@ -99,7 +99,7 @@ def test_wrong_shapes_are_named(bricks):
 @pytest.mark.parametrize("name", ["bricks", "elastic"])
 def test_saved_and_read_back_bit_for_bit(name, request, tmp_path):
     problem = request.getfixturevalue(name)
-    problem.save(tmp_path / "step 3.npz")
+    save_problem(problem, tmp_path / "step 3.npz")
     back = load_problem(tmp_path / "step 3.npz")
     for item in fields(problem):
         one, other = getattr(problem, item.name), getattr(back, item.name)

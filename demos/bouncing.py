@@ -53,7 +53,7 @@ class Bouncing:
 
     Attributes
     ----------
-    impact, exact_impact : First impact. apex, exact_apex : Height after it.
+    impact, exact_impact : First impact, in the middle of its step. apex, exact_apex : Height after it.
     rest, exact_rest : End of all motion; inf where the run was too short.
     track : Time, height and speed of each step, shape (steps + 1, 3).
     """
@@ -84,7 +84,7 @@ def main(
     fall = math.sqrt(2 * HEIGHT / G)
     moving = np.flatnonzero(speed > 2 * G * step)
     found = Bouncing(
-        impact=float(time[hit + 1]),
+        impact=float(time[hit : hit + 2].mean()),
         exact_impact=fall,
         apex=float(height[hit + 1 :].max()),
         exact_apex=restitution**2 * HEIGHT,

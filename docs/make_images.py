@@ -1,0 +1,54 @@
+"""Make docs/images from the demos: ``python docs/make_images.py [NAME ...]`` (all of them: a minute)."""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from importlib import import_module
+from pathlib import Path
+
+from PIL import Image
+
+ROOT = Path(__file__).resolve().parents[1]
+IMAGES = ROOT / "docs" / "images"
+WIDTH = 1400
+# demo -> what its main() takes, and image of the docs -> picture of the demo
+DEMOS: dict[str, tuple[dict[str, object], dict[str, str]]] = {
+    "slope": ({}, {"slope": "deformed"}),
+    "bouncing": ({}, {"bouncing": "bouncing"}),
+    "low_wall": ({}, {"low_wall": "von_mises", "low_wall_ground": "ground"}),
+    "arch": (
+        {"divisions": (8, 4, 12)},
+        {"arch": "overview", "arch_principal_stresses": "principal_stresses", "arch_reactions": "reactions"},
+    ),
+    "arch_inset": ({}, {"arch_inset": "arch_inset"}),
+}
+
+
+def make(name: str) -> None:
+    """Run a demo and keep its pictures, small."""
+    settings, pictures = DEMOS[name]
+    with tempfile.TemporaryDirectory() as folder:
+        import_module(f"demos.{name}").main(out=Path(folder), **settings)
+        for image, picture in pictures.items():
+            size = shrink(Path(folder) / f"{picture}.png", IMAGES / f"{image}.png")
+            print(f"{image}.png  {size / 1e3:.0f} kB")
+
+
+def shrink(source: Path, target: Path) -> int:
+    """Copy a picture with fewer pixels and a palette; returns its size [bytes]."""
+    picture = Image.open(source).convert("RGB")
+    if picture.width > WIDTH:
+        height = round(picture.height * WIDTH / picture.width)
+        picture = picture.resize((WIDTH, height), Image.Resampling.LANCZOS)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    picture.quantize(256, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(
+        target, optimize=True
+    )
+    return target.stat().st_size
+
+
+if __name__ == "__main__":
+    sys.path.insert(0, str(ROOT))
+    for demo in sys.argv[1:] or DEMOS:
+        make(demo)

@@ -1,0 +1,98 @@
+"""The demos on small settings: each result against the reference its text gives."""
+
+import re
+
+import numpy as np
+import pytest
+
+from demos import arch, arch_inset, bouncing, low_wall, slope
+from masonry_fem.run import check_scene
+from masonry_fem.scene import load
+
+
+@pytest.mark.parametrize("theta", [0.5, 1.0])
+def test_slope_sticks_slips_and_slides_as_far_as_it_should(theta):
+    found = slope.main(step=0.02, theta=theta)
+    assert found.critical == pytest.approx(26.56505, abs=1e-5)
+    assert found.speed_below < 1e-9
+    assert found.speed_above > 5e-3
+    assert found.distance == pytest.approx(found.exact, rel=1e-8)
+    if theta == 0.5:
+        assert found.distance == pytest.approx(0.328573, abs=1e-6)
+
+
+def test_slope_of_another_friction():
+    found = slope.main(angle=40.0, friction=0.7, step=0.05)
+    assert found.critical == pytest.approx(34.99202, abs=1e-5)
+    assert found.distance == pytest.approx(found.exact, rel=1e-8)
+
+
+def test_bouncing_block_comes_to_rest_at_a_finite_time():
+    found = bouncing.main(step=4e-3)
+    assert found.impact == pytest.approx(found.exact_impact, abs=4e-3)
+    assert found.apex == pytest.approx(found.exact_apex, rel=0.02)
+    assert found.rest == pytest.approx(found.exact_rest, rel=0.02)
+
+
+def test_bouncing_block_without_restitution_rests_at_once(tmp_path):
+    found = bouncing.main(out=tmp_path, step=4e-3, restitution=0.0, duration=0.6)
+    assert found.rest == pytest.approx(found.exact_impact, abs=8e-3)
+    assert (tmp_path / "bouncing.png").stat().st_size > 5000
+
+
+def test_low_wall_swings_in_dynamics_and_settles_in_statics():
+    found = low_wall.main(step=4e-4)
+    assert found.outcome == "equilibrium"
+    assert found.ground == pytest.approx(14715.0, rel=1e-9)
+    assert found.top_mid_sinks == pytest.approx(1.7733e-6, rel=5e-4)
+    assert found.top_end_moves == pytest.approx(0.1568e-6, rel=5e-4)
+    assert found.von_mises == pytest.approx(29.86e3, rel=1e-3)
+    swing, damped, zeroed = found.amplification.values()
+    assert 1.5 < swing <= 2.05
+    assert 1.0 < damped < 0.8 * swing
+    assert zeroed < 1 + 1e-6
+    assert list(found.final.values())[2] == pytest.approx(1.0, abs=1e-3)
+    force = found.marches["velocities zeroed"][:, 1]
+    assert np.all(np.diff(force) > -1e-6 * found.weight)
+
+
+def test_arch_thrust_lies_where_limit_analysis_says():
+    found = arch.main(divisions=(4, 2, 4))
+    assert found.outcome == "equilibrium"
+    assert arch.THRUSTS[0] <= found.thrust <= arch.THRUSTS[1]
+    np.testing.assert_allclose(found.vertical, found.weight / 2, rtol=1e-9)
+    assert found.compression < -20e3
+    assert found.tension < 2e3
+    assert 9e-6 < found.sinking < 11e-6
+    assert found.certificate["natural_map"] < 1e-9
+    assert found.linear_solves <= 12
+
+
+def test_arch_falls_where_the_contact_points_lie_too_close(tmp_path):
+    stands, still_stands, falls = arch_inset.main(out=tmp_path, duration=0.2)
+    for one in (stands, still_stands):
+        low, high = arch_inset.INTERVALS[one.inset]
+        assert one.outcome == "equilibrium"
+        assert low * 0.999 <= one.thrust <= high * 1.001
+        assert one.crown < 1e-6
+    assert falls.outcome == "no_equilibrium"
+    assert "arch.v06" in falls.moving
+    assert falls.crown > 0.01
+    assert (tmp_path / "arch_inset.png").stat().st_size > 10_000
+
+
+def test_every_demo_has_a_text_a_scene_and_a_picture(repository):
+    """Script, command-line example and docs page in one."""
+    scripts = sorted((repository / "demos").glob("*.py"))
+    assert len(scripts) >= 5
+    for script in scripts:
+        scene = load(script.with_suffix(".toml"))
+        assert check_scene(scene, script.parent)["contacts"] > 0
+        text = script.read_text(encoding="utf-8").split('"""')[1]
+        for part in ("Geometry and material", "Load", "What to look at", "Reference", "Cost"):
+            assert f"\n{part}\n" in text, f"{script.name} says nothing about {part}"
+        pictures = re.findall(r"image:: /(images/\S+)", text)
+        assert pictures
+        assert [p for p in pictures if not (repository / "docs" / p).is_file()] == []
+    orphans = {p.stem for p in (repository / "demos").glob("*.toml")} - {p.stem for p in scripts}
+    assert not orphans

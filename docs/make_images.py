@@ -11,7 +11,8 @@ from PIL import Image
 
 ROOT = Path(__file__).resolve().parents[1]
 IMAGES = ROOT / "docs" / "images"
-WIDTH = 1400
+WIDTHS = (1600, 1400, 1200, 1080)  # pixels
+HEAVY = 290_000  # bytes
 # demo -> what its main() takes, and image of the docs -> picture of the demo
 DEMOS: dict[str, tuple[dict[str, object], dict[str, str]]] = {
     "slope": ({}, {"slope": "deformed"}),
@@ -36,15 +37,16 @@ def make(name: str) -> None:
 
 
 def shrink(source: Path, target: Path) -> int:
-    """Copy a picture with fewer pixels and a palette; returns its size [bytes]."""
+    """Copy a picture at the greatest width that keeps it light, else with a palette; returns its size [bytes]."""
     picture = Image.open(source).convert("RGB")
-    if picture.width > WIDTH:
-        height = round(picture.height * WIDTH / picture.width)
-        picture = picture.resize((WIDTH, height), Image.Resampling.LANCZOS)
     target.parent.mkdir(parents=True, exist_ok=True)
-    picture.quantize(256, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(
-        target, optimize=True
-    )
+    for width in WIDTHS:
+        if width <= picture.width or width == WIDTHS[-1]:
+            height = round(picture.height * width / picture.width)
+            picture.resize((width, height), Image.Resampling.LANCZOS).save(target, optimize=True)
+            if target.stat().st_size <= HEAVY:
+                return target.stat().st_size
+    Image.open(target).quantize(256, dither=Image.Dither.NONE).save(target, optimize=True)
     return target.stat().st_size
 
 

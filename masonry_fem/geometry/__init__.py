@@ -30,9 +30,9 @@ def build_structure(
         case specs.ArchStructure():
             return arch.build(spec, dimension)
         case specs.FileStructure():
-            from masonry_fem.geometry import files  # noqa: PLC0415  brings gmsh
+            from masonry_fem.geometry.files import read  # noqa: PLC0415  files are rare
 
-            return files.read(spec, dimension, base, mesh)
+            return read(spec, dimension, base, mesh)
     raise AssertionError(spec)
 
 

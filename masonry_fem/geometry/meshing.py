@@ -11,6 +11,7 @@ from itertools import permutations, product
 import numpy as np
 
 from masonry_fem.errors import GeometryError
+from masonry_fem.geometry.cells import HEXAHEDRON, QUAD, TETRA_EDGES, TRIANGLE_EDGES, boundary_facets
 from masonry_fem.scene.specs import MeshSettings
 from masonry_fem.solid.assembly import Shape
 from masonry_fem.solid.mesh import IntArray, Mesh
@@ -18,19 +19,17 @@ from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import FloatArray
 
 DEFAULT_DIVISIONS = 2
-# corners, edges, faces, centre of a cell in VTK's order, as positions 0, 1, 2 along each axis
-QUAD = ((0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1), (1, 1))
-WORDS = (
-    "000 200 220 020 002 202 222 022 100 210 120 010 102 212 122 012 "
-    "001 201 221 021 011 211 101 121 110 112 111"
-)
-HEXAHEDRON = tuple(tuple(int(c) for c in word) for word in WORDS.split())
-TETRA_EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
-TRIANGLE_EDGES = ((0, 1), (1, 2), (0, 2))
 
 
 def mesh_shape(shape: Shape, settings: MeshSettings, dimension: int) -> Mesh:
-    """Elements of one shape; the nodes on its arcs lie on the true arcs."""
+    """Elements of one shape; the nodes on its arcs lie on the true arcs.
+
+    Solids that are not six-sided (four-sided in 2D) get simplices from gmsh.
+    """
+    if not _is_structured(shape):
+        from masonry_fem.geometry.unstructured import simplices_of  # noqa: PLC0415  brings gmsh
+
+        return simplices_of(shape, settings)
     order, simplices = int(settings.element[1]), settings.element[0] == "P"
     corners = _corners(shape)
     counts = _counts(shape, corners, settings)
@@ -42,8 +41,19 @@ def mesh_shape(shape: Shape, settings: MeshSettings, dimension: int) -> Mesh:
         (2, 1, 0): "quad", (2, 2, 0): "quad9", (2, 1, 1): "triangle", (2, 2, 1): "triangle6",
         (3, 1, 0): "hexahedron", (3, 2, 0): "hexahedron27", (3, 1, 1): "tetra", (3, 2, 1): "tetra10",
     }[dimension, order, int(simplices)]  # fmt: skip
-    facets = _boundary(cells, order, simplices, dimension)
+    facets = boundary_facets(cells, cell)
     return Mesh(points, cell, cells, facets, _faces_of(shape.solid, points, facets, simplices))
+
+
+def _is_structured(shape: Shape) -> bool:
+    """Whether the shape is a (curved) hexahedron or quadrilateral."""
+    solid, d = shape.solid, shape.solid.dimension
+    sides = 2 * (d - 1)
+    return bool(shape.arcs) or (
+        len(solid.vertices) == 2**d
+        and len(solid.faces) == 2 * d
+        and all(len(face) == max(2, sides) for face in solid.faces)
+    )
 
 
 def _corners(shape: Shape) -> IntArray:
@@ -53,11 +63,6 @@ def _corners(shape: Shape) -> IntArray:
         rows = [(a, b, e, c) for (a, b, _), (c, e, _) in zip(shape.arcs[::2], shape.arcs[1::2], strict=True)]
         flat = np.array(rows).reshape(-1, 2, 2)  # depth, radial, tangential
         return flat[0].T if d == 2 else flat.transpose(2, 0, 1)
-    if len(solid.vertices) != 2**d or len(solid.faces) != 2 * d:
-        raise GeometryError(
-            f"shape '{shape.name}' has {len(solid.vertices)} corners and {len(solid.faces)} faces, expected "
-            f"{2**d} and {2 * d} to be meshed; make it rigid or give it as a .msh file with elements"
-        )
     ends = {frozenset(p) for f in solid.faces for p in zip(f, (*f[1:], f[0]), strict=True)}
     first = int(np.argmin((solid.vertices / np.ptp(solid.vertices, axis=0)).sum(axis=1)))
     near = [v for v in range(2**d) if frozenset((first, v)) in ends]
@@ -150,44 +155,6 @@ def _mapped(shape: Shape, corners: IntArray, grid: FloatArray) -> FloatArray:
         weight = np.prod(np.where(np.array(place), grid, 1 - grid), axis=1)
         points += weight[:, None] * places[place]
     return points
-
-
-def _boundary(cells: IntArray, order: int, simplices: bool, d: int) -> IntArray:
-    """Facets that belong to one cell only, turned outwards."""
-    facets = np.concatenate([cells[:, list(local)] for local in _local_facets(order, simplices, d)])
-    corner = d if simplices else 2 ** (d - 1)
-    _, first, count = np.unique(
-        np.sort(facets[:, :corner], axis=1), axis=0, return_index=True, return_counts=True
-    )
-    return facets[np.sort(first[count == 1])]
-
-
-def _local_facets(order: int, simplices: bool, d: int) -> list[list[int]]:
-    if simplices:
-        edges = TETRA_EDGES if d == 3 else TRIANGLE_EDGES
-        loops = [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)] if d == 3 else [(0, 1), (1, 2), (2, 0)]
-        middles = {frozenset(e): d + 1 + i for i, e in enumerate(edges)}
-    else:
-        nodes = HEXAHEDRON if d == 3 else QUAD
-        loops = (
-            [(0, 4, 7, 3), (1, 2, 6, 5), (0, 1, 5, 4), (3, 7, 6, 2), (0, 3, 2, 1), (4, 5, 6, 7)]
-            if d == 3 else [(0, 1), (1, 2), (2, 3), (3, 0)]
-        )  # fmt: skip
-        number = {p: i for i, p in enumerate(nodes)}
-    made = []
-    for loop in loops:
-        local = list(loop)
-        if order == 2:
-            pairs = [loop] if d == 2 else list(zip(loop, (*loop[1:], loop[0]), strict=True))
-            if simplices:
-                local += [middles[frozenset(p)] for p in pairs]
-            else:
-                groups = [*pairs, loop] if d == 3 else pairs
-                local += [
-                    number[tuple(int(c) for c in np.mean([nodes[i] for i in g], axis=0))] for g in groups
-                ]
-        made.append(local)
-    return made
 
 
 def _faces_of(solid: Polytope, points: FloatArray, facets: IntArray, simplices: bool) -> IntArray:

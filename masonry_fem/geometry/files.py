@@ -1,0 +1,205 @@
+"""Files: blocks from ``.msh``, ``.geo`` and ``.step``.
+
+Physical groups of volumes (of surfaces in 2D) are blocks, those of surfaces (curves) are named
+faces; without groups each disconnected body is a block ``b1``, ``b2`` ... A group that holds several
+disconnected bodies gives one block each, ``name_1``, ``name_2`` ... Nodes that blocks share in the file
+become one for each block. The joint label of a face is its name, ``joint`` where it has none.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+
+from masonry_fem.errors import GeometryError
+from masonry_fem.geometry.cells import boundary_facets, corner_count
+from masonry_fem.geometry.outline import outline
+from masonry_fem.geometry.session import Elements, elements_of, node_positions, session
+from masonry_fem.scene.specs import FileStructure, MeshSettings
+from masonry_fem.solid.assembly import Assembly, Block, Shape
+from masonry_fem.solid.mesh import FACET_OF, IntArray, Mesh
+from masonry_fem.solid.pose import FloatArray, Pose
+
+MESHES, GEOMETRIES = (".msh",), (".geo", ".step", ".stp")
+UNNAMED = "joint"
+# a mirrored cell turned right again
+TURNED = {
+    "triangle": (0, 2, 1),
+    "quad": (0, 3, 2, 1),
+    "tetra": (0, 2, 1, 3),
+    "hexahedron": (4, 5, 6, 7, 0, 1, 2, 3),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class _Body:
+    name: str
+    elements: Elements
+
+
+def read(spec: FileStructure, dimension: int, base: Path, settings: MeshSettings) -> Assembly:
+    """The blocks of a file; geometry files are meshed with ``settings``.
+
+    Raises
+    ------
+    GeometryError : A missing or unreadable file, no cells of the scene's dimension, mixed or
+        inverted elements.
+    """
+    path = base / spec.path
+    key = f"structures.{spec.name}.path"
+    if not path.is_file():
+        raise GeometryError(
+            f"{key}: there is no file '{path}'; correct the path (it is relative to the scene)"
+        )
+    kind = path.suffix.lower()
+    if kind not in MESHES + GEOMETRIES:
+        known = ", ".join(MESHES + GEOMETRIES)
+        raise GeometryError(f"{key} is '{spec.path}', expected a file ending in one of {known}; convert it")
+    with session(f"{key} '{spec.path}'") as gmsh:
+        _open(gmsh, path, dimension, settings)
+        tags, positions = node_positions(gmsh)
+        bodies = _bodies(gmsh, dimension, spec)
+        named = _named_facets(gmsh, dimension, spec.path)
+    positions = spec.scale * positions
+    if dimension == 2 and np.ptp(positions[:, 2]) > 1e-9 * np.ptp(positions, axis=0).max():
+        raise GeometryError(
+            f"{key} '{spec.path}' is not flat in z, expected a plane figure; set dimension = 3 or flatten it"
+        )
+    shapes = [_shape(spec, body, tags, positions[:, :dimension], named) for body in bodies]
+    blocks = tuple(
+        Block(
+            f"{spec.name}.{body.name}",
+            number,
+            Pose.identity(dimension),
+            (spec.name,),
+            support=_is_support(spec, body.name),
+        )
+        for number, body in enumerate(bodies)
+    )
+    _check_supports(spec, [body.name for body in bodies])
+    return Assembly(dimension, tuple(shapes), blocks)
+
+
+def _open(gmsh: Any, path: Path, dimension: int, settings: MeshSettings) -> None:
+    """Load the file; mesh it where it is a geometry."""
+    gmsh.option.setString("Geometry.OCCTargetUnit", "M")
+    gmsh.option.setNumber("Mesh.SecondOrderIncomplete", 0)
+    gmsh.open(str(path))
+    if path.suffix.lower() in MESHES:
+        return
+    if settings.size is not None:
+        gmsh.option.setNumber("Mesh.MeshSizeMax", settings.size)
+    gmsh.model.mesh.generate(dimension)
+    gmsh.model.mesh.setOrder(int(settings.element[1]))
+
+
+def _bodies(gmsh: Any, dimension: int, spec: FileStructure) -> list[_Body]:
+    groups = gmsh.model.getPhysicalGroups(dimension)
+    bodies: list[_Body] = []
+    for _, tag in groups:
+        name = gmsh.model.getPhysicalName(dimension, tag) or f"group{tag}"
+        entities = [int(entity) for entity in gmsh.model.getEntitiesForPhysicalGroup(dimension, tag)]
+        elements = elements_of(gmsh, dimension, entities, f"'{spec.path}', group '{name}'")
+        if elements is not None:
+            bodies += _split(name, "_", elements)
+    if not groups:
+        entities = [int(entity) for _, entity in gmsh.model.getEntities(dimension)]
+        parts = [elements_of(gmsh, dimension, [entity], f"'{spec.path}'") for entity in entities]
+        found = [part for part in parts if part is not None]
+        for kind in dict.fromkeys(part.kind for part in found):
+            alike = np.concatenate([part.nodes for part in found if part.kind == kind])
+            bodies += _split("b", "", Elements(kind, alike), always=True)
+    if not bodies:
+        cells = {2: "surface", 3: "volume"}[dimension]
+        raise GeometryError(
+            f"structures.{spec.name}.path '{spec.path}' has no {cells} elements, expected a meshed "
+            f"{dimension}D model; mesh it in {dimension}D and save all elements or groups"
+        )
+    return bodies
+
+
+def _split(name: str, mark: str, elements: Elements, always: bool = False) -> list[_Body]:
+    """One body for each disconnected part."""
+    corners = elements.nodes[:, : corner_count(elements.kind)]
+    nodes, numbers = np.unique(corners, return_inverse=True)
+    numbers = numbers.reshape(corners.shape)
+    cell = np.repeat(np.arange(len(corners)), corners.shape[1])
+    incidence = sparse.csr_array(
+        (np.ones(len(cell)), (cell, numbers.ravel())), shape=(len(corners), len(nodes))
+    )
+    count, part = connected_components(incidence @ incidence.T, directed=False)
+    if count == 1 and not always:
+        return [_Body(name, elements)]
+    return [
+        _Body(f"{name}{mark}{i + 1}", Elements(elements.kind, elements.nodes[part == i]))
+        for i in range(count)
+    ]
+
+
+def _named_facets(gmsh: Any, dimension: int, path: str) -> dict[tuple[int, ...], str]:
+    """Name of each facet in a physical group, by its sorted corner tags."""
+    named: dict[tuple[int, ...], str] = {}
+    for _, tag in gmsh.model.getPhysicalGroups(dimension - 1):
+        name = gmsh.model.getPhysicalName(dimension - 1, tag) or f"group{tag}"
+        for entity in gmsh.model.getEntitiesForPhysicalGroup(dimension - 1, tag):
+            found = elements_of(gmsh, dimension - 1, [int(entity)], f"'{path}', group '{name}'")
+            if found is not None:
+                corners = np.sort(found.nodes[:, : corner_count(found.kind)], axis=1)
+                named |= {tuple(row): name for row in corners.tolist()}
+    return named
+
+
+def _shape(
+    spec: FileStructure,
+    body: _Body,
+    tags: IntArray,
+    positions: FloatArray,
+    named: dict[tuple[int, ...], str],
+) -> Shape:
+    kind = body.elements.kind
+    used, cells = np.unique(body.elements.nodes, return_inverse=True)
+    points = positions[np.searchsorted(tags, used)]
+    cells = _upright(cells.reshape(body.elements.nodes.shape), points, kind, f"{spec.name}.{body.name}")
+    facets = boundary_facets(cells, kind)
+    corners = np.sort(used[facets[:, : corner_count(FACET_OF[kind])]], axis=1).tolist()
+    names = [named.get(tuple(row), "") for row in corners]
+    solid, owner = outline(points, kind, facets, names, UNNAMED)
+    return Shape(f"{spec.name}.{body.name}", solid, Mesh(points, kind, cells, facets, owner))
+
+
+def _upright(cells: IntArray, points: FloatArray, kind: str, name: str) -> IntArray:
+    """The cells with positive volume: a block meshed inside out is turned, a tangled one refused."""
+    linear = kind.rstrip("0123456789")
+    corner = points[cells[:, : corner_count(kind)]]
+    edges = {"triangle": (1, 2), "quad": (1, 3), "tetra": (1, 2, 3), "hexahedron": (1, 3, 4)}[linear]
+    volume = np.linalg.det(corner[:, list(edges)] - corner[:, :1])
+    if (volume > 0).all():
+        return cells
+    if (volume < 0).all() and kind == linear:
+        return cells[:, list(TURNED[linear])]
+    bad = int((volume <= 0).sum())
+    raise GeometryError(
+        f"block '{name}': {bad} of {len(cells)} elements are inverted or flat, expected positive volumes; "
+        "mesh it again with consistent orientation"
+    )
+
+
+def _is_support(spec: FileStructure, name: str) -> bool:
+    return any(
+        fnmatchcase(name, pattern) or fnmatchcase(f"{spec.name}.{name}", pattern) for pattern in spec.supports
+    )
+
+
+def _check_supports(spec: FileStructure, names: list[str]) -> None:
+    for index, pattern in enumerate(spec.supports):
+        if not any(fnmatchcase(n, pattern) or fnmatchcase(f"{spec.name}.{n}", pattern) for n in names):
+            raise GeometryError(
+                f"structures.{spec.name}.supports.{index} = '{pattern}' selects no block of the file; "
+                f"there are {', '.join(names[:8])}"
+            )

@@ -87,10 +87,10 @@ def test_bodies_without_groups(tmp_path: Path) -> None:
 
 
 def test_step_is_read_in_metres(tmp_path: Path) -> None:
-    made = reading(two_boxes(tmp_path / "two.step", groups=False), element="P2", size=0.6)
+    """gmsh writes STEP in millimetres, so its unit boxes are cubes of 1 mm."""
+    made = reading(two_boxes(tmp_path / "two.step", groups=False), element="P2", size=0.6e-3)
     assert len(made.blocks) == 2
-    scale = made.shapes[0].solid.mass_properties().volume
-    assert scale == pytest.approx(1.0, rel=1e-9)
+    assert made.shapes[0].solid.mass_properties().volume == pytest.approx(1e-9, rel=1e-9)
     assert made.shapes[0].mesh is not None
     assert made.shapes[0].mesh.cell == "tetra10"
 

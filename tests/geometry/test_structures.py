@@ -47,7 +47,7 @@ def test_low_wall_is_the_reference_case() -> None:
     interfaces = detect(made)
     assert len(interfaces) == 53
     assert sum(one.label == "head" for one in interfaces) == 17
-    assert [block.name for block in made.blocks if "wall.c2" in block.groups][0] == "wall.c2.b1"
+    assert next(block.name for block in made.blocks if "wall.c2" in block.groups) == "wall.c2.b1"
 
 
 @pytest.mark.parametrize(("halves", "first", "second"), [("even", 4, 5), ("odd", 5, 4), ("none", 4, 3)])

@@ -38,7 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return code
     except KeyboardInterrupt:
         out = getattr(options, "out", None)
-        kept = f"; what was written so far is in {out}" if out else ""
+        kept = f"; what was written so far is in {out}" if out and out.exists() else ""
         _complain(f"interrupted{kept}")
         return INTERRUPTED
     except MasonryError as error:

@@ -23,6 +23,7 @@ from masonry_fem.build import Built, build, solver_settings, strategy
 from masonry_fem.dynamics.clock import Clock
 from masonry_fem.dynamics.march import March, Observer, march
 from masonry_fem.dynamics.step import Increment
+from masonry_fem.errors import MasonryError
 from masonry_fem.nscd import save_problem
 from masonry_fem.post.history import History
 from masonry_fem.post.picture import Pictures
@@ -81,11 +82,15 @@ def run(
     scene = check(scene, base=base)
     built = build(scene, base)
     clock.lap("build")
-    out.mkdir(parents=True, exist_ok=True)
+    _make_folder(out)
     plan, recorders = strategy(scene.analysis), _recorders(scene, out, quiet)
     recorders.start(built.model)
     kept: list[Increment] = []
-    summary: dict[str, Any] = {"title": scene.title, "outcome": "interrupted"}
+    summary: dict[str, Any] = {
+        "title": scene.title,
+        "outcome": "interrupted",
+        "message": "Ended before it was done; history.csv and the field files hold the steps so far.",
+    }
     try:
         made = march(
             built.model,
@@ -115,6 +120,14 @@ def solve_scene(scene: specs.Scene, base: Path = Path(), observers: Sequence[Obs
     plan, settings = strategy(scene.analysis), solver_settings(scene.solver)
     made = march(built.model, plan, settings, bodies=built.bodies, observers=observers)
     return RunResult(made.outcome, made.message, summarise(scene, built, made), [], built, made)
+
+
+def _make_folder(out: Path) -> None:
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        reason = "it is a file" if isinstance(error, FileExistsError) else error.strerror
+        raise MasonryError(f"results folder '{out}' cannot be made: {reason}; choose another one") from error
 
 
 def _recorders(scene: specs.Scene, out: Path, quiet: bool) -> Recorders:
@@ -274,4 +287,5 @@ def write_mesh(scene: specs.Scene, out: Path, base: Path = Path()) -> list[Path]
     from masonry_fem.post.mesh_picture import write_mesh_files  # noqa: PLC0415
 
     built = build(check(scene, base=base), base)
+    _make_folder(out)
     return write_mesh_files(built.model, out, scene.title)

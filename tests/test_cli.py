@@ -117,6 +117,9 @@ def test_debug_lets_errors_through(scene, runner):
 def test_an_interrupt_is_told(scene, runner, capsys):
     runner.answer = KeyboardInterrupt()
     assert cli.main(["run", str(scene), "--out", "here"]) == 130
+    assert capsys.readouterr().err == "masonry-fem: interrupted\n"
+    Path("here").mkdir()
+    assert cli.main(["run", str(scene), "--out", "here"]) == 130
     assert capsys.readouterr().err == "masonry-fem: interrupted; what was written so far is in here\n"
 
 

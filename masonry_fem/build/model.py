@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy import sparse
 
 from masonry_fem import installation
 from masonry_fem.bodies.base import BodyGroup
@@ -19,12 +21,14 @@ from masonry_fem.contact.contacts import Interface
 from masonry_fem.contact.detection import detect
 from masonry_fem.dynamics.clock import Clock
 from masonry_fem.dynamics.model import Model, Probe
-from masonry_fem.errors import SceneError
+from masonry_fem.errors import MasonryError, SceneError
 from masonry_fem.geometry.overlap import overlapping
 from masonry_fem.scene import specs
 from masonry_fem.scene.selector import select
 
-SHOWN = 5  # pairs of overlapping blocks that a message names
+SHOWN = 5  # blocks or pairs of them that a message names
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +56,7 @@ def build(scene: specs.Scene, base: Path) -> Built:
     _refuse_overlaps(stones)
     interfaces = detect(stones.assembly, reach=reach, angle=scene.contact.angle)
     interfaces = _between_free(stones, interfaces)
+    _doubt_loose(stones, interfaces)
     contacts, joints = contacts_and_joints(scene, stones, interfaces)
     clock.lap("detect")
     groups = body_groups(scene, stones, base)
@@ -112,6 +117,32 @@ def _refuse_overlaps(stones: Stones) -> None:
         )
 
 
+def _doubt_loose(stones: Stones, interfaces: tuple[Interface, ...]) -> None:
+    """Warn of blocks that no support holds, directly or through others; they may be meant to fly."""
+    loose = loose_blocks(stones, interfaces)
+    if loose:
+        names = ", ".join(f"'{stones.assembly.blocks[block].name}'" for block in loose[:SHOWN])
+        more = f" and {len(loose) - SHOWN} more" if len(loose) > SHOWN else ""
+        logger.warning(
+            "no support holds %s%s, neither directly nor through other blocks; "
+            "expected faces that touch, or a contact.reach [m] as wide as the gaps",
+            names,
+            more,
+        )
+
+
+def loose_blocks(stones: Stones, interfaces: tuple[Interface, ...]) -> list[int]:
+    """Blocks whose chain of neighbours leads to no support and to no clamped face."""
+    count = len(stones.assembly.blocks)
+    pairs = np.array([interface.blocks for interface in interfaces], dtype=int).reshape(-1, 2)
+    links = sparse.coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
+    _, part = sparse.csgraph.connected_components(links, directed=False)
+    held = {
+        part[block] for block in range(count) if stones.role[block] == "support" or block in stones.clamps
+    }
+    return [block for block in range(count) if part[block] not in held]
+
+
 def _between_free(stones: Stones, interfaces: tuple[Interface, ...]) -> tuple[Interface, ...]:
     """Interfaces with at least one block that is free to move."""
     return tuple(
@@ -131,7 +162,12 @@ def _probes(scene: specs.Scene, stones: Stones, groups: tuple[BodyGroup, ...]) -
                 f"probes.{index}.block = '{probe.block}' selects {len(chosen)} blocks, expected one; name it"
             )
         group, body = _owner(groups, chosen[0])
-        made.append(Probe(probe.name, group, body, np.array(probe.point, dtype=float)))
+        point = np.array(probe.point, dtype=float)
+        try:
+            groups[group].displacement(groups[group].rest(), body, point)
+        except MasonryError as error:
+            raise SceneError(f"probes.{index} ('{probe.name}'): {error}") from error
+        made.append(Probe(probe.name, group, body, point))
     return tuple(made)
 
 

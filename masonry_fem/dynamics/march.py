@@ -135,7 +135,7 @@ def _ended(
         message = f"Reached t = {report.time:.6g} s in {report.step} steps."
     elif verdict == "no_convergence":
         message = (
-            f"Step {report.step}: the contact solver stopped at a residual of {report.natural_map:.1e}. "
+            f"Step {report.step}: the contact solver stopped at an error of {report.quality.error:.1e}. "
             f"{report.outcome.sentence} {report.outcome.advice}"
         )
     else:
@@ -146,7 +146,10 @@ def _ended(
 
 def _no_equilibrium(report: StepReport, moving: tuple[tuple[str, float, str], ...]) -> str:
     if not moving:
-        return f"No equilibrium was found in {report.step} step(s), yet no block moves; allow more steps."
+        return (
+            f"No equilibrium was found in {report.step} step(s), yet no block moves; "
+            "allow more steps, and see to it that a support holds every block."
+        )
     ways: dict[str, list[str]] = {}
     for name, _, way in moving:
         ways.setdefault(way, []).append(name)

@@ -52,7 +52,7 @@ def load_problem(path: str | Path) -> ContactProblem:
     except FileNotFoundError as error:
         raise ProblemError(f"{path}: no such file") from error
     except (OSError, ValueError, zipfile.BadZipFile, AttributeError, EOFError) as error:
-        raise ProblemError(f"{path}: not an .npz file of a contact problem ({error})") from error
+        raise ProblemError(f"{path}: not an .npz file of a contact problem") from error
     if str(arrays.get("format", "")) == FORMAT:
         return _own(arrays)
     if arrays.keys() >= PLAIN_KEYS:

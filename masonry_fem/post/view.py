@@ -30,20 +30,21 @@ def view(directory: Path, png: Path | None = None) -> list[Path]:
     InstallationError
         This machine has no screen, or cannot draw at all.
     """
+    scenery = read_scenery(directory)
     if png is not None:
         if not can_render():
             raise InstallationError(
                 "cannot draw pictures: neither libEGL nor libOSMesa can be loaded; "
                 "install one of them (Debian: apt install libegl1 libgl1-mesa-dri)"
             )
-        return draw_all(read_scenery(directory), Path(png))
+        return draw_all(scenery, Path(png))
     if sys.platform.startswith("linux") and not (
         os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     ):
         raise InstallationError(
             "cannot open a window: there is no display (DISPLAY is not set); use --png to write pictures"
         )
-    _show(read_scenery(directory))
+    _show(scenery)
     return []
 
 

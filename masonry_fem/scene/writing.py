@@ -43,7 +43,8 @@ def plain(value: Any) -> Any:
 
 def _on_one_line(written: re.Match[str]) -> str:
     """A vector as people write it."""
-    items = [line.strip() for line in written[1].splitlines()]
+    # a string may hold other characters that splitlines() would take for line ends
+    items = [line.strip(" ") for line in written[1].rstrip("\n").split("\n")]
     return "[" + " ".join(items).removesuffix(",") + "]"
 
 

@@ -23,6 +23,7 @@ DEMOS: dict[str, tuple[dict[str, object], dict[str, str]]] = {
         {"arch": "overview", "arch_principal_stresses": "principal_stresses", "arch_reactions": "reactions"},
     ),
     "arch_inset": ({}, {"arch_inset": "arch_inset"}),
+    "keystone": ({}, {"keystone": "overview"}),
 }
 
 
@@ -37,7 +38,7 @@ def make(name: str) -> None:
 
 
 def shrink(source: Path, target: Path) -> int:
-    """Copy a picture at the greatest width that keeps it light, else with a palette; returns its size [bytes]."""
+    """Copy a picture at the greatest width that keeps it light; returns its size [bytes]."""
     picture = Image.open(source).convert("RGB")
     target.parent.mkdir(parents=True, exist_ok=True)
     for width in WIDTHS:

@@ -114,7 +114,8 @@ def test_debug_lets_errors_through(scene, runner):
         cli.main(["run", str(scene), "--debug"])
 
 
-def test_an_interrupt_is_told(scene, runner, capsys):
+def test_an_interrupt_is_told(scene, runner, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     runner.answer = KeyboardInterrupt()
     assert cli.main(["run", str(scene), "--out", "here"]) == 130
     assert capsys.readouterr().err == "masonry-fem: interrupted\n"

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from demos import arch, arch_inset, bouncing, low_wall, slope
+from demos import arch, arch_inset, bouncing, keystone, low_wall, slope
 from masonry_fem.run import check_scene
 from masonry_fem.scene import load
 
@@ -79,6 +79,19 @@ def test_arch_falls_where_the_contact_points_lie_too_close(tmp_path):
     assert "arch.v06" in falls.moving
     assert falls.crown > 0.01
     assert (tmp_path / "arch_inset.png").stat().st_size > 10_000
+
+
+def test_imported_arch_carries_what_was_drawn():
+    found = keystone.main()
+    assert found.outcome == "equilibrium"
+    assert found.load == pytest.approx(found.exact_load, rel=1e-9)
+    assert found.exact_load == pytest.approx(22665.0, abs=0.1)
+    assert found.left[2] + found.right[2] == pytest.approx(found.exact_load, rel=1e-9)
+    assert found.left[0] == pytest.approx(-found.right[0], rel=1e-9)
+    assert 0 < found.left[0] < 0.6 * found.left[2]
+    assert abs(found.eccentricity) < 0.5
+    assert found.sinking > 0
+    assert found.certificate["natural_map"] < 1e-9
 
 
 def test_every_demo_has_a_text_a_scene_and_a_picture(repository):

@@ -41,7 +41,7 @@ format: .venv/.test
 	$(BIN)/ruff format .
 
 clean:
-	rm -rf results dist docs/_build .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks .import_linter_cache
+	rm -rf results dist docs/_build docs/demos docs/sg_execution_times.rst .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks .import_linter_cache
 	find masonry_fem tests demos benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +
 
 distclean: clean

@@ -18,7 +18,12 @@ Cost
 
 .. image:: /images/arch.png
 .. image:: /images/arch_principal_stresses.png
+
+.. literalinclude:: arch.toml
+   :language: toml
 """
+
+# sphinx_gallery_thumbnail_path = "images/arch.png"
 
 from __future__ import annotations
 

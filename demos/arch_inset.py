@@ -16,7 +16,12 @@ Cost
     A few seconds.
 
 .. image:: /images/arch_inset.png
+
+.. literalinclude:: arch_inset.toml
+   :language: toml
 """
+
+# sphinx_gallery_thumbnail_path = "images/arch_inset.png"
 
 from __future__ import annotations
 

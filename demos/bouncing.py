@@ -16,7 +16,12 @@ Cost
 
 .. image:: /images/bouncing.png
    :width: 70%
+
+.. literalinclude:: bouncing.toml
+   :language: toml
 """
+
+# sphinx_gallery_thumbnail_path = "images/bouncing.png"
 
 from __future__ import annotations
 

@@ -18,7 +18,12 @@ Cost
     2 seconds to solve, 10 to draw.
 
 .. image:: /images/keystone.png
+
+.. literalinclude:: keystone.toml
+   :language: toml
 """
+
+# sphinx_gallery_thumbnail_path = "images/keystone.png"
 
 from __future__ import annotations
 

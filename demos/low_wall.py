@@ -22,7 +22,12 @@ Cost
 .. image:: /images/low_wall_ground.png
    :width: 70%
 .. image:: /images/low_wall.png
+
+.. literalinclude:: low_wall.toml
+   :language: toml
 """
+
+# sphinx_gallery_thumbnail_path = "images/low_wall.png"
 
 from __future__ import annotations
 

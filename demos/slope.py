@@ -16,7 +16,12 @@ Cost
 
 .. image:: /images/slope.png
    :width: 70%
+
+.. literalinclude:: slope.toml
+   :language: toml
 """
+
+# sphinx_gallery_thumbnail_path = "images/slope.png"
 
 from __future__ import annotations
 

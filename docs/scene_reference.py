@@ -1,0 +1,267 @@
+"""Write docs/scene.md, the reference of scene files, from the records themselves.
+
+    python docs/scene_reference.py            # writes it
+    python docs/scene_reference.py --check    # exit code 1 where it is stale
+
+Key, type, range and unit come from the annotations, defaults from the records, and the text of a
+table from its docstring; the meaning of single keys stands in ``MEANING`` below, and a key that
+lacks there is an error.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import msgspec
+from msgspec import inspect
+
+from masonry_fem.scene import specs
+from masonry_fem.scene.expectation import expectation
+from masonry_fem.scene.writing import plain
+
+PAGE = Path(__file__).with_name("scene.md")
+HEAD = """# Scene reference
+
+<!-- made by docs/scene_reference.py from masonry_fem/scene; do not edit -->
+
+A scene is a TOML file. Numbers are in SI units (angles of geometry in degrees, of motions in radians);
+a string with a unit stands for a number wherever a unit is given below: `young = "10 GPa"`. Vectors
+have the dimension of the scene. A plane scene is one metre deep: its forces are per metre.
+
+Blocks are called after their structure: `wall.c2.b3` (course 2, brick 3), `stack.b1`, `arch.v06`,
+`NAME.` and the physical group in a file, `NAME` alone for a single block. `NAME` and `wall.c2` name groups
+of blocks. Structures bring the supports `NAME.ground`, `NAME.springing_left`, `NAME.springing_right`.
+A selector is a shell pattern of these names (`wall.c5.*`) or, where faces are meant, `blocks/face`. Faces
+of boxes are `left`, `right`, `front`, `back`, `bottom`, `top`, those of voussoirs `start`, `end`,
+`intrados`, `extrados`, `front`, `back`.
+
+`--set` changes any value from the command line: `--set joints.0.friction=0.4`,
+`--set structures.wall.courses=8`, `--set "analysis={kind='dynamics', step=1e-4, duration=0.01}"`.
+
+"""
+# record -> (heading, key in the file)
+TABLES: dict[type[msgspec.Struct], str] = {
+    specs.Scene: "Top level",
+    specs.MeshSettings: "`mesh`, also in a structure",
+    specs.Material: "`[materials.NAME]`",
+    specs.Damping: "`[materials.NAME.damping]`",
+    specs.BlockStructure: '`[[structures]]`, `kind = "block"`',
+    specs.StackStructure: '`[[structures]]`, `kind = "stack"`',
+    specs.WallStructure: '`[[structures]]`, `kind = "wall"`',
+    specs.ArchStructure: '`[[structures]]`, `kind = "arch"`',
+    specs.FileStructure: '`[[structures]]`, `kind = "file"`',
+    specs.Override: "`[[overrides]]`",
+    specs.Joint: "`[[joints]]`",
+    specs.Support: "`[[supports]]`",
+    specs.Motion: "`motion` of a support",
+    specs.Loads: "`[loads]`",
+    specs.Acceleration: "`[[loads.accelerations]]`",
+    specs.Traction: "`[[loads.tractions]]`",
+    specs.PointForce: "`[[loads.points]]`",
+    specs.LineForce: "`[[loads.lines]]`",
+    specs.Table: '`time = { kind = "table" }`',
+    specs.Sine: '`time = { kind = "sine" }`',
+    specs.Record: '`time = { kind = "record" }`',
+    specs.Initial: "`[[initial]]`",
+    specs.Statics: '`[analysis]`, `kind = "statics"`',
+    specs.Dynamics: '`[analysis]`, `kind = "dynamics"`',
+    specs.Equilibrium: '`[analysis]`, `kind = "equilibrium"`',
+    specs.Solver: "`[solver]`",
+    specs.Contact: "`[contact]`",
+    specs.Probe: "`[[probes]]`",
+    specs.Output: "`[output]`",
+}
+COMMON = {
+    "name": "what it is called in names of blocks and in results",
+    "material": "name of a table in `materials`",
+    "fidelity": "against what the scene says",
+    "mesh": "against what the scene says",
+    "position": "lower left front corner [m]; the origin where it is not given",
+    "ground": "bring a support under it, wider than it",
+    "time": "factor in time; 1 where it is not given. In statics, time is the load factor from 0 to 1",
+    "blocks": "selector of blocks",
+    "block": "selector that names one block",
+    "point": "in world coordinates of the undeformed structure",
+    "step": "length h of a step",
+    "theta": "θ of the scheme: 0.5 keeps energy, 1 damps most",
+}
+MEANING: dict[str, str] = {
+    "Scene.title": "stands on pictures and in tables",
+    "Scene.dimension": "of space",
+    "Scene.plane": "plane strain or plane stress in 2D",
+    "Scene.fidelity": "what blocks are where nothing else says so",
+    "Scene.mesh": "elements of elastic blocks",
+    "Scene.mass": "mass matrix of elastic blocks",
+    "Scene.materials": "tables by name",
+    "Scene.structures": "blocks, by families",
+    "Scene.overrides": "exceptions for single blocks or groups",
+    "Scene.joints": "laws of contact",
+    "Scene.supports": "what is held or moved, besides the supports that structures bring",
+    "Scene.loads": "what acts",
+    "Scene.initial": "velocities at the start",
+    "Scene.analysis": "statics, dynamics or a march to equilibrium",
+    "Scene.solver": "contact solver",
+    "Scene.contact": "which faces touch",
+    "Scene.probes": "points to follow",
+    "Scene.output": "what is written",
+    "MeshSettings.element": "Q: quadrangles, hexahedra; P: triangles, tetrahedra; 1 linear, 2 quadratic",
+    "MeshSettings.size": "wanted edge of an element",
+    "MeshSettings.divisions": "elements along the block's axes (arch: along the arc, depth, thickness)",
+    "Material.density": "mass density",
+    "Material.young": "Young's modulus; needed by elastic blocks",
+    "Material.poisson": "Poisson's ratio",
+    "Material.damping": "Rayleigh damping",
+    "Damping.mass": "α of C = α M + β K",
+    "Damping.stiffness": "β of C = α M + β K",
+    "BlockStructure.size": "along its axes",
+    "BlockStructure.rotation": "about `axis` through the lower corner, the plane's normal in 2D",
+    "BlockStructure.axis": "of the rotation, needed for one in 3D",
+    "BlockStructure.support": "the block is held",
+    "StackStructure.size": "of each box",
+    "StackStructure.count": "boxes",
+    "StackStructure.offset": "of each box along x over the one below",
+    "StackStructure.gap": "between the boxes, and to the ground",
+    "WallStructure.brick": "length, (depth,) height of a brick",
+    "WallStructure.columns": "bricks in a course",
+    "WallStructure.courses": "courses",
+    "WallStructure.half_bricks": "courses that half bricks close; `none`: the other courses lack a brick",
+    "ArchStructure.radius": "of the mean line",
+    "ArchStructure.thickness": "between intrados and extrados",
+    "ArchStructure.voussoirs": "equal stones",
+    "ArchStructure.embrace": "full opening angle",
+    "ArchStructure.depth": "along y; no meaning in 2D",
+    "ArchStructure.centre": "of the circle; the origin where it is not given",
+    "ArchStructure.straight": "chords for arcs",
+    "ArchStructure.springings": "bring a support at each end",
+    "FileStructure.path": "`.msh` (2.2, 4.1), `.geo` or `.step`, relative to the scene file",
+    "FileStructure.scale": "factor from the file's unit of length to the metre",
+    "FileStructure.supports": "patterns of blocks (without `NAME.`) that are held",
+    "Joint.friction": "Coulomb's μ",
+    "Joint.dynamic_friction": "μ where a point slides; the static one where it is not given",
+    "Joint.restitution": "Newton's e, in the velocity form",
+    "Joint.tangential_restitution": "the same for the tangential velocity",
+    "Joint.form": "`gap`: no penetration at the end of a step; `velocity`: impact law",
+    "Joint.placement": "where the contact points lie: `nodes` of the finer mesh (default where a block is "
+    "elastic), `corners` of the common face (default between rigid blocks), `gauss` points of it",
+    "Joint.inset": "ξ of `corners`: points at ξ of the half-thickness",
+    "Joint.density": "of `gauss`: subdivisions of the face",
+    "Joint.interface": "pattern of the joint's label: `bed`, `head`, `radial`, a file's surface group",
+    "Joint.between": "the two blocks, in either order",
+    "Support.on": "blocks, or faces of blocks",
+    "Support.components": "axes that are held; all where it is not given",
+    "Support.motion": "prescribed motion",
+    "Motion.displacement": "at `time` = 1",
+    "Motion.rotation": "vector in 3D, angle in 2D, at `time` = 1",
+    "Motion.pivot": "that it turns about",
+    "Loads.gravity": "acceleration of everything",
+    "Loads.gravity_time": "its factor in time",
+    "Loads.accelerations": "further ones",
+    "Loads.tractions": "on faces",
+    "Loads.points": "point forces",
+    "Loads.lines": "forces along segments",
+    "Acceleration.vector": "of everything",
+    "Traction.on": "faces",
+    "Traction.vector": "force per area",
+    "PointForce.vector": "force",
+    "LineForce.vector": "force per length",
+    "LineForce.start": "one end", "LineForce.end": "other end",
+    "Table.points": "pairs (time, value)",
+    "Sine.frequency": "f", "Sine.amplitude": "factor", "Sine.phase": "at t = 0",
+    "Record.path": "CSV file, relative to the scene file",
+    "Record.scale": "factor of its values",
+    "Override.blocks": "selector of blocks",
+    "Initial.velocity": "of the centroid", "Initial.spin": "about the centroid",
+    "Statics.load_steps": "equal steps from 0 to the full load",
+    "Dynamics.duration": "end of the march",
+    "Equilibrium.strategy": "see [which strategy when](strategies.md)",
+    "Equilibrium.max_steps": "after which there is no equilibrium",
+    "Equilibrium.velocity_factor": "what `linear_damping` leaves of the velocities",
+    "Equilibrium.tolerance": "on static balance, contact error and speed, all relative",
+    "Solver.method": "NSGS sweeps, proximal Newton, or the choice by the problem",
+    "Solver.tolerance": "on the natural map, relative",
+    "Solver.max_iterations": "sweeps or Newton steps",
+    "Solver.time_limit": "CPU time of a step",
+    "Contact.reach": "greatest gap between faces that are paired; 1e-3 of a block's size where not given",
+    "Contact.angle": "greatest angle between faces that are paired",
+    "Contact.expulsion": "speed at which initial overlaps are driven out, in the gap form",
+    "Output.fields": "`.vtu` and `.pvd` files",
+    "Output.pictures": "PNG pictures of the last state",
+    "Output.every": "steps between field files; the first and the last are always written",
+    "Output.amplification": "of displacements in pictures; chosen where it is not given",
+}  # fmt: skip
+
+
+def page() -> str:
+    """The whole page."""
+    return HEAD + "\n".join(section(kind, heading) for kind, heading in TABLES.items())
+
+
+def section(kind: type[msgspec.Struct], heading: str) -> str:
+    """Heading, text and table of one record."""
+    lines = [
+        f"## {heading}",
+        "",
+        text_of(kind),
+        "",
+        "| key | expected | default | meaning |",
+        "|---|---|---|---|",
+    ]
+    lines += [f"| {' | '.join(cell.replace('|', '&#124;') for cell in row)} |" for row in rows(kind)]
+    return "\n".join([*lines, ""])
+
+
+def rows(kind: type[msgspec.Struct]) -> Iterator[tuple[str, str, str, str]]:
+    """Key, expectation, default and meaning of each field."""
+    info = inspect.type_info(kind)
+    assert isinstance(info, inspect.StructType)
+    for field in info.fields:
+        yield f"`{field.encode_name}`", expected(field.type), default(field), meaning(kind, field.name)
+
+
+def expected(kind: inspect.Type) -> str:
+    """What an error message would say is expected."""
+    words = expectation(kind)
+    return words[:1].lower() + words[1:]
+
+
+def default(field: inspect.Field) -> str:
+    """A default as one would write it, ``required``, or nothing where None."""
+    if field.required:
+        return "required"
+    value = plain(field.default)
+    if value is None or isinstance(field.default, msgspec.Struct):
+        return ""
+    if value == [{}]:
+        return "one, all defaults"
+    if value == []:
+        return ""
+    text = str(value).lower() if isinstance(value, bool) else repr(value).replace("'", '"')
+    return f"`{text}`"
+
+
+def meaning(kind: type[msgspec.Struct], name: str) -> str:
+    """What a key means."""
+    return MEANING.get(f"{kind.__name__}.{name}") or COMMON[name]
+
+
+def text_of(kind: type[msgspec.Struct]) -> str:
+    """Docstring of a record as a paragraph or two."""
+    blocks = (kind.__doc__ or "").split("\n\n")
+    text = "\n\n".join(" ".join(line.strip() for line in block.splitlines()).strip() for block in blocks)
+    return text.replace("``", "`").strip()
+
+
+def main(arguments: list[str]) -> int:
+    """Write the page, or compare it."""
+    made: Any = page()
+    if "--check" in arguments:
+        return int(not PAGE.exists() or PAGE.read_text(encoding="utf-8") != made)
+    PAGE.write_text(made, encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,55 @@
+"""The documentation says what the program does: generated parts are fresh, links lead somewhere."""
+
+import importlib.util
+import re
+
+import msgspec
+import pytest
+
+from masonry_fem.run import solve_scene
+from masonry_fem.scene import specs
+from masonry_fem.scene.specs import Loads, Material, Scene, StackStructure
+
+
+@pytest.fixture(scope="module")
+def reference(repository):
+    """The module docs/scene_reference.py."""
+    spec = importlib.util.spec_from_file_location("scene_reference", repository / "docs/scene_reference.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_scene_reference_is_fresh(reference):
+    """Else run ``python docs/scene_reference.py``."""
+    assert reference.main(["--check"]) == 0
+
+
+def test_every_record_and_key_is_explained(reference):
+    records = {
+        one
+        for one in vars(specs).values()
+        if isinstance(one, type) and issubclass(one, msgspec.Struct) and one.__struct_fields__
+    }
+    assert records - set(reference.TABLES) == {specs.Structure}
+    known = {f"{one.__name__}.{name}" for one in records for name in one.__struct_fields__}
+    assert set(reference.MEANING) <= known
+
+
+@pytest.mark.parametrize("page", ["index", "scene", "strategies", "results", "method", "limits"])
+def test_links_of_a_page_lead_somewhere(page, repository):
+    docs = repository / "docs"
+    text = (docs / f"{page}.md").read_text(encoding="utf-8")
+    links = [link for link in re.findall(r"\]\(([^)#]+)\)", text) if "://" not in link]
+    assert [link for link in links if not (docs / link).exists()] == []
+
+
+def test_results_page_lists_every_key_of_the_summary(repository):
+    stack = StackStructure(name="s", material="m", size=(1.0, 1.0), count=1)
+    material = Material(density=2000.0)
+    scene = Scene(dimension=2, fidelity="rigid", materials={"m": material}, structures=(stack,),
+                  loads=Loads(gravity=(0.0, -10.0)))  # fmt: skip
+    summary = solve_scene(scene).summary
+    text = (repository / "docs" / "results.md").read_text(encoding="utf-8")
+    keys = [*summary, *summary["certificate"], *summary["energy"], *summary["seconds"], *summary["solver"]]
+    assert [key for key in keys if f"`{key}`" not in text] == []

@@ -1,0 +1,47 @@
+"""Tape: an observer that keeps what each step reports, for histories against closed forms."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from masonry_fem.build import Built, build, solver_settings, strategy
+from masonry_fem.dynamics.march import March, march
+from masonry_fem.dynamics.report import StepReport
+from masonry_fem.scene import check
+from masonry_fem.scene.specs import Scene
+
+
+class Tape:
+    """Reports of all steps."""
+
+    def __init__(self) -> None:
+        self.reports: list[StepReport] = []
+
+    def record(self, model: Any, state: Any, report: StepReport) -> None:
+        self.reports.append(report)
+
+    @property
+    def time(self) -> np.ndarray:
+        return np.array([report.time for report in self.reports])
+
+    @property
+    def energy(self) -> np.ndarray:
+        return np.array([report.kinetic_energy + report.strain_energy for report in self.reports])
+
+    def reaction(self, support: str, axis: int) -> np.ndarray:
+        """Force that a support gives along an axis, mean over each step."""
+        return np.array([report.support_resultants[support][axis] for report in self.reports])
+
+    def probe(self, name: str, axis: int) -> np.ndarray:
+        return np.array([report.probes[name][axis] for report in self.reports])
+
+
+def taped(**fields: Any) -> tuple[Tape, March, Built]:
+    """March a scene given by its fields."""
+    scene, tape = check(Scene(**fields)), Tape()
+    built = build(scene, Path())
+    plan, settings = strategy(scene.analysis), solver_settings(scene.solver)
+    return tape, march(built.model, plan, settings, bodies=built.bodies, observers=(tape,)), built

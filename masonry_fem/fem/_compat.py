@@ -16,19 +16,19 @@ from numpy.typing import NDArray
 
 from masonry_fem.errors import InstallationError
 
-if importlib.util.find_spec("dolfinx_solver") is not None:
-    importlib.import_module("dolfinx_solver")
-
 try:
+    if importlib.util.find_spec("dolfinx_solver") is not None:
+        importlib.import_module("dolfinx_solver")
     import basix.ufl
     import dolfinx
     import dolfinx.fem
     import dolfinx.mesh
     import ufl
     from mpi4py import MPI
-except ImportError as missing:
+except (ImportError, RuntimeError) as missing:  # mpi4py without an MPI library is a RuntimeError
+    reason = str(missing).partition("\n")[0]
     raise InstallationError(
-        f"DOLFINx cannot be imported ({missing}); elastic blocks need DOLFINx 0.9 or later: "
+        f"DOLFINx cannot be imported ({reason}); elastic blocks need DOLFINx 0.9 or later: "
         "pip install 'masonry-fem[fenicsx]', or apt install python3-dolfinx on Debian 13"
     ) from missing
 

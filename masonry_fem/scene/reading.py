@@ -49,6 +49,8 @@ def load(path: str | Path, overrides: Iterable[str] = ()) -> Scene:
         text = path.read_text(encoding="utf-8-sig")
     except FileNotFoundError as error:
         raise SceneError(f"{path}: no such scene file; expected a TOML file") from error
+    except IsADirectoryError as error:
+        raise SceneError(f"{path}: is a folder; expected a TOML file") from error
     except (OSError, UnicodeDecodeError) as error:
         raise SceneError(f"{path}: cannot be read as UTF-8 text ({error})") from error
     return loads(text, overrides, base=path.parent, source=str(path))

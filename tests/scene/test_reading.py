@@ -335,3 +335,8 @@ def test_the_demos_are_sound_scenes(repository, caplog):
         scene = load(file)
         assert check(scene, base=file.parent) == scene
     assert not caplog.records
+
+
+def test_a_folder_is_no_scene(tmp_path):
+    with pytest.raises(SceneError, match="is a folder; expected a TOML file"):
+        load(tmp_path)

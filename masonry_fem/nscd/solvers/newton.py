@@ -108,20 +108,29 @@ class NewtonRun:
         self.static = problem.rigid_mass <= 0
         weight, decrease, least = _usual_weights(problem)
         self.least_weight = least if settings.least_weight is None else settings.least_weight
-        self.weight = weight if settings.weight is None else settings.weight
+        self.first_weight = weight if settings.weight is None else settings.weight
         self.decrease = decrease if settings.decrease is None else settings.decrease
-        self.static_mass = settings.static_mass
-        warm = start is not None and start.impulse is not None
-        self.bonded = not warm
-        self.impulse = np.zeros_like(problem.free_velocity)
-        self.rigid_velocity = problem.rigid_velocity.copy()
+        self.full_steps = settings.full_steps
+        self.tries: tuple[int, ...] = _COLD_TRIES
+        self.bonded_size = np.inf  # of U after the bonded step
+        self._start_cold()
         if start is not None and start.impulse is not None:
+            self.tries = _WARM_TRIES
+            self.bonded = False
             self.impulse = start.impulse.copy()
             self.rigid_velocity = problem.balanced_velocity(start.impulse)
             if start.rigid_velocity is not None:
                 self.rigid_velocity = np.where(self.static, start.rigid_velocity, self.rigid_velocity)
-        self.bonded_size = np.inf  # of U after the bonded step
+            self.round = self._new_round()
+
+    def _start_cold(self) -> None:
+        """Nothing known yet: the first step will be the bonded one."""
+        self.weight, self.static_mass = self.first_weight, self.settings.static_mass
+        self.bonded = True
+        self.impulse = np.zeros_like(self.problem.free_velocity)
+        self.rigid_velocity = self.problem.rigid_velocity.copy()
         self.error = 1.0  # natural map at the last centre
+        self.closed = 0  # rounds solved
         self.escape = Escape()
         self.best, self.idle = np.inf, 0
         self.round = self._new_round()
@@ -146,9 +155,15 @@ class NewtonRun:
         running_off = self.static.any() and np.linalg.norm(self.rigid_velocity) > 1e3 * self.bonded_size
         if running_off and self.static_mass < _FIRM and self._restart():
             return self._offer(None, solves=1)
-        if self.round.steps >= self.settings.round_steps:
+        if self.round.steps >= self._patience():
             return self._offer(self._give_up_round(), solves=1)
         return self._offer(None, solves=1)
+
+    def _patience(self) -> int:
+        """Newton steps after which the round is given up: few before a first round is solved."""
+        if self.tries and not self.closed:
+            return min(self.settings.round_steps, _WARM_STEPS if len(self.tries) > 1 else _TRY_STEPS)
+        return self.settings.round_steps
 
     def _offer(self, verdict: Outcome | None, solves: int) -> Iterate:
         velocity = self.rigid_velocity
@@ -168,7 +183,7 @@ class NewtonRun:
             self.bonded_size = min(self.bonded_size, float(np.linalg.norm(full.rigid_velocity)))
             return full
         self.round.residuals.append(here.residual)
-        if self.round.steps < self.settings.full_steps:
+        if self.round.steps < self.full_steps:
             return full
         return self._search(here, change, motion, full)
 
@@ -212,6 +227,7 @@ class NewtonRun:
         size = float(np.linalg.norm(self.impulse))
         self.error = float(np.linalg.norm(residual)) / size if size > 0 else 1.0
         self.weight = max(self.weight * self.decrease, self.least_weight)
+        self.closed += 1
         if self.static.any():
             self._watch_equilibrium(before)
             if self.escape.sure:
@@ -237,7 +253,8 @@ class NewtonRun:
 
     def _give_up_round(self) -> Outcome | None:
         """A round that does not end: regularise more and go on from where it is."""
-        if self.static.any() and self.static_mass < _FIRM and self._restart():
+        another_try = bool(self.tries) and not self.closed
+        if (another_try or (self.static.any() and self.static_mass < _FIRM)) and self._restart():
             return None
         self.weight = min(10.0 * self.weight, 1.0)
         self.error = max(self.error, 0.1)
@@ -246,7 +263,12 @@ class NewtonRun:
         return Outcome.STALLED if self.idle >= _IDLE_ROUNDS else None
 
     def _restart(self) -> bool:
-        """Start again from the last centre with more regularisation; False when there is none left."""
+        """Start again: cold, or from the last centre with more regularisation; False where all was tried."""
+        if self.tries and not self.closed:
+            self.full_steps, self.tries = self.tries[0], self.tries[1:]
+            self._start_cold()
+            return True
+        self.full_steps = self.settings.full_steps
         if self.weight >= 1.0 and self.static_mass >= 1.0:
             return False
         self.weight = min(100.0 * self.weight, 1.0)
@@ -259,6 +281,12 @@ class NewtonRun:
 
 
 _IDLE_ROUNDS = 20
+# Full steps of the further tries from the bonded state, after a first guess and after none. Full
+# steps diverge where joints open widely; a search from the first step on is slower, but holds.
+_WARM_TRIES = (5, 0)
+_COLD_TRIES = (0,)
+_WARM_STEPS = 10  # a first guess that is worth having needs fewer
+_TRY_STEPS = 25
 _FIRM = 1e-2  # ε from which a mechanism moves slowly enough to be followed
 
 

@@ -246,3 +246,56 @@ def test_a1_6_housner_rocking(share: float, time: float, speed: float, next_shar
     assert after / before == pytest.approx(0.911765, rel=1e-2)
     next_amplitude = np.abs(turn[impact:] + share * np.arctan(0.25)).max() / np.arctan(0.25)
     assert next_amplitude == pytest.approx(next_share, rel=2e-2)
+
+
+def test_a1_5_bounces_end_at_zeno_s_time() -> None:
+    """e = 0.8 from 1 m: infinitely many bounces in 4.063713 s; found to 2 %."""
+    scene = drop(0.8, duration=4.6, gap=1.0)
+    built, seen = build(check(scene), Path()), Heights()
+    march(built.model, strategy(scene.analysis), SolverSettings(), observers=(seen,))
+    moving = seen.time[np.array(seen.speed) > 1e-6]
+    assert moving[-1] == pytest.approx(4.063713, rel=0.02)
+
+
+def test_a1_5_hundred_elastic_bounces_do_not_grow() -> None:
+    """e = 1: the block goes on bouncing to its first height, which no bounce exceeds by 1 %."""
+    scene = drop(1.0, duration=9.1, gap=0.01)
+    built, seen = build(check(scene), Path()), Heights()
+    march(built.model, strategy(scene.analysis), SolverSettings(), observers=(seen,))
+    heights = 0.01 + np.array(seen.height)
+    apexes = heights[1:-1][(heights[1:-1] > heights[:-2]) & (heights[1:-1] >= heights[2:])]
+    assert len(apexes) >= 95
+    assert apexes.max() <= 0.01 * 1.01
+    assert heights.min() > -1e-3
+
+
+class Heights:
+    """Observer of the rise [m] and speed [m/s] of the only free block."""
+
+    def __init__(self) -> None:
+        self.steps: list[float] = []
+        self.height: list[float] = []
+        self.speed: list[float] = []
+
+    @property
+    def time(self) -> np.ndarray:
+        return np.array(self.steps)
+
+    def record(self, model, state, report) -> None:
+        self.steps.append(report.time)
+        self.speed.append(report.speed)
+        self.height.append(float(report.probes["cube"][1]))
+
+
+def drop(restitution: float, duration: float, gap: float) -> Scene:
+    return Scene(
+        dimension=2,
+        fidelity="rigid",
+        materials={"stone": STONE},
+        structures=(StackStructure(name="cube", material="stone", size=(0.5, 0.5), count=1, gap=gap),),
+        contact=Reach(reach=1.5 * gap),
+        joints=(Joint(friction=0.5, restitution=restitution, form="velocity"),),
+        loads=Loads(gravity=(0, -G)),
+        analysis=Dynamics(step=1e-3, duration=duration, theta=0.5),
+        probes=(Probe(name="cube", block="cube.b1", point=(0.25, gap)),),
+    )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -158,3 +160,38 @@ def test_a9_9_stiffness_contrast_keeps_uniform_stress(contrast: float) -> None:
 def test_a9_6_thick_frictionless_arch_falls() -> None:
     result = rigid_arch(thickness=0.5, voussoirs=9, friction=0.0, analysis=ONE_STEP)
     assert result.outcome == "no_equilibrium"
+
+
+AMPLIFICATION = {0.5: 1.0, 0.6: 0.99900309, 0.75: 0.99751089, 1.0: 0.99503719}
+
+
+@pytest.mark.parametrize("theta", AMPLIFICATION)
+def test_a9_4_amplification_of_a_mode(theta: float) -> None:
+    """A free block that vibrates in one mode, ωh = 0.1: (Cq, u/ω) shrinks by the scheme's factor."""
+    from scipy.linalg import eigh
+
+    from masonry_fem.bodies.base import Scheme
+    from masonry_fem.fem.groups import elastic_groups
+    from masonry_fem.fem.material import ElasticMaterial
+    from masonry_fem.geometry.meshing import mesh_shape
+    from masonry_fem.solid.assembly import Assembly, Block, Shape
+    from masonry_fem.solid.polytope import Polytope
+    from masonry_fem.solid.pose import Pose
+
+    shape = Shape("bar", Polytope.box((0.0, 0.0), (3.0, 1.0)))
+    shape = replace(shape, mesh=mesh_shape(shape, MeshSettings(divisions=(4, 2)), 2))
+    assembly = Assembly(2, (shape,), (Block("bar", 0, Pose.identity(2)),))
+    (group,) = elastic_groups(assembly, {0: ElasticMaterial(young=1e9, poisson=0.2, density=2000.0)})
+    stiffness, mass = (matrix.toarray() for matrix in (group.operators.stiffness, group.operators.mass))
+    squares, modes = eigh(stiffness, mass)
+    mode, omega = modes[:, 5], np.sqrt(squares[5])
+    scheme = Scheme(step=0.1 / omega, theta=theta)
+    state = replace(group.rest(), displacement=mode[None].copy())
+    size = []
+    for _ in range(11):
+        size.append(np.sqrt(2 * float(group.kinetic_energy(state)[0] + group.strain_energy(state)[0])))
+        free = group.free(state, state, group.acceleration_force(np.zeros(2)), scheme)
+        state = group.advance(state, free, free.rigid_velocity, np.zeros_like(state.displacement), scheme)
+    exact = np.sqrt((1 + (1 - theta) ** 2 * 0.01) / (1 + theta**2 * 0.01))
+    assert exact == pytest.approx(AMPLIFICATION[theta], abs=1e-8)
+    assert np.array(size[1:]) / np.array(size[:-1]) == pytest.approx(np.full(10, exact), rel=1e-10)

@@ -16,6 +16,13 @@ HEXAHEDRON = tuple(tuple(int(c) for c in word) for word in WORDS.split())
 TETRA_EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
 TRIANGLE_EDGES = ((0, 1), (1, 2), (0, 2))
 HEX_LOOPS = ((0, 4, 7, 3), (1, 2, 6, 5), (0, 1, 5, 4), (3, 7, 6, 2), (0, 3, 2, 1), (4, 5, 6, 7))
+# corners of a mirrored cell turned right again
+TURNED: dict[str, tuple[int, ...]] = {
+    "triangle": (0, 2, 1),
+    "quad": (0, 3, 2, 1),
+    "tetra": (0, 2, 1, 3),
+    "hexahedron": (4, 5, 6, 7, 0, 1, 2, 3),
+}
 TETRA_LOOPS = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))
 
 
@@ -32,6 +39,17 @@ def boundary_facets(cells: IntArray, cell: str) -> IntArray:
 def corner_count(kind: str) -> int:
     """Number of corners of a cell or facet."""
     return {"line": 2, "triangle": 3, "quad": 4, "tetra": 4, "hexahedron": 8}[kind.rstrip("0123456789")]
+
+
+def turned(cell: str) -> list[int]:
+    """Local node numbers of a mirrored cell in the order that makes its volume positive."""
+    linear = cell.rstrip("0123456789")
+    corners = TURNED[linear]
+    if cell == linear:
+        return list(corners)
+    middle = _middles(linear)
+    groups = sorted(middle, key=middle.__getitem__)
+    return [*corners, *(middle[frozenset(corners[c] for c in group)] for group in groups)]
 
 
 def local_facets(cell: str) -> list[list[int]]:

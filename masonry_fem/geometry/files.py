@@ -8,6 +8,7 @@ become one for each block. The joint label of a face is its name, ``joint`` wher
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -18,7 +19,7 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
 from masonry_fem.errors import GeometryError
-from masonry_fem.geometry.cells import boundary_facets, corner_count
+from masonry_fem.geometry.cells import boundary_facets, corner_count, turned
 from masonry_fem.geometry.outline import outline
 from masonry_fem.geometry.session import Elements, elements_of, node_positions, session
 from masonry_fem.scene.specs import FileStructure, MeshSettings
@@ -26,15 +27,10 @@ from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.mesh import FACET_OF, IntArray, Mesh
 from masonry_fem.solid.pose import FloatArray, Pose
 
+logger = logging.getLogger(__name__)
+
 MESHES, GEOMETRIES = (".msh",), (".geo", ".step", ".stp")
 UNNAMED = "joint"
-# a mirrored cell turned right again
-TURNED = {
-    "triangle": (0, 2, 1),
-    "quad": (0, 3, 2, 1),
-    "tetra": (0, 2, 1, 3),
-    "hexahedron": (4, 5, 6, 7, 0, 1, 2, 3),
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,6 +98,8 @@ def _open(gmsh: Any, path: Path, dimension: int, settings: MeshSettings) -> None
 def _bodies(gmsh: Any, dimension: int, spec: FileStructure) -> list[_Body]:
     groups = gmsh.model.getPhysicalGroups(dimension)
     bodies: list[_Body] = []
+    if groups:
+        _doubt_ungrouped(gmsh, dimension, spec)
     for _, tag in groups:
         name = gmsh.model.getPhysicalName(dimension, tag) or f"group{tag}"
         entities = [int(entity) for entity in gmsh.model.getEntitiesForPhysicalGroup(dimension, tag)]
@@ -122,6 +120,25 @@ def _bodies(gmsh: Any, dimension: int, spec: FileStructure) -> list[_Body]:
             f"{dimension}D model; mesh it in {dimension}D and save all elements or groups"
         )
     return bodies
+
+
+def _doubt_ungrouped(gmsh: Any, dimension: int, spec: FileStructure) -> None:
+    """Warn of meshed entities that no group holds: they are left out."""
+    left = [
+        int(entity)
+        for _, entity in gmsh.model.getEntities(dimension)
+        if not len(gmsh.model.getPhysicalGroupsForEntity(dimension, entity))
+        and len(gmsh.model.mesh.getElements(dimension, entity)[0])
+    ]
+    if left:
+        logger.warning(
+            "structures.%s.path '%s': %d of its bodies (gmsh's tags %s) are in no physical group and left "
+            "out; put each in a group, or take all groups away",
+            spec.name,
+            spec.path,
+            len(left),
+            ", ".join(map(str, left[:8])),
+        )
 
 
 def _split(name: str, mark: str, elements: Elements, always: bool = False) -> list[_Body]:
@@ -181,8 +198,8 @@ def _upright(cells: IntArray, points: FloatArray, kind: str, name: str) -> IntAr
     volume = np.linalg.det(corner[:, list(edges)] - corner[:, :1])
     if (volume > 0).all():
         return cells
-    if (volume < 0).all() and kind == linear:
-        return cells[:, list(TURNED[linear])]
+    if (volume < 0).all():
+        return cells[:, turned(kind)]
     bad = int((volume <= 0).sum())
     raise GeometryError(
         f"block '{name}': {bad} of {len(cells)} elements are inverted or flat, expected positive volumes; "

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.optimize import linprog
+from scipy.spatial import ConvexHull
 
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import FloatArray
 
+MANY = 20_000  # pairs of edges up to which each gives an axis to try
 TOLERANCE = 1e-6  # of the smaller block: round-off of poses stays far below
 
 
 def overlapping(assembly: Assembly) -> list[tuple[int, int, float]]:
     """Pairs of blocks (numbers) that penetrate, and the depth [m].
 
+    Supports do not move, so they may penetrate each other.
     A pair with a concave block counts only where its hull goes deeper than the concavity.
     """
     solids = [assembly.solid(number) for number in range(len(assembly.blocks))]
@@ -29,6 +33,8 @@ def overlapping(assembly: Assembly) -> list[tuple[int, int, float]]:
         depth = np.minimum(high[one] - low[others], high[others] - low[one]).min(axis=1)
         for other in others[depth > np.minimum(slack[one], slack[others])]:
             a, b = sorted((int(one), int(other)))
+            if assembly.blocks[a].support and assembly.blocks[b].support:
+                continue
             allowed = min(slack[a], slack[b])
             allowed += hollows[assembly.blocks[a].shape] + hollows[assembly.blocks[b].shape]
             penetration = _penetration(solids[a], solids[b], allowed)
@@ -42,7 +48,10 @@ def _penetration(one: Polytope, two: Polytope, allowed: float) -> float:
     depth = _least(normals, one, two)
     if depth <= allowed or one.dimension == 2:
         return depth
-    crossed = np.cross(_edges(one)[:, None], _edges(two)[None]).reshape(-1, 3)
+    first, second = _edges(one), _edges(two)
+    if len(first) * len(second) > MANY:  # curved: time and memory grow with the pairs of edges
+        return min(depth, _common_ball(one, two))
+    crossed = np.cross(first[:, None], second[None]).reshape(-1, 3)
     length = np.linalg.norm(crossed, axis=1)
     axes = crossed[length > 1e-6] / length[length > 1e-6, None]
     return min(depth, _least(axes, one, two)) if len(axes) else depth
@@ -51,6 +60,25 @@ def _penetration(one: Polytope, two: Polytope, allowed: float) -> float:
 def _least(axes: FloatArray, one: Polytope, two: Polytope) -> float:
     a, b = one.vertices @ axes.T, two.vertices @ axes.T
     return float(np.minimum(a.max(0) - b.min(0), b.max(0) - a.min(0)).min())
+
+
+def _common_ball(one: Polytope, two: Polytope) -> float:
+    """Diameter [m] of the largest ball in both hulls: to part them takes at least as much."""
+    origin = one.vertices.mean(axis=0)
+    size = float(np.ptp(one.vertices, axis=0).max())
+    planes = np.concatenate([ConvexHull((s.vertices - origin) / size).equations for s in (one, two)])
+    sides = np.column_stack([planes[:, :-1], np.ones(len(planes))])
+    aim = np.zeros(sides.shape[1])
+    aim[-1] = -1.0  # the largest radius; negative where the hulls are apart
+    best = linprog(
+        aim,
+        A_ub=sides,
+        b_ub=-planes[:, -1],
+        bounds=(None, None),
+        options={"primal_feasibility_tolerance": 1e-10},
+    )
+    assert best.x is not None  # bounded, and feasible with a negative radius
+    return 2 * size * float(best.x[-1])
 
 
 def _edges(solid: Polytope) -> FloatArray:

@@ -54,6 +54,7 @@ def session(title: str) -> Iterator[Any]:
             "correct it there"
         ) from error
     finally:
+        gmsh.logger.stop()  # or what one file did wrong is told of the next one too
         gmsh.finalize()
 
 

@@ -10,6 +10,8 @@ import pytest
 
 from masonry_fem.contact.detection import detect
 from masonry_fem.errors import GeometryError
+from masonry_fem.fem.lagrange import lagrange, quadrature
+from masonry_fem.geometry.cells import turned
 from masonry_fem.geometry.files import read
 from masonry_fem.scene.specs import FileStructure, MeshSettings
 from tests.geometry.test_meshing import check
@@ -161,3 +163,47 @@ def test_mirrored_block_is_turned(tmp_path: Path) -> None:
     path.write_text("\n".join(lines))
     made = reading(path)
     assert made.shapes[0].solid.mass_properties().volume == pytest.approx(1 / 6)
+
+
+@pytest.mark.parametrize("element", ["P1", "P2"])
+def test_clockwise_surface_is_turned(tmp_path: Path, element: str) -> None:
+    """A plane surface drawn clockwise has negative elements of either order."""
+    path = tmp_path / "clockwise.geo"
+    path.write_text(
+        "Point(1) = {0,0,0}; Point(2) = {0,1,0}; Point(3) = {1,1,0}; Point(4) = {1,0,0};\n"
+        "Line(1) = {1,2}; Line(2) = {2,3}; Line(3) = {3,4}; Line(4) = {4,1};\n"
+        "Curve Loop(1) = {1,2,3,4}; Plane Surface(1) = {1};\n"
+    )
+    shape = reading(path, dimension=2, element=element, size=0.4).shapes[0]
+    assert shape.mesh is not None
+    check(shape.mesh, shape.solid)
+
+
+@pytest.mark.parametrize("cell", ["triangle6", "quad9", "tetra10", "hexahedron27"])
+def test_turned_cell_of_order_two(cell: str) -> None:
+    """Mirrored and turned, a cell has the volume that it had."""
+    nodes = lagrange(cell).nodes
+    mirrored = nodes * ([-1.0] + [1.0] * (nodes.shape[1] - 1))
+    points, weights = quadrature(cell)
+    gradients = lagrange(cell).gradients(points)
+    jacobian = np.einsum("pkt,kd->pdt", gradients, mirrored[turned(cell)])
+    assert np.linalg.det(jacobian) == pytest.approx(np.ones(len(weights)))
+
+
+def test_bodies_outside_the_groups_are_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    path = tmp_path / "partly.geo"
+    path.write_text(
+        'SetFactory("OpenCASCADE");\nBox(1) = {0, 0, 0, 1, 1, 1};\nBox(2) = {0, 0, 1, 1, 1, 1};\n'
+        'Physical Volume("a") = {1};\n'
+    )
+    assert len(reading(path, element="P1", size=0.7).blocks) == 1
+    assert "no physical group" in caplog.text
+
+
+def test_each_file_is_blamed_for_its_own_errors(tmp_path: Path) -> None:
+    for name in ("first", "second"):
+        (tmp_path / f"{name}.geo").write_text("Point(1) = {0,0\nwrong\n")
+    with pytest.raises(GeometryError, match=r"first\.geo', line"):
+        reading(tmp_path / "first.geo")
+    with pytest.raises(GeometryError, match=r"second\.geo', line"):
+        reading(tmp_path / "second.geo")

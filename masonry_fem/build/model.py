@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -59,6 +60,9 @@ def build(scene: specs.Scene, base: Path) -> Built:
     _doubt_loose(stones, interfaces)
     contacts, joints = contacts_and_joints(scene, stones, interfaces)
     clock.lap("detect")
+    if stones.of_role("elastic"):
+        _load_fenicsx()
+        clock.lap("import")
     groups = body_groups(scene, stones, base)
     clock.lap("assemble")
     model = Model(
@@ -90,17 +94,17 @@ def body_groups(scene: specs.Scene, stones: Stones, base: Path) -> tuple[BodyGro
         damping = np.array([material.damping.mass for material in materials])
         groups.append(RigidGroup(stones.assembly, rigid, density, damping))
     if stones.of_role("elastic"):
-        groups.extend(_elastic_groups(scene, stones, base))
+        groups.extend(_load_fenicsx()(scene, stones, base))
     return tuple(groups)
 
 
-def _elastic_groups(scene: specs.Scene, stones: Stones, base: Path) -> list[BodyGroup]:
+def _load_fenicsx() -> Callable[[specs.Scene, Stones, Path], list[BodyGroup]]:
+    """What makes the elastic groups; only scenes with elastic blocks load DOLFINx and PETSc."""
     installation.require_fenicsx()
     installation.require_compiler()
-    # DOLFINx and PETSc are loaded by scenes with elastic blocks only
     from masonry_fem.build.elastic import elastic  # noqa: PLC0415
 
-    return elastic(scene, stones, base)
+    return elastic
 
 
 def _refuse_overlaps(stones: Stones) -> None:

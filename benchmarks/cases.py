@@ -1,0 +1,212 @@
+"""Cases: scenes to time, each run in a process of its own so that its memory is its own.
+
+python -m benchmarks.cases "rigid wall 10x10"    # prints one line of JSON
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from masonry_fem.build import build
+from masonry_fem.dynamics.model import Model
+from masonry_fem.dynamics.state import SystemState
+from masonry_fem.nscd import SolverSettings, load_problem, solve
+from masonry_fem.post.recorder import StepReport
+from masonry_fem.run import RunResult, peak_memory, solve_scene
+from masonry_fem.scene import check
+from masonry_fem.scene.specs import (
+    ArchStructure,
+    Dynamics,
+    Joint,
+    Loads,
+    Material,
+    MeshSettings,
+    Scene,
+    Solver,
+    Statics,
+    Structure,
+    WallStructure,
+)
+
+G = 9.81
+SWEEPS = 2000
+Row = dict[str, Any]
+
+
+class StepTimes(list[float]):
+    """CPU time of each step [s], as an observer of the march."""
+
+    def __init__(self) -> None:
+        self._last = time.process_time()
+
+    def record(self, model: Model, state: SystemState, report: StepReport) -> None:
+        now = time.process_time()
+        self.append(now - self._last)
+        self._last = now
+
+
+def scene(structure: Structure, **keys: Any) -> Scene:
+    given = {
+        "materials": {"stone": Material(density=2400.0, young=10e9, poisson=0.2)},
+        "structures": (structure,),
+        "joints": (Joint(friction=0.6),),
+        "loads": Loads(gravity=(0.0, 0.0, -G)),
+    } | keys
+    return Scene(**given)
+
+
+def wall(columns: int, courses: int, brick: tuple[float, ...] = (0.4, 0.2, 0.2)) -> WallStructure:
+    return WallStructure(name="wall", material="stone", brick=brick, columns=columns, courses=courses)
+
+
+def arch(voussoirs: int, thickness: float, depth: float) -> ArchStructure:
+    return ArchStructure(
+        name="arch", material="stone", radius=1.0, thickness=thickness, voussoirs=voussoirs, depth=depth
+    )
+
+
+def solved(given: Scene) -> Row:
+    return told(solve_scene(check(given)))
+
+
+def told(result: RunResult) -> Row:
+    summary = result.summary
+    return {
+        "outcome": result.outcome,
+        "blocks": summary["blocks"],
+        "shapes": summary["shapes"],
+        "contacts": summary["contacts"],
+        "solves": summary["solver"]["linear_solves"],
+        "error": summary["certificate"]["natural_map"],
+        "seconds": summary["seconds"],
+        "memory_mb": peak_memory(),
+    }
+
+
+def rigid_march(structure: Structure, tolerance: float, steps: int) -> Row:
+    """A dynamic march as in the peers' table; the first step, which compiles or loads, by itself."""
+    given = scene(
+        structure,
+        fidelity="rigid",
+        analysis=Dynamics(step=1e-2, duration=steps * 1e-2, theta=0.5),
+        solver=Solver(tolerance=tolerance),
+    )
+    # a march of one step first: what the Numba cache costs is not the march's
+    warm = time.process_time()
+    solve_scene(scene(wall(1, 1), fidelity="rigid", analysis=Dynamics(step=1e-2, duration=1e-2)))
+    warm = time.process_time() - warm
+    given = check(given)
+    built = build(given, Path())
+    setup = sum(built.seconds.values())
+    times = StepTimes()
+    result = solve_scene(given, observers=(times,))
+    first, rest = times[0] - setup, np.array(times[1:]) * 1e3
+    weight = np.linalg.norm(result.summary["applied"])
+    total = sum(value["force"] for value in result.summary["supports"].values())
+    march = result.march
+    speed = 0.0
+    for group, own in zip(result.built.model.groups, march.state.bodies, strict=True):
+        if not group.prescribed:
+            speed = max(speed, float(np.abs(own.velocity[:, :3]).max()))
+    return told(result) | {
+        "step_ms": {"median": float(np.median(rest)), "mean": float(rest.mean()), "max": float(rest.max())},
+        "first_step_ms": 1e3 * first,
+        "warm_up_s": warm,
+        "reaction_error": abs(float(np.linalg.norm(total)) / weight - 1),
+        "speed": speed,
+    }
+
+
+def low_wall(size: float) -> Row:
+    return solved(scene(wall(4, 5, (0.5, 0.25, 0.25)), mesh=MeshSettings(size=size), analysis=Statics()))
+
+
+def elastic_arch() -> Row:
+    return solved(scene(arch(11, 0.3, 0.3), mesh=MeshSettings(divisions=(8, 8, 8)), analysis=Statics()))
+
+
+def elastic_wall(count: int, analysis: Statics | Dynamics) -> Row:
+    return solved(scene(wall(count, count), mesh=MeshSettings(size=0.1), analysis=analysis))
+
+
+def elastic_build(count: int) -> Row:
+    """Mesh, contacts, operators and factors only."""
+    from masonry_fem.bodies.base import Scheme  # noqa: PLC0415
+
+    given = check(scene(wall(count, count), mesh=MeshSettings(size=0.1)))
+    built = build(given, Path())
+    start = time.process_time()
+    groups = [group for group in built.model.groups if not group.prescribed]
+    for group in groups:
+        group.factor(Scheme(step=1.0, theta=1.0, inertia=0.0))
+    factorise = time.process_time() - start
+    return {
+        "outcome": "built",
+        "blocks": len(built.model.assembly.blocks),
+        "shapes": len(groups),
+        "contacts": built.model.contacts.count,
+        "seconds": built.seconds | {"factorise": factorise},
+        "memory_mb": peak_memory(),
+    }
+
+
+def kernel() -> Row:
+    """Microseconds a contact and sweep of NSGS on the public problems: long runs less short ones."""
+    here = Path(__file__).resolve().parents[1]
+    folder = Path(os.environ.get("MASONRY_FEM_SHARED", here.parent / "shared")) / "data" / "fc"
+    paths = sorted(folder.glob("*.npz"))
+    if not paths:
+        return {"outcome": "skipped: set MASONRY_FEM_SHARED"}
+    costs = {}
+    for path in paths:
+        problem = load_problem(path)
+        if problem.count < 100:
+            continue
+        taken = []
+        for sweeps in (SWEEPS // 10, SWEEPS):
+            start = time.process_time()
+            settings = SolverSettings(method="nsgs", tolerance=1e-15, max_iterations=sweeps)
+            made = solve(problem, settings)
+            taken.append((time.process_time() - start, made.iterations))
+        swept = taken[1][1] - taken[0][1]
+        if swept > 100:
+            costs[path.stem] = 1e6 * (taken[1][0] - taken[0][0]) / swept / problem.count
+    values = np.array(list(costs.values()))
+    return {
+        "outcome": f"{len(values)} problems",
+        "median_us": float(np.median(values)),
+        "worst_us": float(values.max()),
+        "by_problem": costs,
+        "memory_mb": peak_memory(),
+    }
+
+
+STEP = Dynamics(step=1e-2, duration=1e-2, theta=1.0)
+LMGC90 = 1.7e-4  # its default tolerance
+
+CASES: dict[str, Callable[[], Row]] = {
+    "low wall 2x1x1": lambda: low_wall(0.25),
+    "low wall 4x2x2": lambda: low_wall(0.125),
+    "low wall 8x4x4": lambda: low_wall(0.0625),
+    "rigid arch 31": lambda: rigid_march(arch(31, 0.2, 0.5), LMGC90, 50),
+    "rigid wall 10x10": lambda: rigid_march(wall(10, 10), LMGC90, 50),
+    "rigid wall 20x20": lambda: rigid_march(wall(20, 20), LMGC90, 50),
+    "rigid wall 32x32": lambda: rigid_march(wall(32, 32), LMGC90, 50),
+    "elastic arch 11, 8x8x8": elastic_arch,
+    "elastic wall 5x5, statics": lambda: elastic_wall(5, Statics()),
+    "elastic wall 10x10, statics": lambda: elastic_wall(10, Statics()),
+    "elastic wall 20x20, one step": lambda: elastic_wall(20, STEP),
+    "elastic wall 40x40, built": lambda: elastic_build(40),
+    "NSGS kernel": kernel,
+}
+
+if __name__ == "__main__":
+    print(json.dumps(CASES[sys.argv[1]]()))

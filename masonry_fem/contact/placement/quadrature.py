@@ -8,6 +8,8 @@ facets, and the consistent forces of a uniform pressure on quadratic ones.
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 from numba import njit
 
@@ -42,9 +44,16 @@ def quadrature(
     """
     if polygon.shape[1] == 1:
         return _lines(polygon, candidate, antagonist, 3 if quadratic else 2, density)
-    tensor = np.polynomial.legendre.leggauss(3 if quadratic else 2)
+    tensor = _gauss(3 if quadratic else 2)
     barycentric, weight = (_DEGREE2, np.full(3, 1 / 3)) if degree == 2 else (_DEGREE4, _DEGREE4_WEIGHT)
     return _areas(polygon, candidate, antagonist, tensor[0], tensor[1], barycentric, weight, density)  # type: ignore[no-any-return]
+
+
+@cache
+def _gauss(order: int) -> tuple[FloatArray, FloatArray]:
+    """Gauss points and weights on [-1, 1]; NumPy computes them anew each time."""
+    local, weight = np.polynomial.legendre.leggauss(order)
+    return local, weight
 
 
 def _lines(
@@ -56,7 +65,7 @@ def _lines(
     low, high = np.maximum(low, polygon.min()), np.minimum(high, polygon.max())
     rows = np.argwhere(high - low > SLIVER * np.ptp(polygon))
     low, high = low[*rows.T], high[*rows.T]
-    local, weight = np.polynomial.legendre.leggauss(order)
+    local, weight = _gauss(order)
     part = ((np.arange(density)[:, None] + 0.5 * (1 + local)) / density).ravel()
     length = (high - low)[:, None]
     points = (low[:, None] + length * part).reshape(-1, 1)

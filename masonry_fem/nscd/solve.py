@@ -1,6 +1,6 @@
 """Solve: the one public way into the contact solver, and the choice of a method.
 
-"auto" means Newton where blocks are elastic or static. Rigid and plain problems are swept first;
+"auto" means Newton where blocks are elastic or static, or rigid and many. Other problems are swept first;
 Newton takes over from the best sweep where the contraction seen would need too many of them.
 Newton's failures go back to sweeps where there is inertia, and the best state of all is returned.
 """
@@ -26,6 +26,8 @@ from masonry_fem.nscd.solvers import make_method
 HORIZON = 5_000
 HORIZON_OF_BODIES = 20_000
 PATIENCE = 300
+# Rigid contacts from which Newton goes first: warm steps of a wall end at once, cold ones in ten.
+MANY = 500
 # Newton steps on rigid blocks before sweeps have another try.
 NEWTON_STEPS = 120
 # Error of a swept state from which Newton may start: of a plain problem, of rigid blocks.
@@ -66,12 +68,14 @@ def _choose(problem: ContactProblem, settings: SolverSettings, start: Start | No
     began = time.monotonic()
     static = bool((problem.rigid_mass[np.unique(problem.bodies[problem.bodies >= 0])] <= 0).any())
     elastic = problem.body_count > 0 and not problem.rigid
-    turns = ["newton"] if static else ["newton", "nsgs"] if elastic else ["brief nsgs", "newton", "nsgs"]
+    newton_first = elastic or (problem.body_count > 0 and problem.count >= MANY)
+    turns = ["newton"] if static else ["newton", "nsgs"] if newton_first else ["brief nsgs", "newton", "nsgs"]
     total: Solution | None = None
     for turn in turns:
         method = _brief_sweeps(problem) if turn == "brief nsgs" else make_method(turn)
         remaining = settings
-        if turn == "newton" and len(turns) == 3 and problem.body_count and settings.max_iterations is None:
+        rigid = not (static or elastic) and problem.body_count > 0
+        if turn == "newton" and rigid and settings.max_iterations is None:
             remaining = replace(settings, max_iterations=NEWTON_STEPS)
         if settings.time_limit is not None:
             left = settings.time_limit - (time.monotonic() - began)

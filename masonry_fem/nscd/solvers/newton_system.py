@@ -11,6 +11,8 @@ what is left of them couples the velocities of their two bodies: rigid scenes ar
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
@@ -51,7 +53,14 @@ class NewtonSystem:
         np.add.at(total, self.body, (self.map**2).sum(axis=1))
         self.column = np.sqrt(np.where(total > 0, total, 1.0))  # lengths of the columns of B, (b, m)
         self.scaled_map = self.map / self.column[self.body][:, None, :]
-        self.group, self.groups, self.elimination = _order(problem, self.rows, self.elastic)
+
+    @cached_property
+    def order(self) -> tuple[IntArray, int, Elimination]:
+        """Group of each contact, number of groups, and their elimination.
+
+        Made at the first step: a warm start that already holds never needs it.
+        """
+        return _order(self.problem, self.rows, self.elastic)
 
     def solve(
         self, line: Linearisation, impulse: FloatArray, balance: FloatArray, mass: FloatArray, alpha: float
@@ -81,10 +90,11 @@ class NewtonSystem:
         count, d = len(kept), step.shape[1]
         matrix = self._matrix(line, kept, gone, slope, mass, alpha)
         rhs = np.concatenate([-force[kept].ravel(), (-self.unit * balance / self.column).ravel()])
+        group, bodies, elimination = self.order
         groups = np.concatenate(
-            [np.repeat(self.group[kept], d), np.repeat(self.groups + np.arange(len(mass)), mass.shape[1])]
+            [np.repeat(group[kept], d), np.repeat(bodies + np.arange(len(mass)), mass.shape[1])]
         )
-        answer = factorise(matrix, groups, self.elimination, self.library)(rhs)
+        answer = factorise(matrix, groups, elimination, self.library)(rhs)
         step[kept] = answer[: count * d].reshape(count, d) / self.unit
         motion = answer[count * d :].reshape(mass.shape) / self.column
         moved = self.problem.contact_velocity(motion)[gone]

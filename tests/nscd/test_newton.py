@@ -162,6 +162,39 @@ def test_warm_start_takes_one_system_at_the_solution():
     assert again.linear_solves <= 3 < first.linear_solves
 
 
+@pytest.fixture(scope="module")
+def slender_arch():
+    return walls.arch(elements=(2, 2, 2), thickness=0.9)
+
+
+def settled(problem, distance):
+    """One springing sinks away from the arch."""
+    floor = np.flatnonzero((problem.bodies < 0).any(axis=1))
+    right = floor[len(floor) // 2 :]
+    velocity = problem.free_velocity.copy()
+    velocity[right, 0] += distance
+    return replace(problem, free_velocity=velocity)
+
+
+def test_misleading_first_guess_is_left(slender_arch):
+    """Joints that open widely: from reactions before, from none, the same answer."""
+    problem = slender_arch.problem()
+    before = newton(problem)
+    moved = settled(problem, 1e-3)
+    cold = newton(moved)
+    warm = newton(moved, start=Start(before.impulse, before.rigid_velocity))
+    assert before.outcome is cold.outcome is warm.outcome is Outcome.CONVERGED
+    np.testing.assert_allclose(warm.impulse, cold.impulse, atol=1e-7 * np.abs(cold.impulse).max())
+
+
+@pytest.mark.parametrize("share", [0.95, 0.99999, 1.00001, 1.05])
+def test_verdicts_hold_near_the_limit(share):
+    """A10.3's cube tips where the shear on its top exceeds half of what presses it down."""
+    limit = 0.5 * (1e6 + walls.DENSITY * 9.81)
+    found = newton(walls.cubes(4, share * limit).problem())
+    assert found.outcome is (Outcome.CONVERGED if share < 1 else Outcome.NO_EQUILIBRIUM)
+
+
 def test_two_runs_agree_bit_for_bit():
     one, two = (newton(walls.rigid_wall(5, 4, friction=0.2, horizontal=0.3)) for _ in range(2))
     np.testing.assert_array_equal(one.impulse, two.impulse)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-UNBALANCED = 1e-5  # impulse relative to the loads below which no part is said to move
+UNBALANCED = 1e-9  # impulse relative to the loads below which no part is said to move
 
 
 @dataclass(slots=True)

@@ -130,7 +130,7 @@ class NewtonRun:
         self.impulse = np.zeros_like(self.problem.free_velocity)
         self.rigid_velocity = self.problem.rigid_velocity.copy()
         self.error = 1.0  # natural map at the last centre
-        self.closed = 0  # rounds solved
+        self.softens = True  # ε may fall again after it had to rise
         self.escape = Escape()
         self.best, self.idle = np.inf, 0
         self.round = self._new_round()
@@ -159,9 +159,14 @@ class NewtonRun:
             return self._offer(self._give_up_round(), solves=1)
         return self._offer(None, solves=1)
 
+    def _may_try_again(self) -> bool:
+        """True while tries are left and no round of this one was solved, well where it was a first guess."""
+        warm = len(self.tries) == len(_WARM_TRIES)
+        return bool(self.tries) and self.best > (_HOLD if warm else _ANY)
+
     def _patience(self) -> int:
-        """Newton steps after which the round is given up: few before a first round is solved."""
-        if self.tries and not self.closed:
+        """Newton steps after which the round is given up: few before a try has taken hold."""
+        if self._may_try_again():
             return min(self.settings.round_steps, _WARM_STEPS if len(self.tries) > 1 else _TRY_STEPS)
         return self.settings.round_steps
 
@@ -227,19 +232,19 @@ class NewtonRun:
         size = float(np.linalg.norm(self.impulse))
         self.error = float(np.linalg.norm(residual)) / size if size > 0 else 1.0
         self.weight = max(self.weight * self.decrease, self.least_weight)
-        self.closed += 1
+        progress = self.error
         if self.static.any():
-            self._watch_equilibrium(before)
+            progress = max(progress, self._watch_equilibrium(before))
             if self.escape.sure:
                 return Outcome.NO_EQUILIBRIUM
         self.round = self._new_round()
-        self.idle = 0 if self.error < 0.5 * self.best else self.idle + 1
-        self.best = min(self.best, self.error)
+        self.idle = 0 if progress < 0.8 * self.best else self.idle + 1
+        self.best = min(self.best, progress)
         stuck = self.idle >= _IDLE_ROUNDS and not self.escape.rounds
         return Outcome.STALLED if stuck else None
 
-    def _watch_equilibrium(self, before: _Round) -> None:
-        """Count the rounds in which the unbalanced impulse ε (U − U_k) did not fall."""
+    def _watch_equilibrium(self, before: _Round) -> float:
+        """The unbalanced impulse ε (U − U_k) relative to the loads; counts the rounds it did not fall in."""
         travelled = self.rigid_velocity - before.rigid_velocity
         left = before.mass * travelled
         loads = max(
@@ -247,13 +252,18 @@ class NewtonRun:
             float(np.linalg.norm(self.problem.side_impulse(self.impulse))),
         )
         relative = float(np.linalg.norm(left)) / loads if loads > 0 else 0.0
+        slow = relative > 0.1 * self.escape.last and self.static_mass > self.settings.static_mass
+        easy = before.steps <= _EASY and self.error < _CLOSE
         if self.escape.watch(relative, travelled):
             # firm rounds show a mechanism in few steps, weak ones tell it from slow progress
             self.static_mass *= 0.1
+        elif slow and easy and self.softens:
+            self.static_mass *= 0.1
+        return relative
 
     def _give_up_round(self) -> Outcome | None:
         """A round that does not end: regularise more and go on from where it is."""
-        another_try = bool(self.tries) and not self.closed
+        another_try = self._may_try_again()
         if (another_try or (self.static.any() and self.static_mass < _FIRM)) and self._restart():
             return None
         self.weight = min(10.0 * self.weight, 1.0)
@@ -264,11 +274,12 @@ class NewtonRun:
 
     def _restart(self) -> bool:
         """Start again: cold, or from the last centre with more regularisation; False where all was tried."""
-        if self.tries and not self.closed:
+        if self._may_try_again():
             self.full_steps, self.tries = self.tries[0], self.tries[1:]
             self._start_cold()
             return True
         self.full_steps = self.settings.full_steps
+        self.softens = self.static_mass <= self.settings.static_mass  # once: it led here again
         if self.weight >= 1.0 and self.static_mass >= 1.0:
             return False
         self.weight = min(100.0 * self.weight, 1.0)
@@ -281,12 +292,17 @@ class NewtonRun:
 
 
 _IDLE_ROUNDS = 20
+# Newton steps, and the error reached, of a round after which a tenth of ε will do
+_EASY = 4
+_CLOSE = 1e-3
 # Full steps of the further tries from the bonded state, after a first guess and after none. Full
 # steps diverge where joints open widely; a search from the first step on is slower, but holds.
 _WARM_TRIES = (5, 0)
 _COLD_TRIES = (0,)
 _WARM_STEPS = 10  # a first guess that is worth having needs fewer
 _TRY_STEPS = 25
+_ANY = 1e300  # of a solved round
+_HOLD = 0.1  # error of a solved round from which a first guess is kept
 _FIRM = 1e-2  # ε from which a mechanism moves slowly enough to be followed
 
 

@@ -299,7 +299,7 @@ _CLOSE = 1e-3
 # steps diverge where joints open widely; a search from the first step on is slower, but holds.
 _WARM_TRIES = (5, 0)
 _COLD_TRIES = (0,)
-_WARM_STEPS = 10  # a first guess that is worth having needs fewer
+_WARM_STEPS = 20  # a first guess that is worth having needs fewer
 _TRY_STEPS = 25
 _ANY = 1e300  # of a solved round
 _HOLD = 0.1  # error of a solved round from which a first guess is kept

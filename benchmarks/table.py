@@ -179,7 +179,7 @@ def main() -> None:
     parser.add_argument("--limit", type=float, default=600.0, help="wall-clock limit of a case [s]")
     given = parser.parse_args()
     bars = QUICK if given.quick else BARS
-    console, rows = Console(), []
+    console, rows = Console(width=None if sys.stdout.isatty() else 150), []
     for case, bar in bars.items():
         console.print(f"[dim]{case}[/dim]")
         rows.append(cells(case, measured(case, given.limit), bar))

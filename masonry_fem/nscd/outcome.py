@@ -24,6 +24,7 @@ class Outcome(Enum):
     MAX_ITERATIONS = "max_iterations"
     TIME_LIMIT = "time_limit"
     NO_EQUILIBRIUM = "no_equilibrium"
+    UNDECIDED = "undecided"
     FAILED = "failed"
 
     @property
@@ -54,6 +55,11 @@ _TEXTS = {
     Outcome.NO_EQUILIBRIUM: (
         "No impulses within the friction cones balance the loads: a part slides, tips or falls.",
         "Look at the rigid velocities: they show the mechanism. Add supports or friction, or run dynamics.",
+    ),
+    Outcome.UNDECIDED: (
+        "Impulses within the friction cones can balance the loads, yet no state of sticking and sliding that "
+        "does was found.",
+        "Apply the loads in more steps (analysis.load_steps), or march by a damped strategy.",
     ),
     Outcome.FAILED: (
         "The numbers broke down (not finite, or a singular linear system).",

@@ -3,6 +3,7 @@
 "auto" means Newton where blocks are elastic or static, or rigid and many. Other problems are swept first;
 Newton takes over from the best sweep where the contraction seen would need too many of them.
 Newton's failures go back to sweeps where there is inertia, and the best state of all is returned.
+A verdict of no equilibrium stands only where no impulses at all can balance the loads.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from masonry_fem.errors import ProblemError
+from masonry_fem.nscd.admissible import admissible_impulses
 from masonry_fem.nscd.iterate import Iterate, Method, iterate
 from masonry_fem.nscd.outcome import Outcome, Solution
 from masonry_fem.nscd.problem import ContactProblem
@@ -33,6 +35,8 @@ NEWTON_STEPS = 120
 # Error of a swept state from which Newton may start: of a plain problem, of rigid blocks.
 CLOSE = 1e-2
 CLOSE_OF_BODIES = 1e-5
+# Unbalanced part of the loads below which they can be carried.
+BALANCED = 1e-5
 
 
 def solve(
@@ -59,7 +63,7 @@ def solve(
     if problem.count == 0:
         return iterate(problem, _Free(), settings, start)
     if settings.method != "auto":
-        return iterate(problem, make_method(settings.method), settings, start)
+        return _judged(problem, iterate(problem, make_method(settings.method), settings, start))
     return _choose(problem, settings, start)
 
 
@@ -85,7 +89,16 @@ def _choose(problem: ContactProblem, settings: SolverSettings, start: Start | No
         if total.outcome in {Outcome.CONVERGED, Outcome.NO_EQUILIBRIUM, Outcome.TIME_LIMIT}:
             break
     assert total is not None  # there is always a first turn
-    return total
+    return _judged(problem, total)
+
+
+def _judged(problem: ContactProblem, made: Solution) -> Solution:
+    """The solution, its verdict withdrawn where impulses that balance the loads exist after all."""
+    if made.outcome is not Outcome.NO_EQUILIBRIUM or problem.count == 0:
+        return made
+    if admissible_impulses(problem).unbalanced > BALANCED:
+        return made
+    return replace(made, outcome=Outcome.UNDECIDED)
 
 
 def _from(problem: ContactProblem, state: Solution, turn: str) -> Start | None:

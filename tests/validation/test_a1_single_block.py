@@ -299,3 +299,24 @@ def drop(restitution: float, duration: float, gap: float) -> Scene:
         analysis=Dynamics(step=1e-3, duration=duration, theta=0.5),
         probes=(Probe(name="cube", block="cube.b1", point=(0.25, gap)),),
     )
+
+
+@pytest.mark.parametrize("share", [0.99, 1.01])
+def test_a1_8_torque_on_four_corners(share: float) -> None:
+    """A unit cube on its four corners turns about the vertical at M = µ W √2 / 2."""
+    mu, weight = 0.4, 2400 * G
+    pull = share * mu * weight * np.sqrt(2) / 2  # a couple of two forces one metre apart, at the base
+    result = solved(
+        fidelity="rigid",
+        structures=(StackStructure(name="cube", material="stone", size=(1, 1, 1), count=1),),
+        joints=(Joint(friction=mu),),
+        loads=Loads(
+            gravity=(0, 0, -G),
+            points=(
+                PointForce(block="cube.b1", vector=(0, pull, 0), point=(1.0, 0.5, 0.0)),
+                PointForce(block="cube.b1", vector=(0, -pull, 0), point=(0.0, 0.5, 0.0)),
+            ),
+        ),
+        analysis=Dynamics(step=0.01, duration=0.05, theta=1.0),
+    )
+    assert (result.march.report.speed > 1e-8) == (share > 1)

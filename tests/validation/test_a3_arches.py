@@ -14,7 +14,7 @@ from masonry_fem.scene.specs import Equilibrium, Loads
 from tests.validation.scenes import STONE, G, rigid_arch
 
 ONE_STEP = Equilibrium(strategy="large_step", step=0.01, max_steps=3, tolerance=1e-6)
-T_MIN = {5: 0.09661, 7: 0.09625, 9: 0.10213, 11: 0.10491, 15: 0.10627, 20: 0.10746, 27: 0.10678}
+T_MIN = {5: 0.09661, 7: 0.09625, 9: 0.10213, 11: 0.10491, 15: 0.10627, 20: 0.10746, 27: 0.10678, 101: 0.10745}
 THRUST = {
     (20, 0.12): (0.071890, 0.078149),
     (20, 0.2): (0.096589, 0.159958),

@@ -1,10 +1,20 @@
-"""A4: columns and corbels of rigid blocks (A4.5, A4.7)."""
+"""A4: columns, corbels and a wall of blocks (A4.5, A4.7, A4.1 as in A9.9)."""
 
 from __future__ import annotations
 
 import pytest
 
-from masonry_fem.scene.specs import Equilibrium, Joint, Loads, StackStructure
+from masonry_fem.scene.specs import (
+    BlockStructure,
+    Equilibrium,
+    Joint,
+    Loads,
+    Material,
+    MeshSettings,
+    StackStructure,
+    Statics,
+    WallStructure,
+)
 from tests.validation.scenes import G, solved
 
 ONE_STEP = Equilibrium(strategy="large_step", step=0.01, max_steps=3, tolerance=1e-6)
@@ -46,3 +56,69 @@ def corbel_stands(count: int, offset: float) -> bool:
 def test_a4_7_staircase_stands_to_one_over_n(count: int) -> None:
     assert corbel_stands(count, 0.995 / count)
     assert not corbel_stands(count, 1.005 / count)
+
+
+@pytest.mark.parametrize("count", [4, 10])
+def test_a4_7_harmonic_stack(count: int) -> None:
+    """Blocks offset by L/2(n−k), k from below: the greatest overhang, ½ Σ 1/k of the length."""
+    limits = {4: 1.041667, 10: 1.464484}
+    overhang = 0.5 * sum(1 / k for k in range(1, count + 1))
+    assert overhang == pytest.approx(limits[count], abs=1e-6)
+
+    def holds(share: float) -> bool:
+        blocks, x = [], 0.0
+        for level in range(count):
+            # the lowest block stands on the edge of a table at x = 0; steps grow towards the top
+            x += share * 0.5 / (count - level)
+            corner = (x - 1.0, 0.2 * level)
+            blocks.append(
+                BlockStructure(name=f"b{level}", material="stone", size=(1.0, 0.2), position=corner)
+            )
+        table = BlockStructure(
+            name="table", material="stone", size=(3.0, 1.0), position=(-3.0, -1.0), support=True
+        )
+        result = solved(
+            dimension=2,
+            fidelity="rigid",
+            structures=(table, *blocks),
+            joints=(Joint(friction=0.6),),
+            analysis=ONE_STEP,
+        )
+        return result.outcome == "equilibrium"
+
+    assert holds(0.995)
+    assert not holds(1.005)
+
+
+# A4.1: five bricks wide, six courses, half bricks at the ends of the odd courses
+WALL_1 = WallStructure(
+    name="wall", material="stone", brick=(0.4, 0.175), columns=5, courses=6, half_bricks="odd"
+)
+
+
+@pytest.mark.parametrize("young", [None, 1e9, 1e12, 1e15])
+def test_a9_9_collapse_of_wall_1_does_not_depend_on_its_stiffness(young: float | None) -> None:
+    """Horizontal body force λ W: collapse between 0.636 and 0.646 (A4.1), rigid or elastic.
+
+    The rigid wall is found standing at 0.62, the elastic one at 0.58. At 0.62 and 0.64 its verdict is
+    withheld, as it must be: impulses that carry the loads exist up to 0.64286. At 0.66 both fall.
+    """
+
+    def outcome(factor: float) -> str:
+        result = solved(
+            dimension=2,
+            materials={"stone": Material(density=2400.0, young=young, poisson=0.2)},
+            fidelity="rigid" if young is None else "elastic",
+            mesh=MeshSettings(divisions=(2, 1)),
+            structures=(WALL_1,),
+            joints=(Joint(friction=0.65, placement="corners"),),
+            loads=Loads(gravity=(factor * G, -G)),
+            analysis=Statics() if young else ONE_STEP,
+        )
+        return result.outcome
+
+    assert outcome(0.62 if young is None else 0.58) == "equilibrium"
+    if young is not None:
+        assert outcome(0.62) != "no_equilibrium"
+        assert outcome(0.64) != "no_equilibrium"
+    assert outcome(0.66) == "no_equilibrium"

@@ -1,0 +1,55 @@
+"""Admissible impulses: the static theorem, on blocks whose limits are known."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+from masonry_fem.nscd import ContactProblem, Outcome, SolverSettings, solve
+from masonry_fem.nscd.admissible import admissible_impulses
+
+
+def block(push: float, friction: float = 0.5, height: float = 0.5, width: float = 1.0) -> ContactProblem:
+    """A plane block of weight 1 on two corners under a horizontal force at its centroid; no inertia."""
+    c, d, m = 2, 2, 3
+    rigid_map = np.zeros((c, 2, d, m))
+    for contact, x in enumerate((-width / 2, width / 2)):
+        # normal up, tangent along x; turning moves the corner (x, −height) by (height, x)
+        rigid_map[contact, 0] = [[0.0, 1.0, x], [1.0, 0.0, height]]
+    return ContactProblem(
+        friction=np.full(c, friction),
+        free_velocity=np.zeros((c, d)),
+        compliance=sparse.bsr_array(sparse.eye_array(c * d), blocksize=(d, d)),
+        bodies=np.array([[0, -1], [0, -1]]),
+        rigid_map=rigid_map,
+        rigid_mass=np.zeros((1, m)),
+        rigid_impulse=np.array([[push, -1.0, 0.0]]),
+        rigid_velocity=np.zeros((1, m)),
+    )
+
+
+@pytest.mark.parametrize(("friction", "limit"), [(0.5, 0.5), (2.0, 1.0)])
+def test_limits_of_sliding_and_tipping(friction: float, limit: float) -> None:
+    """Slides at µ where µ < width / (2 height), tips there otherwise."""
+    assert admissible_impulses(block(0.999 * limit, friction)).unbalanced <= 1e-6
+    assert admissible_impulses(block(1.01 * limit, friction)).unbalanced > 1e-4
+
+
+def test_impulses_lie_in_the_cones_and_balance() -> None:
+    problem = block(0.3)
+    found = admissible_impulses(problem)
+    assert (np.abs(found.impulse[:, 1]) <= 0.5 * found.impulse[:, 0] + 1e-12).all()
+    left = problem.body_impulse(found.impulse) + problem.rigid_impulse
+    assert np.linalg.norm(left) <= 1.1e-6 * np.linalg.norm(problem.rigid_impulse)
+
+
+def test_without_loads_nothing_is_needed() -> None:
+    assert admissible_impulses(replace(block(0.0), rigid_impulse=np.zeros((1, 3)))).unbalanced == 0.0
+
+
+@pytest.mark.parametrize(("share", "expected"), [(0.99, Outcome.CONVERGED), (1.01, Outcome.NO_EQUILIBRIUM)])
+def test_verdict_of_the_solver_agrees(share: float, expected: Outcome) -> None:
+    assert solve(block(share * 0.5), SolverSettings(tolerance=1e-9)).outcome is expected

@@ -80,12 +80,21 @@ def test_thrust_lies_in_its_friction_interval(half_angle: float, friction: float
     assert vertical == pytest.approx(result.built.model.groups[1].mass.sum() * G, rel=1e-9)
 
 
-@pytest.mark.parametrize(("half_angle", "share"), [(10, 0.9), (20, 0.9), (30, 0.9), (10, 1.1), (20, 1.1)])
+UNLOADED = pytest.mark.xfail(
+    reason="the solver stops at a natural map of 7e-3 in the step in which the load vanishes: the"
+    " error is relative to impulses that have fallen to 1e-9 of the push"
+)
+
+
+@pytest.mark.parametrize(
+    ("half_angle", "share"),
+    [(10, 0.9), (20, 0.9), (30, 0.9), (10, 1.1), (20, 1.1), pytest.param(30, 1.1, marks=UNLOADED)],
+)
 def test_wedge_locks_itself_where_friction_exceeds_its_tangent(half_angle: float, share: float) -> None:
     """Pushed in without weight and let go: it stays pressed iff tan a ≤ µ, else it is expelled.
 
-    At 30° a friction above the tangent keeps the elastic wedge from sliding in at all: it springs
-    back without load, and there is nothing to lock.
+    At 30° a friction above the tangent keeps the elastic wedge from sliding in at all (it sticks at
+    0.56 µN): it springs back without load, and there is nothing to lock.
     """
     friction = share * np.tan(np.radians(half_angle))
     push = 1e6
@@ -108,7 +117,7 @@ def test_wedge_locks_itself_where_friction_exceeds_its_tangent(half_angle: float
     )
     assert result.outcome == "finished"
     left = np.linalg.norm(result.summary["supports"]["key.springing_left"]["force"]) / push
-    if share > 1:
+    if share > 1 and half_angle < 30:
         assert left > 0.05
     else:
         assert left < 1e-6

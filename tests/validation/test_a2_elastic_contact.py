@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -12,12 +14,14 @@ from masonry_fem.scene.specs import (
     Contact,
     Dynamics,
     Equilibrium,
+    FileStructure,
     Initial,
     Joint,
     Loads,
     Material,
     MeshSettings,
     Probe,
+    Solver,
     StackStructure,
     Statics,
     Support,
@@ -294,3 +298,66 @@ def test_a2_6_nodes_do_not_and_by_how_much(d: int, bound: float) -> None:
 @pytest.mark.parametrize("d", [2, 3])
 def test_a2_6_nodes_of_matching_meshes_are_exact(d: int) -> None:
     assert pressed(d, 3, 3, "nodes")[1] < 1e-8
+
+
+def sliced(path: Path, name: str, y: float, cuts: list[float], layers: int) -> Path:
+    """A unit square at height y whose columns of elements end at ``cuts``, as a gmsh geometry."""
+    lines = []
+    for i, x in enumerate(cuts):
+        lines += [f"Point({2 * i + 1}) = {{{x}, {y}, 0}};", f"Point({2 * i + 2}) = {{{x}, {y + 1}, 0}};"]
+        lines += [f"Line({3 * i + 1}) = {{{2 * i + 1}, {2 * i + 2}}};"]
+    for i in range(len(cuts) - 1):
+        a, b = 2 * i + 1, 2 * i + 3
+        lines += [f"Line({3 * i + 2}) = {{{a}, {b}}};", f"Line({3 * i + 3}) = {{{a + 1}, {b + 1}}};"]
+        loop = f"{3 * i + 2}, {3 * i + 4}, -{3 * i + 3}, -{3 * i + 1}"
+        lines += [f"Curve Loop({i + 1}) = {{{loop}}}; Plane Surface({i + 1}) = {{{i + 1}}};"]
+    columns = ", ".join(str(i + 1) for i in range(len(cuts) - 1))
+    across = ", ".join(f"{3 * i + 2}, {3 * i + 3}" for i in range(len(cuts) - 1))
+    upright = ", ".join(str(3 * i + 1) for i in range(len(cuts)))
+    edges = {
+        "bottom": [3 * i + 2 for i in range(len(cuts) - 1)],
+        "top": [3 * i + 3 for i in range(len(cuts) - 1)],
+    }
+    lines += [
+        f"Transfinite Curve {{{across}}} = 2; Transfinite Curve {{{upright}}} = {layers + 1};",
+        f"Transfinite Surface {{{columns}}}; Recombine Surface {{{columns}}};",
+        f'Physical Surface("{name}") = {{{columns}}};',
+        'Physical Curve("left") = {1};',
+        *(f'Physical Curve("{face}") = {{{", ".join(map(str, tags))}}};' for face, tags in edges.items()),
+    ]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def test_a9_10_slivers(tmp_path: Path) -> None:
+    """The patch test with elements of aspect 1e4 at the joint, at different places on both sides.
+
+    The stress of a sliver magnifies the error of its impulses 1e5 times, hence the tight tolerance.
+    """
+    p = 1e6
+    sliced(tmp_path / "lower.geo", "stone", 0.0, [0.0, 5e-5, 0.5, 1.0], 2)
+    sliced(tmp_path / "upper.geo", "stone", 1.0, [0.0, 0.3, 0.3 + 5e-5, 1.0], 2)
+    result = solved(
+        dimension=2,
+        plane="stress",
+        materials={"stone": Material(density=1000.0, young=1e10, poisson=0.2)},
+        structures=tuple(
+            FileStructure(name=name, material="stone", path=str(tmp_path / f"{name}.geo"))
+            for name in ("lower", "upper")
+        ),
+        supports=(
+            Support(on="lower.stone/bottom", components=("y",)),
+            Support(on="lower.stone/left", components=("x",)),
+            Support(on="upper.stone/left", components=("x",)),
+        ),
+        joints=(Joint(friction=0.0, placement="gauss"),),
+        loads=Loads(tractions=(Traction(on="upper.stone/top", vector=(0.0, -p)),)),
+        analysis=Statics(),
+        solver=Solver(tolerance=1e-14),
+    )
+    assert result.outcome == "equilibrium"
+    exact = np.array([0.0, -p, 0, 0, 0, 0])
+    for group, state in zip(result.built.model.groups, result.march.state.bodies, strict=True):
+        field = group.stress(state)
+        assert field is not None
+        assert np.abs(field.gauss - exact).max() < 1e-8 * p

@@ -132,7 +132,7 @@ class NewtonRun:
         self.error = 1.0  # natural map at the last centre
         self.softens = True  # ε may fall again after it had to rise
         self.escape = Escape()
-        self.best, self.idle = np.inf, 0
+        self.best, self.idle, self.crawling = np.inf, 0, 0
         self.round = self._new_round()
 
     def guess(self) -> Iterate:
@@ -230,7 +230,12 @@ class NewtonRun:
             self.impulse, problem.velocity(self.impulse, self.rigid_velocity), problem.friction, self.scale
         )
         size = float(np.linalg.norm(self.impulse))
-        self.error = float(np.linalg.norm(residual)) / size if size > 0 else 1.0
+        last, self.error = self.error, float(np.linalg.norm(residual)) / size if size > 0 else 1.0
+        crawls = before.steps <= 1 and self.weight <= self.least_weight and self.error > _SLOW * last
+        self.crawling = self.crawling + 1 if crawls else 0
+        if self.crawling >= _CRAWL:
+            # statuses are settled, and what is left falls only as fast as α lets it
+            self.least_weight, self.crawling = max(0.1 * self.least_weight, _LEAST), 0
         self.weight = max(self.weight * self.decrease, self.least_weight)
         progress = self.error
         if self.static.any():
@@ -292,6 +297,11 @@ class NewtonRun:
 
 
 _IDLE_ROUNDS = 20
+# Contraction of the error, in so many rounds of one step, above which the floor of α gives way, and how
+# far. A floor that is too low lets the impulses wander that nothing determines.
+_SLOW = 0.5
+_CRAWL = 3
+_LEAST = 1e-9
 # Newton steps, and the error reached, of a round after which a tenth of ε will do
 _EASY = 4
 _CLOSE = 1e-3

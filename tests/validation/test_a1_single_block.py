@@ -320,3 +320,12 @@ def test_a1_8_torque_on_four_corners(share: float) -> None:
         analysis=Dynamics(step=0.01, duration=0.05, theta=1.0),
     )
     assert (result.march.report.speed > 1e-8) == (share > 1)
+
+
+@pytest.mark.parametrize("h", [1e-2, 1e-4])
+def test_a9_8_rocking_with_coarse_and_fine_steps(h: float) -> None:
+    """A1.6 at steps a hundred times apart: the time to the first impact within a step and 0.5 %."""
+    seen = rocking(0.1, h, 0.175589 + 3 * h)
+    assert np.isfinite(seen.spin).all()
+    impact = int(np.argmax(np.abs(seen.spin)))
+    assert h * (impact + 1) == pytest.approx(0.175589, rel=5e-3, abs=h)

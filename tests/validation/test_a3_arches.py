@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from masonry_fem.run import RunResult
-from masonry_fem.scene.specs import Equilibrium, Loads
+from masonry_fem.scene.specs import Equilibrium, Loads, Motion, Statics, Support
 from tests.validation.scenes import STONE, G, rigid_arch
 
 ONE_STEP = Equilibrium(strategy="large_step", step=0.01, max_steps=3, tolerance=1e-6)
@@ -50,6 +50,17 @@ def test_a3_3_thrust_lies_in_its_interval(voussoirs: int, thickness: float) -> N
     result = arch(thickness=thickness, voussoirs=voussoirs)
     assert result.outcome == "equilibrium"
     assert low * 0.999 <= thrust(result) <= high * 1.001
+
+
+@pytest.mark.parametrize(("voussoirs", "thickness"), THRUST)
+@pytest.mark.parametrize("spread", [1e-4, -1e-4])
+def test_a3_3_moving_springings_lead_to_the_bounds(voussoirs: int, thickness: float, spread: float) -> None:
+    """Springings that part by 1e-4 R leave the least thrust, that close the greatest, to 1 %."""
+    moved = Support(on="arch.springing_right", motion=Motion(displacement=(spread, 0.0)))
+    result = arch(thickness=thickness, voussoirs=voussoirs, analysis=Statics(load_steps=2), supports=(moved,))
+    assert result.outcome == "equilibrium"
+    bound = THRUST[voussoirs, thickness][0 if spread > 0 else 1]
+    assert thrust(result) == pytest.approx(bound, rel=0.01)
 
 
 @pytest.mark.parametrize(("thickness", "voussoirs"), ACCELERATION)

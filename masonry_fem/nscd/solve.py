@@ -30,6 +30,10 @@ HORIZON_OF_BODIES = 20_000
 PATIENCE = 300
 # Rigid contacts from which Newton goes first: warm steps of a wall end at once, cold ones in ten.
 MANY = 500
+# To a tolerance this loose, so many sweeps mend the last step's impulses of a wall, which Newton takes
+# ten to a hundred steps for.
+LOOSE = 1e-6
+FEW = 300
 # Newton steps on rigid blocks before sweeps have another try.
 NEWTON_STEPS = 120
 # Error of a swept state from which Newton may start: of a plain problem, of rigid blocks.
@@ -74,9 +78,12 @@ def _choose(problem: ContactProblem, settings: SolverSettings, start: Start | No
     elastic = problem.body_count > 0 and not problem.rigid
     newton_first = elastic or (problem.body_count > 0 and problem.count >= MANY)
     turns = ["newton"] if static else ["newton", "nsgs"] if newton_first else ["brief nsgs", "newton", "nsgs"]
+    warm = start is not None and start.impulse is not None
+    if newton_first and not elastic and warm and settings.tolerance >= LOOSE:
+        turns = ["few nsgs", *turns]
     total: Solution | None = None
     for turn in turns:
-        method = _brief_sweeps(problem) if turn == "brief nsgs" else make_method(turn)
+        method = _method_of(turn, problem)
         remaining = settings
         rigid = not (static or elastic) and problem.body_count > 0
         if turn == "newton" and rigid and settings.max_iterations is None:
@@ -111,6 +118,16 @@ def _from(problem: ContactProblem, state: Solution, turn: str) -> Start | None:
     if turn == "newton" and state.quality.error > close:
         return None
     return Start(state.impulse, state.rigid_velocity)
+
+
+def _method_of(turn: str, problem: ContactProblem) -> Method:
+    if turn == "brief nsgs":
+        return _brief_sweeps(problem)
+    if turn == "few nsgs":
+        from masonry_fem.nscd.solvers.gauss_seidel import GaussSeidel  # noqa: PLC0415 - Numba is slow to import
+
+        return GaussSeidel(iterations=FEW)
+    return make_method(turn)
 
 
 def _brief_sweeps(problem: ContactProblem) -> Method:

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from masonry_fem.contact.interpolation import CORNERS_OF
+from masonry_fem.contact.kinematics import local_frames
 from masonry_fem.solid.assembly import Assembly, Shape
 from masonry_fem.solid.mesh import IntArray, Mesh
 from masonry_fem.solid.polytope import Polytope
@@ -195,10 +196,12 @@ def _convex_pieces(solid: Polytope, face: int, normal: FloatArray) -> list[list[
     if solid.dimension == 2:
         return [loop]
     size2 = float(np.ptp(solid.vertices, axis=0).max()) ** 2
+    _, along, across = local_frames(normal[None])[0]
+    flat = {vertex: (solid.vertices[vertex] @ along, solid.vertices[vertex] @ across) for vertex in loop}
 
     def turn(a: int, b: int, c: int) -> float:
-        x, y, z = solid.vertices[[a, b, c]]
-        return float(np.cross(y - x, z - y) @ normal)
+        (ax, ay), (bx, by), (cx, cy) = flat[a], flat[b], flat[c]
+        return float((bx - ax) * (cy - by) - (by - ay) * (cx - bx))
 
     def is_ear(i: int) -> bool:
         a, b, c = loop[i - 1], loop[i], loop[(i + 1) % len(loop)]

@@ -107,7 +107,7 @@ def iterate(
     offer, outcome = run.guess(), None
     while True:
         made, solves = made + offer.iterations, solves + offer.linear_solves
-        quality = assess(problem, offer.impulse, offer.rigid_velocity, scale)
+        quality = assess(problem, offer.impulse, offer.rigid_velocity, scale, settings.least_impulse)
         best.offer(offer, quality)
         history.append((made, quality.error, time.process_time() - cpu))
         outcome = _ended(quality, offer, settings, made, limit, time.monotonic() - wall)

@@ -20,6 +20,8 @@ from masonry_fem.nscd.scaling import contact_scale, free_speed
 
 FloatArray = NDArray[np.float64]
 
+ROUNDING = 4 * np.finfo(float).eps  # of a body's momentum, in its balance
+
 
 @dataclass(frozen=True, slots=True)
 class Quality:
@@ -68,10 +70,12 @@ def assess(
     impulse: FloatArray,
     rigid_velocity: FloatArray,
     scale: FloatArray | None = None,
+    least_impulse: float = 0.0,
 ) -> Quality:
     """Error measures of impulses p (c, d) and rigid velocities U (b, m).
 
-    ``scale`` is ``contact_scale(problem)`` where the caller keeps it.
+    ``scale`` is ``contact_scale(problem)`` where the caller keeps it. ``least_impulse`` [N s] stands
+    for ‖p‖ where that is less: where a load vanishes, what is left of p is rounding of what it was.
     """
     w = contact_scale(problem) if scale is None else scale
     elastic = problem.elastic_velocity(impulse)
@@ -80,10 +84,14 @@ def assess(
     residual = graphs.natural_map(impulse, v, mu, w)
     absolute = np.linalg.norm(residual, axis=1)
     size = float(np.linalg.norm(impulse))
+    reference = max(size, least_impulse)
     by_impulse = by_velocity = _ratio(_largest(w * absolute), _largest(np.linalg.norm(v, axis=1)))
-    if size > 0:
-        by_impulse = float(np.linalg.norm(absolute)) / size
-        by_velocity = _ratio(_largest(w * absolute), _velocity_scale(problem, impulse, elastic, w))
+    if reference > 0:
+        by_impulse = float(np.linalg.norm(absolute)) / reference
+        speed = _largest(w) * reference
+        if size > 0:
+            speed = _velocity_scale(problem, impulse, elastic, w) * (reference / size)
+        by_velocity = _ratio(_largest(w * absolute), speed)
     augmented = graphs.augmented_velocity(v, mu)
     return Quality(
         natural_map=by_impulse,
@@ -115,6 +123,8 @@ def _block_balance(problem: ContactProblem, impulse: FloatArray, rigid_velocity:
     given = problem.gather(sides)
     gained = problem.rigid_mass * (rigid_velocity - problem.rigid_velocity)
     residual = np.linalg.norm(given + problem.rigid_impulse - gained, axis=1)
+    momentum = problem.rigid_mass * np.maximum(np.abs(rigid_velocity), np.abs(problem.rigid_velocity))
+    residual[residual <= ROUNDING * np.linalg.norm(momentum, axis=1)] = 0.0
     # one contact's impulse counts too: a wedged block has large ones that cancel
     parts = (given, problem.rigid_impulse, gained, sides.reshape(-1, sides.shape[2]))
     return _ratio(_largest(residual), max(_largest(np.linalg.norm(part, axis=1)) for part in parts))

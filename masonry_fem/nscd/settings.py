@@ -27,12 +27,15 @@ class SolverSettings:
     max_iterations : Sweeps or Newton steps; None: the method's own limit.
     time_limit : Wall-clock seconds after which the best state so far is returned; None: no limit.
         Only a run that is cut short by it can differ from the next one.
+    least_impulse : What errors are measured by where all impulses are smaller [N s]. A march gives
+        the one whose errors, at the tolerance, are the rounding of its largest impulses.
     """
 
     method: MethodName = "auto"
     tolerance: float = 1e-10
     max_iterations: int | None = None
     time_limit: float | None = None
+    least_impulse: float = 0.0
 
     def __post_init__(self) -> None:
         if self.method not in {"auto", "nsgs", "newton"}:
@@ -43,6 +46,8 @@ class SolverSettings:
             raise ProblemError(f"max_iterations is {self.max_iterations}, expected at least 1")
         if self.time_limit is not None and not self.time_limit > 0:
             raise ProblemError(f"time_limit is {self.time_limit} s, expected more than 0")
+        if not 0 <= self.least_impulse < np.inf:
+            raise ProblemError(f"least_impulse is {self.least_impulse} N s, expected at least 0")
 
 
 @dataclass(frozen=True, slots=True)

@@ -82,13 +82,14 @@ def test_thrust_lies_in_its_friction_interval(half_angle: float, friction: float
 
 @pytest.mark.parametrize(
     ("half_angle", "share"),
-    [(10, 0.9), (20, 0.9), (30, 0.9), (10, 1.1), (20, 1.1)],
+    [(10, 0.9), (20, 0.9), (30, 0.9), (10, 1.1), (20, 1.1), (30, 1.1)],
 )
 def test_wedge_locks_itself_where_friction_exceeds_its_tangent(half_angle: float, share: float) -> None:
     """Pushed in without weight and let go: it stays pressed iff tan a ≤ µ, else it is expelled.
 
     At 30° a friction above the tangent keeps the elastic wedge from sliding in at all (it sticks at
-    0.56 µN): it springs back without load, and there is nothing to lock.
+    0.56 µN): it springs back without load, and there is nothing to lock. Its last impulses are then
+    rounding of the largest, which no error may be measured by.
     """
     friction = share * np.tan(np.radians(half_angle))
     push = 1e6
@@ -111,7 +112,7 @@ def test_wedge_locks_itself_where_friction_exceeds_its_tangent(half_angle: float
     )
     assert result.outcome == "finished"
     left = np.linalg.norm(result.summary["supports"]["key.springing_left"]["force"]) / push
-    if share > 1:
+    if share > 1 and half_angle < 30:
         assert left > 0.05
     else:
         assert left < 1e-6

@@ -10,18 +10,21 @@ import numpy as np
 from masonry_fem.build import Built, build, solver_settings, strategy
 from masonry_fem.dynamics.march import March, march
 from masonry_fem.dynamics.report import StepReport
+from masonry_fem.dynamics.state import SystemState
 from masonry_fem.scene import check
 from masonry_fem.scene.specs import Scene
 
 
 class Tape:
-    """Reports of all steps."""
+    """Reports of all steps, and what all contacts together press."""
 
     def __init__(self) -> None:
         self.reports: list[StepReport] = []
+        self._pressing: list[float] = []
 
-    def record(self, model: Any, state: Any, report: StepReport) -> None:
+    def record(self, model: Any, state: SystemState, report: StepReport) -> None:
         self.reports.append(report)
+        self._pressing.append(float(state.reaction[:, 0].sum()))
 
     @property
     def time(self) -> np.ndarray:
@@ -30,6 +33,11 @@ class Tape:
     @property
     def energy(self) -> np.ndarray:
         return np.array([report.kinetic_energy + report.strain_energy for report in self.reports])
+
+    @property
+    def pressing(self) -> np.ndarray:
+        """Sum of the normal reactions of all contacts, mean over each step [N]."""
+        return np.array(self._pressing)
 
     def reaction(self, support: str, axis: int) -> np.ndarray:
         """Force that a support gives along an axis, mean over each step."""

@@ -10,10 +10,12 @@ import pytest
 
 from masonry_fem.nscd import ContactProblem, Solution, SolverSettings, Start, solve
 from masonry_fem.scene.specs import (
+    BlockStructure,
     FileStructure,
     Joint,
     Loads,
     Material,
+    MeshSettings,
     Solver,
     Statics,
     Support,
@@ -87,6 +89,32 @@ def test_a9_9_stress_of_the_stiff_block_follows_the_tolerance(
     assert error < 3e7 * tolerance
     soft = [stress for name, stress in by_block(result).items() if (name == "upper") == (contrast < 1)]
     assert max(soft) < 30 * tolerance
+
+
+@pytest.mark.parametrize("contrast", CONTRASTS)
+def test_a9_9_stiffness_contrast_keeps_uniform_stress(contrast: float) -> None:
+    """A soft and a stiff cube under pressure with ν = 0: σ = −p in both."""
+    result = solved(
+        materials={
+            "one": Material(density=1.0, young=1e10, poisson=0.0),
+            "two": Material(density=1.0, young=1e10 * contrast, poisson=0.0),
+        },
+        structures=(
+            BlockStructure(
+                name="ground", material="one", size=(3, 3, 1), position=(-1, -1, -1), support=True
+            ),
+            BlockStructure(name="lower", material="one", size=(1, 1, 1)),
+            BlockStructure(name="upper", material="two", size=(1, 1, 1), position=(0, 0, 1)),
+        ),
+        mesh=MeshSettings(divisions=(2, 2, 2)),
+        loads=Loads(tractions=(Traction(on="upper/top", vector=(0, 0, -P)),)),
+        joints=(Joint(friction=0.0),),
+        analysis=Statics(),
+    )
+    assert result.outcome == "equilibrium"
+    stress = result.summary["stress"]
+    assert stress["min_principal"]["value"] == pytest.approx(-P, rel=1e-8)
+    assert abs(stress["max_principal"]["value"]) <= 1e-8 * P
 
 
 # --- A9.10: slivers --------------------------------------------------------------------------------

@@ -15,6 +15,7 @@ from masonry_fem.scene.specs import (
     Material,
     MeshSettings,
     Probe,
+    Solver,
     StackStructure,
     Statics,
 )
@@ -25,19 +26,27 @@ ONE_STEP = Equilibrium(strategy="large_step", step=0.01, max_steps=3, tolerance=
 
 def carried(result: RunResult) -> np.ndarray:
     """Sum of the normal reactions of each bed joint, from the ground up [N]."""
-    state = result.march.state
-    course = np.rint(state.points[:, 2]).astype(int)  # blocks are 1 m high
-    return np.bincount(course, state.reaction[:, 0])
+    state, joint = result.march.state, result.built.model.contacts.interface
+    force, height = (np.bincount(joint, values) for values in (state.reaction[:, 0], state.points[:, 2]))
+    return force[np.argsort(height / np.bincount(joint))]
 
 
-@pytest.mark.parametrize("count", [10, 100])
-def test_a9_1_stack_presses_with_its_whole_weight(count: int) -> None:
-    """Base force nW to 1e-6: what a test on the change of r gets wrong on tall stacks."""
+@pytest.mark.parametrize("analysis", [ONE_STEP, Statics()], ids=["large step", "statics"])
+@pytest.mark.parametrize("count", [10, 100, 1000])
+def test_a9_1_stack_presses_with_its_whole_weight(count: int, analysis: Equilibrium | Statics) -> None:
+    """Base force nW to 1e-6: what a test on the change of r gets wrong on tall stacks.
+
+    Inertia makes Newton stall beyond 300 blocks with friction; then the run must not pronounce
+    on equilibrium.
+    """
     result = solved(
         fidelity="rigid",
         structures=(StackStructure(name="stack", material="stone", size=(1, 1, 1), count=count),),
-        analysis=ONE_STEP,
+        analysis=analysis,
+        solver=Solver(tolerance=1e-12, max_iterations=60),
     )
+    if count == 1000 and analysis is ONE_STEP and result.outcome == "no_convergence":
+        pytest.xfail("the solver stalls on a thousand rigid blocks with inertia and friction")
     weight = 2400 * G
     assert result.outcome == "equilibrium"
     base = result.summary["supports"]["stack.ground"]["force"][2]
@@ -45,8 +54,21 @@ def test_a9_1_stack_presses_with_its_whole_weight(count: int) -> None:
     assert carried(result) == pytest.approx(np.arange(count, 0, -1) * weight, rel=1e-6)
 
 
-@pytest.mark.parametrize("divisions", [(1, 1, 1), (2, 2, 2)])
-@pytest.mark.parametrize("count", [10, 100])
+def test_a9_1_unsolved_steps_say_nothing_of_what_exists() -> None:
+    """Cut short, the solver leaves most of the weight uncarried; that is no proof of a fall."""
+    result = solved(
+        fidelity="rigid",
+        structures=(StackStructure(name="stack", material="stone", size=(1, 1, 1), count=100),),
+        analysis=ONE_STEP,
+        solver=Solver(tolerance=1e-12, method="nsgs", max_iterations=20),
+    )
+    assert result.outcome == "no_convergence"
+
+
+@pytest.mark.parametrize(
+    ("count", "divisions"),
+    [(10, (1, 1, 1)), (10, (2, 2, 2)), (100, (1, 1, 1)), (100, (2, 2, 2)), (1000, (1, 1, 1))],
+)
 def test_a9_1_elastic_stack_settles_by_its_weight(count: int, divisions: tuple[int, int, int]) -> None:
     """ρ g L²/2E with ν = 0 and no friction; linear elements meet end displacements exactly."""
     column = Material(density=2400.0, young=10e9, poisson=0.0)
@@ -57,6 +79,7 @@ def test_a9_1_elastic_stack_settles_by_its_weight(count: int, divisions: tuple[i
         joints=(Joint(friction=0.0),),
         probes=(Probe(name="top", block=f"stack.b{count}", point=(0.5, 0.5, float(count))),),
         analysis=Statics(),
+        solver=Solver(tolerance=1e-12 if count == 1000 else 1e-10),  # its error grows with the height
     )
     weight = 2400 * G
     assert result.outcome == "equilibrium"

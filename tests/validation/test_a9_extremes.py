@@ -55,13 +55,17 @@ def test_a9_1_stack_presses_with_its_whole_weight(count: int, analysis: Equilibr
 
 
 def test_a9_1_unsolved_steps_say_nothing_of_what_exists() -> None:
-    """Cut short, the solver leaves most of the weight uncarried; that is no proof of a fall."""
+    """Cut short, sweeps leave two thirds of the weight uncarried; that is no proof of a fall.
+
+    By impulses alone their error is below 1e-3.
+    """
     result = solved(
         fidelity="rigid",
         structures=(StackStructure(name="stack", material="stone", size=(1, 1, 1), count=100),),
         analysis=ONE_STEP,
-        solver=Solver(tolerance=1e-12, method="nsgs", max_iterations=20),
+        solver=Solver(tolerance=1e-12, method="nsgs", max_iterations=1000),
     )
+    assert result.march.report.natural_map < 1e-3
     assert result.outcome == "no_convergence"
 
 

@@ -7,7 +7,8 @@ deformable blocks needs: the interfaces of one block are coupled densely, two bl
 their interface.
 
     order = eliminate_order(neighbours, sizes, after)      # once for a pattern
-    factor = FrontFactor(matrix, groups, order)            # as often as the values change
+    plan = FrontPlan(matrix, groups, order)                # once for the entries that are stored
+    factor = FrontFactor(plan, matrix.data)                # as often as the values change
     x = factor.solve(rhs)
 """
 
@@ -144,12 +145,12 @@ def _join(order: list[int], borders: list[list[int]], size: list[int]) -> Elimin
     )
 
 
-class FrontFactor:
-    """LU factor of a square matrix, eliminated front by front.
+class FrontPlan:
+    """Where the entries of a matrix go: made once for a pattern, for factors of any values.
 
     Parameters
     ----------
-    matrix : Square, structurally within the pattern that the order was made for.
+    matrix : Square, structurally within the pattern that the order was made for; its values do not matter.
     groups : Group of each unknown, shape (n,).
     elimination : From ``eliminate_order``.
     """
@@ -162,50 +163,118 @@ class FrontFactor:
         self.order = np.argsort(rank[groups], kind="stable")
         sizes = np.bincount(rank[groups], minlength=count)
         stops = np.cumsum(sizes)
-        self.small_pivots = 0
-        self._own: list[slice] = []
-        self._border: list[IntArray] = []
-        self._factors: list[tuple[FloatArray, IntArray, FloatArray, FloatArray]] = []
         place = np.empty(len(self.order), np.int64)
         place[self.order] = np.arange(len(self.order))
-        permuted = matrix[self.order]
+        # the entries are followed by their numbers
+        numbers = (np.arange(matrix.nnz), matrix.indices, matrix.indptr)
+        rows = sparse.csr_array(numbers, shape=matrix.shape)[self.order]
         # relabelled columns stay unsorted: fronts scatter them anyway
-        permuted.indices = place[permuted.indices].astype(permuted.indices.dtype)
-        transposed = permuted.tocsc().T
-        self._eliminate(permuted, transposed, elimination, rank, stops - sizes, stops)
+        rows.indices = place[rows.indices].astype(rows.indices.dtype)
+        self.fronts = _plan_fronts(rows, elimination, rank, stops - sizes, stops)
 
-    def _eliminate(
-        self,
-        rows: sparse.csr_array,
-        columns: sparse.csr_array,
-        elimination: Elimination,
-        rank: IntArray,
-        starts: IntArray,
-        stops: IntArray,
-    ) -> None:
-        place = np.zeros(rows.shape[0], np.int64)  # of an unknown within the current front
-        remainders: list[list[tuple[IntArray, FloatArray]]] = [[] for _ in elimination.fronts]
-        for index, (groups, border_groups) in enumerate(
-            zip(elimination.fronts, elimination.borders, strict=True)
-        ):
-            first, last = starts[rank[groups[0]]], stops[rank[groups[-1]]]
-            border = _ranges(starts[rank[border_groups]], stops[rank[border_groups]])
-            k, m = last - first, last - first + len(border)
-            place[first:last] = np.arange(k)
-            place[border] = np.arange(k, m)
-            front = np.zeros((m, m), order="F")
-            _insert(front, rows, first, last, place)
-            _insert(front.T, columns, first, last, place)
-            for indices, remainder in remainders[index]:
-                at = place[indices]
-                front[np.ix_(at, at)] += remainder
+
+@dataclass(frozen=True, slots=True)
+class _Front:
+    """One dense front: unknowns, and what is written into it.
+
+    Attributes
+    ----------
+    own, border : Unknowns that it eliminates, and those that it touches, in elimination order.
+    entries, target : Matrix entries that go into it, and their flat places (column by column).
+    parent : Front that takes its remainder, −1 at a root.
+    inside : Places of its border in the parent, shape (border,).
+    """
+
+    own: slice
+    border: IntArray
+    entries: IntArray
+    target: IntArray
+    parent: int
+    inside: IntArray
+
+
+def _plan_fronts(
+    rows: sparse.csr_array, elimination: Elimination, rank: IntArray, starts: IntArray, stops: IntArray
+) -> list[_Front]:
+    columns = rows.tocsc()
+    place = np.zeros(rows.shape[0], np.int64)  # of an unknown within a front
+    owns, borders = [], []
+    for groups, border_groups in zip(elimination.fronts, elimination.borders, strict=True):
+        owns.append((int(starts[rank[groups[0]]]), int(stops[rank[groups[-1]]])))
+        borders.append(_ranges(starts[rank[border_groups]], stops[rank[border_groups]]))
+    number, kept = np.full(len(owns) + 1, -1), 0
+    for index, (first, last) in enumerate(owns):
+        if last > first or len(borders[index]):
+            number[index] = kept
+            kept += 1
+    fronts = []
+    for index, ((first, last), border) in enumerate(zip(owns, borders, strict=True)):
+        if number[index] < 0:
+            continue  # a group without unknowns
+        k, m = last - first, last - first + len(border)
+        place[first:last] = np.arange(k)
+        place[border] = np.arange(k, m)
+        row, column, entry = _entries(rows, first, last)
+        other_column, other_row, other_entry = _entries(columns, first, last)
+        below = other_row >= last  # the square of own unknowns came with the rows
+        target = np.concatenate(
+            [place[row] + m * place[column], place[other_row[below]] + m * place[other_column[below]]]
+        )
+        parent = elimination.parents[index]
+        inside = border
+        if parent >= 0:
+            start, stop = owns[parent]
+            beyond = np.searchsorted(borders[parent], border) + stop - start
+            inside = np.where(border < stop, border - start, beyond)
+        fronts.append(
+            _Front(
+                slice(first, last), border, np.concatenate([entry, other_entry[below]]), target,
+                int(number[parent]), inside,
+            )
+        )  # fmt: skip
+    return fronts
+
+
+def _entries(
+    compressed: sparse.csr_array | sparse.csc_array, first: int, last: int
+) -> tuple[IntArray, IntArray, IntArray]:
+    """Rows, columns and numbers of the entries of some rows, without those left of the first.
+
+    Of a matrix that is compressed by columns: columns, rows and numbers.
+    """
+    begin, end = compressed.indptr[first], compressed.indptr[last]
+    other = compressed.indices[begin:end].astype(np.int64)
+    own = np.repeat(np.arange(first, last), np.diff(compressed.indptr[first : last + 1]))
+    keep = other >= first
+    return own[keep], other[keep], compressed.data[begin:end][keep]
+
+
+class FrontFactor:
+    """LU factor of a square matrix, eliminated front by front.
+
+    Parameters
+    ----------
+    plan : Made for the matrix's pattern.
+    values : Its entries in the order of that matrix, shape (nnz,).
+    """
+
+    def __init__(self, plan: FrontPlan, values: FloatArray) -> None:
+        self.plan = plan
+        self.small_pivots = 0
+        self._factors: list[tuple[FloatArray, IntArray, FloatArray, FloatArray]] = []
+        remainders: list[list[tuple[IntArray, FloatArray]]] = [[] for _ in plan.fronts]
+        for index, front in enumerate(plan.fronts):
+            k = front.own.stop - front.own.start
+            m = k + len(front.border)
+            dense = np.zeros((m, m), order="F")
+            dense.T.reshape(-1)[front.target] = values[front.entries]
+            for inside, remainder in remainders[index]:
+                dense[np.ix_(inside, inside)] += remainder
             remainders[index] = []
-            factor, remainder = self._factorise(front, int(k))
-            self._own.append(slice(int(first), int(last)))
-            self._border.append(border)
+            factor, remainder = self._factorise(dense, k)
             self._factors.append(factor)
-            if elimination.parents[index] >= 0:
-                remainders[elimination.parents[index]].append((border, remainder))
+            if front.parent >= 0:
+                remainders[front.parent].append((front.inside, remainder))
 
     def _factorise(
         self, front: FloatArray, k: int
@@ -229,19 +298,19 @@ class FrontFactor:
 
     def solve(self, rhs: FloatArray) -> FloatArray:
         """Solution of matrix @ x = rhs, shape (n,)."""
-        x = rhs[self.order].astype(float)
-        for own, border, (lu, swaps, _, lower) in zip(self._own, self._border, self._factors, strict=True):
+        order, fronts = self.plan.order, self.plan.fronts
+        x = rhs[order].astype(float)
+        for front, (lu, swaps, _, lower) in zip(fronts, self._factors, strict=True):
+            own, border = front.own, front.border
             part = blas.dtrsv(lu, x[own][swaps], lower=1, diag=1) if len(lu) else x[own]
             x[own] = part
             if len(border):
                 x[border] -= lower @ part
-        for own, border, (lu, _, upper, _) in zip(
-            reversed(self._own), reversed(self._border), reversed(self._factors), strict=True
-        ):
+        for front, (lu, _, upper, _) in zip(reversed(fronts), reversed(self._factors), strict=True):
             if len(lu):
-                x[own] = blas.dtrsv(lu, x[own] - upper @ x[border])
+                x[front.own] = blas.dtrsv(lu, x[front.own] - upper @ x[front.border])
         result = np.empty_like(x)
-        result[self.order] = x
+        result[order] = x
         return result
 
 
@@ -251,15 +320,6 @@ def _ranges(starts: IntArray, stops: IntArray) -> IntArray:
     total = int(lengths.sum())
     jump = np.repeat(starts - np.r_[0, np.cumsum(lengths)[:-1]], lengths) if total else np.zeros(0, np.int64)
     return np.arange(total) + jump
-
-
-def _insert(front: FloatArray, rows: sparse.csr_array, first: int, last: int, place: IntArray) -> None:
-    """Write the entries of own rows that are not left of the front's first unknown."""
-    begin, end = rows.indptr[first], rows.indptr[last]
-    columns = rows.indices[begin:end]
-    local = np.repeat(np.arange(last - first), np.diff(rows.indptr[first : last + 1]))
-    keep = columns >= first
-    front[local[keep], place[columns[keep]]] = rows.data[begin:end][keep]
 
 
 def _permutation(pivots: NDArray[np.integer]) -> IntArray:

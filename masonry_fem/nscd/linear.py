@@ -21,7 +21,7 @@ from scipy import linalg, sparse
 from scipy.sparse.linalg import splu
 
 from masonry_fem.errors import InstallationError
-from masonry_fem.nscd.fronts import Elimination, FrontFactor
+from masonry_fem.nscd.fronts import Elimination, FrontFactor, FrontPlan
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -39,6 +39,7 @@ def factorise(
     groups: IntArray | None = None,
     elimination: Elimination | None = None,
     library: Library = "auto",
+    plan: FrontPlan | None = None,
 ) -> Solve:
     """Factor a square matrix; the function returned solves with iterative refinement.
 
@@ -50,6 +51,7 @@ def factorise(
     matrix : Square, shape (n, n).
     groups, elimination : Group of each unknown (n,) and their order, see ``fronts``.
     library : Which factor; "auto" by size.
+    plan : The fronts' plan, where the caller keeps it for matrices of one pattern.
 
     Raises
     ------
@@ -64,7 +66,8 @@ def factorise(
     if library == "fronts":
         if groups is None or elimination is None:
             raise ValueError("library 'fronts' needs groups and their elimination order")
-        return _refined(matrix, FrontFactor(matrix, groups, elimination).solve)
+        plan = FrontPlan(matrix, groups, elimination) if plan is None else plan
+        return _refined(matrix, FrontFactor(plan, matrix.data).solve)
     return _refined(matrix, {"dense": _dense, "superlu": _superlu, "mumps": _mumps}[library](matrix))
 
 

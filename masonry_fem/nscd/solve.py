@@ -22,6 +22,7 @@ from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import Quality
 from masonry_fem.nscd.settings import SolverSettings, Start
 from masonry_fem.nscd.solvers import make_method
+from masonry_fem.nscd.threads import one_thread
 
 # Sweeps that may precede Newton: where more are foreseen after PATIENCE of them, it takes over.
 # One Newton step costs as much as 500 to 1000 sweeps; rigid walls need more of either.
@@ -64,6 +65,11 @@ def solve(
     """
     settings = SolverSettings() if settings is None else settings
     _check_start(problem, start)
+    with one_thread():
+        return _solve(problem, settings, start)
+
+
+def _solve(problem: ContactProblem, settings: SolverSettings, start: Start | None) -> Solution:
     if problem.count == 0:
         return iterate(problem, _Free(), settings, start)
     if settings.method != "auto":

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import sparse
 
-from masonry_fem.nscd.fronts import FrontFactor, eliminate_order
+from masonry_fem.nscd.fronts import FrontFactor, FrontPlan, eliminate_order
 from masonry_fem.nscd.linear import factorise
 
 
@@ -37,8 +37,17 @@ def block_system(seed, count, *, empty=0.0):
 def test_fronts_solve_any_block_pattern(seed, count, empty):
     matrix, groups, neighbours, sizes, rhs = block_system(seed, count, empty=empty)
     elimination = eliminate_order(neighbours, sizes, [set() for _ in range(count)])
-    found = FrontFactor(matrix, groups, elimination).solve(rhs)
+    found = FrontFactor(FrontPlan(matrix, groups, elimination), matrix.data).solve(rhs)
     np.testing.assert_allclose(found, np.linalg.solve(matrix.toarray(), rhs), rtol=1e-10, atol=1e-12)
+
+
+def test_one_plan_serves_all_values_of_a_pattern():
+    matrix, groups, neighbours, sizes, rhs = block_system(3, 12)
+    plan = FrontPlan(matrix, groups, eliminate_order(neighbours, sizes, [set() for _ in range(12)]))
+    for factor in (1.0, -2.5):
+        matrix.data *= factor
+        found = FrontFactor(plan, matrix.data).solve(rhs)
+        np.testing.assert_allclose(matrix @ found, rhs, atol=1e-10)
 
 
 def test_groups_that_must_wait_are_eliminated_last():
@@ -49,7 +58,7 @@ def test_groups_that_must_wait_are_eliminated_last():
         [{3}, {3}, {3}, {0, 1, 2}], np.array([1, 1, 1, 1]), [set(), set(), set(), {0, 1, 2}]
     )
     assert elimination.fronts[-1][-1] == 3
-    found = FrontFactor(matrix, np.arange(4), elimination).solve(np.ones(4))
+    found = FrontFactor(FrontPlan(matrix, np.arange(4), elimination), matrix.data).solve(np.ones(4))
     np.testing.assert_allclose(matrix @ found, np.ones(4), atol=1e-14)
 
 

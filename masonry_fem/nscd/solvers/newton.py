@@ -181,7 +181,7 @@ class NewtonRun:
     def _advance(self) -> _Point:
         here = self._look(self.impulse, self.rigid_velocity, bonded=self.bonded)
         mass = self.problem.rigid_mass + self.round.mass
-        change, motion = self.system.solve(here.line, here.impulse, here.balance, mass, self.round.alpha)
+        change, motion = self._solve(here, mass)
         full = self._look(here.impulse + change, here.rigid_velocity + motion)
         if self.bonded:
             self.bonded = False
@@ -191,6 +191,19 @@ class NewtonRun:
         if self.round.steps < self.full_steps:
             return full
         return self._search(here, change, motion, full)
+
+    def _solve(self, here: _Point, mass: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Newton's change (dp, dU); open contacts lose their impulses exactly."""
+        line, problem = here.line, self.problem
+        step = np.where(line.open[:, None], -here.impulse, 0.0)
+        shift = (line.by_velocity @ problem.elastic_velocity(step)[:, :, None])[:, :, 0]
+        own = line.by_impulse / line.rho[:, None, None]
+        own = own + (self.round.alpha * self.scale)[:, None, None] * line.by_velocity
+        factor = self.system.factor(own, line.by_velocity, ~line.open, line.plain, mass)
+        change, motion = factor.solve(
+            line.residual / line.rho[:, None] + shift, here.balance + problem.body_impulse(step)
+        )
+        return step + change, motion
 
     def _search(self, here: _Point, change: FloatArray, motion: FloatArray, full: _Point) -> _Point:
         """Backtrack until the residual is below the worst of the last four: it may rise, not cycle."""

@@ -5,8 +5,9 @@ With A = ∂F/∂p, Bc = ∂F/∂v of the Alart–Curnier function and α w the 
     [ A + Bc (W_el + α w)   Bc B ] [dp]     [ F                         ]
     [ Bᵀ                    −M   ] [dU] = − [ Bᵀ p + f_r − M_r (U − U_0) ]
 
-Open contacts leave it exactly (dp = −p). Contacts without compliance are eliminated one by one, and
-what is left of them couples the velocities of their two bodies: rigid scenes are solved in U alone.
+Open contacts leave it exactly (dp = −p); the caller moves them to the right-hand side. Contacts without
+compliance are eliminated one by one, and what is left of them couples the velocities of their two
+bodies: rigid scenes are solved in U alone.
 """
 
 from __future__ import annotations
@@ -17,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from masonry_fem.nscd.fronts import Elimination, eliminate_order
-from masonry_fem.nscd.linear import Library, factorise
+from masonry_fem.nscd.fronts import Elimination, FrontPlan, eliminate_order
+from masonry_fem.nscd.linear import DENSE_BELOW, Library, Solve, factorise
 from masonry_fem.nscd.problem import ContactProblem
-from masonry_fem.nscd.solvers.linearisation import Linearisation
+from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -53,6 +54,15 @@ class NewtonSystem:
         np.add.at(total, self.body, (self.map**2).sum(axis=1))
         self.column = np.sqrt(np.where(total > 0, total, 1.0))  # lengths of the columns of B, (b, m)
         self.scaled_map = self.map / self.column[self.body][:, None, :]
+        self._plan: FrontPlan | None = None  # of the bodies' matrix
+
+    @cached_property
+    def body_matrix(self) -> BodyMatrix:
+        """Pattern of the bodies' rows and columns."""
+        problem = self.problem
+        scaled = np.zeros_like(problem.rigid_map)
+        scaled[self.contact, self.side] = self.scaled_map
+        return BodyMatrix(problem.bodies, scaled, problem.body_count)
 
     @cached_property
     def order(self) -> tuple[IntArray, int, Elimination]:
@@ -62,101 +72,119 @@ class NewtonSystem:
         """
         return _order(self.problem, self.rows, self.elastic)
 
-    def solve(
-        self, line: Linearisation, impulse: FloatArray, balance: FloatArray, mass: FloatArray, alpha: float
-    ) -> tuple[FloatArray, FloatArray]:
-        """One Newton step (dp, dU), shapes (c, d) and (b, m).
+    def factor(
+        self,
+        own: FloatArray,
+        by_velocity: FloatArray,
+        closed: Mask,
+        plain: Mask,
+        mass: FloatArray,
+        own_inverse: FloatArray | None = None,
+    ) -> NewtonFactor:
+        """The factor of one Newton step; it may be used for several right-hand sides.
 
         Parameters
         ----------
-        line : The contact function at p, v + α w (p − p_k).
-        impulse : p, shape (c, d).
-        balance : Bᵀ p + f_r − M (U − centre), shape (b, m).
+        own : D, derivative of the contact function by the contact's own impulse, in velocities,
+            shape (c, d, d).
+        by_velocity : Its derivative by the velocity, shape (c, d, d).
+        closed : Contacts that take part; the others keep their impulses, shape (c,).
+        plain : Contacts whose ``by_velocity`` is the identity, shape (c,).
         mass : M with the proximal mass, shape (b, m).
-        alpha : Proximal weight, relative to w.
+        own_inverse : D⁻¹ of contacts without compliance, where the caller has it more exactly.
         """
-        step = np.where(line.open[:, None], -impulse, 0.0)
-        shift = (line.by_velocity @ self.problem.elastic_velocity(step)[:, :, None])[:, :, 0]
-        force = line.residual / line.rho[:, None] + shift  # in velocities
-        balance = balance + self.problem.body_impulse(step)
-        closed = ~line.open
         kept = np.flatnonzero(closed & self.elastic)
         gone = np.flatnonzero(closed & ~self.elastic)
-        slope, offset = self._eliminated(line, gone, force, alpha)
-        reduced = np.zeros_like(step)
-        reduced[gone] = offset
-        balance = balance - self.problem.body_impulse(reduced)
-
-        count, d = len(kept), step.shape[1]
-        matrix = self._matrix(line, kept, gone, slope, mass, alpha)
-        rhs = np.concatenate([-force[kept].ravel(), (-self.unit * balance / self.column).ravel()])
+        inverse = np.linalg.inv(own[gone]) if own_inverse is None else own_inverse[gone]
+        slope = inverse @ by_velocity[gone]
+        diagonal = -self.unit * mass / self.column**2
+        coupled = self.body_matrix.assemble(-self.unit * slope, gone, diagonal)
+        d, m = self.problem.dimension, mass.shape[1]
         group, bodies, elimination = self.order
-        groups = np.concatenate(
-            [np.repeat(group[kept], d), np.repeat(bodies + np.arange(len(mass)), mass.shape[1])]
-        )
-        answer = factorise(matrix, groups, elimination, self.library)(rhs)
-        step[kept] = answer[: count * d].reshape(count, d) / self.unit
-        motion = answer[count * d :].reshape(mass.shape) / self.column
-        moved = self.problem.contact_velocity(motion)[gone]
-        step[gone] = -offset - (slope @ moved[:, :, None])[:, :, 0]
-        return step, motion
-
-    def _eliminated(
-        self, line: Linearisation, gone: IntArray, force: FloatArray, alpha: float
-    ) -> tuple[FloatArray, FloatArray]:
-        """D⁻¹ Bc and D⁻¹ F, D = A + α w Bc, of closed contacts without compliance."""
-        by_velocity = line.by_velocity[gone]
-        D = line.by_impulse[gone] / line.rho[gone, None, None]
-        D = D + (alpha * self.scale[gone])[:, None, None] * by_velocity
-        return np.linalg.solve(D, by_velocity), np.linalg.solve(D, force[gone][:, :, None])[:, :, 0]
+        groups = np.concatenate([np.repeat(group[kept], d), np.repeat(bodies + np.arange(len(mass)), m)])
+        if len(kept):
+            matrix = self._matrix(own, by_velocity, plain, kept, coupled)
+            solve = factorise(matrix, groups, elimination, self.library)
+        else:
+            matrix = coupled.tocsr()  # always of one pattern
+            if self._plan is None and len(mass) * m >= DENSE_BELOW:
+                self._plan = FrontPlan(matrix, groups, elimination)
+            solve = factorise(matrix, groups, elimination, self.library, self._plan)
+        return NewtonFactor(self, kept, gone, inverse, slope, solve)
 
     def _matrix(
         self,
-        line: Linearisation,
+        own: FloatArray,
+        by_velocity: FloatArray,
+        plain: Mask,
         kept: IntArray,
-        gone: IntArray,
-        slope: FloatArray,
-        mass: FloatArray,
-        alpha: float,
+        coupled: sparse.bsr_array,
     ) -> sparse.csr_array:
-        d, m = self.problem.dimension, mass.shape[1]
+        """Rows of elastic contacts, and below them those of the bodies."""
+        d, m = self.problem.dimension, coupled.blocksize[0]
         entries = _Entries()
         first = len(kept) * d
         place = np.full(self.problem.count, -1)
         place[kept] = np.arange(len(kept))
-        if len(kept):
-            compliance = self.problem.compliance
-            inside = (place[self.rows] >= 0) & (place[compliance.indices] >= 0)
-            rows, columns = self.rows[inside], compliance.indices[inside]
-            blocks = compliance.data[inside] / self.unit
-            turned = np.flatnonzero(~line.plain[rows])
-            blocks[turned] = line.by_velocity[rows[turned]] @ blocks[turned]
-            entries.add(d * place[rows], d * place[columns], blocks)
-            own = line.by_impulse[kept] / line.rho[kept, None, None]
-            own = own + (alpha * self.scale[kept])[:, None, None] * line.by_velocity[kept]
-            entries.add(d * place[kept], d * place[kept], own / self.unit)
-            sides = np.flatnonzero(place[self.contact] >= 0)
-            at, body, map_ = place[self.contact[sides]], self.body[sides], self.scaled_map[sides]
-            entries.add(d * at, first + m * body, line.by_velocity[self.contact[sides]] @ map_)
-            entries.add(first + m * body, d * at, map_.transpose(0, 2, 1))
-        self._couple_bodies(entries, first, gone, slope)
-        diagonal = np.zeros((len(mass), m, m))
-        diagonal[:, np.arange(m), np.arange(m)] = -self.unit * mass / self.column**2
-        bodies = np.arange(len(mass))
-        entries.add(first + m * bodies, first + m * bodies, diagonal)
-        return entries.matrix(first + mass.size)
+        compliance = self.problem.compliance
+        inside = (place[self.rows] >= 0) & (place[compliance.indices] >= 0)
+        rows, columns = self.rows[inside], compliance.indices[inside]
+        blocks = compliance.data[inside] / self.unit
+        turned = np.flatnonzero(~plain[rows])
+        blocks[turned] = by_velocity[rows[turned]] @ blocks[turned]
+        entries.add(d * place[rows], d * place[columns], blocks)
+        entries.add(d * place[kept], d * place[kept], own[kept] / self.unit)
+        sides = np.flatnonzero(place[self.contact] >= 0)
+        at, body, map_ = place[self.contact[sides]], self.body[sides], self.scaled_map[sides]
+        entries.add(d * at, first + m * body, by_velocity[self.contact[sides]] @ map_)
+        entries.add(first + m * body, d * at, map_.transpose(0, 2, 1))
+        entries.add(
+            first + m * block_rows(coupled), first + m * coupled.indices.astype(np.int64), coupled.data
+        )
+        return entries.matrix(first + coupled.shape[0])
 
-    def _couple_bodies(self, entries: _Entries, first: int, gone: IntArray, slope: FloatArray) -> None:
-        """−Bᵀ D⁻¹ Bc B of the eliminated contacts, between the bodies on their two sides."""
-        bodies, m = self.problem.bodies[gone], self.problem.rigid_mass.shape[1]
-        maps = self.problem.rigid_map[gone]
-        for one in range(2):
-            for two in range(2):
-                pick = np.flatnonzero((bodies[:, one] >= 0) & (bodies[:, two] >= 0))
-                a, b = bodies[pick, one], bodies[pick, two]
-                left = (maps[pick, one] / self.column[a][:, None, :]).transpose(0, 2, 1)
-                right = maps[pick, two] / self.column[b][:, None, :]
-                entries.add(first + m * a, first + m * b, -self.unit * (left @ slope[pick] @ right))
+
+class NewtonFactor:
+    """A factorised Newton step.
+
+    solve(force, balance) gives (dp, dU) with
+
+        D dp + Bc (W_el dp + B dU) = −force,        Bᵀ dp − M dU = −balance
+    """
+
+    def __init__(
+        self,
+        system: NewtonSystem,
+        kept: IntArray,
+        gone: IntArray,
+        inverse: FloatArray,
+        slope: FloatArray,
+        answer: Solve,
+    ) -> None:
+        self.system, self.kept, self.gone = system, kept, gone
+        self.inverse, self.slope, self.answer = inverse, slope, answer
+
+    def solve(self, force: FloatArray, balance: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """(dp, dU), shapes (c, d) and (b, m); dp = 0 where contacts take no part.
+
+        Parameters
+        ----------
+        force : Contact function in velocities, shape (c, d).
+        balance : Bᵀ p + f_r − M (U − centre), shape (b, m).
+        """
+        system, kept, gone = self.system, self.kept, self.gone
+        problem, count, d = system.problem, len(self.kept), force.shape[1]
+        offset = (self.inverse @ force[gone][:, :, None])[:, :, 0]
+        step = np.zeros_like(force)
+        step[gone] = offset
+        balance = balance - problem.body_impulse(step)
+        rhs = np.concatenate([-force[kept].ravel(), (-system.unit * balance / system.column).ravel()])
+        answer = self.answer(rhs)
+        step[kept] = answer[: count * d].reshape(count, d) / system.unit
+        motion = answer[count * d :].reshape(balance.shape) / system.column
+        moved = problem.contact_velocity(motion)[gone]
+        step[gone] = -offset - (self.slope @ moved[:, :, None])[:, :, 0]
+        return step, motion
 
 
 def block_rows(matrix: sparse.bsr_array) -> IntArray:

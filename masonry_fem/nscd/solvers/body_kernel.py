@@ -1,0 +1,41 @@
+"""The compiled loop of BodyMatrix: Bᵀ S B, contact after contact."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@njit(cache=True)
+def couple(
+    contacts: IntArray, bodies: IntArray, maps: FloatArray, slope: FloatArray, slots: IntArray,
+    blocks: FloatArray,
+) -> None:  # fmt: skip
+    """Add map_oneᵀ S map_other to ``blocks[slots[contact, one, other]]`` for all sides that have a body."""
+    d, m = maps.shape[2], maps.shape[3]
+    moved = np.empty((d, m))
+    for number in range(len(contacts)):
+        contact = contacts[number]
+        for other in range(2):
+            if bodies[contact, other] < 0:
+                continue
+            for i in range(d):
+                for b in range(m):
+                    total = 0.0
+                    for j in range(d):
+                        total += slope[number, i, j] * maps[contact, other, j, b]
+                    moved[i, b] = total
+            for one in range(2):
+                if bodies[contact, one] < 0:
+                    continue
+                slot = slots[contact, one, other]
+                for a in range(m):
+                    for i in range(d):
+                        left = maps[contact, one, i, a]
+                        if left != 0.0:
+                            for b in range(m):
+                                blocks[slot, a, b] += left * moved[i, b]

@@ -6,14 +6,14 @@ solve(problem, SolverSettings(method="newton", tolerance=1e-9), Start(impulse=la
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.errors import ProblemError
 
-MethodName = Literal["auto", "nsgs", "newton"]
+MethodName = Literal["auto", "nsgs", "newton", "interior_point"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,7 +22,7 @@ class SolverSettings:
 
     Attributes
     ----------
-    method : "nsgs", "newton", or "auto": whichever suits the problem.
+    method : "nsgs", "newton", "interior_point", or "auto": those that suit the problem, in turns.
     tolerance : Bound on ``Quality.error``, unit-free.
     max_iterations : Sweeps or Newton steps; None: the method's own limit.
     time_limit : Wall-clock seconds after which the best state so far is returned; None: no limit.
@@ -38,8 +38,10 @@ class SolverSettings:
     least_impulse: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.method not in {"auto", "nsgs", "newton"}:
-            raise ProblemError(f"method is {self.method!r}, expected 'auto', 'nsgs' or 'newton'")
+        names = get_args(MethodName)
+        if self.method not in names:
+            expected = ", ".join(repr(name) for name in names)
+            raise ProblemError(f"method is {self.method!r}, expected one of {expected}")
         if not 0 < self.tolerance < 1:
             raise ProblemError(f"tolerance is {self.tolerance}, expected a number between 0 and 1")
         if self.max_iterations is not None and self.max_iterations < 1:

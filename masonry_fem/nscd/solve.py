@@ -1,21 +1,27 @@
 """Solve: the one public way into the contact solver, and the choice of a method.
 
-"auto" means Newton where blocks are elastic or static, or rigid and many. Other problems are swept first;
-Newton takes over from the best sweep where the contraction seen would need too many of them.
-Newton's failures go back to sweeps where there is inertia, and the best state of all is returned.
+"auto" takes *turns*: methods one after another, each from the best state so far, until one converges.
+
+- Static problems and elastic blocks: Newton.
+- Many rigid blocks: a few Newton steps from the bonded state, which is all that sticking walls need;
+  then the interior-point method, which nothing stops but rounding, and Newton to polish its result.
+- Other problems are swept first, as long as the contraction seen promises an end.
+
 A verdict of no equilibrium stands only where no impulses at all can balance the loads.
 """
 
 from __future__ import annotations
 
 import time
-from dataclasses import replace
-from typing import Any
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, Literal
 
 import numpy as np
 
 from masonry_fem.errors import ProblemError
 from masonry_fem.nscd.admissible import admissible_impulses
+from masonry_fem.nscd.graphs import project_cone
 from masonry_fem.nscd.iterate import Iterate, Method, iterate
 from masonry_fem.nscd.outcome import Outcome, Solution
 from masonry_fem.nscd.problem import ContactProblem
@@ -29,12 +35,14 @@ from masonry_fem.nscd.threads import one_thread
 HORIZON = 5_000
 HORIZON_OF_BODIES = 20_000
 PATIENCE = 300
-# Rigid contacts from which Newton goes first: warm steps of a wall end at once, cold ones in ten.
+# Rigid contacts from which Newton goes first.
 MANY = 500
 # To a tolerance this loose, so many sweeps mend the last step's impulses of a wall, which Newton takes
 # ten to a hundred steps for.
 LOOSE = 1e-6
 FEW = 300
+# Newton steps in which a wall of rigid blocks shows whether it sticks: then they are enough.
+BRIEF = 10
 # Newton steps on rigid blocks before sweeps have another try.
 NEWTON_STEPS = 120
 # Error of a swept state from which Newton may start: of a plain problem, of rigid blocks.
@@ -77,32 +85,81 @@ def _solve(problem: ContactProblem, settings: SolverSettings, start: Start | Non
     return _choose(problem, settings, start)
 
 
+@dataclass(frozen=True, slots=True)
+class _Turn:
+    """A method's turn: how it is made, its iterations, and what it starts from.
+
+    ``origin`` is "given" (the caller's first guess), "best" (the best state so far, projected on the
+    cones), "close" (the best state where that is close to a solution, else nothing) or "cold".
+    """
+
+    make: Callable[[], Method]
+    iterations: int | None = None
+    origin: Literal["given", "best", "close", "cold"] = "given"
+
+
+def _turns(problem: ContactProblem, settings: SolverSettings, start: Start | None) -> list[_Turn]:
+    """Who has a go at a problem, in order."""
+    touched = np.unique(problem.bodies[problem.bodies >= 0])
+    if (problem.rigid_mass[touched] <= 0).any():
+        return [_Turn(_newton), _Turn(_interior_point, origin="cold"), _Turn(_polish, origin="best")]
+    if problem.body_count and not problem.rigid:
+        return [
+            _Turn(_newton),
+            _Turn(_interior_point, origin="cold"),
+            _Turn(_polish, origin="best"),
+            _Turn(_sweeps, origin="best"),
+        ]
+    if not problem.body_count:
+        return [_Turn(_brief_sweeps(HORIZON)), _Turn(_newton, origin="close"), _Turn(_sweeps, origin="best")]
+    last = [
+        _Turn(_interior_point, origin="cold"),
+        _Turn(_polish, NEWTON_STEPS, origin="best"),
+        _Turn(_sweeps, origin="best"),
+    ]
+    if problem.count < MANY:
+        return [_Turn(_brief_sweeps(HORIZON_OF_BODIES)), _Turn(_newton, NEWTON_STEPS, "close"), *last]
+    first = [_Turn(_newton, BRIEF)]
+    if start is not None and start.impulse is not None and settings.tolerance >= LOOSE:
+        first = [_Turn(_few_sweeps), *first]
+    return first + last
+
+
 def _choose(problem: ContactProblem, settings: SolverSettings, start: Start | None) -> Solution:
-    """Methods in turn until one converges; the best of their states."""
+    """Turns until one converges; the best of their states."""
     began = time.monotonic()
-    static = bool((problem.rigid_mass[np.unique(problem.bodies[problem.bodies >= 0])] <= 0).any())
-    elastic = problem.body_count > 0 and not problem.rigid
-    newton_first = elastic or (problem.body_count > 0 and problem.count >= MANY)
-    turns = ["newton"] if static else ["newton", "nsgs"] if newton_first else ["brief nsgs", "newton", "nsgs"]
-    warm = start is not None and start.impulse is not None
-    if newton_first and not elastic and warm and settings.tolerance >= LOOSE:
-        turns = ["few nsgs", *turns]
     total: Solution | None = None
-    for turn in turns:
-        method = _method_of(turn, problem)
-        remaining = settings
-        rigid = not (static or elastic) and problem.body_count > 0
-        if turn == "newton" and rigid and settings.max_iterations is None:
-            remaining = replace(settings, max_iterations=NEWTON_STEPS)
+    for turn in _turns(problem, settings, start):
+        own = settings
+        if settings.max_iterations is None:
+            own = replace(own, max_iterations=turn.iterations)
         if settings.time_limit is not None:
             left = settings.time_limit - (time.monotonic() - began)
-            remaining = replace(remaining, time_limit=max(left, 1e-3))
-        made = iterate(problem, method, remaining, start if total is None else _from(problem, total, turn))
+            own = replace(own, time_limit=max(left, 1e-3))
+        made = _judged(problem, iterate(problem, turn.make(), own, _origin(turn, problem, total, start)))
         total = made if total is None else _joined(total, made)
         if total.outcome in {Outcome.CONVERGED, Outcome.NO_EQUILIBRIUM, Outcome.TIME_LIMIT}:
             break
     assert total is not None  # there is always a first turn
-    return _judged(problem, total)
+    return total
+
+
+def _origin(
+    turn: _Turn, problem: ContactProblem, state: Solution | None, start: Start | None
+) -> Start | None:
+    """Where a turn starts.
+
+    On walls of rigid blocks the bonded start needs a third to a half of the steps that a half-swept
+    state does; on plain problems sweeps lead Newton to the right active set.
+    """
+    if turn.origin == "cold":
+        return None
+    if state is None or turn.origin == "given":
+        return start
+    close = CLOSE_OF_BODIES if problem.body_count else CLOSE
+    if turn.origin == "close" and state.quality.error > close:
+        return None
+    return Start(project_cone(state.impulse, problem.friction), state.rigid_velocity)
 
 
 def _judged(problem: ContactProblem, made: Solution) -> Solution:
@@ -114,33 +171,38 @@ def _judged(problem: ContactProblem, made: Solution) -> Solution:
     return replace(made, outcome=Outcome.UNDECIDED)
 
 
-def _from(problem: ContactProblem, state: Solution, turn: str) -> Start | None:
-    """Where the next turn starts: the best state, or cold where that misleads Newton.
-
-    On walls of rigid blocks the bonded start needs a third to a half of the steps that a half-swept
-    state does; on plain problems sweeps lead Newton to the right active set.
-    """
-    close = CLOSE_OF_BODIES if problem.body_count else CLOSE
-    if turn == "newton" and state.quality.error > close:
-        return None
-    return Start(state.impulse, state.rigid_velocity)
+def _newton() -> Method:
+    return make_method("newton")
 
 
-def _method_of(turn: str, problem: ContactProblem) -> Method:
-    if turn == "brief nsgs":
-        return _brief_sweeps(problem)
-    if turn == "few nsgs":
-        from masonry_fem.nscd.solvers.gauss_seidel import GaussSeidel  # noqa: PLC0415 - Numba is slow to import
+def _polish() -> Method:
+    from masonry_fem.nscd.solvers.newton import ProximalNewton  # noqa: PLC0415
 
-        return GaussSeidel(iterations=FEW)
-    return make_method(turn)
+    # statuses are nearly right: little regularisation, and no patience with any round
+    return ProximalNewton(weight=1e-4, accuracy=0.9)
 
 
-def _brief_sweeps(problem: ContactProblem) -> Method:
+def _interior_point() -> Method:
+    return make_method("interior_point")
+
+
+def _sweeps() -> Method:
+    return make_method("nsgs")
+
+
+def _few_sweeps() -> Method:
     from masonry_fem.nscd.solvers.gauss_seidel import GaussSeidel  # noqa: PLC0415 - Numba is slow to import
 
-    horizon = HORIZON_OF_BODIES if problem.body_count else HORIZON
-    return GaussSeidel(iterations=horizon, patience=PATIENCE, horizon=horizon)
+    return GaussSeidel(iterations=FEW)
+
+
+def _brief_sweeps(horizon: int) -> Callable[[], Method]:
+    def make() -> Method:
+        from masonry_fem.nscd.solvers.gauss_seidel import GaussSeidel  # noqa: PLC0415 - Numba is slow to import
+
+        return GaussSeidel(iterations=horizon, patience=PATIENCE, horizon=horizon)
+
+    return make
 
 
 def _joined(first: Solution, second: Solution) -> Solution:
@@ -155,6 +217,8 @@ def _joined(first: Solution, second: Solution) -> Solution:
     }
     if second.outcome is Outcome.NO_EQUILIBRIUM or second.quality.error <= first.quality.error:
         return replace(second, **counted)
+    if first.outcome is Outcome.UNDECIDED:
+        return replace(first, **counted)
     return replace(first, outcome=second.outcome, **counted)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from masonry_fem.nscd.iterate import Method
 
-NAMES = ("nsgs", "newton")
+NAMES = ("nsgs", "newton", "interior_point")
 
 
 def make_method(name: str) -> Method:
@@ -17,4 +17,8 @@ def make_method(name: str) -> Method:
         from masonry_fem.nscd.solvers.newton import ProximalNewton  # noqa: PLC0415
 
         return ProximalNewton()
+    if name == "interior_point":
+        from masonry_fem.nscd.solvers.interior_point import InteriorPoint  # noqa: PLC0415
+
+        return InteriorPoint()
     raise KeyError(name)

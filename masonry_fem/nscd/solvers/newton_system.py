@@ -110,7 +110,7 @@ class NewtonSystem:
             if self._plan is None and len(mass) * m >= DENSE_BELOW:
                 self._plan = FrontPlan(matrix, groups, elimination)
             solve = factorise(matrix, groups, elimination, self.library, self._plan)
-        return NewtonFactor(self, kept, gone, inverse, slope, solve)
+        return NewtonFactor(self, kept, gone, inverse, slope, own, solve)
 
     def _matrix(
         self,
@@ -149,7 +149,7 @@ class NewtonFactor:
 
     solve(force, balance) gives (dp, dU) with
 
-        D dp + Bc (W_el dp + B dU) = −force,        Bᵀ dp − M dU = −balance
+        D (dp − given) + Bc (W_el dp + B dU) = −force,        Bᵀ dp − M dU = −balance
     """
 
     def __init__(
@@ -159,25 +159,33 @@ class NewtonFactor:
         gone: IntArray,
         inverse: FloatArray,
         slope: FloatArray,
+        own: FloatArray,
         answer: Solve,
     ) -> None:
         self.system, self.kept, self.gone = system, kept, gone
-        self.inverse, self.slope, self.answer = inverse, slope, answer
+        self.inverse, self.slope, self.own, self.answer = inverse, slope, own, answer
 
-    def solve(self, force: FloatArray, balance: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def solve(
+        self, force: FloatArray, balance: FloatArray, given: FloatArray | None = None
+    ) -> tuple[FloatArray, FloatArray]:
         """(dp, dU), shapes (c, d) and (b, m); dp = 0 where contacts take no part.
 
         Parameters
         ----------
         force : Contact function in velocities, shape (c, d).
         balance : Bᵀ p + f_r − M (U − centre), shape (b, m).
+        given : Part of dp known beforehand, kept apart from ``force`` because D may be nearly singular,
+            shape (c, d).
         """
         system, kept, gone = self.system, self.kept, self.gone
         problem, count, d = system.problem, len(self.kept), force.shape[1]
         offset = (self.inverse @ force[gone][:, :, None])[:, :, 0]
+        if given is not None:
+            offset = offset - given[gone]
+            force = force - (self.own @ given[:, :, None])[:, :, 0]
         step = np.zeros_like(force)
-        step[gone] = offset
-        balance = balance - problem.body_impulse(step)
+        step[gone] = -offset
+        balance = balance + problem.body_impulse(step)
         rhs = np.concatenate([-force[kept].ravel(), (-system.unit * balance / system.column).ravel()])
         answer = self.answer(rhs)
         step[kept] = answer[: count * d].reshape(count, d) / system.unit

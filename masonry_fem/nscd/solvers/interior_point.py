@@ -1,0 +1,248 @@
+"""InteriorPoint: a primal-dual interior-point method on the friction cones, sliding included.
+
+With x = (μ p_N, p_T) and z = (v̂_N/μ, v̂_T) both in the second-order cone, Coulomb's and Signorini's
+laws are x ∘ z = 0, and a step goes for x ∘ z = σ τ (1, 0) with the mean τ of x · z falling to 0
+(Nesterov–Todd scaling, Mehrotra's predictor and corrector).
+
+The friction term s = ‖v_T‖ in v̂ = v + μ s n makes the problem non-convex. It is neither frozen, whose
+outer iteration cycles where joints slide, nor merely updated: each step linearises it, as
+
+    s = √(‖v_T‖² + ε²) − ε,    ε in proportion to τ,    ŝ' = J v',  J = I + μ n ⊗ v_T/√(‖v_T‖² + ε²)
+
+so that sliding contacts converge as fast as sticking ones. With H the scaling in impulses, a step is
+dp = −H (J dv + …), and where blocks are rigid it is solved in the bodies' velocities, with the
+matrix M + Bᵀ H J B.
+
+Where contacts touch without force, or stick on the edge of their cone, the error falls as √τ only
+and rounding ends it at some 1e-6: proximal Newton goes on from there in a few steps.
+
+    solution = iterate(problem, InteriorPoint(), settings)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from masonry_fem.nscd.iterate import Iterate
+from masonry_fem.nscd.linear import Library
+from masonry_fem.nscd.outcome import Outcome
+from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.residuals import Quality
+from masonry_fem.nscd.scaling import contact_scale, free_speed
+from masonry_fem.nscd.settings import SolverSettings, Start
+from masonry_fem.nscd.solvers import cones
+from masonry_fem.nscd.solvers.newton_system import NewtonFactor, NewtonSystem
+
+FloatArray = NDArray[np.float64]
+
+# Frictionless contacts get this μ: their cone would have no inside.
+LEAST_FRICTION = 1e-6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class InteriorPoint:
+    """Settings of the interior-point method.
+
+    Attributes
+    ----------
+    smoothing : ε of the friction term, relative to τ over the first impulse.
+    to_boundary : Share of the way to the cones' boundary that a step goes.
+    slow, patience : It is stalled where ``patience`` steps left more than ``slow`` of the error, of τ
+        and of what v̂ misses; three times as many at errors above 1e-3.
+    iterations : Steps in all.
+    library : Linear factor, see ``linear``.
+    """
+
+    smoothing: float = 3.0
+    to_boundary: float = 0.99
+    slow: float = 0.7
+    patience: int = 5
+    iterations: int = 80
+    library: Library = "auto"
+
+    @property
+    def name(self) -> str:
+        """Its name in settings and reports."""
+        return "interior_point"
+
+    def init(self, problem: ContactProblem, start: Start | None) -> InteriorPointRun:
+        """A run on a problem. A first guess is only looked at: the way starts deep inside the cones."""
+        return InteriorPointRun(problem, self, start)
+
+
+@dataclass(frozen=True, slots=True)
+class _Residuals:
+    """What a state misses: v̂ against v, the bodies' balance, and the derivative J of v̂ by v."""
+
+    velocity: FloatArray
+    balance: FloatArray
+    augment: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class _Direction:
+    """Changes of x, z and U, and how far they may be gone."""
+
+    x: FloatArray
+    z: FloatArray
+    rigid_velocity: FloatArray
+    length: float
+
+
+class InteriorPointRun:
+    """Working memory of the method on one problem."""
+
+    def __init__(self, problem: ContactProblem, settings: InteriorPoint, start: Start | None) -> None:
+        self.problem, self.settings, self.start = problem, settings, start
+        scale = contact_scale(problem)
+        self.system = NewtonSystem(problem, scale, settings.library)
+        self.friction = np.maximum(problem.friction, LEAST_FRICTION)
+        self.shape = np.ones_like(problem.free_velocity)  # x = shape · p, z = v̂ / shape
+        self.shape[:, 0] = self.friction
+        self.unit, speed = _typical(problem, scale)
+        self.x, self.z = np.zeros_like(self.shape), np.zeros_like(self.shape)
+        self.x[:, 0] = self.unit
+        self.z[:, 0] = speed
+        self.rigid_velocity = problem.rigid_velocity.copy()
+        self.track: list[FloatArray] = []  # error, τ and missing velocity of each state
+
+    def guess(self) -> Iterate:
+        """The first guess that was given, or where it starts."""
+        if self.start is not None and self.start.impulse is not None:
+            given = self.start.impulse
+            return Iterate(given, self.problem.balanced_velocity(given), iterations=0)
+        return Iterate(self.x / self.shape, self.rigid_velocity, iterations=0)
+
+    def step(self, quality: Quality, settings: SolverSettings) -> Iterate:
+        """One predictor-corrector step."""
+        tau = float((self.x * self.z).sum(axis=1).mean())
+        missing = self._residuals(tau)
+        missed = float(np.linalg.norm(missing.velocity))
+        self.track.append(np.array([quality.error, tau, missed]))
+        if self._stalled():
+            return self._offer(Outcome.STALLED, solves=0)
+        try:
+            with np.errstate(all="ignore"):  # a breakdown is seen in the numbers below
+                moved = self._advance(tau, missing)
+        except np.linalg.LinAlgError:
+            moved = False
+        return self._offer(None if moved else Outcome.STALLED, solves=1)
+
+    def _stalled(self) -> bool:
+        """True where nothing falls any more."""
+        # the error alone would not do: τ rises first, to meet the laws of motion; and a gap of 1e-4
+        # of the speeds keeps the error where it is until τ is the square of that
+        now, patience = self.track[-1], self.settings.patience * (3 if self.track[-1][0] > _DIGITS else 1)
+        before = self.track[:-1][-patience:]
+        if len(before) < patience or not np.isfinite(now).all():
+            return False
+        return bool((now > self.settings.slow * before[0]).all())
+
+    def _offer(self, verdict: Outcome | None, solves: int) -> Iterate:
+        impulse = self.x / self.shape
+        return Iterate(impulse, self.rigid_velocity, iterations=solves, linear_solves=solves, verdict=verdict)
+
+    def _advance(self, tau: float, missing: _Residuals) -> bool:
+        """Move to the next state; False where numbers broke down (the state is kept)."""
+        chosen = self._direction(tau, missing)
+        if chosen.length < _SHORT:
+            # the linearised friction term is not monotone; without it the direction is that of a
+            # convex problem, and leads past the obstacle
+            frozen = self._direction(tau, replace(missing, augment=self._identity()), _CENTRING)
+            if frozen.length > chosen.length:
+                chosen = frozen
+        x, z = self.x + chosen.length * chosen.x, self.z + chosen.length * chosen.z
+        velocity = self.rigid_velocity + chosen.length * chosen.rigid_velocity
+        inside = (cones.determinant(x) > 0).all() and (cones.determinant(z) > 0).all()
+        if not inside or not np.isfinite(velocity).all() or chosen.length < _LEAST_STEP:
+            return False
+        self.x, self.z, self.rigid_velocity = x, z, velocity
+        return True
+
+    def _direction(self, tau: float, missing: _Residuals, centring: float | None = None) -> _Direction:
+        """Mehrotra's direction; with a given ``centring`` without his second-order term."""
+        x, z = self.x, self.z
+        forth, back = cones.scaling(x, z)
+        factor = self._factor(forth, back, missing.augment)
+        second = np.zeros_like(x)
+        if centring is None:
+            ahead_x, ahead_z, _ = self._solve(factor, missing, -x)
+            length = min(1.0, cones.longest_step(x, ahead_x), cones.longest_step(z, ahead_z))
+            left = float(((x + length * ahead_x) * (z + length * ahead_z)).sum(axis=1).mean())
+            centring = min(max(left / tau, 0.0) ** 3, 1.0)
+            scaled = (forth @ z[:, :, None])[:, :, 0]
+            second = cones.product(
+                (back @ ahead_x[:, :, None])[:, :, 0], (forth @ ahead_z[:, :, None])[:, :, 0]
+            )
+            second = (forth @ cones.quotient(scaled, second)[:, :, None])[:, :, 0]
+        target = centring * tau * cones.inverse(z) - x - second
+        change_x, change_z, motion = self._solve(factor, missing, target)
+        reach = min(cones.longest_step(x, change_x), cones.longest_step(z, change_z))
+        length = min(1.0, self.settings.to_boundary * reach)
+        return _Direction(change_x, change_z, motion, length if np.isfinite(length) else 0.0)
+
+    def _residuals(self, tau: float) -> _Residuals:
+        problem = self.problem
+        impulse = self.x / self.shape
+        velocity = problem.velocity(impulse, self.rigid_velocity)
+        smallest = self.settings.smoothing * tau / self.unit
+        rounded = np.sqrt((velocity[:, 1:] ** 2).sum(axis=1) + smallest**2)
+        missing = self.z * self.shape - velocity
+        missing[:, 0] -= self.friction * (rounded - smallest)
+        augment = self._identity()
+        augment[:, 0, 1:] = self.friction[:, None] * velocity[:, 1:] / rounded[:, None]
+        balance = problem.body_impulse(impulse) + problem.rigid_impulse
+        balance -= problem.rigid_mass * (self.rigid_velocity - problem.rigid_velocity)
+        return _Residuals(missing, balance, augment)
+
+    def _identity(self) -> FloatArray:
+        c, d = self.shape.shape
+        return np.tile(np.eye(d), (c, 1, 1))
+
+    def _factor(self, forth: FloatArray, back: FloatArray, augment: FloatArray) -> NewtonFactor:
+        """H⁻¹ dp + J (W_el dp + B dU) = …, factorised."""
+        outer = self.shape[:, :, None] * self.shape[:, None, :]
+        every = np.ones(self.problem.count, dtype=bool)
+        return self.system.factor(
+            (back @ back) * outer,
+            augment,
+            every,
+            ~every,
+            self.problem.rigid_mass,
+            own_inverse=(forth @ forth) / outer,
+        )
+
+    def _solve(
+        self, factor: NewtonFactor, missing: _Residuals, target: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Changes of x, z and U with dx + W² dz = target and all residuals gone."""
+        # dv̂ = J dv − missing, and dp = −H dv̂ + target / shape
+        change, motion = factor.solve(-missing.velocity, missing.balance, target / self.shape)
+        velocity = self.problem.elastic_velocity(change) + self.problem.contact_velocity(motion)
+        # not from the scaling: on the cones' edges it would blow up the rounding of dx
+        change_z = ((missing.augment @ velocity[:, :, None])[:, :, 0] - missing.velocity) / self.shape
+        return self.shape * change, change_z, motion
+
+
+def _typical(problem: ContactProblem, scale: FloatArray) -> tuple[float, float]:
+    """An impulse and a speed of the problem's size, to start from."""
+    middle = float(np.median(scale))
+    if problem.body_count and not problem.rigid:
+        # elastic speeds lie far below free ones: by the loads
+        per_load = float(np.abs(problem.rigid_map).max(initial=0.0)) or 1.0
+        unit = float(np.abs(problem.rigid_impulse).max()) / per_load
+        if unit > 0:
+            return unit, unit * middle
+    speed = free_speed(problem) or 1.0
+    return speed / middle, speed
+
+
+# Error above which the active set is still sought, with three times the patience
+_DIGITS = 1e-3
+_LEAST_STEP = 1e-6
+# Steps shorter than this ask for another direction, which aims at this share of τ
+_SHORT = 0.1
+_CENTRING = 0.3

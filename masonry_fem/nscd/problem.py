@@ -131,26 +131,20 @@ class ContactProblem:
         """B U, shape (c, d) [m/s]."""
         if not self.body_count:
             return np.zeros_like(self.free_velocity)
-        # row −1, the absent body, is at rest
-        padded = np.concatenate([rigid_velocity, np.zeros((1, rigid_velocity.shape[1]))])
-        product = self.rigid_map @ padded[self.bodies][:, :, :, None]
-        velocity: FloatArray = product[..., 0].sum(axis=1)
-        return velocity
+        from masonry_fem.nscd.transfer import to_contacts  # noqa: PLC0415 - Numba is slow to import
+
+        return to_contacts(self.bodies, self.rigid_map, np.ascontiguousarray(rigid_velocity))
 
     def body_impulse(self, impulse: FloatArray) -> FloatArray:
         """Bᵀ p, shape (b, m)."""
-        return self.gather(self.side_impulse(impulse))
+        from masonry_fem.nscd.transfer import to_bodies  # noqa: PLC0415 - Numba is slow to import
+
+        return to_bodies(self.bodies, self.rigid_map, np.ascontiguousarray(impulse), self.body_count)
 
     def side_impulse(self, impulse: FloatArray) -> FloatArray:
         """What each contact gives to the rigid modes on its two sides, shape (c, 2, m)."""
         product: FloatArray = impulse[:, None, None, :] @ self.rigid_map
         return product[:, :, 0]
-
-    def gather(self, sides: FloatArray) -> FloatArray:
-        """Sum over the contact sides (c, 2, m) of each body, shape (b, m)."""
-        total = np.zeros((self.body_count + 1, self.rigid_mass.shape[1]))
-        np.add.at(total, self.bodies.ravel(), sides.reshape(-1, sides.shape[2]))
-        return total[:-1]
 
     def velocity(self, impulse: FloatArray, rigid_velocity: FloatArray) -> FloatArray:
         """V = W_el p + q + B U, shape (c, d) [m/s]."""

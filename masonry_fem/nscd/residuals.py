@@ -82,10 +82,10 @@ def assess(
     v = elastic + problem.free_velocity + problem.contact_velocity(rigid_velocity)
     mu = problem.friction
     residual = graphs.natural_map(impulse, v, mu, w)
-    absolute = np.linalg.norm(residual, axis=1)
+    absolute = graphs.lengths(residual)
     size = float(np.linalg.norm(impulse))
     reference = max(size, least_impulse)
-    by_impulse = by_velocity = _ratio(_largest(w * absolute), _largest(np.linalg.norm(v, axis=1)))
+    by_impulse = by_velocity = _ratio(_largest(w * absolute), _largest(graphs.lengths(v)))
     if reference > 0:
         by_impulse = float(np.linalg.norm(absolute)) / reference
         speed = _largest(w) * reference
@@ -110,9 +110,9 @@ def _velocity_scale(
     # w‖p‖ would not do: with a heavy block on a light one it exceeds all velocities by the ratio
     # of their masses, and hides a p that is wrong by as much
     return (
-        _largest(np.linalg.norm(elastic, axis=1))
+        _largest(graphs.lengths(elastic))
         or free_speed(problem)
-        or _largest(w * np.linalg.norm(impulse, axis=1))
+        or _largest(w * graphs.lengths(impulse))
     )
 
 
@@ -120,14 +120,14 @@ def _block_balance(problem: ContactProblem, impulse: FloatArray, rigid_velocity:
     if not problem.body_count:
         return 0.0
     sides = problem.side_impulse(impulse)
-    given = problem.gather(sides)
+    given = problem.body_impulse(impulse)
     gained = problem.rigid_mass * (rigid_velocity - problem.rigid_velocity)
-    residual = np.linalg.norm(given + problem.rigid_impulse - gained, axis=1)
+    residual = graphs.lengths(given + problem.rigid_impulse - gained)
     momentum = problem.rigid_mass * np.maximum(np.abs(rigid_velocity), np.abs(problem.rigid_velocity))
-    residual[residual <= ROUNDING * np.linalg.norm(momentum, axis=1)] = 0.0
+    residual[residual <= ROUNDING * graphs.lengths(momentum)] = 0.0
     # one contact's impulse counts too: a wedged block has large ones that cancel
     parts = (given, problem.rigid_impulse, gained, sides.reshape(-1, sides.shape[2]))
-    return _ratio(_largest(residual), max(_largest(np.linalg.norm(part, axis=1)) for part in parts))
+    return _ratio(_largest(residual), max(_largest(graphs.lengths(part)) for part in parts))
 
 
 def _largest(values: FloatArray) -> float:

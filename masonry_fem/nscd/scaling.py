@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from masonry_fem.nscd.graphs import lengths
 from masonry_fem.nscd.problem import ContactProblem
 
 FloatArray = NDArray[np.float64]
@@ -36,7 +37,7 @@ def free_speed(problem: ContactProblem) -> float:
     """
     mass = np.where(problem.rigid_mass > 0, problem.rigid_mass, 1.0)
     velocity = problem.contact_velocity(problem.rigid_velocity + problem.rigid_impulse / mass)
-    return float(np.linalg.norm(problem.free_velocity + velocity, axis=1).max(initial=0.0))
+    return float(lengths(problem.free_velocity + velocity).max(initial=0.0))
 
 
 def rigid_diagonal(problem: ContactProblem) -> FloatArray:

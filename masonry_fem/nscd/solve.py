@@ -3,8 +3,9 @@
 "auto" takes *turns*: methods one after another, each from the best state so far, until one converges.
 
 - Static problems and elastic blocks: Newton.
-- Many rigid blocks: a few Newton steps from the bonded state, which is all that sticking walls need;
-  then the interior-point method, which nothing stops but rounding, and Newton to polish its result.
+- Many rigid blocks: the interior-point method, which nothing stops but rounding, and Newton to polish
+  its result. It cannot start from the step before: there a few Newton steps from the bonded state come
+  first, which is all that sticking walls need.
 - Other problems are swept first, as long as the contraction seen promises an end.
 
 A verdict of no equilibrium stands only where no impulses at all can balance the loads.
@@ -119,10 +120,10 @@ def _turns(problem: ContactProblem, settings: SolverSettings, start: Start | Non
     ]
     if problem.count < MANY:
         return [_Turn(_brief_sweeps(HORIZON_OF_BODIES)), _Turn(_newton, NEWTON_STEPS, "close"), *last]
-    first = [_Turn(_newton, BRIEF)]
-    if start is not None and start.impulse is not None and settings.tolerance >= LOOSE:
-        first = [_Turn(_few_sweeps), *first]
-    return first + last
+    if start is None or start.impulse is None:
+        return last
+    first = [_Turn(_few_sweeps)] if settings.tolerance >= LOOSE else []
+    return [*first, _Turn(_newton, BRIEF), *last]
 
 
 def _choose(problem: ContactProblem, settings: SolverSettings, start: Start | None) -> Solution:

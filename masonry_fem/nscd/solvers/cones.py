@@ -10,12 +10,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from masonry_fem.nscd.graphs import lengths
+
 FloatArray = NDArray[np.float64]
 
 
 def determinant(x: FloatArray) -> FloatArray:
     """x_N² − ‖x_T‖², > 0 inside, shape (c,)."""
-    size = np.linalg.norm(x[:, 1:], axis=1)
+    size = lengths(x[:, 1:])
     result: FloatArray = (x[:, 0] - size) * (x[:, 0] + size)
     return result
 

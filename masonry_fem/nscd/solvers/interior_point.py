@@ -49,6 +49,8 @@ class InteriorPoint:
     Attributes
     ----------
     smoothing : ε of the friction term, relative to τ over the first impulse.
+    sliding : The friction term is left out until the friction of some contact works at more than so
+        many times τ.
     to_boundary : Share of the way to the cones' boundary that a step goes.
     slow, patience : It is stalled where ``patience`` steps left more than ``slow`` of the error, of τ
         and of what v̂ misses; three times as many at errors above 1e-3.
@@ -57,6 +59,7 @@ class InteriorPoint:
     """
 
     smoothing: float = 3.0
+    sliding: float = 2.0
     to_boundary: float = 0.99
     slow: float = 0.7
     patience: int = 5
@@ -188,12 +191,14 @@ class InteriorPointRun:
         problem = self.problem
         impulse = self.x / self.shape
         velocity = problem.velocity(impulse, self.rigid_velocity)
-        smallest = self.settings.smoothing * tau / self.unit
-        rounded = np.sqrt((velocity[:, 1:] ** 2).sum(axis=1) + smallest**2)
+        speed = np.sqrt((velocity[:, 1:] ** 2).sum(axis=1))
         missing = self.z * self.shape - velocity
-        missing[:, 0] -= self.friction * (rounded - smallest)
         augment = self._identity()
-        augment[:, 0, 1:] = self.friction[:, None] * velocity[:, 1:] / rounded[:, None]
+        if float((self.x[:, 0] * speed).mean()) > self.settings.sliding * tau:
+            smallest = self.settings.smoothing * tau / self.unit
+            rounded = np.hypot(speed, smallest)
+            missing[:, 0] -= self.friction * (rounded - smallest)
+            augment[:, 0, 1:] = self.friction[:, None] * velocity[:, 1:] / rounded[:, None]
         balance = problem.body_impulse(impulse) + problem.rigid_impulse
         balance -= problem.rigid_mass * (self.rigid_velocity - problem.rigid_velocity)
         return _Residuals(missing, balance, augment)

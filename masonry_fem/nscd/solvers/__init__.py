@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from masonry_fem.nscd.iterate import Method
 
-NAMES = ("nsgs", "newton", "interior_point")
+NAMES = ("nsgs", "newton", "interior_point", "admm")
 
 
 def make_method(name: str) -> Method:
@@ -21,4 +21,8 @@ def make_method(name: str) -> Method:
         from masonry_fem.nscd.solvers.interior_point import InteriorPoint  # noqa: PLC0415
 
         return InteriorPoint()
+    if name == "admm":
+        from masonry_fem.nscd.solvers.admm import ADMM  # noqa: PLC0415 - Numba is slow to import
+
+        return ADMM()
     raise KeyError(name)

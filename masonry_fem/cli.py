@@ -108,6 +108,10 @@ def parser() -> argparse.ArgumentParser:
     contact.add_argument("--solver", default="auto", metavar="NAME", help="auto (default), nsgs, newton")
     contact.add_argument("--tol", type=float, metavar="T", help="tolerance on the natural map")
     contact.add_argument("--reaction", type=Path, metavar="OUT.npy", help="write the impulses there")
+    contact.add_argument(
+        "--least-norm", action="store_true",
+        help="of all impulses that solve the problem take those of least norm, and tell which are unique",
+    )  # fmt: skip
     contact.set_defaults(command=solve_contact)
 
     info = commands.add_parser("info", parents=[common], help="versions, and what this machine lacks")
@@ -173,10 +177,15 @@ def solve_contact(options: argparse.Namespace) -> int:
     settings = SolverSettings(method=options.solver, **chosen)
     problem = load_problem(options.file)
     solution = solve(problem, settings)
+    impulse, determinacy = solution.impulse, None
+    if options.least_norm and solution.converged:
+        from masonry_fem.nscd.determinacy import summarise_contacts
+
+        impulse, determinacy = summarise_contacts(problem, solution)
     if options.reaction is not None:
         import numpy as np
 
-        np.save(options.reaction, solution.impulse.ravel())
+        np.save(options.reaction, impulse.ravel())
     facts = {
         "file": str(options.file),
         "outcome": solution.outcome.value,
@@ -191,6 +200,8 @@ def solve_contact(options: argparse.Namespace) -> int:
         "error": _finite(solution.quality.error),
         "measures": {name: _finite(value) for name, value in dataclasses.asdict(solution.quality).items()},
     }
+    if options.least_norm:
+        facts["determinacy"] = determinacy
     print(json.dumps(facts, indent=2))
     if solution.converged:
         return 0

@@ -189,6 +189,24 @@ def test_contact_prints_its_answer_and_writes_the_reaction(problem, tmp_path, ca
     np.testing.assert_allclose(np.load(out), [1.0, 0.2], rtol=1e-9)
 
 
+def test_contact_tells_which_impulses_are_a_choice(tmp_path, capsys):
+    """Two points under one sphere, twice the same contact: any shares will do, equal ones are least."""
+    path, out = tmp_path / "twice.npz", tmp_path / "r.npy"
+    np.savez(
+        path, W_data=np.tile([1.0, 1.0], 4), W_indices=np.array([0, 2, 1, 3, 0, 2, 1, 3], dtype=np.int32),
+        W_indptr=np.arange(0, 9, 2, dtype=np.int32), shape=np.array([4, 4]),
+        q=np.array([-1.0, -0.2, -1.0, -0.2]), mu=np.full(2, 0.5), dim=2, name="twice",
+    )  # fmt: skip
+    assert cli.main(["contact", str(path), "--least-norm", "--reaction", str(out)]) == 0
+    facts = json.loads(capsys.readouterr().out)["determinacy"]
+    assert not facts["unique"]
+    assert facts["unique_contacts"] == 0
+    assert facts["contacts_not_unique"] == [0, 1]
+    assert facts["least_norm"] <= facts["norm_found"] * (1 + 1e-12)
+    assert facts["least_norm_error"] <= 1e-9
+    np.testing.assert_allclose(np.load(out), [0.5, 0.1, 0.5, 0.1], rtol=1e-8)
+
+
 def test_contact_that_does_not_converge_has_its_code(shared_data, capsys):
     hard = shared_data / "fc" / "Capsules-i100-1090.npz"
     assert cli.main(["contact", str(hard), "--tol", "1e-40"]) == 2

@@ -13,6 +13,7 @@ and keep to the laws of contact (``solution_set``).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -171,6 +172,22 @@ def determined_resultants(
         determined=spread <= SAME * np.sqrt(length),
         unique=alone <= SAME,
     )
+
+
+def summarise_contacts(problem: ContactProblem, solution: Solution) -> tuple[FloatArray, dict[str, Any]]:
+    """The least-norm impulses, and in numbers how far they are a choice."""
+    found = solution_set(problem, solution)
+    least = least_norm_reaction(problem, solution, solutions=found)
+    known = determined_resultants(problem, solution, np.arange(problem.count), solutions=found)
+    count = int(known.unique.sum())
+    return least.impulse, {
+        "unique": count == problem.count,
+        "unique_contacts": count,
+        "least_norm": least.norm,
+        "norm_found": least.given_norm,
+        "least_norm_error": least.quality.error,
+        "contacts_not_unique": np.flatnonzero(~known.unique).tolist(),
+    }
 
 
 def _wrench(problem: ContactProblem) -> FloatArray:

@@ -190,6 +190,7 @@ MEANING: dict[str, str] = {
     "Output.fields": "`.vtu` and `.pvd` files",
     "Output.pictures": "PNG pictures of the last state",
     "Output.every": "steps between field files; the first and the last are always written",
+    "Output.determinacy": "tell [which forces are facts](determinacy.md), with the reactions of least norm",
     "Output.amplification": "of displacements in pictures; chosen where it is not given",
 }  # fmt: skip
 

@@ -21,10 +21,12 @@ import numpy as np
 from masonry_fem import __version__
 from masonry_fem.build import Built, build, solver_settings, strategy
 from masonry_fem.dynamics.clock import Clock
+from masonry_fem.dynamics.determinacy import ForceDeterminacy, determine
 from masonry_fem.dynamics.march import March, Observer, march
 from masonry_fem.dynamics.step import Increment
 from masonry_fem.errors import MasonryError
 from masonry_fem.nscd import save_problem
+from masonry_fem.post.determinacy import determinacy_summary, write_determinacy
 from masonry_fem.post.history import History
 from masonry_fem.post.picture import Pictures
 from masonry_fem.post.recorder import Recorder, Recorders
@@ -103,12 +105,17 @@ def run(
         )
         clock.lap("march")
         summary = summarise(scene, built, made)
+        told = _determinacy(scene, built, made, summary)
+        if told is not None:
+            recorders.amend(built.model, told.state, made.report)
     finally:  # Ctrl-C too leaves what was written so far readable
         files = recorders.close(summary)
         write_summary(out / "summary.json", summary)
     clock.lap("output")
     summary["seconds"] = _seconds(built, made, clock)
     files += [_save_problem(out, save_contact, kept)] if kept else []
+    if told is not None:
+        files.append(write_determinacy(out / "determinacy.csv", built.model, told))
     files.append(write_summary(out / "summary.json", summary))
     return RunResult(made.outcome, made.message, summary, files, built, made)
 
@@ -119,7 +126,27 @@ def solve_scene(scene: specs.Scene, base: Path = Path(), observers: Sequence[Obs
     built = build(scene, base)
     plan, settings = strategy(scene.analysis), solver_settings(scene.solver)
     made = march(built.model, plan, settings, bodies=built.bodies, observers=observers)
-    return RunResult(made.outcome, made.message, summarise(scene, built, made), [], built, made)
+    summary = summarise(scene, built, made)
+    _determinacy(scene, built, made, summary)
+    return RunResult(made.outcome, made.message, summary, [], built, made)
+
+
+def _determinacy(
+    scene: specs.Scene, built: Built, made: March, summary: dict[str, Any]
+) -> ForceDeterminacy | None:
+    """What is determined, where the scene asks for it; it goes to the summary, with its reactions."""
+    if not scene.output.determinacy:
+        return None
+    if not made.last.solution.converged:
+        summary["determinacy"] = {
+            "reactions": "as solved, which is not to the tolerance: nothing is determined"
+        }
+        return None
+    told = determine(built.model, made.last)
+    d = built.model.assembly.dimension
+    summary["supports"] = {name: _wrench(value, d) for name, value in told.supports.items()}
+    summary["determinacy"] = determinacy_summary(built.model, told)
+    return told
 
 
 def _make_folder(out: Path) -> None:

@@ -36,7 +36,9 @@ def test_every_record_and_key_is_explained(reference):
     assert set(reference.MEANING) <= known
 
 
-@pytest.mark.parametrize("page", ["index", "scene", "strategies", "results", "method", "limits"])
+@pytest.mark.parametrize(
+    "page", ["index", "scene", "strategies", "results", "determinacy", "method", "limits"]
+)
 def test_links_of_a_page_lead_somewhere(page, repository):
     docs = repository / "docs"
     text = (docs / f"{page}.md").read_text(encoding="utf-8")

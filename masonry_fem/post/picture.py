@@ -41,6 +41,7 @@ class Pictures:
     """Recorder that draws the last state when the run ends."""
 
     dense = True  # it keeps the state only, which costs nothing
+    amendable = True
 
     def __init__(self, directory: Path, title: str = "", amplification: float | None = None) -> None:
         self._directory, self._title, self._amplification = Path(directory), title, amplification

@@ -94,6 +94,14 @@ class Recorders:
             if due or member.dense:
                 self._guard(member, "record", model, state, report)
 
+    def amend(self, model: Model, state: SystemState, report: StepReport) -> None:
+        """Put another state in the place of the last one, for the members that can (``amendable``)."""
+        if self._pending is not None:
+            self._pending = _Moment(model, state, report)
+        for member in list(self._members):
+            if getattr(member, "amendable", False) and (member.dense or self._pending is None):
+                self._guard(member, "record", model, state, report)
+
     def close(self, summary: Mapping[str, Any]) -> list[Path]:
         """Give the thinned members the last step if they have not seen it, then close all."""
         last, self._pending = self._pending, None

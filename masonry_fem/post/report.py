@@ -96,7 +96,7 @@ def print_summary(summary: Mapping[str, Any], console: Console | None = None) ->
     table.add_column(style="bold", no_wrap=True)
     table.add_column(style="dim", no_wrap=True)
     table.add_column()
-    for part in (_size, _certificate, _stress, _forces, _probes, _cost):
+    for part in (_size, _certificate, _stress, _forces, _determinacy, _probes, _cost):
         section = ""
         for heading, name, value in part(summary):
             table.add_row("" if heading == section else heading, name, Text(value))
@@ -143,6 +143,18 @@ def _forces(summary: Mapping[str, Any]) -> Rows:
         yield "forces", "applied", _force(applied)
     for name, wrench in (summary.get("supports") or {}).items():
         yield "forces", f"support {name}", _force(wrench)
+
+
+def _determinacy(summary: Mapping[str, Any]) -> Rows:
+    told = summary.get("determinacy")
+    if not told:
+        return
+    yield "determinacy", "reactions", str(told["reactions"])
+    if "interfaces_determined" in told:
+        known, left = told["interfaces_determined"], told["interfaces_not_determined"]
+        yield "determinacy", "resultants", f"{_count(known)} determined, {_count(left)} not"
+        for name, components in told["supports_not_determined"].items():
+            yield "determinacy", f"support {name}", f"not determined: {', '.join(components)}"
 
 
 def _probes(summary: Mapping[str, Any]) -> Rows:

@@ -37,6 +37,7 @@ class FieldFiles:
     """Recorder of block and contact fields under ``directory``."""
 
     dense = False
+    amendable = True  # a second record of a step replaces the first
 
     def __init__(self, directory: Path) -> None:
         self._directory = Path(directory)

@@ -206,11 +206,16 @@ class Probe(Spec, frozen=True, kw_only=True):
 
 
 class Output(Spec, frozen=True, kw_only=True):
-    """What is written besides ``summary.json`` and ``history.csv``."""
+    """What is written besides ``summary.json`` and ``history.csv``.
+
+    With ``determinacy`` the last step's reactions are those of least norm among all that solve it, and
+    ``determinacy.csv`` tells which resultants are the same in all of them.
+    """
 
     fields: bool = True
     pictures: bool = True
     every: Count = 1
+    determinacy: bool = False
     amplification: Positive | None = None
 
 

@@ -129,12 +129,13 @@ def run_scene(options: argparse.Namespace) -> int:
 
     options.out = _folder(options)
     result = run(scene, options.out, base=base, save_contact=options.save_contact, quiet=options.quiet)
+    code = EXIT_CODES.get(result.outcome, BAD_INPUT)
     if not options.quiet:
         from masonry_fem.post.report import print_summary
 
-        print_summary(result.summary)
+        # what went wrong is said once, at the end and on standard error
+        print_summary({**result.summary, "message": ""} if code else result.summary)
         _print_files(result.files)
-    code = EXIT_CODES.get(result.outcome, BAD_INPUT)
     if code:
         _complain(result.message)
     return code

@@ -93,6 +93,18 @@ def test_the_exit_code_tells_the_outcome(scene, runner, capsys, outcome, code):
     assert capsys.readouterr().err == ("masonry-fem: wall.c3.b1 slides\n" if code else "")
 
 
+@pytest.mark.parametrize("outcome", ["equilibrium", "no_convergence", "no_equilibrium"])
+def test_the_message_is_said_once(scene, runner, capsys, outcome):
+    said = "wall.c3.b1 slides"
+    runner.answer.outcome, runner.answer.message = outcome, said
+    runner.answer.summary = {"outcome": outcome, "message": said}
+    cli.main(["run", str(scene)])
+    printed = capsys.readouterr()
+    assert (printed.out + printed.err).count(said) == 1
+    assert (said in printed.err) == (outcome != "equilibrium")
+    assert outcome.replace("_", " ") in printed.out
+
+
 def test_errors_are_one_line(scene, runner, capsys):
     runner.answer = GeometryError("block 'a' overlaps block 'b' by 0.1 m")
     assert cli.main(["run", str(scene)]) == 1

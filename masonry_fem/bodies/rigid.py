@@ -231,6 +231,15 @@ class RigidGroup(Undeformed):
         size: FloatArray = np.sqrt(self.mass) * np.linalg.norm(residual, axis=1)
         return size
 
+    def inertial_force(self, state: RigidState, after: RigidState, scheme: Scheme) -> FloatArray:
+        """M (Δu/h + α u_θ) of the centroids, shape (b, d) [N]; zero without inertia."""
+        d, theta = self.dimension, scheme.theta
+        before, now = state.velocity[:, :d], after.velocity[:, :d]
+        mean = (1 - theta) * before + theta * now
+        gained = (now - before) / scheme.step + self.damping[:, None] * mean
+        force: FloatArray = scheme.inertia * self._scale[:, :d] * gained
+        return force
+
     # --- energies and changes of state ------------------------------------------------------------
 
     def scale_velocity(self, state: RigidState, factor: float) -> RigidState:

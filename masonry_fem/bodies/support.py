@@ -193,6 +193,10 @@ class SupportGroup(Undeformed):
         """Nothing: a support takes whatever it is given, shape (b,) [N s]."""
         return np.zeros(self.count)
 
+    def inertial_force(self, state: SupportState, after: SupportState, scheme: Scheme) -> FloatArray:
+        """Nothing: no mass, shape (b, d) [N]."""
+        return np.zeros((self.count, self.dimension))
+
     # --- loads and energies -----------------------------------------------------------------------
 
     def acceleration_force(self, acceleration: FloatArray) -> FloatArray:

@@ -140,9 +140,9 @@ def _ended(
 ) -> March:
     moving: tuple[tuple[str, float, str], ...] = ()
     if verdict == "equilibrium":
-        message = f"Equilibrium after {report.step} step(s)."
+        message = f"Equilibrium after {_steps(report.step)}."
     elif verdict == "finished":
-        message = f"Reached t = {report.time:.6g} s in {report.step} steps."
+        message = f"Reached t = {report.time:.6g} s in {_steps(report.step)}."
     elif verdict == "no_convergence":
         message = (
             f"Step {report.step}: the contact solver stopped at an error of {report.quality.error:.1e}. "
@@ -154,10 +154,14 @@ def _ended(
     return March(verdict, message, made.after, report, made, ledger, clock.phases, moving)
 
 
+def _steps(count: int) -> str:
+    return "1 step" if count == 1 else f"{count} steps"
+
+
 def _no_equilibrium(report: StepReport, moving: tuple[tuple[str, float, str], ...]) -> str:
     if not moving:
         return (
-            f"No equilibrium was found in {report.step} step(s), yet no block moves; "
+            f"No equilibrium was found in {_steps(report.step)}, yet no block moves; "
             "allow more steps, and see to it that a support holds every block."
         )
     ways: dict[str, list[str]] = {}

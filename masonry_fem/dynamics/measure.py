@@ -39,7 +39,7 @@ def measure(model: Model, coupling: Coupling, made: Increment) -> StepReport:
         max_penetration=float(np.maximum(-state.gap, 0.0)[state.status != OPEN].max(initial=0.0)),
         block_balance=_balance(model, made, made.forces, made.scheme),
         static_balance=_static_balance(model, made),
-        global_balance=_global_balance(model, supports, applied),
+        global_balance=_global_balance(model, made, supports),
         support_resultants=supports,
         applied=applied,
         probes={
@@ -128,14 +128,23 @@ def support_resultants(model: Model, coupling: Coupling, made: Increment) -> dic
     return given
 
 
-def _global_balance(model: Model, supports: dict[str, FloatArray], applied: FloatArray) -> float:
-    """|supports + loads| relative to the loads (forces only)."""
+def _global_balance(model: Model, made: Increment, supports: dict[str, FloatArray]) -> float:
+    """What loads + supports − d(momentum)/dt leave over the step, relative to the largest force among them.
+
+    Forces only. Where neither loads nor supports act, the blocks' inertia is the measure.
+    """
     d = model.assembly.dimension
-    total = applied[:d] + sum((force[:d] for force in supports.values()), np.zeros(d))
-    scale = max(
-        [float(np.linalg.norm(applied[:d]))] + [float(np.linalg.norm(f[:d])) for f in supports.values()]
-    )
-    return float(np.linalg.norm(total)) / scale if scale > 0 else 0.0
+    loads = resultant(model, made.forces)[:d]
+    taken = [
+        group.inertial_force(before, after, made.scheme)
+        for group, before, after in zip(model.groups, made.before.bodies, made.after.bodies, strict=True)
+    ]
+    given = [loads, *(force[:d] for force in supports.values())]
+    left = sum(given, np.zeros(d)) - sum((force.sum(axis=0) for force in taken), np.zeros(d))
+    scale = max(float(np.linalg.norm(force)) for force in given)
+    if scale == 0:
+        scale = sum(float(np.linalg.norm(force, axis=1).sum()) for force in taken)
+    return float(np.linalg.norm(left)) / scale if scale > 0 else 0.0
 
 
 def _static_balance(model: Model, made: Increment) -> float:

@@ -34,7 +34,8 @@ class StepReport:
     natural_map, max_penetration, block_balance : Worst relative natural map, worst penetration
         [m], worst residual of a block's momentum relative to weight times step.
     static_balance : The same with inertia left out: distance to a static equilibrium.
-    global_balance : Supports against applied loads, without inertia, relative to the loads.
+    global_balance : Loads and supports against the change of momentum over the step, relative to the
+        largest of these forces.
     support_resultants : Force and moment about the origin that each support gives, [N], [N m].
     applied : Resultant of the loads on the free blocks, force and moment [N], [N m].
     probes : Displacement of the named points [m].

@@ -37,14 +37,20 @@ class Balance:
         stretch = (1 - theta) * before.displacement + theta * after.displacement
         total = -h * force
         if inertia:
-            alpha, beta = own.material.mass_damping, own.material.stiffness_damping
-            rigid_mean, elastic_mean = mean_velocity(before, after, theta)
-            rigid = after.rigid_velocity - before.rigid_velocity + h * alpha * rigid_mean
-            elastic = after.velocity - before.velocity + h * alpha * elastic_mean
-            total += inertia * ((rigid @ self.modes.modes.T + elastic) @ own.mass)
-            stretch += inertia * beta * elastic_mean
+            total += self.inertia(before, after, scheme)
+            stretch += inertia * own.material.stiffness_damping * mean_velocity(before, after, theta)[1]
         residual: FloatArray = total + h * (stretch @ own.stiffness)
         return residual
+
+    def inertia(self, before: ElasticState, after: ElasticState, scheme: Scheme) -> FloatArray:
+        """M (u⁺ − u + h α u_θ) of all nodes, α the mass damping; 0 in statics, shape (b, n) [N s]."""
+        h, own = scheme.step, self.operators
+        alpha = own.material.mass_damping
+        rigid_mean, elastic_mean = mean_velocity(before, after, scheme.theta)
+        rigid = after.rigid_velocity - before.rigid_velocity + h * alpha * rigid_mean
+        elastic = after.velocity - before.velocity + h * alpha * elastic_mean
+        taken: FloatArray = scheme.inertia * ((rigid @ self.modes.modes.T + elastic) @ own.mass)
+        return taken
 
     def imbalance(self, residual: FloatArray, impulse: FloatArray, nodal: FloatArray | None) -> FloatArray:
         """Size of what impulses Bᵀ p (b, m) and Gᵀ p (b, n) leave of a residual, shape (b,) [N s].

@@ -214,6 +214,11 @@ class ElasticGroup(Meshed):
                 reactions[key] = reactions.get(key, 0.0) + wrench
         return reactions
 
+    def inertial_force(self, state: ElasticState, after: ElasticState, scheme: Scheme) -> FloatArray:
+        """Resultant of M (Δu/h + α u_θ), clamped nodes among them, shape (b, d) [N]."""
+        nodal = self.balance.inertia(state, after, scheme) / scheme.step
+        return self.resultant(nodal)[:, : self.operators.mesh.dimension]
+
     def step_energy(
         self, state: ElasticState, after: ElasticState, force: FloatArray, scheme: Scheme
     ) -> StepEnergy:

@@ -41,8 +41,10 @@ def draw_overview(scenery: Scenery, path: Path, amplification: float | None = No
     greatest = float(size.max(initial=0.0)) or 1.0
     vectors = force * (LONGEST * scenery.length / greatest)
 
-    sheet = Sheet(scenery.title or "Overview", f"{shape.caption()}, von Mises stress {quantity(top, 'Pa')}")
-    sheet.bar = ColourBar(f"von Mises [{prefix}Pa]", STRESS_COLOURS, (0.0, limit / factor), over=top > limit)
+    caption = f"{shape.caption()}; stress smoothed to the nodes, greatest there {quantity(top, 'Pa')}"
+    sheet = Sheet(scenery.title or "Overview", caption)
+    label, limits = f"von Mises\nat nodes [{prefix}Pa]", (0.0, limit / factor)
+    sheet.bar = ColourBar(label, STRESS_COLOURS, limits, over=top > limit)
     extent = np.concatenate([shape.deformed().points, points + vectors])
     stage = Stage(View.of(extent, scenery.dimension), sheet.image_width, scenery.length)
     look = {"cmap": STRESS_COLOURS, "clim": sheet.bar.limits, "nan_color": HELD, "n_colors": 256}

@@ -107,10 +107,10 @@ def draw_von_mises(scenery: Scenery, path: Path, amplification: float | None = N
     limits = (0.0, max((limit if over else top) / factor, 1e-12))
     sheet = Sheet(
         _title(scenery, "von Mises stress"),
-        f"{shape.caption()}; greatest nodal value {quantity(top, 'Pa')}"
+        f"{shape.caption()}; stress smoothed to the nodes, greatest there {quantity(top, 'Pa')}"
         + (f", colours end at {quantity(limit, 'Pa')}" if over else ""),
     )
-    sheet.bar = ColourBar(f"von Mises [{prefix}Pa]", STRESS_COLOURS, limits, over)
+    sheet.bar = ColourBar(f"von Mises\nat nodes [{prefix}Pa]", STRESS_COLOURS, limits, over)
     if np.isnan(mises).any():
         sheet.keys.append(Key("rigid, no stress", HELD))
     stage = Stage(View.of(shape.extent(), scenery.dimension), sheet.image_width, scenery.length)

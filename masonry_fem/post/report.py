@@ -17,6 +17,12 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 GOOD = ("equilibrium", "finished")
+POINTS = {
+    "max_von_mises": "at a Gauss point of",
+    "max_von_mises_nodal": "smoothed to a node of",
+    "min_principal": "at a Gauss point of",
+    "max_principal": "at a Gauss point of",
+}
 AXES = {2: "xy", 3: "xyz"}
 
 
@@ -110,7 +116,7 @@ Rows = Iterator[tuple[str, str, str]]
 def _size(summary: Mapping[str, Any]) -> Rows:
     names = [name for name in ("blocks", "shapes", "contacts", "unknowns") if name in summary]
     if names:
-        yield "model", "", ", ".join(f"{_count(summary[name])} {name}" for name in names)
+        yield "model", "", ", ".join(_plural(summary[name], name) for name in names)
     if "time" in summary:
         steps = summary.get("steps")
         after = f" after {_count(steps)} step{'s' if steps != 1 else ''}" if steps is not None else ""
@@ -128,12 +134,18 @@ def _certificate(summary: Mapping[str, Any]) -> Rows:
 
 def _stress(summary: Mapping[str, Any]) -> Rows:
     stress = summary.get("stress") or {}
-    names = {"max_von_mises": "max von Mises", "p95_von_mises": "95 % of volume under",
-             "min_principal": "greatest compression", "max_principal": "greatest tension"}  # fmt: skip
+    names = {
+        "max_von_mises": "max von Mises",
+        "max_von_mises_nodal": "the same, pictured",
+        "p95_von_mises": "95 % of volume under",
+        "min_principal": "greatest compression",
+        "max_principal": "greatest tension",
+    }
     for key, name in names.items():
         value = stress.get(key)
         if isinstance(value, Mapping):
-            yield "stress", name, f"{quantity(value['value'], 'Pa')} in {value['block']}"
+            where = POINTS[key]
+            yield "stress", name, f"{quantity(value['value'], 'Pa')} {where} {value['block']}"
         elif value is not None:
             yield "stress", name, quantity(value, "Pa")
 
@@ -187,7 +199,11 @@ def _vector(values: Sequence[float] | Any, unit: str) -> str:
     # what is rounding beside the largest component is shown as zero
     clean = [0.0 if abs(value) < 1e-9 * largest else value for value in flat]
     names = AXES.get(len(flat), "x" * len(flat))
-    return "  ".join(f"{name} {quantity(value, unit, 4)}" for name, value in zip(names, clean, strict=True))
+    return "  ".join(f"{name} {quantity(value, unit, 5)}" for name, value in zip(names, clean, strict=True))
+
+
+def _plural(number: Any, things: str) -> str:
+    return f"{_count(number)} {things.removesuffix('s') if number == 1 else things}"
 
 
 def _count(value: Any) -> str:

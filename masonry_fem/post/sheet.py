@@ -181,7 +181,8 @@ class _Pen:
         )
         scale.outline.set_linewidth(0.6)
         scale.ax.tick_params(labelsize=17 * 0.72, colors=INK, length=4)
-        self.text(x - 4, low + tall + (44 if bar.over else 24), bar.label, 18, INK)
+        lift = (44 if bar.over else 24) + 12 * bar.label.count("\n")
+        self.text(x - 4, low + tall + lift, bar.label, 18, INK)
 
 
 def prefix_of(value: float) -> tuple[float, str]:

@@ -19,6 +19,7 @@ from masonry_fem.scene.specs import (
     ArchStructure,
     BlockStructure,
     Dynamics,
+    Equilibrium,
     FileStructure,
     Initial,
     MeshSettings,
@@ -163,6 +164,11 @@ def _analysis(scene: Scene) -> None:
     if isinstance(analysis, Dynamics) and analysis.duration < analysis.step:
         expected = f"a time not shorter than the step ({analysis.step:g} s)"
         raise wrong(("analysis", "duration"), analysis.duration, expected)
+
+    if isinstance(analysis, Equilibrium) and scene.solver.tolerance > analysis.tolerance:
+        # contacts that are solved no better never pass for at rest: the march would end as if blocks slid
+        expected = f"at most the tolerance of the equilibrium (analysis.tolerance = {analysis.tolerance:g})"
+        raise wrong(("solver", "tolerance"), scene.solver.tolerance, f"{expected}; tighten it or loosen that")
 
 
 def _files(scene: Scene, base: Path) -> None:

@@ -7,13 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from masonry_fem.bodies.base import Scheme
 from masonry_fem.bodies.rigid import RigidGroup
 from masonry_fem.bodies.support import Motion, SupportGroup
 from masonry_fem.contact.detection import detect
 from masonry_fem.contact.placement import Rule, place
+from masonry_fem.dynamics.coupling import connect
 from masonry_fem.dynamics.equilibrium import Statics, Transient, linear_damping
 from masonry_fem.dynamics.march import march
+from masonry_fem.dynamics.measure import measure
 from masonry_fem.dynamics.model import JointTable, Load, Model
+from masonry_fem.dynamics.step import initial_state, step
 from masonry_fem.nscd import SolverSettings
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.polytope import Polytope
@@ -61,6 +65,31 @@ def test_push_beyond_friction_slides() -> None:
     assert made.report.speed == pytest.approx(0.2 * G * 0.1, rel=1e-9)
     assert made.ledger.imbalance < 1e-12
     assert made.ledger.friction == pytest.approx(0.3 * 1000 * G * 0.5 * 0.2 * G * 0.01, rel=1e-9)
+
+
+@pytest.mark.parametrize("theta", [0.5, 1.0])
+def test_global_balance_holds_while_blocks_speed_up(theta: float) -> None:
+    """A cube slides at 0.2 g: the ground does not carry the push, inertia does."""
+    made = march(stack(2, 3, 0.3, 0.5 * G), Transient(step=0.01, duration=0.1, theta=theta), SolverSettings())
+    carried = made.report.support_resultants["ground"] + made.report.applied
+    assert np.linalg.norm(carried[:3]) > 0.1 * np.linalg.norm(made.report.applied[:3])
+    assert made.report.global_balance < 1e-9
+
+
+def test_global_balance_tells_a_reaction_that_was_left_out() -> None:
+    model = stack(2)
+    coupling = connect(model)
+    state = initial_state(model, coupling, tuple(group.rest() for group in model.groups))
+    made = step(model, coupling, state, Scheme(0.01, 1.0), SolverSettings())
+    assert measure(model, coupling, made).global_balance < 1e-9
+    less = replace(made, after=replace(made.after, reaction=0.9 * made.after.reaction))
+    assert measure(model, coupling, less).global_balance == pytest.approx(0.1, rel=1e-6)
+
+
+def test_global_balance_of_blocks_that_nothing_acts_on() -> None:
+    model = replace(stack(2), loads=())
+    made = march(model, Transient(step=0.01, duration=0.05, theta=0.5), SolverSettings())
+    assert made.report.global_balance == 0.0
 
 
 def test_no_equilibrium_names_the_blocks() -> None:

@@ -19,6 +19,7 @@ from tests.bodies.test_conformance import (  # noqa: F401 - collected here with 
     test_delassus_is_symmetric_positive_semidefinite,
     test_energy_ledger_of_a_step_is_exact,
     test_gravity_has_the_weight_as_resultant,
+    test_inertia_takes_what_loads_and_contacts_give,
     test_masses,
     test_momentum_balance_holds_and_sees_a_missing_impulse,
     test_point_force_has_its_own_resultant,

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from masonry_fem.contact.detection import detect
-from masonry_fem.errors import GeometryError
+from masonry_fem.errors import GeometryError, SceneError
 from masonry_fem.fem.lagrange import lagrange, quadrature
 from masonry_fem.geometry.cells import turned
 from masonry_fem.geometry.files import read
+from masonry_fem.geometry.session import session
 from masonry_fem.scene.specs import FileStructure, MeshSettings
 from tests.geometry.test_meshing import check
 
@@ -207,3 +208,16 @@ def test_each_file_is_blamed_for_its_own_errors(tmp_path: Path) -> None:
         reading(tmp_path / "first.geo")
     with pytest.raises(GeometryError, match=r"second\.geo', line"):
         reading(tmp_path / "second.geo")
+
+
+@pytest.mark.parametrize("error", [SceneError("block 'a' lacks a name"), TypeError("ours"), KeyError("x")])
+def test_only_the_errors_of_gmsh_are_its_own(error: Exception) -> None:
+    with pytest.raises(type(error)) as caught, session("wall.geo"):
+        raise error
+    assert caught.value is error
+
+
+def test_what_gmsh_refuses_is_told_with_its_words() -> None:
+    said = r"^wall\.geo: gmsh stopped with '.+'; open"
+    with pytest.raises(GeometryError, match=said), session("wall.geo") as own:
+        own.model.occ.addBox(0, 0, 0, 0, 0, 0)

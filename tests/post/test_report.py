@@ -9,7 +9,7 @@ from masonry_fem.post.report import Progress, print_summary
 from masonry_fem.post.sheet import quantity, round_down
 
 SUMMARY = {
-    "title": "Arch", "outcome": "equilibrium", "message": "Equilibrium after 1 step(s).",
+    "title": "Arch", "outcome": "equilibrium", "message": "Equilibrium after 1 step.",
     "time": 1.0, "steps": 1,
     "blocks": 13, "shapes": 2, "contacts": 1504, "unknowns": 22345,
     "supports": {"left": {"force": [1234.5, 0, 5678.0], "moment": [0, 1, 2]},
@@ -32,8 +32,19 @@ def printed(summary, width=110):
 def test_summary_starts_with_the_outcome_and_names_where():
     text = printed(SUMMARY)
     assert text.index("equilibrium") < text.index("13 blocks")
-    for words in ("123 kPa", "−11.36 kN", "arch.v3", "1 400 stick", "−23 µm", "312 MB", "after 1 step "):
+    for words in ("123 kPa", "−11.356 kN", "arch.v3", "1 400 stick", "−23 µm", "312 MB", "after 1 step "):
         assert words in text
+
+
+def test_the_two_maxima_of_stress_are_told_apart():
+    both = {
+        "max_von_mises": {"value": 165e3, "block": "a"},
+        "max_von_mises_nodal": {"value": 203e3, "block": "b"},
+    }
+    text = printed(SUMMARY | {"stress": both, "shapes": 1})
+    assert "165 kPa at a Gauss point of a" in text
+    assert "203 kPa smoothed to a node of b" in text
+    assert "1 shape," in text
 
 
 @pytest.mark.parametrize("missing", list(SUMMARY))

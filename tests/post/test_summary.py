@@ -17,6 +17,10 @@ def test_stress_summary_finds_extremes_and_their_blocks(elastic):
     where = np.unravel_index(mises.argmax(), mises.shape)[0]
     assert found["max_von_mises"]["value"] == pytest.approx(mises.max())
     assert found["max_von_mises"]["block"] == model.assembly.blocks[stones.blocks[where]].name
+    nodal = von_mises(field.nodal)
+    assert found["max_von_mises_nodal"]["value"] == pytest.approx(nodal.max())
+    highest = stones.blocks[np.unravel_index(nodal.argmax(), nodal.shape)[0]]
+    assert found["max_von_mises_nodal"]["block"] == model.assembly.blocks[highest].name
     values, _ = principal(field.gauss)
     assert found["min_principal"]["value"] == pytest.approx(values.min())
     assert found["max_principal"]["value"] == pytest.approx(values.max())

@@ -211,6 +211,12 @@ BAD = [
     ),
     (
         "[loads]",
+        "[analysis]\nkind='equilibrium'\nstrategy='large_step'\nstep=0.1\n[solver]\ntolerance=1e-5\n[loads]",
+        "line 17: solver.tolerance is 1e-05, expected at most the tolerance of the equilibrium "
+        "(analysis.tolerance = 1e-06); tighten it or loosen that",
+    ),
+    (
+        "[loads]",
         "[loads",
         "not valid TOML: Expected ']' at the end of a table declaration (at line 12, column 7)",
     ),

@@ -43,6 +43,10 @@ class Anderson:
         self.step: FloatArray | None = None
         self.image: FloatArray | None = None
 
+    def skip(self) -> None:
+        """The map has shifted: no difference is to be taken over this step."""
+        self.step = None
+
     def next(self, state: FloatArray, image: FloatArray) -> FloatArray:
         """The iterate after z = ``state`` with T(z) = ``image``, both (size,)."""
         if not self.memory:

@@ -105,7 +105,7 @@ def parser() -> argparse.ArgumentParser:
 
     contact = commands.add_parser("contact", parents=[common], help="solve a saved contact problem")
     contact.add_argument("file", type=Path, metavar="FILE.npz", help="contact problem")
-    contact.add_argument("--solver", default="auto", metavar="NAME", help="auto (default), nsgs, newton")
+    contact.add_argument("--solver", default="auto", metavar="NAME", help="a solver.method (default: auto)")
     contact.add_argument("--tol", type=float, metavar="T", help="tolerance on the natural map")
     contact.add_argument("--reaction", type=Path, metavar="OUT.npy", help="write the impulses there")
     contact.add_argument(

@@ -9,6 +9,7 @@ result.outcome, result.summary["supports"], result.files
 from __future__ import annotations
 
 import importlib.metadata
+import logging
 import platform
 import resource
 from collections.abc import Mapping, Sequence
@@ -34,6 +35,8 @@ from masonry_fem.post.report import Progress
 from masonry_fem.post.summary import status_counts, stress_summary, write_summary
 from masonry_fem.post.vtu import FieldFiles
 from masonry_fem.scene import check, specs
+
+logger = logging.getLogger(__name__)
 
 LIBRARIES = ("numpy", "scipy", "numba", "gmsh", "pyvista", "fenics-dolfinx", "dolfinx-solver-real")
 
@@ -78,14 +81,16 @@ def run(
 
     Raises
     ------
-    MasonryError : Where the scene cannot be built; nothing is written then.
+    MasonryError : Where the scene cannot be built or has no such step; nothing is written then.
     """
     clock = Clock()
     scene = check(scene, base=base)
+    plan = strategy(scene.analysis)
+    _check_step(save_contact, plan.steps)
     built = build(scene, base)
     clock.lap("build")
     _make_folder(out)
-    plan, recorders = strategy(scene.analysis), _recorders(scene, out, quiet)
+    recorders = _recorders(scene, out, quiet)
     recorders.start(built.model)
     kept: list[Increment] = []
     summary: dict[str, Any] = {
@@ -113,7 +118,10 @@ def run(
         write_summary(out / "summary.json", summary)
     clock.lap("output")
     summary["seconds"] = _seconds(built, made, clock)
-    files += [_save_problem(out, save_contact, kept)] if kept else []
+    if kept:
+        files.append(_save_problem(out, save_contact, kept))
+    elif save_contact is not None:
+        logger.warning("step %d was not reached: its contact problem is not saved", save_contact)
     if told is not None:
         files.append(write_determinacy(out / "determinacy.csv", built.model, told))
     files.append(write_summary(out / "summary.json", summary))
@@ -147,6 +155,12 @@ def _determinacy(
     summary["supports"] = {name: _wrench(value, d) for name, value in told.supports.items()}
     summary["determinacy"] = determinacy_summary(built.model, told)
     return told
+
+
+def _check_step(save_contact: int | None, steps: int) -> None:
+    if save_contact is not None and not 1 <= save_contact <= steps:
+        expected = "1, the only step" if steps == 1 else f"a step from 1 to {steps}"
+        raise MasonryError(f"step to save is {save_contact}, expected {expected} of this analysis")
 
 
 def _make_folder(out: Path) -> None:
@@ -293,6 +307,7 @@ def check_scene(scene: specs.Scene, base: Path = Path()) -> Mapping[str, Any]:
         **size(built),
         "roles": {role: built.stones.role.count(role) for role in ("support", "rigid", "elastic")},
         "interfaces_by_label": labels,
+        "most_steps": strategy(scene.analysis).steps,
         "estimated_memory_mb": estimated_memory(built),
     }
 

@@ -11,6 +11,7 @@ from masonry_fem.run import check_scene, run, solve_scene, write_mesh
 from masonry_fem.scene.specs import (
     BlockStructure,
     Dynamics,
+    Equilibrium,
     Joint,
     Loads,
     Material,
@@ -54,6 +55,24 @@ def test_run_writes_what_it_names(tmp_path):
     kept = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
     assert kept["supports"]["pile.ground"]["force"] == pytest.approx([0, 40e3], abs=1e-6)
     assert kept["certificate"]["block_balance"] < 1e-9
+
+
+@pytest.mark.parametrize("step", [0, -1, 6])
+def test_a_step_that_there_is_not_cannot_be_saved(tmp_path, step):
+    with pytest.raises(MasonryError, match=f"step to save is {step}, expected a step from 1 to 5"):
+        run(scene(), tmp_path / "out", save_contact=step)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_step_that_was_not_reached_is_told(tmp_path, caplog):
+    march = Equilibrium(strategy="large_step", step=0.1)
+    result = run(scene(analysis=march), tmp_path, save_contact=900)
+    assert result.outcome == "equilibrium"
+    assert "step 900 was not reached" in caplog.text
+
+
+def test_check_counts_the_steps():
+    assert check_scene(scene())["most_steps"] == 5
 
 
 def test_observers_see_every_step():

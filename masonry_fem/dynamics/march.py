@@ -172,4 +172,5 @@ def _no_equilibrium(report: StepReport, moving: tuple[tuple[str, float, str], ..
         f"{way if len(names) == 1 else way.rstrip('s')}"
         for way, names in ways.items()
     ]
-    return f"No equilibrium (step {report.step}): {'; '.join(parts)}."
+    cure = "see what should hold them (supports, friction, joints), or run dynamics to watch the motion"
+    return f"No equilibrium (step {report.step}): {'; '.join(parts)}; {cure}."

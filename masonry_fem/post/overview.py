@@ -16,7 +16,17 @@ from masonry_fem.post import fields
 from masonry_fem.post.arrows import add_arrows, interface_resultants, legend_sample
 from masonry_fem.post.render import Stage, View
 from masonry_fem.post.scenery import DeformedShape, Scenery
-from masonry_fem.post.sheet import HELD, LINE, STRESS_COLOURS, ColourBar, Key, Sheet, prefix_of, quantity
+from masonry_fem.post.sheet import (
+    HELD,
+    LINE,
+    STRESS_COLOURS,
+    ColourBar,
+    Key,
+    Sheet,
+    colour_end,
+    prefix_of,
+    quantity,
+)
 
 THRUST = "#e0218a"  # a colour that the stress scale has not
 LONGEST = 0.8  # of a block, the longest arrow
@@ -31,7 +41,7 @@ def draw_overview(scenery: Scenery, path: Path, amplification: float | None = No
     """
     shape = DeformedShape(scenery, amplification)
     mises = np.asarray(shape.surface.point_data[fields.VON_MISES])
-    top, limit = float(np.nanmax(mises)), float(np.nanquantile(mises, 0.995))
+    top, limit, over = colour_end(mises)
     factor, prefix = prefix_of(limit)
     shape.surface["_mises"] = mises / factor
     points, force = interface_resultants(scenery.contacts)
@@ -42,9 +52,11 @@ def draw_overview(scenery: Scenery, path: Path, amplification: float | None = No
     vectors = force * (LONGEST * scenery.length / greatest)
 
     caption = f"{shape.caption()}; stress smoothed to the nodes, greatest there {quantity(top, 'Pa')}"
+    if over:
+        caption += f", colours end at {quantity(limit, 'Pa')}"
     sheet = Sheet(scenery.title or "Overview", caption)
     label, limits = f"von Mises\nat nodes [{prefix}Pa]", (0.0, limit / factor)
-    sheet.bar = ColourBar(label, STRESS_COLOURS, limits, over=top > limit)
+    sheet.bar = ColourBar(label, STRESS_COLOURS, limits, over)
     extent = np.concatenate([shape.deformed().points, points + vectors])
     stage = Stage(View.of(extent, scenery.dimension), sheet.image_width, scenery.length)
     look = {"cmap": STRESS_COLOURS, "clim": sheet.bar.limits, "nan_color": HELD, "n_colors": 256}

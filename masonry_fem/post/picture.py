@@ -25,7 +25,17 @@ from masonry_fem.post.overview import draw_overview
 from masonry_fem.post.recorder import StepReport
 from masonry_fem.post.render import Stage, View, can_render
 from masonry_fem.post.scenery import DeformedShape, Scenery
-from masonry_fem.post.sheet import HELD, LINE, STRESS_COLOURS, ColourBar, Key, Sheet, prefix_of, quantity
+from masonry_fem.post.sheet import (
+    HELD,
+    LINE,
+    STRESS_COLOURS,
+    ColourBar,
+    Key,
+    Sheet,
+    colour_end,
+    prefix_of,
+    quantity,
+)
 
 FloatArray = NDArray[np.float64]
 
@@ -99,12 +109,10 @@ def draw_von_mises(scenery: Scenery, path: Path, amplification: float | None = N
     """Von Mises stress, smoothed to the nodes, on the deformed shape."""
     shape = DeformedShape(scenery, amplification)
     mises = np.asarray(shape.surface.point_data[fields.VON_MISES])
-    # corners in contact are singular: a scale that reaches their value shows nothing else
-    top, limit = float(np.nanmax(mises)), float(np.nanquantile(mises, 0.995))
-    over = top > 1.1 * limit > 0
-    factor, prefix = prefix_of(limit if over else top)
+    top, limit, over = colour_end(mises)
+    factor, prefix = prefix_of(limit)
     shape.surface["_mises"] = mises / factor
-    limits = (0.0, max((limit if over else top) / factor, 1e-12))
+    limits = (0.0, max(limit / factor, 1e-12))
     sheet = Sheet(
         _title(scenery, "von Mises stress"),
         f"{shape.caption()}; stress smoothed to the nodes, greatest there {quantity(top, 'Pa')}"
@@ -167,7 +175,8 @@ def draw_reactions(scenery: Scenery, path: Path) -> Path:
     counts = ", ".join(f"{int((status == s).sum())} {STATUS_WORDS[s]}" for s in (STICK, SLIP, OPEN))
     sheet = Sheet(
         _title(scenery, "contact reactions"),
-        f"{len(force)} contact points: {counts}; greatest {quantity(_top(force), scenery.force_unit)}",
+        f"{len(force)} contact points: {counts}; structure undeformed; "
+        f"greatest {quantity(_top(force), scenery.force_unit)}",
     )
     parts = [(STATUS_COLOURS[s], status == s) for s in (STICK, SLIP)]
     keys = [Key(STATUS_WORDS[s], STATUS_COLOURS[s]) for s in (STICK, SLIP)]
@@ -177,10 +186,11 @@ def draw_reactions(scenery: Scenery, path: Path) -> Path:
 def draw_resultants(scenery: Scenery, path: Path) -> Path:
     """Resultant of each interface at its centre of pressure."""
     points, force = interface_resultants(scenery.contacts)
+    joints = "the loaded interface" if len(force) == 1 else f"each of {len(force)} loaded interfaces"
     sheet = Sheet(
         _title(scenery, "joint resultants"),
-        f"Resultant of each of {len(force)} loaded interfaces at its centre of pressure, on the candidate "
-        f"block; greatest {quantity(_top(force), scenery.force_unit)}",
+        f"Resultant of {joints} at its centre of pressure, on the candidate block, structure undeformed; "
+        f"greatest {quantity(_top(force), scenery.force_unit)}",
     )
     return _draw_arrows(
         scenery, sheet, path, points, force, [(COMPRESSION, np.ones(len(force), bool))], [], 1.0

@@ -17,12 +17,6 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 GOOD = ("equilibrium", "finished")
-POINTS = {
-    "max_von_mises": "at a Gauss point of",
-    "max_von_mises_nodal": "smoothed to a node of",
-    "min_principal": "at a Gauss point of",
-    "max_principal": "at a Gauss point of",
-}
 AXES = {2: "xy", 3: "xyz"}
 
 
@@ -114,9 +108,11 @@ Rows = Iterator[tuple[str, str, str]]
 
 
 def _size(summary: Mapping[str, Any]) -> Rows:
-    names = [name for name in ("blocks", "shapes", "contacts", "unknowns") if name in summary]
+    names = [name for name in ("blocks", "shapes", "contacts") if name in summary]
     if names:
         yield "model", "", ", ".join(_plural(summary[name], name) for name in names)
+    if "unknowns" in summary:
+        yield "model", "unknowns", _count(summary["unknowns"])
     if "time" in summary:
         steps = summary.get("steps")
         after = f" after {_count(steps)} step{'s' if steps != 1 else ''}" if steps is not None else ""
@@ -126,7 +122,7 @@ def _size(summary: Mapping[str, Any]) -> Rows:
 
 
 def _certificate(summary: Mapping[str, Any]) -> Rows:
-    units = {"max_penetration": "m", "min_normal_reaction": "N"}
+    units = {"max_penetration": "m", "min_normal_reaction": _force_unit(len(summary.get("applied", ())))}
     for name, value in (summary.get("certificate") or {}).items():
         unit = units.get(name)
         yield "certificate", name.replace("_", " "), f"{_number(value)} {unit or ''}".rstrip()
@@ -135,8 +131,8 @@ def _certificate(summary: Mapping[str, Any]) -> Rows:
 def _stress(summary: Mapping[str, Any]) -> Rows:
     stress = summary.get("stress") or {}
     names = {
-        "max_von_mises": "max von Mises",
-        "max_von_mises_nodal": "the same, pictured",
+        "max_von_mises": "max von Mises at Gauss points",
+        "max_von_mises_nodal": "… at nodes, as pictured",
         "p95_von_mises": "95 % of volume under",
         "min_principal": "greatest compression",
         "max_principal": "greatest tension",
@@ -144,8 +140,7 @@ def _stress(summary: Mapping[str, Any]) -> Rows:
     for key, name in names.items():
         value = stress.get(key)
         if isinstance(value, Mapping):
-            where = POINTS[key]
-            yield "stress", name, f"{quantity(value['value'], 'Pa')} {where} {value['block']}"
+            yield "stress", name, f"{quantity(value['value'], 'Pa')} in {value['block']}"
         elif value is not None:
             yield "stress", name, quantity(value, "Pa")
 
@@ -188,9 +183,14 @@ def _cost(summary: Mapping[str, Any]) -> Rows:
 def _force(value: Any) -> str:
     """Force of a wrench given as {force, moment} or as one array of six, or a plain force."""
     if isinstance(value, Mapping):
-        return _vector(value.get("force", ()), "N")
+        value = value.get("force", ())
     flat = np.ravel(np.asarray(value, float))
-    return _vector(flat[:3] if flat.size == 6 else flat, "N")
+    return _vector(flat[:3] if flat.size == 6 else flat, _force_unit(flat.size))
+
+
+def _force_unit(components: int) -> str:
+    """Unit of forces: a plane structure has a metre of depth."""
+    return "N/m" if components == 2 else "N"
 
 
 def _vector(values: Sequence[float] | Any, unit: str) -> str:

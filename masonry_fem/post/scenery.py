@@ -20,6 +20,8 @@ from masonry_fem.post.sheet import quantity, round_down
 
 FloatArray = NDArray[np.float64]
 
+ROUNDING = 1e-11  # of the size of a structure: stone strains by 1e-8 and more under its weight
+
 
 @dataclass(frozen=True)
 class Scenery:
@@ -72,6 +74,7 @@ class DeformedShape:
         self.outline = outline_of(self.surface)
         displacement = np.asarray(scenery.blocks.point_data[fields.DISPLACEMENT], float)
         self._greatest = float(np.linalg.norm(displacement, axis=1).max(initial=0.0))
+        self._still = at_rest(displacement, np.asarray(scenery.blocks.points))
         self.factor = amplification or amplification_of(displacement, np.asarray(scenery.blocks.points))
 
     def deformed(self) -> Any:
@@ -92,6 +95,8 @@ class DeformedShape:
 
     def caption(self) -> str:
         """The amplification and the greatest displacement in words."""
+        if self._still and self.factor == 1:
+            return "No displacement beyond rounding"
         times = f"{self.factor:,.0f}".replace(",", " ") if self.factor >= 10 else f"{self.factor:g}"
         return f"Displacements × {times}; greatest displacement {quantity(self._greatest, 'm')}"
 
@@ -103,11 +108,17 @@ class DeformedShape:
 
 def amplification_of(displacement: FloatArray, points: FloatArray) -> float:
     """1-2-5 factor that shows the greatest displacement at about 5 % of the structure, at least 1."""
+    if at_rest(displacement, points):
+        return 1.0
     greatest = float(np.linalg.norm(displacement, axis=1).max(initial=0.0))
     size = float(np.linalg.norm(np.ptp(points, axis=0)))
-    if greatest <= 1e-15 * size:
-        return 1.0
     return max(1.0, round_down(0.07 * size / greatest))
+
+
+def at_rest(displacement: FloatArray, points: FloatArray) -> bool:
+    """Whether displacements are what a solver's tolerance leaves: magnified they would show noise."""
+    size = float(np.linalg.norm(np.ptp(points, axis=0)))
+    return float(np.linalg.norm(displacement, axis=1).max(initial=0.0)) <= ROUNDING * size
 
 
 def pyvista_grid(grid: Grid) -> Any:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from masonry_fem.post.render import Stage, View
 
@@ -183,6 +184,16 @@ class _Pen:
         scale.ax.tick_params(labelsize=17 * 0.72, colors=INK, length=4)
         lift = (44 if bar.over else 24) + 12 * bar.label.count("\n")
         self.text(x - 4, low + tall + lift, bar.label, 18, INK)
+
+
+def colour_end(values: NDArray[np.float64]) -> tuple[float, float, bool]:
+    """Greatest of the values that are not NaN, where a scale of colours ends, whether some lie beyond it.
+
+    Corners in contact are singular: a scale that reaches their value shows nothing else.
+    """
+    top, most = float(np.nanmax(values)), float(np.nanquantile(values, 0.995))
+    over = top > 1.1 * most > 0
+    return top, most if over else top, over
 
 
 def prefix_of(value: float) -> tuple[float, str]:

@@ -98,7 +98,7 @@ def test_no_equilibrium_names_the_blocks() -> None:
     )
     assert made.outcome == "no_equilibrium"
     assert {name for name, _, _ in made.moving} == {"b1", "b2"}
-    assert "slide" in made.message
+    assert "slide; see what should hold them" in made.message
 
 
 def test_moving_support_carries_the_stack() -> None:

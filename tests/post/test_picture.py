@@ -11,7 +11,8 @@ from masonry_fem.post.arrows import interface_resultants
 from masonry_fem.post.mesh_picture import write_mesh_files
 from masonry_fem.post.picture import Pictures
 from masonry_fem.post.render import View
-from masonry_fem.post.scenery import Scenery, amplification_of
+from masonry_fem.post.scenery import DeformedShape, Scenery, amplification_of
+from masonry_fem.post.sheet import colour_end
 from masonry_fem.post.vtu import FieldFiles
 
 pytest.importorskip("pyvista")
@@ -141,10 +142,35 @@ def test_a_folder_without_fields_is_refused(tmp_path):
         view.last_file(tmp_path / "blocks.pvd")
 
 
-@pytest.mark.parametrize(("greatest", "factor"), [(1e-5, 5000.0), (0.0, 1.0), (0.3, 1.0), (2e-3, 20.0)])
+@pytest.mark.parametrize(
+    ("greatest", "factor"), [(1e-5, 5000.0), (0.0, 1.0), (1e-13, 1.0), (0.3, 1.0), (2e-3, 20.0)]
+)
 def test_amplification_shows_about_a_twentieth_of_the_structure(greatest, factor):
     points = np.array([[0.0, 0, 0], [0.6, 0.8, 0]])
     assert amplification_of(np.array([[greatest, 0, 0], [0, 0, 0]]), points) == factor
+
+
+@draws
+@pytest.mark.parametrize("dimension", [2], indirect=True)
+def test_rounding_is_not_magnified(rigid):
+    model, state = rigid
+    scenery = Scenery.of(model, state)
+    field = scenery.blocks.point_data["displacement"]
+    scenery.blocks.point_data["displacement"] = 1e-13 * (field + 1)
+    shape = DeformedShape(scenery, None)
+    assert (shape.factor, shape.caption()) == (1.0, "No displacement beyond rounding")
+    assert "× 1 000" in DeformedShape(scenery, 1000.0).caption()
+
+
+def test_colours_end_below_a_singular_corner():
+    values = np.append(np.linspace(0, 1, 1000), np.nan)
+    top, end, over = colour_end(values)
+    assert (top, end, over) == (1.0, 1.0, False)
+    values[3] = 7.0
+    top, end, over = colour_end(values)
+    assert top == 7.0
+    assert over
+    assert end == pytest.approx(0.995, abs=2e-3)
 
 
 @pytest.mark.parametrize("dimension", [2, 3])

@@ -36,14 +36,22 @@ def test_summary_starts_with_the_outcome_and_names_where():
         assert words in text
 
 
+def test_forces_of_plane_structures_are_per_metre():
+    text = printed({"applied": [0.0, -5.0], "certificate": {"min_normal_reaction": -1e-3}})
+    assert "y −5 N/m" in text
+    assert "-1.00e-03 N/m" in text
+    assert "N/m" not in printed(SUMMARY)
+
+
 def test_the_two_maxima_of_stress_are_told_apart():
     both = {
         "max_von_mises": {"value": 165e3, "block": "a"},
         "max_von_mises_nodal": {"value": 203e3, "block": "b"},
     }
     text = printed(SUMMARY | {"stress": both, "shapes": 1})
-    assert "165 kPa at a Gauss point of a" in text
-    assert "203 kPa smoothed to a node of b" in text
+    lines = text.splitlines()
+    assert any("at Gauss points" in line and "165 kPa in a" in line for line in lines)
+    assert any("at nodes, as pictured" in line and "203 kPa in b" in line for line in lines)
     assert "1 shape," in text
 
 

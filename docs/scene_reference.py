@@ -180,7 +180,8 @@ MEANING: dict[str, str] = {
     "Equilibrium.max_steps": "after which there is no equilibrium",
     "Equilibrium.velocity_factor": "what `linear_damping` leaves of the velocities",
     "Equilibrium.tolerance": "on static balance, contact error and speed, all relative",
-    "Solver.method": "NSGS sweeps, proximal Newton, interior point, ADMM, or the choice by the problem",
+    "Solver.method": "NSGS sweeps, proximal Newton, interior point, ADMM, pivoting "
+    "(plane scenes, up to 400 contacts), or the choice by the problem",
     "Solver.tolerance": "on the natural map, relative",
     "Solver.max_iterations": "sweeps, Newton steps or ADMM iterations",
     "Solver.time_limit": "CPU time of a step",

@@ -229,7 +229,7 @@ def test_contact_that_does_not_converge_has_its_code(shared_data, capsys):
 
 def test_contact_tells_bad_settings_and_files(problem, tmp_path, capsys):
     assert cli.main(["contact", str(problem), "--solver", "magic"]) == 1
-    assert "expected one of 'auto', 'nsgs', 'newton', 'interior_point', 'admm'" in capsys.readouterr().err
+    assert "expected one of 'auto', 'nsgs', 'newton', 'interior_point', 'admm', 'pivoting'" in capsys.readouterr().err
     assert cli.main(["contact", str(tmp_path / "no.npz")]) == 1
     error = capsys.readouterr().err
     assert "no.npz" in error

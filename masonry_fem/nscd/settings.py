@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from masonry_fem.errors import ProblemError
 
-MethodName = Literal["auto", "nsgs", "newton", "interior_point", "admm"]
+MethodName = Literal["auto", "nsgs", "newton", "interior_point", "admm", "pivoting"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,7 +22,8 @@ class SolverSettings:
 
     Attributes
     ----------
-    method : "nsgs", "newton", "interior_point", "admm", or "auto": those that suit the problem, in turns.
+    method : "nsgs", "newton", "interior_point", "admm", "pivoting", or "auto": those that suit the
+        problem, in turns.
     tolerance : Bound on ``Quality.error``, unit-free.
     max_iterations : Sweeps or Newton steps; None: the method's own limit.
     time_limit : Wall-clock seconds after which the best state so far is returned; None: no limit.

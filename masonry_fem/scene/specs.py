@@ -179,7 +179,7 @@ class Initial(Spec, frozen=True, kw_only=True):
 class Solver(Spec, frozen=True, kw_only=True):
     """How the contact problem of a step is solved, and how well."""
 
-    method: Literal["auto", "nsgs", "newton", "interior_point", "admm"] = "auto"
+    method: Literal["auto", "nsgs", "newton", "interior_point", "admm", "pivoting"] = "auto"
     tolerance: Annotated[float, Meta(gt=0, lt=1)] = 1e-10
     max_iterations: Count | None = None
     time_limit: Seconds | None = None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from masonry_fem.nscd.iterate import Method
 
-NAMES = ("nsgs", "newton", "interior_point", "admm")
+NAMES = ("nsgs", "newton", "interior_point", "admm", "pivoting")
 
 
 def make_method(name: str) -> Method:
@@ -25,4 +25,8 @@ def make_method(name: str) -> Method:
         from masonry_fem.nscd.solvers.admm import ADMM  # noqa: PLC0415 - Numba is slow to import
 
         return ADMM()
+    if name == "pivoting":
+        from masonry_fem.nscd.solvers.pivoting import Pivoting  # noqa: PLC0415
+
+        return Pivoting()
     raise KeyError(name)

@@ -1,0 +1,239 @@
+"""Pivoting: small plane problems solved exactly, as a linear complementarity problem.
+
+In 2D Coulomb's cone has two edges, and with p_T = β⁺ − β⁻ and the sliding speed λ
+
+    0 ≤ p_N ⊥ v_N ≥ 0,    0 ≤ β⁺ ⊥ λ + v_T ≥ 0,    0 ≤ β⁻ ⊥ λ − v_T ≥ 0,    0 ≤ λ ⊥ μ p_N − β⁺ − β⁻ ≥ 0
+
+(Stewart and Trinkle 1996). Rigid velocities that are not eliminated enter as U⁺ − U⁻ with their
+balance as two inequalities. The matrix is copositive where W is positive semi-definite, so that
+Lemke's method finds a solution of every step whose blocks have inertia and can be at rest (Anitescu
+and Potra 1997). Otherwise it may end on a secondary ray, which does not prove that there is none:
+bodies wedged by prescribed motions, statics without an equilibrium, or statics of blocks that only
+the friction of a self-stress holds.
+
+    solution = iterate(problem, Pivoting(), settings)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import lapack
+
+from masonry_fem.errors import ProblemError
+from masonry_fem.nscd.iterate import Iterate
+from masonry_fem.nscd.lemke import Lemke
+from masonry_fem.nscd.outcome import Outcome
+from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.residuals import Quality
+from masonry_fem.nscd.scaling import contact_scale
+from masonry_fem.nscd.settings import SolverSettings, Start
+
+FloatArray = NDArray[np.float64]
+
+# Dense tableaux grow with the square, pivots with the number of contacts.
+MOST_CONTACTS = 400
+REFINEMENTS = 2
+# Pivots between two looks at the clock.
+BATCH = 50
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pivoting:
+    """Settings of the pivoting method.
+
+    Attributes
+    ----------
+    iterations : Pivots in all.
+    """
+
+    iterations: int = 20_000
+
+    @property
+    def name(self) -> str:
+        """Its name in settings and reports."""
+        return "pivoting"
+
+    def init(self, problem: ContactProblem, start: Start | None) -> PivotingRun:
+        """A run on a problem; a first guess is only looked at, the way starts from rest.
+
+        Raises
+        ------
+        ProblemError : The problem is in 3D, or too large.
+        """
+        if problem.dimension != 2:
+            raise ProblemError(
+                "method 'pivoting' got a problem in 3D, expected one in 2D, where the friction cone has two "
+                "edges; use 'auto' or 'newton'"
+            )
+        if problem.count > MOST_CONTACTS:
+            raise ProblemError(
+                f"method 'pivoting' got {problem.count} contacts, expected at most {MOST_CONTACTS}; "
+                "use 'auto' or 'newton'"
+            )
+        return PivotingRun(problem, start)
+
+
+class PivotingRun:
+    """Working memory of the method on one problem."""
+
+    def __init__(self, problem: ContactProblem, start: Start | None) -> None:
+        self.problem, self.start = problem, start
+        self.table = ComplementarityTable(problem)
+        self.tableau = Lemke(self.table.M, self.table.q)
+
+    def guess(self) -> Iterate:
+        """The first guess that was given, or no impulses."""
+        if self.start is not None and self.start.impulse is not None:
+            given = self.start.impulse
+            return Iterate(given, self.problem.balanced_velocity(given), iterations=0)
+        free = self.problem.free_rigid_velocity()
+        return Iterate(np.zeros_like(self.problem.free_velocity), free, iterations=0)
+
+    def step(self, quality: Quality, settings: SolverSettings) -> Iterate:
+        """A batch of pivots; the last one offers the solution."""
+        tableau = self.tableau
+        before = tableau.pivots
+        for _ in range(BATCH):
+            if tableau.verdict is not None:
+                break
+            tableau.pivot()
+        made = tableau.pivots - before
+        if tableau.verdict == "solved":
+            impulse, velocity = self.table.resolve(tableau.chosen)
+            return Iterate(impulse, velocity, iterations=made, linear_solves=1, verdict=Outcome.STALLED)
+        impulse, velocity = self.table.unpack(tableau.state())
+        if tableau.verdict == "ray":
+            static = (self.problem.rigid_mass <= 0).any()
+            verdict = Outcome.NO_EQUILIBRIUM if static else Outcome.STALLED
+            return Iterate(impulse, velocity, iterations=made, verdict=verdict)
+        return Iterate(impulse, velocity, iterations=made)
+
+
+class ComplementarityTable:
+    """The linear complementarity problem of a plane contact problem, scaled to entries of 1.
+
+    Attributes
+    ----------
+    M, q : Of z = (p_N, β⁺, β⁻, λ, U⁺, U⁻), shapes (n, n) and (n,).
+    """
+
+    def __init__(self, problem: ContactProblem) -> None:
+        self.problem = problem
+        c, m = problem.count, problem.rigid_mass.shape[1]
+        # rigid blocks in motion are eliminated; elastic ones not, whose W would drown in B M⁻¹ Bᵀ
+        self.condensed = problem.rigid and bool((problem.rigid_mass > 0).all())
+        own = problem.delassus() if self.condensed else problem.compliance
+        free = problem.plain_velocity() if self.condensed else problem.free_velocity
+        root = np.sqrt(contact_scale(problem))
+        self.impulse_unit = np.repeat(1.0 / root, 2).reshape(c, 2)
+        W = own.toarray() * self.impulse_unit.ravel()[:, None] * self.impulse_unit.ravel()
+        B = np.zeros((2 * c, 0)) if self.condensed else problem.rigid_matrix().toarray()
+        B = B * self.impulse_unit.ravel()[:, None]
+        length = np.linalg.norm(B, axis=0)
+        self.motion_unit = 1.0 / np.where(length > 0, length, 1.0)
+        B = B * self.motion_unit
+        mass = np.zeros(0) if self.condensed else problem.rigid_mass.ravel() * self.motion_unit**2
+        load = np.zeros(0)
+        if not self.condensed:
+            load = (problem.rigid_impulse + problem.rigid_mass * problem.rigid_velocity).ravel()
+            load = load * self.motion_unit
+        moved = free.ravel() * self.impulse_unit.ravel()
+        self.size = max(float(np.abs(moved).max(initial=0.0)), float(np.abs(load).max(initial=0.0))) or 1.0
+        self.bodies, self.modes = problem.body_count, m
+        self.parts = (W, B, mass, moved / self.size, load / self.size)
+        self.M, self.q = _assemble(W, B, mass, problem.friction, moved / self.size, load / self.size)
+
+    def resolve(self, chosen: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
+        """Impulses and rigid velocities of a basis, with what slides on its cone's edge to the last digit.
+
+        λ and β are eliminated by hand: sliding speeds lie orders of magnitude above elastic ones, and
+        would leave their rounding in the impulses.
+
+        Parameters
+        ----------
+        chosen : True for the entries of z that are basic, shape (n,).
+        """
+        W, B, mass, free, load = self.parts
+        c, k = self.problem.count, len(mass)
+        normal, plus, minus, slides = chosen[: 4 * c].reshape(4, c)
+        slides = slides & (plus != minus)
+        ratio = np.where(slides, np.where(plus, 1.0, -1.0) * self.problem.friction, 0.0)
+        moves = chosen[4 * c : 4 * c + k] | chosen[4 * c + k :]
+        tangent = normal & ~slides & (plus | minus)
+        one, two, count = np.flatnonzero(normal), np.flatnonzero(tangent), int(normal.sum())
+        span = np.zeros((2 * c, count + len(two)))  # impulses by the unknowns
+        span[2 * one, np.arange(count)] = 1.0
+        span[2 * one + 1, np.arange(count)] = ratio[one]
+        span[2 * two + 1, count + np.arange(len(two))] = 1.0
+        rows = np.concatenate([2 * one, 2 * two + 1])  # velocities that vanish
+        turn = B[:, moves]
+        matrix = np.block([[W[rows] @ span, turn[rows]], [turn.T @ span, -np.diag(mass[moves])]])
+        unknown = _solved(matrix, -np.concatenate([free[rows], load[moves]]))
+        impulse = (span @ unknown[: span.shape[1]]).reshape(c, 2) * self.impulse_unit * self.size
+        if self.condensed:
+            return impulse, self.problem.balanced_velocity(impulse)
+        motion = np.zeros(k)
+        motion[moves] = unknown[span.shape[1] :]
+        motion = motion * self.motion_unit * self.size
+        return impulse, motion.reshape(self.bodies, self.modes)
+
+    def unpack(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Impulses (c, 2) and rigid velocities (b, m) of a z."""
+        problem, c = self.problem, self.problem.count
+        impulse = np.stack([z[:c], z[c : 2 * c] - z[2 * c : 3 * c]], axis=1)
+        impulse = impulse * self.impulse_unit * self.size
+        if self.condensed:
+            return impulse, problem.balanced_velocity(impulse)
+        k = len(self.motion_unit)
+        motion = (z[4 * c : 4 * c + k] - z[4 * c + k :]) * self.motion_unit * self.size
+        return impulse, motion.reshape(self.bodies, self.modes)
+
+
+def _assemble(
+    W: FloatArray,
+    B: FloatArray,
+    mass: FloatArray,
+    friction: FloatArray,
+    free: FloatArray,
+    load: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    c, k = len(friction), B.shape[1]
+    # normal, tangent and its opposite: rows and columns of the velocities and impulses
+    spread = np.zeros((2 * c, 3 * c))
+    number = np.arange(c)
+    spread[2 * number, number] = 1.0
+    spread[2 * number + 1, c + number] = 1.0
+    spread[2 * number + 1, 2 * c + number] = -1.0
+    M = np.zeros((4 * c + 2 * k, 4 * c + 2 * k))
+    M[: 3 * c, : 3 * c] = spread.T @ W @ spread
+    M[c + number, 3 * c + number] = M[2 * c + number, 3 * c + number] = 1.0
+    M[3 * c + number, number] = friction
+    M[3 * c + number, c + number] = M[3 * c + number, 2 * c + number] = -1.0
+    turn = spread.T @ B
+    plus, minus = slice(4 * c, 4 * c + k), slice(4 * c + k, 4 * c + 2 * k)
+    M[: 3 * c, plus], M[: 3 * c, minus] = turn, -turn
+    M[plus, : 3 * c], M[minus, : 3 * c] = -turn.T, turn.T
+    M[plus, plus] = M[minus, minus] = np.diag(mass)
+    M[plus, minus] = M[minus, plus] = -np.diag(mass)
+    return M, np.concatenate([spread.T @ free, np.zeros(c), -load, load])
+
+
+def _solved(matrix: FloatArray, right: FloatArray) -> FloatArray:
+    """The solution of a square system, refined with residuals in extended precision."""
+    if not len(right):
+        return right
+    size = np.abs(matrix).max(axis=1)
+    rows = 1.0 / np.where(size > 0, size, 1.0)
+    matrix, right = matrix * rows[:, None], right * rows
+    factor, pivots, singular = lapack.dgetrf(matrix)
+    if singular:  # an artificial variable that vanished has left a gap
+        answer: FloatArray = np.linalg.lstsq(matrix, right)[0]
+        return answer
+    exact = matrix.astype(np.longdouble)
+    answer = lapack.dgetrs(factor, pivots, right)[0]
+    for _ in range(REFINEMENTS):
+        answer = answer + lapack.dgetrs(factor, pivots, (right - exact @ answer).astype(float))[0]
+    return answer

@@ -184,7 +184,7 @@ MEANING: dict[str, str] = {
     "(plane scenes, up to 400 contacts), or the choice by the problem",
     "Solver.tolerance": "on the natural map, relative",
     "Solver.max_iterations": "sweeps, Newton steps or ADMM iterations",
-    "Solver.time_limit": "CPU time of a step",
+    "Solver.time_limit": "wall-clock time for the contact problem of a step",
     "Contact.reach": "greatest gap between faces that are paired; 1e-3 of a block's size where not given",
     "Contact.angle": "greatest angle between faces that are paired",
     "Contact.expulsion": "speed at which initial overlaps are driven out, in the gap form",

@@ -93,11 +93,12 @@ def draw_deformed(scenery: Scenery, path: Path, amplification: float | None = No
     shape = DeformedShape(scenery, amplification)
     size = np.linalg.norm(shape.surface.point_data[fields.DISPLACEMENT], axis=1)
     factor, prefix = prefix_of(float(size.max(initial=0.0)))
-    shape.surface["_size"] = size / factor
+    shape.surface["_size"] = size / factor if shape.moves else 0 * size
     limits = (0.0, max(float(size.max(initial=0.0)) / factor, 1e-12))
     sheet = Sheet(_title(scenery, "deformed shape"), shape.caption())
-    sheet.bar = ColourBar(f"displacement [{prefix}m]", DISPLACEMENT_COLOURS, limits)
-    sheet.keys.append(Key("undeformed", GHOST, "line", 44))
+    if shape.moves:
+        sheet.bar = ColourBar(f"displacement [{prefix}m]", DISPLACEMENT_COLOURS, limits)
+        sheet.keys.append(Key("undeformed", GHOST, "line", 44))
     stage = Stage(View.of(shape.extent(), scenery.dimension), sheet.image_width, scenery.length)
     stage.surface(shape.deformed(), scalars="_size", cmap=DISPLACEMENT_COLOURS, clim=limits)
     stage.lines(shape.deformed_outline(), LINE, 1.5, rank=1)

@@ -74,7 +74,8 @@ class DeformedShape:
         self.outline = outline_of(self.surface)
         displacement = np.asarray(scenery.blocks.point_data[fields.DISPLACEMENT], float)
         self._greatest = float(np.linalg.norm(displacement, axis=1).max(initial=0.0))
-        self._still = at_rest(displacement, np.asarray(scenery.blocks.points))
+        # who asks for an amplification sees even rounding
+        self.moves = amplification is not None or not at_rest(displacement, scenery.blocks.points)
         self.factor = amplification or amplification_of(displacement, np.asarray(scenery.blocks.points))
 
     def deformed(self) -> Any:
@@ -95,7 +96,7 @@ class DeformedShape:
 
     def caption(self) -> str:
         """The amplification and the greatest displacement in words."""
-        if self._still and self.factor == 1:
+        if not self.moves:
             return "No displacement beyond rounding"
         times = f"{self.factor:,.0f}".replace(",", " ") if self.factor >= 10 else f"{self.factor:g}"
         return f"Displacements × {times}; greatest displacement {quantity(self._greatest, 'm')}"

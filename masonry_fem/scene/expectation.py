@@ -32,7 +32,7 @@ def _union_expectation(kind: Any, extra: dict[str, Any], dimension: int | None) 
     choices = alternatives(kind)
     if isinstance(choices[0], inspect.StructType):
         return "a table"
-    return " or ".join(expectation(one, dimension) for one in choices)
+    return ", or ".join(expectation(one, dimension) for one in choices)
 
 
 def _tuple_expectation(kind: Any, extra: dict[str, Any], _: int | None) -> str:

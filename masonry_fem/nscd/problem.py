@@ -133,13 +133,17 @@ class ContactProblem:
             return np.zeros_like(self.free_velocity)
         from masonry_fem.nscd.transfer import to_contacts  # noqa: PLC0415 - Numba is slow to import
 
-        return to_contacts(self.bodies, self.rigid_map, np.ascontiguousarray(rigid_velocity))
+        velocity: FloatArray = to_contacts(self.bodies, self.rigid_map, np.ascontiguousarray(rigid_velocity))
+        return velocity
 
     def body_impulse(self, impulse: FloatArray) -> FloatArray:
         """Bᵀ p, shape (b, m)."""
         from masonry_fem.nscd.transfer import to_bodies  # noqa: PLC0415 - Numba is slow to import
 
-        return to_bodies(self.bodies, self.rigid_map, np.ascontiguousarray(impulse), self.body_count)
+        given: FloatArray = to_bodies(
+            self.bodies, self.rigid_map, np.ascontiguousarray(impulse), self.body_count
+        )
+        return given
 
     def side_impulse(self, impulse: FloatArray) -> FloatArray:
         """What each contact gives to the rigid modes on its two sides, shape (c, 2, m)."""

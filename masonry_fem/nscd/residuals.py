@@ -109,11 +109,7 @@ def _velocity_scale(
 ) -> float:
     # w‖p‖ would not do: with a heavy block on a light one it exceeds all velocities by the ratio
     # of their masses, and hides a p that is wrong by as much
-    return (
-        _largest(graphs.lengths(elastic))
-        or free_speed(problem)
-        or _largest(w * graphs.lengths(impulse))
-    )
+    return _largest(graphs.lengths(elastic)) or free_speed(problem) or _largest(w * graphs.lengths(impulse))
 
 
 def _block_balance(problem: ContactProblem, impulse: FloatArray, rigid_velocity: FloatArray) -> float:

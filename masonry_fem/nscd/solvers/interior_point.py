@@ -9,12 +9,15 @@ outer iteration cycles where joints slide, nor merely updated: each step lineari
 
     s = √(‖v_T‖² + ε²) − ε,    ε in proportion to τ,    ŝ' = J v',  J = I + μ n ⊗ v_T/√(‖v_T‖² + ε²)
 
-so that sliding contacts converge as fast as sticking ones. With H the scaling in impulses, a step is
-dp = −H (J dv + …), and where blocks are rigid it is solved in the bodies' velocities, with the
-matrix M + Bᵀ H J B.
+so that sliding contacts converge as fast as sticking ones. The term is left out altogether until
+friction works at more than some times τ: a wall that sticks is a convex problem, and ends quadratically.
+
+With H the scaling in impulses, a step is dp = −H (J dv + …), and where blocks are rigid it is solved
+in the bodies' velocities, with the matrix M + Bᵀ H J B. H grows as 1/τ, and is never multiplied out
+where it meets a velocity: H = R Rᵀ, and R Rᵀ dv keeps the digits that H dv loses.
 
 Where contacts touch without force, or stick on the edge of their cone, the error falls as √τ only
-and rounding ends it at some 1e-6: proximal Newton goes on from there in a few steps.
+and rounding ends it at some 1e-7: proximal Newton goes on from there in a few steps.
 
     solution = iterate(problem, InteriorPoint(), settings)
 """
@@ -26,6 +29,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from masonry_fem.nscd.graphs import tangential_norm
 from masonry_fem.nscd.iterate import Iterate
 from masonry_fem.nscd.linear import Library
 from masonry_fem.nscd.outcome import Outcome
@@ -49,8 +53,7 @@ class InteriorPoint:
     Attributes
     ----------
     smoothing : ε of the friction term, relative to τ over the first impulse.
-    sliding : The friction term is left out until the friction of some contact works at more than so
-        many times τ.
+    sliding : The friction term is left out until the mean work of friction is so many times τ.
     to_boundary : Share of the way to the cones' boundary that a step goes.
     slow, patience : It is stalled where ``patience`` steps left more than ``slow`` of the error, of τ
         and of what v̂ misses; three times as many at errors above 1e-3.
@@ -191,7 +194,7 @@ class InteriorPointRun:
         problem = self.problem
         impulse = self.x / self.shape
         velocity = problem.velocity(impulse, self.rigid_velocity)
-        speed = np.sqrt((velocity[:, 1:] ** 2).sum(axis=1))
+        speed = tangential_norm(velocity)
         missing = self.z * self.shape - velocity
         augment = self._identity()
         if float((self.x[:, 0] * speed).mean()) > self.settings.sliding * tau:
@@ -209,15 +212,18 @@ class InteriorPointRun:
 
     def _factor(self, forth: FloatArray, back: FloatArray, augment: FloatArray) -> NewtonFactor:
         """H⁻¹ dp + J (W_el dp + B dU) = …, factorised."""
-        outer = self.shape[:, :, None] * self.shape[:, None, :]
         every = np.ones(self.problem.count, dtype=bool)
+        own = np.zeros_like(forth)
+        kept = self.system.elastic  # others need R only
+        outer = self.shape[kept][:, :, None] * self.shape[kept][:, None, :]
+        own[kept] = (back[kept] @ back[kept]) * outer
         return self.system.factor(
-            (back @ back) * outer,
+            own,
             augment,
             every,
             ~every,
             self.problem.rigid_mass,
-            own_inverse=(forth @ forth) / outer,
+            root=forth / self.shape[:, :, None],
         )
 
     def _solve(

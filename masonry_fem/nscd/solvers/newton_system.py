@@ -80,6 +80,7 @@ class NewtonSystem:
         plain: Mask,
         mass: FloatArray,
         own_inverse: FloatArray | None = None,
+        root: FloatArray | None = None,
     ) -> NewtonFactor:
         """The factor of one Newton step; it may be used for several right-hand sides.
 
@@ -92,10 +93,11 @@ class NewtonSystem:
         plain : Contacts whose ``by_velocity`` is the identity, shape (c,).
         mass : M with the proximal mass, shape (b, m).
         own_inverse : D⁻¹ of contacts without compliance, where the caller has it more exactly.
+        root : R with D⁻¹ = R Rᵀ, likewise, and better: products in two steps keep what is small in D⁻¹.
         """
         kept = np.flatnonzero(closed & self.elastic)
         gone = np.flatnonzero(closed & ~self.elastic)
-        inverse = np.linalg.inv(own[gone]) if own_inverse is None else own_inverse[gone]
+        inverse, factors = _inverse(own[gone], own_inverse, root, gone)
         slope = inverse @ by_velocity[gone]
         diagonal = -self.unit * mass / self.column**2
         coupled = self.body_matrix.assemble(-self.unit * slope, gone, diagonal)
@@ -110,7 +112,7 @@ class NewtonSystem:
             if self._plan is None and len(mass) * m >= DENSE_BELOW:
                 self._plan = FrontPlan(matrix, groups, elimination)
             solve = factorise(matrix, groups, elimination, self.library, self._plan)
-        return NewtonFactor(self, kept, gone, inverse, slope, own, solve)
+        return NewtonFactor(self, kept, gone, factors, by_velocity[gone], own, solve)
 
     def _matrix(
         self,
@@ -157,13 +159,13 @@ class NewtonFactor:
         system: NewtonSystem,
         kept: IntArray,
         gone: IntArray,
-        inverse: FloatArray,
-        slope: FloatArray,
+        inverse: tuple[FloatArray, ...],
+        by_velocity: FloatArray,
         own: FloatArray,
         answer: Solve,
     ) -> None:
         self.system, self.kept, self.gone = system, kept, gone
-        self.inverse, self.slope, self.own, self.answer = inverse, slope, own, answer
+        self.inverse, self.by_velocity, self.own, self.answer = inverse, by_velocity, own, answer
 
     def solve(
         self, force: FloatArray, balance: FloatArray, given: FloatArray | None = None
@@ -179,20 +181,41 @@ class NewtonFactor:
         """
         system, kept, gone = self.system, self.kept, self.gone
         problem, count, d = system.problem, len(self.kept), force.shape[1]
-        offset = (self.inverse @ force[gone][:, :, None])[:, :, 0]
-        if given is not None:
-            offset = offset - given[gone]
-            force = force - (self.own @ given[:, :, None])[:, :, 0]
+        missing = force[gone]
         step = np.zeros_like(force)
-        step[gone] = -offset
+        step[gone] = -self._inverted(missing)
+        if given is not None:
+            step[gone] += given[gone]
+            force = force - (self.own @ given[:, :, None])[:, :, 0]
         balance = balance + problem.body_impulse(step)
         rhs = np.concatenate([-force[kept].ravel(), (-system.unit * balance / system.column).ravel()])
         answer = self.answer(rhs)
         step[kept] = answer[: count * d].reshape(count, d) / system.unit
         motion = answer[count * d :].reshape(balance.shape) / system.column
         moved = problem.contact_velocity(motion)[gone]
-        step[gone] = -offset - (self.slope @ moved[:, :, None])[:, :, 0]
+        # what D⁻¹ is applied to is small where D⁻¹ is large: first the sum, then the product
+        missing = missing + (self.by_velocity @ moved[:, :, None])[:, :, 0]
+        step[gone] = -self._inverted(missing)
+        if given is not None:
+            step[gone] += given[gone]
         return step, motion
+
+    def _inverted(self, force: FloatArray) -> FloatArray:
+        """D⁻¹ force at contacts without compliance."""
+        for part in self.inverse:
+            force = (part @ force[:, :, None])[:, :, 0]
+        return force
+
+
+def _inverse(
+    own: FloatArray, own_inverse: FloatArray | None, root: FloatArray | None, gone: IntArray
+) -> tuple[FloatArray, tuple[FloatArray, ...]]:
+    """D⁻¹ of some contacts, and the factors to apply it by, first to last."""
+    if root is not None:
+        first, last = root[gone].transpose(0, 2, 1), root[gone]
+        return last @ first, (first, last)
+    inverse = np.linalg.inv(own) if own_inverse is None else own_inverse[gone]
+    return inverse, (inverse,)
 
 
 def block_rows(matrix: sparse.bsr_array) -> IntArray:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import importlib.metadata
 import logging
+import os
 import platform
 import resource
 from collections.abc import Mapping, Sequence
@@ -299,6 +300,13 @@ def versions() -> dict[str, str]:
 def check_scene(scene: specs.Scene, base: Path = Path()) -> Mapping[str, Any]:
     """Build a scene without solving it: its size, interfaces and a memory estimate."""
     built = build(check(scene, base=base), base)
+    memory, present = estimated_memory(built), present_memory()
+    if memory > present:
+        logger.warning(
+            "a run needs some %.0f MB, this machine has %.0f MB; expected less: take larger elements, or "
+            "rigid blocks where stresses are not asked for",
+            memory, present,
+        )  # fmt: skip
     labels: dict[str, int] = {}
     for interface in built.model.interfaces:
         labels[interface.label or "unnamed"] = labels.get(interface.label or "unnamed", 0) + 1
@@ -308,7 +316,7 @@ def check_scene(scene: specs.Scene, base: Path = Path()) -> Mapping[str, Any]:
         "roles": {role: built.stones.role.count(role) for role in ("support", "rigid", "elastic")},
         "interfaces_by_label": labels,
         "most_steps": strategy(scene.analysis).steps,
-        "estimated_memory_mb": estimated_memory(built),
+        "estimated_memory_mb": memory,
     }
 
 
@@ -322,6 +330,11 @@ def estimated_memory(built: Built) -> float:
         total += 8.0 * (d * per_block[block]) ** 2
     # factors of the contact system hold a few times the compliance
     return peak_memory() + 4 * total / 1e6
+
+
+def present_memory() -> float:
+    """Memory of this machine [MB]."""
+    return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 1e6
 
 
 def write_mesh(scene: specs.Scene, out: Path, base: Path = Path()) -> list[Path]:

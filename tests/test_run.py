@@ -75,6 +75,14 @@ def test_check_counts_the_steps():
     assert check_scene(scene())["most_steps"] == 5
 
 
+def test_check_tells_what_this_machine_cannot_hold(monkeypatch, caplog):
+    check_scene(scene())
+    assert caplog.text == ""
+    monkeypatch.setattr("masonry_fem.run.present_memory", lambda: 1.0)
+    check_scene(scene())
+    assert "this machine has 1 MB" in caplog.text
+
+
 def test_observers_see_every_step():
     class Times(list):
         def record(self, model, state, report):

@@ -84,7 +84,8 @@ def march(
     coupling = connect(model)
     start = tuple(group.rest() for group in model.groups) if bodies is None else bodies
     state = initial_state(model, coupling, start)
-    ledger, failed, clock, largest = Ledger(), 0, Clock(), 0.0
+    ledger, clock, largest = Ledger(), Clock(), 0.0
+    missed: list[float] = []
     share = min(ROUNDING / settings.tolerance, LEAST_SHARE)
     for scheme, until in strategy.schedule():
         measured = replace(settings, least_impulse=share * largest)
@@ -101,15 +102,20 @@ def march(
         stop = _hopeless(report, scheme.inertia == 0)
         if stop is not None:
             return _ended(stop, model, made, report, ledger, clock)
-        failed += report.outcome is not Outcome.CONVERGED
+        if report.outcome is not Outcome.CONVERGED:
+            missed.append(report.quality.error)
         if strategy.settled(report):
             return _ended("equilibrium", model, made, report, ledger, clock)
         state = _rested(model, made.after, strategy.velocity_factor)
     verdict: Verdict = "no_equilibrium" if strategy.seeks_equilibrium else "finished"
     if strategy.seeks_equilibrium and report.outcome is not Outcome.CONVERGED:
         verdict = "no_convergence"  # a step that was not solved says nothing of what exists
-    if failed:
-        logger.warning("%d of %d steps missed the solver's tolerance", failed, report.step)
+    if missed:
+        logger.warning(
+            "%d of %d steps missed the solver's tolerance %g, the worst with an error of %.1e; "
+            "look at the certificate, and loosen solver.tolerance where that is exact enough",
+            len(missed), report.step, settings.tolerance, max(missed),
+        )  # fmt: skip
     return _ended(verdict, model, made, report, ledger, clock)
 
 

@@ -176,8 +176,17 @@ def _balance(model: Model, made: Increment, forces: tuple[FloatArray, ...], sche
     return float((residual / np.maximum(weight, typical)).max())
 
 
+def _way(turning: float, upward: float, speed: float) -> str:
+    """How a block moves, in a word, by speeds [m/s]: of turning, of its mean upwards, greatest."""
+    if turning > 0.3 * speed:
+        return "tips"
+    if abs(upward) > 0.7 * speed:
+        return "rises" if upward > 0 else "falls"
+    return "slides"
+
+
 def moving_blocks(model: Model, state: SystemState, share: float = 0.1) -> list[tuple[str, float, str]]:
-    """Blocks faster than ``share`` of the fastest: (name, speed [m/s], 'slides', 'tips' or 'falls')."""
+    """Blocks faster than ``share`` of the fastest: (name, speed, 'slides', 'tips', 'falls' or 'rises')."""
     found: list[tuple[str, float, str]] = []
     for group, own in zip(model.groups, state.bodies, strict=True):
         if group.prescribed:
@@ -187,9 +196,7 @@ def moving_blocks(model: Model, state: SystemState, share: float = 0.1) -> list[
             mean = field.mean(axis=0)
             turn = float(np.linalg.norm(field - mean, axis=1).max())
             speed = float(np.linalg.norm(field, axis=1).max())
-            down = -mean[-1] > 0.7 * speed
-            kind = "tips" if turn > 0.3 * speed else ("falls" if down else "slides")
-            found.append((model.assembly.blocks[block].name, speed, kind))
+            found.append((model.assembly.blocks[block].name, speed, _way(turn, float(mean[-1]), speed)))
     fastest = max((speed for _, speed, _ in found), default=0.0)
     moving = [entry for entry in found if entry[1] > share * fastest and fastest > 0]
     return sorted(moving, key=lambda entry: -entry[1])

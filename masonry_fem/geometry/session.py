@@ -50,7 +50,7 @@ def session(title: str) -> Iterator[Any]:
             raise
         said = [line.split(":", 1)[-1].strip() for line in gmsh.logger.get() if line.startswith("Error")]
         raise GeometryError(
-            f"{title}: gmsh stopped with '{said[0] if said else error}'; open the geometry in gmsh and "
+            f"{title}: gmsh stopped with: {said[0] if said else error}; open the geometry in gmsh and "
             "correct it there"
         ) from error
     finally:

@@ -192,7 +192,8 @@ def _increasing(table: Table, path: KeyPath) -> None:
 def _exists(name: str, path: KeyPath, base: Path) -> None:
     if not (base / name).is_file():
         folder = (base / name).parent
-        beside = [one.name for one in folder.iterdir()] if folder.is_dir() else []
+        files = folder.iterdir() if folder.is_dir() else ()
+        beside = [one.name for one in files if one.suffix != ".toml"]  # scenes name no scenes
         raise wrong(path, name, f"an existing file in '{base}'", nearest(Path(name).name, beside))
 
 

@@ -101,6 +101,22 @@ def test_no_equilibrium_names_the_blocks() -> None:
     assert "slide; see what should hold them" in made.message
 
 
+def test_blocks_drawn_upwards_rise() -> None:
+    model = stack(2)
+    up = model.groups[1].acceleration_force(np.array([0.0, 0.0, G]))
+    model = replace(model, loads=(Load("gravity", (None, up), lambda _: 1.0),))
+    made = march(model, linear_damping(step=0.01, factor=0.5, max_steps=3), SolverSettings())
+    assert made.outcome == "no_equilibrium"
+    assert {way for _, _, way in made.moving} == {"rises"}
+    assert " rise;" in made.message
+
+
+def test_steps_that_miss_the_tolerance_are_told(caplog) -> None:
+    tight = SolverSettings(tolerance=1e-300, max_iterations=30)
+    march(stack(2, 3, 0.3, 0.1 * G), Transient(step=0.01, duration=0.03, theta=1.0), tight)
+    assert "of 3 steps missed the solver's tolerance 1e-300, the worst with an error of" in caplog.text
+
+
 def test_moving_support_carries_the_stack() -> None:
     lift = Motion(displacement=lambda t: np.array([0.0, 0.0, 0.1 * t]))
     made = march(stack(2, 3, motion=lift), Transient(step=0.01, duration=0.1, theta=1.0), SolverSettings())

@@ -218,6 +218,6 @@ def test_only_the_errors_of_gmsh_are_its_own(error: Exception) -> None:
 
 
 def test_what_gmsh_refuses_is_told_with_its_words() -> None:
-    said = r"^wall\.geo: gmsh stopped with '.+'; open"
+    said = r"^wall\.geo: gmsh stopped with: .+; open"
     with pytest.raises(GeometryError, match=said), session("wall.geo") as own:
         own.model.occ.addBox(0, 0, 0, 0, 0, 0)

@@ -45,6 +45,7 @@ class ForceDeterminacy:
     supports : By name: force and moment about the origin that a support gives to the blocks, (r,).
     supports_determined : The same for them, by name, (r,).
     error : Of the least-norm reactions, ``Quality.error``.
+    least_norm : False where the way to them broke off, and the reactions are those of the solver.
     """
 
     state: SystemState
@@ -54,6 +55,7 @@ class ForceDeterminacy:
     supports: dict[str, FloatArray]
     supports_determined: dict[str, Mask]
     error: float
+    least_norm: bool
 
 
 def determine(model: Model, made: Increment) -> ForceDeterminacy:
@@ -81,6 +83,7 @@ def determine(model: Model, made: Increment) -> ForceDeterminacy:
         supports,
         _supports_determined(model, made, found, tuple(supports)),
         least.quality.error,
+        least.attained,
     )
 
 

@@ -25,9 +25,9 @@ from masonry_fem.nscd.solvers.newton_system import NewtonFactor, NewtonSystem
 FloatArray = NDArray[np.float64]
 
 # Weight of the norm over the elastic compliance: how fast the multipliers' method goes.
-SOFT = 1e-6
+SOFT = 1e-7
 # It goes there in so many stages of at most so many steps, each to such a stationarity.
-HARDER, HARDENING, NEARLY = 8, 6, 1e-2
+HARDER, HARDENING, NEARLY = 9, 6, 1e-2
 # Distance x · z at which p is well inside the faces, relative to u ‖p‖² of a mean contact.
 INSIDE = 0.1
 # Relative to the equations' own, what keeps the bodies' matrix regular.
@@ -38,8 +38,8 @@ POLISHING = 1e-9
 POLISHED, DIVERGED = 1e-14, 1e2
 TO_BOUNDARY = 0.99
 SHORTEST = 1e-9
-# Steps that may go by without progress.
-PATIENCE = 8
+# It is stuck where so many steps left more than this share of what was missing.
+PATIENCE, SLOW = 8, 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,14 +109,12 @@ class CentralPath:
         if not self.started:
             self._start(INSIDE if gap is None else gap)
         misses = self._misses(0.0 if gap is None else gap)
-        best, since = np.inf, 0
+        track: list[float] = []
         for _ in range(steps):
             left = max(misses.equations, 1e-3 * misses.stationarity, misses.gap if gap is None else 0.0)
-            if left <= tolerance:
-                break
-            since = since + 1 if left > 0.7 * best else 0
-            best = min(best, left)
-            if since >= PATIENCE or not np.isfinite(left):
+            track.append(left)
+            stuck = len(track) > PATIENCE and left > SLOW * track[-1 - PATIENCE]
+            if left <= tolerance or stuck or not np.isfinite(left):
                 break
             try:
                 with np.errstate(all="ignore"):
@@ -141,7 +139,7 @@ class CentralPath:
         own, own_inverse = (np.eye(d) * part[:, None, None] for part in (u, 1 / u))
         mass = POLISHING * self.system.column**2 / self.unit
         impulse = self.impulse
-        best, least = impulse, self._distance(impulse)
+        best, least = impulse, self.distance(impulse)
         for _ in range(steps):
             if least <= POLISHED:
                 break
@@ -152,7 +150,7 @@ class CentralPath:
             change, motion = factor.solve(u[:, None] * (impulse - nearest), balance)
             self.motion, impulse = self.motion + motion, impulse + change
             self.pull = self.pull + self.problem.elastic_velocity(impulse - self.member)
-            miss = self._distance(impulse)
+            miss = self.distance(impulse)
             if not miss < DIVERGED:
                 break
             if miss < least:
@@ -160,7 +158,8 @@ class CentralPath:
         on_faces: FloatArray = self.faces.project(best)[0]
         return on_faces
 
-    def _distance(self, impulse: FloatArray) -> float:
+    def distance(self, impulse: FloatArray) -> float:
+        """How far impulses are from the end of the path, relative to ‖p‖, with the multipliers here."""
         u = self.unit * self.weight[:, None]
         multiplier = self.gradient(impulse) - u * impulse
         nearest = self.faces.project(-multiplier / u)[0]

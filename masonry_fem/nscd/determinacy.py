@@ -48,12 +48,14 @@ class LeastNorm:
     impulse : p that minimises Σ ω_i‖p_i‖² among the solutions [N s], shape (c, d).
     quality : Its error measures with the rigid velocities of the given solution.
     norm, given_norm : √(Σ ω_i‖p_i‖²) of it and of the given solution [N s].
+    attained : False where the way to the least norm broke off; the impulse then is the given one.
     """
 
     impulse: FloatArray
     quality: Quality
     norm: float
     given_norm: float
+    attained: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +102,7 @@ def least_norm_reaction(
             f"weight is {omega.min(initial=0.0)}, expected numbers above 0; 1 weighs all alike"
         )
     found = solution_set(problem, solution) if solutions is None else solutions
-    impulse = found.member
+    impulse, attained = found.member, True
     if found.faces.closed.any():
         omega /= omega.mean()
         path = CentralPath(problem, found.allowed, found.member, found.balance, omega, found.scale)
@@ -110,12 +112,13 @@ def least_norm_reaction(
             impulse = path.polished()
         allowed = max(BALANCED, path.equations(found.member))
         if not path.equations(impulse) <= allowed or _norm(impulse, omega) > _norm(found.member, omega):
-            impulse = found.member  # no better one was found
+            impulse, attained = found.member, _single(found)
     return LeastNorm(
         impulse,
         assess(problem, impulse, solution.rigid_velocity, found.scale),
         _norm(impulse, omega),
         _norm(solution.impulse, omega),
+        attained,
     )
 
 
@@ -165,12 +168,11 @@ def determined_resultants(
     for difference in differences:
         spread += _sums(_apply(rows, difference), group, len(names)) ** 2
     spread = np.sqrt(spread / PROBES)
-    alone = np.sqrt((differences**2).sum(axis=2).mean(axis=0) * found.scale)
     return Determined(
         interface=names,
         resultant=_sums(_apply(rows, found.member), group, len(names)),
         determined=spread <= SAME * np.sqrt(length),
-        unique=alone <= SAME,
+        unique=_difference(found, differences) <= SAME,
     )
 
 
@@ -183,11 +185,23 @@ def summarise_contacts(problem: ContactProblem, solution: Solution) -> tuple[Flo
     return least.impulse, {
         "unique": count == problem.count,
         "unique_contacts": count,
+        "least_norm_attained": least.attained,
         "least_norm": least.norm,
         "norm_found": least.given_norm,
         "least_norm_error": least.quality.error,
         "contacts_not_unique": np.flatnonzero(~known.unique).tolist(),
     }
+
+
+def _single(found: SolutionSet) -> bool:
+    """True where the solution is the only one."""
+    return bool((_difference(found, found.differences(1)) <= SAME).all())
+
+
+def _difference(found: SolutionSet, differences: FloatArray) -> FloatArray:
+    """Root mean square of unit differences at each contact, shape (c,)."""
+    size: FloatArray = np.sqrt((differences**2).sum(axis=2).mean(axis=0) * found.scale)
+    return size
 
 
 def _wrench(problem: ContactProblem) -> FloatArray:

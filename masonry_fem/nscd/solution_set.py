@@ -39,9 +39,10 @@ EDGE = 1e-9
 CLEAR, EDGES, REDUCTIONS = 1e-11, 1e2, 3
 # What edges may cost in the equations: so many times the solution's error, at least the second.
 MOVED, UNMOVED = 1e3, 1e-8
-# A way that missed more than this led nowhere: all faces are then taken whole, which calls too little
-# determined, never too much.
-USABLE = 1e-6
+# A way that missed more than the first, even without edges that are forced, led nowhere: all faces are
+# then taken whole, which calls too little determined, never too much. Up to the second, forced edges
+# are looked for.
+USABLE, HOPEFUL = 1e-6, 1e-3
 # Null-space projection: weight of what is projected, of the equations, and how often.
 LOOSE, REGULAR, PASSES = 1e-7, 1e-10, 6
 
@@ -141,7 +142,7 @@ def solution_set(problem: ContactProblem, solution: Solution, tolerance: float |
     clear = max(solution.quality.error, CLEAR)
     kept = max(MOVED * solution.quality.error, UNMOVED)
     for _ in range(REDUCTIONS):
-        if misses <= clear or not misses <= USABLE:
+        if misses <= clear or not misses <= HOPEFUL:
             break
         # too much is forced to the edges: without it the way is clear
         smaller = faces.shrunk(0.5 * (member + path.impulse), EDGES * misses * path.size)

@@ -22,7 +22,7 @@ def determinacy_summary(model: Model, told: ForceDeterminacy) -> dict[str, Any]:
     whole = told.determined.all(axis=1)
     open_ones = np.flatnonzero(~whole)
     return {
-        "reactions": "least norm",
+        "reactions": "least norm" if told.least_norm else "as solved",
         "error": told.error,
         "interfaces_determined": int(whole.sum()),
         "interfaces_not_determined": len(open_ones),

@@ -74,6 +74,7 @@ def test_four_legs_share_equally():
     least = least_norm_reaction(problem, given)
     np.testing.assert_allclose(least.impulse, np.tile([weight / 4, 0, 0], (4, 1)), atol=1e-9 * weight)
     assert least.norm == pytest.approx(weight / 2)
+    assert least.attained
     assert least.given_norm > least.norm
     assert least.quality.error < 1e-9
     known = determined_resultants(problem, given, np.zeros(4))
@@ -268,9 +269,11 @@ def test_an_elastic_wall_is_known_up_to_loops_around_vertices():
 
 def test_elastic_cubes_are_determined():
     problem = walls.cubes(4).problem()
-    known = determined_resultants(problem, solved(problem), pairs(problem))
+    solution = solved(problem)
+    known = determined_resultants(problem, solution, pairs(problem))
     assert known.determined.all()
     assert known.unique.all()
+    assert least_norm_reaction(problem, solution).attained
 
 
 # --- invariance -----------------------------------------------------------------------------------

@@ -38,6 +38,8 @@ POLISHING = 1e-9
 POLISHED, DIVERGED = 1e-14, 1e2
 TO_BOUNDARY = 0.99
 SHORTEST = 1e-9
+# Stages to the end, and how much lower x · z is in each.
+STAGES, LOWER = 7, 0.1
 # It is stuck where so many steps left more than this share of what was missing.
 PATIENCE, SLOW = 8, 0.5
 
@@ -128,8 +130,15 @@ class CentralPath:
             misses = self._misses(0.0 if gap is None else gap)
         return misses
 
-    def polished(self, steps: int = 20) -> FloatArray:
-        """The end of the path by semismooth Newton steps from here: p in its faces, shape (c, d).
+    def finish(self, tolerance: float, steps: int) -> None:
+        """Move to the end, in stages where multipliers of elastic velocities must follow."""
+        if not self.problem.rigid:
+            for stage in range(1, STAGES):
+                self.follow(INSIDE * LOWER**stage, tolerance, steps)
+        self.follow(None, tolerance, steps)
+
+    def polished(self, steps: int = 20) -> tuple[FloatArray, float]:
+        """The end of the path by semismooth Newton steps from here: p in its faces, and its distance.
 
         p is the projection of −(multipliers)/(u ω) on the faces; where the edges that p lies on are
         known, a step or two get there to rounding. The best state met is returned.
@@ -139,7 +148,7 @@ class CentralPath:
         own, own_inverse = (np.eye(d) * part[:, None, None] for part in (u, 1 / u))
         mass = POLISHING * self.system.column**2 / self.unit
         impulse = self.impulse
-        best, least = impulse, self.distance(impulse)
+        best, least = impulse, self._distance(impulse)
         for _ in range(steps):
             if least <= POLISHED:
                 break
@@ -150,16 +159,14 @@ class CentralPath:
             change, motion = factor.solve(u[:, None] * (impulse - nearest), balance)
             self.motion, impulse = self.motion + motion, impulse + change
             self.pull = self.pull + self.problem.elastic_velocity(impulse - self.member)
-            miss = self.distance(impulse)
+            miss = self._distance(impulse)
             if not miss < DIVERGED:
                 break
             if miss < least:
                 best, least = impulse, miss
-        on_faces: FloatArray = self.faces.project(best)[0]
-        return on_faces
+        return self.faces.project(best)[0], least
 
-    def distance(self, impulse: FloatArray) -> float:
-        """How far impulses are from the end of the path, relative to ‖p‖, with the multipliers here."""
+    def _distance(self, impulse: FloatArray) -> float:
         u = self.unit * self.weight[:, None]
         multiplier = self.gradient(impulse) - u * impulse
         nearest = self.faces.project(-multiplier / u)[0]

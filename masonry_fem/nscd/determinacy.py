@@ -31,8 +31,10 @@ Mask = NDArray[np.bool_]
 
 # On the way to the least norm: when to turn to its end, when that is near, and steps to either.
 CENTRED, NEAR, STEPS = 1e-8, 1e-9, 80
-# How well the equations must hold.
-BALANCED = 1e-9
+# Distance from the least norm at which it is attained, relative to ‖p‖.
+ATTAINED = 1e-6
+# How much worse than the given solution it may be, and what is good enough in any case.
+TIMES, EXACT = 10.0, 1e-7
 # Random differences of solutions that the resultants are tried on.
 PROBES = 12
 # A resultant that differs by less than this between unit differences of solutions is determined.
@@ -103,23 +105,20 @@ def least_norm_reaction(
         )
     found = solution_set(problem, solution) if solutions is None else solutions
     impulse, attained = found.member, True
-    if found.faces.closed.any():
+    if not _single(found):
         omega /= omega.mean()
         path = CentralPath(problem, found.allowed, found.member, found.balance, omega, found.scale)
         with one_thread():
             path.follow(INSIDE, CENTRED, STEPS)
-            path.follow(None, NEAR, STEPS)
-            impulse = path.polished()
-        allowed = max(BALANCED, path.equations(found.member))
-        if not path.equations(impulse) <= allowed or _norm(impulse, omega) > _norm(found.member, omega):
-            impulse, attained = found.member, _single(found)
-    return LeastNorm(
-        impulse,
-        assess(problem, impulse, solution.rigid_velocity, found.scale),
-        _norm(impulse, omega),
-        _norm(solution.impulse, omega),
-        attained,
-    )
+            path.finish(NEAR, STEPS)
+            impulse, distance = path.polished()
+        attained = distance <= ATTAINED
+    quality = assess(problem, impulse, solution.rigid_velocity, found.scale)
+    worse = quality.error > max(TIMES * solution.quality.error, EXACT)
+    if worse or _norm(impulse, omega) > (1 + ATTAINED) * _norm(found.member, omega):
+        impulse, attained = found.member, False
+        quality = assess(problem, impulse, solution.rigid_velocity, found.scale)
+    return LeastNorm(impulse, quality, _norm(impulse, omega), _norm(solution.impulse, omega), attained)
 
 
 def determined_resultants(

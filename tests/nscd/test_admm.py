@@ -1,7 +1,10 @@
 """ADMM: pencil answers, walls that stick and slide, and the velocities of Newton's method."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy import sparse
 
 from masonry_fem.nscd import ContactProblem, Outcome, SolverSettings, Start, solve
 from masonry_fem.nscd.iterate import iterate
@@ -72,6 +75,92 @@ def test_plane_contact_without_friction():
 def test_no_contacts():
     solution = admm(ContactProblem.plain(np.zeros((0, 0)), np.zeros((0, 3)), np.zeros(0)))
     assert solution.converged
+
+
+def with_a_loose_body(problem, inertia):
+    """The problem, and a body that nothing touches."""
+    c, _, d, m = problem.rigid_map.shape
+    push = np.full((1, m), 2.0 * inertia)
+    return replace(
+        problem,
+        rigid_mass=np.vstack([problem.rigid_mass, np.full((1, m), inertia)]),
+        rigid_impulse=np.vstack([problem.rigid_impulse, push]),
+        rigid_velocity=np.vstack([problem.rigid_velocity, np.full((1, m), 3.0)]),
+        compliance=sparse.bsr_array((c * d, c * d), blocksize=(d, d)),
+    )
+
+
+@pytest.mark.parametrize("inertia", [0.0, 1.0])
+def test_a_body_without_contacts_flies_on(inertia):
+    problem = with_a_loose_body(block_on_floor(0.6, 0.3, inertia=inertia), inertia)
+    solution = admm(problem)
+    assert solution.converged
+    assert solution.rigid_velocity[1] == pytest.approx(3.0 + 2.0 * inertia)
+    assert solution.impulse[:, 0].sum() == pytest.approx(G, rel=1e-7)
+
+
+def test_no_load_needs_no_impulse():
+    problem = walls.rigid_wall(4, 3, step=0.0)
+    solution = admm(problem)
+    assert solution.converged
+    assert not solution.impulse.any()
+
+
+@pytest.mark.parametrize("step", [1e-9, 1e6])
+def test_units_change_nothing(step):
+    problem = walls.rigid_wall(5, 4, horizontal=0.3, friction=0.2)
+    unit = admm(problem, 1e-8)
+    other = admm(replace(problem, rigid_impulse=step * problem.rigid_impulse), 1e-8)
+    assert unit.converged
+    assert other.converged
+    np.testing.assert_allclose(other.rigid_velocity / step, unit.rigid_velocity, atol=1e-5 * G * 12)
+
+
+def test_a_load_that_vanishes_leaves_no_impulse():
+    """A warm start from the load before, which must go altogether."""
+    loaded = walls.rigid_wall(4, 3)
+    before = admm(loaded, 1e-9)
+    problem = replace(loaded, rigid_impulse=np.zeros_like(loaded.rigid_impulse))
+    least = float(np.linalg.norm(before.impulse)) * 1e-6
+    settings = SolverSettings(method="admm", tolerance=1e-6, least_impulse=least)
+    after = solve(problem, settings, Start(before.impulse, before.rigid_velocity))
+    assert after.converged
+    assert np.abs(after.rigid_velocity).max() < 1e-6 * np.abs(loaded.rigid_impulse).max()
+
+
+@pytest.mark.parametrize(("horizontal", "friction"), [(0.1, 0.6), (0.3, 0.2), (0.6, 1.2)])
+def test_products_alone_do(horizontal, friction):
+    problem = walls.rigid_wall(5, 4, friction=friction, horizontal=horizontal)
+    for form in (problem, problem.condensed()):
+        solution = iterate(form, ADMM(factorise=False, accuracy=1e-4), SolverSettings(tolerance=1e-8))
+        assert solution.converged
+        assert solution.linear_solves == 0
+        exact = admm(problem, 1e-9).velocity
+        np.testing.assert_allclose(
+            solution.velocity, exact, atol=1e-6 * np.abs(problem.plain_velocity()).max()
+        )
+
+
+def test_products_alone_do_for_rigid_statics():
+    problem = walls.rigid_wall(5, 4, inertia=0.0)
+    solution = iterate(problem, ADMM(factorise=False), SolverSettings(tolerance=1e-8))
+    assert solution.converged
+    speed = np.abs(problem.contact_velocity(problem.rigid_impulse)).max()  # of unit masses
+    assert np.abs(solution.velocity).max() < 1e-6 * speed
+
+
+def test_products_alone_do_for_elastic_statics():
+    problem = walls.wall(2, 1.0, (2, 1, 1)).problem()
+    solution = iterate(problem, ADMM(factorise=False), SolverSettings(tolerance=1e-8))
+    assert solution.converged
+    exact = admm(problem, 1e-9).velocity
+    np.testing.assert_allclose(solution.velocity, exact, atol=1e-6 * np.abs(exact).max())
+
+
+def test_a_wall_that_neither_tips_nor_slides_although_it_might():
+    """With a friction term that is updated in each iteration this one never ends."""
+    problem = walls.rigid_wall(10, 8, horizontal=0.6, friction=1.2)
+    assert admm(problem, 1e-8, max_iterations=500).converged
 
 
 def test_two_runs_agree_bit_for_bit():

@@ -64,7 +64,7 @@ class ADMM:
     library : Linear factor, see ``linear``.
     """
 
-    rho: float = 0.1
+    rho: float = 0.3
     share: float = 0.5
     change: float = 2.0
     relaxation: float = 1.6
@@ -74,7 +74,7 @@ class ADMM:
     phase: int = 150
     follow: float = 0.6
     factorise: bool = True
-    accuracy: float = 1e-2
+    accuracy: float = 1e-3
     interval: int = 10
     patience: int = 3_000
     progress: float = 0.5

@@ -15,11 +15,11 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
 
-from masonry_fem.errors import ProblemError
 from masonry_fem.nscd.linear import Library
 from masonry_fem.nscd.problem import ContactProblem
-from masonry_fem.nscd.scaling import diagonal_blocks, rigid_diagonal
+from masonry_fem.nscd.scaling import diagonal_blocks
 from masonry_fem.nscd.solvers.conjugate import conjugate
 from masonry_fem.nscd.solvers.newton_system import NewtonFactor, NewtonSystem
 
@@ -28,6 +28,8 @@ FloatArray = NDArray[np.float64]
 # Mass that bodies without inertia get, relative to what their contacts give them; it is proximal: it
 # holds them where the last step left them, and not where they were before the load.
 PROXIMAL_MASS = 1e-7
+# What the inner iterations leave: the outer ones take them for exact.
+INNER = 1e-12
 
 
 class ProximalStep(Protocol):
@@ -56,15 +58,7 @@ def iterated(problem: ContactProblem, accuracy: float) -> ProximalStep:
 
     ``accuracy`` is the share of its residual that each solution leaves of the last one's.
     """
-    if _all_rigid(problem):
-        return _RigidProducts(problem, accuracy)
-    if (problem.rigid_mass <= 0).any():
-        body = int(np.argwhere(problem.rigid_mass <= 0)[0][0])
-        raise ProblemError(
-            f"body {body} has no rigid mass (statics) beside elastic contacts, which ADMM cannot solve by "
-            "products alone; leave it its factorisation, or use a dynamic step"
-        )
-    return _PlainProducts(problem, accuracy)
+    return _Products(problem, accuracy)
 
 
 def _all_rigid(problem: ContactProblem) -> bool:
@@ -125,7 +119,10 @@ class _Maps:
     """B and Bᵀ as sparse matrices: their products cost a third of those by contact and side."""
 
     def __init__(self, problem: ContactProblem) -> None:
-        self.matrix = problem.rigid_matrix().tocsr()
+        rows, columns = problem.free_velocity.size, problem.rigid_mass.size
+        self.matrix = (
+            problem.rigid_matrix().tocsr() if columns else sparse.csr_array((rows, columns), dtype=float)
+        )
         self.transposed = self.matrix.T.tocsr()
 
     def velocity(self, rigid_velocity: FloatArray) -> FloatArray:
@@ -154,79 +151,74 @@ class _RigidFactor(_MixedFactor):
         return target - moved / self.weight[:, None], self.rigid_velocity
 
 
-class _RigidProducts(_Balance):
-    """The same by conjugate gradients, preconditioned by the blocks of the bodies."""
+class _Products(_Balance):
+    """Products only: with A = W_el + D, (M + Bᵀ A⁻¹ B) U = f + Bᵀ A⁻¹ force by conjugate gradients.
+
+    W is never condensed: its rigid part would drown the elastic one. Where blocks are elastic, A⁻¹ is
+    an iteration within the iteration, a short one, because D keeps A well-conditioned.
+    """
 
     def __init__(self, problem: ContactProblem, accuracy: float) -> None:
         super().__init__(problem)
         self.accuracy, self.maps = accuracy, _Maps(problem)
+        self.own = diagonal_blocks(problem.compliance, problem.count, problem.dimension)
+        self.impulse = np.zeros_like(problem.free_velocity)
 
     def weigh(self, weight: FloatArray) -> None:
         super().weigh(weight)
-        sides = self.problem.rigid_map
-        own = (sides / weight[:, None, None, None]).swapaxes(2, 3) @ sides
+        problem = self.problem
+        self.near = np.linalg.inv(self.own + weight[:, None, None] * np.eye(problem.dimension))
+        maps = problem.rigid_map
+        own = maps.swapaxes(2, 3) @ (self.near[:, None] @ maps)
         b, m = self.mass.shape
         blocks = np.zeros((b, m, m))
-        present = self.problem.bodies >= 0
-        np.add.at(blocks, self.problem.bodies[present], own[present])
+        present = problem.bodies >= 0
+        np.add.at(blocks, problem.bodies[present], own[present])
         blocks[:, np.arange(m), np.arange(m)] += np.where(self.mass > 0, self.mass, 1.0)
         self.inverse = np.linalg.inv(blocks)
-        self.thrice = np.repeat(1.0 / weight, self.problem.dimension)
 
     def solve(self, force: FloatArray) -> tuple[FloatArray, FloatArray]:
-        load = self.load()
-        target = force / self.weight[:, None]
-        pull = load.ravel() + self.maps.impulse(target)
+        if not self.problem.body_count:
+            self.impulse = self._spread(force, self.impulse, self.accuracy)
+            return self.impulse, self.rigid_velocity
+        pull = self.load().ravel() + self.maps.impulse(self._spread(force))
         answer, _ = conjugate(
             self._product, self._precondition, pull, self.rigid_velocity.ravel(), self.accuracy
         )
-        self.rigid_velocity = answer.reshape(load.shape)
-        moved = self.maps.velocity(self.rigid_velocity).reshape(force.shape)
-        return target - moved / self.weight[:, None], self.rigid_velocity
+        self.rigid_velocity = answer.reshape(self.mass.shape)
+        moved = self.maps.velocity(answer).reshape(force.shape)
+        return self._spread(force - moved), self.rigid_velocity
 
     def _product(self, motion: FloatArray) -> FloatArray:
-        given = self.maps.impulse(self.thrice * self.maps.velocity(motion))
-        total: FloatArray = self.mass.ravel() * motion + given
+        """(M + Bᵀ A⁻¹ B) U."""
+        moved = self.maps.velocity(motion).reshape(self.impulse.shape)
+        total: FloatArray = self.mass.ravel() * motion + self.maps.impulse(self._spread(moved))
         return total
 
     def _precondition(self, residual: FloatArray) -> FloatArray:
+        """By the blocks of the bodies."""
         blocks = self.inverse @ residual.reshape(self.mass.shape)[:, :, None]
         return blocks.ravel()
 
-
-class _PlainProducts(_Balance):
-    """Any problem with inertia: (W + D) x = force − B U_free, by conjugate gradients."""
-
-    def __init__(self, problem: ContactProblem, accuracy: float) -> None:
-        super().__init__(problem)
-        self.accuracy = accuracy
-        self.own = diagonal_blocks(problem.compliance, problem.count, problem.dimension)
-        if problem.body_count:
-            self.own += rigid_diagonal(problem)
-        self.impulse = np.zeros_like(problem.free_velocity)
-        self.offset = problem.contact_velocity(problem.free_rigid_velocity())
-
-    def weigh(self, weight: FloatArray) -> None:
-        super().weigh(weight)
-        self.inverse = np.linalg.inv(self.own + weight[:, None, None] * np.eye(self.problem.dimension))
-
-    def solve(self, force: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _spread(
+        self, velocity: FloatArray, guess: FloatArray | None = None, accuracy: float = INNER
+    ) -> FloatArray:
+        """The impulses A⁻¹ v, (c, d)."""
+        if self.problem.rigid:
+            return velocity / self.weight[:, None]
+        first = np.zeros_like(velocity) if guess is None else guess
         answer, _ = conjugate(
-            self._product, self._precondition, (force - self.offset).ravel(), self.impulse.ravel(),
-            self.accuracy,
-        )  # fmt: skip
-        self.impulse = answer.reshape(force.shape)
-        self.rigid_velocity = self.problem.balanced_velocity(self.impulse)
-        return self.impulse, self.rigid_velocity
+            self._resistance, self._precondition_own, velocity.ravel(), first.ravel(), accuracy
+        )
+        return answer.reshape(velocity.shape)
 
-    def _product(self, flat: FloatArray) -> FloatArray:
-        problem = self.problem
+    def _resistance(self, flat: FloatArray) -> FloatArray:
+        """A p."""
         impulse = flat.reshape(self.impulse.shape)
-        velocity = problem.elastic_velocity(impulse) + self.weight[:, None] * impulse
-        if problem.body_count:
-            velocity += problem.contact_velocity(problem.body_impulse(impulse) / problem.rigid_mass)
+        velocity = self.problem.elastic_velocity(impulse) + self.weight[:, None] * impulse
         return velocity.ravel()
 
-    def _precondition(self, residual: FloatArray) -> FloatArray:
-        blocks = self.inverse @ residual.reshape(self.impulse.shape)[:, :, None]
+    def _precondition_own(self, residual: FloatArray) -> FloatArray:
+        """By the contacts' own blocks."""
+        blocks = self.near @ residual.reshape(self.impulse.shape)[:, :, None]
         return blocks.ravel()

@@ -12,6 +12,7 @@ import dataclasses
 import json
 import logging
 import math
+import os
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -25,22 +26,32 @@ if TYPE_CHECKING:
 
 BAD_INPUT = 1
 INTERRUPTED = 130
+PIPE_CLOSED = 141
 EXIT_CODES = {"equilibrium": 0, "finished": 0, "no_convergence": 2, "no_equilibrium": 3}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code; errors become one line on standard error."""
     options = parser().parse_args(arguments)
+    # PETSc would answer a closed pipe or a kill with a crash report of its own
+    asked = os.environ.get("PETSC_OPTIONS", "").split()
+    if "-no_signal_handler" not in asked:
+        os.environ["PETSC_OPTIONS"] = " ".join([*asked, "-no_signal_handler"])
     logging.basicConfig(format="%(levelname)s: %(message)s")
     logging.getLogger("masonry_fem").setLevel(_level(options))
     try:
         code: int = options.command(options)
+        sys.stdout.flush()
         return code
     except KeyboardInterrupt:
         out = getattr(options, "out", None)
         kept = f"; what was written so far is in {out}" if out and out.exists() else ""
         _complain(f"interrupted{kept}")
         return INTERRUPTED
+    # who read our output has had enough, as in "masonry-fem run ... | head"; rich ends the program itself
+    except (BrokenPipeError, SystemExit):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or Python complains at its end
+        return PIPE_CLOSED
     except MasonryError as error:
         if options.debug:
             raise

@@ -1,6 +1,7 @@
 """The command line: exit codes, one-line errors, what each command prints and writes."""
 
 import json
+import os
 import subprocess
 import sys
 import types
@@ -229,7 +230,8 @@ def test_contact_that_does_not_converge_has_its_code(shared_data, capsys):
 
 def test_contact_tells_bad_settings_and_files(problem, tmp_path, capsys):
     assert cli.main(["contact", str(problem), "--solver", "magic"]) == 1
-    assert "expected one of 'auto', 'nsgs', 'newton', 'interior_point', 'admm', 'pivoting'" in capsys.readouterr().err
+    methods = "'auto', 'nsgs', 'newton', 'interior_point', 'admm', 'pivoting'"
+    assert f"expected one of {methods}" in capsys.readouterr().err
     assert cli.main(["contact", str(tmp_path / "no.npz")]) == 1
     error = capsys.readouterr().err
     assert "no.npz" in error
@@ -260,3 +262,20 @@ def test_the_program_ends_with_its_code_and_no_traceback(tmp_path):
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 1
     assert done.stderr == f"masonry-fem: {bad}: the scene lacks the key 'materials' (a table)\n"
+
+
+@pytest.mark.parametrize("command", ["check", "info"])
+def test_a_reader_that_leaves_is_no_error(scene, command):
+    """As in ``masonry-fem check ... | head -1``: no traceback, no crash report of PETSc."""
+    words = [sys.executable, "-m", "masonry_fem.cli", command, *([str(scene)] if command == "check" else [])]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        process.stdout.close()
+        said = process.stderr.read()
+    assert said == ""
+    assert process.returncode == 141
+
+
+def test_petsc_leaves_signals_alone(scene, runner, monkeypatch):
+    monkeypatch.setenv("PETSC_OPTIONS", "-log_view")
+    cli.main(["run", str(scene), "--quiet"])
+    assert os.environ["PETSC_OPTIONS"] == "-log_view -no_signal_handler"

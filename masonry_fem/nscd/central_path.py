@@ -32,10 +32,6 @@ HARDER, HARDENING, NEARLY = 9, 6, 1e-2
 INSIDE = 0.1
 # Relative to the equations' own, what keeps the bodies' matrix regular.
 REGULAR = 1e-14
-# The same where only few impulses are free.
-POLISHING = 1e-9
-# Distances from the end, relative to ‖p‖: good enough, and hopeless.
-POLISHED, DIVERGED = 1e-14, 1e2
 TO_BOUNDARY = 0.99
 SHORTEST = 1e-9
 # Stages to the end, and how much lower x · z is in each.
@@ -136,42 +132,6 @@ class CentralPath:
             for stage in range(1, STAGES):
                 self.follow(INSIDE * LOWER**stage, tolerance, steps)
         self.follow(None, tolerance, steps)
-
-    def polished(self, steps: int = 20) -> tuple[FloatArray, float]:
-        """The end of the path by semismooth Newton steps from here: p in its faces, and its distance.
-
-        p is the projection of −(multipliers)/(u ω) on the faces; where the edges that p lies on are
-        known, a step or two get there to rounding. The best state met is returned.
-        """
-        u = self.unit * self.weight
-        c, d = self.member.shape
-        own, own_inverse = (np.eye(d) * part[:, None, None] for part in (u, 1 / u))
-        mass = POLISHING * self.system.column**2 / self.unit
-        impulse = self.impulse
-        best, least = impulse, self._distance(impulse)
-        for _ in range(steps):
-            if least <= POLISHED:
-                break
-            multiplier = self.gradient(impulse) - u[:, None] * impulse
-            nearest, slope = self.faces.project(-multiplier / u[:, None])
-            factor = self.system.factor(own, slope, self.closed, np.zeros(c, bool), mass, own_inverse)
-            balance = self.problem.body_impulse(impulse) - self.given
-            change, motion = factor.solve(u[:, None] * (impulse - nearest), balance)
-            self.motion, impulse = self.motion + motion, impulse + change
-            self.pull = self.pull + self.problem.elastic_velocity(impulse - self.member)
-            miss = self._distance(impulse)
-            if not miss < DIVERGED:
-                break
-            if miss < least:
-                best, least = impulse, miss
-        return self.faces.project(best)[0], least
-
-    def _distance(self, impulse: FloatArray) -> float:
-        u = self.unit * self.weight[:, None]
-        multiplier = self.gradient(impulse) - u * impulse
-        nearest = self.faces.project(-multiplier / u)[0]
-        size = float(np.linalg.norm(impulse)) or 1.0
-        return max(float(np.linalg.norm(nearest - impulse)) / size, self.equations(impulse))
 
     def gradient(self, impulse: FloatArray) -> FloatArray:
         """What is stationary: u ω p + multipliers, in velocities, shape (c, d)."""

@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from masonry_fem.errors import ProblemError
 from masonry_fem.nscd.central_path import INSIDE, CentralPath
 from masonry_fem.nscd.outcome import Solution
+from masonry_fem.nscd.polish import polished
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import Quality, assess
 from masonry_fem.nscd.solution_set import SolutionSet, solution_set
@@ -111,7 +112,7 @@ def least_norm_reaction(
         with one_thread():
             path.follow(INSIDE, CENTRED, STEPS)
             path.finish(NEAR, STEPS)
-            impulse, distance = path.polished()
+            impulse, distance = polished(path)
         attained = distance <= ATTAINED
     quality = assess(problem, impulse, solution.rigid_velocity, found.scale)
     worse = quality.error > max(TIMES * solution.quality.error, EXACT)

@@ -135,6 +135,24 @@ def test_a_block_between_two_walls():
     np.testing.assert_allclose(np.abs(least[:, 1]), 0.25, rtol=1e-8)
 
 
+@pytest.mark.parametrize(("angle", "friction"), [(30.0, 0.3), (20.0, 0.2)])
+def test_a_keystone_has_its_weight_and_a_choice_of_thrusts(angle, friction):
+    """A1.9: W/(2 tan(a + φ)) ≤ H ≤ W/(2 tan(a − φ)); the vertical forces are W/2 each."""
+    a, phi = np.radians(angle), np.arctan(friction)
+    normals = [[np.cos(a), np.sin(a)], [-np.cos(a), np.sin(a)]]
+    problem = plane([[-1.0, 0.0], [1.0, 0.0]], normals, friction, [0, -1.0, 0])
+    frames = np.array([[[nx, ny], [ny, -nx]] for nx, ny in normals])
+    solution = solved(problem)
+    known = determined_resultants(problem, solution, [0, 1], frames.transpose(0, 2, 1))
+    np.testing.assert_array_equal(known.determined, [[False, True], [False, True]])
+    np.testing.assert_allclose(known.resultant[:, 1], 0.5, rtol=1e-8)
+    least = least_norm_reaction(problem, solution)
+    force = (frames.transpose(0, 2, 1) @ least.impulse[:, :, None])[:, :, 0]
+    # the least force is the flattest, at the edge of the cone
+    assert force[0, 0] == pytest.approx(1 / (2 * np.tan(a + phi)), rel=1e-7)
+    assert least.attained
+
+
 def test_at_the_limit_nothing_is_free():
     """A block on the verge of sliding: all friction is used, so tangential forces follow normal ones."""
     problem = plane([[-1, -0.5], [1, -0.5]], [[0, 1.0], [0, 1]], 0.5, [0.5, -1.0, 0])

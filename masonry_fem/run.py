@@ -154,6 +154,7 @@ def _determinacy(
     told = determine(built.model, made.last)
     d = built.model.assembly.dimension
     summary["supports"] = {name: _wrench(value, d) for name, value in told.supports.items()}
+    summary["status"] = status_counts(told.state)
     summary["determinacy"] = determinacy_summary(built.model, told)
     return told
 

@@ -20,7 +20,7 @@ from masonry_fem.dynamics.coupling import connect
 from masonry_fem.dynamics.measure import support_resultants
 from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.state import SystemState
-from masonry_fem.dynamics.step import Increment
+from masonry_fem.dynamics.step import Increment, contact_status
 from masonry_fem.nscd.determinacy import determined_resultants, least_norm_reaction
 from masonry_fem.nscd.solution_set import SolutionSet, solution_set
 
@@ -65,7 +65,10 @@ def determine(model: Model, made: Increment) -> ForceDeterminacy:
     least = least_norm_reaction(problem, solution, solutions=found)
     reaction = np.zeros_like(made.after.reaction)
     reaction[active] = least.impulse / made.scheme.step
-    state = replace(made.after, reaction=reaction)
+    friction = np.zeros(len(reaction))
+    friction[active] = problem.friction
+    status = contact_status(made.scheme.step * reaction, friction)
+    state = replace(made.after, reaction=reaction, status=status)
     rows, number = _interface_rows(model, made), model.contacts.interface
     known = determined_resultants(problem, solution, number[active], rows[active], solutions=found)
     determined = np.ones((len(model.interfaces), rows.shape[1]), dtype=bool)

@@ -145,7 +145,7 @@ def step(
         reaction=impulse / scheme.step,
         velocity=velocity,
         gap=there.gap,
-        status=_status(impulse, _friction(model, state)),
+        status=contact_status(impulse, _friction(model, state)),
         frame=there.frame,
         points=there.points,
     )
@@ -217,7 +217,7 @@ def _friction(model: Model, state: SystemState) -> FloatArray:
     return np.where(state.status == SLIP, joints.dynamic_friction, joints.friction)
 
 
-def _status(impulse: FloatArray, friction: FloatArray) -> NDArray[np.int8]:
+def contact_status(impulse: FloatArray, friction: FloatArray) -> NDArray[np.int8]:
     """Open, stick or slip by the impulse, to 1e-8 of the largest."""
     normal, tangent = impulse[:, 0], np.linalg.norm(impulse[:, 1:], axis=1)
     small = 1e-8 * np.abs(normal).max(initial=0.0)

@@ -6,6 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy import linalg, sparse
 
 from masonry_fem.errors import ProblemError
@@ -268,6 +270,25 @@ def test_no_solution_has_a_smaller_norm(horizontal, friction):
     assert least.quality.error < 1e-7
     for other in (found.member, found.inner, solution.impulse):
         assert (p * (other - p)).sum() >= -1e-9 * least.norm**2
+
+
+@given(st.integers(2, 4), st.integers(1, 3), st.floats(0.1, 1.0), st.floats(0.0, 0.8))
+@settings(max_examples=15, deadline=None)
+def test_what_is_determined_is_the_same_in_other_solutions(bricks, courses, friction, horizontal):
+    """Walls that stick, slide and tip."""
+    problem = walls.rigid_wall(bricks, courses, friction=friction, horizontal=horizontal)
+    solution = solve(problem, SolverSettings(tolerance=1e-9))
+    if not solution.converged:
+        return
+    found, group = solution_set(problem, solution), pairs(problem)
+    known = determined_resultants(problem, solution, group, solutions=found)
+    least = least_norm_reaction(problem, solution, solutions=found)
+    rows = problem.rigid_map[:, 0].transpose(0, 2, 1)
+    for other in (least.impulse, found.inner):
+        change = np.zeros_like(known.resultant)
+        np.add.at(change, group, (rows @ (other - found.member)[:, :, None])[:, :, 0])
+        size = np.abs(known.resultant).max()
+        assert np.abs(change[known.determined]).max(initial=0.0) <= 1e-6 * size
 
 
 def test_an_elastic_wall_is_known_up_to_loops_around_vertices():

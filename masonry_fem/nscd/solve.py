@@ -42,6 +42,8 @@ MANY = 500
 # ten to a hundred steps for.
 LOOSE = 1e-6
 FEW = 300
+# Contacts swept at the end, when all else has failed.
+LAST_SWEEPS = 200_000_000
 # Newton steps in which a wall of rigid blocks shows whether it sticks: then they are enough.
 BRIEF = 10
 # Newton steps on rigid blocks before sweeps have another try.
@@ -116,7 +118,7 @@ def _turns(problem: ContactProblem, settings: SolverSettings, start: Start | Non
     last = [
         _Turn(_interior_point, origin="cold"),
         _Turn(_polish, NEWTON_STEPS, origin="best"),
-        _Turn(_sweeps, origin="best"),
+        _Turn(_brief_sweeps(max(LAST_SWEEPS // problem.count, PATIENCE)), origin="best"),
     ]
     if problem.count < MANY:
         return [_Turn(_brief_sweeps(HORIZON_OF_BODIES)), _Turn(_newton, NEWTON_STEPS, "close"), *last]
@@ -180,7 +182,7 @@ def _polish() -> Method:
     from masonry_fem.nscd.solvers.newton import ProximalNewton  # noqa: PLC0415
 
     # statuses are nearly right: little regularisation, and no patience with any round
-    return ProximalNewton(weight=1e-4, accuracy=0.9)
+    return ProximalNewton(weight=1e-4, accuracy=0.9, patience=12)
 
 
 def _interior_point() -> Method:

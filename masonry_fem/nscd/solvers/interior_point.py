@@ -155,11 +155,12 @@ class InteriorPointRun:
         """Move to the next state; False where numbers broke down (the state is kept)."""
         chosen = self._direction(tau, missing)
         if chosen.length < _SHORT:
-            # the linearised friction term is not monotone; without it the direction is that of a
-            # convex problem, and leads past the obstacle
-            frozen = self._direction(tau, replace(missing, augment=self._identity()), _CENTRING)
-            if frozen.length > chosen.length:
-                chosen = frozen
+            # the linearised friction term is not monotone; with half of it the direction is nearly that
+            # of a convex problem, and leads past the obstacle
+            half = 0.5 * (self._identity() + missing.augment)
+            easier = self._direction(tau, replace(missing, augment=half), _CENTRING)
+            if easier.length > chosen.length:
+                chosen = easier
         x, z = self.x + chosen.length * chosen.x, self.z + chosen.length * chosen.z
         velocity = self.rigid_velocity + chosen.length * chosen.rigid_velocity
         inside = (cones.determinant(x) > 0).all() and (cones.determinant(z) > 0).all()

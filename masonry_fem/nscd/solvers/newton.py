@@ -51,6 +51,7 @@ class ProximalNewton:
     full_steps : Newton steps of a round without line search: the active set settles in few full
         steps, through larger residuals.
     round_steps : Newton steps after which a round is given up.
+    patience : Rounds without progress after which it is stalled.
     iterations : Newton steps in all.
     library : Linear factor, see ``linear``.
     """
@@ -62,6 +63,7 @@ class ProximalNewton:
     static_mass: float = 1e-6
     full_steps: int = 5
     round_steps: int = 40
+    patience: int = 20
     iterations: int = 400
     library: Library = "auto"
 
@@ -258,7 +260,7 @@ class NewtonRun:
         self.round = self._new_round()
         self.idle = 0 if progress < 0.8 * self.best else self.idle + 1
         self.best = min(self.best, progress)
-        stuck = self.idle >= _IDLE_ROUNDS and not self.escape.rounds
+        stuck = self.idle >= self.settings.patience and not self.escape.rounds
         return Outcome.STALLED if stuck else None
 
     def _watch_equilibrium(self, before: _Round) -> float:
@@ -288,7 +290,7 @@ class NewtonRun:
         self.error = max(self.error, 0.1)
         self.round = self._new_round()
         self.idle += 1
-        return Outcome.STALLED if self.idle >= _IDLE_ROUNDS else None
+        return Outcome.STALLED if self.idle >= self.settings.patience else None
 
     def _restart(self) -> bool:
         """Start again: cold, or from the last centre with more regularisation; False where all was tried."""
@@ -309,7 +311,6 @@ class NewtonRun:
         return True
 
 
-_IDLE_ROUNDS = 20
 # Contraction of the error, in so many rounds of one step, above which the floor of α gives way, and how
 # far. A floor that is too low lets the impulses wander that nothing determines.
 _SLOW = 0.5

@@ -16,6 +16,9 @@ only when x − y has become small beside what it lags behind.
 The linear half is solved by one factorisation for each ρ (two or three in all), or by conjugate
 gradients, which need nothing but products with B, W_el and M: the form that can be distributed.
 
+What it offers is x, whose balance is exact and whose natural map is half that of y: its impulses may
+leave their cones by as much as the tolerance.
+
     solution = iterate(problem, ADMM(), settings)
 """
 

@@ -6,6 +6,8 @@
 - Many rigid blocks: the interior-point method, which nothing stops but rounding, and Newton to polish
   its result. It cannot start from the step before: there a few Newton steps from the bonded state come
   first, which is all that sticking walls need.
+- What is left goes to pivoting, where the problem is plane and small, and to ADMM, which is slow but
+  does not depend on a good guess of the active set.
 - Other problems are swept first, as long as the contraction seen promises an end.
 
 A verdict of no equilibrium stands only where no impulses at all can balance the loads.
@@ -42,8 +44,6 @@ MANY = 500
 # ten to a hundred steps for.
 LOOSE = 1e-6
 FEW = 300
-# Contacts swept at the end, when all else has failed.
-LAST_SWEEPS = 200_000_000
 # Newton steps in which a wall of rigid blocks shows whether it sticks: then they are enough.
 BRIEF = 10
 # Newton steps on rigid blocks before sweeps have another try.
@@ -104,28 +104,35 @@ class _Turn:
 def _turns(problem: ContactProblem, settings: SolverSettings, start: Start | None) -> list[_Turn]:
     """Who has a go at a problem, in order."""
     touched = np.unique(problem.bodies[problem.bodies >= 0])
-    if (problem.rigid_mass[touched] <= 0).any():
-        return [_Turn(_newton), _Turn(_interior_point, origin="cold"), _Turn(_polish, origin="best")]
-    if problem.body_count and not problem.rigid:
-        return [
-            _Turn(_newton),
-            _Turn(_interior_point, origin="cold"),
-            _Turn(_polish, origin="best"),
-            _Turn(_sweeps, origin="best"),
-        ]
-    if not problem.body_count:
-        return [_Turn(_brief_sweeps(HORIZON)), _Turn(_newton, origin="close"), _Turn(_sweeps, origin="best")]
+    static = bool((problem.rigid_mass[touched] <= 0).any())
     last = [
         _Turn(_interior_point, origin="cold"),
         _Turn(_polish, NEWTON_STEPS, origin="best"),
-        _Turn(_brief_sweeps(max(LAST_SWEEPS // problem.count, PATIENCE)), origin="best"),
+        *_exact(problem),
+        _Turn(_splitting, origin="best"),
     ]
+    if static:
+        return [_Turn(_newton), *last]
+    if problem.body_count and not problem.rigid:
+        return [_Turn(_newton), *last, _Turn(_sweeps, origin="best")]
+    if not problem.body_count:
+        first = [_Turn(_brief_sweeps(HORIZON)), _Turn(_newton, origin="close")]
+        return [*first, *_exact(problem), _Turn(_sweeps, origin="best")]
     if problem.count < MANY:
         return [_Turn(_brief_sweeps(HORIZON_OF_BODIES)), _Turn(_newton, NEWTON_STEPS, "close"), *last]
     if start is None or start.impulse is None:
         return last
     first = [_Turn(_few_sweeps)] if settings.tolerance >= LOOSE else []
     return [*first, _Turn(_newton, BRIEF), *last]
+
+
+def _exact(problem: ContactProblem) -> list[_Turn]:
+    """Pivoting, where the problem is plane and small enough."""
+    from masonry_fem.nscd.solvers.pivoting import MOST_CONTACTS  # noqa: PLC0415
+
+    if problem.dimension != 2 or problem.count > MOST_CONTACTS:
+        return []
+    return [_Turn(lambda: make_method("pivoting"), origin="cold")]
 
 
 def _choose(problem: ContactProblem, settings: SolverSettings, start: Start | None) -> Solution:
@@ -187,6 +194,10 @@ def _polish() -> Method:
 
 def _interior_point() -> Method:
     return make_method("interior_point")
+
+
+def _splitting() -> Method:
+    return make_method("admm")
 
 
 def _sweeps() -> Method:

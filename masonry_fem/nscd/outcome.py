@@ -42,11 +42,12 @@ _TEXTS = {
     Outcome.CONVERGED: ("All measures of the contact problem are within the tolerance.", ""),
     Outcome.STALLED: (
         "The iteration no longer improves; the best state found is returned.",
-        "Compare the error reached with what you need; try the other method or a tolerance above it.",
+        "Compare the error reached with what you need; set the tolerance above it, or try method 'auto' or "
+        "one that has not run.",
     ),
     Outcome.MAX_ITERATIONS: (
         "The iteration limit was reached before the tolerance.",
-        "Raise max_iterations, loosen the tolerance, or use method 'newton'.",
+        "Raise max_iterations, loosen the tolerance, or try method 'auto' or one that has not run.",
     ),
     Outcome.TIME_LIMIT: (
         "The time limit was reached before the tolerance.",

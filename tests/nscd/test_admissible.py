@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from masonry_fem.nscd import ContactProblem, Outcome, SolverSettings, solve
+from masonry_fem.nscd import ContactProblem, Outcome, SolverSettings, admissible, solve
 from masonry_fem.nscd.admissible import admissible_impulses
+from tests.nscd.walls import rigid_wall
 
 
 def block(push: float, friction: float = 0.5, height: float = 0.5, width: float = 1.0) -> ContactProblem:
@@ -53,3 +54,44 @@ def test_without_loads_nothing_is_needed() -> None:
 @pytest.mark.parametrize(("share", "expected"), [(0.99, Outcome.CONVERGED), (1.01, Outcome.NO_EQUILIBRIUM)])
 def test_verdict_of_the_solver_agrees(share: float, expected: Outcome) -> None:
     assert solve(block(share * 0.5), SolverSettings(tolerance=1e-9)).outcome is expected
+
+
+def looks(monkeypatch: pytest.MonkeyPatch, problem: ContactProblem) -> int:
+    """How often the balance was looked at."""
+    seen = []
+    bound = admissible._least_unbalanced
+
+    def counted(*args: object) -> float:
+        seen.append(bound(*args))  # type: ignore[arg-type]
+        return seen[-1]
+
+    monkeypatch.setattr(admissible, "_least_unbalanced", counted)
+    admissible_impulses(problem)
+    return len(seen)
+
+
+@pytest.mark.parametrize(
+    "problem",
+    [block(0.5001), block(1.01, friction=2.0), rigid_wall(4, 3, horizontal=0.8, inertia=0.0),
+     rigid_wall(4, 3, horizontal=0.3, friction=0.2, inertia=0.0)],
+    ids=["slides", "tips", "wall tips", "wall slides"],
+)  # fmt: skip
+def test_a_proof_ends_the_search(monkeypatch: pytest.MonkeyPatch, problem: ContactProblem) -> None:
+    """Farkas: what no impulses can balance is known to be so long before the last iteration."""
+    assert looks(monkeypatch, problem) <= 0.1 * admissible.ITERATIONS / admissible.INTERVAL
+    short = admissible_impulses(problem).unbalanced
+    monkeypatch.setattr(admissible, "_least_unbalanced", lambda *_: 0.0)
+    assert short == pytest.approx(admissible_impulses(problem, iterations=3000).unbalanced, rel=1e-6)
+
+
+def test_no_proof_where_loads_can_be_carried() -> None:
+    """The bound is below what impulses of that size leave, at every motion."""
+    problem = rigid_wall(4, 3, horizontal=0.3, inertia=0.0)
+    found = admissible_impulses(problem)
+    rigid_map, load = admissible._static_part(problem)
+    generator = np.random.default_rng(0)
+    size = float(np.linalg.norm(found.impulse))
+    for _ in range(100):
+        motion = generator.normal(size=len(load))
+        least = admissible._least_unbalanced(problem, rigid_map, load, motion, size)
+        assert least <= found.unbalanced * np.linalg.norm(load)

@@ -190,6 +190,6 @@ def _check_inertia(problem: ContactProblem) -> None:
     still = touched[(problem.rigid_mass[touched] <= 0).any(axis=1)]
     if len(still):
         raise ProblemError(
-            f"body {still[0]} has no rigid mass (statics), which method 'nsgs' needs; "
-            "use method 'newton' or 'auto', or a dynamic step"
+            f"method 'nsgs' got {len(still)} of {len(touched)} bodies without inertia (statics), "
+            f"body {still[0]} first, expected all to have mass; use method 'auto' or 'newton', or a dynamic step"
         )

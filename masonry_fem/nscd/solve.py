@@ -2,7 +2,8 @@
 
 "auto" takes *turns*: methods one after another, each from the best state so far, until one converges.
 
-- Static problems and elastic blocks: Newton.
+- Static problems and elastic blocks: a few Newton steps, which is all that most need; where nothing
+  can balance the loads, as many as show what moves; else as for many rigid blocks.
 - Many rigid blocks: the interior-point method, which nothing stops but rounding, and Newton to polish
   its result. It cannot start from the step before: there a few Newton steps from the bonded state come
   first, which is all that sticking walls need.
@@ -16,7 +17,7 @@ A verdict of no equilibrium stands only where no impulses at all can balance the
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -101,38 +102,51 @@ class _Turn:
     origin: Literal["given", "best", "close", "cold"] = "given"
 
 
-def _turns(problem: ContactProblem, settings: SolverSettings, start: Start | None) -> list[_Turn]:
-    """Who has a go at a problem, in order."""
+def _turns(problem: ContactProblem, settings: SolverSettings, start: Start | None) -> Iterator[_Turn]:
+    """Who has a go at a problem, in order; what a turn needs is found out only when it comes."""
     touched = np.unique(problem.bodies[problem.bodies >= 0])
     static = bool((problem.rigid_mass[touched] <= 0).any())
-    last = [
-        _Turn(_interior_point, origin="cold"),
-        _Turn(_polish, NEWTON_STEPS, origin="best"),
-        *_exact(problem),
-        _Turn(_splitting, origin="best"),
-    ]
     if static:
-        return [_Turn(_newton), *last]
-    if problem.body_count and not problem.rigid:
-        return [_Turn(_newton), *last, _Turn(_sweeps, origin="best")]
-    if not problem.body_count:
-        first = [_Turn(_brief_sweeps(HORIZON)), _Turn(_newton, origin="close")]
-        return [*first, *_exact(problem), _Turn(_sweeps, origin="best")]
-    if problem.count < MANY:
-        return [_Turn(_brief_sweeps(HORIZON_OF_BODIES)), _Turn(_newton, NEWTON_STEPS, "close"), *last]
-    if start is None or start.impulse is None:
-        return last
-    first = [_Turn(_few_sweeps)] if settings.tolerance >= LOOSE else []
-    return [*first, _Turn(_newton, BRIEF), *last]
+        yield _Turn(_newton, BRIEF)
+        if admissible_impulses(problem).unbalanced > BALANCED:
+            yield _Turn(_newton)  # shows what moves
+            return
+        yield from _thorough(problem)
+    elif problem.body_count and not problem.rigid:
+        yield _Turn(_newton, BRIEF)
+        yield from _thorough(problem)
+        yield _Turn(_sweeps, origin="best")
+    elif not problem.body_count:
+        yield _Turn(_brief_sweeps(HORIZON))
+        yield _Turn(_newton, origin="close")
+        yield from _exact(problem)
+        yield _Turn(_sweeps, origin="best")
+    elif problem.count < MANY:
+        yield _Turn(_brief_sweeps(HORIZON_OF_BODIES))
+        yield _Turn(_newton, NEWTON_STEPS, "close")
+        yield from _thorough(problem)
+    else:
+        if start is not None and start.impulse is not None:
+            if settings.tolerance >= LOOSE:
+                yield _Turn(_few_sweeps)
+            yield _Turn(_newton, BRIEF)
+        yield from _thorough(problem)
 
 
-def _exact(problem: ContactProblem) -> list[_Turn]:
+def _thorough(problem: ContactProblem) -> Iterator[_Turn]:
+    """What carries where joints slide and open: interior point, its polish, and two that go elsewhere."""
+    yield _Turn(_interior_point, origin="cold")
+    yield _Turn(_polish, NEWTON_STEPS, origin="best")
+    yield from _exact(problem)
+    yield _Turn(_splitting, origin="best")
+
+
+def _exact(problem: ContactProblem) -> Iterator[_Turn]:
     """Pivoting, where the problem is plane and small enough."""
     from masonry_fem.nscd.solvers.pivoting import MOST_CONTACTS  # noqa: PLC0415
 
-    if problem.dimension != 2 or problem.count > MOST_CONTACTS:
-        return []
-    return [_Turn(lambda: make_method("pivoting"), origin="cold")]
+    if problem.dimension == 2 and problem.count <= MOST_CONTACTS:
+        yield _Turn(lambda: make_method("pivoting"), origin="cold")
 
 
 def _choose(problem: ContactProblem, settings: SolverSettings, start: Start | None) -> Solution:

@@ -42,8 +42,10 @@ from masonry_fem.nscd.solvers.newton_system import NewtonFactor, NewtonSystem
 
 FloatArray = NDArray[np.float64]
 
-# Frictionless contacts get this μ: their cone would have no inside.
+# Frictionless contacts get the least μ: their cone would have no inside. The wider a cone, the more
+# digits of the tangential impulses are lost; nothing real needs p_T > 1000 p_N.
 LEAST_FRICTION = 1e-6
+MOST_FRICTION = 1e3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,13 +107,15 @@ class InteriorPointRun:
         self.problem, self.settings, self.start = problem, settings, start
         scale = contact_scale(problem)
         self.system = NewtonSystem(problem, scale, settings.library)
-        self.friction = np.maximum(problem.friction, LEAST_FRICTION)
+        self.friction = np.clip(problem.friction, LEAST_FRICTION, MOST_FRICTION)
         self.shape = np.ones_like(problem.free_velocity)  # x = shape · p, z = v̂ / shape
         self.shape[:, 0] = self.friction
         self.unit, speed = _typical(problem, scale)
         self.x, self.z = np.zeros_like(self.shape), np.zeros_like(self.shape)
-        self.x[:, 0] = self.unit
-        self.z[:, 0] = speed
+        # p_N and v̂_N of the problem's size whatever μ; where μ < 1 their sum with the tangential part
+        ratio = np.maximum(self.friction, 1.0)
+        self.x[:, 0] = self.unit * ratio
+        self.z[:, 0] = speed / ratio
         self.rigid_velocity = problem.rigid_velocity.copy()
         self.track: list[FloatArray] = []  # error, τ and missing velocity of each state
 
@@ -142,6 +146,9 @@ class InteriorPointRun:
         # the error alone would not do: τ rises first, to meet the laws of motion; and a gap of 1e-4
         # of the speeds keeps the error where it is until τ is the square of that
         now, patience = self.track[-1], self.settings.patience * (3 if self.track[-1][0] > _DIGITS else 1)
+        errors = [float(state[0]) for state in self.track]
+        if len(errors) - 1 - int(np.argmin(errors)) >= _HOPELESS:
+            return True  # as where loads can just be balanced, and nothing lies inside the cones
         before = self.track[:-1][-patience:]
         if len(before) < patience or not np.isfinite(now).all():
             return False
@@ -254,6 +261,8 @@ def _typical(problem: ContactProblem, scale: FloatArray) -> tuple[float, float]:
 
 # Error above which the active set is still sought, with three times the patience
 _DIGITS = 1e-3
+# Steps without a new least error after which it is hopeless
+_HOPELESS = 30
 _LEAST_STEP = 1e-6
 # Steps shorter than this ask for another direction, which aims at this share of τ
 _SHORT = 0.1

@@ -22,6 +22,8 @@ from masonry_fem.nscd.problem import ContactProblem
 
 FloatArray = NDArray[np.float64]
 
+# Unbalanced part of the loads below which they can be carried.
+BALANCED = 1e-5
 ITERATIONS = 20_000
 INTERVAL = 100  # iterations between two looks at the balance
 POWER_STEPS = 60  # for the largest eigenvalue of BBᵀ; the margin covers what they leave

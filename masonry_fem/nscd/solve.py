@@ -1,59 +1,33 @@
 """Solve: the one public way into the contact solver, and the choice of a method.
 
-"auto" takes *turns*: methods one after another, each from the best state so far, until one converges.
-
-- Static problems and elastic blocks: a few Newton steps, which is all that most need; where nothing
-  can balance the loads, as many as show what moves; else as for many rigid blocks.
-- Many rigid blocks: the interior-point method, which nothing stops but rounding, and Newton to polish
-  its result. It cannot start from the step before: there a few Newton steps from the bonded state come
-  first, which is all that sticking walls need.
-- What is left goes to pivoting, where the problem is plane and small, and to ADMM, which is slow but
-  does not depend on a good guess of the active set.
-- Other problems are swept first, as long as the contraction seen promises an end.
-
-A verdict of no equilibrium stands only where no impulses at all can balance the loads.
+"auto" takes turns (``turns``): methods one after another, each from the best state so far, until one
+converges. A verdict of no equilibrium stands only where no impulses at all can balance the loads.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
-from typing import Any, Literal
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
+from scipy import sparse
 
 from masonry_fem.errors import ProblemError
-from masonry_fem.nscd.admissible import admissible_impulses
+from masonry_fem.nscd.admissible import BALANCED, admissible_impulses
 from masonry_fem.nscd.graphs import project_cone
-from masonry_fem.nscd.iterate import Iterate, Method, iterate
+from masonry_fem.nscd.iterate import Iterate, iterate
 from masonry_fem.nscd.outcome import Outcome, Solution
 from masonry_fem.nscd.problem import ContactProblem
-from masonry_fem.nscd.residuals import Quality
+from masonry_fem.nscd.residuals import Quality, assess
 from masonry_fem.nscd.settings import SolverSettings, Start
 from masonry_fem.nscd.solvers import make_method
 from masonry_fem.nscd.threads import one_thread
+from masonry_fem.nscd.turns import Turn, turns
 
-# Sweeps that may precede Newton: where more are foreseen after PATIENCE of them, it takes over.
-# One Newton step costs as much as 500 to 1000 sweeps; rigid walls need more of either.
-HORIZON = 5_000
-HORIZON_OF_BODIES = 20_000
-PATIENCE = 300
-# Rigid contacts from which Newton goes first.
-MANY = 500
-# To a tolerance this loose, so many sweeps mend the last step's impulses of a wall, which Newton takes
-# ten to a hundred steps for.
-LOOSE = 1e-6
-FEW = 300
-# Newton steps in which a wall of rigid blocks shows whether it sticks: then they are enough.
-BRIEF = 10
-# Newton steps on rigid blocks before sweeps have another try.
-NEWTON_STEPS = 120
 # Error of a swept state from which Newton may start: of a plain problem, of rigid blocks.
 CLOSE = 1e-2
 CLOSE_OF_BODIES = 1e-5
-# Unbalanced part of the loads below which they can be carried.
-BALANCED = 1e-5
 
 
 def solve(
@@ -89,78 +63,15 @@ def _solve(problem: ContactProblem, settings: SolverSettings, start: Start | Non
     return _choose(problem, settings, start)
 
 
-@dataclass(frozen=True, slots=True)
-class _Turn:
-    """A method's turn: how it is made, its iterations, and what it starts from.
-
-    ``origin`` is "given" (the caller's first guess), "best" (the best state so far, projected on the
-    cones), "close" (the best state where that is close to a solution, else nothing) or "cold".
-    """
-
-    make: Callable[[], Method]
-    iterations: int | None = None
-    origin: Literal["given", "best", "close", "cold"] = "given"
-
-
-def _turns(problem: ContactProblem, settings: SolverSettings, start: Start | None) -> Iterator[_Turn]:
-    """Who has a go at a problem, in order; what a turn needs is found out only when it comes."""
-    touched = np.unique(problem.bodies[problem.bodies >= 0])
-    static = bool((problem.rigid_mass[touched] <= 0).any())
-    if static:
-        yield _Turn(_newton, BRIEF)
-        if admissible_impulses(problem).unbalanced > BALANCED:
-            yield _Turn(_newton)  # shows what moves
-            return
-        yield from _thorough(problem)
-    elif problem.body_count and not problem.rigid:
-        yield _Turn(_newton, BRIEF)
-        yield from _thorough(problem)
-        yield _Turn(_sweeps, origin="best")
-    elif not problem.body_count:
-        yield _Turn(_brief_sweeps(HORIZON))
-        yield _Turn(_newton, origin="close")
-        yield from _exact(problem)
-        yield _Turn(_sweeps, origin="best")
-    elif problem.count < MANY:
-        yield _Turn(_brief_sweeps(HORIZON_OF_BODIES))
-        yield _Turn(_newton, NEWTON_STEPS, "close")
-        yield from _thorough(problem)
-    else:
-        if start is not None and start.impulse is not None:
-            if settings.tolerance >= LOOSE:
-                yield _Turn(_few_sweeps)
-            yield _Turn(_newton, BRIEF)
-        yield from _thorough(problem)
-
-
-def _thorough(problem: ContactProblem) -> Iterator[_Turn]:
-    """What carries where joints slide and open: interior point, its polish, and two that go elsewhere."""
-    yield _Turn(_interior_point, origin="cold")
-    yield _Turn(_polish, NEWTON_STEPS, origin="best")
-    yield from _exact(problem)
-    yield _Turn(_splitting, origin="best")
-
-
-def _exact(problem: ContactProblem) -> Iterator[_Turn]:
-    """Pivoting, where the problem is plane and small enough."""
-    from masonry_fem.nscd.solvers.pivoting import MOST_CONTACTS  # noqa: PLC0415
-
-    if problem.dimension == 2 and problem.count <= MOST_CONTACTS:
-        yield _Turn(lambda: make_method("pivoting"), origin="cold")
-
-
 def _choose(problem: ContactProblem, settings: SolverSettings, start: Start | None) -> Solution:
     """Turns until one converges; the best of their states."""
     began = time.monotonic()
     total: Solution | None = None
-    for turn in _turns(problem, settings, start):
-        own = settings
-        if settings.max_iterations is None:
-            own = replace(own, max_iterations=turn.iterations)
-        if settings.time_limit is not None:
-            left = settings.time_limit - (time.monotonic() - began)
-            own = replace(own, time_limit=max(left, 1e-3))
-        made = _judged(problem, iterate(problem, turn.make(), own, _origin(turn, problem, total, start)))
+    for turn in turns(problem, settings, start):
+        own = _share(turn, settings, 0 if total is None else total.iterations, time.monotonic() - began)
+        if own is None:
+            break
+        made = _judged(problem, _made(turn, problem, own, _origin(turn, problem, total, start)))
         total = made if total is None else _joined(total, made)
         if total.outcome in {Outcome.CONVERGED, Outcome.NO_EQUILIBRIUM, Outcome.TIME_LIMIT}:
             break
@@ -168,9 +79,33 @@ def _choose(problem: ContactProblem, settings: SolverSettings, start: Start | No
     return total
 
 
-def _origin(
-    turn: _Turn, problem: ContactProblem, state: Solution | None, start: Start | None
-) -> Start | None:
+def _share(turn: Turn, settings: SolverSettings, iterations: int, seconds: float) -> SolverSettings | None:
+    """What is left of the limits for a turn; None where the iterations are used up."""
+    most, limit = turn.iterations, settings.time_limit
+    if settings.max_iterations is not None:
+        left = settings.max_iterations - iterations
+        if left <= 0:
+            return None
+        most = left if most is None else min(most, left)
+    if limit is not None:
+        limit = max(limit - seconds, 1e-3)
+    return replace(settings, max_iterations=most, time_limit=limit)
+
+
+def _made(turn: Turn, problem: ContactProblem, settings: SolverSettings, start: Start | None) -> Solution:
+    """What a turn's method makes of the problem."""
+    if not turn.stiff:
+        return iterate(problem, turn.make(), settings, start)
+    nothing = sparse.bsr_array(problem.compliance.shape, blocksize=problem.compliance.blocksize)
+    made = iterate(replace(problem, compliance=nothing), turn.make(), settings, start)
+    velocity = problem.velocity(made.impulse, made.rigid_velocity)
+    quality = assess(problem, made.impulse, made.rigid_velocity, least_impulse=settings.least_impulse)
+    # a verdict holds for both, convergence does not
+    outcome = Outcome.STALLED if made.outcome is Outcome.CONVERGED else made.outcome
+    return replace(made, velocity=velocity, quality=quality, outcome=outcome)
+
+
+def _origin(turn: Turn, problem: ContactProblem, state: Solution | None, start: Start | None) -> Start | None:
     """Where a turn starts.
 
     On walls of rigid blocks the bonded start needs a third to a half of the steps that a half-swept
@@ -193,44 +128,6 @@ def _judged(problem: ContactProblem, made: Solution) -> Solution:
     if admissible_impulses(problem).unbalanced > BALANCED:
         return made
     return replace(made, outcome=Outcome.UNDECIDED)
-
-
-def _newton() -> Method:
-    return make_method("newton")
-
-
-def _polish() -> Method:
-    from masonry_fem.nscd.solvers.newton import ProximalNewton  # noqa: PLC0415
-
-    # statuses are nearly right: little regularisation, and no patience with any round
-    return ProximalNewton(weight=1e-4, accuracy=0.9, patience=12)
-
-
-def _interior_point() -> Method:
-    return make_method("interior_point")
-
-
-def _splitting() -> Method:
-    return make_method("admm")
-
-
-def _sweeps() -> Method:
-    return make_method("nsgs")
-
-
-def _few_sweeps() -> Method:
-    from masonry_fem.nscd.solvers.gauss_seidel import GaussSeidel  # noqa: PLC0415 - Numba is slow to import
-
-    return GaussSeidel(iterations=FEW)
-
-
-def _brief_sweeps(horizon: int) -> Callable[[], Method]:
-    def make() -> Method:
-        from masonry_fem.nscd.solvers.gauss_seidel import GaussSeidel  # noqa: PLC0415 - Numba is slow to import
-
-        return GaussSeidel(iterations=horizon, patience=PATIENCE, horizon=horizon)
-
-    return make
 
 
 def _joined(first: Solution, second: Solution) -> Solution:

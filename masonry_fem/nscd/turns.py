@@ -1,0 +1,144 @@
+"""Turn: one method's go at a problem; "auto" is a list of them.
+
+- Static problems and elastic blocks: a few Newton steps, which is all that most need; where nothing
+  can balance the loads, as many as show what moves; else as for many rigid blocks.
+- Many rigid blocks: the interior-point method, which nothing stops but rounding, and Newton to polish
+  its result. It cannot start from the step before: there a few Newton steps from the bonded state come
+  first, which is all that sticking walls need.
+- What is left goes to pivoting, where the problem is plane and small, and to ADMM, which is slow but
+  does not depend on a good guess of the active set.
+- Other problems are swept first, as long as the contraction seen promises an end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from masonry_fem.nscd.admissible import BALANCED, admissible_impulses
+from masonry_fem.nscd.iterate import Method
+from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.settings import SolverSettings, Start
+from masonry_fem.nscd.solvers import make_method
+
+# Sweeps that may precede Newton: where more are foreseen after PATIENCE of them, it takes over.
+# One Newton step costs as much as 500 to 1000 sweeps; rigid walls need more of either.
+HORIZON = 5_000
+HORIZON_OF_BODIES = 20_000
+PATIENCE = 300
+# Rigid contacts from which Newton goes first.
+MANY = 500
+# To a tolerance this loose, so many sweeps mend the last step's impulses of a wall, which Newton takes
+# ten to a hundred steps for.
+LOOSE = 1e-6
+FEW = 300
+# Newton steps in which a wall of rigid blocks shows whether it sticks: then they are enough.
+BRIEF = 10
+# Newton steps on rigid blocks before sweeps have another try.
+NEWTON_STEPS = 120
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """A method's turn: how it is made, its iterations, and what it starts from.
+
+    ``origin`` is "given" (the caller's first guess), "best" (the best state so far, projected on the
+    cones), "close" (the best state where that is close to a solution, else nothing) or "cold".
+    ``stiff`` leaves the compliance out.
+    """
+
+    make: Callable[[], Method]
+    iterations: int | None = None
+    origin: Literal["given", "best", "close", "cold"] = "given"
+    stiff: bool = False
+
+
+def turns(problem: ContactProblem, settings: SolverSettings, start: Start | None) -> Iterator[Turn]:
+    """Who has a go at a problem, in order; what a turn needs is found out only when it comes."""
+    touched = np.unique(problem.bodies[problem.bodies >= 0])
+    static = bool((problem.rigid_mass[touched] <= 0).any())
+    if static:
+        yield Turn(_newton, BRIEF)
+        if admissible_impulses(problem).unbalanced > BALANCED:
+            # what moves, it shows as rigid blocks at a hundredth of the cost
+            if not problem.rigid:
+                yield Turn(_newton, stiff=True)
+            yield Turn(_newton)
+            return
+        yield from _thorough(problem)
+    elif problem.body_count and not problem.rigid:
+        yield Turn(_newton, BRIEF)
+        yield from _thorough(problem)
+        yield Turn(_sweeps, origin="best")
+    elif not problem.body_count:
+        yield Turn(_brief_sweeps(HORIZON))
+        yield Turn(_newton, origin="close")
+        yield from _exact(problem)
+        yield Turn(_sweeps, origin="best")
+    elif problem.count < MANY:
+        yield Turn(_brief_sweeps(HORIZON_OF_BODIES))
+        yield Turn(_newton, NEWTON_STEPS, "close")
+        yield from _thorough(problem)
+    else:
+        if start is not None and start.impulse is not None:
+            if settings.tolerance >= LOOSE:
+                yield Turn(_few_sweeps)
+            yield Turn(_newton, BRIEF)
+        yield from _thorough(problem)
+
+
+def _thorough(problem: ContactProblem) -> Iterator[Turn]:
+    """What carries where joints slide and open: interior point, its polish, and two that go elsewhere."""
+    yield Turn(_interior_point, origin="cold")
+    yield Turn(_polish, NEWTON_STEPS, origin="best")
+    yield from _exact(problem)
+    yield Turn(_splitting, origin="best")
+
+
+def _exact(problem: ContactProblem) -> Iterator[Turn]:
+    """Pivoting, where the problem is plane and small enough."""
+    from masonry_fem.nscd.solvers.pivoting import MOST_CONTACTS  # noqa: PLC0415
+
+    if problem.dimension == 2 and problem.count <= MOST_CONTACTS:
+        yield Turn(lambda: make_method("pivoting"), origin="cold")
+
+
+def _newton() -> Method:
+    return make_method("newton")
+
+
+def _polish() -> Method:
+    from masonry_fem.nscd.solvers.newton import ProximalNewton  # noqa: PLC0415
+
+    # statuses are nearly right: little regularisation, and no patience with any round
+    return ProximalNewton(weight=1e-4, accuracy=0.9, patience=12)
+
+
+def _interior_point() -> Method:
+    return make_method("interior_point")
+
+
+def _splitting() -> Method:
+    return make_method("admm")
+
+
+def _sweeps() -> Method:
+    return make_method("nsgs")
+
+
+def _few_sweeps() -> Method:
+    from masonry_fem.nscd.solvers.gauss_seidel import GaussSeidel  # noqa: PLC0415 - Numba is slow to import
+
+    return GaussSeidel(iterations=FEW)
+
+
+def _brief_sweeps(horizon: int) -> Callable[[], Method]:
+    def make() -> Method:
+        from masonry_fem.nscd.solvers.gauss_seidel import GaussSeidel  # noqa: PLC0415 - Numba is slow to import
+
+        return GaussSeidel(iterations=horizon, patience=PATIENCE, horizon=horizon)
+
+    return make

@@ -37,7 +37,7 @@ def test_every_record_and_key_is_explained(reference):
 
 
 @pytest.mark.parametrize(
-    "page", ["index", "scene", "strategies", "results", "determinacy", "method", "limits"]
+    "page", ["index", "scene", "strategies", "solvers", "results", "determinacy", "method", "limits"]
 )
 def test_links_of_a_page_lead_somewhere(page, repository):
     docs = repository / "docs"

@@ -191,5 +191,5 @@ def _check_inertia(problem: ContactProblem) -> None:
     if len(still):
         raise ProblemError(
             f"method 'nsgs' got {len(still)} of {len(touched)} bodies without inertia (statics), "
-            f"body {still[0]} first, expected all to have mass; use method 'auto' or 'newton', or a dynamic step"
+            f"body {still[0]} first, expected none; use method 'auto' or 'newton', or a dynamic step"
         )

@@ -67,11 +67,14 @@ def _choose(problem: ContactProblem, settings: SolverSettings, start: Start | No
     """Turns until one converges; the best of their states."""
     began = time.monotonic()
     total: Solution | None = None
+    inside: Solution | None = None
     for turn in turns(problem, settings, start):
         own = _share(turn, settings, 0 if total is None else total.iterations, time.monotonic() - began)
         if own is None:
             break
-        made = _judged(problem, _made(turn, problem, own, _origin(turn, problem, total, start)))
+        state = inside if turn.origin == "inside" else total
+        made = _judged(problem, _made(turn, problem, own, _origin(turn, problem, state, start)))
+        inside = made if made.method == "interior_point" else inside
         total = made if total is None else _joined(total, made)
         if total.outcome in {Outcome.CONVERGED, Outcome.NO_EQUILIBRIUM, Outcome.TIME_LIMIT}:
             break

@@ -39,6 +39,8 @@ FEW = 300
 BRIEF = 10
 # Newton steps on rigid blocks before sweeps have another try.
 NEWTON_STEPS = 120
+# Newton steps that polish: what takes more, ADMM does in less time.
+POLISH = 25
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,13 +48,14 @@ class Turn:
     """A method's turn: how it is made, its iterations, and what it starts from.
 
     ``origin`` is "given" (the caller's first guess), "best" (the best state so far, projected on the
-    cones), "close" (the best state where that is close to a solution, else nothing) or "cold".
+    cones), "close" (the best state where that is close to a solution, else nothing), "inside" (where the
+    interior-point method ended: what Newton cycles on holds up ADMM) or "cold".
     ``stiff`` leaves the compliance out.
     """
 
     make: Callable[[], Method]
     iterations: int | None = None
-    origin: Literal["given", "best", "close", "cold"] = "given"
+    origin: Literal["given", "best", "close", "inside", "cold"] = "given"
     stiff: bool = False
 
 
@@ -93,9 +96,9 @@ def turns(problem: ContactProblem, settings: SolverSettings, start: Start | None
 def _thorough(problem: ContactProblem) -> Iterator[Turn]:
     """What carries where joints slide and open: interior point, its polish, and two that go elsewhere."""
     yield Turn(_interior_point, origin="cold")
-    yield Turn(_polish, NEWTON_STEPS, origin="best")
+    yield Turn(_polish, POLISH, origin="best")
     yield from _exact(problem)
-    yield Turn(_splitting, origin="best")
+    yield Turn(_splitting, origin="inside")
 
 
 def _exact(problem: ContactProblem) -> Iterator[Turn]:

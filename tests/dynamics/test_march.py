@@ -112,7 +112,7 @@ def test_blocks_drawn_upwards_rise() -> None:
 
 
 def test_steps_that_miss_the_tolerance_are_told(caplog) -> None:
-    tight = SolverSettings(tolerance=1e-300, max_iterations=30)
+    tight = SolverSettings(tolerance=1e-300, max_iterations=600)
     march(stack(2, 3, 0.3, 0.1 * G), Transient(step=0.01, duration=0.03, theta=1.0), tight)
     assert "of 3 steps missed the solver's tolerance 1e-300, the worst with an error of" in caplog.text
 

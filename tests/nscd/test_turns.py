@@ -1,0 +1,82 @@
+"""The choice of "auto": who has a turn, from where, and how the limits are shared."""
+
+import numpy as np
+import pytest
+
+from masonry_fem.nscd import Outcome, SolverSettings, Start, assess, solve
+from masonry_fem.nscd.turns import turns
+from tests.nscd import plane, walls
+
+
+def names(problem, settings=None, start=None):
+    return [turn.make().name for turn in turns(problem, settings or SolverSettings(), start)]
+
+
+def test_a_cold_wall_that_sticks_needs_the_interior_point_only():
+    solution = solve(walls.rigid_wall(8, 6, friction=0.6, horizontal=0.1), SolverSettings(tolerance=1e-8))
+    assert solution.converged
+    assert solution.method == "interior_point"
+    assert solution.linear_solves <= 12
+
+
+@pytest.mark.parametrize("horizontal", [0.3, 0.6])
+def test_small_walls_that_slide_reach_the_default_tolerance(horizontal):
+    problem = walls.rigid_wall(6, 5, friction=0.2, horizontal=horizontal)
+    solution = solve(problem)
+    assert solution.converged
+    assert assess(problem, solution.impulse, solution.rigid_velocity).error <= 1e-10
+
+
+def test_a_wall_that_tips_and_slides():
+    problem = walls.rigid_wall(10, 8, friction=0.6, horizontal=0.6)
+    solution = solve(problem, SolverSettings(tolerance=1e-8))
+    assert solution.converged
+    assert solution.rigid_velocity[:, 0].max() > 0.1  # it falls
+    assert solution.quality.max_penetration < 1e-6
+
+
+def test_who_has_a_turn():
+    wall = walls.rigid_wall(8, 6)
+    assert wall.count > 500
+    assert names(wall)[0] == "interior_point"
+    warm = Start(impulse=np.zeros_like(wall.free_velocity))
+    assert names(wall, SolverSettings(tolerance=1e-4), warm)[:2] == ["nsgs", "newton"]
+    assert names(wall, SolverSettings(tolerance=1e-8), warm)[0] == "newton"
+    assert names(walls.rigid_wall(3, 3))[0] == "nsgs"
+    assert "pivoting" not in names(walls.rigid_wall(3, 3))
+    assert "pivoting" in names(plane.plane_wall(3, 3))
+
+
+def test_nothing_but_the_motion_is_sought_where_no_impulses_can_balance_the_loads():
+    stands = plane.plane_wall(4, 4, friction=0.6, horizontal=0.1, mass=0.0)
+    falls = plane.plane_wall(4, 4, friction=0.2, horizontal=0.3, mass=0.0)
+    assert "interior_point" in names(stands)
+    assert names(falls) == ["newton", "newton"]
+    assert names(plane.soft(falls)) == ["newton", "newton", "newton"]
+
+
+def test_the_rigid_twin_shows_what_moves():
+    rigid = plane.plane_wall(4, 4, friction=0.2, horizontal=0.3, mass=0.0)
+    soft = plane.soft(rigid)
+    solution = solve(soft)
+    assert solution.outcome is Outcome.NO_EQUILIBRIUM
+    # the loads push along x, and do positive work on the motion
+    assert (solution.rigid_velocity * soft.rigid_impulse).sum() > 0
+    assert solution.velocity == pytest.approx(soft.velocity(solution.impulse, solution.rigid_velocity))
+    assert solution.quality == assess(soft, solution.impulse, solution.rigid_velocity)
+
+
+def test_iterations_are_counted_over_all_turns():
+    problem = walls.rigid_wall(6, 5, friction=0.2, horizontal=0.3)
+    solution = solve(problem, SolverSettings(max_iterations=700))
+    assert solution.outcome is Outcome.MAX_ITERATIONS
+    assert 700 <= solution.iterations < 750  # sweeps come in batches
+    assert np.isfinite(solution.quality.error)
+
+
+def test_a_time_limit_returns_the_best_state():
+    problem = walls.rigid_wall(12, 10, friction=0.6, horizontal=0.6)
+    solution = solve(problem, SolverSettings(time_limit=1e-3))
+    assert solution.outcome is Outcome.TIME_LIMIT
+    assert solution.quality.error == assess(problem, solution.impulse, solution.rigid_velocity).error
+    assert solution.quality.error < 2

@@ -132,7 +132,7 @@ def test_a_solution_is_a_fixed_point(family, method, d, seed):
     solved = honest(problem, "auto")
     again = honest(problem, method, Start(solved.impulse, solved.rigid_velocity))
     same(problem, solved, again, again.velocity, again.rigid_velocity)
-    if method == "admm":
+    if method != "interior_point":  # which cannot use a first guess
         assert again.converged
 
 

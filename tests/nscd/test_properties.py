@@ -129,7 +129,8 @@ def test_contacts_listed_twice_share_their_load(family, method, d, seed):
 @given(seed=seeds)
 def test_a_solution_is_a_fixed_point(family, method, d, seed):
     problem = FAMILIES[family](np.random.default_rng(seed), d)
-    solved = honest(problem, "auto")
+    # better than what is asked for below: sweeps make the velocities of bodies anew from the impulses
+    solved = solve(problem, SolverSettings(tolerance=1e-11))
     again = honest(problem, method, Start(solved.impulse, solved.rigid_velocity))
     same(problem, solved, again, again.velocity, again.rigid_velocity)
     if method != "interior_point":  # which cannot use a first guess
@@ -176,10 +177,8 @@ def test_one_contact(request, method, d, state):
     """W = 2 I: p = −q/2 where that lies in the cone; slipping, p_N = −q_N/2 and ‖p_T‖ = μ p_N."""
     if method == "pivoting" and d == 3:
         pytest.skip("plane problems only")
-    if method == "interior_point" and state != "stick":
-        reason = (
-            "interior point alone stops at p = 1 where no impulse is needed, at 2e-8 where one contact slips"
-        )
+    if method == "interior_point" and state == "slip":
+        reason = "interior point alone stops at 3e-9 to 2e-8 where one contact slips"
         request.applymarker(pytest.mark.xfail(strict=True, reason=reason))
     q = np.zeros((1, d))
     q[0, :2] = {"open": (1.0, 0.3), "stick": (-1.0, 0.3), "slip": (-1.0, 3.0)}[state]

@@ -29,7 +29,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from masonry_fem.nscd.graphs import tangential_norm
+from masonry_fem.nscd.graphs import project_cone, tangential_norm
 from masonry_fem.nscd.iterate import Iterate
 from masonry_fem.nscd.linear import Library
 from masonry_fem.nscd.outcome import Outcome
@@ -105,7 +105,7 @@ class InteriorPointRun:
 
     def __init__(self, problem: ContactProblem, settings: InteriorPoint, start: Start | None) -> None:
         self.problem, self.settings, self.start = problem, settings, start
-        scale = contact_scale(problem)
+        self.scale = scale = contact_scale(problem)
         self.system = NewtonSystem(problem, scale, settings.library)
         self.friction = np.clip(problem.friction, LEAST_FRICTION, MOST_FRICTION)
         self.shape = np.ones_like(problem.free_velocity)  # x = shape · p, z = v̂ / shape
@@ -156,6 +156,9 @@ class InteriorPointRun:
 
     def _offer(self, verdict: Outcome | None, solves: int) -> Iterate:
         impulse = self.x / self.shape
+        # inside the cones no impulse is ever zero: those of contacts that part are taken for it
+        ahead = impulse - self.z * self.shape / self.scale[:, None]
+        impulse[project_cone(ahead, self.friction)[:, 0] == 0] = 0.0
         return Iterate(impulse, self.rigid_velocity, iterations=solves, linear_solves=solves, verdict=verdict)
 
     def _advance(self, tau: float, missing: _Residuals) -> bool:

@@ -56,7 +56,7 @@ class InteriorPoint:
     ----------
     smoothing : ε of the friction term, relative to τ over the first impulse.
     sliding : The friction term is left out until the mean work of friction is so many times τ.
-    to_boundary : Share of the way to the cones' boundary that a step goes.
+    to_boundary : Share of the way to the cones' boundary that a step goes where contacts slide.
     slow, patience : It is stalled where ``patience`` steps left more than ``slow`` of the error, of τ
         and of what v̂ misses; three times as many at errors above 1e-3.
     iterations : Steps in all.
@@ -83,11 +83,12 @@ class InteriorPoint:
 
 @dataclass(frozen=True, slots=True)
 class _Residuals:
-    """What a state misses: v̂ against v, the bodies' balance, and the derivative J of v̂ by v."""
+    """What a state misses: v̂ against v, the bodies' balance; the derivative J of v̂ by v, if it is not I."""
 
     velocity: FloatArray
     balance: FloatArray
     augment: FloatArray
+    sliding: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,7 +199,9 @@ class InteriorPointRun:
         target = centring * tau * cones.inverse(z) - x - second
         change_x, change_z, motion = self._solve(factor, missing, target)
         reach = min(cones.longest_step(x, change_x), cones.longest_step(z, change_z))
-        length = min(1.0, self.settings.to_boundary * reach)
+        # where the problem is convex there is no need to keep off the cones' surface
+        share = self.settings.to_boundary if missing.sliding else _CONVEX
+        length = min(1.0, share * reach)
         return _Direction(change_x, change_z, motion, length if np.isfinite(length) else 0.0)
 
     def _residuals(self, tau: float) -> _Residuals:
@@ -208,14 +211,15 @@ class InteriorPointRun:
         speed = tangential_norm(velocity)
         missing = self.z * self.shape - velocity
         augment = self._identity()
-        if float((self.x[:, 0] * speed).mean()) > self.settings.sliding * tau:
+        sliding = float((self.x[:, 0] * speed).mean()) > self.settings.sliding * tau
+        if sliding:
             smallest = self.settings.smoothing * tau / self.unit
             rounded = np.hypot(speed, smallest)
             missing[:, 0] -= self.friction * (rounded - smallest)
             augment[:, 0, 1:] = self.friction[:, None] * velocity[:, 1:] / rounded[:, None]
         balance = problem.body_impulse(impulse) + problem.rigid_impulse
         balance -= problem.rigid_mass * (self.rigid_velocity - problem.rigid_velocity)
-        return _Residuals(missing, balance, augment)
+        return _Residuals(missing, balance, augment, sliding)
 
     def _identity(self) -> FloatArray:
         c, d = self.shape.shape
@@ -264,6 +268,8 @@ def _typical(problem: ContactProblem, scale: FloatArray) -> tuple[float, float]:
 
 # Error above which the active set is still sought, with three times the patience
 _DIGITS = 1e-3
+# Share of the way to the boundary while the friction term is left out
+_CONVEX = 0.9999
 # Steps without a new least error after which it is hopeless
 _HOPELESS = 30
 _LEAST_STEP = 1e-6

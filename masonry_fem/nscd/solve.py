@@ -7,7 +7,9 @@ converges. A verdict of no equilibrium stands only where no impulses at all can 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -58,22 +60,29 @@ def solve(
 def _solve(problem: ContactProblem, settings: SolverSettings, start: Start | None) -> Solution:
     if problem.count == 0:
         return iterate(problem, _Free(), settings, start)
+
+    @cache
+    def stands() -> bool:
+        return admissible_impulses(problem).unbalanced <= BALANCED
+
     if settings.method != "auto":
-        return _judged(problem, iterate(problem, make_method(settings.method), settings, start))
-    return _choose(problem, settings, start)
+        return _judged(iterate(problem, make_method(settings.method), settings, start), stands)
+    return _choose(problem, settings, start, stands)
 
 
-def _choose(problem: ContactProblem, settings: SolverSettings, start: Start | None) -> Solution:
+def _choose(
+    problem: ContactProblem, settings: SolverSettings, start: Start | None, stands: Callable[[], bool]
+) -> Solution:
     """Turns until one converges; the best of their states."""
     began = time.monotonic()
     total: Solution | None = None
     inside: Solution | None = None
-    for turn in turns(problem, settings, start):
+    for turn in turns(problem, settings, start, stands):
         own = _share(turn, settings, 0 if total is None else total.iterations, time.monotonic() - began)
         if own is None:
             break
         state = inside if turn.origin == "inside" else total
-        made = _judged(problem, _made(turn, problem, own, _origin(turn, problem, state, start)))
+        made = _judged(_made(turn, problem, own, _origin(turn, problem, state, start)), stands)
         inside = made if made.method == "interior_point" else inside
         total = made if total is None else _joined(total, made)
         if total.outcome in {Outcome.CONVERGED, Outcome.NO_EQUILIBRIUM, Outcome.TIME_LIMIT}:
@@ -124,13 +133,11 @@ def _origin(turn: Turn, problem: ContactProblem, state: Solution | None, start: 
     return Start(project_cone(state.impulse, problem.friction), state.rigid_velocity)
 
 
-def _judged(problem: ContactProblem, made: Solution) -> Solution:
+def _judged(made: Solution, stands: Callable[[], bool]) -> Solution:
     """The solution, its verdict withdrawn where impulses that balance the loads exist after all."""
-    if made.outcome is not Outcome.NO_EQUILIBRIUM or problem.count == 0:
-        return made
-    if admissible_impulses(problem).unbalanced > BALANCED:
-        return made
-    return replace(made, outcome=Outcome.UNDECIDED)
+    if made.outcome is Outcome.NO_EQUILIBRIUM and stands():
+        return replace(made, outcome=Outcome.UNDECIDED)
+    return made
 
 
 def _joined(first: Solution, second: Solution) -> Solution:

@@ -18,7 +18,6 @@ from typing import Literal
 
 import numpy as np
 
-from masonry_fem.nscd.admissible import BALANCED, admissible_impulses
 from masonry_fem.nscd.iterate import Method
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.settings import SolverSettings, Start
@@ -29,15 +28,15 @@ from masonry_fem.nscd.solvers import make_method
 HORIZON = 5_000
 HORIZON_OF_BODIES = 20_000
 PATIENCE = 300
-# Rigid contacts from which Newton goes first.
+# Rigid contacts from which sweeps from cold are not worth a try.
 MANY = 500
 # To a tolerance this loose, so many sweeps mend the last step's impulses of a wall, which Newton takes
 # ten to a hundred steps for.
 LOOSE = 1e-6
 FEW = 300
-# Newton steps in which a wall of rigid blocks shows whether it sticks: then they are enough.
+# Newton steps in which blocks show whether they stick: then they are enough.
 BRIEF = 10
-# Newton steps on rigid blocks before sweeps have another try.
+# Newton steps on few rigid blocks before the interior point takes over.
 NEWTON_STEPS = 120
 # Newton steps that polish: what takes more, ADMM does in less time.
 POLISH = 25
@@ -59,13 +58,18 @@ class Turn:
     stiff: bool = False
 
 
-def turns(problem: ContactProblem, settings: SolverSettings, start: Start | None) -> Iterator[Turn]:
-    """Who has a go at a problem, in order; what a turn needs is found out only when it comes."""
+def turns(
+    problem: ContactProblem, settings: SolverSettings, start: Start | None, stands: Callable[[], bool]
+) -> Iterator[Turn]:
+    """Who has a go at a problem, in order; what a turn needs is found out only when it comes.
+
+    ``stands`` tells whether any impulses balance the loads.
+    """
     touched = np.unique(problem.bodies[problem.bodies >= 0])
     static = bool((problem.rigid_mass[touched] <= 0).any())
     if static:
         yield Turn(_newton, BRIEF)
-        if admissible_impulses(problem).unbalanced > BALANCED:
+        if not stands():
             # what moves, it shows as rigid blocks at a hundredth of the cost
             if not problem.rigid:
                 yield Turn(_newton, stiff=True)

@@ -14,6 +14,8 @@ from masonry_fem.dynamics.model import Model
 from masonry_fem.post.vtu import write_atomic
 
 SHOWN = 50  # interfaces that a summary names
+# Components of a support's wrench, in the axes of the scene
+WORLD = {2: ("fx", "fy", "mz"), 3: ("fx", "fy", "fz", "mx", "my", "mz")}
 
 
 def determinacy_summary(model: Model, told: ForceDeterminacy) -> dict[str, Any]:
@@ -38,9 +40,6 @@ def determinacy_summary(model: Model, told: ForceDeterminacy) -> dict[str, Any]:
         "contacts_unique": int(told.unique.sum()),
         "contacts_not_unique": int((~told.unique).sum()),
     }
-
-
-WORLD = {2: ("fx", "fy", "mz"), 3: ("fx", "fy", "fz", "mx", "my", "mz")}
 
 
 def write_determinacy(path: Path, model: Model, told: ForceDeterminacy) -> Path:

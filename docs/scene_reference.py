@@ -185,6 +185,9 @@ MEANING: dict[str, str] = {
     "Solver.tolerance": "on the natural map, relative",
     "Solver.max_iterations": "sweeps, Newton steps or ADMM iterations",
     "Solver.time_limit": "wall-clock time for the contact problem of a step",
+    "Solver.relaxation": "how far a sweep takes a contact towards its own solution",
+    "Solver.threads": "that share sweeps colour by colour; one in a shuffled order where not given: "
+    "see [which contact solver](solvers.md)",
     "Contact.reach": "greatest gap between faces that are paired; 1e-3 of a block's size where not given",
     "Contact.angle": "greatest angle between faces that are paired",
     "Contact.expulsion": "speed at which initial overlaps are driven out, in the gap form",

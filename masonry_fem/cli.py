@@ -118,6 +118,8 @@ def parser() -> argparse.ArgumentParser:
     contact.add_argument("file", type=Path, metavar="FILE.npz", help="contact problem")
     contact.add_argument("--solver", default="auto", metavar="NAME", help="a solver.method (default: auto)")
     contact.add_argument("--tol", type=float, metavar="T", help="tolerance on the natural map")
+    contact.add_argument("--relaxation", type=float, metavar="W", help="of solver nsgs, between 0 and 2")
+    contact.add_argument("--threads", type=int, metavar="N", help="of solver nsgs, colour by colour")
     contact.add_argument("--reaction", type=Path, metavar="OUT.npy", help="write the impulses there")
     contact.add_argument(
         "--least-norm", action="store_true",
@@ -185,7 +187,8 @@ def solve_contact(options: argparse.Namespace) -> int:
     """Solve a contact problem from a file; prints JSON."""
     from masonry_fem.nscd import Outcome, SolverSettings, load_problem, solve
 
-    chosen = {} if options.tol is None else {"tolerance": options.tol}
+    given = {"tolerance": options.tol, "relaxation": options.relaxation, "threads": options.threads}
+    chosen = {name: value for name, value in given.items() if value is not None}
     settings = SolverSettings(method=options.solver, **chosen)
     problem = load_problem(options.file)
     solution = solve(problem, settings)

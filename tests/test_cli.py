@@ -232,6 +232,10 @@ def test_contact_tells_bad_settings_and_files(problem, tmp_path, capsys):
     assert cli.main(["contact", str(problem), "--solver", "magic"]) == 1
     methods = "'auto', 'nsgs', 'newton', 'interior_point', 'admm', 'pivoting'"
     assert f"expected one of {methods}" in capsys.readouterr().err
+    assert cli.main(["contact", str(problem), "--threads", "2"]) == 1
+    assert "choose method 'nsgs'" in capsys.readouterr().err
+    assert cli.main(["contact", str(problem), "--solver", "nsgs", "--relaxation", "2.5"]) == 1
+    assert "relaxation is 2.5, expected a number between 0 and 2" in capsys.readouterr().err
     assert cli.main(["contact", str(tmp_path / "no.npz")]) == 1
     error = capsys.readouterr().err
     assert "no.npz" in error

@@ -43,4 +43,6 @@ def solver_settings(solver: specs.Solver) -> SolverSettings:
         tolerance=solver.tolerance,
         max_iterations=solver.max_iterations,
         time_limit=solver.time_limit,
+        relaxation=solver.relaxation,
+        threads=solver.threads,
     )

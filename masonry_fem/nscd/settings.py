@@ -30,6 +30,9 @@ class SolverSettings:
         Only a run that is cut short by it can differ from the next one.
     least_impulse : What errors are measured by where all impulses are smaller [N s]. A march gives
         the one whose errors, at the tolerance, are the rounding of its largest impulses.
+    relaxation : ω of "nsgs", between 0 and 2: how far a contact goes towards its own solution.
+    threads : Of "nsgs": at most so many share the contacts that have no body in common. Any number gives
+        the same bits. None: one, in a shuffled order, so other bits.
     """
 
     method: MethodName = "auto"
@@ -37,6 +40,8 @@ class SolverSettings:
     max_iterations: int | None = None
     time_limit: float | None = None
     least_impulse: float = 0.0
+    relaxation: float = 1.0
+    threads: int | None = None
 
     def __post_init__(self) -> None:
         names = get_args(MethodName)
@@ -51,6 +56,16 @@ class SolverSettings:
             raise ProblemError(f"time_limit is {self.time_limit} s, expected more than 0")
         if not 0 <= self.least_impulse < np.inf:
             raise ProblemError(f"least_impulse is {self.least_impulse} N s, expected at least 0")
+        if not 0 < self.relaxation < 2:
+            raise ProblemError(f"relaxation is {self.relaxation}, expected a number between 0 and 2")
+        if self.threads is not None and (self.threads < 1 or self.threads != int(self.threads)):
+            raise ProblemError(f"threads is {self.threads}, expected a whole number of at least 1")
+        for name, usual in (("relaxation", 1.0), ("threads", None)):
+            if self.method != "nsgs" and getattr(self, name) != usual:
+                raise ProblemError(
+                    f"{name} is {getattr(self, name)} with method {self.method!r}, expected {usual}: "
+                    "only sweeps have it; leave it out or choose method 'nsgs'"
+                )
 
 
 @dataclass(frozen=True, slots=True)

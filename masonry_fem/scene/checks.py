@@ -46,6 +46,7 @@ def cross_check(scene: Scene, base: Path) -> None:
     _dimension(scene)
     _shapes(scene)
     _analysis(scene)
+    _solver(scene)
     _files(scene, base)
 
 
@@ -169,6 +170,15 @@ def _analysis(scene: Scene) -> None:
         # contacts that are solved no better never pass for at rest: the march would end as if blocks slid
         expected = f"at most the tolerance of the equilibrium (analysis.tolerance = {analysis.tolerance:g})"
         raise wrong(("solver", "tolerance"), scene.solver.tolerance, f"{expected}; tighten it or loosen that")
+
+
+def _solver(scene: Scene) -> None:
+    solver = scene.solver
+    for name, usual in (("relaxation", 1.0), ("threads", None)):
+        given = getattr(solver, name)
+        if solver.method != "nsgs" and given != usual:
+            expected = f"none with solver.method = {solver.method!r}: only 'nsgs' has it"
+            raise wrong(("solver", name), given, f"{expected}; leave it out or choose that method")
 
 
 def _files(scene: Scene, base: Path) -> None:

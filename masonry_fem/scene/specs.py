@@ -177,12 +177,17 @@ class Initial(Spec, frozen=True, kw_only=True):
 
 
 class Solver(Spec, frozen=True, kw_only=True):
-    """How the contact problem of a step is solved, and how well."""
+    """How the contact problem of a step is solved, and how well.
+
+    ``relaxation`` and ``threads`` are of method "nsgs" alone. Any number of threads gives the same results.
+    """
 
     method: Literal["auto", "nsgs", "newton", "interior_point", "admm", "pivoting"] = "auto"
     tolerance: Annotated[float, Meta(gt=0, lt=1)] = 1e-10
     max_iterations: Count | None = None
     time_limit: Seconds | None = None
+    relaxation: Annotated[float, Meta(gt=0, lt=2)] = 1.0
+    threads: Count | None = None
 
 
 class Contact(Spec, frozen=True, kw_only=True):

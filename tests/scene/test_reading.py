@@ -217,6 +217,17 @@ BAD = [
     ),
     (
         "[loads]",
+        "[solver]\nthreads = 2\n[loads]",
+        "line 13: solver.threads is 2, expected none with solver.method = 'auto': only 'nsgs' has it; "
+        "leave it out or choose that method",
+    ),
+    (
+        "[loads]",
+        "[solver]\nmethod = 'nsgs'\nrelaxation = 2.0\n[loads]",
+        "line 14: solver.relaxation is 2.0, expected a number > 0 and < 2",
+    ),
+    (
+        "[loads]",
         "[loads",
         "not valid TOML: Expected ']' at the end of a table declaration (at line 12, column 7)",
     ),

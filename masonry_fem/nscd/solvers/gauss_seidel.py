@@ -6,6 +6,8 @@ in most masonry, so it gives up once sweeping no longer pays. Two forms give the
 - **bodies**: all blocks rigid. The bodies' velocities are kept up to date and W is never formed.
 - **plain**: any other problem, condensed to its block-sparse W.
 
+Relaxed or with threads, sweeps go colour after colour, else in a shuffled order (``sweep_forms``).
+
     solution = iterate(problem, GaussSeidel(), SolverSettings(tolerance=1e-6))
 """
 
@@ -19,18 +21,14 @@ from numpy.typing import NDArray
 from masonry_fem.errors import ProblemError
 from masonry_fem.nscd import graphs
 from masonry_fem.nscd.iterate import Iterate, Run
-from masonry_fem.nscd.local import reduce_blocks
 from masonry_fem.nscd.outcome import Outcome
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import Quality
-from masonry_fem.nscd.scaling import contact_scale, diagonal_blocks, free_speed, rigid_diagonal
 from masonry_fem.nscd.settings import SolverSettings, Start
-from masonry_fem.nscd.solvers import sweeps
+from masonry_fem.nscd.solvers.sweep_forms import Form, make_form
 
 FloatArray = NDArray[np.float64]
 
-# Sweeps between two measures of the natural map: a measure costs less than a sweep.
-INTERVAL = 5
 # Sweeps handed out at once: from the first batch, doubled up to some 0.3 s of work.
 FIRST_BATCH = 20
 BATCH_WORK = 1_000_000
@@ -61,89 +59,15 @@ class GaussSeidel:
             impulse = np.zeros_like(problem.free_velocity)
         else:
             impulse = graphs.project_cone(start.impulse, problem.friction)
-        form = _BodyForm(problem) if problem.rigid else _PlainForm(problem)
-        return _SweepRun(self, problem, form, np.ascontiguousarray(impulse))
-
-
-class _PlainForm:
-    """Sweeps over the block-sparse W."""
-
-    def __init__(self, problem: ContactProblem) -> None:
-        c, d = problem.count, problem.dimension
-        W = problem.delassus()
-        rows = np.repeat(np.arange(c), np.diff(W.indptr))
-        off = rows != W.indices
-        own = diagonal_blocks(W, c, d)
-        self.pointer = np.concatenate([[0], np.cumsum(np.bincount(rows[off], minlength=c))])
-        self.other = W.indices[off].astype(np.int64)
-        self.blocks = np.ascontiguousarray(W.data[off].reshape(-1, d * d))
-        self.own = own.reshape(c, d * d)
-        self.local = reduce_blocks(own)
-        self.scale = contact_scale(problem)
-        self.friction = np.ascontiguousarray(problem.friction)
-        self.free = np.ascontiguousarray(problem.plain_velocity())
-        self.slip = np.zeros(c)
-        self.order = _visiting_order(c)
-
-    def sweep(self, impulse: FloatArray, count: int, tolerance: float) -> tuple[int, float]:
-        head = (self.order, self.pointer, self.other, self.blocks, self.own, self.local, self.scale)
-        tail = (count, INTERVAL, tolerance)
-        if impulse.shape[1] == 2:
-            made: tuple[int, float] = sweeps.plain_2d(*head, self.friction, self.free, impulse, *tail)
-        else:
-            made = sweeps.plain_3d(*head, self.friction, self.free, impulse, self.slip, *tail)
-        return made
-
-
-class _BodyForm:
-    """Sweeps that carry the velocities of rigid bodies along."""
-
-    def __init__(self, problem: ContactProblem) -> None:
-        c, d = problem.count, problem.dimension
-        own = rigid_diagonal(problem)
-        root = np.sqrt(np.where(problem.rigid_mass > 0, problem.rigid_mass, 1.0))
-        self.problem, self.root = problem, root
-        inverse = np.concatenate([1.0 / root, np.zeros((1, root.shape[1]))])
-        weighted = problem.rigid_map * inverse[problem.bodies][:, :, None, :]
-        self.bodies = np.ascontiguousarray(problem.bodies, dtype=np.int64)
-        self.maps = np.ascontiguousarray(weighted.reshape(c, 2, -1))
-        self.own = own.reshape(c, d * d)
-        self.local = reduce_blocks(own)
-        self.scale = contact_scale(problem)
-        self.speed = free_speed(problem)
-        self.friction = np.ascontiguousarray(problem.friction)
-        self.free = np.ascontiguousarray(problem.free_velocity)
-        self.slip = np.zeros(c)
-        self.order = _visiting_order(c)
-
-    def sweep(self, impulse: FloatArray, count: int, tolerance: float) -> tuple[int, float]:
-        # made anew from the impulses, so that rounding does not pile up from batch to batch
-        motion = self.root * self.problem.balanced_velocity(impulse)
-        head = (
-            self.order,
-            self.bodies,
-            self.maps,
-            self.own,
-            self.local,
-            self.scale,
-            self.friction,
-            self.free,
-        )
-        tail = (self.speed, count, INTERVAL, tolerance)
-        if impulse.shape[1] == 2:
-            made: tuple[int, float] = sweeps.bodies_2d(*head, impulse, motion, *tail)
-        else:
-            made = sweeps.bodies_3d(*head, impulse, motion, self.slip, *tail)
-        return made
+        return _SweepRun(self, problem, np.ascontiguousarray(impulse))
 
 
 class _SweepRun:
     """Working memory of NSGS on one problem."""
 
-    def __init__(
-        self, method: GaussSeidel, problem: ContactProblem, form: _PlainForm | _BodyForm, impulse: FloatArray
-    ) -> None:
-        self.method, self.problem, self.form, self.impulse = method, problem, form, impulse
+    def __init__(self, method: GaussSeidel, problem: ContactProblem, impulse: FloatArray) -> None:
+        self.method, self.problem, self.impulse = method, problem, impulse
+        self.form: Form | None = None
         self.made, self.batch, self.strictness = 0, FIRST_BATCH, 1.0
         self.errors: list[tuple[int, float]] = []
 
@@ -154,6 +78,8 @@ class _SweepRun:
         """One batch of sweeps."""
         limit = self.method.iterations if settings.max_iterations is None else settings.max_iterations
         count = min(self.batch, limit - self.made)
+        if self.form is None:
+            self.form = make_form(self.problem, settings.relaxation, settings.threads)
         made, error = self.form.sweep(self.impulse, count, self.strictness * settings.tolerance)
         if made < count:
             # the sweeps' own measure held: should assess() disagree, ask more of it next time
@@ -174,15 +100,6 @@ class _SweepRun:
             return True
         needed = (self.made - since) * np.log(best / tolerance) / np.log(then / best)
         return bool(self.made + needed > self.method.horizon)
-
-
-def _visiting_order(count: int) -> NDArray[np.int64]:
-    """A fixed shuffle of the contacts.
-
-    Errors travel with a regular order along courses and columns; on walls a shuffled one needs down
-    to a third of the sweeps. It is the same in every run.
-    """
-    return np.random.default_rng(0).permutation(count)
 
 
 def _check_inertia(problem: ContactProblem) -> None:

@@ -5,8 +5,8 @@
 - Many rigid blocks: the interior-point method, which nothing stops but rounding, and Newton to polish
   its result. It cannot start from the step before: there a few Newton steps from the bonded state come
   first, which is all that sticking walls need.
-- What is left goes to pivoting, where the problem is plane and small, and to ADMM, which is slow but
-  does not depend on a good guess of the active set.
+- What is left goes to pivoting, where the problem is plane and small, to Newton with other weights,
+  where it is small, and to ADMM, which is slow but does not depend on a good guess of the active set.
 - Other problems are swept first, as long as the contraction seen promises an end.
 """
 
@@ -38,6 +38,8 @@ FEW = 300
 BRIEF = 10
 # Newton steps on few rigid blocks before the interior point takes over.
 NEWTON_STEPS = 120
+# Proximal weights to try on few contacts: which leads out of a cycle differs from problem to problem.
+WEIGHTS = (1e-2, 1e-1, 1e-3)
 # Newton steps that polish: what takes more, ADMM does in less time.
 POLISH = 25
 
@@ -98,10 +100,13 @@ def turns(
 
 
 def _thorough(problem: ContactProblem) -> Iterator[Turn]:
-    """What carries where joints slide and open: interior point, its polish, and two that go elsewhere."""
+    """What carries where joints slide and open: interior point, its polish, and some that go elsewhere."""
     yield Turn(_interior_point, origin="cold")
     yield Turn(_polish, POLISH, origin="best")
     yield from _exact(problem)
+    if problem.count < MANY:
+        for weight in WEIGHTS:
+            yield Turn(_firm_newton(weight), NEWTON_STEPS)
     yield Turn(_splitting, origin="inside")
 
 
@@ -122,6 +127,15 @@ def _polish() -> Method:
 
     # statuses are nearly right: little regularisation, and no patience with any round
     return ProximalNewton(weight=1e-4, accuracy=0.9, patience=12)
+
+
+def _firm_newton(weight: float) -> Callable[[], Method]:
+    def make() -> Method:
+        from masonry_fem.nscd.solvers.newton import ProximalNewton  # noqa: PLC0415
+
+        return ProximalNewton(weight=weight, decrease=0.3)
+
+    return make
 
 
 def _interior_point() -> Method:

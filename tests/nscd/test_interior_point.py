@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from masonry_fem.nscd import Outcome, SolverSettings, Start, solve
+from masonry_fem.nscd import ContactProblem, Outcome, SolverSettings, Start, solve
 from masonry_fem.nscd.iterate import iterate
 from masonry_fem.nscd.solvers.interior_point import InteriorPoint
 from tests.nscd import walls
@@ -100,3 +100,14 @@ def test_two_runs_agree_bit_for_bit():
     problem = walls.rigid_wall(10, 8, friction=0.6, horizontal=0.6)
     one, two = (solve(problem, SolverSettings(tolerance=1e-8)) for _ in range(2))
     assert (one.impulse == two.impulse).all()
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_a_sliding_contact_is_solved_to_rounding(d):
+    """Without products of the scaling, whose eigenvalues grow τ⁻² apart: they ended it at 1e-8."""
+    q = np.zeros((1, d))
+    q[0, :2] = -1.0, 3.0
+    problem = ContactProblem.plain(2 * np.eye(d), q, 0.5)
+    solution = iterate(problem, InteriorPoint(), SolverSettings(tolerance=1e-12))
+    assert solution.converged
+    assert solution.impulse[0, :2] == pytest.approx([0.5, -0.25], abs=1e-12)

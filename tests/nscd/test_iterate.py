@@ -53,6 +53,16 @@ def test_keeps_the_best():
     assert solution.quality.error == pytest.approx(0.1 / 0.9)
 
 
+def test_a_first_guess_that_holds_is_kept_as_it_is():
+    given = np.array([[1.0, 1e-12, 0.0]])
+    solution = iterate(PROBLEM, Scripted(0.1), SolverSettings(tolerance=1e-9), Start(given))
+    assert solution.converged
+    assert solution.iterations == 0
+    assert (solution.impulse == given).all()
+    solution = iterate(PROBLEM, Scripted(0.1, 1.0), SolverSettings(tolerance=1e-13), Start(given))
+    assert (solution.iterations, solution.impulse[0, 1]) == (1, 0.0)
+
+
 def test_limits():
     run = Scripted(*np.linspace(0.1, 0.8, 200))
     assert iterate(PROBLEM, run, SolverSettings(max_iterations=7)).iterations == 7

@@ -132,12 +132,12 @@ def test_contacts_listed_twice_share_their_load(family, method, d, seed):
 @given(seed=seeds)
 def test_a_solution_is_a_fixed_point(family, method, d, seed):
     problem = FAMILIES[family](np.random.default_rng(seed), d)
-    # better than what is asked for below: sweeps make the velocities of bodies anew from the impulses
-    solved = solve(problem, SolverSettings(tolerance=1e-11))
+    solved = solve(problem, SolverSettings(tolerance=0.1 * TOLERANCE))
     again = honest(problem, method, Start(solved.impulse, solved.rigid_velocity))
     same(problem, solved, again, again.velocity, again.rigid_velocity)
-    if method != "interior_point":  # which cannot use a first guess
-        assert again.converged
+    assert again.converged
+    assert again.iterations == 0
+    assert (again.impulse == solved.impulse).all()
 
 
 @every
@@ -163,9 +163,6 @@ def test_no_friction_and_all_friction(family, method, d, seed):
         assert rough.velocity[closed] == pytest.approx(0.0, abs=AGREES * free_speed(problem))
 
 
-@pytest.mark.xfail(
-    strict=True, reason='"auto" stalls at 4e-4 to 6e-4: rough joints of densely coupled blocks'
-)
 @pytest.mark.parametrize("seed", [1, 4])
 @pytest.mark.parametrize("family", ["elastic statics", "elastic dynamics"])
 def test_rough_elastic_walls(family, seed):
@@ -187,13 +184,10 @@ def test_nothing_to_solve(method, d):
 @pytest.mark.parametrize("method", [*NAMES, "auto"])
 @pytest.mark.parametrize("d", [2, 3])
 @pytest.mark.parametrize("state", ["open", "stick", "slip"])
-def test_one_contact(request, method, d, state):
+def test_one_contact(method, d, state):
     """W = 2 I: p = −q/2 where that lies in the cone; slipping, p_N = −q_N/2 and ‖p_T‖ = μ p_N."""
     if method == "pivoting" and d == 3:
         pytest.skip("plane problems only")
-    if method == "interior_point" and state == "slip":
-        reason = "interior point alone stops at 3e-9 to 2e-8 where one contact slips"
-        request.applymarker(pytest.mark.xfail(strict=True, reason=reason))
     q = np.zeros((1, d))
     q[0, :2] = {"open": (1.0, 0.3), "stick": (-1.0, 0.3), "slip": (-1.0, 3.0)}[state]
     expected = {"open": (0.0, 0.0), "stick": (0.5, -0.15), "slip": (0.5, -0.25)}[state]

@@ -185,9 +185,9 @@ class InteriorPointRun:
         x, z = self.x, self.z
         forth, back = cones.scaling(x, z)
         factor = self._factor(forth, back, missing.augment)
-        second = np.zeros_like(x)
+        second, second_z = np.zeros_like(x), np.zeros_like(x)
         if centring is None:
-            ahead_x, ahead_z, _ = self._solve(factor, missing, -x)
+            ahead_x, ahead_z, _ = self._solve(factor, missing, -x, -z)
             length = min(1.0, cones.longest_step(x, ahead_x), cones.longest_step(z, ahead_z))
             left = float(((x + length * ahead_x) * (z + length * ahead_z)).sum(axis=1).mean())
             centring = min(max(left / tau, 0.0) ** 3, 1.0)
@@ -195,9 +195,11 @@ class InteriorPointRun:
             second = cones.product(
                 (back @ ahead_x[:, :, None])[:, :, 0], (forth @ ahead_z[:, :, None])[:, :, 0]
             )
-            second = (forth @ cones.quotient(scaled, second)[:, :, None])[:, :, 0]
+            second = cones.quotient(scaled, second)
+            second, second_z = (forth @ second[:, :, None])[:, :, 0], (back @ second[:, :, None])[:, :, 0]
         target = centring * tau * cones.inverse(z) - x - second
-        change_x, change_z, motion = self._solve(factor, missing, target)
+        target_z = centring * tau * cones.inverse(x) - z - second_z
+        change_x, change_z, motion = self._solve(factor, missing, target, target_z)
         reach = min(cones.longest_step(x, change_x), cones.longest_step(z, change_z))
         # where the problem is convex there is no need to keep off the cones' surface
         share = self.settings.to_boundary if missing.sliding else _CONVEX
@@ -242,11 +244,17 @@ class InteriorPointRun:
         )
 
     def _solve(
-        self, factor: NewtonFactor, missing: _Residuals, target: FloatArray
+        self, factor: NewtonFactor, missing: _Residuals, target: FloatArray, target_z: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Changes of x, z and U with dx + W² dz = target and all residuals gone."""
+        """Changes of x, z and U with dx + W² dz = target and all residuals gone.
+
+        ``target_z`` = W⁻² target: its product with W⁻², whose eigenvalues are τ⁻² apart, would be rounding.
+        """
         # dv̂ = J dv − missing, and dp = −H dv̂ + target / shape
-        change, motion = factor.solve(-missing.velocity, missing.balance, target / self.shape)
+        elastic = self.system.elastic[:, None]
+        force = -missing.velocity - np.where(elastic, self.shape * target_z, 0.0)
+        given = np.where(elastic, 0.0, target / self.shape)
+        change, motion = factor.solve(force, missing.balance, given)
         velocity = self.problem.elastic_velocity(change) + self.problem.contact_velocity(motion)
         # not from the scaling: on the cones' edges it would blow up the rounding of dx
         change_z = ((missing.augment @ velocity[:, :, None])[:, :, 0] - missing.velocity) / self.shape

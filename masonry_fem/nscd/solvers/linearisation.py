@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,4 +60,37 @@ def linearise(
         open=by_impulse[:, 0, 0] == 1.0,
         plain=~by_impulse.any(axis=(1, 2)),
         rho=rho,
+    )
+
+
+def slipping(
+    line: Linearisation, chosen: Mask, impulse: FloatArray, velocity: FloatArray, friction: FloatArray
+) -> Linearisation:
+    """The same with the ``chosen`` contacts, shape (c,), taken for closed and slipping, wherever they are.
+
+    They slip against the way x_T = p_T − ρ v_T points: v_N = 0 and p_T = μ x_N x_T/‖x_T‖.
+    """
+    trial = impulse[chosen] - line.rho[chosen, None] * velocity[chosen]
+    size = graphs.tangential_norm(trial)
+    direction = trial[:, 1:] / np.where(size > 0, size, 1.0)[:, None]
+    radius = friction[chosen] * trial[:, 0]
+    identity = np.eye(impulse.shape[1])
+    slope = np.zeros((len(trial), *identity.shape))  # of the projection, by the trial point
+    slope[:, 0, 0] = 1.0
+    slope[:, 1:, 0] = friction[chosen, None] * direction
+    ratio = np.clip(radius / np.where(size > 0, size, 1.0), 0.0, 1.0)
+    across = identity[1:, 1:] - direction[:, :, None] * direction[:, None, :]
+    slope[:, 1:, 1:] = ratio[:, None, None] * across
+    projected = np.concatenate([trial[:, :1], radius[:, None] * direction], axis=1)
+    residual, by_impulse = line.residual.copy(), line.by_impulse.copy()
+    by_velocity = line.by_velocity.copy()
+    residual[chosen], by_impulse[chosen] = impulse[chosen] - projected, identity - slope
+    by_velocity[chosen] = slope
+    return replace(
+        line,
+        residual=residual,
+        by_impulse=by_impulse,
+        by_velocity=by_velocity,
+        open=line.open & ~chosen,
+        plain=line.plain & ~chosen,
     )

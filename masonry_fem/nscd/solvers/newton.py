@@ -30,7 +30,8 @@ from masonry_fem.nscd.residuals import Quality
 from masonry_fem.nscd.scaling import contact_scale
 from masonry_fem.nscd.settings import SolverSettings, Start
 from masonry_fem.nscd.solvers.escape import Escape
-from masonry_fem.nscd.solvers.linearisation import Linearisation, bonded_contacts, linearise
+from masonry_fem.nscd.solvers.flips import Flips
+from masonry_fem.nscd.solvers.linearisation import Linearisation, bonded_contacts, linearise, slipping
 from masonry_fem.nscd.solvers.newton_system import NewtonSystem, block_rows
 
 FloatArray = NDArray[np.float64]
@@ -95,6 +96,7 @@ class _Point:
 
     impulse: FloatArray
     rigid_velocity: FloatArray
+    velocity: FloatArray  # with the proximal term
     line: Linearisation
     balance: FloatArray
     residual: float  # ‖F‖ / ‖p‖
@@ -115,6 +117,7 @@ class NewtonRun:
         self.full_steps = settings.full_steps
         self.tries: tuple[int, ...] = _COLD_TRIES
         self.bonded_size = np.inf  # of U after the bonded step
+        self.flips = Flips(problem.friction)
         self._start_cold()
         if start is not None and start.impulse is not None:
             self.tries = _WARM_TRIES
@@ -135,6 +138,7 @@ class NewtonRun:
         self.softens = True  # ε may fall again after it had to rise
         self.escape = Escape()
         self.best, self.idle, self.crawling = np.inf, 0, 0
+        self.flips.forget()
         self.round = self._new_round()
 
     def guess(self) -> Iterate:
@@ -197,6 +201,9 @@ class NewtonRun:
     def _solve(self, here: _Point, mass: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Newton's change (dp, dU); open contacts lose their impulses exactly."""
         line, problem = here.line, self.problem
+        swinging = self.flips.swinging(line, settled=self.round.steps >= _SETTLED)
+        if swinging.any():
+            line = slipping(line, swinging, here.impulse, here.velocity, problem.friction)
         step = np.where(line.open[:, None], -here.impulse, 0.0)
         shift = (line.by_velocity @ problem.elastic_velocity(step)[:, :, None])[:, :, 0]
         own = line.by_impulse / line.rho[:, None, None]
@@ -230,7 +237,8 @@ class NewtonRun:
         balance -= now.mass * (rigid_velocity - now.rigid_velocity)
         size = float(np.linalg.norm(impulse))
         residual = float(np.linalg.norm(line.residual))
-        return _Point(impulse, rigid_velocity, line, balance, residual / size if size > 0 else residual)
+        relative = residual / size if size > 0 else residual
+        return _Point(impulse, rigid_velocity, velocity, line, balance, relative)
 
     # rounds
 
@@ -282,12 +290,12 @@ class NewtonRun:
         return relative
 
     def _give_up_round(self) -> Outcome | None:
-        """A round that does not end: regularise more and go on from where it is."""
+        """A round that does not end: regularise more, and begin it again."""
         another_try = self._may_try_again()
         if (another_try or (self.static.any() and self.static_mass < _FIRM)) and self._restart():
             return None
         self.weight = min(10.0 * self.weight, 1.0)
-        self.error = max(self.error, 0.1)
+        self.impulse, self.rigid_velocity = self.round.impulse, self.round.rigid_velocity
         self.round = self._new_round()
         self.idle += 1
         return Outcome.STALLED if self.idle >= self.settings.patience else None
@@ -327,6 +335,7 @@ _WARM_STEPS = 20  # a first guess that is worth having needs fewer
 _TRY_STEPS = 25
 _ANY = 1e300  # of a solved round
 _HOLD = 0.1  # error of a solved round from which a first guess is kept
+_SETTLED = 2  # steps of a round before its contacts' swinging means anything
 _FIRM = 1e-2  # ε from which a mechanism moves slowly enough to be followed
 
 

@@ -108,7 +108,7 @@ def test_a9_6_slope_of_a_thousandth_of_a_degree_without_friction() -> None:
     assert result.summary["probes"]["cube"][0] == pytest.approx(a / 2, rel=1e-8)
 
 
-def test_a9_6_frictionless_stack_stands_and_rough_one_sticks() -> None:
+def test_a9_6_frictionless_stack_stands() -> None:
     smooth = solved(
         fidelity="rigid",
         structures=(StackStructure(name="stack", material="stone", size=(1, 1, 1), count=5),),
@@ -116,12 +116,27 @@ def test_a9_6_frictionless_stack_stands_and_rough_one_sticks() -> None:
         analysis=ONE_STEP,
     )
     assert smooth.outcome == "equilibrium"
-    rough = cube_on_slope(44.0, 1e6, analysis=Dynamics(step=0.1, duration=0.5, theta=1.0))
+    assert carried(smooth) == pytest.approx(np.arange(5, 0, -1) * 2400 * G, rel=1e-8)
+
+
+@pytest.mark.parametrize("analysis", [Dynamics(step=0.1, duration=0.5, theta=1.0), Statics()])
+@pytest.mark.parametrize("angle", [1.0, 30.0, 44.0, 44.99])
+def test_a9_6_what_is_rough_sticks_until_it_tips(angle: float, analysis: Dynamics | Statics) -> None:
+    """µ = 1e6; a cube tips from 45° on."""
+    rough = cube_on_slope(angle, 1e6, analysis=analysis)
     assert rough.march.report.speed < 1e-9
+    a, weight = np.radians(angle), 2400 * G
+    force = rough.summary["supports"]["cube.ground"]["force"]
+    assert force == pytest.approx([-weight * np.sin(a), 0, weight * np.cos(a)], abs=1e-8 * weight)
 
 
-def test_a9_6_thick_frictionless_arch_falls() -> None:
-    result = rigid_arch(thickness=0.5, voussoirs=9, friction=0.0, analysis=ONE_STEP)
+def test_a9_6_beyond_that_angle_it_tips() -> None:
+    assert cube_on_slope(45.01, 1e6, analysis=Statics()).outcome == "no_equilibrium"
+
+
+@pytest.mark.parametrize("thickness", [0.11, 0.5, 1.0, 1.9])
+def test_a9_6_frictionless_arch_falls_however_thick(thickness: float) -> None:
+    result = rigid_arch(thickness=thickness, voussoirs=9, friction=0.0, analysis=ONE_STEP)
     assert result.outcome == "no_equilibrium"
 
 

@@ -9,7 +9,7 @@ Its fixed points are those of ω = 1: there ω (s − p) is normal to K at p, so
 z in K, s among them, and s = p.
 
 Each sweep (``turn``) begins a group at another contact and goes forwards or backwards. A fixed order favours
-one corner of an interface all the time: walls then need three to ten times the sweeps.
+one corner of an interface all the time: walls then need up to ten times the sweeps and more.
 
 A judgement is what the error is made of: the sums of squares of the natural map and of p, and the largest
 squares of the map in velocities, of the velocity that impulses cause, and of the velocity.

@@ -139,7 +139,9 @@ def _firm_newton(weight: float) -> Callable[[], Method]:
 
 
 def _interior_point() -> Method:
-    return make_method("interior_point")
+    from masonry_fem.nscd.solvers.interior_point import InteriorPoint  # noqa: PLC0415
+
+    return InteriorPoint(align=0.0)  # Newton polishes
 
 
 def _splitting() -> Method:

@@ -188,6 +188,8 @@ MEANING: dict[str, str] = {
     "Solver.relaxation": "how far a sweep takes a contact towards its own solution",
     "Solver.threads": "that share sweeps colour by colour; one in a shuffled order where not given: "
     "see [which contact solver](solvers.md)",
+    "Solver.linear": "factors, iterations with multigrid, or what is expected to cost less: "
+    "see [which contact solver](solvers.md)",
     "Contact.reach": "greatest gap between faces that are paired; 1e-3 of a block's size where not given",
     "Contact.angle": "greatest angle between faces that are paired",
     "Contact.expulsion": "speed at which initial overlaps are driven out, in the gap form",

@@ -45,4 +45,5 @@ def solver_settings(solver: specs.Solver) -> SolverSettings:
         time_limit=solver.time_limit,
         relaxation=solver.relaxation,
         threads=solver.threads,
+        linear=solver.linear,
     )

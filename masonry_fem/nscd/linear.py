@@ -26,7 +26,7 @@ from masonry_fem.nscd.fronts import Elimination, FrontFactor, FrontPlan
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Solve = Callable[[FloatArray], FloatArray]
-Library = Literal["auto", "dense", "fronts", "superlu", "mumps"]
+Library = Literal["auto", "direct", "krylov", "dense", "fronts", "superlu", "mumps"]
 
 # Below this size a dense factor costs less than any bookkeeping.
 DENSE_BELOW = 240
@@ -50,7 +50,8 @@ def factorise(
     ----------
     matrix : Square, shape (n, n).
     groups, elimination : Group of each unknown (n,) and their order, see ``fronts``.
-    library : Which factor; "auto" by size.
+    library : Which factor; "auto" and "direct" by size. "krylov" is the callers' (``BodySolver``): what
+        they have no iteration for, or where it failed, is factorised.
     plan : The fronts' plan, where the caller keeps it for matrices of one pattern.
 
     Raises
@@ -60,7 +61,7 @@ def factorise(
     n = matrix.shape[0]
     if n == 0:
         return lambda rhs: rhs.copy()
-    if library == "auto":
+    if library in {"auto", "direct", "krylov"}:
         known = groups is not None and elimination is not None
         library = "dense" if n < DENSE_BELOW else "fronts" if known else "superlu"
     if library == "fronts":

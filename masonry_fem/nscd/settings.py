@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from masonry_fem.errors import ProblemError
 
 MethodName = Literal["auto", "nsgs", "newton", "interior_point", "admm", "pivoting"]
+LinearName = Literal["auto", "direct", "krylov"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,6 +32,8 @@ class SolverSettings:
     least_impulse : What errors are measured by where all impulses are smaller [N s]. A march gives
         the one whose errors, at the tolerance, are the rounding of its largest impulses.
     relaxation : ω of "nsgs", between 0 and 2: how far a contact goes towards its own solution.
+    linear : How the linear systems of rigid blocks are solved: "direct" by a factor, "krylov" by iterations
+        (a factor where they fail), "auto" by what is expected to cost less.
     threads : Of "nsgs": at most so many share the contacts that have no body in common. Any number gives
         the same bits. None: one, in a shuffled order, so other bits.
     """
@@ -42,12 +45,16 @@ class SolverSettings:
     least_impulse: float = 0.0
     relaxation: float = 1.0
     threads: int | None = None
+    linear: LinearName = "auto"
 
     def __post_init__(self) -> None:
         names = get_args(MethodName)
         if self.method not in names:
             expected = ", ".join(repr(name) for name in names)
             raise ProblemError(f"method is {self.method!r}, expected one of {expected}")
+        if self.linear not in get_args(LinearName):
+            expected = ", ".join(repr(name) for name in get_args(LinearName))
+            raise ProblemError(f"linear is {self.linear!r}, expected one of {expected}")
         if not 0 < self.tolerance < 1:
             raise ProblemError(f"tolerance is {self.tolerance}, expected a number between 0 and 1")
         if self.max_iterations is not None and self.max_iterations < 1:

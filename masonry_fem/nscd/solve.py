@@ -18,7 +18,7 @@ from scipy import sparse
 from masonry_fem.errors import ProblemError
 from masonry_fem.nscd.admissible import BALANCED, admissible_impulses
 from masonry_fem.nscd.graphs import project_cone
-from masonry_fem.nscd.iterate import Iterate, iterate
+from masonry_fem.nscd.iterate import Iterate, Method, iterate
 from masonry_fem.nscd.outcome import Outcome, Solution
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import Quality, assess
@@ -66,7 +66,8 @@ def _solve(problem: ContactProblem, settings: SolverSettings, start: Start | Non
         return admissible_impulses(problem).unbalanced <= BALANCED
 
     if settings.method != "auto":
-        return _judged(iterate(problem, make_method(settings.method), settings, start), stands)
+        method = _with_linear(make_method(settings.method), settings)
+        return _judged(iterate(problem, method, settings, start), stands)
     return _choose(problem, settings, start, stands)
 
 
@@ -106,15 +107,24 @@ def _share(turn: Turn, settings: SolverSettings, iterations: int, seconds: float
 
 def _made(turn: Turn, problem: ContactProblem, settings: SolverSettings, start: Start | None) -> Solution:
     """What a turn's method makes of the problem."""
+    method = _with_linear(turn.make(), settings)
     if not turn.stiff:
-        return iterate(problem, turn.make(), settings, start)
+        return iterate(problem, method, settings, start)
     nothing = sparse.bsr_array(problem.compliance.shape, blocksize=problem.compliance.blocksize)
-    made = iterate(replace(problem, compliance=nothing), turn.make(), settings, start)
+    made = iterate(replace(problem, compliance=nothing), method, settings, start)
     velocity = problem.velocity(made.impulse, made.rigid_velocity)
     quality = assess(problem, made.impulse, made.rigid_velocity, least_impulse=settings.least_impulse)
     # a verdict holds for both, convergence does not
     outcome = Outcome.STALLED if made.outcome is Outcome.CONVERGED else made.outcome
     return replace(made, velocity=velocity, quality=quality, outcome=outcome)
+
+
+def _with_linear(method: Method, settings: SolverSettings) -> Method:
+    """The method, its linear systems solved as the settings say, where it has any."""
+    if settings.linear == "auto" or not hasattr(method, "library"):
+        return method
+    changed: Method = replace(method, library=settings.linear)  # type: ignore[type-var]
+    return changed
 
 
 def _origin(turn: Turn, problem: ContactProblem, state: Solution | None, start: Start | None) -> Start | None:

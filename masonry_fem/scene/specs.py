@@ -180,6 +180,8 @@ class Solver(Spec, frozen=True, kw_only=True):
     """How the contact problem of a step is solved, and how well.
 
     ``relaxation`` and ``threads`` are of method "nsgs" alone. Any number of threads gives the same results.
+    ``linear`` tells how the linear systems of rigid blocks are solved: "direct" by factors, "krylov" by
+    iterations with multigrid, which thick masonry of ten thousands of contacts wants.
     """
 
     method: Literal["auto", "nsgs", "newton", "interior_point", "admm", "pivoting"] = "auto"
@@ -188,6 +190,7 @@ class Solver(Spec, frozen=True, kw_only=True):
     time_limit: Seconds | None = None
     relaxation: Annotated[float, Meta(gt=0, lt=2)] = 1.0
     threads: Count | None = None
+    linear: Literal["auto", "direct", "krylov"] = "auto"
 
 
 class Contact(Spec, frozen=True, kw_only=True):

@@ -22,6 +22,7 @@ from masonry_fem.nscd.fronts import Elimination, FrontPlan, eliminate_order
 from masonry_fem.nscd.linear import DENSE_BELOW, Library, Solve, factorise
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
+from masonry_fem.nscd.solvers.body_solver import BodySolver
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -65,6 +66,11 @@ class NewtonSystem:
         return BodyMatrix(problem.bodies, scaled, problem.body_count)
 
     @cached_property
+    def body_solver(self) -> BodySolver:
+        """What solves the bodies' matrix where no contact is left beside it."""
+        return BodySolver(self.body_matrix, self.library)
+
+    @cached_property
     def order(self) -> tuple[IntArray, int, Elimination]:
         """Group of each contact, number of groups, and their elimination.
 
@@ -99,20 +105,29 @@ class NewtonSystem:
         gone = np.flatnonzero(closed & ~self.elastic)
         inverse, factors = _inverse(own[gone], own_inverse, root, gone)
         slope = inverse @ by_velocity[gone]
-        diagonal = -self.unit * mass / self.column**2
-        coupled = self.body_matrix.assemble(-self.unit * slope, gone, diagonal)
-        d, m = self.problem.dimension, mass.shape[1]
-        group, bodies, elimination = self.order
-        groups = np.concatenate([np.repeat(group[kept], d), np.repeat(bodies + np.arange(len(mass)), m)])
-        if len(kept):
-            matrix = self._matrix(own, by_velocity, plain, kept, coupled)
-            solve = factorise(matrix, groups, elimination, self.library)
-        else:
-            matrix = coupled.tocsr()  # always of one pattern
-            if self._plan is None and len(mass) * m >= DENSE_BELOW:
-                self._plan = FrontPlan(matrix, groups, elimination)
-            solve = factorise(matrix, groups, elimination, self.library, self._plan)
+        diagonal = self.unit * mass / self.column**2
+        if not len(kept):
+            solve = self.body_solver.solver(self.unit * slope, gone, diagonal, self._bodies_factorised)
+            return NewtonFactor(self, kept, gone, factors, by_velocity[gone], own, solve)
+        coupled = self.body_matrix.assemble(-self.unit * slope, gone, -diagonal)
+        matrix = self._matrix(own, by_velocity, plain, kept, coupled)
+        group, _, elimination = self.order
+        groups = np.concatenate([np.repeat(group[kept], self.problem.dimension), self._body_groups()])
+        solve = factorise(matrix, groups, elimination, self.library)
         return NewtonFactor(self, kept, gone, factors, by_velocity[gone], own, solve)
+
+    def _body_groups(self) -> IntArray:
+        """Group of each unknown of the bodies, (b m,)."""
+        count, m = self.problem.rigid_mass.shape
+        return np.repeat(self.order[1] + np.arange(count), m)
+
+    def _bodies_factorised(self, blocks: sparse.bsr_array) -> Solve:
+        """The factor's solver of a matrix of the bodies alone; always of one pattern."""
+        matrix = blocks.tocsr()
+        groups, elimination = self._body_groups(), self.order[2]
+        if self._plan is None and matrix.shape[0] >= DENSE_BELOW:
+            self._plan = FrontPlan(matrix, groups, elimination)
+        return factorise(matrix, groups, elimination, self.library, self._plan)
 
     def _matrix(
         self,

@@ -72,7 +72,7 @@ class CentralPath:
         self.problem, self.faces, self.member, self.weight = problem, faces, member, weight
         self.closed = faces.closed
         self.unit = _unit(problem, scale)  # u
-        self.system = NewtonSystem(problem, np.full(problem.count, self.unit))
+        self.system = NewtonSystem(problem, np.full(problem.count, self.unit), "direct")
         self.started = problem.rigid
         self.size = float(np.linalg.norm(member[self.closed], axis=1).mean()) if self.closed.any() else 0.0
         self.size = self.size or 1.0

@@ -93,7 +93,7 @@ class SolutionSet:
         if not self.faces.closed.any():
             return drawn
         with one_thread():
-            system = NewtonSystem(problem, np.full(problem.count, float(self.scale.mean())))
+            system = NewtonSystem(problem, np.full(problem.count, float(self.scale.mean())), "direct")
             d = problem.dimension
             soft = LOOSE * self.scale[:, None, None]
             own = np.tile(np.eye(d), (problem.count, 1, 1)) * soft

@@ -67,8 +67,8 @@ def scaling(x: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
     return forth * length[:, None, None], back / length[:, None, None]
 
 
-def longest_step(x: FloatArray, change: FloatArray) -> float:
-    """Largest a with x + a · change in all cones (inf where none limits it); x inside."""
+def longest_steps(x: FloatArray, change: FloatArray) -> FloatArray:
+    """Largest a of each cone with x + a · change inside (inf where nothing limits it), (c,); x inside."""
     # the smaller positive root of det(x + a dx) = 0, in the form that does not cancel
     square = determinant(change)
     half = x[:, 0] * change[:, 0] - (x[:, 1:] * change[:, 1:]).sum(axis=1)
@@ -81,4 +81,9 @@ def longest_step(x: FloatArray, change: FloatArray) -> float:
         limit[turning] = (-(half + root) / square)[turning]
         shrinking = change[:, 0] < 0
         limit[shrinking] = np.minimum(limit, -x[:, 0] / change[:, 0])[shrinking]
-    return float(limit.min(initial=np.inf))
+    return limit
+
+
+def longest_step(x: FloatArray, change: FloatArray) -> float:
+    """Largest a with x + a · change in all cones (inf where none limits it); x inside."""
+    return float(longest_steps(x, change).min(initial=np.inf))

@@ -44,6 +44,7 @@ from masonry_fem.nscd.solvers import cones
 from masonry_fem.nscd.solvers.newton_system import NewtonFactor, NewtonSystem
 
 FloatArray = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 # Frictionless contacts get the least μ: their cone would have no inside. The wider a cone, the more
 # digits of the tangential impulses are lost; nothing real needs p_T > 1000 p_N.
@@ -124,6 +125,7 @@ class InteriorPointRun:
         self.x[:, 0] = self.unit * ratio
         self.z[:, 0] = speed / ratio
         self.rigid_velocity = problem.rigid_velocity.copy()
+        self.factors = 0  # made since the last offer
         self.centred = False  # the last step kept τ
         self.track: list[FloatArray] = []  # error, τ and missing velocity of each state
 
@@ -141,13 +143,13 @@ class InteriorPointRun:
         missed = float(np.linalg.norm(missing.velocity))
         self.track.append(np.array([quality.error, tau, missed]))
         if self._stalled():
-            return self._offer(Outcome.STALLED, solves=0)
+            return self._offer(Outcome.STALLED)
         try:
             with np.errstate(all="ignore"):  # a breakdown is seen in the numbers below
                 moved = self._advance(tau, missing)
         except np.linalg.LinAlgError:
             moved = False
-        return self._offer(None if moved else Outcome.STALLED, solves=1)
+        return self._offer(None if moved else Outcome.STALLED)
 
     def _stalled(self) -> bool:
         """True where nothing falls any more."""
@@ -162,24 +164,27 @@ class InteriorPointRun:
             return False
         return bool((now > self.settings.slow * before[0]).all())
 
-    def _offer(self, verdict: Outcome | None, solves: int) -> Iterate:
+    def _offer(self, verdict: Outcome | None) -> Iterate:
         impulse = self.x / self.shape
         # inside the cones no impulse is ever zero: those of contacts that part are taken for it
         ahead = impulse - self.z * self.shape / self.scale[:, None]
         impulse[project_cone(ahead, self.friction)[:, 0] == 0] = 0.0
-        return Iterate(impulse, self.rigid_velocity, iterations=solves, linear_solves=solves, verdict=verdict)
+        made = Iterate(
+            impulse,
+            self.rigid_velocity,
+            iterations=min(self.factors, 1),
+            linear_solves=self.factors,
+            verdict=verdict,
+        )
+        self.factors = 0
+        return made
 
     def _advance(self, tau: float, missing: _Residuals) -> bool:
         """Move to the next state; False where numbers broke down (the state is kept)."""
         self.centred = not self.centred and self._askew(tau, missing)
         chosen = self._direction(tau, missing, 1.0 if self.centred else None)
-        if chosen.length < _SHORT:
-            # the linearised friction term is not monotone; with half of it the direction is nearly that
-            # of a convex problem, and leads past the obstacle
-            half = 0.5 * (self._identity() + missing.augment)
-            easier = self._direction(tau, replace(missing, augment=half), _CENTRING)
-            if easier.length > chosen.length:
-                chosen = easier
+        if missing.sliding:
+            chosen = self._past_obstacle(tau, missing, chosen)
         x, z = self.x + chosen.length * chosen.x, self.z + chosen.length * chosen.z
         velocity = self.rigid_velocity + chosen.length * chosen.rigid_velocity
         inside = (cones.determinant(x) > 0).all() and (cones.determinant(z) > 0).all()
@@ -187,6 +192,42 @@ class InteriorPointRun:
             return False
         self.x, self.z, self.rigid_velocity = x, z, velocity
         return True
+
+    def _past_obstacle(self, tau: float, missing: _Residuals, full: _Direction) -> _Direction:
+        """A direction that can be followed further than one that hits the cones at once.
+
+        The linearised friction term is not monotone. Where its matrix is nearly singular, at a fold of the
+        path, a handful of bodies are to move far and hold up all others: with half of the term at their
+        contacts, the direction is nearly that of a convex problem there, and exact elsewhere.
+        """
+        best, softer = full, missing
+        for _ in range(_SOFTENINGS):
+            if best.length >= _LONG:
+                return best
+            short = np.minimum(cones.longest_steps(self.x, best.x), cones.longest_steps(self.z, best.z))
+            held = self._neighbours(short < min(_HELD, max(3 * best.length, _SHORT)))
+            if held.mean() > _FEW:
+                break
+            augment = softer.augment.copy()
+            augment[held] = 0.5 * (self._identity()[held] + augment[held])
+            softer = replace(missing, augment=augment)
+            tried = self._direction(tau, softer)
+            if tried.length < 1.2 * best.length:
+                break
+            best = tried
+        if best.length < _SHORT:
+            half = 0.5 * (self._identity() + missing.augment)
+            tried = self._direction(tau, replace(missing, augment=half), _CENTRING)
+            best = tried if tried.length > best.length else best
+        return best
+
+    def _neighbours(self, chosen: Mask) -> Mask:
+        """Contacts of the bodies that some contacts touch."""
+        touched = np.zeros(self.problem.body_count + 1, dtype=bool)
+        touched[self.problem.bodies[chosen]] = True
+        touched[-1] = False  # supports are numbered -1
+        neighbours: Mask = touched[self.problem.bodies].any(axis=1) | chosen
+        return neighbours
 
     def _askew(self, tau: float, missing: _Residuals) -> bool:
         """True where friction and sliding are not parallel, and nothing else is left to mend.
@@ -250,6 +291,7 @@ class InteriorPointRun:
 
     def _factor(self, forth: FloatArray, back: FloatArray, augment: FloatArray) -> NewtonFactor:
         """H⁻¹ dp + J (W_el dp + B dU) = …, factorised."""
+        self.factors += 1
         every = np.ones(self.problem.count, dtype=bool)
         own = np.zeros_like(forth)
         kept = self.system.elastic  # others need R only
@@ -304,6 +346,12 @@ _CONVEX = 0.9999
 # Steps without a new least error after which it is hopeless
 _HOPELESS = 30
 _LEAST_STEP = 1e-6
-# Steps shorter than this ask for another direction, which aims at this share of τ
+# Steps shorter than the first ask for a softer direction where they are held up: so many times, at contacts
+# that allow less than the second, where these are less than the third of all
+_LONG = 0.3
+_SOFTENINGS = 2
+_HELD = 0.5
+_FEW = 0.2
+# Steps still shorter than this ask for a direction softer everywhere, which aims at this share of τ
 _SHORT = 0.1
 _CENTRING = 0.3

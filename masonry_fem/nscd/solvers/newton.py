@@ -46,6 +46,8 @@ class ProximalNewton:
     weight : First α, relative to each contact's scale w; None: by the kind of problem.
     decrease : Factor on α after each round; None: by the kind of problem.
     least_weight : Smallest α; None: by the kind of problem.
+    adaptive : α follows what rounds cost instead: lower after few steps, higher after many. For states
+        near a solution at the limit of friction everywhere, where a fixed path of α cycles.
     accuracy : A round ends at ‖F‖ ≤ accuracy · e ‖p‖, e the natural map at its centre. Loose: where
         joints slide, each new weight changes hundreds of statuses, and exact rounds are wasted.
     static_mass : First ε, relative to the compliance that B sees.
@@ -60,6 +62,7 @@ class ProximalNewton:
     weight: float | None = None
     decrease: float | None = None
     least_weight: float | None = None
+    adaptive: bool = False
     accuracy: float = 0.5
     static_mass: float = 1e-6
     full_steps: int = 5
@@ -156,7 +159,9 @@ class NewtonRun:
             return self._offer(None if self._restart() else Outcome.FAILED, solves=1)
         self.impulse, self.rigid_velocity = point.impulse, point.rigid_velocity
         self.round.steps += 1
-        if point.residual <= max(self.settings.accuracy * self.error, 0.1 * settings.tolerance):
+        # the tolerance bounds the worst of the measures, which may lie a thousand times above this one
+        share = quality.natural_map / quality.error if 0 < quality.error < np.inf else 1.0
+        if point.residual <= max(self.settings.accuracy * self.error, 0.1 * share * settings.tolerance):
             return self._offer(self._close_round(settings.tolerance), solves=1)
         running_off = self.static.any() and np.linalg.norm(self.rigid_velocity) > 1e3 * self.bonded_size
         if running_off and self.static_mass < _FIRM and self._restart():
@@ -259,7 +264,7 @@ class NewtonRun:
         if self.crawling >= _CRAWL:
             # statuses are settled, and what is left falls only as fast as α lets it
             self.least_weight, self.crawling = max(0.1 * self.least_weight, _LEAST), 0
-        self.weight = max(self.weight * self.decrease, self.least_weight)
+        self.weight = self._next_weight(before.steps)
         progress = self.error
         if self.static.any():
             progress = max(progress, self._watch_equilibrium(before))
@@ -270,6 +275,13 @@ class NewtonRun:
         self.best = min(self.best, progress)
         stuck = self.idle >= self.settings.patience and not self.escape.rounds
         return Outcome.STALLED if stuck else None
+
+    def _next_weight(self, steps: int) -> float:
+        """α of the round after one that took so many steps."""
+        if not self.settings.adaptive:
+            return max(self.weight * self.decrease, self.least_weight)
+        factor = 0.5 if steps <= _CHEAP else 1.0 if steps <= _DEAR else 2.0
+        return min(max(factor * self.weight, _LEAST), 1.0)
 
     def _watch_equilibrium(self, before: _Round) -> float:
         """The unbalanced impulse ε (U − U_k) relative to the loads; counts the rounds it did not fall in."""
@@ -335,6 +347,7 @@ _WARM_STEPS = 20  # a first guess that is worth having needs fewer
 _TRY_STEPS = 25
 _ANY = 1e300  # of a solved round
 _HOLD = 0.1  # error of a solved round from which a first guess is kept
+_CHEAP, _DEAR = 2, 4  # steps of a round up to which an adaptive α falls, above which it rises
 _SETTLED = 2  # steps of a round before its contacts' swinging means anything
 _FIRM = 1e-2  # ε from which a mechanism moves slowly enough to be followed
 

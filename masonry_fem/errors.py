@@ -23,5 +23,9 @@ class ProblemError(MasonryError):
     """A contact problem whose arrays do not fit together."""
 
 
+class LawError(MasonryError):
+    """A joint law whose parameters contradict mechanics or each other."""
+
+
 class InstallationError(MasonryError):
     """A library, compiler or driver that this machine lacks."""

@@ -1,0 +1,38 @@
+"""Joint laws: how the faces of a joint hold together, one file a law.
+
+To add a law write its file and name it in ``LAWS``; see ``law.py`` for what it owes.
+
+    law = LAWS["mohr_coulomb"](cohesion=0.35e6, friction=0.75)
+    history = probe(law, jumps, pressure=0.1e6)
+"""
+
+from masonry_fem.nscd.laws.constant_threshold import ConstantThreshold
+from masonry_fem.nscd.laws.dry import Dry
+from masonry_fem.nscd.laws.elastic import Elastic
+from masonry_fem.nscd.laws.elastic_brittle import ElasticBrittle
+from masonry_fem.nscd.laws.fremond_cangemi import FremondCangemi
+from masonry_fem.nscd.laws.law import Law
+from masonry_fem.nscd.laws.mohr_coulomb import MohrCoulomb
+from masonry_fem.nscd.laws.probe import History, probe, pull
+from masonry_fem.nscd.laws.reduction import Reduction
+from masonry_fem.nscd.laws.state import JointState
+
+LAWS: dict[str, type[Law]] = {
+    law.name: law for law in (Dry, ConstantThreshold, MohrCoulomb, Elastic, ElasticBrittle, FremondCangemi)
+}
+
+__all__ = [
+    "LAWS",
+    "ConstantThreshold",
+    "Dry",
+    "Elastic",
+    "ElasticBrittle",
+    "FremondCangemi",
+    "History",
+    "JointState",
+    "Law",
+    "MohrCoulomb",
+    "Reduction",
+    "probe",
+    "pull",
+]

@@ -1,0 +1,238 @@
+"""Probe: a joint law at one contact point, for tests and for pictures of its graphs.
+
+``probe`` prescribes the jump, or the tangential jump under a given pressure; ``pull`` prescribes the
+far end of a spring in series. Both take the very steps that a structure takes: reduce, solve the
+contact exactly, update, until the trial state stays.
+
+    history = probe(law, np.linspace([0, 0], [1e-4, 0], 101))
+    history.jump[:, 0], history.stress[:, 0]          # tension and shear positive
+    history = probe(law, shear_path, pressure=0.5e6)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from masonry_fem.errors import LawError
+from masonry_fem.nscd.graphs import lengths
+from masonry_fem.nscd.laws.law import Law
+from masonry_fem.nscd.laws.reduction import Reduction
+from masonry_fem.nscd.laws.state import JointState
+
+FloatArray = NDArray[np.float64]
+
+SETTLED = 1e-14  # change of the trial state that ends a step's iteration
+LIMIT = 500  # turns of reduce, solve, update in one step
+
+
+@dataclass(frozen=True, slots=True)
+class History:
+    """A path of n steps at one contact point.
+
+    Attributes
+    ----------
+    jump : Displacement jump [m], shape (n, d).
+    reaction : Physical reaction on the candidate side, cohesion included [N], shape (n, d).
+    area : Tributary area [m²].
+    adhesion, demand : β and load over threshold, shape (n,).
+    stored, dissipated, rubbed : Energy of the joint, lost to damage and to friction [J], shape (n,).
+    turns : Turns of the iteration in each step, shape (n,).
+    settled : Whether it ended, shape (n,).
+    state : Committed state at the end.
+    """
+
+    jump: FloatArray
+    reaction: FloatArray
+    area: float
+    adhesion: FloatArray
+    demand: FloatArray
+    stored: FloatArray
+    dissipated: FloatArray
+    rubbed: FloatArray
+    turns: NDArray[np.int64]
+    settled: NDArray[np.bool_]
+    state: JointState
+
+    @property
+    def stress(self) -> FloatArray:
+        """What the joint bears, tension and shear along the jump positive [Pa], shape (n, d)."""
+        return -self.reaction / self.area
+
+    def work(self, start: ArrayLike | None = None) -> FloatArray:
+        """Work put into the joint by the trapezoidal rule [J], shape (n,).
+
+        ``start`` is the jump before the first step, without stress; None: zero.
+        """
+        first = np.zeros((1, self.jump.shape[1])) if start is None else np.asarray(start, float)[None]
+        jump = np.concatenate([first, self.jump])
+        force = np.concatenate([np.zeros_like(first), -self.reaction])
+        steps = 0.5 * ((force[1:] + force[:-1]) * np.diff(jump, axis=0)).sum(axis=1)
+        return np.cumsum(steps)
+
+
+@dataclass(frozen=True, slots=True)
+class _Turn:
+    """One solve of the contact: graph reaction, physical reaction, relative velocity."""
+
+    graph: FloatArray
+    reaction: FloatArray
+    velocity: FloatArray
+
+
+def probe(
+    law: Law,
+    jumps: ArrayLike,
+    pressure: ArrayLike | None = None,
+    area: float = 1.0,
+    step: float = 1.0,
+    state: JointState | None = None,
+    start: ArrayLike | None = None,
+) -> History:
+    """Drive a joint along prescribed jumps.
+
+    Parameters
+    ----------
+    jumps : Jump at the end of each step [m], shape (n, d); the normal one is free under ``pressure``.
+    pressure : Normal pressure [Pa], one or shape (n,); None: the normal jump is prescribed.
+    area : Tributary area [m²]. step : h [s].
+    state, start : Committed state and jump to go on from; None: a fresh joint at zero.
+
+    Raises
+    ------
+    LawError : A path into compression without a bed or a pressure that could bear it.
+    """
+    path = np.asarray(jumps, dtype=float)
+    pressures = None if pressure is None else np.broadcast_to(np.asarray(pressure, float), (len(path),))
+
+    def solve(index: int, reduction: Reduction, at: FloatArray, held: FloatArray) -> _Turn:
+        velocity = (path[index] - at[0]) / step
+        push = None if pressures is None else float(pressures[index]) * area
+        return _prescribed(reduction, at, velocity[None], push, held, step)
+
+    return _march(law, path.shape, solve, area, step, state, start)
+
+
+def pull(
+    law: Law,
+    ends: ArrayLike,
+    stiffness: ArrayLike,
+    area: float = 1.0,
+    step: float = 1.0,
+    state: JointState | None = None,
+    start: ArrayLike | None = None,
+) -> History:
+    """Drive a joint by the far end of springs in series, without inertia.
+
+    Parameters
+    ----------
+    ends : Displacement of the far end [m], shape (n, d).
+    stiffness : Of the springs, one or shape (d,) [N/m³]. Others as for ``probe``.
+    """
+    from masonry_fem.nscd.local import solve_contact  # noqa: PLC0415 - Numba is slow to import
+
+    path = np.asarray(ends, dtype=float)
+    block = np.diag(1.0 / (step**2 * area * np.broadcast_to(np.asarray(stiffness, float), path.shape[1])))
+
+    def solve(index: int, reduction: Reduction, at: FloatArray, held: FloatArray) -> _Turn:
+        W, free = reduction.fold(block[None], (path[index] - at[0])[None] / step, step)
+        gap = np.zeros_like(free)
+        gap[:, 0] = np.maximum(at[:, 0] - reduction.closure, 0.0) / step
+        graph = solve_contact(W[0], (free + gap)[0], float(reduction.friction[0]))[None] / step
+        own = free + step * (W @ graph[:, :, None])[:, :, 0]
+        reaction = graph - reduction.adhesive_reaction(own)
+        return _Turn(graph, reaction, own - reduction.shift - reduction.compliance * step * reaction)
+
+    return _march(law, path.shape, solve, area, step, state, start)
+
+
+def _march(law, shape, solve, area, step, state, start) -> History:  # type: ignore[no-untyped-def]
+    """All steps of a path with a given way to solve the contact."""
+    n, d = shape
+    committed = law.initial(1, d) if state is None else state
+    jump = np.zeros((1, d)) if start is None else np.array(start, dtype=float)[None]
+    graph, areas = np.zeros((1, d)), np.array([area])
+    jumps, reactions = np.zeros((n, d)), np.zeros((n, d))
+    scalars = {name: np.zeros(n) for name in ("adhesion", "demand", "stored", "dissipated", "rubbed")}
+    turns, settled = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=bool)
+    for index in range(n):
+        trial = committed
+        for _ in range(LIMIT):
+            turn = solve(index, law.reduce(trial, jump, areas, step), jump, graph)
+            last = trial
+            trial = law.update(committed, last, jump, turn.reaction, turn.velocity, areas, step)
+            turns[index] += 1
+            settled[index] = trial.distance(last) <= SETTLED
+            if settled[index]:
+                break
+        committed, graph, jump = trial.committed(), turn.graph, jump + step * turn.velocity
+        jumps[index], reactions[index] = jump[0], turn.reaction[0]
+        scalars["stored"][index] = law.stored(committed, areas)[0]
+        for name in ("adhesion", "demand", "dissipated", "rubbed"):
+            scalars[name][index] = getattr(committed, name)[0]
+    return History(
+        jump=jumps, reaction=reactions, area=area, turns=turns, settled=settled, state=committed, **scalars
+    )
+
+
+def _prescribed(
+    reduction: Reduction,
+    start: FloatArray,
+    velocity: FloatArray,
+    push: float | None,
+    held: FloatArray,
+    step: float,
+) -> _Turn:
+    """Graph and physical reaction at a prescribed relative velocity.
+
+    Only a bed makes the joint yield, W = its compliance; without one the reaction follows from the
+    graphs, and a contact that rests keeps what it ``held`` as far as friction lets it.
+    """
+    B = np.einsum("cii->ci", reduction.stiffness)
+    softening = 1.0 / (1.0 + step * reduction.compliance * B)
+    W = softening * reduction.compliance
+    free = softening * (velocity + reduction.shift - step * reduction.compliance * reduction.offset)
+    gap = np.maximum(start[:, 0] - reduction.closure, 0.0) / step
+    own, graph = free.copy(), np.zeros_like(free)
+    if push is None:
+        graph[:, 0] = _normal_reaction(free[:, 0] + gap, W[:, 0], start, velocity, step)
+        own[:, 0] += W[:, 0] * step * graph[:, 0]
+    else:
+        own[:, 0] = -gap
+        graph[:, 0] = push + reduction.offset[:, 0] + B[:, 0] * own[:, 0]
+    limit = reduction.friction * np.maximum(graph[:, 0], 0.0)
+    speed = lengths(free[:, 1:])
+    yields = W[:, 1:].max(axis=1) > 0
+    stick = np.divide(-free[:, 1:], step * W[:, 1:], out=held[:, 1:].copy(), where=W[:, 1:] > 0)
+    force = lengths(stick)
+    within = np.where(yields, force <= limit, speed == 0)
+    scale = np.where(within, np.minimum(1.0, _ratio(limit, force)), 0.0)
+    along = np.where(within, 0.0, _ratio(limit, speed))
+    graph[:, 1:] = scale[:, None] * stick - along[:, None] * free[:, 1:]
+    own[:, 1:] = free[:, 1:] + W[:, 1:] * step * graph[:, 1:]
+    own[within & yields, 1:] = 0.0
+    reaction = graph - reduction.adhesive_reaction(own)
+    if push is not None:
+        normal = own[:, 0] - reduction.shift[:, 0] - reduction.compliance[:, 0] * step * reaction[:, 0]
+        velocity = np.concatenate([normal[:, None], velocity[:, 1:]], axis=1)
+    return _Turn(graph, reaction, velocity)
+
+
+def _normal_reaction(
+    approach: FloatArray, W: FloatArray, start: FloatArray, velocity: FloatArray, step: float
+) -> FloatArray:
+    """Signorini's reaction for a prescribed normal velocity."""
+    end = start[:, 0] + step * velocity[:, 0]
+    tiny = 1e-12 * (np.abs(start[:, 0]) + np.abs(step * velocity[:, 0]))
+    if ((approach * step < -tiny) & (W == 0)).any():
+        raise LawError(
+            f"normal jump {end.min():g} m closes a joint that is rigid in compression; "
+            "prescribe a pressure instead, or put the law on a Bed"
+        )
+    return np.divide(np.maximum(-approach, 0.0), step * W, out=np.zeros_like(W), where=W > 0)
+
+
+def _ratio(top: FloatArray, bottom: FloatArray) -> FloatArray:
+    return np.divide(top, bottom, out=np.ones_like(top), where=bottom > 0)

@@ -1,0 +1,121 @@
+"""JointState: what a joint law remembers of its contact points.
+
+One class for all laws, so that a checkpoint, an output field or a mixture of laws needs no case
+distinction. A state is replaced, never changed: the committed one stays as it was while trial ones
+are made from it.
+
+    arrays = state.arrays(); state = JointState(**arrays)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class JointState:
+    """State of c contact points in d dimensions.
+
+    Attributes
+    ----------
+    adhesion : Intensity of adhesion β, 1 intact, 0 broken, shape (c,).
+    broken : True where nothing of the cohesion is left, shape (c,).
+    opening : Residual plastic opening [m], shape (c,).
+    dilation : Opening that sliding forces on a rough joint [m], shape (c,).
+    elastic : Deformation of an elastic bed in series, part of the jump [m], shape (c, d).
+    jump : Displacement jump that the cohesion feels (without bed and dilation) [m], shape (c, d).
+    slip : Length of the path slid over in frictional sliding [m], shape (c,).
+    sliding : True where the contact slid at the end of the last committed step, shape (c,).
+    slides : The same for the step under way, shape (c,).
+    demand : Largest stress over strength, 1 at the law's threshold, shape (c,).
+    dissipated : Energy lost to damage, viscosity and plastic opening so far [J], shape (c,).
+    rubbed : Energy lost to friction so far [J], shape (c,).
+    """
+
+    adhesion: FloatArray
+    broken: Mask
+    opening: FloatArray
+    dilation: FloatArray
+    elastic: FloatArray
+    jump: FloatArray
+    slip: FloatArray
+    sliding: Mask
+    slides: Mask
+    demand: FloatArray
+    dissipated: FloatArray
+    rubbed: FloatArray
+
+    @classmethod
+    def intact(cls, count: int, dimension: int) -> JointState:
+        """Fresh joints: full adhesion, nothing else."""
+        return cls(
+            adhesion=np.ones(count),
+            broken=np.zeros(count, dtype=bool),
+            opening=np.zeros(count),
+            dilation=np.zeros(count),
+            elastic=np.zeros((count, dimension)),
+            jump=np.zeros((count, dimension)),
+            slip=np.zeros(count),
+            sliding=np.zeros(count, dtype=bool),
+            slides=np.zeros(count, dtype=bool),
+            demand=np.zeros(count),
+            dissipated=np.zeros(count),
+            rubbed=np.zeros(count),
+        )
+
+    @classmethod
+    def dry(cls, count: int, dimension: int) -> JointState:
+        """Joints without any cohesion from the start."""
+        fresh = cls.intact(count, dimension)
+        return replace(fresh, adhesion=np.zeros(count), broken=np.ones(count, dtype=bool))
+
+    @property
+    def count(self) -> int:
+        """Number of contact points c."""
+        return len(self.adhesion)
+
+    @property
+    def dimension(self) -> int:
+        """2 or 3."""
+        return int(self.jump.shape[1])
+
+    def committed(self) -> JointState:
+        """The state at the start of the next step."""
+        return replace(self, sliding=self.slides)
+
+    def arrays(self) -> dict[str, Any]:
+        """All arrays by name, for a checkpoint."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+    def take(self, contacts: NDArray[Any]) -> JointState:
+        """The state of some of the contact points."""
+        return JointState(**{name: values[contacts] for name, values in self.arrays().items()})
+
+    def put(self, contacts: NDArray[Any], part: JointState) -> JointState:
+        """The same with ``part`` in the place of some contact points."""
+        merged = {name: values.copy() for name, values in self.arrays().items()}
+        for name, values in part.arrays().items():
+            merged[name][contacts] = values
+        return JointState(**merged)
+
+    def distance(self, other: JointState) -> float:
+        """Largest difference that a step's iteration has to bring down.
+
+        Adhesion, rupture and friction count as they are, jumps and openings relative to the largest.
+        """
+        if not self.count:
+            return 0.0
+        switches = (self.broken != other.broken).any()
+        changes = [float(switches), float(np.abs(self.adhesion - other.adhesion).max())]
+        for name in ("opening", "dilation", "elastic"):
+            mine, yours = getattr(self, name), getattr(other, name)
+            size = max(float(np.abs(mine).max()), float(np.abs(self.jump).max()))
+            changes.append(float(np.abs(mine - yours).max()) / size if size else 0.0)
+        return max(changes)

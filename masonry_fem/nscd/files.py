@@ -1,6 +1,7 @@
 """Contact problems on disk: the project's own .npz, and the plain one of public collections.
 
-Own files hold every array of the split form under its name, the compliance in block-sparse parts.
+Own files hold every array of the split form under its name, the compliance in block-sparse parts;
+those of cohesion only where there is some.
 Plain files hold W (CSR: ``W_data``, ``W_indices``, ``W_indptr``, ``shape``), ``q``, ``mu``, ``dim``.
 """
 
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from masonry_fem.errors import ProblemError
-from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.problem import COHESION, ContactProblem
 
 FORMAT = "masonry_fem contact problem 1"
 ARRAYS = (
@@ -27,6 +28,7 @@ PLAIN_KEYS = frozenset({"W_data", "W_indices", "W_indptr", "shape", "q", "mu", "
 def save_problem(problem: ContactProblem, path: str | Path) -> None:
     """Write a problem to an .npz file that ``load_problem`` reads back bit for bit."""
     parts = {name: getattr(problem, name) for name in ARRAYS}
+    parts |= {name: getattr(problem, name) for name in COHESION if getattr(problem, name) is not None}
     compliance = problem.compliance
     with Path(path).open("wb") as file:  # a name without .npz stays as it is
         np.savez_compressed(
@@ -66,6 +68,7 @@ def load_problem(path: str | Path) -> ContactProblem:
 
 def _own(arrays: dict[str, NDArray[Any]]) -> ContactProblem:
     parts = {name: arrays[name] for name in ARRAYS}
+    parts |= {name: arrays[name] for name in COHESION if name in arrays}
     c, d = parts["free_velocity"].shape
     blocks = (arrays["compliance_data"], arrays["compliance_indices"], arrays["compliance_indptr"])
     compliance = sparse.bsr_array(blocks, shape=(c * d, c * d)) if c else _empty()

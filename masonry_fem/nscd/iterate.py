@@ -1,7 +1,8 @@
 """The loop of all solvers, written once: assess, keep the best, stop for one of the known reasons.
 
 A *method* is its settings; a *run* is its working memory on one problem. The loop owns the
-stopping: only ``assess`` says that a problem is solved.
+stopping: only ``assess`` says that a problem is solved. No method ever sees the constant part of
+cohesion (``cohesion``).
 
     class Sweeping:                                   # a Method
         name = "sweeping"; iterations = 1000
@@ -15,12 +16,13 @@ stopping: only ``assess`` says that a problem is solved.
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from masonry_fem.nscd.cohesion import shifted_start, without_offset
 from masonry_fem.nscd.outcome import Outcome, Solution
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import Quality, assess
@@ -103,7 +105,12 @@ def iterate(
     scale = contact_scale(problem)
     given = _given(problem, start)
     holds = given is not None and _holds(problem, given, scale, settings)
-    run = _Kept(given) if given is not None and holds else method.init(problem, start)
+    if given is not None and holds:
+        run: Run = _Kept(given)
+    else:
+        run = method.init(without_offset(problem), shifted_start(problem, start))
+        if problem.cohesion_offset is not None:
+            run = _Unshifted(run, problem.cohesion_offset)
     best, history = _Best(), []
     made = solves = 0
     offer, outcome = run.guess(), None
@@ -166,6 +173,22 @@ class _Kept:
 
     def step(self, quality: Quality, settings: SolverSettings) -> Iterate:
         raise AssertionError("the first guess is the answer")
+
+
+class _Unshifted:
+    """A run on the problem without the constant part of cohesion, its impulses put back."""
+
+    def __init__(self, run: Run, offset: FloatArray) -> None:
+        self._run, self._offset = run, offset
+
+    def guess(self) -> Iterate:
+        return self._put_back(self._run.guess())
+
+    def step(self, quality: Quality, settings: SolverSettings) -> Iterate:
+        return self._put_back(self._run.step(quality, settings))
+
+    def _put_back(self, offer: Iterate) -> Iterate:
+        return replace(offer, impulse=offer.impulse - self._offset)
 
 
 def _ended(

@@ -11,6 +11,9 @@ always exists. In 2D it is explicit (the intersection of the two graphs). In 3D 
 quartic, found by Newton's method on μ p_N/‖p_T‖ − 1, which is nearly linear in λ, inside a bracket
 that halves whenever Newton would leave it, so that the search always ends.
 
+Cohesion with a stiffness S folds into the block, w' = (I + w S)⁻¹ w and b' = (I + w S)⁻¹ b: what is
+solved for is p̃, and p = p̃ − S v (``answer_2d``, ``answer_3d``, formulation 5).
+
 Numba kernels; ``reduce_blocks`` prepares them, ``solve_contact`` is one contact by itself.
 """
 
@@ -23,6 +26,8 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 FloatArray = NDArray[np.float64]
+# Of all contacts: (I + w S)⁻¹, w' and S by rows, each (c, d²); None where joints are dry.
+Law = tuple[FloatArray, FloatArray, FloatArray] | None
 
 # A's stiffness in any direction is kept above this fraction of ‖W_ii‖: below it is rounding
 FLOOR = 1e-15
@@ -144,6 +149,77 @@ def solve_3d(
         return alone, 0.0, 0.0, 0.0
     slipping: tuple[float, float, float, float] = slip_3d(local, friction, alone, c1, c2, guess)
     return slipping
+
+
+@njit(cache=True)
+def answer_2d(
+    local: FloatArray, friction: float, bn: float, bt: float, law: Law, i: int
+) -> tuple[float, float]:
+    """Impulse of contact ``i`` in 2D, cohesion included; ``b`` is the velocity without it."""
+    if law is None:  # compiled without the rest where joints are dry
+        dry: tuple[float, float] = solve_2d(local, friction, bn, bt)
+        return dry
+    turn, block, stiffness = law
+    cn = turn[i, 0] * bn + turn[i, 1] * bt
+    ct = turn[i, 2] * bn + turn[i, 3] * bt
+    pn, pt = solve_2d(local, friction, cn, ct)
+    vn = cn + block[i, 0] * pn + block[i, 1] * pt
+    vt = ct + block[i, 2] * pn + block[i, 3] * pt
+    return (
+        pn - stiffness[i, 0] * vn - stiffness[i, 1] * vt,
+        pt - stiffness[i, 2] * vn - stiffness[i, 3] * vt,
+    )
+
+
+@njit(cache=True)
+def answer_3d(
+    local: FloatArray, friction: float, bn: float, b1: float, b2: float, guess: float, law: Law, i: int
+) -> tuple[float, float, float, float]:
+    """The same in 3D, and λ."""
+    if law is None:
+        dry: tuple[float, float, float, float] = solve_3d(local, friction, bn, b1, b2, guess)
+        return dry
+    turn, block, stiffness = law
+    cn = turn[i, 0] * bn + turn[i, 1] * b1 + turn[i, 2] * b2
+    c1 = turn[i, 3] * bn + turn[i, 4] * b1 + turn[i, 5] * b2
+    c2 = turn[i, 6] * bn + turn[i, 7] * b1 + turn[i, 8] * b2
+    pn, p1, p2, lam = solve_3d(local, friction, cn, c1, c2, guess)
+    vn = cn + block[i, 0] * pn + block[i, 1] * p1 + block[i, 2] * p2
+    v1 = c1 + block[i, 3] * pn + block[i, 4] * p1 + block[i, 5] * p2
+    v2 = c2 + block[i, 6] * pn + block[i, 7] * p1 + block[i, 8] * p2
+    return (
+        pn - stiffness[i, 0] * vn - stiffness[i, 1] * v1 - stiffness[i, 2] * v2,
+        p1 - stiffness[i, 3] * vn - stiffness[i, 4] * v1 - stiffness[i, 5] * v2,
+        p2 - stiffness[i, 6] * vn - stiffness[i, 7] * v1 - stiffness[i, 8] * v2,
+        lam,
+    )
+
+
+@njit(cache=True)
+def pressed_2d(pn: float, pt: float, vn: float, vt: float, law: Law, i: int) -> tuple[float, float]:
+    """Contact part p̃ = p + S v of contact ``i`` in 2D."""
+    if law is None:
+        return pn, pt
+    stiffness = law[2]
+    return (
+        pn + stiffness[i, 0] * vn + stiffness[i, 1] * vt,
+        pt + stiffness[i, 2] * vn + stiffness[i, 3] * vt,
+    )
+
+
+@njit(cache=True)
+def pressed_3d(
+    pn: float, p1: float, p2: float, vn: float, v1: float, v2: float, law: Law, i: int
+) -> tuple[float, float, float]:
+    """The same in 3D."""
+    if law is None:
+        return pn, p1, p2
+    stiffness = law[2]
+    return (
+        pn + stiffness[i, 0] * vn + stiffness[i, 1] * v1 + stiffness[i, 2] * v2,
+        p1 + stiffness[i, 3] * vn + stiffness[i, 4] * v1 + stiffness[i, 5] * v2,
+        p2 + stiffness[i, 6] * vn + stiffness[i, 7] * v1 + stiffness[i, 8] * v2,
+    )
 
 
 def solve_contact(block: ArrayLike, free_velocity: ArrayLike, friction: float) -> FloatArray:

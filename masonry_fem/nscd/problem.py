@@ -7,6 +7,9 @@ Find the impulses p and the rigid velocities U with
 (formulation 2b). A rigid block has no compliance W_el, a static one no rigid mass M_r; a plain
 problem v = W p + q has all of W as compliance and no bodies.
 
+A cohesive joint resists by p_adh = a + S v besides what presses and rubs. Then p stays what acts on
+the blocks, and the second line holds for the *contact part* p̃ = p + p_adh (formulation 5).
+
     problem = ContactProblem.plain(W, q, mu)
     save_problem(problem, "step17.npz"); problem = load_problem("step17.npz")
     W, q = problem.delassus(), problem.plain_velocity()
@@ -14,7 +17,7 @@ problem v = W p + q has all of W as compliance and no bodies.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -25,6 +28,9 @@ from masonry_fem.errors import ProblemError
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+
+# Fields that dry problems do without.
+COHESION = ("cohesion_offset", "cohesion_stiffness")
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,10 +52,18 @@ class ContactProblem:
     rigid_mass : Diagonal of M_r (1 in dynamics with mass-orthonormal modes, 0 in statics), (b, m).
     rigid_impulse : f_r, impulse of the loads on the rigid modes, shape (b, m).
     rigid_velocity : U_0, rigid velocities before the step, shape (b, m).
+    cohesion_offset : Part a of p_adh that no velocity changes [N s], shape (c, d); None: none. Its normal
+        component is positive where the joint pulls its sides together.
+    cohesion_stiffness : Derivative S of p_adh by the velocity [kg], shape (c, d, d); None: none. Its
+        symmetric part should not be negative: softening is for the law to iterate on.
 
     Raises
     ------
     ProblemError : Shapes that do not fit, numbers that are not finite, negative friction or mass.
+
+    Notes
+    -----
+    Cohesion that is zero everywhere becomes None: such a problem is dry, bit for bit.
     """
 
     friction: FloatArray
@@ -60,9 +74,15 @@ class ContactProblem:
     rigid_mass: FloatArray
     rigid_impulse: FloatArray
     rigid_velocity: FloatArray
+    cohesion_offset: FloatArray | None = None
+    cohesion_stiffness: FloatArray | None = None
 
     def __post_init__(self) -> None:
         _check(self)
+        for name in COHESION:
+            values = getattr(self, name)
+            if values is not None and not values.any():
+                object.__setattr__(self, name, None)
 
     @classmethod
     def plain(cls, W: Any, q: ArrayLike, mu: ArrayLike, dimension: int | None = None) -> ContactProblem:
@@ -120,6 +140,11 @@ class ContactProblem:
         """True where no contact has elastic compliance."""
         return self.compliance.nnz == 0
 
+    @property
+    def cohesive(self) -> bool:
+        """True where some contact has cohesion."""
+        return self.cohesion_offset is not None or self.cohesion_stiffness is not None
+
     def elastic_velocity(self, impulse: FloatArray) -> FloatArray:
         """W_el p, shape (c, d) [m/s]."""
         if self.rigid:
@@ -153,6 +178,14 @@ class ContactProblem:
     def velocity(self, impulse: FloatArray, rigid_velocity: FloatArray) -> FloatArray:
         """V = W_el p + q + B U, shape (c, d) [m/s]."""
         return self.elastic_velocity(impulse) + self.free_velocity + self.contact_velocity(rigid_velocity)
+
+    def contact_part(self, impulse: FloatArray, velocity: FloatArray) -> FloatArray:
+        """P̃ = p + a + S v, which the laws of contact hold for; p itself where joints are dry, (c, d)."""
+        if self.cohesion_offset is not None:
+            impulse = impulse + self.cohesion_offset
+        if self.cohesion_stiffness is not None:
+            impulse = impulse + (self.cohesion_stiffness @ velocity[:, :, None])[:, :, 0]
+        return impulse
 
     def free_rigid_velocity(self) -> FloatArray:
         """U_0 + M_r⁻¹ f_r; U_0 where M_r = 0, shape (b, m)."""
@@ -200,7 +233,8 @@ class ContactProblem:
                 f"body {body} has no rigid mass (statics), so the problem has no plain form; "
                 "keep the split form or use a dynamic step"
             )
-        return ContactProblem.plain(self.delassus(), self.plain_velocity(), self.friction)
+        plain = ContactProblem.plain(self.delassus(), self.plain_velocity(), self.friction)
+        return replace(plain, **{name: getattr(self, name) for name in COHESION}) if self.cohesive else plain
 
 
 def _inverse_mass(mass: FloatArray) -> FloatArray:
@@ -224,9 +258,14 @@ def _check(problem: ContactProblem) -> None:
         "rigid_impulse": (b, m),
         "rigid_velocity": (b, m),
         "compliance": (c * d, c * d),
+        "cohesion_offset": (c, d),
+        "cohesion_stiffness": (c, d, d),
     }
     for name, shape in expected.items():
-        found = getattr(problem, name).shape
+        values = getattr(problem, name)
+        if values is None and name in COHESION:
+            continue
+        found = values.shape
         if found != shape:
             raise ProblemError(f"{name} has shape {found}, expected {shape} for {c} contacts and {b} bodies")
     if c and problem.compliance.blocksize != (d, d):
@@ -238,13 +277,14 @@ def _check_values(problem: ContactProblem, b: int) -> None:
     for name, owner in (
         ("friction", "contact"), ("free_velocity", "contact"), ("rigid_map", "contact"),
         ("rigid_mass", "body"), ("rigid_impulse", "body"), ("rigid_velocity", "body"),
+        ("cohesion_offset", "contact"), ("cohesion_stiffness", "contact"),
     ):  # fmt: skip
         values = getattr(problem, name)
-        if not np.isfinite(values).all():
+        if values is not None and not np.isfinite(values).all():
             first = np.argwhere(~np.isfinite(values))[0]
             raise ProblemError(
                 f"{owner} {first[0]}: {name} is {values[tuple(first)]}, expected a finite number; "
-                "check the loads and motions that enter it"
+                "check the loads, motions and joint laws that enter it"
             )
     data = problem.compliance.data
     if not np.isfinite(data).all():

@@ -20,30 +20,32 @@ from masonry_fem.nscd.scaling import contact_scale, free_speed
 
 FloatArray = NDArray[np.float64]
 
+COHESIVE = 1e-2  # least share of the contact parts that errors are measured by
 ROUNDING = 4 * np.finfo(float).eps  # of a body's momentum, in its balance
 
 
 @dataclass(frozen=True, slots=True)
 class Quality:
-    """Error measures of a candidate solution.
+    """Error measures of a candidate solution; p̃ is the contact part of p, p itself where joints are dry.
 
     Attributes
     ----------
-    natural_map : ‖p − P_K(p − v̂/w)‖ / ‖p‖ with the scale w of each contact; unit-free.
-    natural_map_velocity : The same in velocities: the largest w_i‖p_i − P_K(…)‖ relative to the
+    natural_map : ‖p̃ − P_K(p̃ − v̂/w)‖ / ‖p‖ with the scale w of each contact; unit-free.
+    natural_map_velocity : The same in velocities: the largest w_i‖p̃_i − P_K(…)‖ relative to the
         largest velocity that matters; unit-free. That is the largest elastic velocity ‖W_el p‖_i
         (elastic displacement over step), and where nothing is elastic the largest free velocity.
     block_balance : Largest residual of a body in Bᵀp + f_r − M_r(U − U_0) = 0, relative to the
         largest impulse on a body's modes; unit-free.
     max_penetration : Worst −v_N ≥ 0, gap term included [m/s].
-    min_normal : Least p_N, at most 0 [N s].
-    cone_violation : Worst ‖p_T‖ − μ p_N ≥ 0 [N s].
-    complementarity : Worst |p · v̂| [J].
+    min_normal : Least p̃_N, at most 0 [N s].
+    cone_violation : Worst ‖p̃_T‖ − μ p̃_N ≥ 0 [N s].
+    complementarity : Worst |p̃ · v̂| [J].
 
     Notes
     -----
     Without any impulse the first two are the largest penetration relative to the largest velocity:
-    a load-free problem is judged by its velocities, free of units too.
+    a load-free problem is judged by its velocities, free of units too. Cohesion far above the loads
+    would leave its rounding: ‖p‖ is not taken for less than ``COHESIVE`` ‖p̃‖.
     """
 
     natural_map: float
@@ -81,10 +83,13 @@ def assess(
     elastic = problem.elastic_velocity(impulse)
     v = elastic + problem.free_velocity + problem.contact_velocity(rigid_velocity)
     mu = problem.friction
-    residual = graphs.natural_map(impulse, v, mu, w)
+    pressed = problem.contact_part(impulse, v)
+    residual = graphs.natural_map(pressed, v, mu, w)
     absolute = graphs.lengths(residual)
     size = float(np.linalg.norm(impulse))
     reference = max(size, least_impulse)
+    if problem.cohesive:
+        reference = max(reference, COHESIVE * float(np.linalg.norm(pressed)))
     by_impulse = by_velocity = _ratio(_largest(w * absolute), _largest(graphs.lengths(v)))
     if reference > 0:
         by_impulse = float(np.linalg.norm(absolute)) / reference
@@ -98,9 +103,9 @@ def assess(
         natural_map_velocity=by_velocity,
         block_balance=_block_balance(problem, impulse, rigid_velocity),
         max_penetration=_largest(-v[:, 0]),
-        min_normal=-_largest(-impulse[:, 0]),
-        cone_violation=_largest(graphs.tangential_norm(impulse) - mu * impulse[:, 0]),
-        complementarity=_largest(np.abs((impulse * augmented).sum(axis=1))),
+        min_normal=-_largest(-pressed[:, 0]),
+        cone_violation=_largest(graphs.tangential_norm(pressed) - mu * pressed[:, 0]),
+        complementarity=_largest(np.abs((pressed * augmented).sum(axis=1))),
     )
 
 

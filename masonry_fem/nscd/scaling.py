@@ -16,15 +16,20 @@ from masonry_fem.nscd.problem import ContactProblem
 FloatArray = NDArray[np.float64]
 
 
-def contact_scale(problem: ContactProblem) -> FloatArray:
+def contact_scale(problem: ContactProblem, *, fold: bool = True) -> FloatArray:
     """w_i = ‖W_el,ii‖₂, or ‖B_i M_r⁻¹ B_iᵀ‖₂ (unit mass in statics) at rigid contacts, (c,) [1/kg].
 
-    A contact that nothing can move gets the mean of the others, so that no scale is ever 0.
+    A contact that nothing can move gets the mean of the others, so that no scale is ever 0. Where
+    cohesion stiffens a contact, its block is the folded one, (I + w S)⁻¹ w; not without ``fold``.
     """
-    scale = _norm(diagonal_blocks(problem.compliance, problem.count, problem.dimension))
+    own = diagonal_blocks(problem.compliance, problem.count, problem.dimension)
+    scale = _norm(own)
     stiff = scale <= 0
     if stiff.any() and problem.body_count:
-        scale[stiff] = _norm(rigid_diagonal(problem)[stiff])
+        rigid = rigid_diagonal(problem)[stiff]
+        own[stiff], scale[stiff] = rigid, _norm(rigid)
+    if fold and problem.cohesion_stiffness is not None:
+        scale = _norm(folded(own, problem.cohesion_stiffness))
     movable = scale > 0
     scale[~movable] = scale[movable].mean() if movable.any() else 1.0
     return scale
@@ -38,6 +43,12 @@ def free_speed(problem: ContactProblem) -> float:
     mass = np.where(problem.rigid_mass > 0, problem.rigid_mass, 1.0)
     velocity = problem.contact_velocity(problem.rigid_velocity + problem.rigid_impulse / mass)
     return float(lengths(problem.free_velocity + velocity).max(initial=0.0))
+
+
+def folded(own: FloatArray, stiffness: FloatArray) -> FloatArray:
+    """Blocks (I + w S)⁻¹ w by which a cohesive contact's velocity follows p̃, shape (c, d, d) [1/kg]."""
+    block: FloatArray = np.linalg.solve(np.eye(own.shape[1]) + own @ stiffness, own)
+    return block
 
 
 def rigid_diagonal(problem: ContactProblem) -> FloatArray:

@@ -29,6 +29,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from masonry_fem.nscd.cohesion import refuse_stiffness
 from masonry_fem.nscd.graphs import augmented_velocity, project_cone, tangential_norm
 from masonry_fem.nscd.iterate import Iterate
 from masonry_fem.nscd.linear import Library
@@ -91,6 +92,7 @@ class ADMM:
 
     def init(self, problem: ContactProblem, start: Start | None) -> ADMMRun:
         """A run on a problem."""
+        refuse_stiffness(problem, "method 'admm'")
         return ADMMRun(problem, self, start)
 
 

@@ -22,7 +22,7 @@ from typing import Any
 
 from numba import njit
 
-from masonry_fem.nscd.local import solve_2d, solve_3d
+from masonry_fem.nscd.local import answer_2d, answer_3d, pressed_2d, pressed_3d
 
 Judgement = tuple[float, float, float, float, float]
 
@@ -72,7 +72,7 @@ def onto_cone_3d(mu: float, xn: float, x1: float, x2: float) -> tuple[float, flo
 @njit(cache=True, inline="always")
 def visit_bodies_2d(first: int, last: int, turn: int, relaxation: float, data: Any) -> None:
     """Visit of contacts between rigid bodies in 2D."""
-    bodies, maps, own, local, _, friction, free, impulse, motion, _ = data
+    bodies, maps, own, local, _, friction, free, law, impulse, motion, _ = data
     mixed = _mixed(turn, first)
     start = (mixed >> 16) % (last - first)
     for k in range(last - first):
@@ -86,7 +86,7 @@ def visit_bodies_2d(first: int, last: int, turn: int, relaxation: float, data: A
                 for m in range(3):
                     bn += maps[i, s, m] * motion[body, m]
                     bt += maps[i, s, 3 + m] * motion[body, m]
-        qn, qt = solve_2d(local[i], friction[i], bn, bt)
+        qn, qt = answer_2d(local[i], friction[i], bn, bt, law, i)
         if relaxation != 1.0:
             qn, qt = onto_cone_2d(friction[i], pn + relaxation * (qn - pn), pt + relaxation * (qt - pt))
         impulse[i, 0], impulse[i, 1] = qn, qt
@@ -101,7 +101,7 @@ def visit_bodies_2d(first: int, last: int, turn: int, relaxation: float, data: A
 @njit(cache=True, inline="always")
 def visit_bodies_3d(first: int, last: int, turn: int, relaxation: float, data: Any) -> None:
     """Visit of contacts between rigid bodies in 3D."""
-    bodies, maps, own, local, _, friction, free, impulse, motion, slip = data
+    bodies, maps, own, local, _, friction, free, law, impulse, motion, slip = data
     mixed = _mixed(turn, first)
     start = (mixed >> 16) % (last - first)
     for k in range(last - first):
@@ -118,7 +118,7 @@ def visit_bodies_3d(first: int, last: int, turn: int, relaxation: float, data: A
                     bn += maps[i, s, m] * u
                     b1 += maps[i, s, 6 + m] * u
                     b2 += maps[i, s, 12 + m] * u
-        qn, q1, q2, slip[i] = solve_3d(local[i], friction[i], bn, b1, b2, slip[i])
+        qn, q1, q2, slip[i] = answer_3d(local[i], friction[i], bn, b1, b2, slip[i], law, i)
         if relaxation != 1.0:
             qn, q1, q2 = pn + relaxation * (qn - pn), p1 + relaxation * (q1 - p1), p2 + relaxation * (q2 - p2)
             qn, q1, q2 = onto_cone_3d(friction[i], qn, q1, q2)
@@ -136,7 +136,7 @@ def visit_bodies_3d(first: int, last: int, turn: int, relaxation: float, data: A
 @njit(cache=True, inline="always")
 def visit_plain_2d(first: int, last: int, turn: int, relaxation: float, data: Any) -> None:
     """Visit of contacts that W couples in 2D."""
-    pointer, other, blocks, _, local, _, friction, free, impulse, _ = data
+    pointer, other, blocks, _, local, _, friction, free, law, impulse, _ = data
     mixed = _mixed(turn, first)
     start = (mixed >> 16) % (last - first)
     for k in range(last - first):
@@ -146,7 +146,7 @@ def visit_plain_2d(first: int, last: int, turn: int, relaxation: float, data: An
             j = other[e]
             bn += blocks[e, 0] * impulse[j, 0] + blocks[e, 1] * impulse[j, 1]
             bt += blocks[e, 2] * impulse[j, 0] + blocks[e, 3] * impulse[j, 1]
-        qn, qt = solve_2d(local[i], friction[i], bn, bt)
+        qn, qt = answer_2d(local[i], friction[i], bn, bt, law, i)
         if relaxation != 1.0:
             pn, pt = impulse[i, 0], impulse[i, 1]
             qn, qt = onto_cone_2d(friction[i], pn + relaxation * (qn - pn), pt + relaxation * (qt - pt))
@@ -156,7 +156,7 @@ def visit_plain_2d(first: int, last: int, turn: int, relaxation: float, data: An
 @njit(cache=True, inline="always")
 def visit_plain_3d(first: int, last: int, turn: int, relaxation: float, data: Any) -> None:
     """Visit of contacts that W couples in 3D."""
-    pointer, other, blocks, _, local, _, friction, free, impulse, slip = data
+    pointer, other, blocks, _, local, _, friction, free, law, impulse, slip = data
     mixed = _mixed(turn, first)
     start = (mixed >> 16) % (last - first)
     for k in range(last - first):
@@ -168,7 +168,7 @@ def visit_plain_3d(first: int, last: int, turn: int, relaxation: float, data: An
             bn += blocks[e, 0] * pn + blocks[e, 1] * p1 + blocks[e, 2] * p2
             b1 += blocks[e, 3] * pn + blocks[e, 4] * p1 + blocks[e, 5] * p2
             b2 += blocks[e, 6] * pn + blocks[e, 7] * p1 + blocks[e, 8] * p2
-        qn, q1, q2, slip[i] = solve_3d(local[i], friction[i], bn, b1, b2, slip[i])
+        qn, q1, q2, slip[i] = answer_3d(local[i], friction[i], bn, b1, b2, slip[i], law, i)
         if relaxation != 1.0:
             pn, p1, p2 = impulse[i, 0], impulse[i, 1], impulse[i, 2]
             qn, q1, q2 = pn + relaxation * (qn - pn), p1 + relaxation * (q1 - p1), p2 + relaxation * (q2 - p2)
@@ -196,7 +196,7 @@ def _miss_3d(mu: float, w: float, pn: float, p1: float, p2: float, vn: float, v1
 @njit(cache=True, inline="always")
 def judge_bodies_2d(first: int, last: int, data: Any) -> Judgement:
     """Judgement of contacts between rigid bodies in 2D."""
-    bodies, maps, _, _, scale, friction, free, impulse, motion, _ = data
+    bodies, maps, _, _, scale, friction, free, law, impulse, motion, _ = data
     square = size = worst = caused = fastest = 0.0
     for i in range(first, last):
         pn, pt = impulse[i, 0], impulse[i, 1]
@@ -207,7 +207,8 @@ def judge_bodies_2d(first: int, last: int, data: Any) -> Judgement:
                 for m in range(3):
                     vn += maps[i, s, m] * motion[body, m]
                     vt += maps[i, s, 3 + m] * motion[body, m]
-        miss = _miss_2d(friction[i], scale[i], pn, pt, vn, vt)
+        xn, xt = pressed_2d(pn, pt, vn, vt, law, i)
+        miss = _miss_2d(friction[i], scale[i], xn, xt, vn, vt)
         given = pn * pn + pt * pt
         square += miss
         size += given
@@ -220,7 +221,7 @@ def judge_bodies_2d(first: int, last: int, data: Any) -> Judgement:
 @njit(cache=True, inline="always")
 def judge_bodies_3d(first: int, last: int, data: Any) -> Judgement:
     """Judgement of contacts between rigid bodies in 3D."""
-    bodies, maps, _, _, scale, friction, free, impulse, motion, _ = data
+    bodies, maps, _, _, scale, friction, free, law, impulse, motion, _ = data
     square = size = worst = caused = fastest = 0.0
     for i in range(first, last):
         pn, p1, p2 = impulse[i, 0], impulse[i, 1], impulse[i, 2]
@@ -233,7 +234,8 @@ def judge_bodies_3d(first: int, last: int, data: Any) -> Judgement:
                     vn += maps[i, s, m] * u
                     v1 += maps[i, s, 6 + m] * u
                     v2 += maps[i, s, 12 + m] * u
-        miss = _miss_3d(friction[i], scale[i], pn, p1, p2, vn, v1, v2)
+        xn, x1, x2 = pressed_3d(pn, p1, p2, vn, v1, v2, law, i)
+        miss = _miss_3d(friction[i], scale[i], xn, x1, x2, vn, v1, v2)
         given = pn * pn + p1 * p1 + p2 * p2
         square += miss
         size += given
@@ -246,7 +248,7 @@ def judge_bodies_3d(first: int, last: int, data: Any) -> Judgement:
 @njit(cache=True, inline="always")
 def judge_plain_2d(first: int, last: int, data: Any) -> Judgement:
     """Judgement of contacts that W couples in 2D."""
-    pointer, other, blocks, own, _, scale, friction, free, impulse, _ = data
+    pointer, other, blocks, own, _, scale, friction, free, law, impulse, _ = data
     square = size = worst = caused = fastest = 0.0
     for i in range(first, last):
         pn, pt = impulse[i, 0], impulse[i, 1]
@@ -257,7 +259,8 @@ def judge_plain_2d(first: int, last: int, data: Any) -> Judgement:
             un += blocks[e, 0] * impulse[j, 0] + blocks[e, 1] * impulse[j, 1]
             ut += blocks[e, 2] * impulse[j, 0] + blocks[e, 3] * impulse[j, 1]
         vn, vt = un + free[i, 0], ut + free[i, 1]
-        miss = _miss_2d(friction[i], scale[i], pn, pt, vn, vt)
+        xn, xt = pressed_2d(pn, pt, vn, vt, law, i)
+        miss = _miss_2d(friction[i], scale[i], xn, xt, vn, vt)
         square += miss
         size += pn * pn + pt * pt
         worst = max(worst, scale[i] ** 2 * miss)
@@ -269,7 +272,7 @@ def judge_plain_2d(first: int, last: int, data: Any) -> Judgement:
 @njit(cache=True, inline="always")
 def judge_plain_3d(first: int, last: int, data: Any) -> Judgement:
     """Judgement of contacts that W couples in 3D."""
-    pointer, other, blocks, own, _, scale, friction, free, impulse, _ = data
+    pointer, other, blocks, own, _, scale, friction, free, law, impulse, _ = data
     square = size = worst = caused = fastest = 0.0
     for i in range(first, last):
         qn, q1, q2 = impulse[i, 0], impulse[i, 1], impulse[i, 2]
@@ -283,7 +286,8 @@ def judge_plain_3d(first: int, last: int, data: Any) -> Judgement:
             u1 += blocks[e, 3] * pn + blocks[e, 4] * p1 + blocks[e, 5] * p2
             u2 += blocks[e, 6] * pn + blocks[e, 7] * p1 + blocks[e, 8] * p2
         vn, v1, v2 = un + free[i, 0], u1 + free[i, 1], u2 + free[i, 2]
-        miss = _miss_3d(friction[i], scale[i], qn, q1, q2, vn, v1, v2)
+        xn, x1, x2 = pressed_3d(qn, q1, q2, vn, v1, v2, law, i)
+        miss = _miss_3d(friction[i], scale[i], xn, x1, x2, vn, v1, v2)
         square += miss
         size += qn * qn + q1 * q1 + q2 * q2
         worst = max(worst, scale[i] ** 2 * miss)

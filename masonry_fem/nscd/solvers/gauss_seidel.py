@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from masonry_fem.errors import ProblemError
 from masonry_fem.nscd import graphs
+from masonry_fem.nscd.cohesion import refuse_stiffness
 from masonry_fem.nscd.iterate import Iterate, Run
 from masonry_fem.nscd.outcome import Outcome
 from masonry_fem.nscd.problem import ContactProblem
@@ -57,6 +58,8 @@ class GaussSeidel:
         _check_inertia(problem)
         if start is None or start.impulse is None:
             impulse = np.zeros_like(problem.free_velocity)
+        elif problem.cohesion_stiffness is not None:
+            impulse = start.impulse.copy()  # what the cone bounds is p̃, which each visit makes anew
         else:
             impulse = graphs.project_cone(start.impulse, problem.friction)
         return _SweepRun(self, problem, np.ascontiguousarray(impulse))
@@ -79,6 +82,8 @@ class _SweepRun:
         limit = self.method.iterations if settings.max_iterations is None else settings.max_iterations
         count = min(self.batch, limit - self.made)
         if self.form is None:
+            if settings.relaxation != 1.0:
+                refuse_stiffness(self.problem, f"method 'nsgs' with relaxation {settings.relaxation}")
             self.form = make_form(self.problem, settings.relaxation, settings.threads)
         made, error = self.form.sweep(self.impulse, count, self.strictness * settings.tolerance)
         if made < count:

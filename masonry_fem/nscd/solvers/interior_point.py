@@ -32,6 +32,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from masonry_fem.nscd.cohesion import refuse_stiffness
 from masonry_fem.nscd.graphs import lengths, project_cone, tangential_norm
 from masonry_fem.nscd.iterate import Iterate
 from masonry_fem.nscd.linear import Library
@@ -85,6 +86,7 @@ class InteriorPoint:
 
     def init(self, problem: ContactProblem, start: Start | None) -> InteriorPointRun:
         """A run on a problem. A first guess is only looked at: the way starts deep inside the cones."""
+        refuse_stiffness(problem, "method 'interior_point'")
         return InteriorPointRun(problem, self, start)
 
 

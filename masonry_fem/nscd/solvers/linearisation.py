@@ -21,8 +21,8 @@ class Linearisation:
     ----------
     residual : F, shape (c, d).
     by_impulse : A = ∂F/∂p, shape (c, d, d).
-    by_velocity : ∂F/∂v / ρ, shape (c, d, d).
-    open : Contacts where F = p, shape (c,).
+    by_velocity : (∂F/∂v + A S) / ρ with the stiffness S of cohesion, shape (c, d, d).
+    open : Contacts where F = p, shape (c,); not those with stiffness, where p follows v.
     plain : Contacts whose ``by_velocity`` is the identity, shape (c,).
     rho : ρ, shape (c,).
     """
@@ -49,32 +49,45 @@ def bonded_contacts(velocity: FloatArray, rho: FloatArray) -> Linearisation:
 
 
 def linearise(
-    impulse: FloatArray, velocity: FloatArray, friction: FloatArray, rho: FloatArray
+    pressed: FloatArray,
+    velocity: FloatArray,
+    friction: FloatArray,
+    rho: FloatArray,
+    stiffness: FloatArray | None = None,
 ) -> Linearisation:
-    """The Alart–Curnier function at (p, v)."""
-    residual, by_impulse, by_velocity = graphs.alart_curnier(impulse, velocity, friction, rho)
+    """The Alart–Curnier function at (p̃, v)."""
+    residual, by_impulse, by_velocity = graphs.alart_curnier(pressed, velocity, friction, rho)
+    is_open = by_impulse[:, 0, 0] == 1.0
+    if stiffness is not None:
+        by_velocity = by_velocity + by_impulse @ stiffness
+        is_open &= ~stiffness.any(axis=(1, 2))
     return Linearisation(
         residual=residual,
         by_impulse=by_impulse,
         by_velocity=by_velocity / rho[:, None, None],
-        open=by_impulse[:, 0, 0] == 1.0,
+        open=is_open,
         plain=~by_impulse.any(axis=(1, 2)),
         rho=rho,
     )
 
 
 def slipping(
-    line: Linearisation, chosen: Mask, impulse: FloatArray, velocity: FloatArray, friction: FloatArray
+    line: Linearisation,
+    chosen: Mask,
+    pressed: FloatArray,
+    velocity: FloatArray,
+    friction: FloatArray,
+    stiffness: FloatArray | None = None,
 ) -> Linearisation:
     """The same with the ``chosen`` contacts, shape (c,), taken for closed and slipping, wherever they are.
 
-    They slip against the way x_T = p_T − ρ v_T points: v_N = 0 and p_T = μ x_N x_T/‖x_T‖.
+    They slip against the way x_T = p̃_T − ρ v_T points: v_N = 0 and p̃_T = μ x_N x_T/‖x_T‖.
     """
-    trial = impulse[chosen] - line.rho[chosen, None] * velocity[chosen]
+    trial = pressed[chosen] - line.rho[chosen, None] * velocity[chosen]
     size = graphs.tangential_norm(trial)
     direction = trial[:, 1:] / np.where(size > 0, size, 1.0)[:, None]
     radius = friction[chosen] * trial[:, 0]
-    identity = np.eye(impulse.shape[1])
+    identity = np.eye(pressed.shape[1])
     slope = np.zeros((len(trial), *identity.shape))  # of the projection, by the trial point
     slope[:, 0, 0] = 1.0
     slope[:, 1:, 0] = friction[chosen, None] * direction
@@ -84,8 +97,10 @@ def slipping(
     projected = np.concatenate([trial[:, :1], radius[:, None] * direction], axis=1)
     residual, by_impulse = line.residual.copy(), line.by_impulse.copy()
     by_velocity = line.by_velocity.copy()
-    residual[chosen], by_impulse[chosen] = impulse[chosen] - projected, identity - slope
+    residual[chosen], by_impulse[chosen] = pressed[chosen] - projected, identity - slope
     by_velocity[chosen] = slope
+    if stiffness is not None:
+        by_velocity[chosen] += (identity - slope) @ stiffness[chosen] / line.rho[chosen, None, None]
     return replace(
         line,
         residual=residual,

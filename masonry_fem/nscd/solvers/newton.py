@@ -100,6 +100,7 @@ class _Point:
     impulse: FloatArray
     rigid_velocity: FloatArray
     velocity: FloatArray  # with the proximal term
+    pressed: FloatArray  # the contact part of the impulse, at this velocity
     line: Linearisation
     balance: FloatArray
     residual: float  # ‖F‖ / ‖p‖
@@ -111,7 +112,9 @@ class NewtonRun:
     def __init__(self, problem: ContactProblem, settings: ProximalNewton, start: Start | None) -> None:
         self.problem, self.settings = problem, settings
         self.scale = _newton_scale(problem)
-        self.system = NewtonSystem(problem, self.scale, settings.library)
+        # where stiff cohesion bonds elastic blocks, they give way as they would without a joint
+        whole = self.scale if problem.cohesion_stiffness is None else _newton_scale(problem, fold=False)
+        self.system = NewtonSystem(problem, whole, settings.library)
         self.static = problem.rigid_mass <= 0
         weight, decrease, least = _usual_weights(problem)
         self.least_weight = least if settings.least_weight is None else settings.least_weight
@@ -196,7 +199,8 @@ class NewtonRun:
         full = self._look(here.impulse + change, here.rigid_velocity + motion)
         if self.bonded:
             self.bonded = False
-            self.bonded_size = min(self.bonded_size, float(np.linalg.norm(full.rigid_velocity)))
+            if self.problem.cohesion_stiffness is None:  # which may give way farther than blocks do
+                self.bonded_size = min(self.bonded_size, float(np.linalg.norm(full.rigid_velocity)))
             return full
         self.round.residuals.append(here.residual)
         if self.round.steps < self.full_steps:
@@ -208,7 +212,8 @@ class NewtonRun:
         line, problem = here.line, self.problem
         swinging = self.flips.swinging(line, settled=self.round.steps >= _SETTLED)
         if swinging.any():
-            line = slipping(line, swinging, here.impulse, here.velocity, problem.friction)
+            stiffness = problem.cohesion_stiffness
+            line = slipping(line, swinging, here.pressed, here.velocity, problem.friction, stiffness)
         step = np.where(line.open[:, None], -here.impulse, 0.0)
         shift = (line.by_velocity @ problem.elastic_velocity(step)[:, :, None])[:, :, 0]
         own = line.by_impulse / line.rho[:, None, None]
@@ -234,8 +239,11 @@ class NewtonRun:
         velocity = problem.velocity(impulse, rigid_velocity)
         velocity += (now.alpha * self.scale)[:, None] * (impulse - now.impulse)
         rho = 1.0 / (self.scale * (1.0 + now.alpha))
+        pressed = problem.contact_part(impulse, velocity)
         line = (
-            bonded_contacts(velocity, rho) if bonded else linearise(impulse, velocity, problem.friction, rho)
+            bonded_contacts(velocity, rho)
+            if bonded
+            else linearise(pressed, velocity, problem.friction, rho, problem.cohesion_stiffness)
         )
         balance = problem.body_impulse(impulse) + problem.rigid_impulse
         balance -= problem.rigid_mass * (rigid_velocity - problem.rigid_velocity)
@@ -243,7 +251,7 @@ class NewtonRun:
         size = float(np.linalg.norm(impulse))
         residual = float(np.linalg.norm(line.residual))
         relative = residual / size if size > 0 else residual
-        return _Point(impulse, rigid_velocity, velocity, line, balance, relative)
+        return _Point(impulse, rigid_velocity, velocity, pressed, line, balance, relative)
 
     # rounds
 
@@ -254,9 +262,9 @@ class NewtonRun:
     def _close_round(self, tolerance: float) -> Outcome | None:
         """Move the centre to a solved round's solution; tell whether that can go on."""
         problem, before = self.problem, self.round
-        residual = graphs.natural_map(
-            self.impulse, problem.velocity(self.impulse, self.rigid_velocity), problem.friction, self.scale
-        )
+        velocity = problem.velocity(self.impulse, self.rigid_velocity)
+        pressed = problem.contact_part(self.impulse, velocity)
+        residual = graphs.natural_map(pressed, velocity, problem.friction, self.scale)
         size = float(np.linalg.norm(self.impulse))
         last, self.error = self.error, float(np.linalg.norm(residual)) / size if size > 0 else 1.0
         crawls = before.steps <= 1 and self.weight <= self.least_weight and self.error > _SLOW * last
@@ -366,13 +374,13 @@ def _usual_weights(problem: ContactProblem) -> tuple[float, float, float]:
     return (1e-4, 0.1, 1e-5) if all_elastic else (1e-3, 0.3, 1e-5)
 
 
-def _newton_scale(problem: ContactProblem) -> FloatArray:
+def _newton_scale(problem: ContactProblem, *, fold: bool = True) -> FloatArray:
     """Scale w of each contact; among elastic contacts the rigid ones take the elastic mean.
 
     The rigid scale 1/m lies many orders above 1/(h² k): a proximal weight in proportion to it would
     hold the impulses of rigid contacts to their centre.
     """
-    scale = contact_scale(problem)
+    scale = contact_scale(problem, fold=fold)
     elastic = np.zeros(problem.count, dtype=bool)
     elastic[block_rows(problem.compliance)] = True
     if elastic.any() and not elastic.all():

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from scipy.linalg import lapack
 
 from masonry_fem.errors import ProblemError
+from masonry_fem.nscd.cohesion import refuse_stiffness
 from masonry_fem.nscd.iterate import Iterate
 from masonry_fem.nscd.lemke import Lemke
 from masonry_fem.nscd.outcome import Outcome
@@ -63,6 +64,7 @@ class Pivoting:
         ------
         ProblemError : The problem is in 3D, or too large.
         """
+        refuse_stiffness(problem, "method 'pivoting'")
         if problem.dimension != 2:
             raise ProblemError(
                 "method 'pivoting' got a problem in 3D, expected one in 2D, where the friction cone has two "

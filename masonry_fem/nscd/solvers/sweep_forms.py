@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from masonry_fem.nscd.local import reduce_blocks
+from masonry_fem.nscd.local import Law, reduce_blocks
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.scaling import contact_scale, diagonal_blocks, free_speed, rigid_diagonal
 from masonry_fem.nscd.solvers import sweeps
@@ -47,6 +47,7 @@ class PlainForm:
         self.other = W.indices[off].astype(np.int64)
         self.blocks = np.ascontiguousarray(W.data[off].reshape(-1, d * d))
         self.own = own.reshape(c, d * d)
+        self.law, own = _fold(problem, own)
         self.local = reduce_blocks(own)
         self.scale = contact_scale(problem)
         self.friction = np.ascontiguousarray(problem.friction)
@@ -57,7 +58,7 @@ class PlainForm:
     def sweep(self, impulse: FloatArray, count: int, tolerance: float) -> tuple[int, float]:
         """At most ``count`` sweeps that change the impulse; how many, and the error they left."""
         head = (self.order, self.pointer, self.other, self.blocks, self.own, self.local, self.scale)
-        tail = (count, INTERVAL, tolerance)
+        tail = (count, INTERVAL, tolerance, self.law)
         if impulse.shape[1] == 2:
             made: tuple[int, float] = sweeps.plain_2d(*head, self.friction, self.free, impulse, *tail)
         else:
@@ -70,7 +71,7 @@ class PlainForm:
         couplings = sparse.csr_array((np.ones(len(self.other)), self.other, self.pointer), shape=(c, c))
         return colour_couplings(couplings)
 
-    def ordered(self, order: IntArray) -> tuple[NDArray[Any], ...]:
+    def ordered(self, order: IntArray) -> tuple[Any, ...]:
         """What stays the same in all sweeps, the contacts in an order."""
         c = len(order)
         place = np.empty(c, dtype=np.int64)
@@ -84,6 +85,7 @@ class PlainForm:
             place[self.other[picked]],
             self.blocks[picked],
             *(array[order] for array in same),
+            _ordered(self.law, order),
         )
 
     def moving(self, impulse: FloatArray) -> tuple[FloatArray, ...]:
@@ -106,6 +108,7 @@ class BodyForm:
         self.bodies = np.ascontiguousarray(problem.bodies, dtype=np.int64)
         self.maps = np.ascontiguousarray(weighted.reshape(c, 2, -1))
         self.own = own.reshape(c, d * d)
+        self.law, own = _fold(problem, own)
         self.local = reduce_blocks(own)
         self.scale = contact_scale(problem)
         self.speed = free_speed(problem)
@@ -127,7 +130,7 @@ class BodyForm:
             self.friction,
             self.free,
         )
-        tail = (self.speed, count, INTERVAL, tolerance)
+        tail = (self.speed, count, INTERVAL, tolerance, self.law)
         if impulse.shape[1] == 2:
             made: tuple[int, float] = sweeps.bodies_2d(*head, impulse, motion, *tail)
         else:
@@ -138,10 +141,10 @@ class BodyForm:
         """Colours of contacts that have no body in common."""
         return colour_bodies(self.bodies)
 
-    def ordered(self, order: IntArray) -> tuple[NDArray[Any], ...]:
+    def ordered(self, order: IntArray) -> tuple[Any, ...]:
         """What stays the same in all sweeps, the contacts in an order."""
         same = (self.bodies, self.maps, self.own, self.local, self.scale, self.friction, self.free)
-        return tuple(array[order] for array in same)
+        return (*(array[order] for array in same), _ordered(self.law, order))
 
     def moving(self, impulse: FloatArray) -> tuple[FloatArray, ...]:
         """What sweeps carry along besides the impulses: M^½ U."""
@@ -185,6 +188,22 @@ def make_form(problem: ContactProblem, relaxation: float, threads: int | None) -
     if relaxation == 1.0 and threads is None:
         return form
     return ColouredForm(form, relaxation, 1 if threads is None else threads)
+
+
+def _fold(problem: ContactProblem, own: FloatArray) -> tuple[Law, FloatArray]:
+    """What the kernels need of the cohesion's stiffness, and the contacts' own blocks with it, (c, d, d)."""
+    stiffness = problem.cohesion_stiffness
+    if stiffness is None:
+        return None, own
+    c, d = problem.free_velocity.shape
+    turn = np.linalg.inv(np.eye(d) + own @ stiffness)
+    block = turn @ own
+    flat = (np.ascontiguousarray(part.reshape(c, d * d)) for part in (turn, block, stiffness))
+    return (next(flat), next(flat), next(flat)), block
+
+
+def _ordered(law: Law, order: IntArray) -> Law:
+    return None if law is None else (law[0][order], law[1][order], law[2][order])
 
 
 def _visiting_order(count: int) -> NDArray[np.int64]:

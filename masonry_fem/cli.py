@@ -185,7 +185,7 @@ def view_results(options: argparse.Namespace) -> int:
 
 def solve_contact(options: argparse.Namespace) -> int:
     """Solve a contact problem from a file; prints JSON."""
-    from masonry_fem.nscd import Outcome, SolverSettings, load_problem, solve
+    from masonry_fem.nscd import SolverSettings, load_problem, solve
 
     given = {"tolerance": options.tol, "relaxation": options.relaxation, "threads": options.threads}
     chosen = {name: value for name, value in given.items() if value is not None}
@@ -220,7 +220,7 @@ def solve_contact(options: argparse.Namespace) -> int:
     print(json.dumps(facts, indent=2))
     if solution.converged:
         return 0
-    return EXIT_CODES["no_equilibrium" if solution.outcome is Outcome.NO_EQUILIBRIUM else "no_convergence"]
+    return EXIT_CODES["no_equilibrium" if solution.outcome.moves else "no_convergence"]
 
 
 def print_info(options: argparse.Namespace) -> int:

@@ -121,7 +121,7 @@ def march(
 
 def _hopeless(report: StepReport, static: bool) -> Verdict | None:
     """Why the march cannot go on after a step, or None; statics bears no miss."""
-    if report.outcome is Outcome.NO_EQUILIBRIUM:
+    if report.outcome.moves:
         return "no_equilibrium"
     if report.outcome is Outcome.CONVERGED:
         return None
@@ -179,4 +179,7 @@ def _no_equilibrium(report: StepReport, moving: tuple[tuple[str, float, str], ..
         for way, names in ways.items()
     ]
     cure = "see what should hold them (supports, friction, joints), or run dynamics to watch the motion"
-    return f"No equilibrium (step {report.step}): {'; '.join(parts)}; {cure}."
+    start = "No equilibrium"
+    if report.outcome is Outcome.AT_LIMIT:
+        start = "No equilibrium to rely on: the loads can just be carried, but not with 0.1 % less friction"
+    return f"{start} (step {report.step}): {'; '.join(parts)}; {cure}."

@@ -2,16 +2,20 @@
 
     found = admissible_impulses(problem)
     found.unbalanced        # ~0: there are some; else no equilibrium exists, whatever the motion
+    at_limit(problem)       # true: with a little less friction there are none
 
 min ½‖Bᵀp + f_r‖² over the cones is convex. Where the minimum is zero the loads can be carried, by p;
 where it is not, the unbalanced impulse is the rigid motion of a mechanism (Farkas), and no state of
 sticking and sliding can be an equilibrium. It is the static theorem of limit analysis, and the
 judge of a verdict that the nonlinear solution gave.
+
+It is also what one step of rigid blocks of unit mass does whose joints dilate as they slide: a contact
+problem without the friction term, for which the interior-point method is made.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,15 +23,18 @@ from scipy import sparse
 
 from masonry_fem.nscd import graphs
 from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.residuals import assess
+from masonry_fem.nscd.settings import SolverSettings
+from masonry_fem.nscd.solvers.interior_point import InteriorPoint
 
 FloatArray = NDArray[np.float64]
 
 # Unbalanced part of the loads below which they can be carried.
 BALANCED = 1e-5
-ITERATIONS = 20_000
-INTERVAL = 100  # iterations between two looks at the balance
-POWER_STEPS = 60  # for the largest eigenvalue of BBᵀ; the margin covers what they leave
-MARGIN = 1.02
+# Share of friction without which a structure at its limit cannot carry its loads; they then lack some
+# tenth of it, well above what counts as balanced.
+MARGIN = 1e-3
+ITERATIONS = 60
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,37 +56,57 @@ def admissible_impulses(
 ) -> Admissible:
     """Impulses within the cones that balance the loads on static modes as well as they can.
 
-    Accelerated projected gradient with restarts (O'Donoghue and Candès 2015): products with B only,
-    a fraction of a second for a thousand contacts. It stops at the relative ``tolerance``, or where
-    the balance found is proven to be at most twice the best, and that to be above the tolerance.
+    It stops at the relative ``tolerance``, or where the balance found is proven to be at most twice the
+    best, and that to be above the tolerance.
     """
-    impulse = np.zeros_like(problem.free_velocity)
+    best = Admissible(np.zeros_like(problem.free_velocity), 1.0)
     rigid_map, load = _static_part(problem)
     size = float(np.linalg.norm(load))
     if size == 0 or rigid_map.nnz == 0:
-        return Admissible(impulse, float(size > 0))
-    transposed = rigid_map.T.tocsr()
-    slope = _largest_eigenvalue(rigid_map, transposed)
-    ahead, momentum, shape, unbalanced = impulse, 1.0, impulse.shape, 1.0
-    for made in range(1, iterations + 1):
-        gradient = (rigid_map @ (transposed @ ahead.ravel() + load)).reshape(shape)
-        new = graphs.project_cone(ahead - gradient / slope, problem.friction)
-        if ((ahead - new) * (new - impulse)).sum() > 0:
-            momentum = 1.0
-        following = 0.5 * (1 + np.sqrt(1 + 4 * momentum**2))
-        ahead = new + (momentum - 1) / following * (new - impulse)
-        impulse, momentum = new, following
-        if made % INTERVAL == 0:
-            residual = transposed @ impulse.ravel() + load
-            unbalanced = float(np.linalg.norm(residual)) / size
-            if unbalanced <= tolerance:
-                break
-            # larger impulses leave more than the tolerance as rounding of their products with B
-            largest = tolerance / np.finfo(float).eps * size / np.sqrt(slope)
-            least = _least_unbalanced(problem, rigid_map, load, residual, largest) / size
-            if least >= max(tolerance, 0.5 * unbalanced):
-                break
-    return Admissible(impulse, unbalanced)
+        return replace(best, unbalanced=float(size > 0))
+    # larger impulses leave more than the tolerance as rounding of their products with B
+    largest = tolerance / np.finfo(float).eps * size / float(abs(rigid_map).max())
+    twin, transposed = _twin(problem), rigid_map.T.tocsr()
+    run, settings = InteriorPoint(sliding=np.inf).init(twin, None), SolverSettings(tolerance=1e-15)
+    offer, static = run.guess(), problem.rigid_mass <= 0
+    for _ in range(iterations):
+        offer = run.step(assess(twin, offer.impulse, offer.rigid_velocity), settings)
+        impulse = graphs.project_cone(offer.impulse, problem.friction)
+        unbalanced = float(np.linalg.norm(transposed @ impulse.ravel() + load)) / size
+        if unbalanced < best.unbalanced:
+            best = Admissible(impulse, unbalanced)
+        motion = offer.rigid_velocity[static]
+        least = _least_unbalanced(problem, rigid_map, load, motion, largest) / size
+        proven = least >= max(tolerance, 0.5 * best.unbalanced)
+        if offer.verdict is not None or best.unbalanced <= tolerance or proven:
+            break
+    return best
+
+
+def at_limit(problem: ContactProblem) -> bool:
+    """True where no impulses balance the loads once friction is lower by ``MARGIN``.
+
+    Elastic blocks that slide at the very limit find no rest: as they bulge, friction turns away from the
+    direction it is needed in, the less the farther they slide, and balance is reached at infinity only.
+    """
+    weaker = replace(problem, friction=(1 - MARGIN) * problem.friction)
+    return admissible_impulses(weaker).unbalanced > BALANCED
+
+
+def _twin(problem: ContactProblem) -> ContactProblem:
+    """Rigid blocks of unit mass at rest, of which only the static modes move."""
+    static = problem.rigid_mass <= 0
+    moves = np.concatenate([static, np.zeros((1, static.shape[1]), dtype=bool)])[problem.bodies]
+    compliance = problem.compliance
+    return replace(
+        problem,
+        compliance=sparse.bsr_array(compliance.shape, blocksize=compliance.blocksize),
+        free_velocity=np.zeros_like(problem.free_velocity),
+        rigid_map=problem.rigid_map * moves[:, :, None, :],
+        rigid_mass=np.ones_like(problem.rigid_mass),
+        rigid_velocity=np.zeros_like(problem.rigid_velocity),
+        rigid_impulse=np.where(static, problem.rigid_impulse, 0.0),
+    )
 
 
 def _least_unbalanced(
@@ -91,13 +118,14 @@ def _least_unbalanced(
 ) -> float:
     """What impulses in the cones with ‖p‖ ≤ ``largest`` leave unbalanced at least, by Farkas' lemma.
 
-    ‖Bᵀp + f‖ ‖U‖ ≥ U·f + p·BU for any motion U, here the unbalanced impulse itself. In the cones
+    ‖Bᵀp + f‖ ‖U‖ ≥ U·f + p·BU for any motion U, best the unbalanced impulse itself. In the cones
     p·BU ≥ −‖p‖ dist(BU, K*), and that distance is the length of −BU projected on K (Moreau). At the
     minimum it is zero and the bound the minimum itself.
     """
     opened = (rigid_map @ motion).reshape(problem.free_velocity.shape)
     closing = float(np.linalg.norm(graphs.project_cone(-opened, problem.friction)))
-    return float(motion @ load - largest * closing) / float(np.linalg.norm(motion))
+    speed = float(np.linalg.norm(motion))
+    return float(motion @ load - largest * closing) / speed if speed > 0 else 0.0
 
 
 def _static_part(problem: ContactProblem) -> tuple[sparse.csr_array, FloatArray]:
@@ -112,12 +140,3 @@ def _static_part(problem: ContactProblem) -> tuple[sparse.csr_array, FloatArray]
     whole = sparse.csr_array((local.ravel(), where), shape=(c * d, bodies * m))
     static = np.flatnonzero(problem.rigid_mass.ravel() <= 0)
     return sparse.csr_array(whole[:, static]), problem.rigid_impulse.ravel()[static]
-
-
-def _largest_eigenvalue(rigid_map: sparse.csr_array, transposed: sparse.csr_array) -> float:
-    vector = np.random.default_rng(0).normal(size=rigid_map.shape[0])
-    length = 1.0
-    for _ in range(POWER_STEPS):
-        vector = rigid_map @ (transposed @ (vector / np.linalg.norm(vector)))
-        length = float(np.linalg.norm(vector))
-    return MARGIN * length

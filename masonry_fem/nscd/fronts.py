@@ -259,6 +259,8 @@ class FrontFactor:
     """
 
     def __init__(self, plan: FrontPlan, values: FloatArray) -> None:
+        from masonry_fem.nscd.scatter import extend_add  # noqa: PLC0415 - Numba is slow to import
+
         self.plan = plan
         self.small_pivots = 0
         self._factors: list[tuple[FloatArray, IntArray, FloatArray, FloatArray]] = []
@@ -269,7 +271,7 @@ class FrontFactor:
             dense = np.zeros((m, m), order="F")
             dense.T.reshape(-1)[front.target] = values[front.entries]
             for inside, remainder in remainders[index]:
-                dense[np.ix_(inside, inside)] += remainder
+                extend_add(dense, inside, remainder)
             remainders[index] = []
             factor, remainder = self._factorise(dense, k)
             self._factors.append(factor)

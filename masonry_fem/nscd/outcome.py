@@ -24,8 +24,14 @@ class Outcome(Enum):
     MAX_ITERATIONS = "max_iterations"
     TIME_LIMIT = "time_limit"
     NO_EQUILIBRIUM = "no_equilibrium"
+    AT_LIMIT = "at_limit"
     UNDECIDED = "undecided"
     FAILED = "failed"
+
+    @property
+    def moves(self) -> bool:
+        """True where the velocities of a static problem show a mechanism."""
+        return self in {Outcome.NO_EQUILIBRIUM, Outcome.AT_LIMIT}
 
     @property
     def sentence(self) -> str:
@@ -56,6 +62,11 @@ _TEXTS = {
     Outcome.NO_EQUILIBRIUM: (
         "No impulses within the friction cones balance the loads: a part slides, tips or falls.",
         "Look at the rigid velocities: they show the mechanism. Add supports or friction, or run dynamics.",
+    ),
+    Outcome.AT_LIMIT: (
+        "The loads can just be carried: with 0.1 % less friction no impulses balance them, and the blocks, "
+        "as they deform, find no rest at any finite slip.",
+        "Look at the rigid velocities: they show what is about to move. Lower a load, or raise friction.",
     ),
     Outcome.UNDECIDED: (
         "Impulses within the friction cones can balance the loads, yet no state of sticking and sliding that "

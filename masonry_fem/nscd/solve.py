@@ -30,6 +30,8 @@ from masonry_fem.nscd.turns import Turn, turns
 # Error of a swept state from which Newton may start: of a plain problem, of rigid blocks.
 CLOSE = 1e-2
 CLOSE_OF_BODIES = 1e-5
+# Share of friction with which a structure at its limit moves fast enough to be seen.
+WEAK = 0.97
 
 
 def solve(
@@ -86,7 +88,7 @@ def _choose(
         made = _judged(_made(turn, problem, own, _origin(turn, problem, state, start)), stands)
         inside = made if made.method == "interior_point" else inside
         total = made if total is None else _joined(total, made)
-        if total.outcome in {Outcome.CONVERGED, Outcome.NO_EQUILIBRIUM, Outcome.TIME_LIMIT}:
+        if total.outcome.moves or total.outcome in {Outcome.CONVERGED, Outcome.TIME_LIMIT}:
             break
     assert total is not None  # there is always a first turn
     return total
@@ -108,14 +110,17 @@ def _share(turn: Turn, settings: SolverSettings, iterations: int, seconds: float
 def _made(turn: Turn, problem: ContactProblem, settings: SolverSettings, start: Start | None) -> Solution:
     """What a turn's method makes of the problem."""
     method = _with_linear(turn.make(), settings)
-    if not turn.stiff:
+    if not (turn.stiff or turn.weak):
         return iterate(problem, method, settings, start)
     nothing = sparse.bsr_array(problem.compliance.shape, blocksize=problem.compliance.blocksize)
-    made = iterate(replace(problem, compliance=nothing), method, settings, start)
+    friction = WEAK * problem.friction if turn.weak else problem.friction
+    made = iterate(replace(problem, compliance=nothing, friction=friction), method, settings, start)
     velocity = problem.velocity(made.impulse, made.rigid_velocity)
     quality = assess(problem, made.impulse, made.rigid_velocity, least_impulse=settings.least_impulse)
     # a verdict holds for both, convergence does not
     outcome = Outcome.STALLED if made.outcome is Outcome.CONVERGED else made.outcome
+    if turn.weak and outcome is Outcome.NO_EQUILIBRIUM:
+        outcome = Outcome.AT_LIMIT
     return replace(made, velocity=velocity, quality=quality, outcome=outcome)
 
 
@@ -160,7 +165,7 @@ def _joined(first: Solution, second: Solution) -> Solution:
         "method": f"{first.method}+{second.method}",
         "history": np.concatenate([first.history, second.history + effort]),
     }
-    if second.outcome is Outcome.NO_EQUILIBRIUM or second.quality.error <= first.quality.error:
+    if second.outcome.moves or second.quality.error <= first.quality.error:
         return replace(second, **counted)
     if first.outcome is Outcome.UNDECIDED:
         return replace(first, **counted)

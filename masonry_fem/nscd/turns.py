@@ -1,7 +1,8 @@
 """Turn: one method's go at a problem; "auto" is a list of them.
 
 - Static problems and elastic blocks: a few Newton steps, which is all that most need; where nothing
-  can balance the loads, as many as show what moves; else as for many rigid blocks.
+  can balance the loads, or could with a little less friction, as many as show what moves; else as for
+  many rigid blocks.
 - Many rigid blocks: the interior-point method, which nothing stops but rounding, and Newton to polish
   its result. It cannot start from the step before: there a few Newton steps from the bonded state come
   first, which is all that sticking walls need.
@@ -18,6 +19,7 @@ from typing import Literal
 
 import numpy as np
 
+from masonry_fem.nscd.admissible import at_limit
 from masonry_fem.nscd.iterate import Method
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.settings import SolverSettings, Start
@@ -51,13 +53,15 @@ class Turn:
     ``origin`` is "given" (the caller's first guess), "best" (the best state so far, projected on the
     cones), "close" (the best state where that is close to a solution, else nothing), "inside" (where the
     interior-point method ended: what Newton cycles on holds up ADMM) or "cold".
-    ``stiff`` leaves the compliance out.
+    ``stiff`` leaves the compliance out; ``weak`` some friction, too, to see how a structure at its limit is
+    about to move.
     """
 
     make: Callable[[], Method]
     iterations: int | None = None
     origin: Literal["given", "best", "close", "inside", "cold"] = "given"
     stiff: bool = False
+    weak: bool = False
 
 
 def turns(
@@ -76,6 +80,9 @@ def turns(
             if not problem.rigid:
                 yield Turn(_newton, stiff=True)
             yield Turn(_newton)
+            return
+        if not problem.rigid and problem.count >= MANY and at_limit(problem):
+            yield Turn(_newton, weak=True)
             return
         yield from _thorough(problem)
     elif problem.body_count and not problem.rigid:

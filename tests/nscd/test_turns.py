@@ -1,5 +1,7 @@
 """The choice of "auto": who has a turn, from where, and how the limits are shared."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -84,3 +86,29 @@ def test_a_time_limit_returns_the_best_state():
     assert solution.outcome is Outcome.TIME_LIMIT
     assert solution.quality.error == assess(problem, solution.impulse, solution.rigid_velocity).error
     assert solution.quality.error < 2
+
+
+def pushed(wall, share):
+    """The wall's static problem with a horizontal acceleration that is so large a share of its weight's."""
+    problem = wall.problem(friction=0.3)
+    turned = np.zeros_like(problem.rigid_impulse)
+    weight = problem.rigid_impulse[:, :3]
+    turned[:, :3] = weight
+    turned[:, 0] += share * np.abs(weight[:, 2])
+    return replace(problem, rigid_impulse=turned)
+
+
+@pytest.mark.parametrize(
+    ("share", "outcome"),
+    [(0.29, Outcome.CONVERGED), (0.3, Outcome.AT_LIMIT), (0.31, Outcome.NO_EQUILIBRIUM)],
+)
+def test_elastic_walls_at_and_about_the_limit_of_friction(share, outcome):
+    """At the limit itself impulses balance the loads, but bulging blocks that slide find no rest."""
+    problem = pushed(walls.wall(), share)
+    assert problem.count > 500
+    solution = solve(problem, SolverSettings(tolerance=1e-9))
+    assert solution.outcome is outcome
+    if outcome is not Outcome.CONVERGED:
+        assert solution.linear_solves < 150
+        moving = solution.rigid_velocity[:, 0]
+        assert moving.max() > 10 * np.abs(solution.rigid_velocity[:, 1]).max()  # along the push

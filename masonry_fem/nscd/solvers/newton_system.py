@@ -56,6 +56,7 @@ class NewtonSystem:
         self.column = np.sqrt(np.where(total > 0, total, 1.0))  # lengths of the columns of B, (b, m)
         self.scaled_map = self.map / self.column[self.body][:, None, :]
         self._plan: FrontPlan | None = None  # of the bodies' matrix
+        self._pattern: _Pattern | None = None  # of the last matrix with elastic contacts
 
     @cached_property
     def body_matrix(self) -> BodyMatrix:
@@ -110,10 +111,12 @@ class NewtonSystem:
             solve = self.body_solver.solver(self.unit * slope, gone, diagonal, self._bodies_factorised)
             return NewtonFactor(self, kept, gone, factors, by_velocity[gone], own, solve)
         coupled = self.body_matrix.assemble(-self.unit * slope, gone, -diagonal)
-        matrix = self._matrix(own, by_velocity, plain, kept, coupled)
-        group, _, elimination = self.order
-        groups = np.concatenate([np.repeat(group[kept], self.problem.dimension), self._body_groups()])
-        solve = factorise(matrix, groups, elimination, self.library)
+        entries = self._entries(own, by_velocity, plain, kept, coupled)
+        if self._pattern is None or not self._pattern.fits(kept, coupled):
+            group, _, elimination = self.order
+            groups = np.concatenate([np.repeat(group[kept], self.problem.dimension), self._body_groups()])
+            self._pattern = _Pattern(kept, coupled, entries, groups, elimination)
+        solve = self._pattern.factorise(entries, self.library)
         return NewtonFactor(self, kept, gone, factors, by_velocity[gone], own, solve)
 
     def _body_groups(self) -> IntArray:
@@ -129,18 +132,18 @@ class NewtonSystem:
             self._plan = FrontPlan(matrix, groups, elimination)
         return factorise(matrix, groups, elimination, self.library, self._plan)
 
-    def _matrix(
+    def _entries(
         self,
         own: FloatArray,
         by_velocity: FloatArray,
         plain: Mask,
         kept: IntArray,
         coupled: sparse.bsr_array,
-    ) -> sparse.csr_array:
+    ) -> _Entries:
         """Rows of elastic contacts, and below them those of the bodies."""
         d, m = self.problem.dimension, coupled.blocksize[0]
-        entries = _Entries()
         first = len(kept) * d
+        entries = _Entries(first + coupled.shape[0])
         place = np.full(self.problem.count, -1)
         place[kept] = np.arange(len(kept))
         compliance = self.problem.compliance
@@ -149,8 +152,11 @@ class NewtonSystem:
         blocks = compliance.data[inside] / self.unit
         turned = np.flatnonzero(~plain[rows])
         blocks[turned] = by_velocity[rows[turned]] @ blocks[turned]
+        diagonal = np.flatnonzero(rows == columns)
+        blocks[diagonal] += own[rows[diagonal]] / self.unit
         entries.add(d * place[rows], d * place[columns], blocks)
-        entries.add(d * place[kept], d * place[kept], own[kept] / self.unit)
+        alone = np.setdiff1d(kept, rows[diagonal], assume_unique=True)  # coupled to others only
+        entries.add(d * place[alone], d * place[alone], own[alone] / self.unit)
         sides = np.flatnonzero(place[self.contact] >= 0)
         at, body, map_ = place[self.contact[sides]], self.body[sides], self.scaled_map[sides]
         entries.add(d * at, first + m * body, by_velocity[self.contact[sides]] @ map_)
@@ -158,7 +164,7 @@ class NewtonSystem:
         entries.add(
             first + m * block_rows(coupled), first + m * coupled.indices.astype(np.int64), coupled.data
         )
-        return entries.matrix(first + coupled.shape[0])
+        return entries
 
 
 class NewtonFactor:
@@ -240,23 +246,63 @@ def block_rows(matrix: sparse.bsr_array) -> IntArray:
 
 
 class _Entries:
-    """Dense blocks at (row, column) of their first entries, summed to a matrix."""
+    """Dense blocks at (row, column) of their first entries, none over another: a matrix in pieces."""
 
-    def __init__(self) -> None:
-        self.rows: list[IntArray] = []
-        self.columns: list[IntArray] = []
-        self.values: list[FloatArray] = []
+    def __init__(self, size: int) -> None:
+        self.size = size
+        self.blocks: list[tuple[IntArray, IntArray, FloatArray]] = []
 
     def add(self, rows: IntArray, columns: IntArray, blocks: FloatArray) -> None:
-        height, width = np.arange(blocks.shape[1])[:, None], np.arange(blocks.shape[2])
-        shape = blocks.shape
-        self.rows.append(np.broadcast_to(rows[:, None, None] + height, shape).ravel())
-        self.columns.append(np.broadcast_to(columns[:, None, None] + width, shape).ravel())
-        self.values.append(blocks.ravel())
+        self.blocks.append((rows, columns, blocks))
 
-    def matrix(self, size: int) -> sparse.csr_array:
-        where = (np.concatenate(self.rows), np.concatenate(self.columns))
-        return sparse.coo_array((np.concatenate(self.values), where), shape=(size, size)).tocsr()
+    def values(self) -> FloatArray:
+        return np.concatenate([blocks.ravel() for _, _, blocks in self.blocks])
+
+    def places(self) -> tuple[IntArray, IntArray]:
+        """Row and column of each value."""
+        rows, columns = [], []
+        for first_row, first_column, blocks in self.blocks:
+            height, width = np.arange(blocks.shape[1])[:, None], np.arange(blocks.shape[2])
+            rows.append(np.broadcast_to(first_row[:, None, None] + height, blocks.shape).ravel())
+            columns.append(np.broadcast_to(first_column[:, None, None] + width, blocks.shape).ravel())
+        return np.concatenate(rows), np.concatenate(columns)
+
+
+class _Pattern:
+    """Where the entries of a matrix go, kept while the same contacts are closed.
+
+    The interior-point method keeps all contacts, and Newton's active set does not change in the end.
+    """
+
+    def __init__(
+        self,
+        kept: IntArray,
+        coupled: sparse.bsr_array,
+        entries: _Entries,
+        groups: IntArray,
+        elimination: Elimination,
+    ) -> None:
+        self.kept, self.coupled = kept, coupled.indices
+        self.groups, self.elimination = groups, elimination
+        rows, columns = entries.places()
+        numbers = sparse.coo_array(
+            (np.arange(len(rows)), (rows, columns)), shape=(entries.size, entries.size)
+        )
+        self.numbers = numbers.tocsr()  # of the entries, no two of which share a place
+        self.plan: FrontPlan | None = None
+
+    def fits(self, kept: IntArray, coupled: sparse.bsr_array) -> bool:
+        """True where these contacts give a matrix of this pattern."""
+        return np.array_equal(kept, self.kept) and np.array_equal(coupled.indices, self.coupled)
+
+    def factorise(self, entries: _Entries, library: Library) -> Solve:
+        """The factor's solver of a matrix of this pattern."""
+        numbers = self.numbers
+        values = entries.values()[numbers.data]
+        matrix = sparse.csr_array((values, numbers.indices, numbers.indptr), shape=numbers.shape)
+        if self.plan is None and library not in {"superlu", "mumps", "dense"} and entries.size >= DENSE_BELOW:
+            self.plan = FrontPlan(matrix, self.groups, self.elimination)
+        return factorise(matrix, self.groups, self.elimination, library, self.plan)
 
 
 def _order(problem: ContactProblem, rows: IntArray, elastic: Mask) -> tuple[IntArray, int, Elimination]:

@@ -6,33 +6,53 @@ To add a law write its file and name it in ``LAWS``; see ``law.py`` for what it 
     history = probe(law, jumps, pressure=0.1e6)
 """
 
+from masonry_fem.nscd.laws.bilinear import Bilinear
 from masonry_fem.nscd.laws.constant_threshold import ConstantThreshold
 from masonry_fem.nscd.laws.dry import Dry
 from masonry_fem.nscd.laws.elastic import Elastic
 from masonry_fem.nscd.laws.elastic_brittle import ElasticBrittle
+from masonry_fem.nscd.laws.exponential import Exponential
 from masonry_fem.nscd.laws.fremond_cangemi import FremondCangemi
 from masonry_fem.nscd.laws.law import Law
 from masonry_fem.nscd.laws.mohr_coulomb import MohrCoulomb
+from masonry_fem.nscd.laws.monerie_acary import MonerieAcary
 from masonry_fem.nscd.laws.probe import History, probe, pull
 from masonry_fem.nscd.laws.reduction import Reduction
 from masonry_fem.nscd.laws.state import JointState
+from masonry_fem.nscd.laws.trapezoidal import Trapezoidal
 
 LAWS: dict[str, type[Law]] = {
-    law.name: law for law in (Dry, ConstantThreshold, MohrCoulomb, Elastic, ElasticBrittle, FremondCangemi)
+    law.name: law
+    for law in (
+        Dry,
+        ConstantThreshold,
+        MohrCoulomb,
+        Elastic,
+        ElasticBrittle,
+        FremondCangemi,
+        MonerieAcary,
+        Bilinear,
+        Trapezoidal,
+        Exponential,
+    )
 }
 
 __all__ = [
     "LAWS",
+    "Bilinear",
     "ConstantThreshold",
     "Dry",
     "Elastic",
     "ElasticBrittle",
+    "Exponential",
     "FremondCangemi",
     "History",
     "JointState",
     "Law",
     "MohrCoulomb",
+    "MonerieAcary",
     "Reduction",
+    "Trapezoidal",
     "probe",
     "pull",
 ]

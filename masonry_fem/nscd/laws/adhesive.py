@@ -78,7 +78,7 @@ class Adhesive(Law):
         reduction.stiffness[:, axis, axis] = step * stiffness
         return replace(
             reduction,
-            offset=stiffness * _stretch(state, held(jump, state.opening)),
+            offset=stiffness * _stretch(state, held(jump)),
             closure=state.opening,
         )
 
@@ -87,7 +87,7 @@ class Adhesive(Law):
         self, state: JointState, trial: JointState, jump: FloatArray, reaction: FloatArray,
         velocity: FloatArray, area: FloatArray, step: float,
     ) -> JointState:  # fmt: skip
-        end = held(jump, state.opening) + step * velocity
+        end = held(jump) + step * velocity
         evolution = self.evolve(state, end, step)
         after = replace(
             state,
@@ -112,10 +112,10 @@ class Adhesive(Law):
         return energy
 
 
-def held(jump: FloatArray, closure: FloatArray) -> FloatArray:
+def held(jump: FloatArray) -> FloatArray:
     """The jump with penetrations taken as touching: what overlaps is held, not expelled."""
     start = jump.copy()
-    start[:, 0] = np.maximum(jump[:, 0], closure)
+    start[:, 0] = np.maximum(jump[:, 0], 0.0)
     return start
 
 

@@ -30,15 +30,15 @@ LIMIT = 500  # turns of reduce, solve, update in one step
 
 @dataclass(frozen=True, slots=True)
 class History:
-    """A path of n steps at one contact point.
+    """A path of n steps at c contact points; without the axis (c,) where one point was asked for.
 
     Attributes
     ----------
-    jump : Displacement jump [m], shape (n, d).
-    reaction : Physical reaction on the candidate side, cohesion included [N], shape (n, d).
+    jump : Displacement jump [m], shape (n, c, d).
+    reaction : Physical reaction on the candidate side, cohesion included [N], shape (n, c, d).
     area : Tributary area [m²].
-    adhesion, demand : β and load over threshold, shape (n,).
-    stored, dissipated, rubbed : Energy of the joint, lost to damage and to friction [J], shape (n,).
+    adhesion, demand : β and load over threshold, shape (n, c).
+    stored, dissipated, rubbed : Energy of the joint, lost to damage and to friction [J], shape (n, c).
     turns : Turns of the iteration in each step, shape (n,).
     settled : Whether it ended, shape (n,).
     state : Committed state at the end.
@@ -58,19 +58,16 @@ class History:
 
     @property
     def stress(self) -> FloatArray:
-        """What the joint bears, tension and shear along the jump positive [Pa], shape (n, d)."""
+        """What the joint bears, tension and shear along the jump positive [Pa], shape (n, c, d)."""
         return -self.reaction / self.area
 
-    def work(self, start: ArrayLike | None = None) -> FloatArray:
-        """Work put into the joint by the trapezoidal rule [J], shape (n,).
-
-        ``start`` is the jump before the first step, without stress; None: zero.
-        """
-        first = np.zeros((1, self.jump.shape[1])) if start is None else np.asarray(start, float)[None]
-        jump = np.concatenate([first, self.jump])
-        force = np.concatenate([np.zeros_like(first), -self.reaction])
-        steps = 0.5 * ((force[1:] + force[:-1]) * np.diff(jump, axis=0)).sum(axis=1)
-        return np.cumsum(steps)
+    def work(self) -> FloatArray:
+        """Work put into a joint that began at rest, by the trapezoidal rule [J], shape (n, c)."""
+        rest = np.zeros_like(self.jump[:1])
+        jump, force = np.concatenate([rest, self.jump]), np.concatenate([rest, -self.reaction])
+        steps = 0.5 * ((force[1:] + force[:-1]) * np.diff(jump, axis=0)).sum(axis=-1)
+        total: FloatArray = np.cumsum(steps, axis=0)
+        return total
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +92,8 @@ def probe(
 
     Parameters
     ----------
-    jumps : Jump at the end of each step [m], shape (n, d); the normal one is free under ``pressure``.
+    jumps : Jump at the end of each step [m], shape (n, d), or (n, c, d) for c points at once; the
+        normal one is free under ``pressure``.
     pressure : Normal pressure [Pa], one or shape (n,); None: the normal jump is prescribed.
     area : Tributary area [m²]. step : h [s].
     state, start : Committed state and jump to go on from; None: a fresh joint at zero.
@@ -107,12 +105,13 @@ def probe(
     path = np.asarray(jumps, dtype=float)
     pressures = None if pressure is None else np.broadcast_to(np.asarray(pressure, float), (len(path),))
 
-    def solve(index: int, reduction: Reduction, at: FloatArray, held: FloatArray) -> _Turn:
-        velocity = (path[index] - at[0]) / step
+    def solve(
+        target: FloatArray, index: int, reduction: Reduction, at: FloatArray, held: FloatArray
+    ) -> _Turn:
         push = None if pressures is None else float(pressures[index]) * area
-        return _prescribed(reduction, at, velocity[None], push, held, step)
+        return _prescribed(reduction, at, (target - at) / step, push, held, step)
 
-    return _march(law, path.shape, solve, area, step, state, start)
+    return _march(law, path, solve, area, step, state, start)
 
 
 def pull(
@@ -128,39 +127,46 @@ def pull(
 
     Parameters
     ----------
-    ends : Displacement of the far end [m], shape (n, d).
+    ends : Displacement of the far end [m], shape (n, d) or (n, c, d).
     stiffness : Of the springs, one or shape (d,) [N/m³]. Others as for ``probe``.
     """
     from masonry_fem.nscd.local import solve_contact  # noqa: PLC0415 - Numba is slow to import
 
     path = np.asarray(ends, dtype=float)
-    block = np.diag(1.0 / (step**2 * area * np.broadcast_to(np.asarray(stiffness, float), path.shape[1])))
+    d = path.shape[-1]
+    block = np.diag(1.0 / (step**2 * area * np.broadcast_to(np.asarray(stiffness, float), d)))
 
-    def solve(index: int, reduction: Reduction, at: FloatArray, held: FloatArray) -> _Turn:
-        W, free = reduction.fold(block[None], (path[index] - at[0])[None] / step, step)
+    def solve(
+        target: FloatArray, index: int, reduction: Reduction, at: FloatArray, held: FloatArray
+    ) -> _Turn:
+        blocks = np.broadcast_to(block, (len(at), d, d))
+        W, free = reduction.fold(blocks, (target - at) / step, step)
         gap = np.zeros_like(free)
         gap[:, 0] = np.maximum(at[:, 0] - reduction.closure, 0.0) / step
-        graph = solve_contact(W[0], (free + gap)[0], float(reduction.friction[0]))[None] / step
+        each = zip(W, free + gap, reduction.friction, strict=True)
+        graph = np.array([solve_contact(*contact) for contact in each]) / step
         own = free + step * (W @ graph[:, :, None])[:, :, 0]
         reaction = graph - reduction.adhesive_reaction(own)
         return _Turn(graph, reaction, own - reduction.shift - reduction.compliance * step * reaction)
 
-    return _march(law, path.shape, solve, area, step, state, start)
+    return _march(law, path, solve, area, step, state, start)
 
 
-def _march(law, shape, solve, area, step, state, start) -> History:  # type: ignore[no-untyped-def]
-    """All steps of a path with a given way to solve the contact."""
-    n, d = shape
-    committed = law.initial(1, d) if state is None else state
-    jump = np.zeros((1, d)) if start is None else np.array(start, dtype=float)[None]
-    graph, areas = np.zeros((1, d)), np.array([area])
-    jumps, reactions = np.zeros((n, d)), np.zeros((n, d))
-    scalars = {name: np.zeros(n) for name in ("adhesion", "demand", "stored", "dissipated", "rubbed")}
+def _march(law, path, solve, area, step, state, start) -> History:  # type: ignore[no-untyped-def]
+    """All steps of a path with a given way to solve the contacts."""
+    n, d = len(path), path.shape[-1]
+    targets = path.reshape(n, -1, d)
+    c = targets.shape[1]
+    committed = law.initial(c, d) if state is None else state
+    jump = np.zeros((c, d)) if start is None else np.array(start, dtype=float).reshape(c, d)
+    graph, areas = np.zeros((c, d)), np.full(c, area)
+    vectors = {name: np.zeros((n, c, d)) for name in ("jump", "reaction")}
+    scalars = {name: np.zeros((n, c)) for name in ("adhesion", "demand", "stored", "dissipated", "rubbed")}
     turns, settled = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=bool)
-    for index in range(n):
+    for index, target in enumerate(targets):
         trial = committed
         for _ in range(LIMIT):
-            turn = solve(index, law.reduce(trial, jump, areas, step), jump, graph)
+            turn = solve(target, index, law.reduce(trial, jump, areas, step), jump, graph)
             last = trial
             trial = law.update(committed, last, jump, turn.reaction, turn.velocity, areas, step)
             turns[index] += 1
@@ -168,13 +174,13 @@ def _march(law, shape, solve, area, step, state, start) -> History:  # type: ign
             if settled[index]:
                 break
         committed, graph, jump = trial.committed(), turn.graph, jump + step * turn.velocity
-        jumps[index], reactions[index] = jump[0], turn.reaction[0]
-        scalars["stored"][index] = law.stored(committed, areas)[0]
+        vectors["jump"][index], vectors["reaction"][index] = jump, turn.reaction
+        scalars["stored"][index] = law.stored(committed, areas)
         for name in ("adhesion", "demand", "dissipated", "rubbed"):
-            scalars[name][index] = getattr(committed, name)[0]
-    return History(
-        jump=jumps, reaction=reactions, area=area, turns=turns, settled=settled, state=committed, **scalars
-    )
+            scalars[name][index] = getattr(committed, name)
+    found = {name: values.reshape(path.shape) for name, values in vectors.items()}
+    found |= {name: values.reshape(path.shape[:-1]) for name, values in scalars.items()}
+    return History(area=area, turns=turns, settled=settled, state=committed, **found)
 
 
 def _prescribed(
@@ -198,7 +204,8 @@ def _prescribed(
     own, graph = free.copy(), np.zeros_like(free)
     if push is None:
         graph[:, 0] = _normal_reaction(free[:, 0] + gap, W[:, 0], start, velocity, step)
-        own[:, 0] += W[:, 0] * step * graph[:, 0]
+        # debris may hold a joint further open than prescribed
+        own[:, 0] = np.maximum(free[:, 0] + W[:, 0] * step * graph[:, 0], -gap)
     else:
         own[:, 0] = -gap
         graph[:, 0] = push + reduction.offset[:, 0] + B[:, 0] * own[:, 0]
@@ -214,7 +221,7 @@ def _prescribed(
     own[:, 1:] = free[:, 1:] + W[:, 1:] * step * graph[:, 1:]
     own[within & yields, 1:] = 0.0
     reaction = graph - reduction.adhesive_reaction(own)
-    if push is not None:
+    if push is not None or (own[:, 0] != free[:, 0]).any():
         normal = own[:, 0] - reduction.shift[:, 0] - reduction.compliance[:, 0] * step * reaction[:, 0]
         velocity = np.concatenate([normal[:, None], velocity[:, 1:]], axis=1)
     return _Turn(graph, reaction, velocity)
@@ -226,7 +233,7 @@ def _normal_reaction(
     """Signorini's reaction for a prescribed normal velocity."""
     end = start[:, 0] + step * velocity[:, 0]
     tiny = 1e-12 * (np.abs(start[:, 0]) + np.abs(step * velocity[:, 0]))
-    if ((approach * step < -tiny) & (W == 0)).any():
+    if ((end < -tiny) & (W == 0)).any():
         raise LawError(
             f"normal jump {end.min():g} m closes a joint that is rigid in compression; "
             "prescribe a pressure instead, or put the law on a Bed"

@@ -29,7 +29,9 @@ class JointState:
     broken : True where nothing of the cohesion is left, shape (c,).
     opening : Residual plastic opening [m], shape (c,).
     dilation : Opening that sliding forces on a rough joint [m], shape (c,).
+    raised : ``dilation`` at the start of the step under way, shape (c,).
     elastic : Deformation of an elastic bed in series, part of the jump [m], shape (c, d).
+    bedded : ``elastic`` at the start of the step under way, shape (c, d).
     jump : Displacement jump that the cohesion feels (without bed and dilation) [m], shape (c, d).
     slip : Length of the path slid over in frictional sliding [m], shape (c,).
     sliding : True where the contact slid at the end of the last committed step, shape (c,).
@@ -43,7 +45,9 @@ class JointState:
     broken: Mask
     opening: FloatArray
     dilation: FloatArray
+    raised: FloatArray
     elastic: FloatArray
+    bedded: FloatArray
     jump: FloatArray
     slip: FloatArray
     sliding: Mask
@@ -60,7 +64,9 @@ class JointState:
             broken=np.zeros(count, dtype=bool),
             opening=np.zeros(count),
             dilation=np.zeros(count),
+            raised=np.zeros(count),
             elastic=np.zeros((count, dimension)),
+            bedded=np.zeros((count, dimension)),
             jump=np.zeros((count, dimension)),
             slip=np.zeros(count),
             sliding=np.zeros(count, dtype=bool),
@@ -88,7 +94,7 @@ class JointState:
 
     def committed(self) -> JointState:
         """The state at the start of the next step."""
-        return replace(self, sliding=self.slides)
+        return replace(self, sliding=self.slides, bedded=self.elastic, raised=self.dilation)
 
     def arrays(self) -> dict[str, Any]:
         """All arrays by name, for a checkpoint."""

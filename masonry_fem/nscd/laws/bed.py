@@ -1,0 +1,96 @@
+"""Bed: a layer of elastic mortar in series with any joint law.
+
+    u = u_c + u_e,    u_e = −r/(k · area)
+
+The law acts on what the layer leaves, u_c. Pressure closes the gap by r_N/k_N, shear is elastic
+before it slides. The contact solver sees a compliance 1/(h² k · area) on the diagonal of W and a
+closure u_e,N of the gap: cone and graphs stay exact, nothing is penalised. A bed in pair with a rigid
+law that breaks is the usual joint of limit k_N, k_T, tension, cohesion, friction.
+
+    Bed.of_mortar(MohrCoulomb(cohesion=0.35e6, friction=0.75), thickness=0.01, young=1.2e9)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import ClassVar, override
+
+import numpy as np
+
+from masonry_fem.nscd.laws.law import FloatArray, Law, Parameter, check_positive, spread
+from masonry_fem.nscd.laws.reduction import Reduction
+from masonry_fem.nscd.laws.state import JointState
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bed(Law):
+    """An elastic layer in series.
+
+    Attributes
+    ----------
+    law : What holds the faces together.
+    normal_stiffness, tangential_stiffness : k_N, k_T of the layer [N/m³].
+    """
+
+    law: Law
+    normal_stiffness: Parameter
+    tangential_stiffness: Parameter
+
+    name: ClassVar[str] = "bed"
+
+    def __post_init__(self) -> None:
+        check_positive(self, "normal_stiffness", "tangential_stiffness")
+
+    @classmethod
+    def of_mortar(cls, law: Law, thickness: float, young: float, poisson: float = 0.2) -> Bed:
+        """The bed of a mortar layer: E'/t across, G/t along; its stretch in the plane is hindered.
+
+        Parameters
+        ----------
+        thickness : t [m]. young : E [Pa]. poisson : ν.
+        """
+        confined = young * (1.0 - poisson) / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
+        shear = young / (2.0 * (1.0 + poisson))
+        return cls(law, confined / thickness, shear / thickness)
+
+    @override
+    def initial(self, count: int, dimension: int) -> JointState:
+        return self.law.initial(count, dimension)
+
+    def _stiffness(self, state: JointState, area: FloatArray) -> FloatArray:
+        """K · area [N/m], shape (c, d)."""
+        stiffness = np.empty_like(state.jump)
+        stiffness[:, 0] = area * self.normal_stiffness
+        stiffness[:, 1:] = (area * spread(self.tangential_stiffness, state.count))[:, None]
+        return stiffness
+
+    @override
+    def reduce(self, state: JointState, jump: FloatArray, area: FloatArray, step: float) -> Reduction:
+        # the trial state's own jump has moved on: the deformation at the start of the step is the rest
+        inner = self.law.reduce(state, jump - state.bedded, area, step)
+        return replace(
+            inner,
+            compliance=inner.compliance + 1.0 / (step**2 * self._stiffness(state, area)),
+            shift=inner.shift + state.bedded / step,
+            closure=inner.closure + state.bedded[:, 0],
+        )
+
+    @override
+    def update(
+        self, state: JointState, trial: JointState, jump: FloatArray, reaction: FloatArray,
+        velocity: FloatArray, area: FloatArray, step: float,
+    ) -> JointState:  # fmt: skip
+        elastic = -reaction / self._stiffness(state, area)
+        own = velocity - (elastic - state.elastic) / step
+        after = self.law.update(state, trial, jump - state.elastic, reaction, own, area, step)
+        return replace(after, elastic=elastic, bedded=state.elastic)
+
+    @override
+    def adhesive_reaction(self, state: JointState, area: FloatArray) -> FloatArray:
+        return self.law.adhesive_reaction(state, area)
+
+    @override
+    def stored(self, state: JointState, area: FloatArray) -> FloatArray:
+        stretched = (self._stiffness(state, area) * state.elastic**2).sum(axis=1)
+        energy: FloatArray = self.law.stored(state, area) + 0.5 * stretched
+        return energy

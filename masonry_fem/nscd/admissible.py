@@ -9,6 +9,9 @@ where it is not, the unbalanced impulse is the rigid motion of a mechanism (Fark
 sticking and sliding can be an equilibrium. It is the static theorem of limit analysis, and the
 judge of a verdict that the nonlinear solution gave.
 
+Cohesion that is constant counts as a load. That of springs gives whatever they are stretched for: to the
+cone of their contact come all impulses in the directions of their stiffness.
+
 It is also what one step of rigid blocks of unit mass does whose joints dilate as they slide: a contact
 problem without the friction term, for which the interior-point method is made.
 """
@@ -22,8 +25,10 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from masonry_fem.nscd import graphs
+from masonry_fem.nscd.cohesion import onto_cones, sprung_directions, without_offset
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import assess
+from masonry_fem.nscd.scaling import rigid_diagonal
 from masonry_fem.nscd.settings import SolverSettings
 from masonry_fem.nscd.solvers.interior_point import InteriorPoint
 
@@ -35,6 +40,8 @@ BALANCED = 1e-5
 # tenth of it, well above what counts as balanced.
 MARGIN = 1e-3
 ITERATIONS = 60
+# Stiffness that springs get, over that by which a unit mass resists: they then give way by its inverse.
+FIRM = 1e8
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +50,7 @@ class Admissible:
 
     Attributes
     ----------
-    impulse : p within the cones [N s], shape (c, d).
+    impulse : p, the contact part within the cones [N s], shape (c, d).
     unbalanced : ‖Bᵀp + f_r‖ / ‖f_r‖ on the modes without inertia; 0 without loads.
     """
 
@@ -59,6 +66,9 @@ def admissible_impulses(
     It stops at the relative ``tolerance``, or where the balance found is proven to be at most twice the
     best, and that to be above the tolerance.
     """
+    if problem.cohesion_offset is not None:
+        made = admissible_impulses(without_offset(problem), tolerance, iterations)
+        return replace(made, impulse=made.impulse - problem.cohesion_offset)
     best = Admissible(np.zeros_like(problem.free_velocity), 1.0)
     rigid_map, load = _static_part(problem)
     size = float(np.linalg.norm(load))
@@ -71,7 +81,8 @@ def admissible_impulses(
     offer, static = run.guess(), problem.rigid_mass <= 0
     for _ in range(iterations):
         offer = run.step(assess(twin, offer.impulse, offer.rigid_velocity), settings)
-        impulse = graphs.project_cone(offer.impulse, problem.friction)
+        velocity = twin.contact_velocity(offer.rigid_velocity)
+        impulse = onto_cones(twin, offer.impulse, velocity)
         unbalanced = float(np.linalg.norm(transposed @ impulse.ravel() + load)) / size
         if unbalanced < best.unbalanced:
             best = Admissible(impulse, unbalanced)
@@ -106,7 +117,16 @@ def _twin(problem: ContactProblem) -> ContactProblem:
         rigid_mass=np.ones_like(problem.rigid_mass),
         rigid_velocity=np.zeros_like(problem.rigid_velocity),
         rigid_impulse=np.where(static, problem.rigid_impulse, 0.0),
+        cohesion_stiffness=_firm(problem),
     )
+
+
+def _firm(problem: ContactProblem) -> FloatArray | None:
+    """Stiffness that all but keeps the springs' directions from moving, (c, d, d)."""
+    directions = sprung_directions(problem)
+    if directions is None:
+        return None
+    return FIRM / float(rigid_diagonal(problem).max()) * directions
 
 
 def _least_unbalanced(
@@ -124,6 +144,9 @@ def _least_unbalanced(
     """
     opened = (rigid_map @ motion).reshape(problem.free_velocity.shape)
     closing = float(np.linalg.norm(graphs.project_cone(-opened, problem.friction)))
+    directions = sprung_directions(problem)
+    if directions is not None:
+        closing += float(np.linalg.norm(directions @ opened[:, :, None]))
     speed = float(np.linalg.norm(motion))
     return float(motion @ load - largest * closing) / speed if speed > 0 else 0.0
 

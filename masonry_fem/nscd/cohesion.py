@@ -13,9 +13,18 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+from numpy.typing import NDArray
+
 from masonry_fem.errors import ProblemError
+from masonry_fem.nscd.graphs import project_cone
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.settings import Start
+
+FloatArray = NDArray[np.float64]
+
+# Share of a contact's largest stiffness below which a direction has none.
+SLACK = 1e-9
 
 
 def without_offset(problem: ContactProblem) -> ContactProblem:
@@ -29,6 +38,30 @@ def without_offset(problem: ContactProblem) -> ContactProblem:
         rigid_impulse=problem.rigid_impulse - problem.body_impulse(offset),
         cohesion_offset=None,
     )
+
+
+def frozen(problem: ContactProblem, impulse: FloatArray, velocity: FloatArray) -> ContactProblem:
+    """The dry problem that p̃ solves with the same velocities: cohesion as it is at (p, v), for good."""
+    held = problem.contact_part(impulse, velocity) - impulse
+    return without_offset(replace(problem, cohesion_offset=held, cohesion_stiffness=None))
+
+
+def onto_cones(problem: ContactProblem, impulse: FloatArray, velocity: FloatArray) -> FloatArray:
+    """Impulses whose contact parts lie in the cones, the nearest at these velocities, shape (c, d)."""
+    if not problem.cohesive:
+        return project_cone(impulse, problem.friction)
+    pressed = problem.contact_part(impulse, velocity)
+    return impulse + (project_cone(pressed, problem.friction) - pressed)
+
+
+def sprung_directions(problem: ContactProblem) -> FloatArray | None:
+    """Projectors on the impulses that the stiffness S can give, shape (c, d, d); None where it is none."""
+    if problem.cohesion_stiffness is None:
+        return None
+    left, size, _ = np.linalg.svd(problem.cohesion_stiffness)
+    left = left * (size > SLACK * size[:, :1])[:, None, :]
+    projector: FloatArray = left @ left.transpose(0, 2, 1)
+    return projector
 
 
 def refuse_stiffness(problem: ContactProblem, method: str) -> None:

@@ -7,7 +7,8 @@
 
 Where blocks touch at more points than balance can tell apart, the reactions that a solver returns
 are one of many (formulation 7). "All solutions" are the impulses that leave every velocity as it is
-and keep to the laws of contact (``solution_set``).
+and keep to the laws of contact (``solution_set``). In joints with cohesion what the norm is of, and what is
+least, are the contact parts p̃.
 """
 
 from __future__ import annotations
@@ -48,9 +49,9 @@ class LeastNorm:
 
     Attributes
     ----------
-    impulse : p that minimises Σ ω_i‖p_i‖² among the solutions [N s], shape (c, d).
+    impulse : p that minimises Σ ω_i‖p̃_i‖² among the solutions [N s], shape (c, d).
     quality : Its error measures with the rigid velocities of the given solution.
-    norm, given_norm : √(Σ ω_i‖p_i‖²) of it and of the given solution [N s].
+    norm, given_norm : √(Σ ω_i‖p̃_i‖²) of it and of the given solution [N s].
     attained : False where the way to the least norm broke off; the impulse then is the given one.
     """
 
@@ -105,6 +106,7 @@ def least_norm_reaction(
             f"weight is {omega.min(initial=0.0)}, expected numbers above 0; 1 weighs all alike"
         )
     found = solution_set(problem, solution) if solutions is None else solutions
+    problem = found.problem  # of contact parts
     impulse, attained = found.member, True
     if not _single(found):
         omega /= omega.mean()
@@ -119,7 +121,8 @@ def least_norm_reaction(
     if worse or _norm(impulse, omega) > (1 + ATTAINED) * _norm(found.member, omega):
         impulse, attained = found.member, False
         quality = assess(problem, impulse, solution.rigid_velocity, found.scale)
-    return LeastNorm(impulse, quality, _norm(impulse, omega), _norm(solution.impulse, omega), attained)
+    given = solution.impulse if found.cohesion is None else solution.impulse + found.cohesion
+    return LeastNorm(found.on_blocks(impulse), quality, _norm(impulse, omega), _norm(given, omega), attained)
 
 
 def determined_resultants(
@@ -170,7 +173,7 @@ def determined_resultants(
     spread = np.sqrt(spread / PROBES)
     return Determined(
         interface=names,
-        resultant=_sums(_apply(rows, found.member), group, len(names)),
+        resultant=_sums(_apply(rows, found.on_blocks(found.member)), group, len(names)),
         determined=spread <= SAME * np.sqrt(length),
         unique=_difference(found, differences) <= SAME,
     )

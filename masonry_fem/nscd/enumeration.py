@@ -65,6 +65,8 @@ def enumerate_solutions(problem: ContactProblem) -> list[StatusSolution]:
             f"enumeration got {c} contacts in {problem.dimension}D, expected at most {MOST_CONTACTS} in 2D, "
             "where statuses leave a linear problem; solve() finds one solution of any other"
         )
+    if problem.cohesive:
+        raise ProblemError("enumeration got joints with cohesion, expected dry ones; solve() knows both")
     systems = _Systems(problem)
     found: list[tuple[FloatArray, StatusSolution]] = []
     for codes in product(range(len(STATUSES)), repeat=c):
@@ -91,12 +93,12 @@ class _Systems:
     def __init__(self, problem: ContactProblem) -> None:
         self.problem = problem
         self.table = ComplementarityTable(problem)
-        W, B, mass, free, load = self.table.parts
+        W, B, push, mass, free, load = self.table.parts
         c, k = problem.count, len(mass)
         self.move = np.hstack([W, B])  # v − free, by the unknowns
         self.free = free
         self.push = np.hstack([np.eye(2 * c), np.zeros((2 * c, k))])
-        self.balance = np.hstack([B.T, -np.diag(mass)])
+        self.balance = np.hstack([push, -mass])
         self.load = load
         self.friction = problem.friction
 

@@ -4,7 +4,8 @@
 
 The face is the whole cone where the contact sticks, the ray against the sliding where it slides, the
 tip where it is open (formulation 4). The set is convex. Blocks that touch at more points than balance
-can tell apart make it more than one point.
+can tell apart make it more than one point. The velocities being given, so is cohesion: two solutions
+differ by as much as their contact parts, which solve a dry problem (``cohesion.frozen``).
 
 A convex set lies in the least faces of its innermost points, and spans, within these, all that the
 equations leave free: so a null space *there* tells exactly what differs between two solutions, and
@@ -20,6 +21,7 @@ from numpy.typing import NDArray
 
 from masonry_fem.errors import ProblemError
 from masonry_fem.nscd.central_path import INSIDE, CentralPath
+from masonry_fem.nscd.cohesion import frozen
 from masonry_fem.nscd.faces import Faces
 from masonry_fem.nscd.outcome import Solution
 from masonry_fem.nscd.problem import ContactProblem
@@ -53,13 +55,15 @@ class SolutionSet:
 
     Attributes
     ----------
-    problem : The contact problem. scale : Scale of its contacts, shape (c,) [1/kg].
+    problem : The contact problem, made dry: impulses here are contact parts. scale : Scale of its
+        contacts, shape (c,) [1/kg].
     allowed : Faces that the velocities leave.
     member : The solution that it was made from, put on its faces [N s], shape (c, d).
     balance : Bᵀp of all solutions, by the loads and the velocities, shape (b, m).
     inner : An innermost solution [N s], shape (c, d).
     faces : The least faces that hold every solution.
     miss : How exactly ``inner`` holds the equations, relative to their largest entry.
+    cohesion : p_adh of all solutions, what contact parts exceed p by [N s], shape (c, d); None: none.
     """
 
     problem: ContactProblem
@@ -70,6 +74,11 @@ class SolutionSet:
     inner: FloatArray
     faces: Faces
     miss: float
+    cohesion: FloatArray | None = None
+
+    def on_blocks(self, pressed: FloatArray) -> FloatArray:
+        """The impulses p of contact parts p̃, shape (c, d)."""
+        return pressed if self.cohesion is None else pressed - self.cohesion
 
     @property
     def size(self) -> float:
@@ -129,6 +138,11 @@ def solution_set(problem: ContactProblem, solution: Solution, tolerance: float |
             f"the solution ended as '{solution.outcome.value}' at an error of {solution.quality.error:.1e}; "
             "what is determined can be told of a converged one only: solve to a tolerance that is reached"
         )
+    if problem.cohesive:
+        held = problem.contact_part(solution.impulse, solution.velocity) - solution.impulse
+        dry = frozen(problem, solution.impulse, solution.velocity)
+        pressed = replace(solution, impulse=solution.impulse + held)
+        return replace(solution_set(dry, pressed, tolerance), cohesion=held)
     tolerance = max(10 * solution.quality.error, AT_REST) if tolerance is None else tolerance
     scale = contact_scale(problem)
     faces = _faces(problem, solution, scale, tolerance)

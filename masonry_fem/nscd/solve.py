@@ -17,7 +17,7 @@ from scipy import sparse
 
 from masonry_fem.errors import ProblemError
 from masonry_fem.nscd.admissible import BALANCED, admissible_impulses
-from masonry_fem.nscd.graphs import project_cone
+from masonry_fem.nscd.cohesion import onto_cones
 from masonry_fem.nscd.iterate import Iterate, Method, iterate
 from masonry_fem.nscd.outcome import Outcome, Solution
 from masonry_fem.nscd.problem import ContactProblem
@@ -145,7 +145,7 @@ def _origin(turn: Turn, problem: ContactProblem, state: Solution | None, start: 
     close = CLOSE_OF_BODIES if problem.body_count else CLOSE
     if turn.origin == "close" and state.quality.error > close:
         return None
-    return Start(project_cone(state.impulse, problem.friction), state.rigid_velocity)
+    return Start(onto_cones(problem, state.impulse, state.velocity), state.rigid_velocity)
 
 
 def _judged(made: Solution, stands: Callable[[], bool]) -> Solution:

@@ -16,6 +16,8 @@ only when x − y has become small beside what it lags behind.
 The linear half is solved by one factorisation for each ρ (two or three in all), or by conjugate
 gradients, which need nothing but products with B, W_el and M: the form that can be distributed.
 
+Where cohesion has a stiffness S, all this is of p̃ = p + S v, but what is offered is p.
+
 What it offers is x, whose balance is exact and whose natural map is half that of y: its impulses may
 leave their cones by as much as the tolerance.
 
@@ -92,7 +94,8 @@ class ADMM:
 
     def init(self, problem: ContactProblem, start: Start | None) -> ADMMRun:
         """A run on a problem."""
-        refuse_stiffness(problem, "method 'admm'")
+        if not self.factorise:
+            refuse_stiffness(problem, "method 'admm' by conjugate gradients")
         return ADMMRun(problem, self, start)
 
 
@@ -126,7 +129,8 @@ class ADMMRun:
             self._begin(start.impulse, start.rigid_velocity)
 
     def _begin(self, impulse: FloatArray, rigid_velocity: FloatArray | None) -> None:
-        self.impulse = project_cone(impulse, self.problem.friction)
+        dry = self.problem.cohesion_stiffness is None
+        self.impulse = project_cone(impulse, self.problem.friction) if dry else impulse.copy()
         balanced = self.problem.balanced_velocity(self.impulse)
         self.rigid_velocity = balanced if rigid_velocity is None else rigid_velocity.copy()
         self.part.rigid_velocity = self.rigid_velocity.copy()
@@ -158,7 +162,8 @@ class ADMMRun:
         """The state z of the first guess."""
         velocity = self.problem.velocity(self.impulse, self.rigid_velocity)
         self.slip = tangential_norm(velocity)
-        self.state = self.impulse - augmented_velocity(velocity, self.friction) / self.weight[:, None]
+        pressed = self.problem.contact_part(self.impulse, velocity)
+        self.state = pressed - augmented_velocity(velocity, self.friction) / self.weight[:, None]
 
     def _weigh(self, rho: float) -> None:
         self.rho, self.weight = rho, rho * self.scale
@@ -193,8 +198,12 @@ class ADMMRun:
             self.state, weight, self.friction, self.slip, self.free, self.projected, self.force
         )  # fmt: skip
         self.impulse, self.rigid_velocity = self.part.solve(self.force)
+        pressed = self.impulse
+        if self.problem.cohesive:
+            velocity = self.problem.velocity(self.impulse, self.rigid_velocity)
+            pressed = self.problem.contact_part(self.impulse, velocity)
         gap, late = advance(
-            self.state, self.projected, self.impulse, weight, self.friction, self.slip, self.root,
+            self.state, self.projected, pressed, weight, self.friction, self.slip, self.root,
             chosen.relaxation, self.image, self.sliding,
         )  # fmt: skip
         scaled = (self.root[:, None] * self.state).ravel()

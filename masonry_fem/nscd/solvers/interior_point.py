@@ -19,6 +19,9 @@ where it meets a velocity: H = R Rᵀ, and R Rᵀ dv keeps the digits that H dv 
 In 3D the angle between friction and sliding is off by √τ after every such step. Where blocks are elastic,
 and nothing will polish the result, every other step of the end game keeps τ and mends the angle.
 
+Where cohesion has a stiffness S, x is made of p̃ = p + S v. Impulses p then are unknowns of their own, and
+p + S v − p̃ a residual that falls with the others.
+
 Where contacts touch without force, or stick on the edge of their cone, the error falls as √τ only
 and rounding ends it at some 1e-7: proximal Newton goes on from there in a few steps.
 
@@ -32,7 +35,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from masonry_fem.nscd.cohesion import refuse_stiffness
 from masonry_fem.nscd.graphs import lengths, project_cone, tangential_norm
 from masonry_fem.nscd.iterate import Iterate
 from masonry_fem.nscd.linear import Library
@@ -86,26 +88,27 @@ class InteriorPoint:
 
     def init(self, problem: ContactProblem, start: Start | None) -> InteriorPointRun:
         """A run on a problem. A first guess is only looked at: the way starts deep inside the cones."""
-        refuse_stiffness(problem, "method 'interior_point'")
         return InteriorPointRun(problem, self, start)
 
 
 @dataclass(frozen=True, slots=True)
 class _Residuals:
-    """What a state misses: v̂ against v, the bodies' balance; the derivative J of v̂ by v, if it is not I."""
+    """What a state misses: v̂ against v, the bodies' balance, p + S v against p̃; the derivative J of v̂."""
 
     velocity: FloatArray
     balance: FloatArray
+    pressed: FloatArray | None  # None where joints are dry
     augment: FloatArray
     sliding: bool
 
 
 @dataclass(frozen=True, slots=True)
 class _Direction:
-    """Changes of x, z and U, and how far they may be gone."""
+    """Changes of x, z, p and U, and how far they may be gone."""
 
     x: FloatArray
     z: FloatArray
+    impulse: FloatArray
     rigid_velocity: FloatArray
     length: float
 
@@ -127,6 +130,8 @@ class InteriorPointRun:
         self.x[:, 0] = self.unit * ratio
         self.z[:, 0] = speed / ratio
         self.rigid_velocity = problem.rigid_velocity.copy()
+        # p, where it is not p̃
+        self.impulse = None if problem.cohesion_stiffness is None else self.x / self.shape
         self.factors = 0  # made since the last offer
         self.centred = False  # the last step kept τ
         self.track: list[FloatArray] = []  # error, τ and missing velocity of each state
@@ -171,6 +176,8 @@ class InteriorPointRun:
         # inside the cones no impulse is ever zero: those of contacts that part are taken for it
         ahead = impulse - self.z * self.shape / self.scale[:, None]
         impulse[project_cone(ahead, self.friction)[:, 0] == 0] = 0.0
+        if self.impulse is not None:
+            impulse = impulse - self._springs(self.problem.velocity(self.impulse, self.rigid_velocity))
         made = Iterate(
             impulse,
             self.rigid_velocity,
@@ -193,7 +200,13 @@ class InteriorPointRun:
         if not inside or not np.isfinite(velocity).all() or chosen.length < _LEAST_STEP:
             return False
         self.x, self.z, self.rigid_velocity = x, z, velocity
+        if self.impulse is not None:
+            self.impulse = self.impulse + chosen.length * chosen.impulse
         return True
+
+    def _springs(self, velocity: FloatArray) -> FloatArray:
+        """S v, (c, d)."""
+        return self.problem.contact_part(np.zeros_like(velocity), velocity)
 
     def _past_obstacle(self, tau: float, missing: _Residuals, full: _Direction) -> _Direction:
         """A direction that can be followed further than one that hits the cones at once.
@@ -251,7 +264,7 @@ class InteriorPointRun:
         factor = self._factor(forth, back, missing.augment)
         second, second_z = np.zeros_like(x), np.zeros_like(x)
         if centring is None:
-            ahead_x, ahead_z, _ = self._solve(factor, missing, -x, -z)
+            ahead_x, ahead_z, *_ = self._solve(factor, missing, -x, -z)
             length = min(1.0, cones.longest_step(x, ahead_x), cones.longest_step(z, ahead_z))
             left = float(((x + length * ahead_x) * (z + length * ahead_z)).sum(axis=1).mean())
             centring = min(max(left / tau, 0.0) ** 3, 1.0)
@@ -263,17 +276,19 @@ class InteriorPointRun:
             second, second_z = (forth @ second[:, :, None])[:, :, 0], (back @ second[:, :, None])[:, :, 0]
         target = centring * tau * cones.inverse(z) - x - second
         target_z = centring * tau * cones.inverse(x) - z - second_z
-        change_x, change_z, motion = self._solve(factor, missing, target, target_z)
+        change_x, change_z, change, motion = self._solve(factor, missing, target, target_z)
         reach = min(cones.longest_step(x, change_x), cones.longest_step(z, change_z))
         # where the problem is convex there is no need to keep off the cones' surface
         share = self.settings.to_boundary if missing.sliding else _CONVEX
         length = min(1.0, share * reach)
-        return _Direction(change_x, change_z, motion, length if np.isfinite(length) else 0.0)
+        return _Direction(change_x, change_z, change, motion, length if np.isfinite(length) else 0.0)
 
     def _residuals(self, tau: float) -> _Residuals:
         problem = self.problem
-        impulse = self.x / self.shape
+        pressed = self.x / self.shape
+        impulse = pressed if self.impulse is None else self.impulse
         velocity = problem.velocity(impulse, self.rigid_velocity)
+        apart = None if self.impulse is None else impulse + self._springs(velocity) - pressed
         speed = tangential_norm(velocity)
         missing = self.z * self.shape - velocity
         augment = self._identity()
@@ -285,14 +300,14 @@ class InteriorPointRun:
             augment[:, 0, 1:] = self.friction[:, None] * velocity[:, 1:] / rounded[:, None]
         balance = problem.body_impulse(impulse) + problem.rigid_impulse
         balance -= problem.rigid_mass * (self.rigid_velocity - problem.rigid_velocity)
-        return _Residuals(missing, balance, augment, sliding)
+        return _Residuals(missing, balance, apart, augment, sliding)
 
     def _identity(self) -> FloatArray:
         c, d = self.shape.shape
         return np.tile(np.eye(d), (c, 1, 1))
 
     def _factor(self, forth: FloatArray, back: FloatArray, augment: FloatArray) -> NewtonFactor:
-        """H⁻¹ dp + J (W_el dp + B dU) = …, factorised."""
+        """H⁻¹ (dp + S dv) + J dv = … with dv = W_el dp + B dU, factorised."""
         self.factors += 1
         every = np.ones(self.problem.count, dtype=bool)
         own = np.zeros_like(forth)
@@ -306,24 +321,30 @@ class InteriorPointRun:
             ~every,
             self.problem.rigid_mass,
             root=forth / self.shape[:, :, None],
+            stiffness=self.problem.cohesion_stiffness,
         )
 
     def _solve(
         self, factor: NewtonFactor, missing: _Residuals, target: FloatArray, target_z: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Changes of x, z and U with dx + W² dz = target and all residuals gone.
+    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Changes of x, z, p and U with dx + W² dz = target and all residuals gone.
 
         ``target_z`` = W⁻² target: its product with W⁻², whose eigenvalues are τ⁻² apart, would be rounding.
         """
-        # dv̂ = J dv − missing, and dp = −H dv̂ + target / shape
+        # dv̂ = J dv − missing, and dp̃ = −H dv̂ + target / shape
         elastic = self.system.elastic[:, None]
         force = -missing.velocity - np.where(elastic, self.shape * target_z, 0.0)
         given = np.where(elastic, 0.0, target / self.shape)
+        if missing.pressed is not None:
+            given = given - missing.pressed
         change, motion = factor.solve(force, missing.balance, given)
         velocity = self.problem.elastic_velocity(change) + self.problem.contact_velocity(motion)
         # not from the scaling: on the cones' edges it would blow up the rounding of dx
         change_z = ((missing.augment @ velocity[:, :, None])[:, :, 0] - missing.velocity) / self.shape
-        return self.shape * change, change_z, motion
+        pressed = change
+        if missing.pressed is not None:
+            pressed = change + self._springs(velocity) + missing.pressed
+        return self.shape * pressed, change_z, change, motion
 
 
 def _typical(problem: ContactProblem, scale: FloatArray) -> tuple[float, float]:

@@ -88,6 +88,7 @@ class NewtonSystem:
         mass: FloatArray,
         own_inverse: FloatArray | None = None,
         root: FloatArray | None = None,
+        stiffness: FloatArray | None = None,
     ) -> NewtonFactor:
         """The factor of one Newton step; it may be used for several right-hand sides.
 
@@ -101,23 +102,31 @@ class NewtonSystem:
         mass : M with the proximal mass, shape (b, m).
         own_inverse : D⁻¹ of contacts without compliance, where the caller has it more exactly.
         root : R with D⁻¹ = R Rᵀ, likewise, and better: products in two steps keep what is small in D⁻¹.
+        stiffness : S of cohesion where D is the derivative by p̃ = p + S v and ``by_velocity`` that at fixed
+            p̃, shape (c, d, d).
         """
         kept = np.flatnonzero(closed & self.elastic)
         gone = np.flatnonzero(closed & ~self.elastic)
         inverse, factors = _inverse(own[gone], own_inverse, root, gone)
         slope = inverse @ by_velocity[gone]
+        springs = None if stiffness is None else stiffness[gone]
+        if springs is not None:
+            slope = slope + springs
         diagonal = self.unit * mass / self.column**2
         if not len(kept):
             solve = self.body_solver.solver(self.unit * slope, gone, diagonal, self._bodies_factorised)
-            return NewtonFactor(self, kept, gone, factors, by_velocity[gone], own, solve)
+            return NewtonFactor(self, kept, gone, factors, by_velocity[gone], own, solve, springs)
         coupled = self.body_matrix.assemble(-self.unit * slope, gone, -diagonal)
-        entries = self._entries(own, by_velocity, plain, kept, coupled)
+        total, same = by_velocity, plain
+        if stiffness is not None:
+            total, same = by_velocity + own @ stiffness, plain & ~stiffness.any(axis=(1, 2))
+        entries = self._entries(own, total, same, kept, coupled)
         if self._pattern is None or not self._pattern.fits(kept, coupled):
             group, _, elimination = self.order
             groups = np.concatenate([np.repeat(group[kept], self.problem.dimension), self._body_groups()])
             self._pattern = _Pattern(kept, coupled, entries, groups, elimination)
         solve = self._pattern.factorise(entries, self.library)
-        return NewtonFactor(self, kept, gone, factors, by_velocity[gone], own, solve)
+        return NewtonFactor(self, kept, gone, factors, by_velocity[gone], own, solve, springs)
 
     def _body_groups(self) -> IntArray:
         """Group of each unknown of the bodies, (b m,)."""
@@ -172,7 +181,7 @@ class NewtonFactor:
 
     solve(force, balance) gives (dp, dU) with
 
-        D (dp − given) + Bc (W_el dp + B dU) = −force,        Bᵀ dp − M dU = −balance
+        D (dp + S dv − given) + Bc dv = −force,    dv = W_el dp + B dU,    Bᵀ dp − M dU = −balance
     """
 
     def __init__(
@@ -184,7 +193,9 @@ class NewtonFactor:
         by_velocity: FloatArray,
         own: FloatArray,
         answer: Solve,
+        stiffness: FloatArray | None = None,
     ) -> None:
+        self.stiffness = stiffness  # of the contacts that are gone
         self.system, self.kept, self.gone = system, kept, gone
         self.inverse, self.by_velocity, self.own, self.answer = inverse, by_velocity, own, answer
 
@@ -217,6 +228,8 @@ class NewtonFactor:
         # what D⁻¹ is applied to is small where D⁻¹ is large: first the sum, then the product
         missing = missing + (self.by_velocity @ moved[:, :, None])[:, :, 0]
         step[gone] = -self._inverted(missing)
+        if self.stiffness is not None:
+            step[gone] -= (self.stiffness @ moved[:, :, None])[:, :, 0]
         if given is not None:
             step[gone] += given[gone]
         return step, motion

@@ -11,6 +11,8 @@ and Potra 1997). Otherwise it may end on a secondary ray, which does not prove t
 bodies wedged by prescribed motions, statics without an equilibrium, or statics of blocks that only
 the friction of a self-stress holds.
 
+Where cohesion has a stiffness, it is eliminated first: W, B and M become those by p̃ (``_fold``).
+
     solution = iterate(problem, Pivoting(), settings)
 """
 
@@ -20,10 +22,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import linalg
 from scipy.linalg import lapack
 
 from masonry_fem.errors import ProblemError
-from masonry_fem.nscd.cohesion import refuse_stiffness
 from masonry_fem.nscd.iterate import Iterate
 from masonry_fem.nscd.lemke import Lemke
 from masonry_fem.nscd.outcome import Outcome
@@ -64,7 +66,6 @@ class Pivoting:
         ------
         ProblemError : The problem is in 3D, or too large.
         """
-        refuse_stiffness(problem, "method 'pivoting'")
         if problem.dimension != 2:
             raise ProblemError(
                 "method 'pivoting' got a problem in 3D, expected one in 2D, where the friction cone has two "
@@ -138,6 +139,7 @@ class ComplementarityTable:
         self.motion_unit = 1.0 / np.where(length > 0, length, 1.0)
         B = B * self.motion_unit
         mass = np.zeros(0) if self.condensed else problem.rigid_mass.ravel() * self.motion_unit**2
+        mass = np.diag(mass)
         load = np.zeros(0)
         if not self.condensed:
             load = (problem.rigid_impulse + problem.rigid_mass * problem.rigid_velocity).ravel()
@@ -145,8 +147,14 @@ class ComplementarityTable:
         moved = free.ravel() * self.impulse_unit.ravel()
         self.size = max(float(np.abs(moved).max(initial=0.0)), float(np.abs(load).max(initial=0.0))) or 1.0
         self.bodies, self.modes = problem.body_count, m
-        self.parts = (W, B, mass, moved / self.size, load / self.size)
-        self.M, self.q = _assemble(W, B, mass, problem.friction, moved / self.size, load / self.size)
+        self.springs: FloatArray | None = None
+        parts: tuple[FloatArray, ...] = (W, B, B.T, mass, moved / self.size, load / self.size)
+        if problem.cohesion_stiffness is not None:
+            self.springs = linalg.block_diag(*problem.cohesion_stiffness)
+            self.springs = self.springs / self.impulse_unit.ravel()[:, None] / self.impulse_unit.ravel()
+            parts = _fold(self.springs, *parts)
+        self.parts = parts
+        self.M, self.q = _assemble(problem.friction, *parts)
 
     def resolve(self, chosen: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
         """Impulses and rigid velocities of a basis, with what slides on its cone's edge to the last digit.
@@ -158,7 +166,7 @@ class ComplementarityTable:
         ----------
         chosen : True for the entries of z that are basic, shape (n,).
         """
-        W, B, mass, free, load = self.parts
+        W, B, push, mass, free, load = self.parts
         c, k = self.problem.count, len(mass)
         normal, plus, minus, slides = chosen[: 4 * c].reshape(4, c)
         slides = slides & (plus != minus)
@@ -172,33 +180,52 @@ class ComplementarityTable:
         span[2 * two + 1, count + np.arange(len(two))] = 1.0
         rows = np.concatenate([2 * one, 2 * two + 1])  # velocities that vanish
         turn = B[:, moves]
-        matrix = np.block([[W[rows] @ span, turn[rows]], [turn.T @ span, -np.diag(mass[moves])]])
+        matrix = np.block([[W[rows] @ span, turn[rows]], [push[moves] @ span, -mass[np.ix_(moves, moves)]]])
         unknown = _solved(matrix, -np.concatenate([free[rows], load[moves]]))
-        impulse = (span @ unknown[: span.shape[1]]).reshape(c, 2) * self.impulse_unit * self.size
-        if self.condensed:
-            return impulse, self.problem.balanced_velocity(impulse)
         motion = np.zeros(k)
         motion[moves] = unknown[span.shape[1] :]
-        motion = motion * self.motion_unit * self.size
-        return impulse, motion.reshape(self.bodies, self.modes)
+        return self._in_units(span @ unknown[: span.shape[1]], motion)
 
     def unpack(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Impulses (c, 2) and rigid velocities (b, m) of a z."""
-        problem, c = self.problem, self.problem.count
-        impulse = np.stack([z[:c], z[c : 2 * c] - z[2 * c : 3 * c]], axis=1)
-        impulse = impulse * self.impulse_unit * self.size
+        c, k = self.problem.count, len(self.parts[3])
+        pressed = np.stack([z[:c], z[c : 2 * c] - z[2 * c : 3 * c]], axis=1)
+        return self._in_units(pressed.ravel(), z[4 * c : 4 * c + k] - z[4 * c + k :])
+
+    def _in_units(self, pressed: FloatArray, motion: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """P (c, 2) and U (b, m) of the table's p̃ (2 c,) and U (k,)."""
+        if self.springs is not None:
+            W, B, _, _, free, _ = self.parts
+            pressed = pressed - self.springs @ (W @ pressed + B @ motion + free)
+        impulse = pressed.reshape(-1, 2) * self.impulse_unit * self.size
         if self.condensed:
-            return impulse, problem.balanced_velocity(impulse)
-        k = len(self.motion_unit)
-        motion = (z[4 * c : 4 * c + k] - z[4 * c + k :]) * self.motion_unit * self.size
+            return impulse, self.problem.balanced_velocity(impulse)
+        motion = motion * self.motion_unit * self.size
         return impulse, motion.reshape(self.bodies, self.modes)
 
 
-def _assemble(
+def _fold(
+    springs: FloatArray,
     W: FloatArray,
     B: FloatArray,
+    push: FloatArray,
     mass: FloatArray,
+    free: FloatArray,
+    load: FloatArray,
+) -> tuple[FloatArray, ...]:
+    """The laws of motion of p̃ = p + S v instead of p, where v = W p + q + B U and Bᵀ p + f − M U = 0."""
+    turn = np.linalg.inv(np.eye(len(W)) + W @ springs)
+    W, B, free = turn @ W, turn @ B, turn @ free
+    held = push @ springs
+    return W, B, push - held @ W, mass + held @ B, free, load - held @ free
+
+
+def _assemble(
     friction: FloatArray,
+    W: FloatArray,
+    B: FloatArray,
+    push: FloatArray,
+    mass: FloatArray,
     free: FloatArray,
     load: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
@@ -214,12 +241,12 @@ def _assemble(
     M[c + number, 3 * c + number] = M[2 * c + number, 3 * c + number] = 1.0
     M[3 * c + number, number] = friction
     M[3 * c + number, c + number] = M[3 * c + number, 2 * c + number] = -1.0
-    turn = spread.T @ B
+    turn, back = spread.T @ B, push @ spread
     plus, minus = slice(4 * c, 4 * c + k), slice(4 * c + k, 4 * c + 2 * k)
     M[: 3 * c, plus], M[: 3 * c, minus] = turn, -turn
-    M[plus, : 3 * c], M[minus, : 3 * c] = -turn.T, turn.T
-    M[plus, plus] = M[minus, minus] = np.diag(mass)
-    M[plus, minus] = M[minus, plus] = -np.diag(mass)
+    M[plus, : 3 * c], M[minus, : 3 * c] = -back, back
+    M[plus, plus] = M[minus, minus] = mass
+    M[plus, minus] = M[minus, plus] = -mass
     return M, np.concatenate([spread.T @ free, np.zeros(c), -load, load])
 
 

@@ -2,7 +2,8 @@
 
     W_el x + q' + B U + D (x − t) = 0,    Bᵀ x + f_r − M (U − U_0) = 0
 
-D is one number a contact. Rigid blocks leave a system of the size of their velocities.
+D is one number a contact. Rigid blocks leave a system of the size of their velocities. Where cohesion has
+a stiffness S, it is x̃ = x + S v that D holds near t.
 
     step = factorised(problem, scale)      # or iterated(problem, scale): products only
     step.weigh(weight)                     # D, (c,)
@@ -50,7 +51,8 @@ class ProximalStep(Protocol):
 def factorised(problem: ContactProblem, scale: FloatArray, library: Library = "auto") -> ProximalStep:
     """A step that factorises whenever D changes."""
     system = NewtonSystem(problem, scale, library)
-    return _RigidFactor(problem, system) if _all_rigid(problem) else _MixedFactor(problem, system)
+    plain = _all_rigid(problem) and problem.cohesion_stiffness is None
+    return _RigidFactor(problem, system) if plain else _MixedFactor(problem, system)
 
 
 def iterated(problem: ContactProblem, accuracy: float) -> ProximalStep:
@@ -99,6 +101,9 @@ class _MixedFactor(_Balance):
     def __init__(self, problem: ContactProblem, system: NewtonSystem) -> None:
         super().__init__(problem)
         self.system = system
+        free = problem.free_velocity
+        # the part of −S v that x and U have nothing to do with
+        self.held = -problem.contact_part(np.zeros_like(free), free) if problem.cohesive else None
 
     def weigh(self, weight: FloatArray) -> None:
         super().weigh(weight)
@@ -107,11 +112,12 @@ class _MixedFactor(_Balance):
         every = np.ones(c, dtype=bool)
         with np.errstate(all="ignore"):  # a breakdown is seen in the solution
             own = weight[:, None, None] * identity
-            self.factor = self.system.factor(own, identity, every, every, self.mass)
+            stiffness = self.problem.cohesion_stiffness
+            self.factor = self.system.factor(own, identity, every, every, self.mass, stiffness=stiffness)
         self.factorisations += 1
 
     def solve(self, force: FloatArray) -> tuple[FloatArray, FloatArray]:
-        impulse, self.rigid_velocity = self.factor.solve(-force, self.load())
+        impulse, self.rigid_velocity = self.factor.solve(-force, self.load(), self.held)
         return impulse, self.rigid_velocity
 
 

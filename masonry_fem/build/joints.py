@@ -6,9 +6,11 @@ from fnmatch import fnmatchcase
 
 import numpy as np
 
+from masonry_fem.build.laws import joint_laws
 from masonry_fem.build.stones import Stones, block_names
 from masonry_fem.contact.contacts import Contacts, Interface
 from masonry_fem.contact.placement import Rule, place
+from masonry_fem.dynamics.joint_laws import JointLaws
 from masonry_fem.dynamics.model import JointTable
 from masonry_fem.errors import SceneError
 from masonry_fem.scene import specs
@@ -43,8 +45,8 @@ def _joins(between: tuple[str, str], first: tuple[str, ...], second: tuple[str, 
 
 def contacts_and_joints(
     scene: specs.Scene, stones: Stones, interfaces: tuple[Interface, ...]
-) -> tuple[Contacts, JointTable]:
-    """Contact points on all interfaces and the joint properties at each of them."""
+) -> tuple[Contacts, JointTable, JointLaws | None]:
+    """Contact points on all interfaces, the joint properties at each of them, and cohesive laws if any."""
     chosen = joint_of_interfaces(scene, stones, interfaces)
     rules = [
         _rule(scene.joints[joint], stones, interface)
@@ -68,7 +70,7 @@ def contacts_and_joints(
         tangential_restitution=spread([joint.tangential_restitution for joint in records]),
         velocity_form=spread([joint.form == "velocity" for joint in records]) > 0,
     )
-    return contacts, table
+    return contacts, table, joint_laws(scene, contacts, chosen)
 
 
 def _rule(joint: specs.Joint, stones: Stones, interface: Interface) -> Rule:

@@ -58,7 +58,7 @@ def build(scene: specs.Scene, base: Path) -> Built:
     interfaces = detect(stones.assembly, reach=reach, angle=scene.contact.angle)
     interfaces = _between_free(stones, interfaces)
     _doubt_loose(stones, interfaces)
-    contacts, joints = contacts_and_joints(scene, stones, interfaces)
+    contacts, joints, laws = contacts_and_joints(scene, stones, interfaces)
     clock.lap("detect")
     if stones.of_role("elastic"):
         _load_fenicsx()
@@ -71,6 +71,7 @@ def build(scene: specs.Scene, base: Path) -> Built:
         interfaces=interfaces,
         contacts=contacts,
         joints=joints,
+        laws=laws,
         loads=loads(scene, stones, groups, base),
         probes=_probes(scene, stones, groups),
         length=typical_length(stones.assembly),

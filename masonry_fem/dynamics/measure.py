@@ -168,7 +168,8 @@ def _balance(model: Model, made: Increment, forces: tuple[FloatArray, ...], sche
             scheme,
         )
         load = scheme.step * np.linalg.norm(group.resultant(forces[index])[:, :d], axis=1)
-        pushed = np.linalg.norm(made.rigid_impulse[index], axis=1) if not load.any() else load
+        # where nothing loads blocks but contacts (supports that move, joints that pull), by those
+        pushed = load if load.any() else np.full(len(load), float(np.abs(made.impulse).max(initial=0.0)))
         residuals.append(np.abs(residual))
         weights.append(pushed)
     residual, weight = np.concatenate(residuals), np.concatenate(weights)

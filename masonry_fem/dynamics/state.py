@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from masonry_fem.nscd.laws.state import JointState
 
 FloatArray = NDArray[np.float64]
 
@@ -29,6 +32,8 @@ class SystemState:
     status : OPEN, STICK or SLIP, shape (c,).
     frame : Current contact frames, shape (c, d, d).
     points : Current contact points (on the candidate), world, shape (c, d) [m].
+    jump : Displacement jump since bonding ũ, as the joint laws see it [m], shape (c, d); None: no laws.
+    joints : What the joint laws remember; None: all joints are dry.
     """
 
     time: float
@@ -40,3 +45,5 @@ class SystemState:
     status: NDArray[np.int8]
     frame: FloatArray
     points: FloatArray
+    jump: FloatArray | None = None
+    joints: JointState | None = None

@@ -16,6 +16,7 @@ from scipy import sparse
 
 from masonry_fem.bodies.base import FloatArray, Free, Scheme
 from masonry_fem.dynamics.clock import Clock
+from masonry_fem.dynamics.cohesion import JointStep, solve_with_laws
 from masonry_fem.dynamics.coupling import Coupling, Placement
 from masonry_fem.dynamics.loads import blend, external_forces
 from masonry_fem.dynamics.model import Model
@@ -63,7 +64,7 @@ class Increment:
 
 def initial_state(model: Model, coupling: Coupling, bodies: tuple[Any, ...], at: float = 0.0) -> SystemState:
     """The system in given body states, before any step: no reactions yet."""
-    here = coupling.placement(bodies)
+    here, laws = coupling.placement(bodies), model.laws
     return SystemState(
         time=at,
         index=0,
@@ -74,6 +75,8 @@ def initial_state(model: Model, coupling: Coupling, bodies: tuple[Any, ...], at:
         status=np.full(model.contacts.count, STICK, dtype=np.int8),
         frame=here.frame,
         points=here.points,
+        jump=None if laws is None else np.zeros_like(here.points),
+        joints=None if laws is None else laws.initial(*here.points.shape),
     )
 
 
@@ -118,7 +121,14 @@ def step(
         clock.lap("factorise")
         problem, active = _contact_problem(model, coupling, state, scheme, free, here, rigid_map, compliance)
         clock.lap("step")
-        solution = solve(problem, settings, _start(coupling, state, scheme, active))
+        start = _start(coupling, state, scheme, active)
+        if model.laws is None or state.joints is None or state.jump is None:
+            joints, solution = None, solve(problem, settings, start)
+        else:
+            solution, problem, joints = solve_with_laws(
+                model.laws, state.joints, _joint_step(model, state, scheme, here, active), problem, settings,
+                start,
+            )  # fmt: skip
         clock.lap("solve")
         impulse = np.zeros_like(here.points)
         impulse[active] = solution.impulse
@@ -138,6 +148,10 @@ def step(
         guess, last = bodies, residual
     velocity = relative_velocity(model, coupling, bodies, here, rigid_map)
     there = coupling.placement(bodies)
+    pressed = np.zeros_like(impulse)  # what Signorini and Coulomb hold for
+    pressed[active] = problem.contact_part(solution.impulse, solution.velocity)
+    friction = _friction(model, state)
+    friction[active] = problem.friction
     reached = SystemState(
         time=end,
         index=state.index + 1,
@@ -145,9 +159,11 @@ def step(
         reaction=impulse / scheme.step,
         velocity=velocity,
         gap=there.gap,
-        status=contact_status(impulse, _friction(model, state)),
+        status=contact_status(pressed, friction),
         frame=there.frame,
         points=there.points,
+        jump=None if state.jump is None else _jump(state, scheme) + scheme.step * scheme.theta * velocity,
+        joints=None if joints is None else joints.committed(),
     )
     clock.lap("step")
     return Increment(
@@ -167,7 +183,6 @@ def _contact_problem(
     compliance: sparse.bsr_array,
 ) -> tuple[ContactProblem, NDArray[np.int64]]:
     """The step's contact problem on the contacts that take part, and their numbers."""
-    joints, h = model.joints, scheme.step
     q = coupling.elastic_velocity(tuple(part.elastic for part in free), here)
     q += coupling.rigid_velocity(
         tuple(
@@ -176,18 +191,15 @@ def _contact_problem(
         ),
         rigid_map,
     )
-    shifted = here.gap + h * (1 - scheme.theta) * state.velocity[:, 0]
-    impact = joints.velocity_form
-    approach = np.maximum(shifted / h, -model.expulsion)  # an overlap is held, or driven apart slowly
-    q[:, 0] += np.where(impact, joints.restitution * state.velocity[:, 0], approach)
-    slides_back = np.where(impact, joints.tangential_restitution, 0.0)
-    q[:, 1:] += slides_back[:, None] * state.velocity[:, 1:]
+    joints = model.joints
+    q += _gap_term(model, state, scheme, here)
+    shifted = here.gap + scheme.step * (1 - scheme.theta) * state.velocity[:, 0]
     # the velocity form knows only closed contacts; a gap of rounding size is closed, and so is what
     # was pressed to rest: the solver's tolerance lets its gap drift, and a step without the contact
     # would end in a second impact
     pressed = (state.reaction[:, 0] > 0) & (state.status != OPEN) & (joints.restitution == 0)
     closed = shifted <= np.where(pressed, DRIFT, ROUNDING) * model.length
-    active = np.flatnonzero(~impact | closed)
+    active = np.flatnonzero(~joints.velocity_form | closed)
     if len(active) < len(q):
         d = q.shape[1]
         dofs = (active[:, None] * d + np.arange(d)).ravel()
@@ -203,6 +215,44 @@ def _contact_problem(
         rigid_velocity=coupling.gather(free, "rigid_velocity"),
     )
     return problem, active
+
+
+def _gap_term(
+    model: Model, state: SystemState, scheme: Scheme, here: Placement, closure: FloatArray | float = 0.0
+) -> FloatArray:
+    """What gaps and impacts add to the free velocity, shape (c, d) [m/s].
+
+    ``closure`` is the gap at which the faces touch [m].
+    """
+    joints, h = model.joints, scheme.step
+    shifted = here.gap + h * (1 - scheme.theta) * state.velocity[:, 0] - closure
+    impact = joints.velocity_form
+    term = np.empty_like(state.velocity)
+    approach = np.maximum(shifted / h, -model.expulsion)  # an overlap is held, or driven apart slowly
+    term[:, 0] = np.where(impact, joints.restitution * state.velocity[:, 0], approach)
+    slides_back = np.where(impact, joints.tangential_restitution, 0.0)
+    term[:, 1:] = slides_back[:, None] * state.velocity[:, 1:]
+    return term
+
+
+def _jump(state: SystemState, scheme: Scheme) -> FloatArray:
+    """ũ, the jump shifted as gaps are, shape (c, d) [m]."""
+    assert state.jump is not None  # the model has laws
+    shifted: FloatArray = state.jump + scheme.step * (1 - scheme.theta) * state.velocity
+    return shifted
+
+
+def _joint_step(
+    model: Model, state: SystemState, scheme: Scheme, here: Placement, active: NDArray[np.int64]
+) -> JointStep:
+    return JointStep(
+        active=active,
+        jump=_jump(state, scheme),
+        area=model.contacts.area,
+        friction=_friction(model, state),
+        gap_term=lambda closure: _gap_term(model, state, scheme, here, closure),
+        length=scheme.step,
+    )
 
 
 def _start(coupling: Coupling, state: SystemState, scheme: Scheme, active: NDArray[np.int64]) -> Start | None:

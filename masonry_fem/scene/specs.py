@@ -25,6 +25,18 @@ from masonry_fem.scene.actions import (
     TimeFunction,
     Traction,
 )
+from masonry_fem.scene.laws import (
+    AnyLaw,
+    Bilinear,
+    ConstantThreshold,
+    ElasticBrittle,
+    ElasticJoint,
+    Exponential,
+    FremondCangemi,
+    MohrCoulomb,
+    MonerieAcary,
+    Trapezoidal,
+)
 from masonry_fem.scene.record import (
     AngularVelocity,
     BlockSelector,
@@ -59,22 +71,31 @@ from masonry_fem.scene.structures import (
 __all__ = [
     "Acceleration",
     "Analysis",
+    "AnyLaw",
     "AnyStructure",
     "ArchStructure",
+    "Bilinear",
     "BlockStructure",
+    "ConstantThreshold",
     "Contact",
     "Damping",
     "Dynamics",
+    "ElasticBrittle",
+    "ElasticJoint",
     "Element",
     "Equilibrium",
+    "Exponential",
     "Fidelity",
     "FileStructure",
+    "FremondCangemi",
     "Initial",
     "Joint",
     "LineForce",
     "Loads",
     "Material",
     "MeshSettings",
+    "MohrCoulomb",
+    "MonerieAcary",
     "Motion",
     "Output",
     "Override",
@@ -92,6 +113,7 @@ __all__ = [
     "Table",
     "TimeFunction",
     "Traction",
+    "Trapezoidal",
     "WallStructure",
 ]
 
@@ -125,10 +147,12 @@ class Joint(Spec, frozen=True, kw_only=True):
 
     ``interface`` matches the joint label of the faces (bed, head, radial ...) and ``between`` the
     two blocks, in either order. ``inset`` is the slides' ξ of the ``corners`` rule; ``density`` is
-    the number of subdivisions of the ``gauss`` rule.
+    the number of subdivisions of the ``gauss`` rule. A ``law`` adds cohesion; its strengths and
+    stiffnesses are per area, and each contact point has its share of the face.
     """
 
     friction: NonNegative = 0.6
+    law: AnyLaw | None = None
     dynamic_friction: NonNegative | None = None
     restitution: Unit = 0.0
     tangential_restitution: Unit = 0.0

@@ -1,0 +1,112 @@
+"""Laws: what holds the faces of a joint together besides pressure and friction, as a scene describes it.
+
+    [joints.law]
+    kind = "mohr_coulomb"
+    cohesion = "0.35 MPa"
+
+Friction is the joint's own ``friction``. The mechanics is in ``masonry_fem.nscd.laws``, under the same names.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from msgspec import Meta
+
+from masonry_fem.scene.record import Distance, NonNegative, Pressure, Spec
+
+Stiffness = Annotated[float, Meta(gt=0, extra={"unit": "N/m^3"})]
+SurfaceEnergy = Annotated[float, Meta(gt=0, extra={"unit": "J/m^2"})]
+Viscosity = Annotated[float, Meta(ge=0, extra={"unit": "J s/m^2"})]
+Cohesion = Annotated[float, Meta(ge=0, extra={"unit": "Pa"})]
+
+
+class ConstantThreshold(Spec, frozen=True, kw_only=True, tag_field="kind", tag="constant_threshold"):
+    """Adhesion of constant strength until it breaks, then none."""
+
+    strength: Pressure
+    critical_slip: Distance = 0.0
+    critical_opening: Distance = 0.0
+
+
+class MohrCoulomb(Spec, frozen=True, kw_only=True, tag_field="kind", tag="mohr_coulomb"):
+    """Cohesion and friction with a tension cut-off; breaks for good by slide or by opening."""
+
+    cohesion: Cohesion
+    tension_strength: Pressure | None = None
+    residual_friction: NonNegative | None = None
+    critical_slip: Distance = 0.0
+    critical_opening: Distance = 0.0
+
+
+class ElasticJoint(Spec, frozen=True, kw_only=True, tag_field="kind", tag="elastic"):
+    """Springs in tension and in shear, contact in compression."""
+
+    normal_stiffness: Stiffness
+    tangential_stiffness: Stiffness
+
+
+class ElasticBrittle(Spec, frozen=True, kw_only=True, tag_field="kind", tag="elastic_brittle"):
+    """Springs up to their strength, then nothing."""
+
+    normal_stiffness: Stiffness
+    tangential_stiffness: Stiffness
+    normal_strength: Pressure
+    tangential_strength: Pressure
+
+
+class FremondCangemi(Spec, frozen=True, kw_only=True, tag_field="kind", tag="fremond_cangemi"):
+    """Adhesion β that decays with the energy of the springs, with friction (Raous, Cangémi, Cocu)."""
+
+    normal_stiffness: Stiffness
+    tangential_stiffness: Stiffness
+    energy: SurfaceEnergy
+    viscosity: Viscosity = 0.0
+    exponent: Annotated[float, Meta(gt=0)] = 1.0
+    degree: Literal[1, 2] = 1
+    friction_mode: Literal["constant", "damage"] = "constant"
+
+
+class Softening(Spec, frozen=True, kw_only=True):
+    """Springs up to separate strengths, then a softening with separate fracture energies."""
+
+    normal_stiffness: Stiffness
+    tangential_stiffness: Stiffness
+    normal_strength: Pressure
+    tangential_strength: Pressure
+    normal_energy: SurfaceEnergy
+    tangential_energy: SurfaceEnergy
+    friction_mode: Literal["constant", "damage"] = "constant"
+    mixing: Annotated[float, Meta(ge=1)] = 1.0
+    residual: Annotated[float, Meta(ge=0, lt=1)] = 0.0
+
+
+class MonerieAcary(Softening, frozen=True, kw_only=True, tag_field="kind", tag="monerie_acary"):
+    """Springs up to separate strengths, then a parabolic loss of stress (Monerie and Acary)."""
+
+
+class Bilinear(Softening, frozen=True, kw_only=True, tag_field="kind", tag="bilinear"):
+    """Springs up to separate strengths, then a linear loss of stress."""
+
+
+class Exponential(Softening, frozen=True, kw_only=True, tag_field="kind", tag="exponential"):
+    """Springs up to separate strengths, then an exponential loss of stress."""
+
+
+class Trapezoidal(Softening, frozen=True, kw_only=True, tag_field="kind", tag="trapezoidal"):
+    """Springs up to separate strengths, a plateau, then a linear loss (Tvergaard and Hutchinson)."""
+
+    plateau: Annotated[float, Meta(ge=0, lt=1)] = 0.5
+
+
+AnyLaw = (
+    ConstantThreshold
+    | MohrCoulomb
+    | ElasticJoint
+    | ElasticBrittle
+    | FremondCangemi
+    | MonerieAcary
+    | Bilinear
+    | Exponential
+    | Trapezoidal
+)

@@ -1,0 +1,115 @@
+"""Joints with cohesion, from the scene to the reactions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from masonry_fem.build import build
+from masonry_fem.errors import SceneError
+from masonry_fem.run import solve_scene
+from masonry_fem.scene import check, specs
+
+AREA = 0.04
+RCC = specs.FremondCangemi(normal_stiffness=1e10, tangential_stiffness=1e10, energy=50.0)
+GLUE = specs.ElasticJoint(normal_stiffness=1e13, tangential_stiffness=1e13)
+
+
+def cubes(law, *, top=False, **keys):
+    """A cube on a fixed one, both 0.2 m; with ``top`` a third one, held, glued to the free one."""
+    blocks = [
+        specs.BlockStructure(
+            name=name, material="stone", size=(0.2,) * 3, position=(0.0, 0.0, 0.2 * i), support=name != "mid"
+        )
+        for i, name in enumerate(("low", "mid", "top")[: 3 if top else 2])
+    ]
+    joints = [specs.Joint(friction=0.75, law=law)]
+    if top:
+        joints.append(specs.Joint(between=("top", "mid"), law=GLUE))
+    given = {
+        "materials": {"stone": specs.Material(density=2400.0)},
+        "structures": tuple(blocks),
+        "joints": tuple(joints),
+        "fidelity": "rigid",
+        "loads": specs.Loads(),
+        "analysis": specs.Statics(),
+        "solver": specs.Solver(tolerance=1e-12),
+    }
+    return specs.Scene(**(given | keys))
+
+
+def pulled(law, stress, axis=2, **keys):
+    vector = [0.0, 0.0, 0.0]
+    vector[axis] = stress
+    loads = specs.Loads(tractions=(specs.Traction(on="mid/top", vector=tuple(vector)),))
+    return solve_scene(check(cubes(law, loads=loads, **keys)))
+
+
+@pytest.mark.parametrize(
+    ("law", "strength"),
+    [
+        (specs.MohrCoulomb(cohesion=0.35e6), 0.35e6 / 0.75),
+        (specs.MohrCoulomb(cohesion=0.35e6, tension_strength=0.2e6), 0.2e6),
+        (specs.ConstantThreshold(strength=0.3e6), 0.3e6),
+    ],
+    ids=["cone's tip", "cut-off", "threshold"],
+)
+def test_a_joint_holds_a_pull_up_to_its_strength(law, strength):
+    assert pulled(law, 0.98 * strength).outcome == "equilibrium"
+    assert pulled(law, 1.02 * strength).outcome == "no_equilibrium"
+
+
+def test_springs_stretch_by_stress_over_stiffness():
+    law = specs.ElasticJoint(normal_stiffness=2e9, tangential_stiffness=1e9)
+    probes = (specs.Probe(name="p", block="mid", point=(0.1, 0.1, 0.3)),)
+    result = pulled(law, 1e5, probes=probes)
+    assert result.outcome == "equilibrium"
+    assert result.march.report.probes["p"] == pytest.approx([0, 0, 1e5 / 2e9], abs=1e-15)
+
+
+def test_adhesion_decays_as_the_joint_opens():
+    """Validation A7.1: r = w²/(c u³) beyond u_0 = √(w/c), here in series with stiff glue."""
+    u0 = np.sqrt(50.0 / 1e10)
+    motion = specs.Support(on="top", motion=specs.Motion(displacement=(0.0, 0.0, 3 * u0)))
+    scene = cubes(RCC, top=True, supports=(motion,), analysis=specs.Statics(load_steps=6))
+    result = solve_scene(check(scene))
+    assert result.outcome == "equilibrium"
+    force = -result.march.report.support_resultants["low"][2]
+    opening = result.march.state.jump[:4, 0]
+    joints = result.march.state.joints
+    assert force / AREA == pytest.approx(50.0**2 / (1e10 * opening.mean() ** 3), rel=1e-9)
+    assert opening.mean() + force / AREA / 1e13 == pytest.approx(3 * u0, rel=1e-9)
+    assert joints.adhesion[:4] == pytest.approx((u0 / opening) ** 2, rel=1e-9)
+    assert joints.dissipated[:4].sum() == pytest.approx(50.0 * AREA * (1 - joints.adhesion[0]), rel=1e-9)
+    assert result.summary["certificate"]["block_balance"] <= 1e-9
+
+
+def test_without_cohesion_a_law_changes_nothing():
+    push = specs.Loads(gravity=(0.0, 0.0, -9.81), accelerations=(specs.Acceleration(vector=(2.0, 0.0, 0.0)),))
+    dry, law = (solve_scene(check(cubes(one, loads=push))) for one in (None, specs.MohrCoulomb(cohesion=0.0)))
+    assert dry.march.state.joints is None
+    np.testing.assert_array_equal(dry.march.state.reaction, law.march.state.reaction)
+
+
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        ({"form": "velocity"}, r"joints.0.form is 'velocity' beside a law"),
+        ({"dynamic_friction": 0.4}, r"joints.0.dynamic_friction is 0.4 beside a law"),
+    ],
+)
+def test_what_laws_do_not_go_with(keys, words):
+    joint = specs.Joint(law=RCC, **keys)
+    with pytest.raises(SceneError, match=words):
+        build(check(cubes(RCC, joints=(joint,))), Path())
+
+
+def test_parameters_that_contradict_each_other():
+    law = specs.Bilinear(
+        normal_stiffness=1e9, tangential_stiffness=1e9, normal_strength=1e6, tangential_strength=1e6,
+        normal_energy=1.0, tangential_energy=1.0,
+    )  # fmt: skip
+    with pytest.raises(SceneError, match=r"joints.0.law: .*normal_energy is 1 J/m².*500 J/m²"):
+        build(check(cubes(law)), Path())

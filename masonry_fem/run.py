@@ -211,6 +211,8 @@ def summarise(scene: specs.Scene, built: Built, made: March) -> dict[str, Any]:
             "strain": report.strain_energy,
             "external_work": made.ledger.external,
             "support_work": made.ledger.support,
+            "joints": report.joint_energy,
+            "joint_dissipation": made.ledger.joints,
             "friction_dissipation": made.ledger.friction,
             "damping_dissipation": made.ledger.damping,
             "numerical_dissipation": made.ledger.numerical,

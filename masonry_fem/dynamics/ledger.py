@@ -16,6 +16,7 @@ class Ledger:
     external, support : Work of loads and of moving supports.
     contact : Work of the reactions on relative motion (−friction, ± gaps that close).
     friction, damping, numerical : Dissipated by sliding, Rayleigh damping and θ > ½.
+    joints : Dissipated by the damage of joints.
     error : Sum of the steps' imbalances. largest : Largest energy seen in any of these.
     """
 
@@ -27,6 +28,7 @@ class Ledger:
     numerical: float = 0.0
     error: float = 0.0
     largest: float = 0.0
+    joints: float = 0.0
 
     def add(self, report: StepReport, inertia: float) -> Ledger:
         """The ledger after one more step."""
@@ -52,6 +54,7 @@ class Ledger:
             numerical=numerical,
             error=self.error + abs(report.energy_error),
             largest=largest,
+            joints=self.joints + report.joint_dissipation,
         )
 
     @property

@@ -12,7 +12,7 @@ from masonry_fem.dynamics.coupling import Coupling
 from masonry_fem.dynamics.loads import external_forces, resultant
 from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.report import StepReport
-from masonry_fem.dynamics.state import OPEN, SLIP, STICK, SystemState
+from masonry_fem.dynamics.state import BONDED, OPEN, SLIP, STICK, SystemState
 from masonry_fem.dynamics.step import Increment, relative_velocity
 
 
@@ -51,6 +51,7 @@ def measure(model: Model, coupling: Coupling, made: Increment) -> StepReport:
         open=int((state.status == OPEN).sum()),
         stick=int((state.status == STICK).sum()),
         slip=int((state.status == SLIP).sum()),
+        bonded=int((state.status == BONDED).sum()),
         speed=float(np.sqrt(2 * kinetic / mass)) if mass > 0 else 0.0,
         load_acceleration=_load(model, made) / mass if mass > 0 else 0.0,
         **energy,
@@ -98,11 +99,21 @@ def _energy(model: Model, coupling: Coupling, made: Increment) -> dict[str, floa
     old, new = stored_energy(model, made.before), stored_energy(model, made.after)
     gained = inertia * (new[0] - old[0]) + new[1] - old[1]
     contact = float(work.sum())
+    rubbed = -work[:, 1:].sum(axis=1)
+    stored = damaged = 0.0
+    before, after = made.before.joints, made.after.joints
+    if model.laws is not None and before is not None and after is not None:
+        own = model.laws.contacts
+        rubbed[own] = (after.rubbed - before.rubbed)[own]  # the rest of their work is cohesion's
+        stored = float(model.laws.stored(after, model.contacts.area).sum())
+        damaged = float((after.dissipated - before.dissipated).sum())
     return {
+        "joint_energy": stored,
+        "joint_dissipation": damaged,
         "external_work": external,
         "support_work": support,
         "contact_work": contact,
-        "friction_dissipation": -float(work[:, 1:].sum()),
+        "friction_dissipation": float(rubbed.sum()),
         "damping_dissipation": damping,
         "numerical_dissipation": numerical,
         "energy_error": gained - (external + support + contact - damping - numerical),

@@ -39,7 +39,9 @@ class StepReport:
     support_resultants : Force and moment about the origin that each support gives, [N], [N m].
     applied : Resultant of the loads on the free blocks, force and moment [N], [N m].
     probes : Displacement of the named points [m].
-    open, stick, slip : Numbers of contacts.
+    open, stick, slip : Numbers of contacts. bonded : Those held by cohesion alone.
+    joint_energy : Stored in cohesive joints at the end of the step [J].
+    joint_dissipation : Lost to the damage of joints in the step [J].
     speed : Root mean square speed of the mass [m/s].
     load_acceleration : Loads on the blocks over their mass [m/s²].
     """
@@ -73,6 +75,9 @@ class StepReport:
     slip: int
     speed: float
     load_acceleration: float
+    bonded: int = 0
+    joint_energy: float = 0.0
+    joint_dissipation: float = 0.0
 
     def inertial_share(self, step: float) -> float:
         """Speed relative to what the loads give in one step from rest: 1 in free fall."""

@@ -13,8 +13,9 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
-OPEN, STICK, SLIP = 0, 1, 2
-STATUS_NAMES = ("open", "stick", "slip")
+# bonded: not pressed together, yet held by the cohesion of the joint
+OPEN, STICK, SLIP, BONDED = 0, 1, 2, 3
+STATUS_NAMES = ("open", "stick", "slip", "bonded")
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +30,7 @@ class SystemState:
     reaction : Force on the candidates, local frame (n, t1[, t2]), mean over the last step [N], (c, d).
     velocity : Relative velocity at the end of the last step, local frame [m/s], (c, d).
     gap : Signed distance [m], shape (c,).
-    status : OPEN, STICK or SLIP, shape (c,).
+    status : OPEN, STICK, SLIP or BONDED, shape (c,).
     frame : Current contact frames, shape (c, d, d).
     points : Current contact points (on the candidate), world, shape (c, d) [m].
     jump : Displacement jump since bonding ũ, as the joint laws see it [m], shape (c, d); None: no laws.

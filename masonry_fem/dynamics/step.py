@@ -20,7 +20,7 @@ from masonry_fem.dynamics.cohesion import JointStep, solve_with_laws
 from masonry_fem.dynamics.coupling import Coupling, Placement
 from masonry_fem.dynamics.loads import blend, external_forces
 from masonry_fem.dynamics.model import Model
-from masonry_fem.dynamics.state import OPEN, SLIP, STICK, SystemState
+from masonry_fem.dynamics.state import BONDED, OPEN, SLIP, STICK, SystemState
 from masonry_fem.nscd import ContactProblem, Solution, SolverSettings, Start, solve
 
 NEWTON_LIMIT = 20
@@ -159,7 +159,7 @@ def step(
         reaction=impulse / scheme.step,
         velocity=velocity,
         gap=there.gap,
-        status=contact_status(pressed, friction),
+        status=contact_status(pressed, friction, impulse),
         frame=there.frame,
         points=there.points,
         jump=None if state.jump is None else _jump(state, scheme) + scheme.step * scheme.theta * velocity,
@@ -267,13 +267,21 @@ def _friction(model: Model, state: SystemState) -> FloatArray:
     return np.where(state.status == SLIP, joints.dynamic_friction, joints.friction)
 
 
-def contact_status(impulse: FloatArray, friction: FloatArray) -> NDArray[np.int8]:
-    """Open, stick or slip by the impulse, to 1e-8 of the largest."""
-    normal, tangent = impulse[:, 0], np.linalg.norm(impulse[:, 1:], axis=1)
+def contact_status(
+    pressed: FloatArray, friction: FloatArray, impulse: FloatArray | None = None
+) -> NDArray[np.int8]:
+    """Open, stick, slip or bonded, to 1e-8 of the largest.
+
+    ``pressed`` is what contact and friction carry; with cohesion ``impulse`` is what acts on the blocks.
+    """
+    normal, tangent = pressed[:, 0], np.linalg.norm(pressed[:, 1:], axis=1)
     small = 1e-8 * np.abs(normal).max(initial=0.0)
-    status = np.full(len(impulse), STICK, dtype=np.int8)
+    status = np.full(len(pressed), STICK, dtype=np.int8)
     status[tangent >= friction * normal * (1 - 1e-8)] = SLIP
     status[normal <= small] = OPEN
+    if impulse is not None:
+        held = np.linalg.norm(impulse, axis=1)
+        status[(status == OPEN) & (held > 1e-8 * held.max(initial=0.0))] = BONDED
     return status
 
 

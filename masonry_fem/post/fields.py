@@ -23,6 +23,7 @@ DIRECTIONS = ("principal_direction_1", "principal_direction_2", "principal_direc
 BLOCK, GROUP, FIDELITY = "block", "group", "fidelity"
 REACTION, TRACTION, NORMAL, STATUS = "reaction", "traction", "normal", "status"
 GAP, SLIP, INTERFACE, AREA = "gap", "relative_velocity", "interface", "area"
+ADHESION, JUMP = "adhesion", "jump"
 CANDIDATE, ANTAGONIST = "candidate", "antagonist"
 
 
@@ -73,11 +74,18 @@ def stress_arrays(stress: FloatArray) -> Arrays:
 
 
 def contact_arrays(model: Model, state: SystemState) -> Arrays:
-    """What contact points carry, in world axes; reactions [N] act on the candidate."""
+    """What contact points carry, in world axes; reactions [N] act on the candidate.
+
+    Cohesive joints have the intensity of adhesion β and the displacement jump [m], too.
+    """
     contacts, frame = model.contacts, state.frame
     reaction = three(np.einsum("cai,ca->ci", frame, state.reaction))
     area = contacts.area[:, None]  # nothing belongs to the corner nodes of quadratic triangles
-    return {
+    cohesion: Arrays = {}
+    if state.joints is not None and state.jump is not None:
+        jump = three(np.einsum("cai,ca->ci", frame, state.jump))
+        cohesion = {ADHESION: state.joints.adhesion, JUMP: jump}
+    return cohesion | {
         REACTION: reaction,
         TRACTION: np.divide(reaction, area, out=np.zeros_like(reaction), where=area > 0),
         NORMAL: three(frame[:, 0]),

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from masonry_fem.dynamics.model import Model
-from masonry_fem.dynamics.state import OPEN, SLIP, STICK, SystemState
+from masonry_fem.dynamics.state import BONDED, OPEN, SLIP, STICK, SystemState
 from masonry_fem.post import fields
 from masonry_fem.post.arrows import add_arrows, interface_resultants, legend_sample
 from masonry_fem.post.overview import draw_overview
@@ -41,10 +41,11 @@ FloatArray = NDArray[np.float64]
 
 STONE, GHOST = "#ebe5d8", "#8b939c"
 COMPRESSION, TENSION = "#1f5fa8", "#c8352b"
-STATUS_COLOURS = {OPEN: "#9aa2ab", STICK: "#1b7f5c", SLIP: "#e07b1a"}
-STATUS_WORDS = {OPEN: "open", STICK: "stick", SLIP: "slip"}
+STATUS_COLOURS = {OPEN: "#9aa2ab", STICK: "#1b7f5c", SLIP: "#e07b1a", BONDED: "#7a4fa3"}
+STATUS_WORDS = {OPEN: "open", STICK: "stick", SLIP: "slip", BONDED: "bonded"}
 GLASS_CELLS = 30_000  # faces of elements
 DISPLACEMENT_COLOURS = "YlGnBu"
+DAMAGE_COLOURS = "inferno_r"
 
 
 class Pictures:
@@ -85,6 +86,8 @@ def draw_all(scenery: Scenery, directory: Path, amplification: float | None = No
     if scenery.contacts is not None:
         paths.append(draw_reactions(scenery, directory / "reactions.png"))
         paths.append(draw_resultants(scenery, directory / "resultants.png"))
+        if fields.ADHESION in scenery.contacts.point_data:
+            paths.append(draw_damage(scenery, directory / "damage.png"))
     return paths
 
 
@@ -173,14 +176,15 @@ def draw_reactions(scenery: Scenery, path: Path) -> Path:
     contacts = scenery.contacts
     force = np.asarray(contacts.point_data[fields.REACTION], float)
     status = np.asarray(contacts.point_data[fields.STATUS])
-    counts = ", ".join(f"{int((status == s).sum())} {STATUS_WORDS[s]}" for s in (STICK, SLIP, OPEN))
+    told = (STICK, SLIP, OPEN) if fields.ADHESION not in contacts.point_data else (STICK, SLIP, BONDED, OPEN)
+    counts = ", ".join(f"{int((status == s).sum())} {STATUS_WORDS[s]}" for s in told)
     sheet = Sheet(
         _title(scenery, "contact reactions"),
         f"{len(force)} contact points: {counts}; structure undeformed; "
         f"greatest {quantity(_top(force), scenery.force_unit)}",
     )
-    parts = [(STATUS_COLOURS[s], status == s) for s in (STICK, SLIP)]
-    keys = [Key(STATUS_WORDS[s], STATUS_COLOURS[s]) for s in (STICK, SLIP)]
+    parts = [(STATUS_COLOURS[s], status == s) for s in told[:-1]]
+    keys = [Key(STATUS_WORDS[s], STATUS_COLOURS[s]) for s in told[:-1]]
     return _draw_arrows(scenery, sheet, path, contacts.points, force, parts, keys)
 
 
@@ -196,6 +200,32 @@ def draw_resultants(scenery: Scenery, path: Path) -> Path:
     return _draw_arrows(
         scenery, sheet, path, points, force, [(COMPRESSION, np.ones(len(force), bool))], [], 1.0
     )
+
+
+def draw_damage(scenery: Scenery, path: Path) -> Path:
+    """Damage 1 − β of the joints at their contact points, on the undeformed structure."""
+    import pyvista as pv  # noqa: PLC0415
+
+    contacts = scenery.contacts
+    damage = 1.0 - np.asarray(contacts.point_data[fields.ADHESION], float)
+    broken = int((damage >= 1).sum())
+    sheet = Sheet(
+        _title(scenery, "damage of the joints"),
+        f"{len(damage)} contact points: {int((damage <= 0).sum())} intact, {broken} without adhesion; "
+        "structure undeformed",
+    )
+    sheet.bar = ColourBar("damage 1 − β [-]", DAMAGE_COLOURS, (0.0, 1.0))
+    shape = DeformedShape(scenery, 1.0)
+    stage = Stage(View.of(shape.deformed().points, scenery.dimension), sheet.image_width, scenery.length)
+    draw_pale(stage, shape.deformed(), shape.deformed_outline())
+    area = np.asarray(contacts.point_data[fields.AREA], float)
+    reach = np.sqrt(area) if scenery.dimension == 3 else area
+    radius = max(0.12 * float(np.median(reach)), 2.0 / stage.scale)
+    cloud = pv.PolyData(np.asarray(contacts.points, float))
+    cloud["damage"] = damage
+    balls = cloud.glyph(geom=pv.Sphere(radius=radius, theta_resolution=16, phi_resolution=12), scale=False)
+    stage.surface(balls, scalars="damage", cmap=DAMAGE_COLOURS, clim=(0.0, 1.0))
+    return sheet.save(path, stage)
 
 
 def draw_pale(stage: Stage, surface: Any, outline: Any) -> None:

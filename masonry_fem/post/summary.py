@@ -56,9 +56,10 @@ def stress_summary(model: Model, state: SystemState) -> dict[str, Any]:
 
 
 def status_counts(state: SystemState) -> dict[str, int]:
-    """How many contacts are open, stick and slip."""
+    """How many contacts are open, stick and slip, and, where joints have cohesion, are bonded."""
     counts = np.bincount(state.status.astype(np.int64), minlength=len(STATUS_NAMES))
-    return {name: int(count) for name, count in zip(STATUS_NAMES, counts, strict=True)}
+    names = STATUS_NAMES if state.joints is not None else STATUS_NAMES[:-1]
+    return {name: int(count) for name, count in zip(names, counts, strict=False)}
 
 
 def weighted_quantile(values: FloatArray, weight: FloatArray, fraction: float) -> float:

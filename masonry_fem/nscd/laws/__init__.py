@@ -6,6 +6,8 @@ To add a law write its file and name it in ``LAWS``; see ``law.py`` for what it 
     history = probe(law, jumps, pressure=0.1e6)
 """
 
+from masonry_fem.nscd.laws.assignment import Assignment
+from masonry_fem.nscd.laws.bed import Bed
 from masonry_fem.nscd.laws.bilinear import Bilinear
 from masonry_fem.nscd.laws.constant_threshold import ConstantThreshold
 from masonry_fem.nscd.laws.dry import Dry
@@ -18,7 +20,9 @@ from masonry_fem.nscd.laws.mohr_coulomb import MohrCoulomb
 from masonry_fem.nscd.laws.monerie_acary import MonerieAcary
 from masonry_fem.nscd.laws.probe import History, probe, pull
 from masonry_fem.nscd.laws.reduction import Reduction
+from masonry_fem.nscd.laws.rough import Rough
 from masonry_fem.nscd.laws.state import JointState
+from masonry_fem.nscd.laws.tangent import linearise
 from masonry_fem.nscd.laws.trapezoidal import Trapezoidal
 
 LAWS: dict[str, type[Law]] = {
@@ -34,11 +38,15 @@ LAWS: dict[str, type[Law]] = {
         Bilinear,
         Trapezoidal,
         Exponential,
+        Bed,
+        Rough,
     )
 }
 
 __all__ = [
     "LAWS",
+    "Assignment",
+    "Bed",
     "Bilinear",
     "ConstantThreshold",
     "Dry",
@@ -52,7 +60,9 @@ __all__ = [
     "MohrCoulomb",
     "MonerieAcary",
     "Reduction",
+    "Rough",
     "Trapezoidal",
+    "linearise",
     "probe",
     "pull",
 ]

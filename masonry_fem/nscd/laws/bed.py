@@ -83,7 +83,14 @@ class Bed(Law):
         elastic = -reaction / self._stiffness(state, area)
         own = velocity - (elastic - state.elastic) / step
         after = self.law.update(state, trial, jump - state.elastic, reaction, own, area, step)
-        return replace(after, elastic=elastic, bedded=state.elastic)
+        after = replace(after, elastic=elastic, bedded=state.elastic)
+        # what a sudden rupture sets free: the work put in less what is stored or lost elsewhere
+        given = -0.5 * (reaction - self._stiffness(state, area) * state.elastic) * velocity
+        spent = self.stored(after, area) - self.stored(state, area)
+        spent += after.dissipated - state.dissipated + after.rubbed - state.rubbed
+        freed = np.maximum(step * given.sum(axis=1) - spent, 0.0)
+        damaged = after.adhesion < state.adhesion
+        return replace(after, dissipated=after.dissipated + np.where(damaged, freed, 0.0))
 
     @override
     def adhesive_reaction(self, state: JointState, area: FloatArray) -> FloatArray:

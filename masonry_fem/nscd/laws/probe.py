@@ -12,6 +12,7 @@ contact exactly, update, until the trial state stays.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,6 +22,7 @@ from masonry_fem.nscd.graphs import lengths
 from masonry_fem.nscd.laws.law import Law
 from masonry_fem.nscd.laws.reduction import Reduction
 from masonry_fem.nscd.laws.state import JointState
+from masonry_fem.nscd.laws.tangent import linearise
 
 FloatArray = NDArray[np.float64]
 
@@ -122,13 +124,15 @@ def pull(
     step: float = 1.0,
     state: JointState | None = None,
     start: ArrayLike | None = None,
+    newton: bool = False,
 ) -> History:
     """Drive a joint by the far end of springs in series, without inertia.
 
     Parameters
     ----------
     ends : Displacement of the far end [m], shape (n, d) or (n, c, d).
-    stiffness : Of the springs, one or shape (d,) [N/m³]. Others as for ``probe``.
+    stiffness : Of the springs, one or shape (d,) [N/m³]. newton : Take the law's tangent instead of
+        its secant after the first turn of a step. Others as for ``probe``.
     """
     from masonry_fem.nscd.local import solve_contact  # noqa: PLC0415 - Numba is slow to import
 
@@ -149,10 +153,10 @@ def pull(
         reaction = graph - reduction.adhesive_reaction(own)
         return _Turn(graph, reaction, own - reduction.shift - reduction.compliance * step * reaction)
 
-    return _march(law, path, solve, area, step, state, start)
+    return _march(law, path, solve, area, step, state, start, newton)
 
 
-def _march(law, path, solve, area, step, state, start) -> History:  # type: ignore[no-untyped-def]
+def _march(law, path, solve, area, step, state, start, newton=False) -> History:  # type: ignore[no-untyped-def]
     """All steps of a path with a given way to solve the contacts."""
     n, d = len(path), path.shape[-1]
     targets = path.reshape(n, -1, d)
@@ -165,8 +169,13 @@ def _march(law, path, solve, area, step, state, start) -> History:  # type: igno
     turns, settled = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=bool)
     for index, target in enumerate(targets):
         trial = committed
+        turn: Any = None
         for _ in range(LIMIT):
-            turn = solve(target, index, law.reduce(trial, jump, areas, step), jump, graph)
+            if turn is None or not newton:
+                reduction = law.reduce(trial, jump, areas, step)
+            else:
+                reduction = linearise(law, committed, trial, jump, turn.reaction, turn.velocity, areas, step)
+            turn = solve(target, index, reduction, jump, graph)
             last = trial
             trial = law.update(committed, last, jump, turn.reaction, turn.velocity, areas, step)
             turns[index] += 1

@@ -67,11 +67,12 @@ class RigidBrittle(Law):
         stress = reaction / area[:, None]
         end = jump + step * velocity
         shear, strength = lengths(stress[:, 1:]), friction * (stress[:, 0] + apex)
-        yields = (shear > 0) & (shear >= strength * (1 - ON_CONE))
-        slip = state.slip + np.where(yields, step * lengths(velocity[:, 1:]), 0.0)
         pulled = np.maximum(-stress[:, 0], 0.0)
+        at_tip = (apex > 0) & (pulled >= apex * (1 - ON_CONE))
+        yields = at_tip | (shear > 0) & (shear >= strength * (1 - ON_CONE))
+        slip = state.slip + np.where(yields, step * lengths(velocity[:, 1:]), 0.0)
         torn = (pulled > tension * (1 + OVERLOAD)) & (tension < apex)
-        opened = (pulled >= apex * (1 - ON_CONE)) & (end[:, 0] > spread(self.critical_opening, c))
+        opened = at_tip & (end[:, 0] > spread(self.critical_opening, c))
         slid = yields & (slip > spread(self.critical_slip, c))
         broken = trial.broken | torn | opened | slid
         sheared = np.divide(shear, strength, out=np.zeros(c), where=strength > 0)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from masonry_fem.nscd.laws import LAWS
+from masonry_fem.nscd.laws import LAWS, Dry, FremondCangemi, MohrCoulomb
 
 STIFFNESS = {"normal_stiffness": 2e10, "tangential_stiffness": 1e10}
 STRENGTH = {"normal_strength": 0.25e6, "tangential_strength": 0.35e6}
@@ -28,6 +28,14 @@ PARAMETERS = {
     "bilinear": [FRACTURE | {"friction_mode": "damage"}, FRACTURE | {"residual": 0.3}],
     "trapezoidal": [FRACTURE | {"plateau": 0.4}, FRACTURE | {"mixing": 2.0}],
     "exponential": [FRACTURE],
+    "bed": [
+        STIFFNESS | {"law": MohrCoulomb(cohesion=0.2e6, friction=0.7)},
+        STIFFNESS | {"law": FremondCangemi(**STIFFNESS, energy=20.0)},
+    ],
+    "rough": [
+        {"law": Dry(friction=0.6), "dilatancy": 0.2, "bound": 5e-5},
+        {"law": MohrCoulomb(cohesion=0.2e6, friction=0.7), "dilatancy": 0.2, "bound": 5e-5},
+    ],
 }
 
 SAMPLES = [LAWS[name](**values) for name in LAWS for values in PARAMETERS[name]]

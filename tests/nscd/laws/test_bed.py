@@ -1,0 +1,84 @@
+"""Elastic beds in series with joint laws, at one point."""
+
+import numpy as np
+import pytest
+
+from masonry_fem.errors import LawError
+from masonry_fem.nscd.laws import Bed, Dry, FremondCangemi, MohrCoulomb, probe, pull
+
+K = 2e10, 1e10
+
+
+def bed(law):
+    return Bed(law, *K)
+
+
+def test_pressure_closes_the_joint_elastically():
+    history = probe(bed(Dry(0.6)), [[-1e-5, 0, 0], [-5e-6, 0, 0], [0, 0, 0], [1e-5, 0, 0]], area=0.5)
+    assert history.stress[:, 0] == pytest.approx([-2e5, -1e5, 0, 0])
+    assert history.stored[:, ] == pytest.approx([0.5, 0.125, 0, 0])  # fmt: skip
+
+
+def test_pressure_given():
+    history = probe(bed(Dry(0.6)), [[0, 0], [0, 1e-6]], pressure=3e5)
+    assert history.jump[:, 0] == pytest.approx([-1.5e-5] * 2)
+
+
+def test_shear_is_elastic_then_slides_and_unloads_stiff():
+    """Rectangular loop with flanks of slope k_T; its area is the friction's heat."""
+    sigma, mu = 1e6, 0.6
+    law, turn = bed(Dry(mu)), mu * sigma / K[1]
+    slides = np.concatenate(
+        [np.linspace(0, 5, 51)[1:], np.linspace(5, -5, 101)[1:], np.linspace(-5, 5, 101)[1:]]
+    )
+    history = probe(law, np.stack([0 * slides, slides * turn], axis=1), pressure=sigma)
+    expected, force, last = [], 0.0, 0.0
+    for x in slides:
+        force, last = np.clip(force + (x - last), -1, 1), x
+        expected.append(force * mu * sigma)
+    assert history.stress[:, 1] == pytest.approx(expected, rel=1e-9, abs=1e-3)
+    loop = history.rubbed[-1] - history.rubbed[49]
+    assert loop == pytest.approx(mu * sigma * 16 * turn, rel=1e-9)
+
+
+@pytest.mark.parametrize("angle", np.linspace(0, 2 * np.pi, 5))
+def test_shear_has_no_preferred_direction(angle):
+    way = np.array([0, np.cos(angle), np.sin(angle)])
+    history = probe(bed(Dry(0.6)), np.outer([3e-5, 9e-5], way), pressure=1e6)
+    assert history.stress @ way == pytest.approx([3e5, 6e5])
+
+
+def test_bonded_bed_is_elastic_both_ways_up_to_rupture():
+    """Stiffness, strength and friction of the usual joint of limit analysis with springs."""
+    law = bed(MohrCoulomb(cohesion=0.35e6, friction=0.75, tension_strength=0.25e6))
+    pulled = probe(law, [[x * 0.25e6 / K[0], 0] for x in (-1, 0.5, 0.999, 1.001, 0.5)])
+    assert pulled.stress[:, 0] == pytest.approx([-0.25e6, 0.125e6, 0.24975e6, 0, 0], abs=1e-6)
+    # the rupture sets the bed's energy free
+    assert pulled.dissipated == pytest.approx([0, 0, 0, *[0.5 * 0.25e6**2 / K[0]] * 2], rel=0.01)
+    peak = 0.35e6 + 0.75e6
+    sheared = probe(law, [[0, x * peak / K[1]] for x in (0.5, 0.999, 1.001, 1.5)], pressure=1e6)
+    assert sheared.stress[:, 1] == pytest.approx([0.5 * peak, 0.999 * peak, 0.75e6, 0.75e6], rel=1e-9)
+    assert sheared.settled.all()
+
+
+def test_two_springs_of_a_sound_joint():
+    """Bed and adhesion in series: 1/(1/k + 1/c)."""
+    law = bed(FremondCangemi(normal_stiffness=4e10, tangential_stiffness=4e10, energy=1e3, friction=0.0))
+    history = pull(law, [[1e-6, 2e-6]], stiffness=1e10)
+    series = [1 / (1 / k + 1 / 4e10 + 1e-10) for k in K]
+    assert history.stress[0] == pytest.approx(np.array(series) * [1e-6, 2e-6], rel=1e-9)
+
+
+def test_soft_pull_under_pressure():
+    history = pull(bed(Dry(0.6)), [[-1e-4, 1e-5], [-1e-4, 1e-3]], stiffness=1e10)
+    normal = 1e-4 / (1 / K[0] + 1e-10)
+    assert history.stress[:, 0] == pytest.approx(-normal)
+    assert history.stress[:, 1] == pytest.approx([1e-5 / (1 / K[1] + 1e-10), 0.6 * normal])
+
+
+def test_mortar_layer():
+    law = Bed.of_mortar(Dry(), thickness=0.01, young=1e9, poisson=0.25)
+    assert law.normal_stiffness == pytest.approx(1.2e11)
+    assert law.tangential_stiffness == pytest.approx(4e10)
+    with pytest.raises(LawError, match="normal_stiffness is -1"):
+        Bed(Dry(), -1.0, 1.0)

@@ -18,6 +18,7 @@ from masonry_fem.nscd.scaling import contact_scale, free_speed
 from masonry_fem.nscd.solvers import NAMES
 from tests.nscd.families import FAMILIES
 from tests.nscd.plane import plane_problem, plane_wall
+from tests.nscd.walls import rigid_wall
 
 TIGHT = SolverSettings(tolerance=1e-11)
 WEIGHT, SIDE = 20.0, 7.0
@@ -316,6 +317,19 @@ def test_all_methods_agree(family, d):
             assert method in {"nsgs", "interior_point"}, method  # which stop early on dry ones, too
             continue
         assert found.velocity == pytest.approx(reference.velocity, abs=1e-4 * free_speed(problem)), method
+
+
+@pytest.mark.parametrize("soft", [1e-3, 1e-1])
+def test_soft_springs_hold_a_sliding_wall_far_out(soft):
+    """Without them it has no equilibrium; with them its blocks move thousands of times their first speeds."""
+    wall = rigid_wall(12, 8, horizontal=0.6, friction=0.2, inertia=0.0)
+    assert admissible_impulses(wall).unbalanced > BALANCED
+    stiffness = soft / contact_scale(wall)[:, None, None] * springs(3, 1.0, 0.5)
+    held = replace(wall, cohesion_stiffness=stiffness)
+    assert solve(held, SolverSettings(method="interior_point", tolerance=1e-4)).converged
+    found = solve(held, SolverSettings(tolerance=1e-9))
+    assert found.converged
+    assert max(defect(held, found)) <= 1.001e-9
 
 
 @pytest.mark.parametrize("more", [{}, {"threads": 1}, {"threads": 2}])

@@ -67,7 +67,8 @@ class InteriorPoint:
         among elastic blocks; 0 where Newton will polish, which is quicker.
     to_boundary : Share of the way to the cones' boundary that a step goes where contacts slide.
     slow, patience : It is stalled where ``patience`` steps left more than ``slow`` of the error, of τ
-        and of what v̂ misses; three times as many at errors above 1e-3.
+        and of what v̂ misses; three times as many at errors above 1e-3, six where springs hold blocks
+        without inertia.
     iterations : Steps in all.
     library : Linear factor, see ``linear``.
     """
@@ -132,6 +133,9 @@ class InteriorPointRun:
         self.rigid_velocity = problem.rigid_velocity.copy()
         # p, where it is not p̃
         self.impulse = None if problem.cohesion_stiffness is None else self.x / self.shape
+        # where nothing but springs holds blocks without inertia, they move far beyond the first speeds
+        springs = problem.cohesion_stiffness is not None and bool((problem.rigid_mass <= 0).any())
+        self.delay = 2 if springs else 1
         self.factors = 0  # made since the last offer
         self.centred = False  # the last step kept τ
         self.track: list[FloatArray] = []  # error, τ and missing velocity of each state
@@ -162,9 +166,12 @@ class InteriorPointRun:
         """True where nothing falls any more."""
         # the error alone would not do: τ rises first, to meet the laws of motion; and a gap of 1e-4
         # of the speeds keeps the error where it is until τ is the square of that
-        now, patience = self.track[-1], self.settings.patience * (3 if self.track[-1][0] > _DIGITS else 1)
+        now, patience = self.track[-1], self.settings.patience
+        hopeless = _HOPELESS * self.delay
+        if now[0] > _DIGITS:
+            patience *= 3 * self.delay
         errors = [float(state[0]) for state in self.track]
-        if len(errors) - 1 - int(np.argmin(errors)) >= _HOPELESS:
+        if len(errors) - 1 - int(np.argmin(errors)) >= hopeless:
             return True  # as where loads can just be balanced, and nothing lies inside the cones
         before = self.track[:-1][-patience:]
         if len(before) < patience or not np.isfinite(now).all():

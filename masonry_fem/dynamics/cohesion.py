@@ -25,7 +25,9 @@ logger = logging.getLogger(__name__)
 
 FloatArray = NDArray[np.float64]
 
-SETTLED = 1e-10  # change of the trial state that ends the turns
+# Change of the trial state that ends the turns; the solver's tolerance, where that is larger: what the
+# solver leaves open would be chased for ever
+SETTLED = 1e-10
 TURNS = 100
 
 
@@ -39,6 +41,7 @@ class JointStep:
     jump : ũ_i, jump at the start [m], shape (c, d).
     area : Tributary areas [m²], shape (c,).
     friction : Coefficients of dry contacts, shape (c,).
+    trial : State of the joints to begin with.
     gap_term : From the closures of the joints (c,) to what the free velocity has of gaps and impacts,
         (c, d) [m/s].
     length : h [s].
@@ -48,6 +51,7 @@ class JointStep:
     jump: FloatArray
     area: FloatArray
     friction: FloatArray
+    trial: JointState
     gap_term: Callable[[FloatArray], FloatArray]
     length: float
 
@@ -64,7 +68,7 @@ def solve_with_laws(
 
     ``problem`` is the step's without cohesion, its gap term that of closed joints.
     """
-    trial = committed
+    trial = step.trial
     bare = step.gap_term(np.zeros(committed.count))
     for _ in range(TURNS):
         reduction = laws.reduce(trial, step.friction, step.jump, step.area, step.length)
@@ -79,7 +83,7 @@ def solve_with_laws(
         before, trial = trial, laws.update(
             committed, trial, step.jump, reaction, velocity, step.area, step.length
         )  # fmt: skip
-        if trial.distance(before) <= SETTLED:
+        if trial.distance(before) <= max(SETTLED, settings.tolerance):
             return solution, cohesive, trial
         start = Start(solution.impulse, solution.rigid_velocity)
     logger.warning(

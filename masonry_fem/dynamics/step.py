@@ -22,6 +22,7 @@ from masonry_fem.dynamics.loads import blend, external_forces
 from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.state import BONDED, OPEN, SLIP, STICK, SystemState
 from masonry_fem.nscd import ContactProblem, Solution, SolverSettings, Start, solve
+from masonry_fem.nscd.laws.state import JointState
 
 NEWTON_LIMIT = 20
 NEWTON_TOLERANCE = 1e-9  # of a block's impulse, on the volume residual
@@ -110,7 +111,7 @@ def step(
     here = coupling.placement(state.bodies)
     rigid_map = coupling.rigid_map(state.bodies, here)
     clock.lap("step")
-    guess, last = state.bodies, np.inf
+    guess, last, joints = state.bodies, np.inf, state.joints
     for _ in range(NEWTON_LIMIT):
         free = tuple(
             group.free(own, at, force, scheme)
@@ -122,12 +123,12 @@ def step(
         problem, active = _contact_problem(model, coupling, state, scheme, free, here, rigid_map, compliance)
         clock.lap("step")
         start = _start(coupling, state, scheme, active)
-        if model.laws is None or state.joints is None or state.jump is None:
-            joints, solution = None, solve(problem, settings, start)
+        if model.laws is None or state.joints is None or joints is None:
+            solution = solve(problem, settings, start)
         else:
             solution, problem, joints = solve_with_laws(
-                model.laws, state.joints, _joint_step(model, state, scheme, here, active), problem, settings,
-                start,
+                model.laws, state.joints, _joint_step(model, state, scheme, here, active, joints), problem,
+                settings, start,
             )  # fmt: skip
         clock.lap("solve")
         impulse = np.zeros_like(here.points)
@@ -243,10 +244,16 @@ def _jump(state: SystemState, scheme: Scheme) -> FloatArray:
 
 
 def _joint_step(
-    model: Model, state: SystemState, scheme: Scheme, here: Placement, active: NDArray[np.int64]
+    model: Model,
+    state: SystemState,
+    scheme: Scheme,
+    here: Placement,
+    active: NDArray[np.int64],
+    trial: JointState,
 ) -> JointStep:
     return JointStep(
         active=active,
+        trial=trial,
         jump=_jump(state, scheme),
         area=model.contacts.area,
         friction=_friction(model, state),

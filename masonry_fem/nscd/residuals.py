@@ -21,7 +21,7 @@ from masonry_fem.nscd.scaling import contact_scale, free_speed
 FloatArray = NDArray[np.float64]
 
 COHESIVE = 1e-2  # least share of the contact parts that errors are measured by
-ROUNDING = 4 * np.finfo(float).eps  # of a body's momentum, in its balance
+ROUNDING = 4 * np.finfo(float).eps  # of a body's momentum, in its balance, and of S v in p̃
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +45,9 @@ class Quality:
     -----
     Without any impulse the first two are the largest penetration relative to the largest velocity:
     a load-free problem is judged by its velocities, free of units too. Cohesion far above the loads
-    would leave its rounding: ‖p‖ is not taken for less than ``COHESIVE`` ‖p̃‖.
+    would leave its rounding: ‖p‖ is not taken for less than ``COHESIVE`` ‖p̃‖. Cohesion far stiffer than
+    the blocks makes p̃ = p + S v of a v that is nearly rounding: a contact's residual no larger than S
+    times the rounding of what v is summed from counts as none. Balance and velocities then bound p.
     """
 
     natural_map: float
@@ -86,6 +88,9 @@ def assess(
     pressed = problem.contact_part(impulse, v)
     residual = graphs.natural_map(pressed, v, mu, w)
     absolute = graphs.lengths(residual)
+    stiffness = problem.cohesion_stiffness
+    if stiffness is not None:
+        absolute[absolute <= _pressed_rounding(problem, stiffness, elastic, rigid_velocity)] = 0.0
     size = float(np.linalg.norm(impulse))
     reference = max(size, least_impulse)
     if problem.cohesive:
@@ -115,6 +120,18 @@ def _velocity_scale(
     # w‖p‖ would not do: with a heavy block on a light one it exceeds all velocities by the ratio
     # of their masses, and hides a p that is wrong by as much
     return _largest(graphs.lengths(elastic)) or free_speed(problem) or _largest(w * graphs.lengths(impulse))
+
+
+def _pressed_rounding(
+    problem: ContactProblem, stiffness: FloatArray, elastic: FloatArray, rigid_velocity: FloatArray
+) -> FloatArray:
+    """How exactly S v is known: v by its parts, which cancel where stiff cohesion bonds, (c,) [N s]."""
+    still = np.zeros((1, rigid_velocity.shape[1]))  # supports are numbered -1
+    sides = problem.rigid_map @ np.concatenate([rigid_velocity, still])[problem.bodies][..., None]
+    parts = graphs.lengths(elastic) + graphs.lengths(problem.free_velocity)
+    parts += np.linalg.norm(sides[..., 0], axis=2).sum(axis=1)
+    rounding: FloatArray = ROUNDING * np.linalg.norm(stiffness, axis=(1, 2)) * parts
+    return rounding
 
 
 def _block_balance(problem: ContactProblem, impulse: FloatArray, rigid_velocity: FloatArray) -> float:

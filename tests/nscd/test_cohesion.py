@@ -10,7 +10,16 @@ from hypothesis import strategies as st
 from scipy import linalg, sparse
 
 from masonry_fem.errors import ProblemError
-from masonry_fem.nscd import ContactProblem, Outcome, SolverSettings, Start, load_problem, save_problem, solve
+from masonry_fem.nscd import (
+    ContactProblem,
+    Outcome,
+    SolverSettings,
+    Start,
+    assess,
+    load_problem,
+    save_problem,
+    solve,
+)
 from masonry_fem.nscd.admissible import BALANCED, admissible_impulses
 from masonry_fem.nscd.cohesion import without_offset
 from masonry_fem.nscd.determinacy import determined_resultants, least_norm_reaction
@@ -198,12 +207,13 @@ def test_little_cohesion_is_nearly_dry(family, d):
 
 
 @pytest.mark.parametrize("family", ["elastic statics", "elastic dynamics", "plain"])
-def test_stiff_cohesion_is_bonded(family):
-    """All contacts by springs of 1e6 times their own stiffness: bonded, all velocities nearly zero."""
+@pytest.mark.parametrize("times", [1e6, 1e9])
+def test_stiff_cohesion_is_bonded(family, times):
+    """All contacts by springs so many times their own stiffness: bonded, all velocities nearly zero."""
     problem = FAMILIES[family](np.random.default_rng(7), 3)
     c, d = problem.free_velocity.shape
-    stiff = 1e6 / contact_scale(problem)[:, None, None] * np.eye(d)
-    found = solve(replace(problem, cohesion_stiffness=stiff), SolverSettings(tolerance=1e-8))
+    stiff = times / contact_scale(problem)[:, None, None] * np.eye(d)
+    found = solve(replace(problem, cohesion_stiffness=stiff), TIGHT)
     assert found.converged
     W, B = problem.compliance.toarray(), problem.rigid_matrix().toarray()
     mass = np.diag(problem.rigid_mass.ravel())
@@ -213,6 +223,9 @@ def test_stiff_cohesion_is_bonded(family):
     )
     p = bonded[: c * d].reshape(c, d)
     assert found.impulse == pytest.approx(p, abs=1e-5 * np.abs(p).max())
+    # stiffness leaves no room for a wrong state: one that is 1e-5 off is seen
+    off = found.impulse * (1 + 1e-5 * np.random.default_rng(0).normal(size=(c, d)))
+    assert assess(replace(problem, cohesion_stiffness=stiff), off, found.rigid_velocity).error > 1e-7
 
 
 # a reference by enumeration

@@ -7,6 +7,9 @@ before it slides. The contact solver sees a compliance 1/(h² k · area) on the 
 closure u_e,N of the gap: cone and graphs stay exact, nothing is penalised. A bed in pair with a rigid
 law that breaks is the usual joint of limit k_N, k_T, tension, cohesion, friction.
 
+With a ``crushing`` strength the layer yields under pressure and keeps what it was crushed; the
+pressure may still rise by ``hardening`` per length of crushing.
+
     Bed.of_mortar(MohrCoulomb(cohesion=0.35e6, friction=0.75), thickness=0.01, young=1.2e9)
 """
 
@@ -21,6 +24,8 @@ from masonry_fem.nscd.laws.law import FloatArray, Law, Parameter, check_positive
 from masonry_fem.nscd.laws.reduction import Reduction
 from masonry_fem.nscd.laws.state import JointState
 
+ROUNDING = 1e-12  # of a strength
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bed(Law):
@@ -30,28 +35,37 @@ class Bed(Law):
     ----------
     law : What holds the faces together.
     normal_stiffness, tangential_stiffness : k_N, k_T of the layer [N/m³].
+    crushing : Compressive strength f_c of the mortar [Pa]; None: none.
+    hardening : Slope of the pressure over the crushing [N/m³], > 0; None: a thousandth of k_N.
     """
 
     law: Law
     normal_stiffness: Parameter
     tangential_stiffness: Parameter
+    crushing: Parameter | None = None
+    hardening: Parameter | None = None
 
     name: ClassVar[str] = "bed"
 
     def __post_init__(self) -> None:
         check_positive(self, "normal_stiffness", "tangential_stiffness")
+        for optional in ("crushing", "hardening"):
+            if getattr(self, optional) is not None:
+                check_positive(self, optional)
 
     @classmethod
-    def of_mortar(cls, law: Law, thickness: float, young: float, poisson: float = 0.2) -> Bed:
+    def of_mortar(
+        cls, law: Law, thickness: float, young: float, poisson: float = 0.2, crushing: float | None = None
+    ) -> Bed:
         """The bed of a mortar layer: E'/t across, G/t along; its stretch in the plane is hindered.
 
         Parameters
         ----------
-        thickness : t [m]. young : E [Pa]. poisson : ν.
+        thickness : t [m]. young : E [Pa]. poisson : ν. crushing : f_c [Pa].
         """
         confined = young * (1.0 - poisson) / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
         shear = young / (2.0 * (1.0 + poisson))
-        return cls(law, confined / thickness, shear / thickness)
+        return cls(law, confined / thickness, shear / thickness, crushing)
 
     @override
     def initial(self, count: int, dimension: int) -> JointState:
@@ -64,14 +78,28 @@ class Bed(Law):
         stiffness[:, 1:] = (area * spread(self.tangential_stiffness, state.count))[:, None]
         return stiffness
 
+    def _yield(self, count: int) -> tuple[FloatArray, FloatArray]:
+        """Strength f_c [Pa] and hardening [N/m³], shape (c,)."""
+        strength = np.full(count, np.inf) if self.crushing is None else spread(self.crushing, count)
+        slope = 1e-3 * np.asarray(self.normal_stiffness) if self.hardening is None else self.hardening
+        return strength, spread(slope, count)
+
     @override
     def reduce(self, state: JointState, jump: FloatArray, area: FloatArray, step: float) -> Reduction:
-        # the trial state's own jump has moved on: the deformation at the start of the step is the rest
+        # the trial state has moved on: ``bedded`` is the deformation at the start of the step
         inner = self.law.reduce(state, jump - state.bedded, area, step)
+        compliance = 1.0 / (step**2 * self._stiffness(state, area))
+        kept = np.zeros_like(state.bedded)  # deformation at the end without reaction
+        kept[:, 0] = state.crushed
+        flows = state.crushing
+        if flows.any():
+            strength, slope = self._yield(state.count)
+            compliance[flows, 0] += 1.0 / (step**2 * area[flows] * slope[flows])
+            kept[flows, 0] = strength[flows] / slope[flows]
         return replace(
             inner,
-            compliance=inner.compliance + 1.0 / (step**2 * self._stiffness(state, area)),
-            shift=inner.shift + state.bedded / step,
+            compliance=inner.compliance + compliance,
+            shift=inner.shift + (state.bedded - kept) / step,
             closure=inner.closure + state.bedded[:, 0],
         )
 
@@ -80,10 +108,23 @@ class Bed(Law):
         self, state: JointState, trial: JointState, jump: FloatArray, reaction: FloatArray,
         velocity: FloatArray, area: FloatArray, step: float,
     ) -> JointState:  # fmt: skip
+        strength, slope = self._yield(state.count)
         elastic = -reaction / self._stiffness(state, area)
-        own = velocity - (elastic - state.elastic) / step
-        after = self.law.update(state, trial, jump - state.elastic, reaction, own, area, step)
-        after = replace(after, elastic=elastic, bedded=state.elastic)
+        pressure = reaction[:, 0] / area
+        limit = strength - slope * state.crushed
+        # at the limit to rounding it does not begin, or the turns would alternate
+        crushing = pressure > limit * np.where(trial.crushing, 1.0, 1.0 + ROUNDING)
+        crushed = np.where(crushing, (strength - pressure) / slope, state.crushed)
+        start, moved = state.bed, elastic - state.elastic
+        moved[:, 0] += crushed - state.crushed
+        own = velocity - moved / step
+        after = self.law.update(state, trial, jump - start, reaction, own, area, step)
+        yielding = pressure + 0.5 * slope * (crushed - state.crushed)  # mean over the step
+        ground = area * np.where(crushing, yielding * (state.crushed - crushed), 0.0)
+        after = replace(
+            after, elastic=elastic, crushed=crushed, crushing=crushing, bedded=start,
+            dissipated=after.dissipated + ground,
+        )  # fmt: skip
         # what a sudden rupture sets free: the work put in less what is stored or lost elsewhere
         given = -0.5 * (reaction - self._stiffness(state, area) * state.elastic) * velocity
         spent = self.stored(after, area) - self.stored(state, area)

@@ -15,13 +15,14 @@ the term is +k Δβ: the sign that spreads damage and is well posed. It is the o
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Literal, override
+from typing import Any, ClassVar, Literal, override
 
 import numpy as np
 
 from masonry_fem.errors import LawError
 from masonry_fem.nscd.laws.adhesive import Adhesive, Evolution, check_friction_mode, load
 from masonry_fem.nscd.laws.law import FloatArray, Parameter, check_non_negative, check_positive, spread
+from masonry_fem.nscd.laws.spreading import spread_damage
 from masonry_fem.nscd.laws.state import JointState
 
 BISECTIONS = 60  # from the width of [0, 1] to rounding
@@ -40,6 +41,9 @@ class FremondCangemi(Adhesive):
     degree : h(β) = β (1) or β² (2).
     friction : Coulomb's coefficient μ.
     friction_mode : "constant" μ, or "damage": μ (1 − β).
+    gradient : k of the non-local term [J]; for degree 1 and exponent 1.
+    laplacian : Matrix for −Δ among the law's contact points, symmetric, ≥ 0, sparse, shape (c, c)
+        [1/m²]; needed where k > 0.
     """
 
     normal_stiffness: Parameter
@@ -50,15 +54,23 @@ class FremondCangemi(Adhesive):
     degree: Literal[1, 2] = 1
     friction: Parameter = 0.6
     friction_mode: Literal["constant", "damage"] = "constant"
+    gradient: float = 0.0
+    laplacian: Any = None
 
     name: ClassVar[str] = "fremond_cangemi"
 
     def __post_init__(self) -> None:
         check_positive(self, "normal_stiffness", "tangential_stiffness", "energy", "exponent")
-        check_non_negative(self, "viscosity", "friction")
+        check_non_negative(self, "viscosity", "friction", "gradient")
         check_friction_mode(self, self.friction_mode)
         if self.degree not in {1, 2}:
             raise LawError(f"law '{self.name}': degree is {self.degree}, expected 1 (h = β) or 2 (h = β²)")
+
+        if self.gradient > 0 and (self.laplacian is None or self.degree != 1 or self.exponent != 1.0):
+            raise LawError(
+                f"law '{self.name}': gradient is {self.gradient:g}, expected with a laplacian, degree 1 and "
+                "exponent 1; give the Laplacian of the interface's points or leave the gradient out"
+            )
 
     @override
     def factors(self, state: JointState) -> FloatArray:
@@ -73,6 +85,8 @@ class FremondCangemi(Adhesive):
     def evolve(self, state: JointState, jump: FloatArray, step: float) -> Evolution:
         Y, w = load(self.springs(state), jump), spread(self.energy, state.count)
         before = state.adhesion
+        if self.gradient > 0:
+            return self._evolve_together(before, Y, w, step)
         free = self._limit(Y, w)
         after = np.minimum(before, free)  # b = 0
         viscous = (spread(self.viscosity, state.count) > 0) & (free < before)
@@ -85,6 +99,13 @@ class FremondCangemi(Adhesive):
         threshold = w * self._slope(before)
         demand = np.divide(before * Y, threshold, out=np.zeros_like(Y), where=threshold > 0)
         return Evolution(after, surface + excess, np.sqrt(demand))
+
+    def _evolve_together(self, before: FloatArray, Y: FloatArray, w: FloatArray, step: float) -> Evolution:
+        """The same with neighbours coupled by k."""
+        delay = spread(self.viscosity, len(Y)) / step
+        coupling = self.gradient * self.laplacian
+        after = spread_damage(Y + delay, coupling, w + delay * before, before)
+        return Evolution(after, after * Y * (before - after), np.sqrt(before * Y / w))
 
     def _slope(self, adhesion: FloatArray) -> FloatArray:
         """h'(β)."""

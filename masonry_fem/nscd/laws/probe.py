@@ -26,7 +26,7 @@ from masonry_fem.nscd.laws.tangent import linearise
 
 FloatArray = NDArray[np.float64]
 
-SETTLED = 1e-14  # change of the trial state that ends a step's iteration
+SETTLED = 1e-13  # change of the trial state that ends a step's iteration
 LIMIT = 500  # turns of reduce, solve, update in one step
 
 

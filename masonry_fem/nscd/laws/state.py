@@ -31,7 +31,9 @@ class JointState:
     dilation : Opening that sliding forces on a rough joint [m], shape (c,).
     raised : ``dilation`` at the start of the step under way, shape (c,).
     elastic : Deformation of an elastic bed in series, part of the jump [m], shape (c, d).
-    bedded : ``elastic`` at the start of the step under way, shape (c, d).
+    crushed : Part of a bed's deformation that stays, ≤ 0 [m], shape (c,).
+    crushing : True where the bed crushes in the step under way, shape (c,).
+    bedded : Deformation of the bed at the start of the step under way [m], shape (c, d).
     jump : Displacement jump that the cohesion feels (without bed and dilation) [m], shape (c, d).
     slip : Length of the path slid over in frictional sliding [m], shape (c,).
     sliding : True where the contact slid at the end of the last committed step, shape (c,).
@@ -47,6 +49,8 @@ class JointState:
     dilation: FloatArray
     raised: FloatArray
     elastic: FloatArray
+    crushed: FloatArray
+    crushing: Mask
     bedded: FloatArray
     jump: FloatArray
     slip: FloatArray
@@ -66,6 +70,8 @@ class JointState:
             dilation=np.zeros(count),
             raised=np.zeros(count),
             elastic=np.zeros((count, dimension)),
+            crushed=np.zeros(count),
+            crushing=np.zeros(count, dtype=bool),
             bedded=np.zeros((count, dimension)),
             jump=np.zeros((count, dimension)),
             slip=np.zeros(count),
@@ -92,9 +98,22 @@ class JointState:
         """2 or 3."""
         return int(self.jump.shape[1])
 
+    @property
+    def bed(self) -> FloatArray:
+        """Deformation of an elastic bed, crushing included [m], shape (c, d)."""
+        deformation = self.elastic.copy()
+        deformation[:, 0] += self.crushed
+        return deformation
+
     def committed(self) -> JointState:
         """The state at the start of the next step."""
-        return replace(self, sliding=self.slides, bedded=self.elastic, raised=self.dilation)
+        return replace(
+            self,
+            sliding=self.slides,
+            bedded=self.bed,
+            crushing=np.zeros(self.count, dtype=bool),
+            raised=self.dilation,
+        )
 
     def arrays(self) -> dict[str, Any]:
         """All arrays by name, for a checkpoint."""
@@ -120,7 +139,7 @@ class JointState:
             return 0.0
         switches = (self.broken != other.broken).any()
         changes = [float(switches), float(np.abs(self.adhesion - other.adhesion).max())]
-        for name in ("opening", "dilation", "elastic"):
+        for name in ("opening", "dilation", "elastic", "crushed"):
             mine, yours = getattr(self, name), getattr(other, name)
             size = max(float(np.abs(mine).max()), float(np.abs(self.jump).max()))
             changes.append(float(np.abs(mine - yours).max()) / size if size else 0.0)

@@ -31,6 +31,7 @@ PARAMETERS = {
     "bed": [
         STIFFNESS | {"law": MohrCoulomb(cohesion=0.2e6, friction=0.7)},
         STIFFNESS | {"law": FremondCangemi(**STIFFNESS, energy=20.0)},
+        STIFFNESS | {"law": Dry(0.6), "crushing": 0.1e6},
     ],
     "rough": [
         {"law": Dry(friction=0.6), "dilatancy": 0.2, "bound": 5e-5},
@@ -46,7 +47,7 @@ def label(law):
     return f"{law.name}-{SAMPLES.index(law)}" if law in SAMPLES else law.name
 
 
-def wander(seed, dimension, steps=12, size=4e-5, points=20):
+def wander(seed, dimension, steps=12, size=4e-5, points=10):
     """Paths of jumps that open, slide, close and turn, shape (steps, points, dimension)."""
     rng = np.random.default_rng(seed)
     scale = size * rng.uniform(0.1, 1.0, (1, points, 1))

@@ -82,3 +82,33 @@ def test_mortar_layer():
     assert law.tangential_stiffness == pytest.approx(4e10)
     with pytest.raises(LawError, match="normal_stiffness is -1"):
         Bed(Dry(), -1.0, 1.0)
+
+
+def test_crushing_caps_the_pressure():
+    """Elastic to f_c, then hardening; what was crushed stays."""
+    law = Bed(Dry(0.6), *K, crushing=2e6, hardening=1e8)
+    closing = np.array([0.5, 1.0, 2.0, 4.0, 3.5, 2.9, 2.0, 4.0, 5.0]) * 2e6 / K[0]
+    history = probe(law, np.stack([-closing, 0 * closing], axis=1), area=0.3)
+    crushed, expected = 0.0, []
+    for u in closing:
+        crushed = max(crushed, (K[0] * u - 2e6) / (K[0] + 1e8))
+        expected.append(max(K[0] * (u - crushed), 0.0))
+    assert history.settled.all()
+    assert -history.stress[:, 0] == pytest.approx(expected, rel=1e-9, abs=1e-3)
+    assert history.state.crushed[0] == pytest.approx(-crushed)
+    elastic = 0.5 * 0.3 * expected[-1] ** 2 / K[0]
+    assert history.stored[-1] == pytest.approx(elastic)
+    assert history.dissipated[-1] == pytest.approx(0.3 * (2e6 * crushed + 0.5e8 * crushed**2), rel=1e-9)
+
+
+def test_crushing_under_given_pressure_and_between_springs():
+    law = Bed(Dry(0.6), *K, crushing=2e6)
+    history = probe(law, [[0, 0], [0, 1e-3], [0, 1e-3]], pressure=[1e6, 2.02e6, 1e6])
+    crushed = 0.02e6 / (1e-3 * K[0])
+    assert history.jump[:, 0] == pytest.approx([-5e-5, -1.01e-4 - crushed, -5e-5 - crushed])
+    assert history.stress[1, 1] == pytest.approx(0.6 * 2.02e6)
+    pressed = pull(law, [[-1e-3, 0], [0, 0]], stiffness=1e10)
+    assert pressed.settled.all()
+    assert -pressed.stress[0, 0] == pytest.approx(1e10 * (1e-3 + pressed.jump[0, 0]))
+    assert 2e6 < -pressed.stress[0, 0] < 2.2e6
+    assert pressed.stress[1, 0] == 0.0

@@ -145,7 +145,7 @@ MEANING: dict[str, str] = {
     "StackStructure.offset": "of each box along x over the one below",
     "StackStructure.gap": "between the boxes, and to the ground",
     "WallStructure.brick": "length, (depth,) height of a brick",
-    "WallStructure.columns": "bricks in a course",
+    "WallStructure.columns": "bricks in a course, whole or and a half",
     "WallStructure.courses": "courses",
     "WallStructure.half_bricks": "courses that half bricks close; `none`: the other courses lack a brick",
     "ArchStructure.radius": "of the mean line",

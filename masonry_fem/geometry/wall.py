@@ -48,9 +48,12 @@ def build(spec: WallStructure, dimension: int) -> Assembly:
 def course_of(spec: WallStructure, course: int) -> list[tuple[int, int]]:
     """Bricks of a course: (left end in half bricks, WHOLE or HALF)."""
     shifted = (course % 2 == 0) != (spec.half_bricks == "odd")
-    if not shifted:
-        return [(2 * i, WHOLE) for i in range(spec.columns)]
-    inner = [(2 * i + 1, WHOLE) for i in range(spec.columns - 1)]
+    length, first = round(2 * spec.columns), int(shifted)
+    wholes = (length - first) // 2
+    bricks = [(first + 2 * i, WHOLE) for i in range(wholes)]
     if spec.half_bricks == "none":
-        return inner
-    return [(0, HALF), *inner, (2 * spec.columns - 1, HALF)]
+        return bricks
+    if shifted:
+        bricks.insert(0, (0, HALF))
+    end = first + 2 * wholes
+    return [*bricks, (end, HALF)] if end < length else bricks

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
+
+from msgspec import Meta
 
 from masonry_fem.scene.record import (
     Angle,
@@ -66,10 +68,13 @@ class StackStructure(Structure, frozen=True, kw_only=True, tag="stack"):
 
 
 class WallStructure(Structure, frozen=True, kw_only=True, tag="wall"):
-    """Running-bond wall: ``courses`` courses of ``columns`` bricks, half bricks closing every other."""
+    """Running-bond wall: ``courses`` courses of ``columns`` bricks, half bricks closing every other.
+
+    Where ``columns`` ends in a half, each course has one half brick, at alternate ends.
+    """
 
     brick: Sizes
-    columns: Count
+    columns: Annotated[float, Meta(ge=1, multiple_of=0.5)]
     courses: Count
     position: Point | None = None
     half_bricks: Literal["even", "odd", "none"] = "even"

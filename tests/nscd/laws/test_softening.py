@@ -17,7 +17,7 @@ def direction(angle):
     return np.array([np.cos(angle), np.sin(angle)])
 
 
-def along(law, unit, end, steps=1000):
+def along(law, unit, end, steps=600):
     """A proportional opening that begins at the threshold."""
     first = np.linspace(0, 1, 3)[1:] * threshold(unit)
     return probe(law, np.outer([*first, *np.linspace(first[-1], end, steps + 1)[1:]], unit))
@@ -54,7 +54,7 @@ def test_monerie_acary_in_shear():
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-@pytest.mark.parametrize("angle", [0.0, 0.3, 0.9, 1.5, np.pi / 2])
+@pytest.mark.parametrize("angle", [0.0, 0.3, 1.5, np.pi / 2])
 @pytest.mark.parametrize("mixing", [1.0, 2.0])
 def test_energy_of_a_mode(shape, angle, mixing):
     """The area below a proportional opening is G of its mode, whatever the shape and the steps."""

@@ -36,6 +36,8 @@ MANY = 500
 # ten to a hundred steps for.
 LOOSE = 1e-6
 FEW = 300
+# Sweeps after the interior point, where PATIENCE of them foretell an end.
+ENDING = 1_500
 # Newton steps in which blocks show whether they stick: then they are enough.
 BRIEF = 10
 # Newton steps on few rigid blocks before the interior point takes over.
@@ -112,7 +114,7 @@ def _thorough(problem: ContactProblem) -> Iterator[Turn]:
     touched = np.unique(problem.bodies[problem.bodies >= 0])
     if problem.rigid and (problem.rigid_mass[touched] > 0).all():
         # where the interior point meets a fold of its path the error is local: sweeps get across
-        yield Turn(_few_sweeps, origin="best")
+        yield Turn(_brief_sweeps(ENDING), origin="best")
     yield Turn(_polish, POLISH, origin="best")
     yield from _exact(problem)
     if problem.count < MANY:

@@ -151,7 +151,7 @@ def solve_3d(
     return slipping
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def answer_2d(
     local: FloatArray, friction: float, bn: float, bt: float, law: Law, i: int
 ) -> tuple[float, float]:
@@ -171,7 +171,7 @@ def answer_2d(
     )
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def answer_3d(
     local: FloatArray, friction: float, bn: float, b1: float, b2: float, guess: float, law: Law, i: int
 ) -> tuple[float, float, float, float]:
@@ -195,7 +195,7 @@ def answer_3d(
     )
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def pressed_2d(pn: float, pt: float, vn: float, vt: float, law: Law, i: int) -> tuple[float, float]:
     """Contact part p̃ = p + S v of contact ``i`` in 2D."""
     if law is None:
@@ -207,7 +207,7 @@ def pressed_2d(pn: float, pt: float, vn: float, vt: float, law: Law, i: int) -> 
     )
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def pressed_3d(
     pn: float, p1: float, p2: float, vn: float, v1: float, v2: float, law: Law, i: int
 ) -> tuple[float, float, float]:

@@ -3,7 +3,7 @@
 Four loops, for blocks of W or velocities of bodies, in 2D and 3D. Each makes ``count`` sweeps over
 the contacts in the given ``order``, measures the natural map every ``interval`` sweeps with the velocities
 of that moment, and returns early at ``tolerance``. All arrays are flat in their last axes; ``law`` is the
-stiffness of cohesion (``local``).
+stiffness of cohesion (``local``). Where it is None Numba leaves out, before it compiles, all that it is for.
 
 The measure is ``Quality.error`` without the bodies' balance, which sweeps keep by themselves.
 """
@@ -16,7 +16,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from masonry_fem.nscd.local import Law, answer_2d, answer_3d, pressed_2d, pressed_3d
+from masonry_fem.nscd.local import Law, answer_2d, answer_3d, pressed_2d, pressed_3d, solve_2d, solve_3d
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -79,7 +79,10 @@ def plain_2d(
                 j = other[k]
                 bn += blocks[k, 0] * impulse[j, 0] + blocks[k, 1] * impulse[j, 1]
                 bt += blocks[k, 2] * impulse[j, 0] + blocks[k, 3] * impulse[j, 1]
-            impulse[i, 0], impulse[i, 1] = answer_2d(local[i], friction[i], bn, bt, law, i)
+            if law is None:
+                impulse[i, 0], impulse[i, 1] = solve_2d(local[i], friction[i], bn, bt)
+            else:
+                impulse[i, 0], impulse[i, 1] = answer_2d(local[i], friction[i], bn, bt, law, i)
         if (sweep + 1) % interval and sweep + 1 < count:
             continue
         square = size = worst = caused = fastest = 0.0
@@ -92,8 +95,11 @@ def plain_2d(
                 un += blocks[k, 0] * impulse[j, 0] + blocks[k, 1] * impulse[j, 1]
                 ut += blocks[k, 2] * impulse[j, 0] + blocks[k, 3] * impulse[j, 1]
             vn, vt = un + free[i, 0], ut + free[i, 1]
-            xn, xt = pressed_2d(pn, pt, vn, vt, law, i)
-            miss = _map_2d(friction[i], scale[i], xn, xt, vn, vt)
+            if law is None:
+                miss = _map_2d(friction[i], scale[i], pn, pt, vn, vt)
+            else:
+                xn, xt = pressed_2d(pn, pt, vn, vt, law, i)
+                miss = _map_2d(friction[i], scale[i], xn, xt, vn, vt)
             given = pn * pn + pt * pt
             square += miss
             size += given
@@ -124,9 +130,14 @@ def plain_3d(
                 bn += blocks[k, 0] * pn + blocks[k, 1] * p1 + blocks[k, 2] * p2
                 b1 += blocks[k, 3] * pn + blocks[k, 4] * p1 + blocks[k, 5] * p2
                 b2 += blocks[k, 6] * pn + blocks[k, 7] * p1 + blocks[k, 8] * p2
-            impulse[i, 0], impulse[i, 1], impulse[i, 2], slip[i] = answer_3d(
-                local[i], friction[i], bn, b1, b2, slip[i], law, i
-            )
+            if law is None:
+                impulse[i, 0], impulse[i, 1], impulse[i, 2], slip[i] = solve_3d(
+                    local[i], friction[i], bn, b1, b2, slip[i]
+                )
+            else:
+                impulse[i, 0], impulse[i, 1], impulse[i, 2], slip[i] = answer_3d(
+                    local[i], friction[i], bn, b1, b2, slip[i], law, i
+                )
         if (sweep + 1) % interval and sweep + 1 < count:
             continue
         square = size = worst = caused = fastest = 0.0
@@ -142,8 +153,11 @@ def plain_3d(
                 u1 += blocks[k, 3] * pn + blocks[k, 4] * p1 + blocks[k, 5] * p2
                 u2 += blocks[k, 6] * pn + blocks[k, 7] * p1 + blocks[k, 8] * p2
             vn, v1, v2 = un + free[i, 0], u1 + free[i, 1], u2 + free[i, 2]
-            xn, x1, x2 = pressed_3d(qn, q1, q2, vn, v1, v2, law, i)
-            miss = _map_3d(friction[i], scale[i], xn, x1, x2, vn, v1, v2)
+            if law is None:
+                miss = _map_3d(friction[i], scale[i], qn, q1, q2, vn, v1, v2)
+            else:
+                xn, x1, x2 = pressed_3d(qn, q1, q2, vn, v1, v2, law, i)
+                miss = _map_3d(friction[i], scale[i], xn, x1, x2, vn, v1, v2)
             given = qn * qn + q1 * q1 + q2 * q2
             square += miss
             size += given
@@ -178,7 +192,10 @@ def bodies_2d(
                     for m in range(3):
                         bn += maps[i, s, m] * motion[body, m]
                         bt += maps[i, s, 3 + m] * motion[body, m]
-            impulse[i, 0], impulse[i, 1] = answer_2d(local[i], friction[i], bn, bt, law, i)
+            if law is None:
+                impulse[i, 0], impulse[i, 1] = solve_2d(local[i], friction[i], bn, bt)
+            else:
+                impulse[i, 0], impulse[i, 1] = answer_2d(local[i], friction[i], bn, bt, law, i)
             pn, pt = impulse[i, 0] - pn, impulse[i, 1] - pt
             for s in range(2):
                 body = bodies[i, s]
@@ -197,8 +214,11 @@ def bodies_2d(
                     for m in range(3):
                         vn += maps[i, s, m] * motion[body, m]
                         vt += maps[i, s, 3 + m] * motion[body, m]
-            xn, xt = pressed_2d(pn, pt, vn, vt, law, i)
-            miss = _map_2d(friction[i], scale[i], xn, xt, vn, vt)
+            if law is None:
+                miss = _map_2d(friction[i], scale[i], pn, pt, vn, vt)
+            else:
+                xn, xt = pressed_2d(pn, pt, vn, vt, law, i)
+                miss = _map_2d(friction[i], scale[i], xn, xt, vn, vt)
             given = pn * pn + pt * pt
             square += miss
             size += given
@@ -237,7 +257,10 @@ def bodies_3d(
                         bn += maps[i, s, m] * u
                         b1 += maps[i, s, 6 + m] * u
                         b2 += maps[i, s, 12 + m] * u
-            qn, q1, q2, slip[i] = answer_3d(local[i], friction[i], bn, b1, b2, slip[i], law, i)
+            if law is None:
+                qn, q1, q2, slip[i] = solve_3d(local[i], friction[i], bn, b1, b2, slip[i])
+            else:
+                qn, q1, q2, slip[i] = answer_3d(local[i], friction[i], bn, b1, b2, slip[i], law, i)
             impulse[i, 0], impulse[i, 1], impulse[i, 2] = qn, q1, q2
             qn, q1, q2 = qn - pn, q1 - p1, q2 - p2
             if qn == 0.0 and q1 == 0.0 and q2 == 0.0:
@@ -263,8 +286,11 @@ def bodies_3d(
                         vn += maps[i, s, m] * u
                         v1 += maps[i, s, 6 + m] * u
                         v2 += maps[i, s, 12 + m] * u
-            xn, x1, x2 = pressed_3d(pn, p1, p2, vn, v1, v2, law, i)
-            miss = _map_3d(friction[i], scale[i], xn, x1, x2, vn, v1, v2)
+            if law is None:
+                miss = _map_3d(friction[i], scale[i], pn, p1, p2, vn, v1, v2)
+            else:
+                xn, x1, x2 = pressed_3d(pn, p1, p2, vn, v1, v2, law, i)
+                miss = _map_3d(friction[i], scale[i], xn, x1, x2, vn, v1, v2)
             given = pn * pn + p1 * p1 + p2 * p2
             square += miss
             size += given

@@ -249,18 +249,18 @@ def certificate(made: March) -> dict[str, float]:
     """How exact the last state is, by measures that no solver has a say in.
 
     ``natural_map``, ``cone_violation``, ``block_balance``, ``global_balance`` and
-    ``energy_balance`` are relative; ``max_penetration`` is in m, ``min_normal_reaction`` in N.
+    ``energy_balance`` are relative; ``max_penetration`` is in m, ``min_normal_reaction`` in N. With cohesion
+    normal reaction and cone are those of contact, what the joint pulls taken off.
     """
-    reaction, report = made.state.reaction, made.report
-    friction = made.last.problem.friction
-    active = reaction[made.last.contacts]
-    tangent = np.linalg.norm(active[:, 1:], axis=1)
-    largest = float(np.linalg.norm(reaction, axis=1).max(initial=0.0))
-    excess = float(np.maximum(tangent - friction * active[:, 0], 0).max(initial=0.0))
+    report, problem, solution = made.report, made.last.problem, made.last.solution
+    pressed = problem.contact_part(solution.impulse, solution.velocity) / made.last.scheme.step
+    tangent = np.linalg.norm(pressed[:, 1:], axis=1)
+    largest = float(np.linalg.norm(made.state.reaction, axis=1).max(initial=0.0))
+    excess = float(np.maximum(tangent - problem.friction * pressed[:, 0], 0).max(initial=0.0))
     return {
         "natural_map": max(report.quality.natural_map, report.quality.natural_map_velocity),
         "max_penetration": report.max_penetration,
-        "min_normal_reaction": float(np.minimum(reaction[:, 0], 0).min(initial=0.0)),
+        "min_normal_reaction": float(np.minimum(pressed[:, 0], 0).min(initial=0.0)),
         "cone_violation": excess / largest if largest > 0 else 0.0,
         "block_balance": report.block_balance,
         "global_balance": report.global_balance,

@@ -84,6 +84,8 @@ def test_adhesion_decays_as_the_joint_opens():
     assert joints.adhesion[:4] == pytest.approx((u0 / opening) ** 2, rel=1e-9)
     assert joints.dissipated[:4].sum() == pytest.approx(50.0 * AREA * (1 - joints.adhesion[0]), rel=1e-9)
     assert result.summary["certificate"]["block_balance"] <= 1e-9
+    assert result.summary["certificate"]["cone_violation"] <= 1e-9
+    assert result.summary["certificate"]["min_normal_reaction"] >= -1e-6
 
 
 def test_without_cohesion_a_law_changes_nothing():

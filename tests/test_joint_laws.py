@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
 from masonry_fem.build import build
 from masonry_fem.errors import SceneError
+from masonry_fem.post.fields import contact_arrays
 from masonry_fem.run import solve_scene
 from masonry_fem.scene import check, specs
 
@@ -86,6 +88,25 @@ def test_adhesion_decays_as_the_joint_opens():
     assert result.summary["certificate"]["block_balance"] <= 1e-9
     assert result.summary["certificate"]["cone_violation"] <= 1e-9
     assert result.summary["certificate"]["min_normal_reaction"] >= -1e-6
+
+
+def test_dry_joints_beside_cohesive_ones_are_not_damaged():
+    """The joint above rests on its weight and has no adhesion to lose."""
+    dry = specs.Joint(friction=0.4, between=("high", "mid"))
+    high = specs.BlockStructure(name="high", material="stone", size=(0.2,) * 3, position=(0.0, 0.0, 0.4))
+    scene = cubes(RCC, loads=specs.Loads(gravity=(0.0, 0.0, -9.81)))
+    scene = msgspec.structs.replace(
+        scene, structures=(*scene.structures, high), joints=(*scene.joints, dry)
+    )  # fmt: skip
+    result = solve_scene(check(scene))
+    assert result.outcome == "equilibrium"
+    model, state = result.built.model, result.march.state
+    adhesion = contact_arrays(model, state)["adhesion"]
+    assert list(adhesion[:4]) == [1.0] * 4
+    assert np.isnan(adhesion[4:]).all()
+    assert len(adhesion) == 8
+    friction = result.march.last.problem.friction
+    np.testing.assert_array_equal(friction, [0.75] * 4 + [0.4] * 4)
 
 
 def test_without_cohesion_a_law_changes_nothing():

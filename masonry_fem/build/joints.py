@@ -10,9 +10,9 @@ from masonry_fem.build.laws import joint_laws
 from masonry_fem.build.stones import Stones, block_names
 from masonry_fem.contact.contacts import Contacts, Interface
 from masonry_fem.contact.placement import Rule, place
-from masonry_fem.dynamics.joint_laws import JointLaws
 from masonry_fem.dynamics.model import JointTable
 from masonry_fem.errors import SceneError
+from masonry_fem.nscd.laws.assignment import Assignment
 from masonry_fem.scene import specs
 
 
@@ -45,8 +45,8 @@ def _joins(between: tuple[str, str], first: tuple[str, ...], second: tuple[str, 
 
 def contacts_and_joints(
     scene: specs.Scene, stones: Stones, interfaces: tuple[Interface, ...]
-) -> tuple[Contacts, JointTable, JointLaws | None]:
-    """Contact points on all interfaces, the joint properties at each of them, and cohesive laws if any."""
+) -> tuple[Contacts, JointTable, Assignment | None]:
+    """Contact points on all interfaces, the joint properties at each of them, and laws if there are any."""
     chosen = joint_of_interfaces(scene, stones, interfaces)
     rules = [
         _rule(scene.joints[joint], stones, interface)

@@ -9,29 +9,26 @@ import msgspec
 import numpy as np
 
 from masonry_fem.contact.contacts import Contacts
-from masonry_fem.dynamics.joint_laws import JointLaws
 from masonry_fem.errors import LawError, SceneError
+from masonry_fem.nscd.laws.assignment import Assignment
 from masonry_fem.scene import specs
 
 if TYPE_CHECKING:
-    from masonry_fem.nscd.laws import Law
+    from masonry_fem.nscd.laws.law import Law
 
 
-def joint_laws(scene: specs.Scene, contacts: Contacts, chosen: list[int]) -> JointLaws | None:
-    """The laws of all joints that have one; None where all are dry.
+def joint_laws(scene: specs.Scene, contacts: Contacts, chosen: list[int]) -> Assignment | None:
+    """The laws of all joints, dry ones among them; None where all are dry.
 
     ``chosen`` is the number of the joint record of each interface.
     """
     record = np.array(chosen, dtype=int)[contacts.interface] if len(chosen) else np.zeros(0, dtype=int)
-    laws, members = [], []
-    for index, joint in enumerate(scene.joints):
-        own = np.flatnonzero(record == index)
-        if joint.law is None or not len(own):
-            continue
-        _check(index, joint)
-        laws.append(_law(index, joint.law, joint.friction))
-        members.append(own)
-    return JointLaws(tuple(laws), tuple(members)) if laws else None
+    used = np.unique(record).tolist()
+    if all(scene.joints[index].law is None for index in used):
+        return None
+    return Assignment(
+        tuple((_law(index, scene.joints[index]), np.flatnonzero(record == index)) for index in used)
+    )
 
 
 def _check(index: int, joint: specs.Joint) -> None:
@@ -44,11 +41,14 @@ def _check(index: int, joint: specs.Joint) -> None:
             )
 
 
-def _law(index: int, law: specs.AnyLaw, friction: float) -> Law:
-    from masonry_fem.nscd.laws import LAWS  # noqa: PLC0415 - only scenes with cohesion need them
+def _law(index: int, joint: specs.Joint) -> Law:
+    from masonry_fem.nscd.laws import LAWS, Dry  # noqa: PLC0415 - only scenes with cohesion need them
 
-    make: Callable[..., Law] = LAWS[str(law.__struct_config__.tag)]
+    if joint.law is None:
+        return Dry(friction=joint.friction, dynamic_friction=joint.dynamic_friction)
+    _check(index, joint)
+    make: Callable[..., Law] = LAWS[str(joint.law.__struct_config__.tag)]
     try:
-        return make(friction=friction, **msgspec.structs.asdict(law))
+        return make(friction=joint.friction, **msgspec.structs.asdict(joint.law))
     except LawError as error:
         raise SceneError(f"joints.{index}.law: {error}") from error

@@ -3,7 +3,7 @@
 Law and contact solver take turns (formulation 5): the law gives an affine cohesive reaction for its
 trial state, the solver reactions and velocities, the law the next trial state, until that stays.
 
-    solution, problem, trial = solve_with_laws(laws, committed, step, problem, settings, start)
+    solution, problem, trial = solve_with_laws(law, committed, step, problem, settings, start)
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from masonry_fem.dynamics.joint_laws import JointLaws
 from masonry_fem.nscd import ContactProblem, Solution, SolverSettings, Start, solve
+from masonry_fem.nscd.laws.law import Law
 from masonry_fem.nscd.laws.reduction import Reduction
 from masonry_fem.nscd.laws.state import JointState
 
@@ -40,7 +40,6 @@ class JointStep:
     active : Contacts that take part in the problem, shape (k,).
     jump : ũ_i, jump at the start [m], shape (c, d).
     area : Tributary areas [m²], shape (c,).
-    friction : Coefficients of dry contacts, shape (c,).
     trial : State of the joints to begin with.
     gap_term : From the closures of the joints (c,) to what the free velocity has of gaps and impacts,
         (c, d) [m/s].
@@ -50,14 +49,13 @@ class JointStep:
     active: NDArray[np.int64]
     jump: FloatArray
     area: FloatArray
-    friction: FloatArray
     trial: JointState
     gap_term: Callable[[FloatArray], FloatArray]
     length: float
 
 
 def solve_with_laws(
-    laws: JointLaws,
+    law: Law,
     committed: JointState,
     step: JointStep,
     problem: ContactProblem,
@@ -66,12 +64,13 @@ def solve_with_laws(
 ) -> tuple[Solution, ContactProblem, JointState]:
     """Solution of a step, the problem it solves, and the state of the joints at its end.
 
-    ``problem`` is the step's without cohesion, its gap term that of closed joints.
+    ``law`` is that of all contacts, dry ones among them; ``problem`` is the step's without cohesion, its
+    gap term that of closed joints.
     """
     trial = step.trial
     bare = step.gap_term(np.zeros(committed.count))
     for _ in range(TURNS):
-        reduction = laws.reduce(trial, step.friction, step.jump, step.area, step.length)
+        reduction = law.reduce(trial, step.jump, step.area, step.length)
         term = step.gap_term(reduction.closure)
         part, own = reduction.take(step.active), term[step.active]
         cohesive = _cohesive(problem, part, own, own - bare[step.active], step.length)
@@ -80,7 +79,7 @@ def solve_with_laws(
         reaction[step.active] = solution.impulse / step.length
         # the blocks' own velocity: without gap term, dilation and what the joint's bed gives way
         velocity[step.active] = solution.velocity - own - part.shift - part.compliance * solution.impulse
-        before, trial = trial, laws.update(
+        before, trial = trial, law.update(
             committed, trial, step.jump, reaction, velocity, step.area, step.length
         )  # fmt: skip
         if trial.distance(before) <= max(SETTLED, settings.tolerance):

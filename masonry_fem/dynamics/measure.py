@@ -103,8 +103,7 @@ def _energy(model: Model, coupling: Coupling, made: Increment) -> dict[str, floa
     stored = damaged = 0.0
     before, after = made.before.joints, made.after.joints
     if model.laws is not None and before is not None and after is not None:
-        own = model.laws.contacts
-        rubbed[own] = (after.rubbed - before.rubbed)[own]  # the rest of their work is cohesion's
+        rubbed = after.rubbed - before.rubbed  # the rest of the work is cohesion's
         stored = float(model.laws.stored(after, model.contacts.area).sum())
         damaged = float((after.dissipated - before.dissipated).sum())
     return {

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from masonry_fem.bodies.base import BodyGroup
 from masonry_fem.contact.contacts import Contacts, Interface
-from masonry_fem.dynamics.joint_laws import JointLaws
+from masonry_fem.nscd.laws.assignment import Assignment
 from masonry_fem.solid.assembly import Assembly
 
 FloatArray = NDArray[np.float64]
@@ -69,7 +69,7 @@ class Model:
     loads : What acts, by group.
     probes : Named points.
     length : A typical block size [m], for tolerances and pictures.
-    laws : Cohesive laws of the joints; None: all are dry.
+    laws : Laws of the joints; None: all are dry.
     expulsion : Speed at which overlaps are driven apart in the gap form [m/s]; 0 holds them.
     """
 
@@ -81,5 +81,5 @@ class Model:
     loads: tuple[Load, ...]
     probes: tuple[Probe, ...]
     length: float
-    laws: JointLaws | None = None
+    laws: Assignment | None = None
     expulsion: float = 0.0

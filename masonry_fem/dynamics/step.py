@@ -256,7 +256,6 @@ def _joint_step(
         trial=trial,
         jump=_jump(state, scheme),
         area=model.contacts.area,
-        friction=_friction(model, state),
         gap_term=lambda closure: _gap_term(model, state, scheme, here, closure),
         length=scheme.step,
     )

@@ -3,9 +3,9 @@
 - Static problems and elastic blocks: a few Newton steps, which is all that most need; where nothing
   can balance the loads, or could with a little less friction, as many as show what moves; else as for
   many rigid blocks.
-- Many rigid blocks: the interior-point method, which nothing stops but rounding, and Newton to polish
-  its result. It cannot start from the step before: there a few Newton steps from the bonded state come
-  first, which is all that sticking walls need.
+- Many rigid blocks: the interior-point method, which nothing stops but rounding, sweeps that mend what
+  is local in its result, and Newton to polish it. It cannot start from the step before: there a few
+  Newton steps from the bonded state come first, which is all that sticking walls need.
 - What is left goes to pivoting, where the problem is plane and small, to Newton with other weights,
   where it is small, and to ADMM, which is slow but does not depend on a good guess of the active set.
 - Other problems are swept first, as long as the contraction seen promises an end.
@@ -73,9 +73,7 @@ def turns(
 
     ``stands`` tells whether any impulses balance the loads.
     """
-    touched = np.unique(problem.bodies[problem.bodies >= 0])
-    static = bool((problem.rigid_mass[touched] <= 0).any())
-    if static:
+    if _static(problem):
         yield Turn(_newton, BRIEF)
         if not stands():
             # what moves, it shows as rigid blocks at a hundredth of the cost
@@ -111,8 +109,7 @@ def turns(
 def _thorough(problem: ContactProblem) -> Iterator[Turn]:
     """What carries where joints slide and open: interior point, its polish, and some that go elsewhere."""
     yield Turn(_interior_point, origin="cold")
-    touched = np.unique(problem.bodies[problem.bodies >= 0])
-    if problem.rigid and (problem.rigid_mass[touched] > 0).all():
+    if problem.rigid and not _static(problem):
         # where the interior point meets a fold of its path the error is local: sweeps get across
         yield Turn(_brief_sweeps(ENDING), origin="best")
     yield Turn(_polish, POLISH, origin="best")
@@ -122,6 +119,12 @@ def _thorough(problem: ContactProblem) -> Iterator[Turn]:
             yield Turn(_firm_newton(weight), NEWTON_STEPS)
     yield Turn(_splitting, origin="inside")
     yield Turn(_patient_newton, origin="best")
+
+
+def _static(problem: ContactProblem) -> bool:
+    """True where some body in contact has no inertia."""
+    touched = np.unique(problem.bodies[problem.bodies >= 0])
+    return bool((problem.rigid_mass[touched] <= 0).any())
 
 
 def _exact(problem: ContactProblem) -> Iterator[Turn]:

@@ -76,15 +76,16 @@ def stress_arrays(stress: FloatArray) -> Arrays:
 def contact_arrays(model: Model, state: SystemState) -> Arrays:
     """What contact points carry, in world axes; reactions [N] act on the candidate.
 
-    Cohesive joints have the intensity of adhesion β and the displacement jump [m], too.
+    Where joints have laws, there are the intensity of adhesion β (NaN in dry ones) and the jump [m], too.
     """
     contacts, frame = model.contacts, state.frame
     reaction = three(np.einsum("cai,ca->ci", frame, state.reaction))
     area = contacts.area[:, None]  # nothing belongs to the corner nodes of quadratic triangles
     cohesion: Arrays = {}
-    if state.joints is not None and state.jump is not None:
+    if model.laws is not None and state.joints is not None and state.jump is not None:
+        bonded = model.laws.initial(*state.jump.shape).adhesion > 0
         jump = three(np.einsum("cai,ca->ci", frame, state.jump))
-        cohesion = {ADHESION: state.joints.adhesion, JUMP: jump}
+        cohesion = {ADHESION: np.where(bonded, state.joints.adhesion, np.nan), JUMP: jump}
     return cohesion | {
         REACTION: reaction,
         TRACTION: np.divide(reaction, area, out=np.zeros_like(reaction), where=area > 0),

@@ -203,11 +203,13 @@ def draw_resultants(scenery: Scenery, path: Path) -> Path:
 
 
 def draw_damage(scenery: Scenery, path: Path) -> Path:
-    """Damage 1 − β of the joints at their contact points, on the undeformed structure."""
+    """Damage 1 − β of the joints at their contact points, dry ones left out, on the undeformed structure."""
     import pyvista as pv  # noqa: PLC0415
 
     contacts = scenery.contacts
     damage = 1.0 - np.asarray(contacts.point_data[fields.ADHESION], float)
+    cohesive = np.isfinite(damage)
+    damage = damage[cohesive]
     broken = int((damage >= 1).sum())
     sheet = Sheet(
         _title(scenery, "damage of the joints"),
@@ -218,10 +220,10 @@ def draw_damage(scenery: Scenery, path: Path) -> Path:
     shape = DeformedShape(scenery, 1.0)
     stage = Stage(View.of(shape.deformed().points, scenery.dimension), sheet.image_width, scenery.length)
     draw_pale(stage, shape.deformed(), shape.deformed_outline())
-    area = np.asarray(contacts.point_data[fields.AREA], float)
+    area = np.asarray(contacts.point_data[fields.AREA], float)[cohesive]
     reach = np.sqrt(area) if scenery.dimension == 3 else area
     radius = max(0.12 * float(np.median(reach)), 2.0 / stage.scale)
-    cloud = pv.PolyData(np.asarray(contacts.points, float))
+    cloud = pv.PolyData(np.asarray(contacts.points, float)[cohesive])
     cloud["damage"] = damage
     balls = cloud.glyph(geom=pv.Sphere(radius=radius, theta_resolution=16, phi_resolution=12), scale=False)
     stage.surface(balls, scalars="damage", cmap=DAMAGE_COLOURS, clim=(0.0, 1.0))

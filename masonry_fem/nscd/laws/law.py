@@ -16,8 +16,9 @@ the solver and the law take turns until the trial state stays:
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -131,7 +132,7 @@ def check_non_negative(law: Law, *names: str) -> None:
         _check(law, name, lambda value: value >= 0, ">= 0")
 
 
-def _check(law: Law, name: str, holds, expected: str) -> None:  # type: ignore[no-untyped-def]
+def _check(law: Law, name: str, holds: Callable[[FloatArray], Any], expected: str) -> None:
     value = np.asarray(getattr(law, name), dtype=float)
     wrong = ~holds(value)  # NaN too
     if wrong.any():

@@ -11,6 +11,7 @@ contact exactly, update, until the trial state stays.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -156,7 +157,16 @@ def pull(
     return _march(law, path, solve, area, step, state, start, newton)
 
 
-def _march(law, path, solve, area, step, state, start, newton=False) -> History:  # type: ignore[no-untyped-def]
+def _march(
+    law: Law,
+    path: FloatArray,
+    solve: Callable[..., _Turn],
+    area: float,
+    step: float,
+    state: JointState | None,
+    start: ArrayLike | None,
+    newton: bool = False,
+) -> History:
     """All steps of a path with a given way to solve the contacts."""
     n, d = len(path), path.shape[-1]
     targets = path.reshape(n, -1, d)

@@ -23,6 +23,7 @@ from masonry_fem.nscd.linear import DENSE_BELOW, Library, Solve, factorise
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
 from masonry_fem.nscd.solvers.body_solver import BodySolver
+from masonry_fem.nscd.solvers.matrix_entries import MatrixEntries, MatrixPattern
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -56,7 +57,7 @@ class NewtonSystem:
         self.column = np.sqrt(np.where(total > 0, total, 1.0))  # lengths of the columns of B, (b, m)
         self.scaled_map = self.map / self.column[self.body][:, None, :]
         self._plan: FrontPlan | None = None  # of the bodies' matrix
-        self._pattern: _Pattern | None = None  # of the last matrix with elastic contacts
+        self._pattern: MatrixPattern | None = None  # of the last matrix with elastic contacts
 
     @cached_property
     def body_matrix(self) -> BodyMatrix:
@@ -124,7 +125,7 @@ class NewtonSystem:
         if self._pattern is None or not self._pattern.fits(kept, coupled):
             group, _, elimination = self.order
             groups = np.concatenate([np.repeat(group[kept], self.problem.dimension), self._body_groups()])
-            self._pattern = _Pattern(kept, coupled, entries, groups, elimination)
+            self._pattern = MatrixPattern(kept, coupled, entries, groups, elimination)
         solve = self._pattern.factorise(entries, self.library)
         return NewtonFactor(self, kept, gone, factors, by_velocity[gone], own, solve, springs)
 
@@ -148,11 +149,11 @@ class NewtonSystem:
         plain: Mask,
         kept: IntArray,
         coupled: sparse.bsr_array,
-    ) -> _Entries:
+    ) -> MatrixEntries:
         """Rows of elastic contacts, and below them those of the bodies."""
         d, m = self.problem.dimension, coupled.blocksize[0]
         first = len(kept) * d
-        entries = _Entries(first + coupled.shape[0])
+        entries = MatrixEntries(first + coupled.shape[0])
         place = np.full(self.problem.count, -1)
         place[kept] = np.arange(len(kept))
         compliance = self.problem.compliance
@@ -256,66 +257,6 @@ def block_rows(matrix: sparse.bsr_array) -> IntArray:
     """Block row of each stored block, shape (stored,)."""
     rows: IntArray = np.repeat(np.arange(len(matrix.indptr) - 1, dtype=np.int64), np.diff(matrix.indptr))
     return rows
-
-
-class _Entries:
-    """Dense blocks at (row, column) of their first entries, none over another: a matrix in pieces."""
-
-    def __init__(self, size: int) -> None:
-        self.size = size
-        self.blocks: list[tuple[IntArray, IntArray, FloatArray]] = []
-
-    def add(self, rows: IntArray, columns: IntArray, blocks: FloatArray) -> None:
-        self.blocks.append((rows, columns, blocks))
-
-    def values(self) -> FloatArray:
-        return np.concatenate([blocks.ravel() for _, _, blocks in self.blocks])
-
-    def places(self) -> tuple[IntArray, IntArray]:
-        """Row and column of each value."""
-        rows, columns = [], []
-        for first_row, first_column, blocks in self.blocks:
-            height, width = np.arange(blocks.shape[1])[:, None], np.arange(blocks.shape[2])
-            rows.append(np.broadcast_to(first_row[:, None, None] + height, blocks.shape).ravel())
-            columns.append(np.broadcast_to(first_column[:, None, None] + width, blocks.shape).ravel())
-        return np.concatenate(rows), np.concatenate(columns)
-
-
-class _Pattern:
-    """Where the entries of a matrix go, kept while the same contacts are closed.
-
-    The interior-point method keeps all contacts, and Newton's active set does not change in the end.
-    """
-
-    def __init__(
-        self,
-        kept: IntArray,
-        coupled: sparse.bsr_array,
-        entries: _Entries,
-        groups: IntArray,
-        elimination: Elimination,
-    ) -> None:
-        self.kept, self.coupled = kept, coupled.indices
-        self.groups, self.elimination = groups, elimination
-        rows, columns = entries.places()
-        numbers = sparse.coo_array(
-            (np.arange(len(rows)), (rows, columns)), shape=(entries.size, entries.size)
-        )
-        self.numbers = numbers.tocsr()  # of the entries, no two of which share a place
-        self.plan: FrontPlan | None = None
-
-    def fits(self, kept: IntArray, coupled: sparse.bsr_array) -> bool:
-        """True where these contacts give a matrix of this pattern."""
-        return np.array_equal(kept, self.kept) and np.array_equal(coupled.indices, self.coupled)
-
-    def factorise(self, entries: _Entries, library: Library) -> Solve:
-        """The factor's solver of a matrix of this pattern."""
-        numbers = self.numbers
-        values = entries.values()[numbers.data]
-        matrix = sparse.csr_array((values, numbers.indices, numbers.indptr), shape=numbers.shape)
-        if self.plan is None and library not in {"superlu", "mumps", "dense"} and entries.size >= DENSE_BELOW:
-            self.plan = FrontPlan(matrix, self.groups, self.elimination)
-        return factorise(matrix, self.groups, self.elimination, library, self.plan)
 
 
 def _order(problem: ContactProblem, rows: IntArray, elastic: Mask) -> tuple[IntArray, int, Elimination]:

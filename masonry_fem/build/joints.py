@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fnmatch import fnmatchcase
+from pathlib import Path
 
 import numpy as np
 
@@ -44,7 +45,7 @@ def _joins(between: tuple[str, str], first: tuple[str, ...], second: tuple[str, 
 
 
 def contacts_and_joints(
-    scene: specs.Scene, stones: Stones, interfaces: tuple[Interface, ...]
+    scene: specs.Scene, stones: Stones, interfaces: tuple[Interface, ...], base: Path
 ) -> tuple[Contacts, JointTable, Assignment | None]:
     """Contact points on all interfaces, the joint properties at each of them, and laws if there are any."""
     chosen = joint_of_interfaces(scene, stones, interfaces)
@@ -70,7 +71,7 @@ def contacts_and_joints(
         tangential_restitution=spread([joint.tangential_restitution for joint in records]),
         velocity_form=spread([joint.form == "velocity" for joint in records]) > 0,
     )
-    return contacts, table, joint_laws(scene, contacts, chosen)
+    return contacts, table, joint_laws(scene, contacts, chosen, base)
 
 
 def _rule(joint: specs.Joint, stones: Stones, interface: Interface) -> Rule:

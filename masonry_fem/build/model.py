@@ -58,7 +58,7 @@ def build(scene: specs.Scene, base: Path) -> Built:
     interfaces = detect(stones.assembly, reach=reach, angle=scene.contact.angle)
     interfaces = _between_free(stones, interfaces)
     _doubt_loose(stones, interfaces)
-    contacts, joints, laws = contacts_and_joints(scene, stones, interfaces)
+    contacts, joints, laws = contacts_and_joints(scene, stones, interfaces, base)
     clock.lap("detect")
     if stones.of_role("elastic"):
         _load_fenicsx()

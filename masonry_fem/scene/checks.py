@@ -24,6 +24,7 @@ from masonry_fem.scene.specs import (
     Initial,
     MeshSettings,
     Motion,
+    PythonLaw,
     Record,
     Scene,
     StackStructure,
@@ -191,6 +192,10 @@ def _files(scene: Scene, base: Path) -> None:
             _exists(record.path, (*path, "path"), base)
         elif isinstance(record, Record):
             _exists(record.path, (*path, "path"), base)
+        elif isinstance(record, PythonLaw):
+            if Path(record.file).suffix.lower() != ".py":
+                raise wrong((*path, "file"), record.file, "a Python file that ends in '.py'")
+            _exists(record.file, (*path, "file"), base)
 
 
 def _increasing(table: Table, path: KeyPath) -> None:

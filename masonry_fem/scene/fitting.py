@@ -139,9 +139,14 @@ def _fit_union(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, dime
     of_lists = [one for one in choices if isinstance(one, inspect.VarTupleType)]
     others = [one for one in choices if one not in of_lists]
     fitting = of_lists if isinstance(value, list | tuple) else others
-    if not fitting:
-        raise wrong(path, value, expectation(kind, dimension))
-    return fitted(value, fitting[0], path, dimension)
+    if len(fitting) == 1:
+        return fitted(value, fitting[0], path, dimension)
+    for one in fitting:  # a number or a text: the first that takes it
+        try:
+            return fitted(value, one, path, dimension)
+        except MisfitError:
+            continue
+    raise wrong(path, value, expectation(kind, dimension))
 
 
 def _tagged(value: Any, choices: list[inspect.Type], path: KeyPath) -> inspect.Type:

@@ -13,7 +13,7 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
-from masonry_fem.scene.record import Distance, NonNegative, Pressure, Spec
+from masonry_fem.scene.record import Distance, FilePath, Name, NonNegative, Pressure, Spec
 
 Stiffness = Annotated[float, Meta(gt=0, extra={"unit": "N/m^3"})]
 SurfaceEnergy = Annotated[float, Meta(gt=0, extra={"unit": "J/m^2"})]
@@ -99,6 +99,18 @@ class Trapezoidal(Softening, frozen=True, kw_only=True, tag_field="kind", tag="t
     plateau: Annotated[float, Meta(ge=0, lt=1)] = 0.5
 
 
+class PythonLaw(Spec, frozen=True, kw_only=True, tag_field="kind", tag="python"):
+    """A law of the user's own: a class of a Python file beside the scene.
+
+    The class derives from `masonry_fem.nscd.laws.Law`; it gets the `parameters` as keywords, in SI
+    units, and the joint's `friction` where it takes one. The file is run: take scenes from people you trust.
+    """
+
+    file: FilePath
+    law: Name
+    parameters: dict[Name, float | bool | str] | None = None
+
+
 AnyLaw = (
     ConstantThreshold
     | MohrCoulomb
@@ -109,4 +121,5 @@ AnyLaw = (
     | Bilinear
     | Exponential
     | Trapezoidal
+    | PythonLaw
 )

@@ -35,6 +35,7 @@ from masonry_fem.scene.laws import (
     FremondCangemi,
     MohrCoulomb,
     MonerieAcary,
+    PythonLaw,
     Trapezoidal,
 )
 from masonry_fem.scene.record import (
@@ -101,6 +102,7 @@ __all__ = [
     "Override",
     "PointForce",
     "Probe",
+    "PythonLaw",
     "Record",
     "Scene",
     "Sine",

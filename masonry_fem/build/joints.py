@@ -71,7 +71,7 @@ def contacts_and_joints(
         tangential_restitution=spread([joint.tangential_restitution for joint in records]),
         velocity_form=spread([joint.form == "velocity" for joint in records]) > 0,
     )
-    return contacts, table, joint_laws(scene, contacts, chosen, base)
+    return contacts, table, joint_laws(scene, contacts, interfaces, chosen, base)
 
 
 def _rule(joint: specs.Joint, stones: Stones, interface: Interface) -> Rule:

@@ -63,7 +63,8 @@ def is_vector(kind: inspect.VarTupleType) -> bool:
 def _range_text(kind: Any) -> str:
     limits = ((">", kind.gt), (">=", kind.ge), ("<", kind.lt), ("<=", kind.le))
     text = " and ".join(f"{sign} {limit:g}" for sign, limit in limits if limit is not None)
-    return f" {text}" if text else ""
+    steps = f" in steps of {kind.multiple_of:g}" if kind.multiple_of is not None else ""
+    return (f" {text}" if text else "") + steps
 
 
 _WORDS: dict[type, str | Callable[[Any, dict[str, Any], int | None], str]] = {

@@ -178,6 +178,7 @@ def _in_range(number: float, kind: Any) -> bool:
         and (kind.ge is None or number >= kind.ge)
         and (kind.lt is None or number < kind.lt)
         and (kind.le is None or number <= kind.le)
+        and (kind.multiple_of is None or number % kind.multiple_of == 0)
     )
 
 

@@ -4,6 +4,14 @@
     kind = "mohr_coulomb"
     cohesion = "0.35 MPa"
 
+    [joints.mortar]
+    thickness = "10 mm"
+    young = "1.2 GPa"
+
+    [joints.dilatancy]
+    tangent = 0.1
+    bound = "1 mm"
+
 Friction is the joint's own ``friction``. The mechanics is in ``masonry_fem.nscd.laws``, under the same names.
 """
 
@@ -13,7 +21,7 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
-from masonry_fem.scene.record import Distance, FilePath, Name, NonNegative, Pressure, Spec
+from masonry_fem.scene.record import Distance, FilePath, Length, Name, NonNegative, Pressure, Spec
 
 Stiffness = Annotated[float, Meta(gt=0, extra={"unit": "N/m^3"})]
 SurfaceEnergy = Annotated[float, Meta(gt=0, extra={"unit": "J/m^2"})]
@@ -109,6 +117,29 @@ class PythonLaw(Spec, frozen=True, kw_only=True, tag_field="kind", tag="python")
     file: FilePath
     law: Name
     parameters: dict[Name, float | bool | str] | None = None
+
+
+class Mortar(Spec, frozen=True, kw_only=True):
+    """Layer of elastic mortar in series with the joint's law, or with dry contact.
+
+    It is given by its stiffnesses, or by its thickness and moduli: then k_N = E'/t, k_T = G/t, where E' is
+    that of a layer whose stretch in its plane is hindered.
+    """
+
+    normal_stiffness: Stiffness | None = None
+    tangential_stiffness: Stiffness | None = None
+    thickness: Length | None = None
+    young: Pressure | None = None
+    poisson: Annotated[float, Meta(gt=-1, lt=0.5)] | None = None
+    crushing: Pressure | None = None
+    hardening: Stiffness | None = None
+
+
+class Dilatancy(Spec, frozen=True, kw_only=True):
+    """Sliding that opens the joint, by bound (1 − exp(−tangent · slide/bound)); sliding back closes it."""
+
+    tangent: Annotated[float, Meta(gt=0)]
+    bound: Length
 
 
 AnyLaw = (

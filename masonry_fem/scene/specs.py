@@ -29,12 +29,14 @@ from masonry_fem.scene.laws import (
     AnyLaw,
     Bilinear,
     ConstantThreshold,
+    Dilatancy,
     ElasticBrittle,
     ElasticJoint,
     Exponential,
     FremondCangemi,
     MohrCoulomb,
     MonerieAcary,
+    Mortar,
     PythonLaw,
     Trapezoidal,
 )
@@ -80,6 +82,7 @@ __all__ = [
     "ConstantThreshold",
     "Contact",
     "Damping",
+    "Dilatancy",
     "Dynamics",
     "ElasticBrittle",
     "ElasticJoint",
@@ -97,6 +100,7 @@ __all__ = [
     "MeshSettings",
     "MohrCoulomb",
     "MonerieAcary",
+    "Mortar",
     "Motion",
     "Output",
     "Override",
@@ -150,11 +154,14 @@ class Joint(Spec, frozen=True, kw_only=True):
     ``interface`` matches the joint label of the faces (bed, head, radial ...) and ``between`` the
     two blocks, in either order. ``inset`` is the slides' ξ of the ``corners`` rule; ``density`` is
     the number of subdivisions of the ``gauss`` rule. A ``law`` adds cohesion; its strengths and
-    stiffnesses are per area, and each contact point has its share of the face.
+    stiffnesses are per area, and each contact point has its share of the face. A ``mortar`` gives
+    way under pressure and shear before the faces do anything; ``dilatancy`` opens what slides.
     """
 
     friction: NonNegative = 0.6
     law: AnyLaw | None = None
+    mortar: Mortar | None = None
+    dilatancy: Dilatancy | None = None
     dynamic_friction: NonNegative | None = None
     restitution: Unit = 0.0
     tangential_restitution: Unit = 0.0
@@ -164,6 +171,11 @@ class Joint(Spec, frozen=True, kw_only=True):
     density: Count = 1
     interface: str = "*"
     between: tuple[BlockSelector, BlockSelector] = ("*", "*")
+
+    @property
+    def dry(self) -> bool:
+        """True where contact and friction are all there is."""
+        return self.law is None and self.mortar is None and self.dilatancy is None
 
 
 class Statics(Spec, frozen=True, kw_only=True, tag_field="kind", tag="statics"):

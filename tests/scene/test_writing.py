@@ -1,5 +1,6 @@
 """Writing scenes: what is written reads back to an equal scene, whatever the scene."""
 
+import math
 import typing
 
 import msgspec
@@ -53,6 +54,8 @@ def values(kind: inspect.Type, dimension: int) -> st.SearchStrategy[object]:  # 
 def numbers(kind: inspect.FloatType) -> st.SearchStrategy[float]:
     low = kind.gt if kind.gt is not None else kind.ge
     high = kind.lt if kind.lt is not None else kind.le
+    if kind.multiple_of is not None:
+        return st.integers(math.ceil(low / kind.multiple_of), 99).map(lambda n: n * kind.multiple_of)
     return st.floats(
         low, high, exclude_min=kind.gt is not None, exclude_max=kind.lt is not None,
         allow_nan=False, allow_infinity=False,

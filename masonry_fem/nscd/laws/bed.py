@@ -25,6 +25,7 @@ from masonry_fem.nscd.laws.reduction import Reduction
 from masonry_fem.nscd.laws.state import JointState
 
 ROUNDING = 1e-12  # of a strength
+LEAST_SHARE = 1e-6  # of the largest tributary area: what a point without an area bears
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,17 +56,23 @@ class Bed(Law):
 
     @classmethod
     def of_mortar(
-        cls, law: Law, thickness: float, young: float, poisson: float = 0.2, crushing: float | None = None
+        cls,
+        law: Law,
+        thickness: float,
+        young: float,
+        poisson: float = 0.2,
+        crushing: Parameter | None = None,
+        hardening: Parameter | None = None,
     ) -> Bed:
         """The bed of a mortar layer: E'/t across, G/t along; its stretch in the plane is hindered.
 
         Parameters
         ----------
-        thickness : t [m]. young : E [Pa]. poisson : ν. crushing : f_c [Pa].
+        thickness : t [m]. young : E [Pa]. poisson : ν. crushing : f_c [Pa]. hardening : [N/m³].
         """
         confined = young * (1.0 - poisson) / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
         shear = young / (2.0 * (1.0 + poisson))
-        return cls(law, confined / thickness, shear / thickness, crushing)
+        return cls(law, confined / thickness, shear / thickness, crushing, hardening)
 
     @override
     def initial(self, count: int, dimension: int) -> JointState:
@@ -86,6 +93,7 @@ class Bed(Law):
 
     @override
     def reduce(self, state: JointState, jump: FloatArray, area: FloatArray, step: float) -> Reduction:
+        area = _bearing(area)
         # the trial state has moved on: ``bedded`` is the deformation at the start of the step
         inner = self.law.reduce(state, jump - state.bedded, area, step)
         compliance = 1.0 / (step**2 * self._stiffness(state, area))
@@ -108,6 +116,7 @@ class Bed(Law):
         self, state: JointState, trial: JointState, jump: FloatArray, reaction: FloatArray,
         velocity: FloatArray, area: FloatArray, step: float,
     ) -> JointState:  # fmt: skip
+        area = _bearing(area)
         strength, slope = self._yield(state.count)
         elastic = -reaction / self._stiffness(state, area)
         pressure = reaction[:, 0] / area
@@ -135,10 +144,21 @@ class Bed(Law):
 
     @override
     def adhesive_reaction(self, state: JointState, area: FloatArray) -> FloatArray:
-        return self.law.adhesive_reaction(state, area)
+        return self.law.adhesive_reaction(state, _bearing(area))
 
     @override
     def stored(self, state: JointState, area: FloatArray) -> FloatArray:
+        area = _bearing(area)
         stretched = (self._stiffness(state, area) * state.elastic**2).sum(axis=1)
         energy: FloatArray = self.law.stored(state, area) + 0.5 * stretched
         return energy
+
+
+def _bearing(area: FloatArray) -> FloatArray:
+    """Areas that are all positive.
+
+    Nothing of a face belongs to the corner nodes of quadratic triangles: they lie on no mortar and bear
+    next to nothing, but have to give way.
+    """
+    least: FloatArray = np.maximum(area, LEAST_SHARE * area.max(initial=0.0))
+    return least

@@ -42,13 +42,24 @@ class Rough(Law):
     def __post_init__(self) -> None:
         check_non_negative(self, "dilatancy")
         check_positive(self, "bound")
-        friction = np.asarray(getattr(self.law, "friction", np.inf), dtype=float)
+        friction = self._least_friction()
         steep = np.asarray(self.dilatancy) > friction
         if steep.any():
             raise LawError(
                 f"law '{self.name}': dilatancy is {np.max(self.dilatancy):g}, expected at most the friction "
                 f"{np.min(friction):g}; sliding would create energy"
             )
+
+    def _least_friction(self) -> FloatArray:
+        """The smallest coefficient that the law may have, intact or broken, at rest or sliding."""
+        if getattr(self.law, "friction_mode", "constant") == "damage":
+            return np.zeros(1)  # of a sound joint
+        given = [getattr(self.law, f"{kind}friction", None) for kind in ("", "dynamic_", "residual_")]
+        least = np.full(1, np.inf)
+        for friction in given:
+            if friction is not None:
+                least = np.minimum(least, np.asarray(friction, dtype=float))
+        return least
 
     def _raise(self, jump: FloatArray) -> FloatArray:
         """Opening d of a jump, shape (c,)."""

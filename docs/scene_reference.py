@@ -173,6 +173,7 @@ MEANING: dict[str, str] = {
     "FremondCangemi.exponent": "p of the viscous evolution",
     "FremondCangemi.degree": "of h(β) = β or β²",
     "Trapezoidal.plateau": "its length, of the way to rupture",
+    "Joint.inclination": "least and greatest angle of the joint's plane to the horizontal",
     "Joint.mortar": "elastic layer in series; none where it is not given",
     "Joint.dilatancy": "opening by sliding; none where it is not given",
     "Mortar.normal_stiffness": "k_N: pressure over closing",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from fnmatch import fnmatchcase
 from pathlib import Path
 
@@ -16,26 +17,37 @@ from masonry_fem.errors import SceneError
 from masonry_fem.nscd.laws.assignment import Assignment
 from masonry_fem.scene import specs
 
+ROUNDING = 1e-6  # of an angle [degrees]
+
 
 def joint_of_interfaces(scene: specs.Scene, stones: Stones, interfaces: tuple[Interface, ...]) -> list[int]:
     """Number of the joint record that holds for each interface: the last that matches."""
     names = block_names(stones.assembly)
     found = []
     for interface in interfaces:
+        angle = inclination(interface)
         first, second = (names[block] for block in interface.blocks)
         matching = [
             index
             for index, joint in enumerate(scene.joints)
             if fnmatchcase(interface.label, joint.interface)
+            and joint.inclination[0] - ROUNDING <= angle <= joint.inclination[1] + ROUNDING
             and (_joins(joint.between, first, second) or _joins(joint.between, second, first))
         ]
         if not matching:
             raise SceneError(
                 f"joints: none matches the interface '{interface.label}' between '{first[0]}' and "
-                f"'{second[0]}'; add a joint with interface = '*' and no 'between' as the first one"
+                f"'{second[0]}', {angle:.3g} degrees to the horizontal; add a joint with interface = '*', "
+                "no 'between' and no 'inclination' as the first one"
             )
         found.append(matching[-1])
     return found
+
+
+def inclination(interface: Interface) -> float:
+    """Angle of a plane to the horizontal, 0 (beds) to 90 (heads) [degrees]; up is the last axis."""
+    up = abs(float(interface.normal[-1]))
+    return math.degrees(math.atan2(float(np.linalg.norm(interface.normal[:-1])), up))
 
 
 def _joins(between: tuple[str, str], first: tuple[str, ...], second: tuple[str, ...]) -> bool:

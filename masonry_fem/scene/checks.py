@@ -155,6 +155,10 @@ def _turn(value: Any, path: KeyPath, flat: bool, unit: str) -> None:
 
 def _joints(scene: Scene) -> None:
     for index, joint in enumerate(scene.joints):
+        low, high = joint.inclination
+        if low > high:
+            expected = "the smaller angle first"
+            raise wrong(("joints", index, "inclination"), joint.inclination, expected)
         if joint.mortar is not None:
             _mortar(joint.mortar, ("joints", index, "mortar"))
 

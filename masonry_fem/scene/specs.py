@@ -48,6 +48,7 @@ from masonry_fem.scene.record import (
     Element,
     Fidelity,
     Fraction,
+    Inclination,
     Length,
     Name,
     NonNegative,
@@ -151,11 +152,14 @@ class Override(Spec, frozen=True, kw_only=True):
 class Joint(Spec, frozen=True, kw_only=True):
     """Contact law of the selected interfaces; the last joint that matches an interface holds.
 
-    ``interface`` matches the joint label of the faces (bed, head, radial ...) and ``between`` the
-    two blocks, in either order. ``inset`` is the slides' ξ of the ``corners`` rule; ``density`` is
-    the number of subdivisions of the ``gauss`` rule. A ``law`` adds cohesion; its strengths and
-    stiffnesses are per area, and each contact point has its share of the face. A ``mortar`` gives
-    way under pressure and shear before the faces do anything; ``dilatancy`` opens what slides.
+    ``interface`` matches the joint label of the faces (bed, head, radial ...), ``between`` the
+    two blocks, in either order, and ``inclination`` the angle of the joint to the horizontal, for
+    blocks without labels: beds have 0, heads 90.
+
+    ``inset`` is the slides' ξ of the ``corners`` rule; ``density`` is the number of subdivisions of
+    the ``gauss`` rule. A ``law`` adds cohesion; its strengths and stiffnesses are per area, and each
+    contact point has its share of the face. A ``mortar`` gives way under pressure and shear before
+    the faces do anything; ``dilatancy`` opens what slides.
     """
 
     friction: NonNegative = 0.6
@@ -171,6 +175,7 @@ class Joint(Spec, frozen=True, kw_only=True):
     density: Count = 1
     interface: str = "*"
     between: tuple[BlockSelector, BlockSelector] = ("*", "*")
+    inclination: tuple[Inclination, Inclination] = (0.0, 90.0)
 
     @property
     def dry(self) -> bool:

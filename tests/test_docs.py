@@ -2,6 +2,7 @@
 
 import importlib.util
 import re
+from pathlib import Path
 
 import msgspec
 import pytest
@@ -9,6 +10,8 @@ import pytest
 from masonry_fem.run import solve_scene
 from masonry_fem.scene import specs
 from masonry_fem.scene.specs import Loads, Material, Scene, StackStructure
+
+LAW_PAGES = sorted((Path(__file__).parents[1] / "docs/laws").glob("*.md"))
 
 
 @pytest.fixture(scope="module")
@@ -37,13 +40,17 @@ def test_every_record_and_key_is_explained(reference):
 
 
 @pytest.mark.parametrize(
-    "page", ["index", "scene", "strategies", "solvers", "results", "determinacy", "method", "limits"]
-)
+    "page",
+    [
+        "index", "scene", "strategies", "solvers", "results", "determinacy", "method", "limits", "joints",
+        *(f"laws/{page.stem}" for page in LAW_PAGES),
+    ],
+)  # fmt: skip
 def test_links_of_a_page_lead_somewhere(page, repository):
-    docs = repository / "docs"
-    text = (docs / f"{page}.md").read_text(encoding="utf-8")
+    file = repository / "docs" / f"{page}.md"
+    text = file.read_text(encoding="utf-8")
     links = [link for link in re.findall(r"\]\(([^)#]+)\)", text) if "://" not in link]
-    assert [link for link in links if not (docs / link).exists()] == []
+    assert [link for link in links if not (file.parent / link).exists()] == []
 
 
 def test_results_page_lists_every_key_of_the_summary(repository):

@@ -199,6 +199,7 @@ def summarise(scene: specs.Scene, built: Built, made: March) -> dict[str, Any]:
         "time": report.time,
         "steps": report.step,
         **size(built),
+        **_scatter(scene, built),
         "supports": {name: _wrench(value, d) for name, value in report.support_resultants.items()},
         "applied": report.applied[:d],
         "certificate": certificate(made),
@@ -226,6 +227,16 @@ def summarise(scene: specs.Scene, built: Built, made: March) -> dict[str, Any]:
         "peak_memory_mb": peak_memory(),
         "versions": versions(),
     }
+
+
+def _scatter(scene: specs.Scene, built: Built) -> dict[str, Any]:
+    """Seeds of the joints' random fields and how far their properties went; nothing where none scatters."""
+    factors = built.model.scatter
+    if not factors:
+        return {}
+    seeds = [joint.scatter.seed for joint in scene.joints if joint.scatter is not None]
+    ends = {name: [float(values.min()), float(values.max())] for name, values in factors.items()}
+    return {"scatter": {"seeds": seeds, "factors": ends}}
 
 
 def size(built: Built) -> dict[str, int]:

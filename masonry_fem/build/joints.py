@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from masonry_fem.build.laws import joint_laws
+from masonry_fem.build.scatter import scatter_factors
 from masonry_fem.build.stones import Stones, block_names
 from masonry_fem.contact.contacts import Contacts, Interface
 from masonry_fem.contact.placement import Rule, place
@@ -58,8 +59,11 @@ def _joins(between: tuple[str, str], first: tuple[str, ...], second: tuple[str, 
 
 def contacts_and_joints(
     scene: specs.Scene, stones: Stones, interfaces: tuple[Interface, ...], base: Path
-) -> tuple[Contacts, JointTable, Assignment | None]:
-    """Contact points on all interfaces, the joint properties at each of them, and laws if there are any."""
+) -> tuple[Contacts, JointTable, Assignment | None, dict[str, np.ndarray]]:
+    """Contact points on all interfaces, the joint properties at each of them, and laws if there are any.
+
+    Last the factors by which properties of the points scatter, by parameter.
+    """
     chosen = joint_of_interfaces(scene, stones, interfaces)
     rules = [
         _rule(scene.joints[joint], stones, interface)
@@ -71,9 +75,12 @@ def contacts_and_joints(
     def spread(values: list[float]) -> np.ndarray:
         return np.array(values, dtype=float)[contacts.interface] if values else np.zeros(0)
 
+    scatter = scatter_factors(scene, interfaces, chosen)
+    differs = scatter["friction"][contacts.interface] if "friction" in scatter else 1.0
     table = JointTable(
-        friction=spread([joint.friction for joint in records]),
-        dynamic_friction=spread(
+        friction=differs * spread([joint.friction for joint in records]),
+        dynamic_friction=differs
+        * spread(
             [
                 joint.friction if joint.dynamic_friction is None else joint.dynamic_friction
                 for joint in records
@@ -83,7 +90,8 @@ def contacts_and_joints(
         tangential_restitution=spread([joint.tangential_restitution for joint in records]),
         velocity_form=spread([joint.form == "velocity" for joint in records]) > 0,
     )
-    return contacts, table, joint_laws(scene, contacts, interfaces, chosen, base)
+    laws = joint_laws(scene, contacts, interfaces, chosen, base, scatter)
+    return contacts, table, laws, {name: values[contacts.interface] for name, values in scatter.items()}
 
 
 def _rule(joint: specs.Joint, stones: Stones, interface: Interface) -> Rule:

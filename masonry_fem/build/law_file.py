@@ -18,13 +18,13 @@ from types import CodeType, ModuleType
 from typing import Any, override
 
 from masonry_fem.errors import LawError, SceneError
-from masonry_fem.nscd.laws.law import Law
+from masonry_fem.nscd.laws.law import Law, Parameter
 from masonry_fem.scene import specs
 from masonry_fem.scene.misfit import listed, nearest
 
 
 def law_of_file(
-    spec: specs.PythonLaw, friction: float, base: Path, key: str, arrays: Mapping[str, Any] | None = None
+    spec: specs.PythonLaw, friction: Parameter, base: Path, key: str, arrays: Mapping[str, Any] | None = None
 ) -> Law:
     """The law that a file's class makes of the scene's parameters.
 

@@ -9,21 +9,49 @@ sliding does (dilatancy), and the layer of mortar in series with all of it.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.build.law_file import law_of_file
+from masonry_fem.build.scatter import scattered, with_ductility
 from masonry_fem.contact.contacts import Contacts, Interface
 from masonry_fem.errors import LawError, SceneError
 from masonry_fem.nscd.laws.assignment import Assignment
 from masonry_fem.scene import specs
+from masonry_fem.scene.laws import Softening
 
 if TYPE_CHECKING:
     from masonry_fem.nscd.laws.law import Law
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """Contact points of one joint record.
+
+    Attributes
+    ----------
+    joint : The record. key : Where it stands in the scene. base : Folder of files that laws come from.
+    points : Numbers of the contact points, shape (k,).
+    factor : Factors on the record's values by parameter, shape (k,).
+    """
+
+    joint: specs.Joint
+    key: str
+    base: Path
+    points: NDArray[np.int64]
+    factor: dict[str, FloatArray]
+
+    @property
+    def rubbing(self) -> float | FloatArray:
+        """The factor on all coefficients of friction."""
+        return self.factor.get("friction", 1.0)
 
 
 def joint_laws(
@@ -32,11 +60,12 @@ def joint_laws(
     interfaces: tuple[Interface, ...],
     chosen: list[int],
     base: Path,
+    scatter: dict[str, FloatArray],
 ) -> Assignment | None:
     """The laws of all joints, dry ones among them; None where all are dry.
 
     ``chosen`` is the number of the joint record of each interface, ``base`` the folder of
-    the files that laws come from.
+    the files that laws come from, ``scatter`` the factors on the scene's values by interface.
     """
     record = np.array(chosen, dtype=int)[contacts.interface] if len(chosen) else np.zeros(0, dtype=int)
     used = np.unique(record).tolist()
@@ -47,12 +76,11 @@ def joint_laws(
     for index in used:
         joint = scene.joints[index]
         alone = bare if joint.mortar is None else bare & _on_points(contacts, interfaces)
-        points = np.flatnonzero((record == index) & ~alone)
-        if len(points):
-            parts.append((_law(index, joint, base), points))
-        points = np.flatnonzero((record == index) & alone)
-        if len(points):
-            parts.append((_dry(joint), points))
+        for held, make in ((~alone, _law), (alone, _dry)):
+            points = np.flatnonzero((record == index) & held)
+            if len(points):
+                factor = {name: values[contacts.interface[points]] for name, values in scatter.items()}
+                parts.append((make(_Part(joint, f"joints.{index}", base, points, factor)), points))
     return Assignment(tuple(parts))
 
 
@@ -70,60 +98,73 @@ def _on_points(contacts: Contacts, interfaces: tuple[Interface, ...]) -> NDArray
     return without
 
 
-def _law(index: int, joint: specs.Joint, base: Path) -> Law:
-    from masonry_fem.nscd.laws import Bed, Rough  # noqa: PLC0415 - only scenes with cohesion need them
+def _law(part: _Part) -> Law:
+    """Faces, roughness and bed of a joint."""
+    from masonry_fem.nscd.laws import Rough  # noqa: PLC0415 - only scenes with cohesion need them
 
-    law = _faces(index, joint, base)
-    part = "dilatancy"
-    try:
-        if joint.dilatancy is not None:
-            law = Rough(law, joint.dilatancy.tangent, joint.dilatancy.bound)
-        part, mortar = "mortar", joint.mortar
-        if mortar is None:
-            return law
-        if mortar.thickness is None or mortar.young is None:
-            normal, tangential = mortar.normal_stiffness, mortar.tangential_stiffness
-            assert normal is not None  # checked with the scene
-            assert tangential is not None
-            return Bed(law, normal, tangential, mortar.crushing, mortar.hardening)
-        poisson = 0.2 if mortar.poisson is None else mortar.poisson
-        return Bed.of_mortar(
-            law, mortar.thickness, mortar.young, poisson, mortar.crushing, mortar.hardening
-        )  # fmt: skip
-    except LawError as error:
-        raise SceneError(f"joints.{index}.{part}: {error}") from error
+    law, rough = _faces(part), part.joint.dilatancy
+    if rough is not None:
+        # a joint that drew a low friction is less rough: more would create energy
+        tangent = rough.tangent * np.minimum(1.0, part.rubbing)
+        law = _made(f"{part.key}.dilatancy", Rough, law, tangent, rough.bound)
+    return law if part.joint.mortar is None else _bedded(part, law, part.joint.mortar)
 
 
-def _faces(index: int, joint: specs.Joint, base: Path) -> Law:
+def _bedded(part: _Part, law: Law, mortar: specs.Mortar) -> Law:
+    """The law on its bed of mortar."""
+    from masonry_fem.nscd.laws import Bed  # noqa: PLC0415 - only scenes with cohesion need them
+
+    given = {name: value for name, value in msgspec.structs.asdict(mortar).items() if value is not None}
+    factor = {name.removeprefix("mortar."): value for name, value in part.factor.items() if "." in name}
+    make = Bed if mortar.thickness is None else Bed.of_mortar
+    return _made(f"{part.key}.mortar", make, law, **scattered(given, factor))
+
+
+def _faces(part: _Part) -> Law:
     """What holds the two faces together."""
     from masonry_fem.nscd.laws import LAWS  # noqa: PLC0415 - only scenes with cohesion need them
 
+    joint = part.joint
     if not joint.dry:
-        _check(index, joint)
+        _check(part)
     if joint.law is None:
-        return _dry(joint)
+        return _dry(part)
+    friction = joint.friction * part.rubbing
     if isinstance(joint.law, specs.PythonLaw):
-        return law_of_file(joint.law, joint.friction, base, f"joints.{index}.law")
-    make: Callable[..., Law] = LAWS[str(joint.law.__struct_config__.tag)]
-    try:
-        return make(friction=joint.friction, **msgspec.structs.asdict(joint.law))
-    except LawError as error:
-        raise SceneError(f"joints.{index}.law: {error}") from error
+        arrays = scattered(joint.law.parameters or {}, part.factor)
+        return law_of_file(joint.law, friction, part.base, f"{part.key}.law", arrays)
+    values = scattered(msgspec.structs.asdict(joint.law), part.factor)
+    if isinstance(joint.law, specs.MohrCoulomb) and joint.law.residual_friction is not None:
+        values["residual_friction"] = joint.law.residual_friction * part.rubbing
+    if isinstance(joint.law, Softening):
+        values = with_ductility(joint.law, values, part.key)
+    kind = LAWS[str(joint.law.__struct_config__.tag)]
+    return _made(f"{part.key}.law", kind, friction=friction, **values)
 
 
-def _dry(joint: specs.Joint) -> Law:
+def _dry(part: _Part) -> Law:
     from masonry_fem.nscd.laws import Dry  # noqa: PLC0415 - only scenes with cohesion need them
 
-    return Dry(friction=joint.friction, dynamic_friction=joint.dynamic_friction)
+    joint = part.joint
+    dynamic = None if joint.dynamic_friction is None else joint.dynamic_friction * part.rubbing
+    return Dry(friction=joint.friction * part.rubbing, dynamic_friction=dynamic)
 
 
-def _check(index: int, joint: specs.Joint) -> None:
+def _made(key: str, make: Callable[..., Law], *law: Any, **values: Any) -> Law:
+    try:
+        return make(*law, **values)
+    except LawError as error:
+        raise SceneError(f"{key}: {error}") from error
+
+
+def _check(part: _Part) -> None:
+    joint = part.joint
     parts = [name for name in ("law", "mortar", "dilatancy") if getattr(joint, name) is not None]
     with_law = ("dynamic_friction", None) if joint.law is not None else ("form", "gap")
     for name, plain in (("form", "gap"), with_law):
         value = getattr(joint, name)
         if value != plain:
             raise SceneError(
-                f"joints.{index}.{name} is {value!r} beside a {parts[0]}, expected none; leave it out, or "
-                f"drop joints.{index}.{parts[0]}"
+                f"{part.key}.{name} is {value!r} beside a {parts[0]}, expected none; leave it out, or "
+                f"drop {part.key}.{parts[0]}"
             )

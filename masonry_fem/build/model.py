@@ -58,7 +58,7 @@ def build(scene: specs.Scene, base: Path) -> Built:
     interfaces = detect(stones.assembly, reach=reach, angle=scene.contact.angle)
     interfaces = _between_free(stones, interfaces)
     _doubt_loose(stones, interfaces)
-    contacts, joints, laws = contacts_and_joints(scene, stones, interfaces, base)
+    contacts, joints, laws, scatter = contacts_and_joints(scene, stones, interfaces, base)
     clock.lap("detect")
     if stones.of_role("elastic"):
         _load_fenicsx()
@@ -72,6 +72,7 @@ def build(scene: specs.Scene, base: Path) -> Built:
         contacts=contacts,
         joints=joints,
         laws=laws,
+        scatter=scatter,
         loads=loads(scene, stones, groups, base),
         probes=_probes(scene, stones, groups),
         length=typical_length(stones.assembly),

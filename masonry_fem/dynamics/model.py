@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,6 +70,7 @@ class Model:
     probes : Named points.
     length : A typical block size [m], for tolerances and pictures.
     laws : Laws of the joints; None: all are dry.
+    scatter : Factors by which joint properties differ from place to place, by parameter, shape (c,).
     expulsion : Speed at which overlaps are driven apart in the gap form [m/s]; 0 holds them.
     """
 
@@ -82,4 +83,5 @@ class Model:
     probes: tuple[Probe, ...]
     length: float
     laws: Assignment | None = None
+    scatter: Mapping[str, FloatArray] = field(default_factory=dict)
     expulsion: float = 0.0

@@ -24,6 +24,7 @@ BLOCK, GROUP, FIDELITY = "block", "group", "fidelity"
 REACTION, TRACTION, NORMAL, STATUS = "reaction", "traction", "normal", "status"
 GAP, SLIP, INTERFACE, AREA = "gap", "relative_velocity", "interface", "area"
 ADHESION, JUMP = "adhesion", "jump"
+SCATTER = "scatter_"  # and the parameter
 CANDIDATE, ANTAGONIST = "candidate", "antagonist"
 
 
@@ -77,6 +78,7 @@ def contact_arrays(model: Model, state: SystemState) -> Arrays:
     """What contact points carry, in world axes; reactions [N] act on the candidate.
 
     Where joints have laws, there are the intensity of adhesion β (NaN in dry ones) and the jump [m], too.
+    Properties that scatter stand as factors on the scene's values: ``scatter_cohesion``.
     """
     contacts, frame = model.contacts, state.frame
     reaction = three(np.einsum("cai,ca->ci", frame, state.reaction))
@@ -86,15 +88,20 @@ def contact_arrays(model: Model, state: SystemState) -> Arrays:
         bonded = model.laws.initial(*state.jump.shape).adhesion > 0
         jump = three(np.einsum("cai,ca->ci", frame, state.jump))
         cohesion = {ADHESION: np.where(bonded, state.joints.adhesion, np.nan), JUMP: jump}
-    return cohesion | {
-        REACTION: reaction,
-        TRACTION: np.divide(reaction, area, out=np.zeros_like(reaction), where=area > 0),
-        NORMAL: three(frame[:, 0]),
-        SLIP: three(np.einsum("cai,ca->ci", frame, state.velocity)),
-        GAP: state.gap,
-        STATUS: state.status.astype(np.int64),
-        AREA: contacts.area,
-        INTERFACE: contacts.interface,
-        CANDIDATE: contacts.blocks[:, 0],
-        ANTAGONIST: contacts.blocks[:, 1],
-    }
+    scatter: Arrays = {SCATTER + name.replace(".", "_"): values for name, values in model.scatter.items()}
+    return (
+        cohesion
+        | scatter
+        | {
+            REACTION: reaction,
+            TRACTION: np.divide(reaction, area, out=np.zeros_like(reaction), where=area > 0),
+            NORMAL: three(frame[:, 0]),
+            SLIP: three(np.einsum("cai,ca->ci", frame, state.velocity)),
+            GAP: state.gap,
+            STATUS: state.status.astype(np.int64),
+            AREA: contacts.area,
+            INTERFACE: contacts.interface,
+            CANDIDATE: contacts.blocks[:, 0],
+            ANTAGONIST: contacts.blocks[:, 1],
+        }
+    )

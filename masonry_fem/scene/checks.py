@@ -13,6 +13,7 @@ from typing import Any
 
 import msgspec
 
+from masonry_fem.scene.joint_checks import check_joints
 from masonry_fem.scene.lines import KeyPath
 from masonry_fem.scene.misfit import MisfitError, braced, listed, nearest, wrong
 from masonry_fem.scene.specs import (
@@ -23,7 +24,6 @@ from masonry_fem.scene.specs import (
     FileStructure,
     Initial,
     MeshSettings,
-    Mortar,
     Motion,
     PythonLaw,
     Record,
@@ -46,7 +46,7 @@ def cross_check(scene: Scene, base: Path) -> None:
     _materials(scene)
     _fidelities(scene)
     _dimension(scene)
-    _joints(scene)
+    check_joints(scene)
     _shapes(scene)
     _analysis(scene)
     _solver(scene)
@@ -148,35 +148,6 @@ def _turn(value: Any, path: KeyPath, flat: bool, unit: str) -> None:
     if value is not None and isinstance(value, tuple) == flat:
         expected = f"one number in {unit} in a 2D scene" if flat else f"3 numbers in {unit} in a 3D scene"
         raise wrong(path, value, expected)
-
-
-# --- joints -----------------------------------------------------------------------------------
-
-
-def _joints(scene: Scene) -> None:
-    for index, joint in enumerate(scene.joints):
-        low, high = joint.inclination
-        if low > high:
-            expected = "the smaller angle first"
-            raise wrong(("joints", index, "inclination"), joint.inclination, expected)
-        if joint.mortar is not None:
-            _mortar(joint.mortar, ("joints", index, "mortar"))
-
-
-def _mortar(mortar: Mortar, path: KeyPath) -> None:
-    """Stiffnesses, or thickness and moduli."""
-    forms = (("normal_stiffness", "tangential_stiffness"), ("thickness", "young"))
-    given = [[name for name in form if getattr(mortar, name) is not None] for form in forms]
-    expected = "normal_stiffness and tangential_stiffness, or thickness and young (and poisson)"
-    if all(given) or (given[0] and mortar.poisson is not None):
-        raise MisfitError(path, f"{{path}} has both stiffnesses and moduli, expected {expected}; drop one")
-    whole = given[0] or given[1]
-    form = forms[0] if given[0] else forms[1]
-    if len(whole) < len(form):
-        lacking = [name for name in form if name not in whole] if whole else ["normal_stiffness"]
-        raise MisfitError(path, f"{{path}} lacks {listed(lacking)}, expected {expected}; give it")
-    if mortar.hardening is not None and mortar.crushing is None:
-        raise wrong((*path, "hardening"), mortar.hardening, "a crushing strength beside it; give 'crushing'")
 
 
 # --- structures, analysis, files --------------------------------------------------------------

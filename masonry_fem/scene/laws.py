@@ -26,6 +26,13 @@ from masonry_fem.scene.record import Distance, FilePath, Length, Name, NonNegati
 Stiffness = Annotated[float, Meta(gt=0, extra={"unit": "N/m^3"})]
 SurfaceEnergy = Annotated[float, Meta(gt=0, extra={"unit": "J/m^2"})]
 Viscosity = Annotated[float, Meta(ge=0, extra={"unit": "J s/m^2"})]
+ParameterName = Annotated[
+    str,
+    Meta(
+        pattern=r"^[a-z]\w*(\.\w+)?$",
+        extra={"expected": "the name of a parameter such as 'cohesion', 'friction' or 'mortar.young'"},
+    ),
+]
 Cohesion = Annotated[float, Meta(ge=0, extra={"unit": "Pa"})]
 
 
@@ -140,6 +147,21 @@ class Dilatancy(Spec, frozen=True, kw_only=True):
 
     tangent: Annotated[float, Meta(gt=0)]
     bound: Length
+
+
+class Scatter(Spec, frozen=True, kw_only=True):
+    """Properties that differ from joint to joint: a random field with one value an interface.
+
+    `variation` has the coefficient of variation (standard deviation over mean) of parameters of the law, of
+    `friction`, and of the mortar as `"mortar.young"`; the values in the scene are the means. One field drives
+    all parameters of a joint record: a joint that is weak in one is weak in all. The same seed gives the same
+    field again. `truncated_normal` is cut off at nothing and at twice the mean.
+    """
+
+    seed: Annotated[int, Meta(ge=0)]
+    variation: dict[ParameterName, Annotated[float, Meta(gt=0, lt=2)]]
+    distribution: Literal["lognormal", "truncated_normal", "weibull"] = "lognormal"
+    correlation_length: Length | None = None
 
 
 AnyLaw = (

@@ -38,6 +38,7 @@ from masonry_fem.scene.laws import (
     MonerieAcary,
     Mortar,
     PythonLaw,
+    Scatter,
     Trapezoidal,
 )
 from masonry_fem.scene.record import (
@@ -109,6 +110,7 @@ __all__ = [
     "Probe",
     "PythonLaw",
     "Record",
+    "Scatter",
     "Scene",
     "Sine",
     "Solver",
@@ -166,6 +168,7 @@ class Joint(Spec, frozen=True, kw_only=True):
     law: AnyLaw | None = None
     mortar: Mortar | None = None
     dilatancy: Dilatancy | None = None
+    scatter: Scatter | None = None
     dynamic_friction: NonNegative | None = None
     restitution: Unit = 0.0
     tangential_restitution: Unit = 0.0

@@ -56,8 +56,10 @@ def test_a_column_settles_by_its_weight_over_the_stiffness_of_its_beds(dimension
     expected = (1 + 2 + 3) * stress / K_N
     if fidelity == "elastic":  # nodal values of a bar under its weight are exact
         expected += DENSITY * G * (3 * HEIGHT) ** 2 / 2 / 1e10
-    moved = solved(scene).march.report.probes["top"]
+    result = solved(scene)
+    moved = result.march.report.probes["top"]
     assert moved[-1] == pytest.approx(-expected, rel=1e-9)
+    assert result.summary["certificate"]["max_penetration"] <= 1e-9 * expected
     assert moved[:-1] == pytest.approx(0.0, abs=1e-9 * expected)
 
 

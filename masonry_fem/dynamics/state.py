@@ -35,6 +35,8 @@ class SystemState:
     points : Current contact points (on the candidate), world, shape (c, d) [m].
     jump : Displacement jump since bonding ũ, as the joint laws see it [m], shape (c, d); None: no laws.
     joints : What the joint laws remember; None: all joints are dry.
+    rigid_velocity : U of the solved bodies in the last step, a first guess for the next, shape (b, m);
+        None before the first.
     """
 
     time: float
@@ -48,3 +50,4 @@ class SystemState:
     points: FloatArray
     jump: FloatArray | None = None
     joints: JointState | None = None
+    rigid_velocity: FloatArray | None = None

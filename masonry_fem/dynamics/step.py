@@ -165,6 +165,7 @@ def step(
         points=there.points,
         jump=None if state.jump is None else _jump(state, scheme) + scheme.step * scheme.theta * velocity,
         joints=None if joints is None else joints.committed(),
+        rigid_velocity=solution.rigid_velocity,
     )
     clock.lap("step")
     return Increment(
@@ -262,10 +263,14 @@ def _joint_step(
 
 
 def _start(coupling: Coupling, state: SystemState, scheme: Scheme, active: NDArray[np.int64]) -> Start | None:
-    """Last step's reactions as a first guess; none before the first step."""
+    """Last step's reactions as a first guess; none before the first step.
+
+    Statics goes on as it went: its velocities are displacements per load factor, whatever the step.
+    """
     if not state.reaction.any():
         return None
-    return Start(impulse=scheme.step * state.reaction[active], rigid_velocity=None)
+    goes_on = state.rigid_velocity if scheme.inertia == 0 else None
+    return Start(impulse=scheme.step * state.reaction[active], rigid_velocity=goes_on)
 
 
 def _friction(model: Model, state: SystemState) -> FloatArray:

@@ -31,6 +31,8 @@ from masonry_fem.nscd.settings import SolverSettings, Start
 
 FloatArray = NDArray[np.float64]
 
+HUGE = 1e100  # squares of larger numbers soon overflow
+
 
 @dataclass(frozen=True, slots=True)
 class Iterate:
@@ -116,6 +118,9 @@ def iterate(
     offer, outcome = run.guess(), None
     while True:
         made, solves = made + offer.iterations, solves + offer.linear_solves
+        if best.quality is not None and _blown_up(offer):
+            outcome = Outcome.FAILED
+            break
         quality = assess(problem, offer.impulse, offer.rigid_velocity, scale, settings.least_impulse)
         best.offer(offer, quality)
         history.append((made, quality.error, time.process_time() - cpu))
@@ -191,6 +196,11 @@ class _Unshifted:
         return replace(offer, impulse=offer.impulse - self._offset)
 
 
+def _blown_up(offer: Iterate) -> bool:
+    """True where an offer is not finite, or soon will not be."""
+    return not all(np.abs(part).max(initial=0.0) <= HUGE for part in (offer.impulse, offer.rigid_velocity))
+
+
 def _ended(
     quality: Quality, offer: Iterate, settings: SolverSettings, made: int, limit: int, wall: float
 ) -> Outcome | None:
@@ -198,8 +208,6 @@ def _ended(
         return Outcome.CONVERGED
     if offer.verdict is not None:
         return offer.verdict
-    if not (np.isfinite(offer.impulse).all() and np.isfinite(offer.rigid_velocity).all()):
-        return Outcome.FAILED
     if made >= limit:
         return Outcome.MAX_ITERATIONS
     if settings.time_limit is not None and wall >= settings.time_limit:

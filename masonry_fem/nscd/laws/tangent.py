@@ -36,9 +36,12 @@ def linearise(
     """The law as the contact solver sees it, tangent at ``velocity``; arguments as for ``Law.update``.
 
     The stiffness is a central difference, the same for every law, and need not be symmetric where
-    damage couples the modes.
+    damage couples the modes. Where adhesion does not decay, or is gone, the secant is the tangent.
     """
     reduction = law.reduce(trial, jump, area, step)
+    decays = (trial.adhesion < state.adhesion) & (trial.adhesion > 0)
+    if not decays.any():
+        return reduction
 
     def cohesion(at: FloatArray) -> FloatArray:
         after = law.update(state, trial, jump, reaction, at, area, step)
@@ -53,4 +56,8 @@ def linearise(
         stiffness[:, :, axis] = change / (2.0 * size[:, None])
     own = reduction.own_velocity(velocity, reaction, step)
     offset = cohesion(velocity) - (stiffness @ own[:, :, None])[:, :, 0]
-    return replace(reduction, offset=offset, stiffness=stiffness)
+    return replace(
+        reduction,
+        offset=np.where(decays[:, None], offset, reduction.offset),
+        stiffness=np.where(decays[:, None, None], stiffness, reduction.stiffness),
+    )

@@ -11,7 +11,9 @@ program makes of it is probed: what a page shows and states is what its snippet 
 from __future__ import annotations
 
 import re
+import subprocess
 import sys
+import tempfile
 from functools import partial
 from pathlib import Path
 
@@ -121,8 +123,23 @@ def picture(name: str, law: Law, tests: Specimen) -> Path:
     path = IMAGES / f"{name}.png"
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path)
-    Image.open(path).convert("RGB").quantize(48, dither=Image.Dither.NONE).save(path, optimize=True)
-    return path
+    return light(path, path)
+
+
+def picture_of_added_law() -> None:
+    """Run what docs/add_a_law.md tells its reader to run, and keep the picture that it draws."""
+    text = (DOCS / "add_a_law.md").read_text("utf-8")
+    with tempfile.TemporaryDirectory() as folder:
+        for name, block in re.findall(r"`(\w+\.py)`:\n\n```python\n(.*?)```", text, re.S):
+            (Path(folder) / name).write_text(block, "utf-8")
+        subprocess.run([sys.executable, "look.py"], cwd=folder, check=True)
+        light(Path(folder) / "convex.png", IMAGES / "convex.png")
+
+
+def light(source: Path, target: Path) -> Path:
+    """Copy a picture with few colours."""
+    Image.open(source).convert("RGB").quantize(48, dither=Image.Dither.NONE).save(target, optimize=True)
+    return target
 
 
 def filled(page: str, law: Law, tests: Specimen) -> str:
@@ -148,6 +165,7 @@ def main(arguments: list[str]) -> int:
         print(f"{page}.png  {picture(page, law, tests).stat().st_size / 1e3:.0f} kB")
     if not arguments:
         picture("shapes", Dry(), Specimen((shapes_panel,)))
+        picture_of_added_law()
     if stale:
         print(f"stale: {', '.join(stale)}; run python docs/make_law_images.py")
     return 1 if stale else 0

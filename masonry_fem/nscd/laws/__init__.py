@@ -1,11 +1,13 @@
 """Joint laws: how the faces of a joint hold together, one file a law.
 
-To add a law write its file and name it in ``LAWS``; see ``law.py`` for what it owes.
+To add a law write its file and name it in ``LAWS``; see ``law.py`` for what it owes and docs/add_a_law.md
+for how, step by step.
 
     law = LAWS["mohr_coulomb"](cohesion=0.35e6, friction=0.75)
     history = probe(law, jumps, pressure=0.1e6)
 """
 
+from masonry_fem.nscd.laws.adhesive import Adhesive, Evolution
 from masonry_fem.nscd.laws.assignment import Assignment
 from masonry_fem.nscd.laws.bed import Bed
 from masonry_fem.nscd.laws.bilinear import Bilinear
@@ -15,12 +17,14 @@ from masonry_fem.nscd.laws.elastic import Elastic
 from masonry_fem.nscd.laws.elastic_brittle import ElasticBrittle
 from masonry_fem.nscd.laws.exponential import Exponential
 from masonry_fem.nscd.laws.fremond_cangemi import FremondCangemi
-from masonry_fem.nscd.laws.law import Law
+from masonry_fem.nscd.laws.law import Law, check_non_negative, check_positive, rub, spread
 from masonry_fem.nscd.laws.mohr_coulomb import MohrCoulomb
 from masonry_fem.nscd.laws.monerie_acary import MonerieAcary
 from masonry_fem.nscd.laws.probe import History, probe, pull
 from masonry_fem.nscd.laws.reduction import Reduction
+from masonry_fem.nscd.laws.rigid_brittle import RigidBrittle
 from masonry_fem.nscd.laws.rough import Rough
+from masonry_fem.nscd.laws.softening import Softening
 from masonry_fem.nscd.laws.state import JointState
 from masonry_fem.nscd.laws.tangent import linearise
 from masonry_fem.nscd.laws.trapezoidal import Trapezoidal
@@ -45,6 +49,7 @@ LAWS: dict[str, type[Law]] = {
 
 __all__ = [
     "LAWS",
+    "Adhesive",
     "Assignment",
     "Bed",
     "Bilinear",
@@ -52,6 +57,7 @@ __all__ = [
     "Dry",
     "Elastic",
     "ElasticBrittle",
+    "Evolution",
     "Exponential",
     "FremondCangemi",
     "History",
@@ -60,9 +66,15 @@ __all__ = [
     "MohrCoulomb",
     "MonerieAcary",
     "Reduction",
+    "RigidBrittle",
     "Rough",
+    "Softening",
     "Trapezoidal",
+    "check_non_negative",
+    "check_positive",
     "linearise",
     "probe",
     "pull",
+    "rub",
+    "spread",
 ]

@@ -172,6 +172,7 @@ MEANING: dict[str, str] = {
     "FremondCangemi.energy": "w of decohesion",
     "FremondCangemi.viscosity": "b of damage; 0: at any rate the same",
     "FremondCangemi.exponent": "p of the viscous evolution",
+    "FremondCangemi.gradient": "k that spreads damage over √(k/Y) along the joint; degree and exponent 1 only",
     "FremondCangemi.degree": "of h(β) = β or β²",
     "Trapezoidal.plateau": "its length, of the way to rupture",
     "Joint.inclination": "least and greatest angle of the joint's plane to the horizontal",

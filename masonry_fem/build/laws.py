@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
 
 from masonry_fem.build.law_file import law_of_file
 from masonry_fem.build.scatter import scattered, with_ductility
@@ -38,13 +39,14 @@ class _Part:
     Attributes
     ----------
     joint : The record. key : Where it stands in the scene. base : Folder of files that laws come from.
-    points : Numbers of the contact points, shape (k,).
+    contacts : All contact points. points : Numbers of the record's own, shape (k,).
     factor : Factors on the record's values by parameter, shape (k,).
     """
 
     joint: specs.Joint
     key: str
     base: Path
+    contacts: Contacts
     points: NDArray[np.int64]
     factor: dict[str, FloatArray]
 
@@ -80,7 +82,7 @@ def joint_laws(
             points = np.flatnonzero((record == index) & held)
             if len(points):
                 factor = {name: values[contacts.interface[points]] for name, values in scatter.items()}
-                parts.append((make(_Part(joint, f"joints.{index}", base, points, factor)), points))
+                parts.append((make(_Part(joint, f"joints.{index}", base, contacts, points, factor)), points))
     return Assignment(tuple(parts))
 
 
@@ -138,8 +140,22 @@ def _faces(part: _Part) -> Law:
         values["residual_friction"] = joint.law.residual_friction * part.rubbing
     if isinstance(joint.law, Softening):
         values = with_ductility(joint.law, values, part.key)
+    if isinstance(joint.law, specs.FremondCangemi) and joint.law.gradient > 0:
+        values["laplacian"] = _laplacian(part)
     kind = LAWS[str(joint.law.__struct_config__.tag)]
     return _made(f"{part.key}.law", kind, friction=friction, **values)
+
+
+def _laplacian(part: _Part) -> sparse.csr_array:
+    """−Δ among the part's points, each in the plane of its interface."""
+    from masonry_fem.nscd.laws.interface_laplacian import interface_laplacian  # noqa: PLC0415 - as above
+
+    contacts, points = part.contacts, part.points
+    own = contacts.interface[points]
+    _, first, of_own = np.unique(own, return_index=True, return_inverse=True)
+    planes = contacts.frame[points[first], 1:]  # one for all points of an interface
+    inside = np.einsum("ktd,kd->kt", planes[of_own], contacts.points[points, 0])
+    return interface_laplacian(inside, contacts.area[points], own)
 
 
 def _dry(part: _Part) -> Law:

@@ -80,6 +80,7 @@ class FremondCangemi(Spec, frozen=True, kw_only=True, tag_field="kind", tag="fre
     exponent: Annotated[float, Meta(gt=0)] = 1.0
     degree: Literal[1, 2] = 1
     friction_mode: Literal["constant", "damage"] = "constant"
+    gradient: Annotated[float, Meta(ge=0, extra={"unit": "J"})] = 0.0
 
 
 class Softening(Spec, frozen=True, kw_only=True):

@@ -42,8 +42,8 @@ class FremondCangemi(Adhesive):
     friction : Coulomb's coefficient μ.
     friction_mode : "constant" μ, or "damage": μ (1 − β).
     gradient : k of the non-local term [J]; for degree 1 and exponent 1.
-    laplacian : Matrix for −Δ among the law's contact points, symmetric, ≥ 0, sparse, shape (c, c)
-        [1/m²]; needed where k > 0.
+    laplacian : Matrix for −Δ among the law's contact points, sparse, an M-matrix, shape (c, c)
+        [1/m²], such as ``interface_laplacian``; needed where k > 0.
     """
 
     normal_stiffness: Parameter

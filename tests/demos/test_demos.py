@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from demos import arch, arch_inset, bouncing, keystone, low_wall, slope
+from demos import arch, arch_inset, bouncing, cyclic_joint, keystone, low_wall, slope
 from masonry_fem.run import check_scene
 from masonry_fem.scene import load
 
@@ -92,6 +92,24 @@ def test_imported_arch_carries_what_was_drawn():
     assert abs(found.eccentricity) < 0.5
     assert found.sinking > 0
     assert found.certificate["natural_map"] < 1e-9
+
+
+def test_cyclic_joint_loses_strength_once_and_burns_the_area_of_its_loops(tmp_path):
+    """Validation A7.13, from what the run has written."""
+    weak, strong = cyclic_joint.main(out=tmp_path, pressures=(0.1e6, 0.5e6), steps=200)
+    for one in (weak, strong):
+        assert one.outcome == "equilibrium"
+        assert one.peak == pytest.approx(0.35e6 + 0.75 * one.pressure, rel=1e-4)
+        assert one.plateau == pytest.approx(0.75 * one.pressure, rel=1e-9)
+        assert one.lost == pytest.approx(one.exact_area, rel=1e-9)
+        assert one.area == pytest.approx(one.lost, rel=1e-3)
+        assert one.damaged[-1] == pytest.approx(125.0, rel=0.015)
+        assert one.energy_error < 1e-10
+        first, second = (np.abs(one.shear[at]) for at in (slice(51, 131), slice(131, 200)))
+        assert np.median(first) == pytest.approx(np.median(second), rel=1e-9)
+        assert (np.diff(one.damaged) >= 0).all()
+        assert one.damaged[51] == one.damaged[-1]
+    assert (tmp_path / "cyclic_joint.png").stat().st_size > 10_000
 
 
 def test_every_demo_has_a_text_a_scene_and_a_picture(repository):

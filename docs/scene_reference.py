@@ -32,11 +32,15 @@ a string with a unit stands for a number wherever a unit is given below: `young 
 have the dimension of the scene. A plane scene is one metre deep: its forces are per metre.
 
 Blocks are called after their structure: `wall.c2.b3` (course 2, brick 3), `stack.b1`, `arch.v06`,
-`NAME.` and the physical group in a file, `NAME` alone for a single block. `NAME` and `wall.c2` name groups
-of blocks. Structures bring the supports `NAME.ground`, `NAME.springing_left`, `NAME.springing_right`.
+`dome.r1.s4` (ring 1, slice 4) and `dome.crown`, `NAME.` and the physical group in a file, `NAME` alone for a
+single block. `NAME`, `wall.c2`, `dome.r1` and `dome.s4` name groups of blocks. Structures bring the supports
+`NAME.ground`, `NAME.springing_left`, `NAME.springing_right`, `dome.base.s4`, `dome.side_start`,
+`dome.side_end`.
 A selector is a shell pattern of these names (`wall.c5.*`) or, where faces are meant, `blocks/face`. Faces
 of boxes are `left`, `right`, `front`, `back`, `bottom`, `top`, those of voussoirs `start`, `end`,
-`intrados`, `extrados`, `front`, `back`.
+`intrados`, `extrados`, `front`, `back`, those of a dome's stones `intrados`, `extrados`, `lower`, `upper`,
+`left`, `right`. Joints are labelled `bed` and `head` in boxes, `radial` in arches, `bed` and `meridian` in
+domes.
 
 `--set` changes any value from the command line: `--set joints.0.friction=0.4`,
 `--set structures.wall.courses=8`, `--set "analysis={kind='dynamics', step=1e-4, duration=0.01}"`.
@@ -52,6 +56,7 @@ TABLES: dict[type[msgspec.Struct], str] = {
     specs.StackStructure: '`[[structures]]`, `kind = "stack"`',
     specs.WallStructure: '`[[structures]]`, `kind = "wall"`',
     specs.ArchStructure: '`[[structures]]`, `kind = "arch"`',
+    specs.DomeStructure: '`[[structures]]`, `kind = "dome"`',
     specs.FileStructure: '`[[structures]]`, `kind = "file"`',
     specs.Override: "`[[overrides]]`",
     specs.Joint: "`[[joints]]`",
@@ -133,7 +138,8 @@ MEANING: dict[str, str] = {
     "Scene.output": "what is written",
     "MeshSettings.element": "Q: quadrangles, hexahedra; P: triangles, tetrahedra; 1 linear, 2 quadratic",
     "MeshSettings.size": "wanted edge of an element",
-    "MeshSettings.divisions": "elements along the block's axes (arch: along the arc, depth, thickness)",
+    "MeshSettings.divisions": "elements along the block's axes (arch: along the arc, depth, thickness; "
+    "dome: along the parallel, the meridian, the thickness)",
     "Material.density": "mass density",
     "Material.young": "Young's modulus; needed by elastic blocks",
     "Material.poisson": "Poisson's ratio",
@@ -160,10 +166,21 @@ MEANING: dict[str, str] = {
     "ArchStructure.centre": "of the circle; the origin where it is not given",
     "ArchStructure.straight": "chords for arcs",
     "ArchStructure.springings": "bring a support at each end",
+    "DomeStructure.radius": "of the mean surface",
+    "DomeStructure.thickness": "between intrados and extrados",
+    "DomeStructure.rings": "between base and eye",
+    "DomeStructure.slices": "equal stones in a ring",
+    "DomeStructure.springing": "of the base, from the crown",
+    "DomeStructure.oculus": "of the open eye, from the crown; 0: a crown stone closes the dome",
+    "DomeStructure.centre": "of the sphere; the origin where it is not given",
+    "DomeStructure.staggered": "every other ring is turned by half a stone",
+    "DomeStructure.base": "brings a support below each stone of the lowest ring",
+    "DomeStructure.sweep": "angle of longitude of a sector",
+    "DomeStructure.sides": "brings supports on both meridian planes of a sector",
     "FileStructure.path": "`.msh` (2.2, 4.1), `.geo` or `.step`, relative to the scene file",
     "FileStructure.scale": "factor from the file's unit of length to the metre",
     "FileStructure.supports": "patterns of blocks (without `NAME.`) that are held",
-    "Joint.friction": "Coulomb's μ",
+    "Joint.friction": "Coulomb's μ; `no slip`: the joint opens but never slides",
     "Joint.law": "cohesion, by `kind`; dry where it is not given",
     "ConstantThreshold.strength": "in tension",
     "MohrCoulomb.cohesion": "c, shear strength without pressure; the tip of the cone is at the tension c/μ",

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from masonry_fem.errors import GeometryError, SceneError
-from masonry_fem.geometry import arch, block, stack, wall
+from masonry_fem.geometry import arch, block, dome, stack, wall
 from masonry_fem.scene import specs
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 
@@ -29,6 +29,8 @@ def build_structure(
             return wall.build(spec, dimension)
         case specs.ArchStructure():
             return arch.build(spec, dimension)
+        case specs.DomeStructure():
+            return dome.build(spec, dimension)
         case specs.FileStructure():
             from masonry_fem.geometry.files import read  # noqa: PLC0415  files are rare
 

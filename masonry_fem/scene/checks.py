@@ -19,6 +19,7 @@ from masonry_fem.scene.misfit import MisfitError, braced, listed, nearest, wrong
 from masonry_fem.scene.specs import (
     ArchStructure,
     BlockStructure,
+    DomeStructure,
     Dynamics,
     Equilibrium,
     FileStructure,
@@ -230,9 +231,10 @@ def _doubts(scene: Scene) -> Iterator[str]:
         yield "true statics has no velocities: [[initial]] has no effect"
     for index, joint in enumerate(scene.joints):
         place = f"joints.{index}"
-        if joint.dynamic_friction is not None and joint.dynamic_friction > joint.friction:
+        if joint.dynamic_friction is not None and joint.dynamic_friction > joint.coefficient:
             yield (
-                f"{place}.dynamic_friction {joint.dynamic_friction:g} exceeds the static {joint.friction:g}"
+                f"{place}.dynamic_friction {joint.dynamic_friction:g} exceeds the static "
+                f"{joint.coefficient:g}"
             )
         if joint.form == "gap" and (joint.restitution or joint.tangential_restitution):
             yield f"{place}.restitution acts in the velocity form only; expected form = 'velocity'"
@@ -267,6 +269,8 @@ def _carries(structure: Any) -> bool:
             return structure.ground
         case ArchStructure():
             return structure.springings
+        case DomeStructure():
+            return structure.base or structure.sides
         case FileStructure():
             return bool(structure.supports)
     return False

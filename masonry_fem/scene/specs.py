@@ -66,6 +66,7 @@ from masonry_fem.scene.structures import (
     AnyStructure,
     ArchStructure,
     BlockStructure,
+    DomeStructure,
     FileStructure,
     MeshSettings,
     StackStructure,
@@ -85,6 +86,7 @@ __all__ = [
     "Contact",
     "Damping",
     "Dilatancy",
+    "DomeStructure",
     "Dynamics",
     "ElasticBrittle",
     "ElasticJoint",
@@ -126,6 +128,10 @@ __all__ = [
     "WallStructure",
 ]
 
+# μ of joints that do not slip: what is about to open has no tangential reaction left, all else sticks,
+# and the contact solvers still tell the cone from a half-space, which from 1e5 on they do not
+NO_SLIP = 1e3
+
 
 class Damping(Spec, frozen=True, kw_only=True):
     """Rayleigh damping C = mass · M + stiffness · K."""
@@ -161,10 +167,11 @@ class Joint(Spec, frozen=True, kw_only=True):
     ``inset`` is the slides' ξ of the ``corners`` rule; ``density`` is the number of subdivisions of
     the ``gauss`` rule. A ``law`` adds cohesion; its strengths and stiffnesses are per area, and each
     contact point has its share of the face. A ``mortar`` gives way under pressure and shear before
-    the faces do anything; ``dilatancy`` opens what slides.
+    the faces do anything; ``dilatancy`` opens what slides. ``friction = "no slip"`` is contact that
+    opens but never slides.
     """
 
-    friction: NonNegative = 0.6
+    friction: NonNegative | Literal["no slip"] = 0.6
     law: AnyLaw | None = None
     mortar: Mortar | None = None
     dilatancy: Dilatancy | None = None
@@ -179,6 +186,11 @@ class Joint(Spec, frozen=True, kw_only=True):
     interface: str = "*"
     between: tuple[BlockSelector, BlockSelector] = ("*", "*")
     inclination: tuple[Inclination, Inclination] = (0.0, 90.0)
+
+    @property
+    def coefficient(self) -> float:
+        """Coulomb's μ of a joint at rest."""
+        return NO_SLIP if self.friction == "no slip" else float(self.friction)
 
     @property
     def dry(self) -> bool:

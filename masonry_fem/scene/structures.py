@@ -97,6 +97,27 @@ class ArchStructure(Structure, frozen=True, kw_only=True, tag="arch"):
     springings: bool = True
 
 
+class DomeStructure(Structure, frozen=True, kw_only=True, tag="dome"):
+    """Spherical dome about the mean ``radius``: ``rings`` of ``slices`` equal stones, all faces flat.
+
+    ``springing`` and ``oculus`` are the angles [deg] of base and eye from the crown; without an oculus a
+    crown stone closes the dome. ``staggered`` turns every other ring by half a stone. A ``sweep`` below
+    360 deg makes a sector, from the x axis on, with ``sides`` between two supports.
+    """
+
+    radius: Length
+    thickness: Length
+    rings: Count
+    slices: Count
+    springing: Angle = 90.0
+    oculus: Annotated[float, Meta(ge=0, lt=180, extra={"unit": "deg"})] = 0.0
+    centre: Point | None = None
+    staggered: bool = False
+    base: bool = True
+    sweep: Angle = 360.0
+    sides: bool = False
+
+
 class FileStructure(Structure, frozen=True, kw_only=True, tag="file"):
     """Blocks read from ``.msh``, ``.geo``, ``.step``: volume groups are blocks, surface groups faces."""
 
@@ -105,4 +126,4 @@ class FileStructure(Structure, frozen=True, kw_only=True, tag="file"):
     supports: tuple[str, ...] = ()
 
 
-AnyStructure = BlockStructure | StackStructure | WallStructure | ArchStructure | FileStructure
+AnyStructure = BlockStructure | StackStructure | WallStructure | ArchStructure | DomeStructure | FileStructure

@@ -73,12 +73,12 @@ BAD = [
         'kind = "arch"',
         'kind = "vall"',
         "line 6: structures.arch.kind is 'vall', expected one of "
-        "'block', 'stack', 'wall', 'arch', 'file'; did you mean 'wall'?",
+        "'block', 'stack', 'wall', 'arch', 'dome', 'file'; did you mean 'wall'?",
     ),
     (
         'kind = "arch"\n',
         "",
-        "line 5: structures.arch lacks the key 'kind', one of 'block', 'stack', 'wall', 'arch', 'file'",
+        "line 5: structures.arch lacks the key 'kind', one of 'block', 'stack', 'wall', 'arch', 'dome', 'file'",
     ),
     ("thickness = 0.5\n", "", "line 5: structures.arch lacks the key 'thickness' (a length > 0 in m)"),
     (

@@ -78,7 +78,8 @@ BAD = [
     (
         'kind = "arch"\n',
         "",
-        "line 5: structures.arch lacks the key 'kind', one of 'block', 'stack', 'wall', 'arch', 'dome', 'file'",
+        "line 5: structures.arch lacks the key 'kind', one of 'block', 'stack', 'wall', 'arch', 'dome', "
+        "'file'",
     ),
     ("thickness = 0.5\n", "", "line 5: structures.arch lacks the key 'thickness' (a length > 0 in m)"),
     (

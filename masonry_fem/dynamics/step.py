@@ -112,6 +112,7 @@ def step(
     rigid_map = coupling.rigid_map(state.bodies, here)
     clock.lap("step")
     guess, last, joints = state.bodies, np.inf, state.joints
+    solved: Solution | None = None
     for _ in range(NEWTON_LIMIT):
         free = tuple(
             group.free(own, at, force, scheme)
@@ -122,7 +123,9 @@ def step(
         clock.lap("factorise")
         problem, active = _contact_problem(model, coupling, state, scheme, free, here, rigid_map, compliance)
         clock.lap("step")
-        start = _start(coupling, state, scheme, active)
+        start = _start(state, scheme, active)
+        if solved is not None:  # blocks that are linear after all keep it as it is
+            start = Start(solved.impulse, solved.rigid_velocity)
         if model.laws is None or state.joints is None or joints is None:
             solution = solve(problem, settings, start)
         else:
@@ -131,6 +134,7 @@ def step(
                 settings, start,
             )  # fmt: skip
         clock.lap("solve")
+        solved = solution
         impulse = np.zeros_like(here.points)
         impulse[active] = solution.impulse
         rigid = coupling.scatter(solution.rigid_velocity, free)
@@ -262,7 +266,7 @@ def _joint_step(
     )
 
 
-def _start(coupling: Coupling, state: SystemState, scheme: Scheme, active: NDArray[np.int64]) -> Start | None:
+def _start(state: SystemState, scheme: Scheme, active: NDArray[np.int64]) -> Start | None:
     """Last step's reactions as a first guess; none before the first step.
 
     Statics goes on as it went: its velocities are displacements per load factor, whatever the step.

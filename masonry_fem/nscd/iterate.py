@@ -16,6 +16,7 @@ cohesion (``cohesion``).
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
@@ -105,10 +106,9 @@ def iterate(
     cpu, wall = time.process_time(), time.monotonic()
     limit = method.iterations if settings.max_iterations is None else settings.max_iterations
     scale = contact_scale(problem)
-    given = _given(problem, start)
-    holds = given is not None and _holds(problem, given, scale, settings)
-    if given is not None and holds:
-        run: Run = _Kept(given)
+    kept = next((at for at in _guesses(problem, start) if _holds(problem, at, scale, settings)), None)
+    if kept is not None:
+        run: Run = _Kept(kept)
     else:
         run = method.init(without_offset(problem), shifted_start(problem, start))
         if problem.cohesion_offset is not None:
@@ -147,18 +147,22 @@ def iterate(
     )
 
 
-def _given(problem: ContactProblem, start: Start | None) -> Iterate | None:
-    """The first guess as it was given; None where there is none."""
-    if start is None or start.impulse is None:
-        return None
-    velocity = start.rigid_velocity
-    if velocity is None:
-        velocity = problem.balanced_velocity(start.impulse)
-    return Iterate(start.impulse, velocity, iterations=0)
+def _guesses(problem: ContactProblem, start: Start | None) -> Iterator[Iterate]:
+    """What may be the solution already: the first guess as it was given, and flight without impulses.
+
+    No method comes to zero impulses exactly, and errors are relative to them.
+    """
+    if start is not None and start.impulse is not None:
+        velocity = start.rigid_velocity
+        if velocity is None:
+            velocity = problem.balanced_velocity(start.impulse)
+        yield Iterate(start.impulse, velocity, iterations=0)
+    if (problem.rigid_mass > 0).all():
+        yield Iterate(np.zeros_like(problem.free_velocity), problem.free_rigid_velocity(), iterations=0)
 
 
 def _holds(problem: ContactProblem, given: Iterate, scale: FloatArray, settings: SolverSettings) -> bool:
-    """True where a first guess is a solution: it is kept as it is, whatever a method would make of it.
+    """True where a guess is a solution: it is kept as it is, whatever a method would make of it.
 
     Sweeps would project its impulses and make the velocities of bodies anew from them: where blocks are
     elastic that blows up a rounding by the ratio of rigid to elastic velocities, 10⁶ and more.

@@ -78,6 +78,22 @@ def test_not_a_number_is_a_failure_with_the_last_good_state():
     assert solution.impulse[0, 0] == 0.7
 
 
+def test_a_method_that_blows_up_is_stopped_before_its_squares_overflow():
+    solution = iterate(PROBLEM, Scripted(0.5, 1.2, 1e160), SolverSettings())
+    assert solution.outcome is Outcome.FAILED
+    assert solution.impulse[0, 0] == 1.2
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if name != "pivoting"])
+def test_flight_needs_no_method(name):
+    """Blocks that all drift aside while they touch: no method comes to zero impulses exactly."""
+    drifting = ContactProblem.plain(np.eye(3), [[0.0, 0.3, 0.1]], 0.5)
+    solution = solve(drifting, SolverSettings(method=name, tolerance=1e-14))
+    assert solution.outcome is Outcome.CONVERGED
+    assert solution.iterations == 0
+    assert not solution.impulse.any()
+
+
 def test_every_outcome_speaks():
     for outcome in Outcome:
         assert outcome.sentence.endswith(".")

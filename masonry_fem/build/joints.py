@@ -78,11 +78,11 @@ def contacts_and_joints(
     scatter = scatter_factors(scene, interfaces, chosen)
     differs = scatter["friction"][contacts.interface] if "friction" in scatter else 1.0
     table = JointTable(
-        friction=differs * spread([joint.friction for joint in records]),
+        friction=differs * spread([joint.coefficient for joint in records]),
         dynamic_friction=differs
         * spread(
             [
-                joint.friction if joint.dynamic_friction is None else joint.dynamic_friction
+                joint.coefficient if joint.dynamic_friction is None else joint.dynamic_friction
                 for joint in records
             ]
         ),

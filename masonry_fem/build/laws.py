@@ -102,14 +102,17 @@ def _on_points(contacts: Contacts, interfaces: tuple[Interface, ...]) -> NDArray
 
 def _law(part: _Part) -> Law:
     """Faces, roughness and bed of a joint."""
-    from masonry_fem.nscd.laws import Rough  # noqa: PLC0415 - only scenes with cohesion need them
+    from masonry_fem.nscd.laws import Kinetic, Rough  # noqa: PLC0415 - only scenes with cohesion need them
 
-    law, rough = _faces(part), part.joint.dilatancy
+    joint, rough = part.joint, part.joint.dilatancy
+    law = _faces(part)
+    if joint.law is not None and joint.dynamic_friction is not None:
+        law = _made(f"{part.key}.law", Kinetic, law, joint.dynamic_friction * part.rubbing)
     if rough is not None:
         # a joint that drew a low friction is less rough: more would create energy
         tangent = rough.tangent * np.minimum(1.0, part.rubbing)
         law = _made(f"{part.key}.dilatancy", Rough, law, tangent, rough.bound)
-    return law if part.joint.mortar is None else _bedded(part, law, part.joint.mortar)
+    return law if joint.mortar is None else _bedded(part, law, joint.mortar)
 
 
 def _bedded(part: _Part, law: Law, mortar: specs.Mortar) -> Law:
@@ -131,7 +134,7 @@ def _faces(part: _Part) -> Law:
         _check(part)
     if joint.law is None:
         return _dry(part)
-    friction = joint.friction * part.rubbing
+    friction = joint.coefficient * part.rubbing
     if isinstance(joint.law, specs.PythonLaw):
         arrays = scattered(joint.law.parameters or {}, part.factor)
         return law_of_file(joint.law, friction, part.base, f"{part.key}.law", arrays)
@@ -163,7 +166,7 @@ def _dry(part: _Part) -> Law:
 
     joint = part.joint
     dynamic = None if joint.dynamic_friction is None else joint.dynamic_friction * part.rubbing
-    return Dry(friction=joint.friction * part.rubbing, dynamic_friction=dynamic)
+    return Dry(friction=joint.coefficient * part.rubbing, dynamic_friction=dynamic)
 
 
 def _made(key: str, make: Callable[..., Law], *law: Any, **values: Any) -> Law:
@@ -175,12 +178,9 @@ def _made(key: str, make: Callable[..., Law], *law: Any, **values: Any) -> Law:
 
 def _check(part: _Part) -> None:
     joint = part.joint
-    parts = [name for name in ("law", "mortar", "dilatancy") if getattr(joint, name) is not None]
-    with_law = ("dynamic_friction", None) if joint.law is not None else ("form", "gap")
-    for name, plain in (("form", "gap"), with_law):
-        value = getattr(joint, name)
-        if value != plain:
-            raise SceneError(
-                f"{part.key}.{name} is {value!r} beside a {parts[0]}, expected none; leave it out, or "
-                f"drop {part.key}.{parts[0]}"
-            )
+    beside = next(name for name in ("law", "mortar", "dilatancy") if getattr(joint, name) is not None)
+    if joint.form != "gap":
+        raise SceneError(
+            f"{part.key}.form is {joint.form!r} beside a {beside}, expected 'gap'; leave it out, or "
+            f"drop {part.key}.{beside}"
+        )

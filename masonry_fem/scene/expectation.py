@@ -25,7 +25,7 @@ def _number_expectation(kind: Any, extra: dict[str, Any], _: int | None) -> str:
 
 
 def _choice_expectation(kind: Any, extra: dict[str, Any], _: int | None) -> str:
-    return "one of " + ", ".join(repr(choice) for choice in kind.values)
+    return ("one of " if len(kind.values) > 1 else "") + ", ".join(repr(choice) for choice in kind.values)
 
 
 def _union_expectation(kind: Any, extra: dict[str, Any], dimension: int | None) -> str:

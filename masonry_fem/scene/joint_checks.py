@@ -8,7 +8,7 @@ import msgspec
 
 from masonry_fem.scene.lines import KeyPath
 from masonry_fem.scene.misfit import MisfitError, listed, nearest, wrong
-from masonry_fem.scene.specs import Joint, Mortar, PythonLaw, Scatter, Scene
+from masonry_fem.scene.specs import Joint, MohrCoulomb, Mortar, PythonLaw, Scatter, Scene
 
 # exponents, shares and switches: they shape a law and have no scatter of their own
 SHAPES = ("mixing", "residual", "exponent", "degree", "plateau", "gradient", "poisson")
@@ -22,10 +22,29 @@ def check_joints(scene: Scene) -> None:
         low, high = joint.inclination
         if low > high:
             raise wrong((*path, "inclination"), joint.inclination, "the smaller angle first")
+        if joint.friction == "no slip":
+            _no_slip(joint, path)
         if joint.mortar is not None:
             _mortar(joint.mortar, (*path, "mortar"))
         if joint.scatter is not None:
             _scatter(joint, joint.scatter, (*path, "scatter", "variation"))
+
+
+def _no_slip(joint: Joint, path: KeyPath) -> None:
+    """What makes no sense where nothing slides."""
+    scatter = joint.scatter is not None and "friction" in joint.scatter.variation
+    if isinstance(joint.law, MohrCoulomb):
+        raise wrong((*path, "friction"), joint.friction, "a number beside mohr_coulomb, whose cone it shapes")
+    for name, there in (
+        ("dynamic_friction", joint.dynamic_friction is not None),
+        ("dilatancy", joint.dilatancy is not None),
+        ("scatter.variation.friction", scatter),
+    ):
+        if there:
+            place = ".".join(map(str, path))
+            raise wrong(
+                (*path, "friction"), joint.friction, f"a number beside {place}.{name}; drop one of them"
+            )
 
 
 def _mortar(mortar: Mortar, path: KeyPath) -> None:

@@ -162,12 +162,12 @@ BAD = [
     (
         "[loads]",
         "[[joints]]\nfriction = -0.2\n[loads]",
-        "line 13: joints.0.friction is -0.2, expected a number >= 0",
+        "line 13: joints.0.friction is -0.2, expected a number >= 0, or 'no slip'",
     ),
     (
         "[loads]",
         "[[joints]]\nfriction = '30 deg'\n[loads]",
-        "line 13: joints.0.friction is '30 deg', expected a number >= 0",
+        "line 13: joints.0.friction is '30 deg', expected a number >= 0, or 'no slip'",
     ),
     (
         "[loads]",
@@ -303,7 +303,7 @@ def test_python_objects_are_checked_and_converted_like_files(arch):
         ),
         (
             {"joints": (Joint(friction=np.float64(-2)),)},
-            "scene: joints.0.friction is -2.0, expected a number >= 0",
+            "scene: joints.0.friction is -2.0, expected a number >= 0, or 'no slip'",
         ),
         ({"structures": ()}, "scene: structures is [], expected one or more tables ([[structures]])"),
         ({"fidelity": "elastik"}, "scene: fidelity is 'elastik', expected one of 'elastic', 'rigid'; "

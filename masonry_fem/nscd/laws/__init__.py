@@ -17,6 +17,7 @@ from masonry_fem.nscd.laws.elastic import Elastic
 from masonry_fem.nscd.laws.elastic_brittle import ElasticBrittle
 from masonry_fem.nscd.laws.exponential import Exponential
 from masonry_fem.nscd.laws.fremond_cangemi import FremondCangemi
+from masonry_fem.nscd.laws.kinetic import Kinetic
 from masonry_fem.nscd.laws.law import Law, check_non_negative, check_positive, rub, spread
 from masonry_fem.nscd.laws.mohr_coulomb import MohrCoulomb
 from masonry_fem.nscd.laws.monerie_acary import MonerieAcary
@@ -62,6 +63,7 @@ __all__ = [
     "FremondCangemi",
     "History",
     "JointState",
+    "Kinetic",
     "Law",
     "MohrCoulomb",
     "MonerieAcary",

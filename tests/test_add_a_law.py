@@ -19,7 +19,7 @@ from tests.nscd.laws import test_all_laws as owed
 from tests.nscd.laws.samples import wander
 
 S, C, G = 0.25e6, 82e9, 18.0
-FILES = ("convex.py", "look.py", "convex.toml", "polished.py", "polished.toml")
+FILES = ("convex.py", "look.py", "convex.toml", "polished.py", "polished.toml", "trust.py")
 
 
 @pytest.fixture(scope="module")
@@ -46,13 +46,17 @@ def summary(folder, name, out):
     return json.loads((out / "summary.json").read_text(encoding="utf-8"))
 
 
-def test_looking_prints_and_draws_what_the_page_shows(folder, repository):
+@pytest.mark.parametrize("script", ["look", "trust"])
+def test_a_script_prints_what_the_page_shows(folder, repository, script):
     env = {**os.environ, "PYTHONPATH": str(repository)}
     done = subprocess.run(
-        [sys.executable, "look.py"], cwd=folder, env=env, capture_output=True, text=True, check=True
+        [sys.executable, f"{script}.py"], cwd=folder, env=env, capture_output=True, text=True, check=True
     )
     page = (repository / "docs/add_a_law.md").read_text(encoding="utf-8")
-    assert done.stdout == re.search(r"prints\n\n```text\n(.*?)```", page, re.S)[1]
+    assert done.stdout == re.search(rf"`python {script}.py` prints\n\n```text\n(.*?)```", page, re.S)[1]
+
+
+def test_picture_of_the_page_is_drawn(folder, repository):
     assert (folder / "convex.png").stat().st_size > 10_000
     assert 10_000 < (repository / "docs/images/laws/convex.png").stat().st_size < 60_000
 

@@ -11,6 +11,7 @@ from masonry_fem.nscd.laws.adhesive import Adhesive, Evolution
 from masonry_fem.nscd.laws.assignment import Assignment
 from masonry_fem.nscd.laws.bed import Bed
 from masonry_fem.nscd.laws.bilinear import Bilinear
+from masonry_fem.nscd.laws.conformance import violations
 from masonry_fem.nscd.laws.constant_threshold import ConstantThreshold
 from masonry_fem.nscd.laws.dry import Dry
 from masonry_fem.nscd.laws.elastic import Elastic
@@ -79,4 +80,5 @@ __all__ = [
     "pull",
     "rub",
     "spread",
+    "violations",
 ]

@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from masonry_fem.nscd.laws import LAWS
+from masonry_fem.nscd.laws import LAWS, probe
 from masonry_fem.scene import laws as specs
 
 FRICTION, UNDER = 0.75, (0.1e6, 0.3e6, 0.5e6)
@@ -101,6 +101,27 @@ def test_shear_is_cohesion_and_friction(page, stated):
 def test_lost_energies_are_those_of_the_formulas(page, stated):
     lost = [value[0] for what, value in stated(page).items() if what.startswith("lost to damage")]
     assert lost == pytest.approx(DAMAGE[page], abs=0.006)
+
+
+@pytest.mark.parametrize(
+    ("page", "steepest", "at"),
+    [
+        ("bilinear", 0.5, 0.5),
+        ("trapezoidal", 1.0, 0.9),
+        ("exponential", 1.0, 0.0),
+        ("monerie_acary", 4 / 3, 1.0),
+    ],
+)
+def test_a_softening_law_falls_as_steeply_as_its_page_says(page, steepest, at, maker):
+    """Slope over s²/(G − s²/2c), ``at`` a part of the way from the peak to where nothing is left."""
+    strength, stiffness, energy = 0.25e6, 82e9, 18.0
+    end = {"bilinear": 2.0, "trapezoidal": 1.5, "exponential": 2.0, "monerie_acary": 1.5}[page]
+    left = energy / strength - strength / stiffness / 2  # m
+    path = strength / stiffness + np.linspace(1e-4, end - 1e-4, 2001) * left
+    stress = probe(maker.law_of(page), np.stack([path, 0 * path], axis=1)).stress[:, 0]
+    slope = -np.diff(stress) / np.diff(path) * left / strength
+    assert slope.max() == pytest.approx(steepest, rel=1e-3)
+    assert slope[int(at * (len(slope) - 1))] == pytest.approx(steepest, rel=1e-3)
 
 
 @pytest.mark.parametrize("page", ["mohr_coulomb", "monerie_acary"])

@@ -77,7 +77,12 @@ def law_of(page: str) -> Law:
     snippet = re.search(r"```toml\n(\[\[joints\]\].*?)```", (PAGES / f"{page}.md").read_text("utf-8"), re.S)
     if snippet is None:
         raise SystemExit(f"docs/laws/{page}.md has no TOML block that begins with [[joints]]")
-    scene = check(loads(SCENE + snippet[1]))
+    return law_in(snippet[1])
+
+
+def law_in(joints: str) -> Law:
+    """The law of the first of some ``[[joints]]`` tables that any joint of a couplet has."""
+    scene = check(loads(SCENE + joints))
     laws = build(scene, Path()).model.laws
     return Dry(friction=scene.joints[0].friction) if laws is None else laws.parts[0][0]
 

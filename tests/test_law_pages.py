@@ -64,6 +64,13 @@ def test_a_snippet_makes_the_law_of_its_page(name, maker):
     assert maker.law_of(PAGES[name]).name == name
 
 
+def test_joints_in_the_other_pages_are_joints(repository, maker):
+    """Those with laws from files are run by tests/test_add_a_law.py."""
+    for page in (repository / "docs").glob("*.md"):
+        for snippet in re.findall(r"```toml\n(\[\[joints\]\].*?)```", page.read_text("utf-8"), re.S):
+            assert maker.law_in(snippet).name in LAWS
+
+
 def test_every_key_of_a_law_is_on_its_page(repository):
     records = {one.__struct_config__.tag: one for one in specs.AnyLaw.__args__}
     records |= {"mortar": specs.Mortar, "dilatancy": specs.Dilatancy}

@@ -137,7 +137,6 @@ def test_a7_7_longer_bars_dissipate_what_no_smaller_step_could_save() -> None:
     assert lost > 1.5 * damage
 
 
-@pytest.mark.xfail(strict=True, reason="the fall of a bar that snaps back is not yet reported")
 def test_a7_7_longer_bars_say_that_they_snap_back(caplog: pytest.LogCaptureFixture) -> None:
     with caplog.at_level(logging.WARNING):
         result, _ = stretched(LONG, JUMPING)

@@ -247,6 +247,7 @@ MEANING: dict[str, str] = {
     "Override.blocks": "selector of blocks",
     "Initial.velocity": "of the centroid", "Initial.spin": "about the centroid",
     "Statics.load_steps": "equal steps from 0 to the full load",
+    "Statics.substeps": "most parts, by halves, of a step in which joints give way; needs a `law`",
     "Dynamics.duration": "end of the march",
     "Equilibrium.strategy": "see [which strategy when](strategies.md)",
     "Equilibrium.max_steps": "after which there is no equilibrium",

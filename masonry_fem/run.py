@@ -174,12 +174,19 @@ def _make_folder(out: Path) -> None:
 
 
 def _recorders(scene: specs.Scene, out: Path, quiet: bool) -> Recorders:
-    members: list[Recorder] = [Progress(strategy(scene.analysis).steps, quiet=quiet), History(out)]
+    members: list[Recorder] = [_progress(scene, quiet), History(out)]
     if scene.output.fields:
         members.append(FieldFiles(out))
     if scene.output.pictures:
         members.append(Pictures(out, scene.title, scene.output.amplification))
     return Recorders(members, scene.output.every)
+
+
+def _progress(scene: specs.Scene, quiet: bool) -> Progress:
+    plan = strategy(scene.analysis)
+    if plan.parts > 1:  # how many steps there will be is not known
+        return Progress(end=1.0, quiet=quiet)
+    return Progress(plan.steps, quiet=quiet)
 
 
 def _save_problem(out: Path, step: int | None, kept: list[Increment]) -> Path:
@@ -200,6 +207,7 @@ def summarise(scene: specs.Scene, built: Built, made: March) -> dict[str, Any]:
         "steps": report.step,
         **size(built),
         **_scatter(scene, built),
+        **_abrupt(made),
         "supports": {name: _wrench(value, d) for name, value in report.support_resultants.items()},
         "applied": report.applied[:d],
         "certificate": certificate(made),
@@ -227,6 +235,13 @@ def summarise(scene: specs.Scene, built: Built, made: March) -> dict[str, Any]:
         "peak_memory_mb": peak_memory(),
         "versions": versions(),
     }
+
+
+def _abrupt(made: March) -> dict[str, Any]:
+    """Steps in which joints gave way between two known states; nothing where none did."""
+    if not made.abrupt:
+        return {}
+    return {"abrupt": {"steps": len(made.abrupt), "first": made.abrupt[0], "last": made.abrupt[-1]}}
 
 
 def _scatter(scene: specs.Scene, built: Built) -> dict[str, Any]:

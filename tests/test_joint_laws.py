@@ -129,3 +129,42 @@ def test_parameters_that_contradict_each_other():
     )  # fmt: skip
     with pytest.raises(SceneError, match=r"joints.0.law: .*normal_energy is 1 J/m².*500 J/m²"):
         build(check(cubes(law)), Path())
+
+
+def stretched(**analysis):
+    """A joint that softens from 0.7 MPa in series with one 40 times as compliant, pulled at its end.
+
+    Local snap-back: the compliant joint gives more than the soft branch lets go.
+    """
+    compliant = specs.ElasticJoint(normal_stiffness=2.5e8, tangential_stiffness=2.5e8)
+    peak = np.sqrt(50.0 * 1e10)
+    end = 1.5 * (peak / 2.5e8 + peak / 1e10)
+    motion = specs.Support(on="top", motion=specs.Motion(displacement=(0.0, 0.0, end)))
+    scene = cubes(RCC, top=True, supports=(motion,), analysis=specs.Statics(**analysis))
+    joints = (scene.joints[0], specs.Joint(between=("top", "mid"), law=compliant))
+    return solve_scene(check(msgspec.structs.replace(scene, joints=joints)))
+
+
+def test_a_snap_back_is_told_and_narrowed_down_by_substeps(caplog):
+    """The joint breaks at 2/3 of the path; the step around it is divided, the others are not."""
+    whole, divided = stretched(load_steps=10), stretched(load_steps=10, substeps=64)
+    assert whole.march.report.step == 10
+    assert whole.summary["abrupt"] == {"steps": 1, "first": 0.7, "last": 0.7}
+    assert "joints gave way abruptly in 1 of 10 steps, first at t = 0.7" in caplog.text
+    assert divided.march.report.step == 10 + 6
+    assert divided.summary["abrupt"]["first"] == pytest.approx(2 / 3, abs=0.1 / 64)
+    assert "even in 1/64 of a load step: the structure snaps back" in caplog.text
+    for result in (whole, divided):
+        assert result.outcome == "equilibrium"
+    np.testing.assert_allclose(
+        divided.march.state.reaction, whole.march.state.reaction, rtol=1e-6, atol=1e-6 * 2e4
+    )
+
+
+def test_softening_that_is_followed_is_not_called_abrupt():
+    u0 = np.sqrt(50.0 / 1e10)
+    motion = specs.Support(on="top", motion=specs.Motion(displacement=(0.0, 0.0, 3 * u0)))
+    scene = cubes(RCC, top=True, supports=(motion,), analysis=specs.Statics(load_steps=20, substeps=8))
+    result = solve_scene(check(scene))
+    assert "abrupt" not in result.summary
+    assert result.march.report.step == 20

@@ -16,7 +16,7 @@ from masonry_fem.scene import specs
 def strategy(analysis: specs.Analysis) -> Strategy:
     """The strategy that a scene asks for."""
     if isinstance(analysis, specs.Statics):
-        return Statics(load_steps=analysis.load_steps)
+        return Statics(load_steps=analysis.load_steps, parts=analysis.substeps)
     if isinstance(analysis, specs.Dynamics):
         return Transient(step=analysis.step, duration=analysis.duration, theta=analysis.theta)
     if analysis.strategy == "numerical_viscosity":

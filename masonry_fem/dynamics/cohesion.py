@@ -4,12 +4,12 @@ Law and contact solver take turns (formulation 5): the law gives an affine cohes
 trial state, the solver reactions and velocities, the law the next trial state, until that stays. The
 first turn takes the law's secant, the others its tangent as long as that leads nearer.
 
-    solution, problem, trial = solve_with_laws(law, committed, step, problem, settings, start)
+    solved = solve_with_laws(law, committed, step, problem, settings, start)
+    solved.solution, solved.joints
 """
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -23,18 +23,16 @@ from masonry_fem.nscd.laws.reduction import Reduction
 from masonry_fem.nscd.laws.state import JointState
 from masonry_fem.nscd.laws.tangent import linearise
 
-logger = logging.getLogger(__name__)
-
 FloatArray = NDArray[np.float64]
 
 # Change of the trial state that ends the turns; the solver's tolerance, where that is larger: what the
 # solver leaves open would be chased for ever
 SETTLED = 1e-10
-TURNS = 100
-# Turns with tangents that may go by without halving the change, and turns with secants after them.
-PATIENCE = 6
-RESTS = 4
+# Secants between the tries with tangents, and tangents that may go by without halving the change.
+SECANTS = (4, 8, 16, 32, 64)
+PATIENCE = 5
 STEPS = 30  # of Newton's method on a tangent's contact problem
+FURTHEST = 30.0  # times the last change of a secant, how far it is extrapolated
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +58,22 @@ class JointStep:
     length: float
 
 
+@dataclass(frozen=True, slots=True)
+class JointSolution:
+    """What came of a step.
+
+    Attributes
+    ----------
+    solution : Of the last turn. problem : What it solves. joints : State at the end, not yet committed.
+    change : By how much the last turn still changed that state; 0 where it settled.
+    """
+
+    solution: Solution
+    problem: ContactProblem
+    joints: JointState
+    change: float
+
+
 def solve_with_laws(
     law: Law,
     committed: JointState,
@@ -67,104 +81,145 @@ def solve_with_laws(
     problem: ContactProblem,
     settings: SolverSettings,
     start: Start | None,
-) -> tuple[Solution, ContactProblem, JointState]:
-    """Solution of a step, the problem it solves, and the state of the joints at its end.
+) -> JointSolution:
+    """Reactions, velocities and state of the joints at the end of a step.
 
     ``law`` is that of all contacts, dry ones among them; ``problem`` is the step's without cohesion, its
     gap term that of closed joints.
     """
-    trial, turn, tangents = step.trial, None, _Tangents()
-    brief = settings
-    if settings.method == "auto":  # a tangent that is not solved at once is not worth the thorough methods
-        brief = replace(settings, method="newton", max_iterations=STEPS)
-    for _ in range(TURNS):
-        tangent = turn is not None and tangents.wanted
-        if turn is not None and tangent:
-            reduction = linearise(
-                law, committed, trial, step.jump, turn.reaction, turn.velocity, step.area, step.length
-            )
-        else:
-            reduction = law.reduce(trial, step.jump, step.area, step.length)
-        tried = _turn(reduction, step, problem, brief if tangent else settings, start)
-        if tangent and tried.solution.outcome is not Outcome.CONVERGED:
-            tangents.rest()
-            continue
-        turn, before = tried, trial
-        trial = law.update(
-            committed, trial, step.jump, turn.reaction, turn.velocity, step.area, step.length
-        )  # fmt: skip
-        change = trial.distance(before)
-        if change <= max(SETTLED, settings.tolerance):
-            return turn.solution, turn.problem, trial
-        tangents.see(change)
-        start = Start(turn.solution.impulse, turn.solution.rigid_velocity)
-    assert turn is not None  # secants are always taken
-    logger.warning(
-        "joint laws did not settle in %d turns: adhesion still changes by %.1e; where the structure snaps "
-        "back, smaller steps or dynamics follow it",
-        TURNS, change,
-    )  # fmt: skip
-    return turn.solution, turn.problem, trial
+    turns = _Turns(law, committed, step, problem, settings)
+    at = turns.first(start)
+    for secants in SECANTS:
+        found = turns.by_tangents(at)
+        if found is not None:
+            return found.ended(0.0)
+        at = turns.by_secants(at, secants)
+        if turns.settled(at):
+            return at.ended(0.0)
+    return at.ended(at.change)
 
 
 @dataclass(frozen=True, slots=True)
 class _Turn:
-    """One solve of the contacts with a law's reduction; reactions [N] and velocities of all contacts."""
+    """One solve of the contacts with a law's reduction, and what the law makes of it.
+
+    Attributes
+    ----------
+    solution, problem : Of the contacts. reaction, velocity : Of all contacts, (c, d) [N], [m/s].
+    trial : State of the joints after it. loss : Adhesion that it took from the trial state before, (c,).
+    change : Distance between the two states.
+    """
 
     solution: Solution
     problem: ContactProblem
     reaction: FloatArray
     velocity: FloatArray
-
-
-class _Tangents:
-    """Whether the next turn takes the law's tangent or its secant.
-
-    Tangents converge quadratically near the solution; far from it, and where they leave the contact
-    problem without a solution, some turns with secants lead nearer.
-    """
-
-    def __init__(self) -> None:
-        self._resting = 0
-        self._least, self._since = np.inf, 0
+    trial: JointState
+    loss: FloatArray
+    change: float
 
     @property
-    def wanted(self) -> bool:
-        return self._resting == 0
+    def start(self) -> Start:
+        return Start(self.solution.impulse, self.solution.rigid_velocity)
 
-    def rest(self) -> None:
-        """After a tangent that led nowhere."""
-        self._resting, self._least, self._since = RESTS, np.inf, 0
-
-    def see(self, change: float) -> None:
-        """After a turn that changed the trial state so much."""
-        if self._resting:
-            self._resting -= 1
-            return
-        self._since += 1
-        if change < 0.5 * self._least:
-            self._least, self._since = change, 0
-        elif self._since >= PATIENCE:
-            self.rest()
+    def ended(self, change: float) -> JointSolution:
+        return JointSolution(self.solution, self.problem, self.trial, change)
 
 
-def _turn(
-    reduction: Reduction,
-    step: JointStep,
-    problem: ContactProblem,
-    settings: SolverSettings,
-    start: Start | None,
-) -> _Turn:
-    active, h = step.active, step.length
-    term, bare = step.gap_term(reduction.closure), step.gap_term(np.zeros_like(reduction.closure))
-    part, own = reduction.take(active), term[active]
-    cohesive = _cohesive(problem, part, own, own - bare[active], h)
-    solution = solve(cohesive, settings, start)
-    reaction, velocity = np.zeros_like(step.jump), np.zeros_like(step.jump)
-    reaction[active] = solution.impulse / h
-    # the blocks' own velocity: without gap term, dilation and what the joint's bed gives way
-    velocity[active] = solution.velocity - own - part.shift - part.compliance * solution.impulse
-    return _Turn(solution, cohesive, reaction, velocity)
+class _Turns:
+    """The turns of one step.
+
+    Tangents converge quadratically near the solution; far from it they may lead nowhere, or leave the
+    contact problem without a solution: then secants go on from where the tangents began.
+    """
+
+    def __init__(
+        self,
+        law: Law,
+        committed: JointState,
+        step: JointStep,
+        problem: ContactProblem,
+        settings: SolverSettings,
+    ) -> None:
+        self._law, self._committed, self._step = law, committed, step
+        self._problem, self._settings, self._brief = problem, settings, settings
+        if settings.method == "auto":  # what is not solved at once is not worth the thorough methods
+            self._brief = replace(settings, method="newton", max_iterations=STEPS)
+
+    def settled(self, turn: _Turn) -> bool:
+        return turn.change <= max(SETTLED, self._settings.tolerance)
+
+    def first(self, start: Start | None) -> _Turn:
+        """The turn with the trial state that the step begins with."""
+        return self._secant(self._step.trial, start)
+
+    def by_tangents(self, at: _Turn) -> _Turn | None:
+        """Where tangents from ``at`` on settle; None where they do not come nearer for some turns."""
+        least, since = np.inf, 0
+        while not self.settled(at):
+            reduction = linearise(
+                self._law, self._committed, at.trial, self._step.jump, at.reaction, at.velocity,
+                self._step.area, self._step.length,
+            )  # fmt: skip
+            solution, cohesive = self._solve(reduction, self._brief, at.start)
+            if solution.outcome is not Outcome.CONVERGED:
+                return None
+            at = self._updated(reduction, solution, cohesive, at.trial)
+            since = 0 if at.change < 0.5 * least else since + 1
+            least = min(least, at.change)
+            if since > PATIENCE:
+                return None
+        return at
+
+    def by_secants(self, at: _Turn, most: int) -> _Turn:
+        """Where at most so many secants lead."""
+        for _ in range(most):
+            last, at = at.loss, self._secant(at.trial, at.start)
+            if self.settled(at):
+                break
+            at = replace(at, trial=self._ahead(at, last))
+        return at
+
+    def _secant(self, trial: JointState, start: Start | None) -> _Turn:
+        reduction = self._law.reduce(trial, self._step.jump, self._step.area, self._step.length)
+        solution, cohesive = self._solve(reduction, self._settings, start)
+        return self._updated(reduction, solution, cohesive, trial)
+
+    def _ahead(self, at: _Turn, last: FloatArray) -> JointState:
+        """Where secants that creep will end, by Aitken's Δ²; close to a snap-back they need hundreds."""
+        slope, size = float(at.loss @ last), float(last @ last)
+        if not 0 < slope < size:
+            return at.trial
+        further = min(slope / (size - slope), FURTHEST)
+        adhesion = np.clip(at.trial.adhesion - further * at.loss, 0.0, self._committed.adhesion)
+        return replace(at.trial, adhesion=adhesion)
+
+    def _solve(
+        self, reduction: Reduction, settings: SolverSettings, start: Start | None
+    ) -> tuple[Solution, ContactProblem]:
+        own, bare = self._gap_term(reduction.closure), self._gap_term(np.zeros_like(reduction.closure))
+        part, h = reduction.take(self._step.active), self._step.length
+        cohesive = _cohesive(self._problem, part, own, own - bare, h)
+        return solve(cohesive, settings, start), cohesive
+
+    def _gap_term(self, closure: FloatArray) -> FloatArray:
+        return self._step.gap_term(closure)[self._step.active]
+
+    def _updated(
+        self, reduction: Reduction, solution: Solution, problem: ContactProblem, trial: JointState
+    ) -> _Turn:
+        step, active = self._step, self._step.active
+        reaction, velocity = np.zeros_like(step.jump), np.zeros_like(step.jump)
+        reaction[active] = solution.impulse / step.length
+        # the blocks' own velocity: without gap term, dilation and what the joint's bed gives way
+        part = reduction.take(active)
+        yielded = self._gap_term(reduction.closure) + part.shift + part.compliance * solution.impulse
+        velocity[active] = solution.velocity - yielded
+        after = self._law.update(
+            self._committed, trial, step.jump, reaction, velocity, step.area, step.length
+        )  # fmt: skip
+        loss = trial.adhesion - after.adhesion
+        return _Turn(solution, problem, reaction, velocity, after, loss, after.distance(trial))
 
 
 def _cohesive(

@@ -8,20 +8,19 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Literal, Protocol
-
-import numpy as np
 
 from masonry_fem.dynamics.clock import Clock
 from masonry_fem.dynamics.coupling import connect
 from masonry_fem.dynamics.equilibrium import Strategy
+from masonry_fem.dynamics.increments import ABRUPT, increments
 from masonry_fem.dynamics.ledger import Ledger
 from masonry_fem.dynamics.measure import measure, moving_blocks
 from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.report import StepReport
 from masonry_fem.dynamics.state import SystemState
-from masonry_fem.dynamics.step import Increment, initial_state, step
+from masonry_fem.dynamics.step import Increment, initial_state
 from masonry_fem.nscd import Outcome, SolverSettings
 
 logger = logging.getLogger(__name__)
@@ -30,10 +29,6 @@ Verdict = Literal["equilibrium", "finished", "no_convergence", "no_equilibrium"]
 
 # a transient march bears a step that missed its tolerance, up to this error
 BEARABLE = 1e-3
-# Of the largest impulses of a march: errors below the first are rounding, whatever is left of the
-# impulses; and these count as never less than the second.
-ROUNDING = 1e-12
-LEAST_SHARE = 1e-2
 
 
 class Observer(Protocol):
@@ -55,6 +50,7 @@ class March:
     last : Everything of the last step. ledger : Energies summed over the march.
     seconds : CPU time by phase [s]: factorise, solve, step, measure and output.
     moving : Blocks that move where there is no equilibrium: (name, speed [m/s], how).
+    abrupt : Times of the steps in which some joint lost more than half of its adhesion at once.
     """
 
     outcome: Verdict
@@ -65,6 +61,7 @@ class March:
     ledger: Ledger
     seconds: dict[str, float]
     moving: tuple[tuple[str, float, str], ...]
+    abrupt: tuple[float, ...] = ()
 
 
 def march(
@@ -84,39 +81,75 @@ def march(
     coupling = connect(model)
     start = tuple(group.rest() for group in model.groups) if bodies is None else bodies
     state = initial_state(model, coupling, start)
-    ledger, clock, largest = Ledger(), Clock(), 0.0
+    ledger, clock = Ledger(), Clock()
     missed: list[float] = []
-    share = min(ROUNDING / settings.tolerance, LEAST_SHARE)
-    for scheme, until in strategy.schedule():
-        measured = replace(settings, least_impulse=share * largest)
-        made = step(model, coupling, state, scheme, measured, until, clock)
-        largest = max(largest, float(np.linalg.norm(made.impulse)))
+    unsettled: list[float] = []
+    abrupt: list[float] = []
+    for made in increments(model, coupling, strategy, state, settings, clock):
+        inertia = made.scheme.inertia
         report = measure(model, coupling, made)
         clock.lap("measure")
-        ledger = ledger.add(report, scheme.inertia)
+        ledger = ledger.add(report, inertia)
         if keep == report.step and kept is not None:
             kept.append(made)
         for observer in observers:
             observer.record(model, made.after, report)
         clock.lap("output")
-        stop = _hopeless(report, scheme.inertia == 0)
-        if stop is not None:
-            return _ended(stop, model, made, report, ledger, clock)
+        verdict = _hopeless(report, inertia == 0)
+        if verdict is not None:
+            break
         if report.outcome is not Outcome.CONVERGED:
             missed.append(report.quality.error)
+        if report.joint_change > 0:
+            unsettled.append(report.joint_change)
+        if report.adhesion_loss > ABRUPT:
+            abrupt.append(report.time)
         if strategy.settled(report):
-            return _ended("equilibrium", model, made, report, ledger, clock)
-        state = _rested(model, made.after, strategy.velocity_factor)
-    verdict: Verdict = "no_equilibrium" if strategy.seeks_equilibrium else "finished"
-    if strategy.seeks_equilibrium and report.outcome is not Outcome.CONVERGED:
-        verdict = "no_convergence"  # a step that was not solved says nothing of what exists
+            verdict = "equilibrium" if report.joint_change == 0 else "no_convergence"
+            break
+    else:
+        verdict = "no_equilibrium" if strategy.seeks_equilibrium else "finished"
+        if strategy.seeks_equilibrium and report.outcome is not Outcome.CONVERGED:
+            verdict = "no_convergence"  # a step that was not solved says nothing of what exists
+    _warn(missed, unsettled, abrupt, report, strategy, settings)
+    return _ended(verdict, model, made, report, ledger, clock, tuple(abrupt))
+
+
+def _warn(
+    missed: list[float],
+    unsettled: list[float],
+    abrupt: list[float],
+    report: StepReport,
+    strategy: Strategy,
+    settings: SolverSettings,
+) -> None:
     if missed:
         logger.warning(
             "%d of %d steps missed the solver's tolerance %g, the worst with an error of %.1e; "
             "look at the certificate, and loosen solver.tolerance where that is exact enough",
             len(missed), report.step, settings.tolerance, max(missed),
         )  # fmt: skip
-    return _ended(verdict, model, made, report, ledger, clock)
+    if unsettled:
+        logger.warning(
+            "joint laws did not settle in %d of %d steps: adhesion still changed by up to %.1e; take smaller "
+            "steps (in statics analysis.substeps divides those that need it), or dynamics",
+            len(unsettled), report.step, max(unsettled),
+        )  # fmt: skip
+    if not abrupt:
+        return
+    where = (
+        f"joints gave way abruptly in {len(abrupt)} of {_steps(report.step)}, first at t = {abrupt[0]:.4g}"
+    )
+    if strategy.parts > 1:
+        logger.warning(
+            "%s, even in 1/%d of a load step: the structure snaps back, or the joints are brittle; the path "
+            "goes on from the next equilibrium, dynamics tells what happens between", where, strategy.parts,
+        )  # fmt: skip
+    else:
+        logger.warning(
+            "%s: what happens between two steps is not known, the structure may snap back; smaller steps "
+            "tell, in statics analysis.substeps divides those that need it", where,
+        )  # fmt: skip
 
 
 def _hopeless(report: StepReport, static: bool) -> Verdict | None:
@@ -131,24 +164,25 @@ def _hopeless(report: StepReport, static: bool) -> Verdict | None:
     return None
 
 
-def _rested(model: Model, state: SystemState, factor: float) -> SystemState:
-    """The state with velocities scaled between steps."""
-    if factor == 1.0:
-        return state
-    bodies = tuple(
-        group.scale_velocity(own, factor) for group, own in zip(model.groups, state.bodies, strict=True)
-    )
-    return replace(state, bodies=bodies, velocity=factor * state.velocity)
-
-
 def _ended(
-    verdict: Verdict, model: Model, made: Increment, report: StepReport, ledger: Ledger, clock: Clock
+    verdict: Verdict,
+    model: Model,
+    made: Increment,
+    report: StepReport,
+    ledger: Ledger,
+    clock: Clock,
+    abrupt: tuple[float, ...],
 ) -> March:
     moving: tuple[tuple[str, float, str], ...] = ()
     if verdict == "equilibrium":
         message = f"Equilibrium after {_steps(report.step)}."
     elif verdict == "finished":
         message = f"Reached t = {report.time:.6g} s in {_steps(report.step)}."
+    elif verdict == "no_convergence" and report.outcome is Outcome.CONVERGED:
+        message = (
+            f"Step {report.step}: the joint laws did not settle, adhesion still changed by "
+            f"{report.joint_change:.1e}. Take more load steps, or analysis.substeps."
+        )
     elif verdict == "no_convergence":
         message = (
             f"Step {report.step}: the contact solver stopped at an error of {report.quality.error:.1e}. "
@@ -157,7 +191,7 @@ def _ended(
     else:
         moving = tuple(moving_blocks(model, made.after))
         message = _no_equilibrium(report, moving)
-    return March(verdict, message, made.after, report, made, ledger, clock.phases, moving)
+    return March(verdict, message, made.after, report, made, ledger, clock.phases, moving, abrupt)
 
 
 def _steps(count: int) -> str:

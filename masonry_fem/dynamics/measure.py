@@ -54,6 +54,8 @@ def measure(model: Model, coupling: Coupling, made: Increment) -> StepReport:
         bonded=int((state.status == BONDED).sum()),
         speed=float(np.sqrt(2 * kinetic / mass)) if mass > 0 else 0.0,
         load_acceleration=_load(model, made) / mass if mass > 0 else 0.0,
+        adhesion_loss=made.adhesion_loss,
+        joint_change=made.joint_change,
         **energy,
     )
 

@@ -42,6 +42,8 @@ class StepReport:
     open, stick, slip : Numbers of contacts. bonded : Those held by cohesion alone.
     joint_energy : Stored in cohesive joints at the end of the step [J].
     joint_dissipation : Lost to the damage of joints in the step [J].
+    adhesion_loss : Greatest loss of adhesion β of a contact in the step.
+    joint_change : What the joint laws' turns left open of the joints' state; 0 where they settled.
     speed : Root mean square speed of the mass [m/s].
     load_acceleration : Loads on the blocks over their mass [m/s²].
     """
@@ -78,6 +80,8 @@ class StepReport:
     bonded: int = 0
     joint_energy: float = 0.0
     joint_dissipation: float = 0.0
+    adhesion_loss: float = 0.0
+    joint_change: float = 0.0
 
     def inertial_share(self, step: float) -> float:
         """Speed relative to what the loads give in one step from rest: 1 in free fall."""

@@ -45,6 +45,7 @@ class Increment:
     free : Steps of the groups without contact. rigid : U⁺ by group.
     rigid_impulse, nodal_impulse : Bᵀ p and Gᵀ p by group.
     here : Contact geometry of the step. rigid_map : B of all contacts, supports too.
+    joint_change : What the joint laws' turns left open of the joints' state; 0 where they settled.
     """
 
     before: SystemState
@@ -61,6 +62,15 @@ class Increment:
     nodal_impulse: tuple[FloatArray | None, ...]
     here: Placement
     rigid_map: FloatArray
+    joint_change: float = 0.0
+
+    @property
+    def adhesion_loss(self) -> float:
+        """Greatest loss of adhesion of a contact; 0 where joints are dry."""
+        before, after = self.before.joints, self.after.joints
+        if before is None or after is None:
+            return 0.0
+        return float((before.adhesion - after.adhesion).max(initial=0.0))
 
 
 def initial_state(model: Model, coupling: Coupling, bodies: tuple[Any, ...], at: float = 0.0) -> SystemState:
@@ -113,6 +123,7 @@ def step(
     clock.lap("step")
     guess, last, joints = state.bodies, np.inf, state.joints
     solved: Solution | None = None
+    change = 0.0
     for _ in range(NEWTON_LIMIT):
         free = tuple(
             group.free(own, at, force, scheme)
@@ -129,10 +140,11 @@ def step(
         if model.laws is None or state.joints is None or joints is None:
             solution = solve(problem, settings, start)
         else:
-            solution, problem, joints = solve_with_laws(
+            taken = solve_with_laws(
                 model.laws, state.joints, _joint_step(model, state, scheme, here, active, joints), problem,
                 settings, start,
             )  # fmt: skip
+            solution, problem, joints, change = taken.solution, taken.problem, taken.joints, taken.change
         clock.lap("solve")
         solved = solution
         impulse = np.zeros_like(here.points)
@@ -174,7 +186,7 @@ def step(
     clock.lap("step")
     return Increment(
         state, reached, problem, solution, active, impulse, forces, scheme, free, rigid, rigid_impulse,
-        nodal, here, rigid_map,
+        nodal, here, rigid_map, change,
     )  # fmt: skip
 
 

@@ -23,14 +23,21 @@ AXES = {2: "xy", 3: "xyz"}
 class Progress:
     """Recorder that shows a bar on a terminal: step, residual, kinetic energy, time left.
 
-    ``total`` is the number of steps where it is known. Nothing is shown with ``quiet`` or where
-    standard error is no terminal.
+    ``total`` is the number of steps where it is known; else the bar goes by time, to ``end``. Nothing is
+    shown with ``quiet`` or where standard error is no terminal.
     """
 
     dense = True
 
-    def __init__(self, total: int | None = None, *, quiet: bool = False, console: Any = None) -> None:
-        self._total, self._quiet, self._console = total, quiet, console
+    def __init__(
+        self,
+        total: int | None = None,
+        *,
+        end: float | None = None,
+        quiet: bool = False,
+        console: Any = None,
+    ) -> None:
+        self._total, self._end, self._quiet, self._console = total, end, quiet, console
         self._bar: Any = None
         self._task: Any = None
 
@@ -54,7 +61,8 @@ class Progress:
             TimeRemainingColumn(),
         )
         self._bar = Bar(*columns, console=console, transient=True)
-        self._task = self._bar.add_task("", total=self._total, step="0", time="0", residual="–", kinetic="–")
+        total = self._total if self._end is None else self._end
+        self._task = self._bar.add_task("", total=total, step="0", time="0", residual="–", kinetic="–")
         self._bar.start()
 
     def record(self, model: Model, state: SystemState, report: StepReport) -> None:
@@ -63,7 +71,7 @@ class Progress:
             return
         self._bar.update(
             self._task,
-            completed=report.step,
+            completed=report.step if self._end is None else report.time,
             step=f"{report.step}" + (f"/{self._total}" if self._total else ""),
             time=f"{report.time:.4g}",
             residual=f"{getattr(report, 'natural_map', float('nan')):.1e}",

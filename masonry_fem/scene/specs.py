@@ -199,9 +199,13 @@ class Joint(Spec, frozen=True, kw_only=True):
 
 
 class Statics(Spec, frozen=True, kw_only=True, tag_field="kind", tag="statics"):
-    """True statics: inertia left out, the loads applied in equal ``load_steps``."""
+    """True statics: inertia left out, the loads applied in equal ``load_steps``.
+
+    A step in which joints give way is halved again and again, into at most so many ``substeps``.
+    """
 
     load_steps: Count = 1
+    substeps: Count = 1
 
 
 class Dynamics(Spec, frozen=True, kw_only=True, tag_field="kind", tag="dynamics"):

@@ -18,7 +18,12 @@ class Strategy(Protocol):
 
     @property
     def steps(self) -> int:
-        """Largest number of steps."""
+        """Largest number of steps, parts of steps counted."""
+        ...
+
+    @property
+    def parts(self) -> int:
+        """Most parts that a step in which joints give way may be divided into."""
         ...
 
     @property

@@ -34,6 +34,7 @@ class Damped:
     velocity_factor: float = 1.0
     tolerance: float = 1e-6
     seeks_equilibrium: bool = True
+    parts: int = 1
 
     @property
     def steps(self) -> int:

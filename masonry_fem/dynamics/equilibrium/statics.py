@@ -11,16 +11,17 @@ from masonry_fem.dynamics.report import StepReport
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Statics:
-    """``load_steps`` equal steps of the load factor from 0 to 1."""
+    """``load_steps`` equal steps of the load factor from 0 to 1, divided where joints give way."""
 
     load_steps: int = 1
+    parts: int = 1
     seeks_equilibrium: bool = True
     velocity_factor: float = 0.0
 
     @property
     def steps(self) -> int:
-        """Number of load steps."""
-        return self.load_steps
+        """Largest number of load steps, parts of steps counted."""
+        return self.load_steps * self.parts
 
     def schedule(self) -> Iterator[tuple[Scheme, float]]:
         """One step a load factor; the step length is 1/n so that time is the load factor."""
@@ -29,4 +30,4 @@ class Statics:
 
     def settled(self, report: StepReport) -> bool:
         """Statics is at rest when the last load factor is reached."""
-        return report.step >= self.load_steps
+        return report.time >= 1.0

@@ -19,6 +19,7 @@ class Transient:
     theta: float = 0.5
     seeks_equilibrium: bool = False
     velocity_factor: float = 1.0
+    parts: int = 1
 
     @property
     def steps(self) -> int:

@@ -1,0 +1,84 @@
+"""Increments: the steps of a strategy one after another, divided where joints give way.
+
+for made in increments(model, coupling, strategy, state, settings, clock):
+    made.after, made.adhesion_loss
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from masonry_fem.bodies.base import Scheme
+from masonry_fem.dynamics.clock import Clock
+from masonry_fem.dynamics.coupling import Coupling
+from masonry_fem.dynamics.model import Model
+from masonry_fem.dynamics.state import SystemState
+from masonry_fem.dynamics.step import Increment, step
+from masonry_fem.nscd import Outcome, SolverSettings
+
+if TYPE_CHECKING:
+    from masonry_fem.dynamics.equilibrium import Strategy
+
+# Of the largest impulses of a march: errors below the first are rounding, whatever is left of the
+# impulses; and these count as never less than the second.
+ROUNDING = 1e-12
+LEAST_SHARE = 1e-2
+# a contact that loses more adhesion than this in one step gave way between two known states
+ABRUPT = 0.5
+
+
+def increments(
+    model: Model,
+    coupling: Coupling,
+    strategy: Strategy,
+    state: SystemState,
+    settings: SolverSettings,
+    clock: Clock,
+) -> Iterator[Increment]:
+    """Every step that ``strategy`` schedules from ``state`` on, each from where the last one ended."""
+    share, largest = min(ROUNDING / settings.tolerance, LEAST_SHARE), 0.0
+    for scheme, until in strategy.schedule():
+        measured = replace(settings, least_impulse=share * largest)
+        for made in _parts(model, coupling, strategy, state, scheme, until, strategy.parts, measured, clock):
+            largest = max(largest, float(np.linalg.norm(made.impulse)))
+            state = _rested(model, made.after, strategy.velocity_factor)
+            yield made
+
+
+def _parts(
+    model: Model,
+    coupling: Coupling,
+    strategy: Strategy,
+    state: SystemState,
+    scheme: Scheme,
+    until: float,
+    parts: int,
+    settings: SolverSettings,
+    clock: Clock,
+) -> Iterator[Increment]:
+    """A step as it is, or each half of it in turn where joints give way or nothing was found."""
+    made = step(model, coupling, state, scheme, settings, until, clock)
+    found = made.solution.outcome is Outcome.CONVERGED and made.joint_change == 0
+    doubtful = made.adhesion_loss > ABRUPT or not found
+    if parts < 2 or state.joints is None or not doubtful:
+        yield made
+        return
+    half = replace(scheme, step=0.5 * scheme.step)
+    for end in (until - half.step, until):
+        for part in _parts(model, coupling, strategy, state, half, end, parts // 2, settings, clock):
+            yield part
+            state = _rested(model, part.after, strategy.velocity_factor)
+
+
+def _rested(model: Model, state: SystemState, factor: float) -> SystemState:
+    """The state with velocities scaled between steps."""
+    if factor == 1.0:
+        return state
+    bodies = tuple(
+        group.scale_velocity(own, factor) for group, own in zip(model.groups, state.bodies, strict=True)
+    )
+    return replace(state, bodies=bodies, velocity=factor * state.velocity)

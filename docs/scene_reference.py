@@ -157,6 +157,7 @@ MEANING: dict[str, str] = {
     "WallStructure.brick": "length, (depth,) height of a brick",
     "WallStructure.columns": "bricks in a course, whole or and a half",
     "WallStructure.courses": "courses",
+    "WallStructure.cut": "each whole brick is two halves with a joint `brick` between them, to crack there",
     "WallStructure.half_bricks": "courses that half bricks close; `none`: the other courses lack a brick",
     "ArchStructure.radius": "of the mean line",
     "ArchStructure.thickness": "between intrados and extrados",

@@ -70,7 +70,8 @@ class StackStructure(Structure, frozen=True, kw_only=True, tag="stack"):
 class WallStructure(Structure, frozen=True, kw_only=True, tag="wall"):
     """Running-bond wall: ``courses`` courses of ``columns`` bricks, half bricks closing every other.
 
-    Where ``columns`` ends in a half, each course has one half brick, at alternate ends.
+    Where ``columns`` ends in a half, each course has one half brick, at alternate ends. With ``cut`` each
+    brick is two halves whose joint, labelled ``brick``, lets it crack in the middle.
     """
 
     brick: Sizes
@@ -78,6 +79,7 @@ class WallStructure(Structure, frozen=True, kw_only=True, tag="wall"):
     courses: Count
     position: Point | None = None
     half_bricks: Literal["even", "odd", "none"] = "even"
+    cut: bool = False
     ground: bool = True
 
 

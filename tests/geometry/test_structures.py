@@ -58,6 +58,24 @@ def test_half_bricks(halves: str, first: int, second: int) -> None:
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
+def test_cut_bricks_are_two_halves_with_a_joint_of_their_own(dimension: int) -> None:
+    size = (0.5, 0.25, 0.25)[3 - dimension :] if dimension == 3 else (0.5, 0.25)
+    whole, cut = (built(wall(brick=size, cut=one), dimension) for one in (False, True))
+    labels = [[one.label for one in detect(made)] for made in (whole, cut)]
+    bricks = sum(block.shape == 0 for block in whole.blocks)
+    assert bricks == 18
+    assert labels[1].count("brick") == bricks
+    assert labels[1].count("head") == labels[0].count("head") == 17
+    assert len(cut.blocks) == len(whole.blocks) + bricks
+    assert "wall.c1.b2" in next(b for b in cut.blocks if b.name == "wall.c1.b2.l").groups
+    volumes = [
+        sum(made.solid(i).mass_properties().volume for i, b in enumerate(made.blocks) if not b.support)
+        for made in (whole, cut)
+    ]
+    assert volumes[1] == pytest.approx(volumes[0], rel=1e-14)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("straight", [False, True])
 def test_voussoirs_have_their_exact_mass(dimension: int, straight: bool) -> None:
     made = built(arch(straight=straight, depth=0.3), dimension)

@@ -87,6 +87,9 @@ def turns(
         yield from _thorough(problem)
     elif problem.body_count and not problem.rigid:
         yield Turn(_newton, BRIEF)
+        if problem.count < MANY and not _coupled(problem):
+            yield Turn(_brief_sweeps(HORIZON_OF_BODIES))
+            yield Turn(_newton, NEWTON_STEPS, "close")
         yield from _thorough(problem)
         yield Turn(_sweeps, origin="best")
     elif not problem.body_count:
@@ -125,6 +128,13 @@ def _static(problem: ContactProblem) -> bool:
     """True where some body in contact has no inertia."""
     touched = np.unique(problem.bodies[problem.bodies >= 0])
     return bool((problem.rigid_mass[touched] <= 0).any())
+
+
+def _coupled(problem: ContactProblem) -> bool:
+    """True where blocks deform; beds of mortar soften their own contacts alone, which sweeps like."""
+    compliance = problem.compliance
+    row = np.repeat(np.arange(problem.count), np.diff(compliance.indptr))
+    return bool(compliance.data[compliance.indices != row].any())
 
 
 def _exact(problem: ContactProblem) -> Iterator[Turn]:

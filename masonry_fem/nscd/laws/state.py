@@ -133,13 +133,14 @@ class JointState:
     def distance(self, other: JointState) -> float:
         """Largest difference that a step's iteration has to bring down.
 
-        Adhesion, rupture and friction count as they are, jumps and openings relative to the largest.
+        Adhesion, rupture and crushing count as they are, openings relative to the largest jump. A bed's
+        deformation does not count: it follows from the reaction, and no reduction hangs on it.
         """
         if not self.count:
             return 0.0
-        switches = (self.broken != other.broken).any()
+        switches = (self.broken != other.broken).any() or (self.crushing != other.crushing).any()
         changes = [float(switches), float(np.abs(self.adhesion - other.adhesion).max())]
-        for name in ("opening", "dilation", "elastic", "crushed"):
+        for name in ("opening", "dilation"):
             mine, yours = getattr(self, name), getattr(other, name)
             size = max(float(np.abs(mine).max()), float(np.abs(self.jump).max()))
             changes.append(float(np.abs(mine - yours).max()) / size if size else 0.0)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from masonry_fem.bodies.stress import principal, von_mises
 from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.state import SystemState
+from masonry_fem.nscd.laws.law import layers_of
 from masonry_fem.post.grid import Grid, three
 
 FloatArray = NDArray[np.float64]
@@ -24,6 +25,7 @@ BLOCK, GROUP, FIDELITY = "block", "group", "fidelity"
 REACTION, TRACTION, NORMAL, STATUS = "reaction", "traction", "normal", "status"
 GAP, SLIP, INTERFACE, AREA = "gap", "relative_velocity", "interface", "area"
 ADHESION, JUMP = "adhesion", "jump"
+BED, CRUSHED, DILATION = "bed", "crushed", "dilation"
 SCATTER = "scatter_"  # and the parameter
 CANDIDATE, ANTAGONIST = "candidate", "antagonist"
 
@@ -74,20 +76,37 @@ def stress_arrays(stress: FloatArray) -> Arrays:
     return {STRESS: stress, VON_MISES: mises, PRINCIPAL: values, **named}
 
 
+def joint_arrays(model: Model, state: SystemState) -> Arrays:
+    """What joint laws remember, in world axes; {} where all joints are dry.
+
+    The intensity of adhesion β (NaN in dry joints) and the jump [m]; with mortar what its bed gives way and
+    the part of it that is crushed [m], ≤ 0; with dilatancy the opening by sliding [m].
+    """
+    joints = state.joints
+    if model.laws is None or joints is None or state.jump is None:
+        return {}
+
+    def world(vectors: FloatArray) -> FloatArray:
+        return three(np.einsum("cai,ca->ci", state.frame, vectors))
+
+    bonded = model.laws.initial(*state.jump.shape).adhesion > 0
+    arrays: Arrays = {ADHESION: np.where(bonded, joints.adhesion, np.nan), JUMP: world(state.jump)}
+    layers = {law.name for part, _ in model.laws.parts for law in layers_of(part)}
+    if "bed" in layers:
+        arrays |= {BED: world(joints.bed), CRUSHED: joints.crushed}
+    return arrays | ({DILATION: joints.dilation} if "rough" in layers else {})
+
+
 def contact_arrays(model: Model, state: SystemState) -> Arrays:
     """What contact points carry, in world axes; reactions [N] act on the candidate.
 
-    Where joints have laws, there are the intensity of adhesion β (NaN in dry ones) and the jump [m], too.
+    What joint laws remember is there where they are (``joint_arrays``).
     Properties that scatter stand as factors on the scene's values: ``scatter_cohesion``.
     """
     contacts, frame = model.contacts, state.frame
     reaction = three(np.einsum("cai,ca->ci", frame, state.reaction))
     area = contacts.area[:, None]  # nothing belongs to the corner nodes of quadratic triangles
-    cohesion: Arrays = {}
-    if model.laws is not None and state.joints is not None and state.jump is not None:
-        bonded = model.laws.initial(*state.jump.shape).adhesion > 0
-        jump = three(np.einsum("cai,ca->ci", frame, state.jump))
-        cohesion = {ADHESION: np.where(bonded, state.joints.adhesion, np.nan), JUMP: jump}
+    cohesion = joint_arrays(model, state)
     scatter: Arrays = {SCATTER + name.replace(".", "_"): values for name, values in model.scatter.items()}
     return (
         cohesion

@@ -8,6 +8,7 @@ import pytest
 
 from masonry_fem.build import build
 from masonry_fem.errors import SceneError
+from masonry_fem.post.fields import contact_arrays
 from masonry_fem.run import solve_scene
 from masonry_fem.scene import check, specs
 
@@ -166,6 +167,20 @@ def test_points_without_an_area_have_no_cohesion():
     kinds = {law.name: len(points) for law, points in model.laws.parts}
     assert kinds["dry"] == (model.contacts.area <= 1e-12 * WIDTH).sum() > 0
     assert kinds["mohr_coulomb"] + kinds["dry"] == model.contacts.count
+
+
+def test_what_beds_and_roughness_did_is_a_field():
+    mortar = msgspec.structs.replace(MORTAR, crushing=3e3, hardening=1e7)
+    rough = specs.Dilatancy(tangent=0.2, bound=1e-3)
+    result = solved(stack(3, specs.Joint(mortar=mortar, dilatancy=rough), count=1))
+    arrays = contact_arrays(result.built.model, result.march.state)
+    settled = DENSITY * G * HEIGHT / K_N
+    crushed = (DENSITY * G * HEIGHT - 3e3) / 1e7
+    np.testing.assert_allclose(arrays["crushed"], -crushed, rtol=1e-9)
+    np.testing.assert_allclose(arrays["bed"], np.array([[0, 0, -settled - crushed]] * 4), atol=1e-15)
+    np.testing.assert_allclose(arrays["dilation"], 0.0, atol=1e-12)
+    dry = solved(stack(3, specs.Joint(), count=1))
+    assert not {"bed", "crushed", "dilation"} & set(contact_arrays(dry.built.model, dry.march.state))
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ the solver and the law take turns until the trial state stays:
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any, ClassVar
 
@@ -113,6 +113,14 @@ def rub(
         slip=before.slip + np.where(slides, step * speed, 0.0),
         rubbed=before.rubbed + np.maximum(heat, 0.0),
     )
+
+
+def layers_of(law: Law) -> Iterator[Law]:
+    """A law and those inside it, such as a bed, the roughness on it and the cohesion of its faces."""
+    yield law
+    inner = getattr(law, "law", None)
+    if isinstance(inner, Law):
+        yield from layers_of(inner)
 
 
 def spread(value: Parameter, count: int) -> FloatArray:

@@ -225,7 +225,8 @@ def draw_damage(scenery: Scenery, path: Path) -> Path:
     radius = max(0.12 * float(np.median(reach)), 2.0 / stage.scale)
     cloud = pv.PolyData(np.asarray(contacts.points, float)[cohesive])
     cloud["damage"] = damage
-    balls = cloud.glyph(geom=pv.Sphere(radius=radius, theta_resolution=16, phi_resolution=12), scale=False)
+    ball = pv.Sphere(radius=radius, theta_resolution=16, phi_resolution=12)
+    balls = cloud.glyph(geom=ball, scale=False, orient=False)
     stage.surface(balls, scalars="damage", cmap=DAMAGE_COLOURS, clim=(0.0, 1.0))
     return sheet.save(path, stage)
 

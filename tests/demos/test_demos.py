@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from demos import arch, arch_inset, bouncing, cyclic_joint, keystone, low_wall, slope
+from demos import arch, arch_inset, bouncing, cyclic_joint, dome, keystone, low_wall, slope
 from masonry_fem.run import check_scene
 from masonry_fem.scene import load
 
@@ -127,3 +127,17 @@ def test_every_demo_has_a_text_a_scene_and_a_picture(repository):
         assert [p for p in pictures if not (repository / "docs" / p).is_file()] == []
     orphans = {p.stem for p in (repository / "demos").glob("*.toml")} - {p.stem for p in scripts}
     assert not orphans
+
+
+def test_dome_cracks_where_its_parallels_pull():
+    whole, chained, loose = dome.main()
+    assert whole.outcome == "equilibrium"
+    assert len(whole.cracks) == 0
+    assert chained.outcome == "equilibrium"
+    assert dome.PRESSED < chained.cracks[0] < dome.PRESSED + 90 / 9.5
+    assert dome.LEAST < chained.chain < 1.1 * dome.LEAST
+    assert chained.opening == pytest.approx(24.5e-6, rel=0.02)
+    assert whole.chain < 0.6 * chained.chain
+    assert whole.sinking < chained.sinking
+    assert loose.outcome == "no_equilibrium"
+    assert loose.moving > 50

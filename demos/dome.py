@@ -22,7 +22,6 @@ Cost
     7 seconds for all three, 20 to draw one.
 
 .. image:: /images/dome.png
-.. image:: /images/dome_damage.png
 
 .. literalinclude:: dome.toml
    :language: toml

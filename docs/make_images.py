@@ -27,7 +27,7 @@ DEMOS: dict[str, tuple[dict[str, object], dict[str, str]]] = {
         {"arch": "overview", "arch_principal_stresses": "principal_stresses", "arch_reactions": "reactions"},
     ),
     "arch_inset": ({}, {"arch_inset": "arch_inset"}),
-    "dome": ({}, {"dome": "deformed", "dome_damage": "damage"}),
+    "dome": ({}, {"dome": "deformed"}),
     "keystone": ({}, {"keystone": "overview"}),
     "cyclic_joint": ({}, {"cyclic_joint": "cyclic_joint"}),
 }

@@ -212,3 +212,39 @@ def test_dilatancy_must_not_create_energy(keys, words):
     joint = specs.Joint(dilatancy=specs.Dilatancy(tangent=0.2, bound=1e-3), **keys)
     with pytest.raises(SceneError, match=words):
         build(check(stack(2, joint)), Path())
+
+
+def test_a_corner_on_a_face_has_no_mortar():
+    """A tilted square on its corner, held from tipping by nothing but symmetry."""
+    block = specs.BlockStructure(
+        name="tilted", material="stone", size=(0.2, 0.2), position=(0.0, 0.0), rotation=45.0
+    )
+    floor = specs.BlockStructure(
+        name="floor", material="stone", size=(2.0, 0.2), position=(-1.0, -0.2), support=True
+    )
+    joint = specs.Joint(law=specs.MohrCoulomb(cohesion=1e5), mortar=MORTAR)
+    scene = stack(
+        2, joint, structures=(block, floor), probes=(), analysis=specs.Dynamics(step=1e-3, duration=5e-3)
+    )
+    result = solved(scene)
+    assert [law.name for law, _ in result.built.model.laws.parts] == ["dry"]
+    assert result.march.state.reaction[0, 0] == pytest.approx(0.04 * DENSITY * G, rel=1e-3)
+
+
+@pytest.mark.parametrize("joint", [
+    specs.Joint(mortar=MORTAR),
+    specs.Joint(mortar=msgspec.structs.replace(MORTAR, crushing=3e3, hardening=1e8)),
+    specs.Joint(friction=0.3, dynamic_friction=0.2, mortar=MORTAR,
+                dilatancy=specs.Dilatancy(tangent=0.1, bound=1e-3)),
+], ids=["elastic", "crushing", "rough"])  # fmt: skip
+def test_what_joints_take_of_the_work_is_accounted_for(joint):
+    """Stored, burnt and rubbed; the rest is what backward steps damp, never negative, and goes with them."""
+    rests = []
+    for step in (5e-5, 2.5e-5):
+        loads = specs.Loads(gravity=(0.0, -G), accelerations=(specs.Acceleration(vector=(0.5 * G, 0.0)),))
+        scene = stack(2, joint, count=1, loads=loads, analysis=specs.Dynamics(step=step, duration=0.003),
+                      solver=specs.Solver())  # fmt: skip
+        made = solved(scene).march
+        ledger, stored = made.ledger, made.report.joint_energy
+        rests.append((-ledger.contact - ledger.joints - ledger.friction - stored) / ledger.external)
+    assert 0 < rests[1] < 0.75 * rests[0]

@@ -12,8 +12,20 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from masonry_fem.run import RunResult
-from tests.validation.domes import BONDED, GAMMA, PLANE, RADIUS, SWEEP, brittle, lune, meridian_points, thrust
+from masonry_fem.run import RunResult, solve_scene
+from masonry_fem.scene.specs import DomeStructure, Joint, Loads, Material, Scene
+from tests.validation.domes import (
+    BONDED,
+    GAMMA,
+    PLANE,
+    RADIUS,
+    SWEEP,
+    G,
+    brittle,
+    lune,
+    meridian_points,
+    thrust,
+)
 
 THIN, THICK = 0.1, 0.5
 LEAST = 0.019469 * GAMMA * RADIUS**3  # thrust of the thick dome [N per radian]
@@ -115,3 +127,27 @@ def test_a5_1_least_thickness(share: float, outcome: str) -> None:
         fidelity="rigid",
     )  # fmt: skip
     assert result.outcome == outcome
+
+
+@pytest.mark.parametrize(
+    ("staggered", "friction", "outcome"),
+    [(False, 0.6, "no_equilibrium"), (True, 0.6, "equilibrium"), (True, 0.05, "no_equilibrium")],
+)
+def test_stones_in_bond_are_ties(staggered: bool, friction: float, outcome: str) -> None:
+    """On rollers, without cohesion: friction in the beds of staggered rings pulls along the parallels."""
+    scene = Scene(
+        fidelity="rigid",
+        materials={"stone": Material(density=GAMMA / G)},
+        structures=(
+            DomeStructure(
+                name="dome", material="stone", radius=RADIUS, thickness=THICK, rings=6, slices=12,
+                staggered=staggered,
+            ),
+        ),
+        joints=(
+            Joint(friction=friction),
+            Joint(friction=0.0, between=("dome.base.*", "dome.r1.*"), interface="bed"),
+        ),
+        loads=Loads(gravity=(0.0, 0.0, -G)),
+    )  # fmt: skip
+    assert solve_scene(scene).outcome == outcome

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from masonry_fem.build.random_field import factors, gaussian_field
 from masonry_fem.contact.contacts import Interface
 from masonry_fem.scene import specs
 from masonry_fem.scene.laws import Softening
@@ -34,6 +33,10 @@ def scatter_factors(
     ``chosen`` is the number of the joint record of each of the i interfaces. A record's field does not
     hang on which interfaces have it: records with one seed share a field.
     """
+    if all(joint.scatter is None for joint in scene.joints):
+        return {}
+    from masonry_fem.build.random_field import factors, gaussian_field  # noqa: PLC0415 - brings scipy.optimize
+
     found: dict[str, FloatArray] = {}
     record = np.array(chosen, dtype=int)
     for index, joint in enumerate(scene.joints):

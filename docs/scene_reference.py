@@ -206,6 +206,7 @@ MEANING: dict[str, str] = {
     "Mortar.thickness": "t of the layer",
     "Mortar.young": "E of the mortar",
     "Mortar.poisson": "ν of the mortar; 0.2 where it is not given",
+    "Mortar.shear_weight": "C of the cap σ² + C τ² = crushing²; 0: shear does not help to crush, literature has 9",
     "Mortar.crushing": "compressive strength; none where it is not given",
     "Mortar.hardening": "slope of the pressure while it crushes; k_N/1000 where it is not given",
     "Dilatancy.tangent": "tan ψ at the start, at most the friction",

@@ -21,7 +21,7 @@ from masonry_fem.nscd import ContactProblem, Outcome, Solution, SolverSettings, 
 from masonry_fem.nscd.laws.law import Law
 from masonry_fem.nscd.laws.reduction import Reduction
 from masonry_fem.nscd.laws.state import JointState
-from masonry_fem.nscd.laws.tangent import linearise
+from masonry_fem.nscd.laws.tangent import decays, linearise
 
 FloatArray = NDArray[np.float64]
 
@@ -157,6 +157,8 @@ class _Turns:
         """Where tangents from ``at`` on settle; None where they do not come nearer for some turns."""
         least, since = np.inf, 0
         while not self.settled(at):
+            if not decays(self._committed, at.trial).any():
+                return None  # the tangent would be the secant
             reduction = linearise(
                 self._law, self._committed, at.trial, self._step.jump, at.reaction, at.velocity,
                 self._step.area, self._step.length,

@@ -141,6 +141,7 @@ class Mortar(Spec, frozen=True, kw_only=True):
     poisson: Annotated[float, Meta(gt=-1, lt=0.5)] | None = None
     crushing: Pressure | None = None
     hardening: Stiffness | None = None
+    shear_weight: NonNegative = 0.0
 
 
 class Dilatancy(Spec, frozen=True, kw_only=True):

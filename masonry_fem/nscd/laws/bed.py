@@ -8,7 +8,8 @@ closure u_e,N of the gap: cone and graphs stay exact, nothing is penalised. A be
 law that breaks is the usual joint of limit k_N, k_T, tension, cohesion, friction.
 
 With a ``crushing`` strength the layer yields under pressure and keeps what it was crushed; the
-pressure may still rise by ``hardening`` per length of crushing.
+pressure may still rise by ``hardening`` per length of crushing. Shear τ helps to crush where it has a
+weight C: the pressure σ yields at σ² + C τ² = f_c² (the cap of Lourenço and Rots, 1997).
 
     Bed.of_mortar(MohrCoulomb(cohesion=0.35e6, friction=0.75), thickness=0.01, young=1.2e9)
 """
@@ -20,7 +21,8 @@ from typing import ClassVar, override
 
 import numpy as np
 
-from masonry_fem.nscd.laws.law import FloatArray, Law, Parameter, check_positive, spread
+from masonry_fem.nscd.graphs import lengths
+from masonry_fem.nscd.laws.law import FloatArray, Law, Parameter, check_non_negative, check_positive, spread
 from masonry_fem.nscd.laws.reduction import Reduction
 from masonry_fem.nscd.laws.state import JointState
 
@@ -38,6 +40,7 @@ class Bed(Law):
     normal_stiffness, tangential_stiffness : k_N, k_T of the layer [N/m³].
     crushing : Compressive strength f_c of the mortar [Pa]; None: none.
     hardening : Slope of the pressure over the crushing [N/m³], > 0; None: a thousandth of k_N.
+    shear_weight : C of the shear stress in the cap.
     """
 
     law: Law
@@ -45,11 +48,13 @@ class Bed(Law):
     tangential_stiffness: Parameter
     crushing: Parameter | None = None
     hardening: Parameter | None = None
+    shear_weight: Parameter = 0.0
 
     name: ClassVar[str] = "bed"
 
     def __post_init__(self) -> None:
         check_positive(self, "normal_stiffness", "tangential_stiffness")
+        check_non_negative(self, "shear_weight")
         for optional in ("crushing", "hardening"):
             if getattr(self, optional) is not None:
                 check_positive(self, optional)
@@ -63,16 +68,18 @@ class Bed(Law):
         poisson: float = 0.2,
         crushing: Parameter | None = None,
         hardening: Parameter | None = None,
+        shear_weight: Parameter = 0.0,
     ) -> Bed:
         """The bed of a mortar layer: E'/t across, G/t along; its stretch in the plane is hindered.
 
         Parameters
         ----------
         thickness : t [m]. young : E [Pa]. poisson : ν. crushing : f_c [Pa]. hardening : [N/m³].
+        shear_weight : C.
         """
         confined = young * (1.0 - poisson) / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
         shear = young / (2.0 * (1.0 + poisson))
-        return cls(law, confined / thickness, shear / thickness, crushing, hardening)
+        return cls(law, confined / thickness, shear / thickness, crushing, hardening, shear_weight)
 
     @override
     def initial(self, count: int, dimension: int) -> JointState:
@@ -85,11 +92,13 @@ class Bed(Law):
         stiffness[:, 1:] = (area * spread(self.tangential_stiffness, state.count))[:, None]
         return stiffness
 
-    def _yield(self, count: int) -> tuple[FloatArray, FloatArray]:
-        """Strength f_c [Pa] and hardening [N/m³], shape (c,)."""
-        strength = np.full(count, np.inf) if self.crushing is None else spread(self.crushing, count)
+    def _yield(self, obliquity: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Pressure that begins to crush [Pa] and its hardening [N/m³] beside a shear τ/σ, shape (c,)."""
         slope = 1e-3 * np.asarray(self.normal_stiffness) if self.hardening is None else self.hardening
-        return strength, spread(slope, count)
+        # of the ratio τ/σ, not of τ: turns that slide would go to and fro
+        aside = np.sqrt(1.0 + self.shear_weight * obliquity**2)
+        strength = np.inf if self.crushing is None else self.crushing
+        return spread(strength, len(aside)) / aside, spread(slope, len(aside)) / aside
 
     @override
     def reduce(self, state: JointState, jump: FloatArray, area: FloatArray, step: float) -> Reduction:
@@ -101,7 +110,7 @@ class Bed(Law):
         kept[:, 0] = state.crushed
         flows = state.crushing
         if flows.any():
-            strength, slope = self._yield(state.count)
+            strength, slope = self._yield(state.obliquity)
             compliance[flows, 0] += 1.0 / (step**2 * area[flows] * slope[flows])
             kept[flows, 0] = strength[flows] / slope[flows]
         return replace(
@@ -117,7 +126,9 @@ class Bed(Law):
         velocity: FloatArray, area: FloatArray, step: float,
     ) -> JointState:  # fmt: skip
         area = _bearing(area)
-        strength, slope = self._yield(state.count)
+        obliquity = self._obliquity(reaction)
+        # where it crushes already, what the contact was solved with
+        strength, slope = self._yield(np.where(trial.crushing, trial.obliquity, obliquity))
         elastic = -reaction / self._stiffness(state, area)
         pressure = reaction[:, 0] / area
         limit = strength - slope * state.crushed
@@ -132,6 +143,7 @@ class Bed(Law):
         ground = area * np.where(crushing, yielding * (state.crushed - crushed), 0.0)
         after = replace(
             after, elastic=elastic, crushed=crushed, crushing=crushing, bedded=start,
+            obliquity=np.where(crushing, obliquity, 0.0),
             dissipated=after.dissipated + ground,
         )  # fmt: skip
         # what a sudden rupture sets free: the work put in less what is stored or lost elsewhere
@@ -141,6 +153,11 @@ class Bed(Law):
         freed = np.maximum(step * given.sum(axis=1) - spent, 0.0)
         damaged = after.adhesion < state.adhesion
         return replace(after, dissipated=after.dissipated + np.where(damaged, freed, 0.0))
+
+    def _obliquity(self, reaction: FloatArray) -> FloatArray:
+        """τ/σ where shear helps to crush, shape (c,)."""
+        shear = lengths(reaction[:, 1:]) * (np.asarray(self.shear_weight) > 0)
+        return np.divide(shear, reaction[:, 0], out=np.zeros(len(shear)), where=reaction[:, 0] > 0)
 
     @override
     def adhesive_reaction(self, state: JointState, area: FloatArray) -> FloatArray:

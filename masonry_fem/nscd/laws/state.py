@@ -33,6 +33,7 @@ class JointState:
     elastic : Deformation of an elastic bed in series, part of the jump [m], shape (c, d).
     crushed : Part of a bed's deformation that stays, ≤ 0 [m], shape (c,).
     crushing : True where the bed crushes in the step under way, shape (c,).
+    obliquity : Shear over pressure on a bed that crushes under both, shape (c,).
     bedded : Deformation of the bed at the start of the step under way [m], shape (c, d).
     jump : Displacement jump that the cohesion feels (without bed and dilation) [m], shape (c, d).
     slip : Length of the path slid over in frictional sliding [m], shape (c,).
@@ -51,6 +52,7 @@ class JointState:
     elastic: FloatArray
     crushed: FloatArray
     crushing: Mask
+    obliquity: FloatArray
     bedded: FloatArray
     jump: FloatArray
     slip: FloatArray
@@ -72,6 +74,7 @@ class JointState:
             elastic=np.zeros((count, dimension)),
             crushed=np.zeros(count),
             crushing=np.zeros(count, dtype=bool),
+            obliquity=np.zeros(count),
             bedded=np.zeros((count, dimension)),
             jump=np.zeros((count, dimension)),
             slip=np.zeros(count),
@@ -133,13 +136,19 @@ class JointState:
     def distance(self, other: JointState) -> float:
         """Largest difference that a step's iteration has to bring down.
 
-        Adhesion, rupture and crushing count as they are, openings relative to the largest jump. A bed's
-        deformation does not count: it follows from the reaction, and no reduction hangs on it.
+        Adhesion, rupture, crushing and its obliquity count as they are, openings relative to the largest
+        jump. A bed's deformation does not count: it follows from the reaction, no reduction hangs on it.
         """
         if not self.count:
             return 0.0
         switches = (self.broken != other.broken).any() or (self.crushing != other.crushing).any()
-        changes = [float(switches), float(np.abs(self.adhesion - other.adhesion).max())]
+        changes = [
+            float(switches),
+            *(
+                float(np.abs(getattr(self, name) - getattr(other, name)).max())
+                for name in ("adhesion", "obliquity")
+            ),
+        ]
         for name in ("opening", "dilation"):
             mine, yours = getattr(self, name), getattr(other, name)
             size = max(float(np.abs(mine).max()), float(np.abs(self.jump).max()))

@@ -17,10 +17,15 @@ import numpy as np
 from masonry_fem.nscd.graphs import lengths
 from masonry_fem.nscd.laws.law import FloatArray, Law
 from masonry_fem.nscd.laws.reduction import Reduction
-from masonry_fem.nscd.laws.state import JointState
+from masonry_fem.nscd.laws.state import JointState, Mask
 
 NUDGE = 1e-6  # of the jump, for central differences
 LEAST = 1e-12  # smallest nudge [m]
+
+
+def decays(state: JointState, trial: JointState) -> Mask:
+    """Where adhesion is on its way down, so that the tangent differs from the secant, shape (c,)."""
+    return (trial.adhesion < state.adhesion) & (trial.adhesion > 0)
 
 
 def linearise(
@@ -39,8 +44,8 @@ def linearise(
     damage couples the modes. Where adhesion does not decay, or is gone, the secant is the tangent.
     """
     reduction = law.reduce(trial, jump, area, step)
-    decays = (trial.adhesion < state.adhesion) & (trial.adhesion > 0)
-    if not decays.any():
+    softens = decays(state, trial)
+    if not softens.any():
         return reduction
 
     def cohesion(at: FloatArray) -> FloatArray:
@@ -58,6 +63,6 @@ def linearise(
     offset = cohesion(velocity) - (stiffness @ own[:, :, None])[:, :, 0]
     return replace(
         reduction,
-        offset=np.where(decays[:, None], offset, reduction.offset),
-        stiffness=np.where(decays[:, None, None], stiffness, reduction.stiffness),
+        offset=np.where(softens[:, None], offset, reduction.offset),
+        stiffness=np.where(softens[:, None, None], stiffness, reduction.stiffness),
     )

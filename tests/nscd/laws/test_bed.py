@@ -112,3 +112,28 @@ def test_crushing_under_given_pressure_and_between_springs():
     assert -pressed.stress[0, 0] == pytest.approx(1e10 * (1e-3 + pressed.jump[0, 0]))
     assert 2e6 < -pressed.stress[0, 0] < 2.2e6
     assert pressed.stress[1, 0] == 0.0
+
+
+def test_shear_crushes_below_the_strength_of_pressure_alone():
+    law = Bed(Dry(0.6), *K, crushing=2e6, hardening=1e2, shear_weight=9.0)
+    history = probe(law, [[-1e-4 * 0.75, 0.0], [-1e-4 * 0.75, 1e-4]])
+    assert -history.stress[0, 0] == pytest.approx(1.5e6)
+    assert -history.stress[1, 0] == pytest.approx(2e6 / np.sqrt(1 + 9 * 0.36), rel=1e-6)
+    assert history.settled.all()
+
+
+@pytest.mark.parametrize("shift", [0.0, 1e-5, 5e-3], ids=["pure pressure", "stuck", "sliding"])
+def test_shear_helps_to_crush(shift):
+    """σ² + C τ² = f_c² with next to no hardening, whether τ is the bed's or friction's."""
+    weight, strength = 9.0, 2e6
+    law = Bed(Dry(0.6), *K, crushing=strength, hardening=1e2, shear_weight=weight)
+    path = [[-1e-4 * s, shift * s] for s in np.linspace(0.05, 4.0, 80)]
+    history = probe(law, path)
+    sigma, tau = -history.stress[-1, 0], history.stress[-1, 1]
+    assert history.settled.all()
+    assert history.state.crushed[0] < -1e-5
+    assert sigma**2 + weight * tau**2 == pytest.approx(strength**2, rel=1e-6)
+    if shift == 5e-3:
+        assert tau == pytest.approx(0.6 * sigma, rel=1e-9)
+        assert sigma == pytest.approx(strength / np.sqrt(1 + weight * 0.36), rel=1e-6)
+    assert (np.diff(history.dissipated) >= 0).all()

@@ -243,4 +243,4 @@ def test_what_is_wrong_is_told():
     with pytest.raises(ProblemError, match="3D"):
         pivoted(walls.rigid_wall(2, 2))
     with pytest.raises(ProblemError, match="500 contacts, expected at most 400"):
-        pivoted(ContactProblem.plain(np.eye(1000), np.ones((500, 2)), 0.5))
+        pivoted(ContactProblem.plain(np.eye(1000), -np.ones((500, 2)), 0.5))

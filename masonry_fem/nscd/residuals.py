@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from masonry_fem.nscd import graphs
 from masonry_fem.nscd.problem import ContactProblem
-from masonry_fem.nscd.scaling import contact_scale, free_speed
+from masonry_fem.nscd.scaling import contact_scale, diagonal_blocks, free_speed
 
 FloatArray = NDArray[np.float64]
 
@@ -87,7 +87,7 @@ def assess(
     mu = problem.friction
     pressed = problem.contact_part(impulse, v)
     residual = graphs.natural_map(pressed, v, mu, w)
-    absolute = graphs.lengths(residual)
+    absolute = np.maximum(graphs.lengths(residual), _swallowed(problem, pressed, v, w))
     stiffness = problem.cohesion_stiffness
     if stiffness is not None:
         absolute[absolute <= _pressed_rounding(problem, stiffness, elastic, rigid_velocity)] = 0.0
@@ -112,6 +112,23 @@ def assess(
         cone_violation=_largest(graphs.tangential_norm(pressed) - mu * pressed[:, 0]),
         complementarity=_largest(np.abs((pressed * augmented).sum(axis=1))),
     )
+
+
+def _swallowed(
+    problem: ContactProblem, impulse: FloatArray, velocity: FloatArray, w: FloatArray
+) -> FloatArray:
+    """What of the natural map p − P_K(p − v/w) rounding hides where nothing can close a contact, (c,) [N s].
+
+    No velocity tells of the size of such an impulse, and where it is 1e23 N s, less v/w it is 1e23 still.
+    """
+    opening = np.maximum(velocity[:, 0], 0.0) / w
+    rows = np.flatnonzero((opening > 0) & (opening <= ROUNDING * impulse[:, 0]))
+    rows = rows[~problem.rigid_map[rows, :, 0].any(axis=(1, 2))]
+    hidden = np.zeros(problem.count)
+    if len(rows):
+        own = diagonal_blocks(problem.compliance, problem.count, problem.dimension)[rows, 0, 0]
+        hidden[rows[own == 0]] = opening[rows[own == 0]]
+    return hidden
 
 
 def _velocity_scale(

@@ -94,3 +94,13 @@ def test_the_rigid_scale_does_not_hide_elastic_errors():
     assert quality.natural_map_velocity == pytest.approx(0.01, rel=0.01)
     static = replace(problem, rigid_mass=np.zeros((1, 6)))
     assert solve(static, SolverSettings(tolerance=1e-10)).velocity[0, 0] == pytest.approx(0, abs=1e-16)
+
+
+def test_a_huge_impulse_that_nothing_feels_is_a_fault():
+    """Both points are led along the normal and part: p − v/w is p to rounding, yet p must be 0."""
+    W = np.diag([0.0, 4e-9, 4e-9, 2e-9, 4e-9, 4e-9])
+    led = ContactProblem.plain(W, np.array([[1e-3, 0.0, 0.0], [-1e-4, 0.0, 0.0]]), 0.5)
+    pressed = np.array([[0.0, 0.0, 0.0], [5e4, 0.0, 0.0]])
+    assert assess(led, pressed, NONE).error <= 1e-15
+    pressed[0, 0] = 1e23
+    assert assess(led, pressed, NONE).error > 0.1

@@ -1,7 +1,7 @@
 """A5.1, A5.3: domes of rigid stones without cohesion against limit analysis.
 
 No tension, no sliding: the least thickness is t/R = .04266 for 18 rings. As the base spreads the dome cracks
-along its meridians, and its thrust falls to .011693, .019469 and .024265 γ R³ a radian for t/R = .05, .1, .15.
+along its meridians, and its thrust falls to .011693, .019469 and .024265 γ R³ a radian for t/R .05, .1, .15.
 """
 
 from __future__ import annotations

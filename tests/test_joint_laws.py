@@ -117,8 +117,9 @@ def test_without_cohesion_a_law_changes_nothing():
 
 
 def test_what_laws_do_not_go_with():
-    joint = specs.Joint(law=RCC, form="velocity")
-    with pytest.raises(SceneError, match=r"joints.0.form is 'velocity' beside a law"):
+    bed = specs.Mortar(normal_stiffness=1e10, tangential_stiffness=5e9)
+    joint = specs.Joint(law=RCC, mortar=bed, form="velocity")
+    with pytest.raises(SceneError, match=r"joints.0.form is 'velocity' beside a mortar"):
         build(check(cubes(RCC, joints=(joint,))), Path())
 
 
@@ -168,3 +169,71 @@ def test_softening_that_is_followed_is_not_called_abrupt():
     result = solve_scene(check(scene))
     assert "abrupt" not in result.summary
     assert result.march.report.step == 20
+
+
+BOUNCY = {"form": "velocity", "restitution": 0.8, "friction": 0.75}
+
+
+def dropped(law, height, **keys):
+    """A cube dropped on another; heights that its base has been at [m]."""
+    scene = cubes(law, **keys)
+    low, mid = scene.structures
+    raised = msgspec.structs.replace(mid, position=(0.0, 0.0, 0.2 + height))
+    scene = msgspec.structs.replace(
+        scene,
+        structures=(low, raised),
+        joints=(specs.Joint(law=law, **BOUNCY),),
+        contact=specs.Contact(reach=2 * height + 1e-3),
+        loads=specs.Loads(gravity=(0.0, 0.0, -9.81)),
+        analysis=specs.Dynamics(step=1e-3, duration=0.5),
+        probes=(specs.Probe(name="p", block="mid", point=(0.1, 0.1, 0.2 + height)),),
+    )
+    seen = []
+
+    class Watch:
+        def record(self, model, state, report):
+            seen.append(height + report.probes["p"][2])
+
+    assert solve_scene(check(scene), observers=(Watch(),)).outcome == "finished"
+    return np.array(seen)
+
+
+def test_a_joint_with_restitution_bounces_once_its_cohesion_is_gone():
+    """Faces that meet for the first time in flight are not bonded: c = 0 and dry are the same."""
+    dry, loose = (dropped(law, 0.05) for law in (None, specs.MohrCoulomb(cohesion=0.0)))
+    np.testing.assert_array_equal(dry, loose)
+    landed = int((dry < 1e-3).argmax())
+    assert dry[landed + 5 :].max() == pytest.approx(0.64 * 0.05, rel=0.05)
+
+
+def test_cohesion_holds_across_a_gap_in_the_velocity_form():
+    """Springs let the joint open and stay in force though the contact is open: it swings, and never leaves."""
+    law = specs.ElasticJoint(normal_stiffness=1e7, tangential_stiffness=1e7)
+    weight, area = 2400.0 * 0.008 * 9.81, AREA
+    sag = weight / (1e7 * area)
+    period = 2 * np.pi * np.sqrt(2400.0 * 0.008 / (1e7 * area))
+
+    def swung(step):
+        scene = cubes(
+            law,
+            joints=(specs.Joint(law=law, **BOUNCY),),
+            loads=specs.Loads(gravity=(0.0, 0.0, 9.81)),
+            analysis=specs.Dynamics(step=step, duration=2.2 * period, theta=0.5),
+            probes=(specs.Probe(name="p", block="mid", point=(0.1, 0.1, 0.2)),),
+        )
+        seen = []
+
+        class Watch:
+            def record(self, model, state, report):
+                seen.append(report.probes["p"][2])
+
+        assert solve_scene(check(scene), observers=(Watch(),)).outcome == "finished"
+        return np.array(seen)
+
+    coarse, fine = swung(period / 200), swung(period / 400)
+    short = [1 - seen.max() / (2 * sag) for seen in (coarse, fine)]
+    assert 0 < short[1] < short[0] < 0.03
+    assert short[0] / short[1] == pytest.approx(2, rel=0.1)  # springs are implicit: order 1
+    assert fine[:300].argmax() + 1 == pytest.approx(200, abs=2)
+    assert fine[400:].max() > 1.8 * sag  # it comes again
+    assert fine.min() > -1e-2 * sag

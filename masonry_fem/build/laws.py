@@ -178,8 +178,8 @@ def _made(key: str, make: Callable[..., Law], *law: Any, **values: Any) -> Law:
 
 def _check(part: _Part) -> None:
     joint = part.joint
-    beside = next(name for name in ("law", "mortar", "dilatancy") if getattr(joint, name) is not None)
-    if joint.form != "gap":
+    beside = next((name for name in ("mortar", "dilatancy") if getattr(joint, name) is not None), None)
+    if joint.form != "gap" and beside is not None:
         raise SceneError(
             f"{part.key}.form is {joint.form!r} beside a {beside}, expected 'gap'; leave it out, or "
             f"drop {part.key}.{beside}"

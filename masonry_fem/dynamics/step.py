@@ -209,15 +209,11 @@ def _contact_problem(
         ),
         rigid_map,
     )
-    joints = model.joints
     q += _gap_term(model, state, scheme, here)
-    shifted = here.gap + scheme.step * (1 - scheme.theta) * state.velocity[:, 0]
-    # the velocity form knows only closed contacts; a gap of rounding size is closed, and so is what
-    # was pressed to rest: the solver's tolerance lets its gap drift, and a step without the contact
-    # would end in a second impact
-    pressed = (state.reaction[:, 0] > 0) & (state.status != OPEN) & (joints.restitution == 0)
-    closed = shifted <= np.where(pressed, DRIFT, ROUNDING) * model.length
-    active = np.flatnonzero(~joints.velocity_form | closed)
+    takes_part = ~model.joints.velocity_form | _closed(model, state, scheme, here)
+    if state.joints is not None:
+        takes_part |= ~state.joints.broken  # cohesion acts across a gap, too
+    active = np.flatnonzero(takes_part)
     if len(active) < len(q):
         d = q.shape[1]
         dofs = (active[:, None] * d + np.arange(d)).ravel()
@@ -235,6 +231,18 @@ def _contact_problem(
     return problem, active
 
 
+def _closed(model: Model, state: SystemState, scheme: Scheme, here: Placement) -> NDArray[np.bool_]:
+    """Contacts that the velocity form takes for closed, shape (c,).
+
+    A gap of rounding size is closed, and so is what was pressed to rest: the solver's tolerance lets its
+    gap drift, and a step without the contact would end in a second impact.
+    """
+    shifted = here.gap + scheme.step * (1 - scheme.theta) * state.velocity[:, 0]
+    pressed = (state.reaction[:, 0] > 0) & (state.status != OPEN) & (model.joints.restitution == 0)
+    closed: NDArray[np.bool_] = shifted <= np.where(pressed, DRIFT, ROUNDING) * model.length
+    return closed
+
+
 def _gap_term(
     model: Model, state: SystemState, scheme: Scheme, here: Placement, closure: FloatArray | float = 0.0
 ) -> FloatArray:
@@ -244,9 +252,11 @@ def _gap_term(
     """
     joints, h = model.joints, scheme.step
     shifted = here.gap + h * (1 - scheme.theta) * state.velocity[:, 0] - closure
-    impact = joints.velocity_form
+    impact = joints.velocity_form & _closed(model, state, scheme, here)
     term = np.empty_like(state.velocity)
     approach = np.maximum(shifted / h, -model.expulsion)  # an overlap is held, or driven apart slowly
+    # cohesion across a gap in the velocity form: contact is for the step that finds it closed
+    approach += np.where(joints.velocity_form & ~impact, 2.0 * np.abs(state.velocity[:, 0]), 0.0)
     term[:, 0] = np.where(impact, joints.restitution * state.velocity[:, 0], approach)
     slides_back = np.where(impact, joints.tangential_restitution, 0.0)
     term[:, 1:] = slides_back[:, None] * state.velocity[:, 1:]

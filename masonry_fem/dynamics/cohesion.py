@@ -96,6 +96,8 @@ def solve_with_laws(
         at = turns.by_secants(at, secants)
         if turns.settled(at):
             return at.ended(0.0)
+        if at.solution.outcome.moves:
+            break  # with what is left of the joints nothing stands
     return at.ended(at.change)
 
 
@@ -176,8 +178,9 @@ class _Turns:
     def by_secants(self, at: _Turn, most: int) -> _Turn:
         """Where at most so many secants lead."""
         for _ in range(most):
-            last, at = at.loss, self._secant(at.trial, at.start)
-            if self.settled(at):
+            last, moved = at.loss, at.solution.outcome.moves
+            at = self._secant(at.trial, at.start)
+            if self.settled(at) or (moved and at.solution.outcome.moves):
                 break
             at = replace(at, trial=self._ahead(at, last))
         return at

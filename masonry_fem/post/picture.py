@@ -86,7 +86,7 @@ def draw_all(scenery: Scenery, directory: Path, amplification: float | None = No
     if scenery.contacts is not None:
         paths.append(draw_reactions(scenery, directory / "reactions.png"))
         paths.append(draw_resultants(scenery, directory / "resultants.png"))
-        if fields.ADHESION in scenery.contacts.point_data:
+        if np.isfinite(_adhesion(scenery.contacts)).any():
             paths.append(draw_damage(scenery, directory / "damage.png"))
     return paths
 
@@ -207,7 +207,7 @@ def draw_damage(scenery: Scenery, path: Path) -> Path:
     import pyvista as pv  # noqa: PLC0415
 
     contacts = scenery.contacts
-    damage = 1.0 - np.asarray(contacts.point_data[fields.ADHESION], float)
+    damage = 1.0 - _adhesion(contacts)
     cohesive = np.isfinite(damage)
     damage = damage[cohesive]
     broken = int((damage >= 1).sum())
@@ -218,17 +218,28 @@ def draw_damage(scenery: Scenery, path: Path) -> Path:
     )
     sheet.bar = ColourBar("damage 1 − β [-]", DAMAGE_COLOURS, (0.0, 1.0))
     shape = DeformedShape(scenery, 1.0)
-    stage = Stage(View.of(shape.deformed().points, scenery.dimension), sheet.image_width, scenery.length)
-    draw_pale(stage, shape.deformed(), shape.deformed_outline())
     area = np.asarray(contacts.point_data[fields.AREA], float)[cohesive]
-    reach = np.sqrt(area) if scenery.dimension == 3 else area
-    radius = max(0.12 * float(np.median(reach)), 2.0 / stage.scale)
-    cloud = pv.PolyData(np.asarray(contacts.points, float)[cohesive])
+    reach = 0.12 * float(np.median(np.sqrt(area) if scenery.dimension == 3 else area))
+    points = np.asarray(contacts.points, float)[cohesive]
+    view = View.of(shape.deformed().points, scenery.dimension)
+    rims = [points + side * reach * axis for axis in view.axes[:2] for side in (-1, 1)]
+    view = View.of(np.concatenate([shape.deformed().points, *rims]), scenery.dimension)
+    stage = Stage(view, sheet.image_width, scenery.length)
+    draw_pale(stage, shape.deformed(), shape.deformed_outline())
+    radius = max(reach, 2.0 / stage.scale)
+    cloud = pv.PolyData(points)
     cloud["damage"] = damage
     ball = pv.Sphere(radius=radius, theta_resolution=16, phi_resolution=12)
     balls = cloud.glyph(geom=ball, scale=False, orient=False)
     stage.surface(balls, scalars="damage", cmap=DAMAGE_COLOURS, clim=(0.0, 1.0))
     return sheet.save(path, stage)
+
+
+def _adhesion(contacts: Any) -> FloatArray:
+    """β of the contact points, NaN where a joint has no cohesion, shape (c,)."""
+    if fields.ADHESION not in contacts.point_data:
+        return np.full(contacts.n_points, np.nan)
+    return np.asarray(contacts.point_data[fields.ADHESION], float)
 
 
 def draw_pale(stage: Stage, surface: Any, outline: Any) -> None:

@@ -79,6 +79,24 @@ def test_rigid_structures_get_shape_and_reactions(rigid, report, tmp_path):
 
 
 @draws
+@pytest.mark.parametrize("known", [True, False])
+def test_damage_is_drawn_where_there_is_cohesion(rigid, tmp_path, known):
+    """Mortar or roughness alone has a state, and adhesion nowhere."""
+    sheet_of = Scenery.of(*rigid, title="Wall")
+    contacts = sheet_of.contacts
+    contacts.point_data["adhesion"] = np.where(known & (np.arange(contacts.n_points) > 0), 0.0, np.nan)
+    contacts.point_data["area"] = np.full(contacts.n_points, 4.0)  # large balls at the rim of the structure
+    paths = picture.draw_all(sheet_of, tmp_path)
+    assert ("damage" in [path.stem for path in paths]) == known
+    if known:
+        check(paths[-1])
+        dark = (pixels(paths[-1]).max(axis=-1) < 0.1)[sheet.TOP : -sheet.BOTTOM]
+        rows = np.flatnonzero(dark.any(axis=1))
+        first, last = dark[rows[0]].sum(), dark[rows[-1]].sum()
+        assert max(first, last) < 0.2 * dark.sum(axis=1).max(), "balls are round, not cut off"
+
+
+@draws
 @pytest.mark.parametrize("dimension", [2], indirect=True)
 def test_a_structure_at_rest_without_forces_can_be_drawn(elastic, tmp_path):
     from dataclasses import replace

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -17,6 +18,9 @@ from masonry_fem.dynamics.model import JointTable
 from masonry_fem.errors import SceneError
 from masonry_fem.nscd.laws.assignment import Assignment
 from masonry_fem.scene import specs
+from masonry_fem.scene.misfit import listed, nearest
+
+logger = logging.getLogger(__name__)
 
 ROUNDING = 1e-6  # of an angle [degrees]
 
@@ -25,6 +29,7 @@ def joint_of_interfaces(scene: specs.Scene, stones: Stones, interfaces: tuple[In
     """Number of the joint record that holds for each interface: the last that matches."""
     names = block_names(stones.assembly)
     found = []
+    idle = set(range(len(scene.joints)))
     for interface in interfaces:
         angle = inclination(interface)
         first, second = (names[block] for block in interface.blocks)
@@ -42,7 +47,27 @@ def joint_of_interfaces(scene: specs.Scene, stones: Stones, interfaces: tuple[In
                 "no 'between' and no 'inclination' as the first one"
             )
         found.append(matching[-1])
+        idle -= set(matching)
+    if interfaces:
+        _tell_idle(scene, sorted(idle), {interface.label for interface in interfaces})
     return found
+
+
+def _tell_idle(scene: specs.Scene, idle: list[int], labels: set[str]) -> None:
+    """Warn of joint records that no interface matches: a pattern with a slip of the pen leaves joints dry."""
+    default = specs.Joint()
+    for index in idle:
+        joint = scene.joints[index]
+        given = [
+            f"{name} = {getattr(joint, name)!r}"
+            for name in ("interface", "between", "inclination")
+            if getattr(joint, name) != getattr(default, name)
+        ]
+        near = "" if joint.interface in labels else nearest(joint.interface, sorted(labels))
+        logger.warning(
+            "joints.%d (%s) holds for none of the joints, whose labels are %s%s; correct it, or drop it",
+            index, ", ".join(given), listed(sorted(labels)), near,
+        )  # fmt: skip
 
 
 def inclination(interface: Interface) -> float:

@@ -25,6 +25,7 @@ from masonry_fem.scene.specs import (
     FileStructure,
     Initial,
     MeshSettings,
+    MohrCoulomb,
     Motion,
     PythonLaw,
     Record,
@@ -229,8 +230,20 @@ def _doubts(scene: Scene) -> Iterator[str]:
         yield "nothing holds the blocks; expected a ground, springings or [[supports]]"
     if isinstance(scene.analysis, Statics) and scene.initial:
         yield "true statics has no velocities: [[initial]] has no effect"
+    if (
+        isinstance(scene.analysis, Statics)
+        and scene.analysis.substeps > 1
+        and all(joint.dry for joint in scene.joints)
+    ):
+        yield "analysis.substeps divides steps in which joints give way: dry ones do not, and all are dry"
     for index, joint in enumerate(scene.joints):
         place = f"joints.{index}"
+        residual = joint.law.residual_friction if isinstance(joint.law, MohrCoulomb) else None
+        if residual is not None and residual > joint.coefficient:
+            yield (
+                f"{place}.law.residual_friction {residual:g} exceeds the friction {joint.coefficient:g} of "
+                "the sound joint"
+            )
         if joint.dynamic_friction is not None and joint.dynamic_friction > joint.coefficient:
             yield (
                 f"{place}.dynamic_friction {joint.dynamic_friction:g} exceeds the static "

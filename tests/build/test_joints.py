@@ -1,5 +1,6 @@
 """Which joint record holds where: by the joint's inclination to the horizontal."""
 
+import logging
 from pathlib import Path
 
 import msgspec
@@ -96,3 +97,24 @@ def test_angles_that_are_none(value, words):
     """
     with pytest.raises(SceneError, match=words):
         loads(text)
+
+
+@pytest.mark.parametrize(
+    ("keys", "told"),
+    [
+        (
+            {"interface": "beds"},
+            r"joints.3 (interface = 'beds') holds for none of the joints, whose labels are 'bed', 'head'; "
+            r"did you mean 'bed'?",
+        ),
+        ({"between": ("tower.*", "*")}, "joints.3 (between = ('tower.*', '*')) holds for none"),
+        ({"inclination": (40.0, 50.0)}, "joints.3 (inclination = (40.0, 50.0)) holds for none"),
+    ],
+)
+def test_a_record_that_holds_nowhere_is_told(keys, told, caplog):
+    joints = (*BY_ANGLE, specs.Joint(friction=0.4, **keys))
+    with caplog.at_level(logging.WARNING):
+        build(check(wall(2)), Path())
+        assert "holds for none" not in caplog.text  # overruled by later ones is no reason
+        build(check(wall(2, joints=joints)), Path())
+    assert told in caplog.text

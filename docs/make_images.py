@@ -30,6 +30,7 @@ DEMOS: dict[str, tuple[dict[str, object], dict[str, str]]] = {
     "dome": ({}, {"dome": "deformed"}),
     "keystone": ({}, {"keystone": "overview"}),
     "cyclic_joint": ({}, {"cyclic_joint": "cyclic_joint"}),
+    "shear_wall": ({}, {"shear_wall": "shear_wall", "shear_wall_cracked": "fine/overview"}),
 }
 
 

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from demos import arch, arch_inset, bouncing, cyclic_joint, dome, keystone, low_wall, slope
+from demos import arch, arch_inset, bouncing, cyclic_joint, dome, keystone, low_wall, shear_wall, slope
 from masonry_fem.run import check_scene
 from masonry_fem.scene import load
 
@@ -110,6 +110,19 @@ def test_cyclic_joint_loses_strength_once_and_burns_the_area_of_its_loops(tmp_pa
         assert (np.diff(one.damaged) >= 0).all()
         assert one.damaged[51] == one.damaged[-1]
     assert (tmp_path / "cyclic_joint.png").stat().st_size > 10_000
+
+
+def test_shear_wall_stiffens_as_it_is_held_in_height(tmp_path):
+    """The first 0.5 mm; the whole curve is validation A7.12."""
+    (wall,) = shear_wall.main(out=tmp_path, variants=("coarse",), steps=10, end=0.5e-3)
+    assert wall.outcome == "equilibrium"
+    assert wall.pressing[0] == pytest.approx(29.7e3, rel=1e-3)
+    stiffness = wall.shear / wall.shift
+    assert stiffness[:3] == pytest.approx(stiffness[0], rel=0.01)  # before the joints soften
+    assert stiffness[-1] < 0.8 * stiffness[0]
+    assert wall.peak == wall.shear[-1] == pytest.approx(35.6e3, rel=0.02)
+    assert wall.pressing[-1] > 1.3 * wall.pressing[0]
+    assert (tmp_path / "shear_wall.png").stat().st_size > 10_000
 
 
 def test_every_demo_has_a_text_a_scene_and_a_picture(repository):

@@ -54,9 +54,10 @@ class Assignment(Law):
     def initial(self, count: int, dimension: int) -> JointState:
         if count != self.count:
             raise LawError(f"laws are assigned to {self.count} contacts, the model has {count}; assign all")
-        state = JointState.intact(count, dimension)
-        for law, contacts in self.parts:
-            state = state.put(contacts, law.initial(len(contacts), dimension))
+        fresh = [(law.initial(len(contacts), dimension), contacts) for law, contacts in self.parts]
+        state = JointState.intact(count, dimension, max((part.own.shape[1] for part, _ in fresh), default=0))
+        for part, contacts in fresh:
+            state = state.put(contacts, part)
         return state
 
     @override

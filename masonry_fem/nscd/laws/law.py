@@ -41,10 +41,11 @@ class Law(ABC):
     __slots__ = ()
 
     name: ClassVar[str]
+    memory: ClassVar[int] = 0  # numbers a contact that the law keeps in ``JointState.own``
 
     def initial(self, count: int, dimension: int) -> JointState:
         """State of fresh joints."""
-        return JointState.intact(count, dimension)
+        return JointState.intact(count, dimension, self.memory)
 
     @abstractmethod
     def reduce(self, state: JointState, jump: FloatArray, area: FloatArray, step: float) -> Reduction:

@@ -42,6 +42,7 @@ class JointState:
     demand : Largest stress over strength, 1 at the law's threshold, shape (c,).
     dissipated : Energy lost to damage, viscosity and plastic opening so far [J], shape (c,).
     rubbed : Energy lost to friction so far [J], shape (c,).
+    own : What a law remembers beyond all that, shape (c, m); as wide as the law that needs most.
     """
 
     adhesion: FloatArray
@@ -61,10 +62,11 @@ class JointState:
     demand: FloatArray
     dissipated: FloatArray
     rubbed: FloatArray
+    own: FloatArray
 
     @classmethod
-    def intact(cls, count: int, dimension: int) -> JointState:
-        """Fresh joints: full adhesion, nothing else."""
+    def intact(cls, count: int, dimension: int, memory: int = 0) -> JointState:
+        """Fresh joints: full adhesion, nothing else; ``memory`` numbers a contact of the law's own, 0."""
         return cls(
             adhesion=np.ones(count),
             broken=np.zeros(count, dtype=bool),
@@ -83,6 +85,7 @@ class JointState:
             demand=np.zeros(count),
             dissipated=np.zeros(count),
             rubbed=np.zeros(count),
+            own=np.zeros((count, memory)),
         )
 
     @classmethod
@@ -130,14 +133,24 @@ class JointState:
         """The same with ``part`` in the place of some contact points."""
         merged = {name: values.copy() for name, values in self.arrays().items()}
         for name, values in part.arrays().items():
-            merged[name][contacts] = values
+            if name == "own":
+                merged[name][contacts, : values.shape[1]] = values
+            else:
+                merged[name][contacts] = values
         return JointState(**merged)
+
+    def remember(self, *values: FloatArray) -> JointState:
+        """The same with these in the first columns of ``own``, each of shape (c,)."""
+        own = self.own.copy()
+        own[:, : len(values)] = np.stack(values, axis=1)
+        return replace(self, own=own)
 
     def distance(self, other: JointState) -> float:
         """Largest difference that a step's iteration has to bring down.
 
         Adhesion, rupture, crushing and its obliquity count as they are, openings relative to the largest
-        jump. A bed's deformation does not count: it follows from the reaction, no reduction hangs on it.
+        jump, a law's own numbers relative to the largest of their column. A bed's deformation does not
+        count: it follows from the reaction, no reduction hangs on it.
         """
         if not self.count:
             return 0.0
@@ -153,4 +166,7 @@ class JointState:
             mine, yours = getattr(self, name), getattr(other, name)
             size = max(float(np.abs(mine).max()), float(np.abs(self.jump).max()))
             changes.append(float(np.abs(mine - yours).max()) / size if size else 0.0)
+        largest = np.abs(self.own).max(axis=0)
+        moved = np.abs(self.own - other.own).max(axis=0)
+        changes += np.divide(moved, largest, out=moved.copy(), where=largest > 0).tolist()
         return max(changes)

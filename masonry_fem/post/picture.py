@@ -214,7 +214,7 @@ def draw_damage(scenery: Scenery, path: Path) -> Path:
     sheet = Sheet(
         _title(scenery, "damage of the joints"),
         f"{len(damage)} contact points: {int((damage <= 0).sum())} intact, {broken} without adhesion; "
-        "structure undeformed",
+        "displacements × 1",
     )
     sheet.bar = ColourBar("damage 1 − β [-]", DAMAGE_COLOURS, (0.0, 1.0))
     shape = DeformedShape(scenery, 1.0)

@@ -27,6 +27,7 @@ from masonry_fem.nscd.laws.reduction import Reduction
 from masonry_fem.nscd.laws.state import JointState
 
 ROUNDING = 1e-12  # of a strength
+STEEPEST = 1e3  # shear over pressure that counts for the cap: no layer is crushed by a pressure of rounding
 LEAST_SHARE = 1e-6  # of the largest tributary area: what a point without an area bears
 
 
@@ -134,9 +135,11 @@ class Bed(Law):
         limit = strength - slope * state.crushed
         # at the limit to rounding it does not begin, or the turns would alternate
         crushing = pressure > limit * np.where(trial.crushing, 1.0, 1.0 + ROUNDING)
-        crushed = np.where(crushing, (strength - pressure) / slope, state.crushed)
+        flown = (strength - pressure) / slope
+        crushed = np.where(crushing, flown, state.crushed)
         start, moved = state.bed, elastic - state.elastic
-        moved[:, 0] += crushed - state.crushed
+        # as the contact was solved: what crushes from the next turn on is no opening that breaks the faces
+        moved[:, 0] += np.where(trial.crushing, flown, state.crushed) - state.crushed
         own = velocity - moved / step
         after = self.law.update(state, trial, jump - start, reaction, own, area, step)
         yielding = pressure + 0.5 * slope * (crushed - state.crushed)  # mean over the step
@@ -157,7 +160,8 @@ class Bed(Law):
     def _obliquity(self, reaction: FloatArray) -> FloatArray:
         """τ/σ where shear helps to crush, shape (c,)."""
         shear = lengths(reaction[:, 1:]) * (np.asarray(self.shear_weight) > 0)
-        return np.divide(shear, reaction[:, 0], out=np.zeros(len(shear)), where=reaction[:, 0] > 0)
+        ratio = np.divide(shear, reaction[:, 0], out=np.zeros(len(shear)), where=reaction[:, 0] > 0)
+        return np.minimum(ratio, STEEPEST)
 
     @override
     def adhesive_reaction(self, state: JointState, area: FloatArray) -> FloatArray:

@@ -33,6 +33,7 @@ Parameter = float | FloatArray  # one for all contact points, or one each, shape
 
 # a sliding contact's ‖r̃_T‖ falls short of μ r̃_N by the solver's tolerance
 ON_CONE = 1e-6
+ROUNDING = 1e-9  # of two reactions whose difference would be a pressure
 
 
 class Law(ABC):
@@ -102,9 +103,12 @@ def rub(
 
     ``friction`` is the coefficient in force during the step, ``reaction`` the physical one.
     """
-    pushed = reaction + law.adhesive_reaction(after, area)
+    adhesive = law.adhesive_reaction(after, area)
+    pushed = reaction + adhesive
+    # of an open joint whose springs pull the two differ by rounding: that is no pressure to slide under
+    noise = ROUNDING * (np.abs(reaction[:, 0]) + np.abs(adhesive[:, 0]))
     speed = lengths(velocity[:, 1:])
-    limit = friction * np.maximum(pushed[:, 0], 0.0)
+    limit = friction * np.where(pushed[:, 0] > noise, pushed[:, 0], 0.0)
     tangent = lengths(pushed[:, 1:])
     slides = (speed > 0) & (limit > 0) & (tangent >= limit * (1 - ON_CONE))
     heat = -step * (pushed[:, 1:] * velocity[:, 1:]).sum(axis=1)

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from masonry_fem.errors import LawError
-from masonry_fem.nscd.laws import Bed, Dry, FremondCangemi, MohrCoulomb, probe, pull
+from masonry_fem.nscd.laws import Bed, Bilinear, Dry, Elastic, FremondCangemi, MohrCoulomb, probe, pull
+from tests.nscd.laws.samples import FRACTURE, finer, wander
 
 K = 2e10, 1e10
 
@@ -137,3 +138,21 @@ def test_shear_helps_to_crush(shift):
         assert tau == pytest.approx(0.6 * sigma, rel=1e-9)
         assert sigma == pytest.approx(strength / np.sqrt(1 + weight * 0.36), rel=1e-6)
     assert (np.diff(history.dissipated) >= 0).all()
+
+
+def test_what_begins_to_crush_does_not_break_its_faces():
+    """The turn that finds the crushing is not solved with it: what it closes is no opening."""
+    law = Bed(Bilinear(**FRACTURE), 4e10, 2e10, crushing=0.15e6, shear_weight=9.0)
+    history = probe(law, finer(wander(0, 3, steps=3), 10), pressure=2e5, step=0.1)
+    assert history.settled.all()
+    assert (history.state.crushed < -1e-4).any()
+    plain = probe(law.law, finer(wander(0, 3, steps=3), 10), pressure=2e5, step=0.1)
+    assert (history.adhesion >= plain.adhesion - 1e-9).all(), "the layer takes some of the slide"
+
+
+def test_shear_alone_does_not_crush():
+    """Springs that hold shear as the joint just closes: pressure of rounding, τ above the cap."""
+    law = Bed(Elastic(1e10, 1e10), 4e10, 2e10, crushing=0.15e6, shear_weight=9.0)
+    history = probe(law, [[2e-6, 3e-5], [0.0, 4e-5], [1e-6, 4e-5], [0.0, 3e-5]])
+    assert history.settled.all()
+    assert not history.state.crushed.any()

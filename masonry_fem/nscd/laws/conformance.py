@@ -145,12 +145,13 @@ def _restart(test: _Test, whole: History) -> Iterator[str]:
 
 def _untouched(law: Law) -> Iterator[str]:
     """A committed state is left alone by a step."""
-    state = law.initial(2, 3)
+    state = law.initial(POINTS, 3)
     kept = {name: values.copy() for name, values in state.arrays().items()}
-    jump, area = np.zeros((2, 3)), np.ones(2)
-    velocity = np.array([[1e-3, 0, 0], [0, 1e-3, 0]])
+    jump, area = np.zeros((POINTS, 3)), np.ones(POINTS)
+    velocity = np.resize([[1e-3, 0, 0], [0, 1e-3, 0]], (POINTS, 3))
+    reaction = np.resize([[1e5, -1e6, 0], [-1e7, 0, 0]], (POINTS, 3))
     law.reduce(state, jump, area, 0.1)
-    law.update(state, state, jump, np.array([[1e5, -1e6, 0], [-1e7, 0, 0]]), velocity, area, 0.1)
+    law.update(state, state, jump, reaction, velocity, area, 0.1)
     for name, values in kept.items():
         if (getattr(state, name) != values).any():
             yield f"reduce or update changes {name} of the committed state in place; make a new array"

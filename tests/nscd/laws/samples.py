@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from masonry_fem.nscd.laws import LAWS, Dry, FremondCangemi, MohrCoulomb
+from masonry_fem.nscd.laws import LAWS, Bed, Bilinear, Dry, FremondCangemi, Kinetic, MohrCoulomb, Rough
+from masonry_fem.nscd.laws.spreading import path_laplacian
 
 STIFFNESS = {"normal_stiffness": 2e10, "tangential_stiffness": 1e10}
 STRENGTH = {"normal_strength": 0.25e6, "tangential_strength": 0.35e6}
@@ -41,13 +42,32 @@ PARAMETERS = {
 
 SAMPLES = [LAWS[name](**values) for name in LAWS for values in PARAMETERS[name]]
 
+POINTS = 10  # of a path, and of the joint along which damage spreads
+SPREADING = STIFFNESS | {"energy": 20.0, "gradient": 1e-4, "laplacian": path_laplacian(2e-3, POINTS)}
+
+# what joint records make of these laws, and damage that spreads among all points of a path
+COMPOSED = [
+    FremondCangemi(**SPREADING),
+    FremondCangemi(**SPREADING, viscosity=5.0),
+    FremondCangemi(**STIFFNESS, energy=20.0, degree=2, viscosity=5.0),
+    Kinetic(Dry(0.6), 0.4),
+    Kinetic(MohrCoulomb(cohesion=0.2e6, friction=0.7, residual_friction=0.6), 0.4),
+    Kinetic(Bilinear(**FRACTURE, friction_mode="damage"), 0.4),
+    Rough(FremondCangemi(**STIFFNESS, energy=20.0), dilatancy=0.2, bound=5e-5),
+    Bed(FremondCangemi(**STIFFNESS, energy=20.0, degree=2), 4e10, 2e10),
+    Bed(Rough(Kinetic(MohrCoulomb(cohesion=0.2e6, friction=0.7), 0.4), 0.2, 5e-5), 2e10, 1e10),
+    Bed(Kinetic(Bilinear(**FRACTURE), 0.4), 4e10, 2e10, crushing=0.15e6, shear_weight=9.0),
+    Bed(MohrCoulomb(cohesion=0.2e6, friction=0.7), 4e10, 2e10, crushing=0.15e6, shear_weight=9.0),
+]
+ALL = SAMPLES + COMPOSED
+
 
 def label(law):
     """Name of a sample in a test's title."""
-    return f"{law.name}-{SAMPLES.index(law)}" if law in SAMPLES else law.name
+    return f"{law.name}-{ALL.index(law)}" if law in ALL else law.name
 
 
-def wander(seed, dimension, steps=12, size=4e-5, points=10):
+def wander(seed, dimension, steps=12, size=4e-5, points=POINTS):
     """Paths of jumps that open, slide, close and turn, shape (steps, points, dimension)."""
     rng = np.random.default_rng(seed)
     scale = size * rng.uniform(0.1, 1.0, (1, points, 1))

@@ -8,12 +8,18 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from masonry_fem.nscd.laws import LAWS, Dry, JointState, probe, pull
-from tests.nscd.laws.samples import PARAMETERS, SAMPLES, finer, label, wander
+from masonry_fem.nscd.laws.law import layers_of
+from tests.nscd.laws.samples import ALL, PARAMETERS, POINTS, finer, label, wander
 
 seeds = st.integers(0, 2**32 - 1)
-every_law = pytest.mark.parametrize("law", SAMPLES, ids=label)
+every_law = pytest.mark.parametrize("law", ALL, ids=label)
 few = settings(max_examples=3, phases=[Phase.explicit, Phase.generate])  # of ten points each
 fewer = settings(few, max_examples=2)
+
+
+def dried(law, friction):
+    """The same bed, roughness and dynamic friction, on a dry joint."""
+    return replace(law, law=dried(law.law, friction)) if hasattr(law, "law") else Dry(friction=friction)
 
 
 def test_every_law_is_sampled():
@@ -26,7 +32,9 @@ def test_every_law_is_sampled():
 def test_losses_never_shrink_and_adhesion_never_heals(law, seed, dimension, pressed):
     history = probe(law, wander(seed, dimension), pressure=2e5 if pressed else None)
     for lost in (history.dissipated, history.rubbed):
-        assert (np.diff(lost, axis=0, prepend=0.0) >= 0).all()
+        # heat on a rough joint is a difference of two works, and has their rounding
+        rounding = 1e-12 * lost.max() if "rough" in {layer.name for layer in layers_of(law)} else 0.0
+        assert (np.diff(lost, axis=0, prepend=0.0) >= -rounding).all()
     assert (np.diff(history.adhesion, axis=0) <= 0).all()
     assert ((history.adhesion >= 0) & (history.adhesion <= 1)).all()
     assert (history.stored >= 0).all()
@@ -85,10 +93,7 @@ def test_no_tension_after_rupture(law, seed, pressed):
         return
     assert (history.reaction[..., 0] >= 0).all()
     friction = law.reduce(broken, np.zeros((10, 3)), np.ones(10), 1.0).friction[0]
-    without = Dry(friction=friction)
-    if law.name in {"bed", "rough"}:
-        without = replace(law, law=without)
-    dry = probe(without, path, pressure=push)
+    dry = probe(dried(law, friction), path, pressure=push)
     assert history.reaction == pytest.approx(dry.reaction, rel=1e-12, abs=1e-9)
 
 
@@ -112,11 +117,14 @@ def test_goes_on_bit_for_bit(law, seed, dimension, at, pressed, tmp_path_factory
 
 @every_law
 def test_committed_state_is_left_alone(law):
-    state = law.initial(2, 2)
+    state = law.initial(POINTS, 2)
     kept = {name: values.copy() for name, values in state.arrays().items()}
-    jump, area, velocity = np.zeros((2, 2)), np.ones(2), np.array([[1e-3, 0], [0, 1e-3]])
+    half = POINTS // 2
+    jump, area = np.zeros((POINTS, 2)), np.ones(POINTS)
+    velocity = np.repeat([[1e-3, 0], [0, 1e-3]], half, axis=0)
+    reaction = np.repeat([[1e5, -1e6], [-1e7, 0]], half, axis=0)
     law.reduce(state, jump, area, 0.1)
-    law.update(state, state, jump, np.array([[1e5, -1e6], [-1e7, 0]]), velocity, area, 0.1)
+    law.update(state, state, jump, reaction, velocity, area, 0.1)
     for name, values in kept.items():
         assert (getattr(state, name) == values).all(), name
 
@@ -145,8 +153,10 @@ def test_law_scales_with_area(law):
 @every_law
 def test_sticks_under_pressure(law):
     """Far from its strength a joint holds, and gives back what it stored."""
-    history = pull(law, [[-1e6 / 1e12, 0.01e6 / 1e12], [-1e6 / 1e12, 0.0]], stiffness=1e12)
+    ends = np.array([[-1e6 / 1e12, 0.01e6 / 1e12], [-1e6 / 1e12, 0.0]])
+    history = pull(law, np.repeat(ends[:, None], POINTS, axis=1), stiffness=1e12)
     assert history.settled.all()
     if law.name != "bed":
-        assert history.stress[:, 0] == pytest.approx(-1e6)
-    assert history.dissipated[-1] == history.rubbed[-1] == 0.0
+        assert history.stress[..., 0] == pytest.approx(-1e6)
+    assert not history.dissipated.any()
+    assert (history.rubbed <= 1e-18).all()

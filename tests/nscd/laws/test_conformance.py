@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from masonry_fem.nscd.laws import Dry, Elastic, MohrCoulomb, violations
-from tests.nscd.laws.samples import SAMPLES, STIFFNESS, label
+from tests.nscd.laws.samples import ALL, STIFFNESS, label
 
 
-@pytest.mark.parametrize("law", SAMPLES, ids=label)
+@pytest.mark.parametrize("law", ALL, ids=label)
 def test_nothing_is_found_in_the_laws_of_the_package(law):
     assert violations(law) == []
 

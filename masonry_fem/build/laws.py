@@ -8,6 +8,7 @@ sliding does (dilatancy), and the layer of mortar in series with all of it.
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,6 +31,10 @@ if TYPE_CHECKING:
     from masonry_fem.nscd.laws.law import Law
 
 FloatArray = NDArray[np.float64]
+
+logger = logging.getLogger(__name__)
+
+APART = 1e-4  # of an interface's extent: a gap that more than rounding has made
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +87,8 @@ def joint_laws(
             points = np.flatnonzero((record == index) & held)
             if len(points):
                 factor = {name: values[contacts.interface[points]] for name, values in scatter.items()}
+                if make is _law:
+                    _tell_apart(joint, f"joints.{index}", contacts, interfaces, points)
                 parts.append((make(_Part(joint, f"joints.{index}", base, contacts, points, factor)), points))
     return Assignment(tuple(parts))
 
@@ -98,6 +105,28 @@ def _on_points(contacts: Contacts, interfaces: tuple[Interface, ...]) -> NDArray
     areas = np.array([interface.area for interface in interfaces])[contacts.interface]
     without: NDArray[np.bool_] = areas <= 0
     return without
+
+
+def _tell_apart(
+    joint: specs.Joint,
+    key: str,
+    contacts: Contacts,
+    interfaces: tuple[Interface, ...],
+    points: NDArray[np.int64],
+) -> None:
+    """Warn of faces that are open at the start under a rigid law, which pulls them together."""
+    if not isinstance(joint.law, specs.MohrCoulomb | specs.ConstantThreshold):
+        return
+    areas = np.array([interface.area for interface in interfaces])[contacts.interface[points]]
+    extent = areas ** (1.0 / (contacts.points.shape[-1] - 1))
+    gaps = contacts.gap[points]
+    apart = gaps > APART * extent
+    if apart.any():
+        logger.warning(
+            "%s.law: at %d contact points the faces are up to %.3g m apart at the start, and %s pulls them "
+            "together with its strength; close the gaps, lower contact.reach, or take a law with springs",
+            key, int(apart.sum()), float(gaps[apart].max()), joint.law.__struct_config__.tag,
+        )  # fmt: skip
 
 
 def _law(part: _Part) -> Law:

@@ -214,6 +214,27 @@ def test_dilatancy_must_not_create_energy(keys, words):
         build(check(stack(2, joint)), Path())
 
 
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_cohesion_across_a_gap_is_told(dimension, caplog):
+    """A rigid law pulls faces together that were apart at the start; springs wait until they open."""
+    stacked = specs.StackStructure(
+        name="s", material="stone", size=(WIDTH,) * (dimension - 1) + (HEIGHT,), count=3, gap=1e-4
+    )
+    for law, told in (
+        (specs.MohrCoulomb(cohesion=1e5), True),
+        (specs.ElasticJoint(normal_stiffness=1e9, tangential_stiffness=1e9), False),
+    ):
+        caplog.clear()
+        scene = stack(dimension, specs.Joint(law=law), structures=(stacked,), probes=())
+        with caplog.at_level("WARNING"):
+            build(check(scene), Path())
+        assert ("up to 0.0001 m apart at the start, and mohr_coulomb pulls" in caplog.text) == told
+    caplog.clear()
+    with caplog.at_level("WARNING"):
+        build(check(stack(dimension, specs.Joint(law=specs.MohrCoulomb(cohesion=1e5)))), Path())
+    assert not caplog.records
+
+
 def test_a_corner_on_a_face_has_no_mortar():
     """A tilted square on its corner, held from tipping by nothing but symmetry."""
     block = specs.BlockStructure(

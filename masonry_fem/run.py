@@ -222,6 +222,7 @@ def summarise(scene: specs.Scene, built: Built, made: March) -> dict[str, Any]:
             "support_work": made.ledger.support,
             "joints": report.joint_energy,
             "joint_dissipation": made.ledger.joints,
+            "joint_viscosity": made.ledger.viscous,
             "friction_dissipation": made.ledger.friction,
             "damping_dissipation": made.ledger.damping,
             "numerical_dissipation": made.ledger.numerical,

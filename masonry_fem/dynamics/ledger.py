@@ -16,7 +16,7 @@ class Ledger:
     external, support : Work of loads and of moving supports.
     contact : Work of the reactions on relative motion (−friction, ± gaps that close).
     friction, damping, numerical : Dissipated by sliding, Rayleigh damping and θ > ½.
-    joints : Dissipated by the damage of joints.
+    joints, viscous : Dissipated by the damage of joints and by its delay.
     error : Sum of the steps' imbalances. largest : Largest energy seen in any of these.
     """
 
@@ -29,6 +29,7 @@ class Ledger:
     error: float = 0.0
     largest: float = 0.0
     joints: float = 0.0
+    viscous: float = 0.0
 
     def add(self, report: StepReport, inertia: float) -> Ledger:
         """The ledger after one more step."""
@@ -55,6 +56,7 @@ class Ledger:
             error=self.error + abs(report.energy_error),
             largest=largest,
             joints=self.joints + report.joint_dissipation,
+            viscous=self.viscous + report.joint_viscosity,
         )
 
     @property

@@ -113,15 +113,17 @@ def _energy(model: Model, coupling: Coupling, made: Increment) -> dict[str, floa
     gained = inertia * (new[0] - old[0]) + new[1] - old[1]
     contact = float(work.sum())
     rubbed = -work[:, 1:].sum(axis=1)
-    stored = damaged = 0.0
+    stored = damaged = delayed = 0.0
     before, after = made.before.joints, made.after.joints
     if model.laws is not None and before is not None and after is not None:
         rubbed = after.rubbed - before.rubbed  # the rest of the work is cohesion's
         stored = float(model.laws.stored(after, model.contacts.area).sum())
-        damaged = float((after.dissipated - before.dissipated).sum())
+        delayed = float((after.delayed - before.delayed).sum())
+        damaged = float((after.dissipated - before.dissipated).sum()) - delayed
     return {
         "joint_energy": stored,
         "joint_dissipation": damaged,
+        "joint_viscosity": delayed,
         "external_work": external,
         "support_work": support,
         "contact_work": contact,

@@ -41,7 +41,7 @@ class StepReport:
     probes : Displacement of the named points [m].
     open, stick, slip : Numbers of contacts. bonded : Those held by cohesion alone.
     joint_energy : Stored in cohesive joints at the end of the step [J].
-    joint_dissipation : Lost to the damage of joints in the step [J].
+    joint_dissipation, joint_viscosity : Lost to the damage of joints in the step and to its delay [J].
     adhesion_loss : Greatest loss of adhesion β of a contact in the step.
     joint_change : What the joint laws' turns left open of the joints' state; 0 where they settled.
     speed : Root mean square speed of the mass [m/s].
@@ -80,6 +80,7 @@ class StepReport:
     bonded: int = 0
     joint_energy: float = 0.0
     joint_dissipation: float = 0.0
+    joint_viscosity: float = 0.0
     adhesion_loss: float = 0.0
     joint_change: float = 0.0
 

@@ -30,12 +30,14 @@ class Evolution:
     dissipated : Energy lost on the way [J/m²], shape (c,).
     demand : Load over the threshold of further damage, shape (c,).
     opening : Residual opening [m], shape (c,); None: as before.
+    delayed : Part of ``dissipated`` that a delay burned [J/m²], shape (c,); None: nothing.
     """
 
     adhesion: FloatArray
     dissipated: FloatArray
     demand: FloatArray
     opening: FloatArray | None = None
+    delayed: FloatArray | None = None
 
 
 class Adhesive(Law):
@@ -96,6 +98,7 @@ class Adhesive(Law):
             opening=state.opening if evolution.opening is None else evolution.opening,
             demand=evolution.demand,
             dissipated=state.dissipated + area * evolution.dissipated,
+            delayed=state.delayed + area * (0.0 if evolution.delayed is None else evolution.delayed),
         )
         after = replace(after, broken=self.is_broken(after))
         return rub(self, state, after, self.friction_at(after), reaction, velocity, area, step)

@@ -98,14 +98,19 @@ class FremondCangemi(Adhesive):
         excess = np.maximum(after * Y - w * self._slope(after), 0.0) * (before - after)
         threshold = w * self._slope(before)
         demand = np.divide(before * Y, threshold, out=np.zeros_like(Y), where=threshold > 0)
-        return Evolution(after, surface + excess, np.sqrt(demand))
+        delayed = np.where(spread(self.viscosity, state.count) > 0, excess, 0.0)
+        return Evolution(after, surface + excess, np.sqrt(demand), delayed=delayed)
 
     def _evolve_together(self, before: FloatArray, Y: FloatArray, w: FloatArray, step: float) -> Evolution:
         """The same with neighbours coupled by k."""
         delay = spread(self.viscosity, len(Y)) / step
         coupling = self.gradient * self.laplacian
         after = spread_damage(Y + delay, coupling, w + delay * before, before)
-        return Evolution(after, after * Y * (before - after), np.sqrt(before * Y / w))
+        lost = after * Y * (before - after)
+        if not delay.any():
+            return Evolution(after, lost, np.sqrt(before * Y / w))
+        burned = delay * (before - after) ** 2
+        return Evolution(after, lost, np.sqrt(before * Y / w), delayed=burned)
 
     def _slope(self, adhesion: FloatArray) -> FloatArray:
         """h'(β)."""

@@ -41,6 +41,7 @@ class JointState:
     slides : The same for the step under way, shape (c,).
     demand : Largest stress over strength, 1 at the law's threshold, shape (c,).
     dissipated : Energy lost to damage, viscosity and plastic opening so far [J], shape (c,).
+    delayed : Part of it that the delay of viscous damage burned [J], shape (c,).
     rubbed : Energy lost to friction so far [J], shape (c,).
     own : What a law remembers beyond all that, shape (c, m); as wide as the law that needs most.
     """
@@ -61,6 +62,7 @@ class JointState:
     slides: Mask
     demand: FloatArray
     dissipated: FloatArray
+    delayed: FloatArray
     rubbed: FloatArray
     own: FloatArray
 
@@ -84,6 +86,7 @@ class JointState:
             slides=np.zeros(count, dtype=bool),
             demand=np.zeros(count),
             dissipated=np.zeros(count),
+            delayed=np.zeros(count),
             rubbed=np.zeros(count),
             own=np.zeros((count, memory)),
         )

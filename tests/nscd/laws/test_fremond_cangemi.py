@@ -193,3 +193,18 @@ def test_bar_in_series():
 def test_impossible_parameters(change, match):
     with pytest.raises(LawError, match=match):
         law(**change)
+
+
+def test_energy_of_the_delay_is_told_apart():
+    """Held opening k u0: of ½ Y (1 − β²), Y = k² w, the surface takes w (1 − β) and the delay the rest."""
+    k, b, missing = 1.5, 2.0, []
+    for steps in (200, 400):
+        history = probe(law(viscosity=b), opening(*[k] * steps), step=b / ENERGY / steps)
+        beta, state = history.adhesion[-1], history.state
+        surface = ENERGY * (1 - beta)
+        assert state.dissipated[0] - state.delayed[0] == pytest.approx(surface, rel=1e-9)
+        exact = 0.5 * k**2 * ENERGY * (1 - beta**2) - surface
+        missing.append(state.delayed[0] / exact - 1)
+    assert abs(missing[1]) < 0.01
+    assert missing[0] / missing[1] == pytest.approx(2, rel=0.05)
+    assert not probe(law(), opening(0.5, 1.5, 3.0)).state.delayed.any()

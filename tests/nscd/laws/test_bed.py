@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from masonry_fem.errors import LawError
-from masonry_fem.nscd.laws import Bed, Bilinear, Dry, Elastic, FremondCangemi, MohrCoulomb, probe, pull
+from masonry_fem.nscd.laws import Bed, Bilinear, Dry, FremondCangemi, MohrCoulomb, probe, pull
 from tests.nscd.laws.samples import FRACTURE, finer, wander
 
 K = 2e10, 1e10

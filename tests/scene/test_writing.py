@@ -29,6 +29,8 @@ def values(kind: inspect.Type, dimension: int) -> st.SearchStrategy[object]:  # 
             return st.sampled_from(kind.values)
         case inspect.StrType() if kind.pattern and "/" in kind.pattern:
             return st.from_regex(kind.pattern, fullmatch=True)
+        case inspect.StrType() if kind.pattern and kind.pattern.startswith("^[a-z]"):
+            return st.from_regex(r"[a-z][a-z_]{0,8}(\.[a-z]{1,8})?", fullmatch=True)
         case inspect.StrType() if kind.pattern:
             return st.from_regex(r"[a-zA-Zµé][a-zA-Z0-9_-]{0,8}", fullmatch=True)
         case inspect.StrType():

@@ -230,7 +230,7 @@ MEANING: dict[str, str] = {
     "Motion.displacement": "at `time` = 1",
     "Motion.rotation": "vector in 3D, angle in 2D, at `time` = 1",
     "Motion.pivot": "that it turns about",
-    "Loads.gravity": "acceleration of everything",
+    "Loads.gravity": "acceleration of everything; none where it is not given",
     "Loads.gravity_time": "its factor in time",
     "Loads.accelerations": "further ones",
     "Loads.tractions": "on faces",

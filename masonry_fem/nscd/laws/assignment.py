@@ -6,15 +6,16 @@ state = joints.initial(count, dimension)
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from typing import ClassVar, override
 
 import numpy as np
 from numpy.typing import NDArray
 
-from masonry_fem.errors import LawError
-from masonry_fem.nscd.laws.law import FloatArray, Law
+from masonry_fem.errors import LawError, MasonryError
+from masonry_fem.nscd.laws.law import FloatArray, Law, layers_of
 from masonry_fem.nscd.laws.reduction import Reduction
 from masonry_fem.nscd.laws.state import JointState
 
@@ -64,7 +65,8 @@ class Assignment(Law):
     def reduce(self, state: JointState, jump: FloatArray, area: FloatArray, step: float) -> Reduction:
         total = Reduction.dry(np.zeros(state.count), state.dimension)
         for law, contacts in self.parts:
-            part = law.reduce(state.take(contacts), jump[contacts], area[contacts], step)
+            with _blamed(law, "reduce"):
+                part = law.reduce(state.take(contacts), jump[contacts], area[contacts], step)
             for field in fields(Reduction):
                 getattr(total, field.name)[contacts] = getattr(part, field.name)
         return total
@@ -76,10 +78,11 @@ class Assignment(Law):
     ) -> JointState:  # fmt: skip
         after = JointState(**{name: values.copy() for name, values in state.arrays().items()})
         for law, contacts in self.parts:
-            part = law.update(
-                state.take(contacts), trial.take(contacts), jump[contacts], reaction[contacts],
-                velocity[contacts], area[contacts], step,
-            )  # fmt: skip
+            with _blamed(law, "update"):
+                part = law.update(
+                    state.take(contacts), trial.take(contacts), jump[contacts], reaction[contacts],
+                    velocity[contacts], area[contacts], step,
+                )  # fmt: skip
             for name, values in part.arrays().items():
                 getattr(after, name)[contacts] = values
         return after
@@ -100,3 +103,24 @@ class Assignment(Law):
         for law, contacts in self.parts:
             total[contacts] = ask(law, state.take(contacts), area[contacts])
         return total
+
+
+@contextmanager
+def _blamed(law: Law, method: str) -> Iterator[None]:
+    """What goes wrong in a law from outside this package is told as its own."""
+    try:
+        yield
+    except MasonryError:
+        raise
+    except Exception as error:
+        foreign = next((one for one in layers_of(law) if _foreign(one)), None)
+        if foreign is None:
+            raise
+        raise LawError(
+            f"joint law '{type(foreign).__name__}': {method} failed with {type(error).__name__}: "
+            f"{error}; correct it (masonry_fem.nscd.laws.probe drives one point, --debug shows where)"
+        ) from error
+
+
+def _foreign(law: Law) -> bool:
+    return not type(law).__module__.startswith("masonry_fem.")

@@ -1,10 +1,13 @@
 """Several laws in one model."""
 
+from dataclasses import dataclass
+from typing import ClassVar
+
 import numpy as np
 import pytest
 
 from masonry_fem.errors import LawError
-from masonry_fem.nscd.laws import Assignment, Bilinear, Dry, MohrCoulomb
+from masonry_fem.nscd.laws import Assignment, Bed, Bilinear, Dry, MohrCoulomb
 from tests.nscd.laws.samples import FRACTURE, SAMPLES, wander
 
 
@@ -62,3 +65,21 @@ def test_each_contact_has_one_law(members, match):
     parts = tuple((law, np.array(points)) for law, points in zip(laws, members, strict=True))
     with pytest.raises(LawError, match=match):
         Assignment(parts).initial(3, 2)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Faulty(Dry):
+    """A law of one's own with a slip in it."""
+
+    name: ClassVar[str] = "faulty"
+
+    def reduce(self, *step):
+        raise ValueError("operands could not be broadcast")
+
+
+def test_what_goes_wrong_in_a_law_of_ones_own_is_told_as_its_own():
+    joints = Assignment(((Bed(Faulty(), 1e9, 1e9), np.arange(2)),))
+    state = joints.initial(2, 2)
+    told = r"joint law 'Faulty': reduce failed with ValueError: operands .*; correct it"
+    with pytest.raises(LawError, match=told):
+        joints.reduce(state, np.zeros((2, 2)), np.ones(2), 1.0)

@@ -31,7 +31,7 @@ SETTLED = 1e-10
 # Secants between the tries with tangents, and tangents that may go by without halving the change.
 SECANTS = (4, 8, 16, 32, 64)
 PATIENCE = 5
-STEPS = 30  # of Newton's method on a tangent's contact problem
+STEPS = 14  # of Newton's method on a tangent's contact problem
 FURTHEST = 30.0  # times the last change of a secant, how far it is extrapolated
 
 

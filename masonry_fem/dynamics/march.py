@@ -131,8 +131,8 @@ def _warn(
         )  # fmt: skip
     if unsettled:
         logger.warning(
-            "joint laws did not settle in %d of %d steps: adhesion still changed by up to %.1e; take smaller "
-            "steps (in statics analysis.substeps divides those that need it), or dynamics",
+            "joint laws did not settle in %d of %d steps: the joints' state still changed by up to %.1e (of β, "
+            "of the largest jump, or of τ/σ where mortar crushes); take smaller steps (in statics analysis.substeps divides those that need it), or dynamics",
             len(unsettled), report.step, max(unsettled),
         )  # fmt: skip
     if not abrupt:
@@ -180,7 +180,7 @@ def _ended(
         message = f"Reached t = {report.time:.6g} s in {_steps(report.step)}."
     elif verdict == "no_convergence" and report.outcome is Outcome.CONVERGED:
         message = (
-            f"Step {report.step}: the joint laws did not settle, adhesion still changed by "
+            f"Step {report.step}: the joint laws did not settle, the joints' state still changed by "
             f"{report.joint_change:.1e}. Take more load steps, or analysis.substeps."
         )
     elif verdict == "no_convergence":

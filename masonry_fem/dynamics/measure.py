@@ -113,11 +113,15 @@ def _energy(model: Model, coupling: Coupling, made: Increment) -> dict[str, floa
     gained = inertia * (new[0] - old[0]) + new[1] - old[1]
     contact = float(work.sum())
     rubbed = -work[:, 1:].sum(axis=1)
-    stored = damaged = delayed = 0.0
+    stored = damaged = delayed = lost = 0.0
     before, after = made.before.joints, made.after.joints
     if model.laws is not None and before is not None and after is not None:
         rubbed = after.rubbed - before.rubbed  # the rest of the work is cohesion's
-        stored = float(model.laws.stored(after, model.contacts.area).sum())
+        area = model.contacts.area
+        stored = float(model.laws.stored(after, area).sum())
+        # the joints' work by the step's mean force, less what they did with it by their laws
+        lost = float(model.laws.stored(before, area).sum()) - stored - contact
+        lost -= float((after.dissipated - before.dissipated).sum() + rubbed.sum())
         delayed = float((after.delayed - before.delayed).sum())
         damaged = float((after.dissipated - before.dissipated).sum()) - delayed
     return {
@@ -129,7 +133,7 @@ def _energy(model: Model, coupling: Coupling, made: Increment) -> dict[str, floa
         "contact_work": contact,
         "friction_dissipation": float(rubbed.sum()),
         "damping_dissipation": damping,
-        "numerical_dissipation": numerical,
+        "numerical_dissipation": numerical + lost,
         "energy_error": gained - (external + support + contact - damping - numerical),
     }
 

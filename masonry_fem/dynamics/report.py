@@ -25,7 +25,8 @@ class StepReport:
     external_work, support_work : Work of the loads and of moving supports in the step [J].
     contact_work : Work of the reactions on the relative motion [J]; −friction dissipation.
     friction_dissipation : Energy spent by sliding in the step [J].
-    damping_dissipation, numerical_dissipation : By Rayleigh damping and by θ > ½ [J].
+    damping_dissipation, numerical_dissipation : By Rayleigh damping and by θ > ½ [J]; the latter has what
+        the step's mean force takes from cohesive joints beside their laws, negative where they snap.
     energy_error : What is missing in the balance of the step [J].
     iterations, linear_solves : Of the contact solver.
     method : Contact solver that ran.

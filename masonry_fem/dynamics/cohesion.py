@@ -31,7 +31,10 @@ SETTLED = 1e-10
 # Secants between the tries with tangents, and tangents that may go by without halving the change.
 SECANTS = (4, 8, 16, 32, 64)
 PATIENCE = 5
-STEPS = 14  # of Newton's method on a tangent's contact problem
+STEPS = 8  # of Newton's method on a tangent's contact problem
+# Tolerance of a tangent's contact problem: at most the first, and the second of the last change.
+ROUGH = 1e-4
+NEARER = 1e-2
 FURTHEST = 30.0  # times the last change of a secant, how far it is extrapolated
 
 
@@ -149,7 +152,8 @@ class _Turns:
             self._brief = replace(settings, method="newton", max_iterations=STEPS)
 
     def settled(self, turn: _Turn) -> bool:
-        return turn.change <= max(SETTLED, self._settings.tolerance)
+        exact = turn.solution.quality.error <= self._settings.tolerance
+        return exact and turn.change <= max(SETTLED, self._settings.tolerance)
 
     def first(self, start: Start | None) -> _Turn:
         """The turn with the trial state that the step begins with."""
@@ -165,7 +169,8 @@ class _Turns:
                 self._law, self._committed, at.trial, self._step.jump, at.reaction, at.velocity,
                 self._step.area, self._step.length,
             )  # fmt: skip
-            solution, cohesive = self._solve(reduction, self._brief, at.start)
+            rough = max(self._settings.tolerance, min(ROUGH, NEARER * at.change))
+            solution, cohesive = self._solve(reduction, replace(self._brief, tolerance=rough), at.start)
             if solution.outcome is not Outcome.CONVERGED:
                 return None
             at = self._updated(reduction, solution, cohesive, at.trial)

@@ -131,8 +131,9 @@ def _warn(
         )  # fmt: skip
     if unsettled:
         logger.warning(
-            "joint laws did not settle in %d of %d steps: the joints' state still changed by up to %.1e (of β, "
-            "of the largest jump, or of τ/σ where mortar crushes); take smaller steps (in statics analysis.substeps divides those that need it), or dynamics",
+            "joint laws did not settle in %d of %d steps: the joints' state still changed by up to %.1e (of"
+            " β, of the largest jump, or of τ/σ where mortar crushes); take smaller steps (in statics "
+            "analysis.substeps divides those that need it), or dynamics",
             len(unsettled), report.step, max(unsettled),
         )  # fmt: skip
     if not abrupt:

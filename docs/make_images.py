@@ -54,7 +54,9 @@ def shrink(source: Path, target: Path) -> int:
             picture.resize((width, height), Image.Resampling.LANCZOS).save(target, optimize=True)
             if target.stat().st_size <= HEAVY:
                 return target.stat().st_size
-    Image.open(target).quantize(256, dither=Image.Dither.NONE).save(target, optimize=True)
+    # the colours of a bar are few pixels each: by their number, as is usual, they would be merged
+    few = Image.open(target).quantize(256, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+    few.save(target, optimize=True)
     return target.stat().st_size
 
 

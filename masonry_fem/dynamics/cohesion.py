@@ -32,7 +32,7 @@ SETTLED = 1e-10
 SECANTS = (4, 8, 16, 32, 64)
 PATIENCE = 5
 STEPS = 8  # of Newton's method on a tangent's contact problem
-# Tolerance of a tangent's contact problem: at most the first, and the second of the last change.
+# Tolerance of the contact problems in between: at most the first, and the second of the last change.
 ROUGH = 1e-4
 NEARER = 1e-2
 FURTHEST = 30.0  # times the last change of a secant, how far it is extrapolated
@@ -101,6 +101,7 @@ def solve_with_laws(
             return at.ended(0.0)
         if at.solution.outcome.moves:
             break  # with what is left of the joints nothing stands
+    at = turns.exact(at)
     return at.ended(at.change)
 
 
@@ -112,7 +113,7 @@ class _Turn:
     ----------
     solution, problem : Of the contacts. reaction, velocity : Of all contacts, (c, d) [N], [m/s].
     trial : State of the joints after it. loss : Adhesion that it took from the trial state before, (c,).
-    change : Distance between the two states.
+    change : Distance between the two states. tolerance : That the contacts were asked to be solved to.
     """
 
     solution: Solution
@@ -122,6 +123,7 @@ class _Turn:
     trial: JointState
     loss: FloatArray
     change: float
+    tolerance: float
 
     @property
     def start(self) -> Start:
@@ -148,16 +150,21 @@ class _Turns:
     ) -> None:
         self._law, self._committed, self._step = law, committed, step
         self._problem, self._settings, self._brief = problem, settings, settings
+        self._roughest = ROUGH
         if settings.method == "auto":  # what is not solved at once is not worth the thorough methods
             self._brief = replace(settings, method="newton", max_iterations=STEPS)
 
     def settled(self, turn: _Turn) -> bool:
-        exact = turn.solution.quality.error <= self._settings.tolerance
+        exact = turn.tolerance <= self._settings.tolerance  # asked for, whether or not it was reached
         return exact and turn.change <= max(SETTLED, self._settings.tolerance)
 
     def first(self, start: Start | None) -> _Turn:
         """The turn with the trial state that the step begins with."""
-        return self._secant(self._step.trial, start)
+        return self._secant(self._step.trial, start, self._settings)
+
+    def exact(self, at: _Turn) -> _Turn:
+        """One more secant, to the tolerance that is asked for."""
+        return self._secant(at.trial, at.start, self._settings)
 
     def by_tangents(self, at: _Turn) -> _Turn | None:
         """Where tangents from ``at`` on settle; None where they do not come nearer for some turns."""
@@ -169,11 +176,10 @@ class _Turns:
                 self._law, self._committed, at.trial, self._step.jump, at.reaction, at.velocity,
                 self._step.area, self._step.length,
             )  # fmt: skip
-            rough = max(self._settings.tolerance, min(ROUGH, NEARER * at.change))
-            solution, cohesive = self._solve(reduction, replace(self._brief, tolerance=rough), at.start)
-            if solution.outcome is not Outcome.CONVERGED:
+            found = self._taken(reduction, self._rough(self._brief, at), at.trial, at.start)
+            if found.solution.outcome is not Outcome.CONVERGED:
                 return None
-            at = self._updated(reduction, solution, cohesive, at.trial)
+            at = found
             since = 0 if at.change < 0.5 * least else since + 1
             least = min(least, at.change)
             if since > PATIENCE:
@@ -184,16 +190,20 @@ class _Turns:
         """Where at most so many secants lead."""
         for _ in range(most):
             last, moved = at.loss, at.solution.outcome.moves
-            at = self._secant(at.trial, at.start)
+            at = self._secant(at.trial, at.start, self._rough(self._settings, at))
             if self.settled(at) or (moved and at.solution.outcome.moves):
                 break
             at = replace(at, trial=self._ahead(at, last))
         return at
 
-    def _secant(self, trial: JointState, start: Start | None) -> _Turn:
+    def _rough(self, settings: SolverSettings, at: _Turn) -> SolverSettings:
+        """Settings as exact as the smallest change so far deserves: what is close to a switch would flip."""
+        self._roughest = min(self._roughest, NEARER * at.change)
+        return replace(settings, tolerance=max(settings.tolerance, self._roughest))
+
+    def _secant(self, trial: JointState, start: Start | None, settings: SolverSettings) -> _Turn:
         reduction = self._law.reduce(trial, self._step.jump, self._step.area, self._step.length)
-        solution, cohesive = self._solve(reduction, self._settings, start)
-        return self._updated(reduction, solution, cohesive, trial)
+        return self._taken(reduction, settings, trial, start)
 
     def _ahead(self, at: _Turn, last: FloatArray) -> JointState:
         """Where secants that creep will end, by Aitken's Δ²; close to a snap-back they need hundreds."""
@@ -204,32 +214,28 @@ class _Turns:
         adhesion = np.clip(at.trial.adhesion - further * at.loss, 0.0, self._committed.adhesion)
         return replace(at.trial, adhesion=adhesion)
 
-    def _solve(
-        self, reduction: Reduction, settings: SolverSettings, start: Start | None
-    ) -> tuple[Solution, ContactProblem]:
-        own, bare = self._gap_term(reduction.closure), self._gap_term(np.zeros_like(reduction.closure))
-        part, h = reduction.take(self._step.active), self._step.length
-        cohesive = _cohesive(self._problem, part, own, own - bare, h)
-        return solve(cohesive, settings, start), cohesive
-
     def _gap_term(self, closure: FloatArray) -> FloatArray:
         return self._step.gap_term(closure)[self._step.active]
 
-    def _updated(
-        self, reduction: Reduction, solution: Solution, problem: ContactProblem, trial: JointState
+    def _taken(
+        self, reduction: Reduction, settings: SolverSettings, trial: JointState, start: Start | None
     ) -> _Turn:
+        """The turn with a reduction of the law made from ``trial``."""
         step, active = self._step, self._step.active
+        own, bare = self._gap_term(reduction.closure), self._gap_term(np.zeros_like(reduction.closure))
+        part = reduction.take(active)
+        problem = _cohesive(self._problem, part, own, own - bare, step.length)
+        solution = solve(problem, settings, start)
         reaction, velocity = np.zeros_like(step.jump), np.zeros_like(step.jump)
         reaction[active] = solution.impulse / step.length
         # the blocks' own velocity: without gap term, dilation and what the joint's bed gives way
-        part = reduction.take(active)
-        yielded = self._gap_term(reduction.closure) + part.shift + part.compliance * solution.impulse
-        velocity[active] = solution.velocity - yielded
+        velocity[active] = solution.velocity - own - part.shift - part.compliance * solution.impulse
         after = self._law.update(
             self._committed, trial, step.jump, reaction, velocity, step.area, step.length
         )  # fmt: skip
         loss = trial.adhesion - after.adhesion
-        return _Turn(solution, problem, reaction, velocity, after, loss, after.distance(trial))
+        change = after.distance(trial)
+        return _Turn(solution, problem, reaction, velocity, after, loss, change, settings.tolerance)
 
 
 def _cohesive(

@@ -151,6 +151,7 @@ class _Turns:
         self._law, self._committed, self._step = law, committed, step
         self._problem, self._settings, self._brief = problem, settings, settings
         self._roughest = ROUGH
+        self._bare = self._gap_term(np.zeros(committed.count))
         if settings.method == "auto":  # what is not solved at once is not worth the thorough methods
             self._brief = replace(settings, method="newton", max_iterations=STEPS)
 
@@ -222,9 +223,8 @@ class _Turns:
     ) -> _Turn:
         """The turn with a reduction of the law made from ``trial``."""
         step, active = self._step, self._step.active
-        own, bare = self._gap_term(reduction.closure), self._gap_term(np.zeros_like(reduction.closure))
-        part = reduction.take(active)
-        problem = _cohesive(self._problem, part, own, own - bare, step.length)
+        part, own = reduction.take(active), self._gap_term(reduction.closure)
+        problem = _cohesive(self._problem, part, own, own - self._bare, step.length)
         solution = solve(problem, settings, start)
         reaction, velocity = np.zeros_like(step.jump), np.zeros_like(step.jump)
         reaction[active] = solution.impulse / step.length

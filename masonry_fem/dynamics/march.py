@@ -141,10 +141,11 @@ def _warn(
     where = (
         f"joints gave way abruptly in {len(abrupt)} of {_steps(report.step)}, first at t = {abrupt[0]:.4g}"
     )
-    if strategy.parts > 1:
+    finest = 2 ** (strategy.parts.bit_length() - 1)  # steps are halved
+    if finest > 1:
         logger.warning(
             "%s, even in 1/%d of a load step: the structure snaps back, or the joints are brittle; the path "
-            "goes on from the next equilibrium, dynamics tells what happens between", where, strategy.parts,
+            "goes on from the next equilibrium, dynamics tells what happens between", where, finest,
         )  # fmt: skip
     else:
         logger.warning(

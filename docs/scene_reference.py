@@ -13,7 +13,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import msgspec
 from msgspec import inspect
@@ -52,12 +52,10 @@ TABLES: dict[type[msgspec.Struct], str] = {
     specs.MeshSettings: "`mesh`, also in a structure",
     specs.Material: "`[materials.NAME]`",
     specs.Damping: "`[materials.NAME.damping]`",
-    specs.BlockStructure: '`[[structures]]`, `kind = "block"`',
-    specs.StackStructure: '`[[structures]]`, `kind = "stack"`',
-    specs.WallStructure: '`[[structures]]`, `kind = "wall"`',
-    specs.ArchStructure: '`[[structures]]`, `kind = "arch"`',
-    specs.DomeStructure: '`[[structures]]`, `kind = "dome"`',
-    specs.FileStructure: '`[[structures]]`, `kind = "file"`',
+    **{
+        kind: f'`[[structures]]`, `kind = "{kind.__struct_config__.tag}"`'
+        for kind in get_args(specs.AnyStructure)
+    },
     specs.Override: "`[[overrides]]`",
     specs.Joint: "`[[joints]]`",
     specs.ConstantThreshold: '`law` of a joint, `kind = "constant_threshold"`',

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -15,27 +16,24 @@ from masonry_fem.solid.assembly import Assembly, Block, Shape
 
 __all__ = ["assemble", "build_structure"]
 
+BUILDERS: dict[type[specs.Structure], Callable[[Any, int], Assembly]] = {
+    specs.BlockStructure: block.build,
+    specs.StackStructure: stack.build,
+    specs.WallStructure: wall.build,
+    specs.ArchStructure: arch.build,
+    specs.DomeStructure: dome.build,
+}
+
 
 def build_structure(
     spec: specs.AnyStructure, dimension: int, base: Path, mesh: specs.MeshSettings
 ) -> Assembly:
     """The blocks of one structure; ``base`` is the folder of its files, ``mesh`` for files to mesh."""
-    match spec:
-        case specs.BlockStructure():
-            return block.build(spec, dimension)
-        case specs.StackStructure():
-            return stack.build(spec, dimension)
-        case specs.WallStructure():
-            return wall.build(spec, dimension)
-        case specs.ArchStructure():
-            return arch.build(spec, dimension)
-        case specs.DomeStructure():
-            return dome.build(spec, dimension)
-        case specs.FileStructure():
-            from masonry_fem.geometry.files import read  # noqa: PLC0415  files are rare
+    if isinstance(spec, specs.FileStructure):
+        from masonry_fem.geometry.files import read  # noqa: PLC0415  files are rare
 
-            return read(spec, dimension, base, mesh)
-    raise AssertionError(spec)
+        return read(spec, dimension, base, mesh)
+    return BUILDERS[type(spec)](spec, dimension)
 
 
 def assemble(parts: Sequence[Assembly]) -> Assembly:

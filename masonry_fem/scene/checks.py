@@ -17,9 +17,6 @@ from masonry_fem.scene.joint_checks import check_joints
 from masonry_fem.scene.lines import KeyPath
 from masonry_fem.scene.misfit import MisfitError, braced, listed, nearest, wrong
 from masonry_fem.scene.specs import (
-    ArchStructure,
-    BlockStructure,
-    DomeStructure,
     Dynamics,
     Equilibrium,
     FileStructure,
@@ -30,11 +27,9 @@ from masonry_fem.scene.specs import (
     PythonLaw,
     Record,
     Scene,
-    StackStructure,
     Statics,
     Support,
     Table,
-    WallStructure,
 )
 
 GEOMETRY_FILES = (".msh", ".geo", ".step", ".stp")
@@ -128,12 +123,6 @@ def _dimension(scene: Scene) -> None:
     flat = scene.dimension == 2
     for path, record in records(scene):
         match record:
-            case BlockStructure() if flat and record.axis is not None:
-                raise wrong((*path, "axis"), record.axis, "no axis in a 2D scene (rotation is about z)")
-            case BlockStructure() if not flat and record.rotation and record.axis is None:
-                raise MisfitError(path, "{path} has a rotation but lacks the key 'axis' (3 numbers) in 3D")
-            case BlockStructure() if record.axis is not None and not any(record.axis):
-                raise wrong((*path, "axis"), record.axis, "an axis that is not zero")
             case Support() if flat and record.components and "z" in record.components:
                 raise wrong((*path, "components"), record.components, "only 'x' and 'y' in a 2D scene")
             case Motion():
@@ -156,13 +145,12 @@ def _turn(value: Any, path: KeyPath, flat: bool, unit: str) -> None:
 
 
 def _shapes(scene: Scene) -> None:
-    for index, one in enumerate(scene.structures):
-        if isinstance(one, ArchStructure) and one.thickness >= 2 * one.radius:
-            expected = f"less than twice the mean radius ({2 * one.radius:g} m)"
-            raise wrong(("structures", index, "thickness"), one.thickness, expected)
-        if isinstance(one, ArchStructure) and one.embrace / one.voussoirs >= 180:
-            expected = f"more than {one.embrace / 180:g}, so that a stone spans less than half a circle"
-            raise wrong(("structures", index, "voussoirs"), one.voussoirs, expected)
+    for index, structure in enumerate(scene.structures):
+        for key, expected in structure.faults(scene.dimension):
+            path, value = ("structures", index), getattr(structure, key)
+            if value is None:
+                raise MisfitError(path, f"{{path}} lacks the key '{key}', expected {braced(expected)}")
+            raise wrong((*path, key), value, expected)
 
 
 def _analysis(scene: Scene) -> None:
@@ -226,7 +214,7 @@ def _doubts(scene: Scene) -> Iterator[str]:
     if loads.gravity is None and not pushed and not moved:
         yield "nothing acts on the blocks; expected loads.gravity or another load"
     yield from _material_doubts(scene)
-    if not scene.supports and not any(map(_carries, scene.structures)):
+    if not scene.supports and not any(structure.carries for structure in scene.structures):
         yield "nothing holds the blocks; expected a ground, springings or [[supports]]"
     if isinstance(scene.analysis, Statics) and scene.initial:
         yield "true statics has no velocities: [[initial]] has no effect"
@@ -271,19 +259,3 @@ def _material_doubts(scene: Scene) -> Iterator[str]:
                 f"materials.{name}.young is {young:g} Pa, "
                 f"masonry has {STIFFNESSES[0]:g} to {STIFFNESSES[1]:g} (is it in MPa?)"
             )
-
-
-def _carries(structure: Any) -> bool:
-    """True where a structure brings supports of its own."""
-    match structure:
-        case BlockStructure():
-            return structure.support
-        case StackStructure() | WallStructure():
-            return structure.ground
-        case ArchStructure():
-            return structure.springings
-        case DomeStructure():
-            return structure.base or structure.sides
-        case FileStructure():
-            return bool(structure.supports)
-    return False

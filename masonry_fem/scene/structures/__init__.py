@@ -1,0 +1,27 @@
+"""Structures: families of blocks, each made by one generator or read from one file; one record each.
+
+A new kind is a record here, listed in ``AnyStructure``, and its builder in ``geometry``.
+"""
+
+from __future__ import annotations
+
+from masonry_fem.scene.structures.arch import ArchStructure
+from masonry_fem.scene.structures.base import MeshSettings, Structure
+from masonry_fem.scene.structures.boxes import BlockStructure, StackStructure
+from masonry_fem.scene.structures.dome import DomeStructure
+from masonry_fem.scene.structures.file import FileStructure
+from masonry_fem.scene.structures.wall import WallStructure
+
+__all__ = [
+    "AnyStructure",
+    "ArchStructure",
+    "BlockStructure",
+    "DomeStructure",
+    "FileStructure",
+    "MeshSettings",
+    "StackStructure",
+    "Structure",
+    "WallStructure",
+]
+
+AnyStructure = BlockStructure | StackStructure | WallStructure | ArchStructure | DomeStructure | FileStructure

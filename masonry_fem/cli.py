@@ -105,6 +105,21 @@ def parser() -> argparse.ArgumentParser:
     check = commands.add_parser("check", parents=[scene, common], help="validate and count, without solving")
     check.set_defaults(command=check_scene)
 
+    limit = commands.add_parser(
+        "limit", parents=[scene, common], help="limit analysis: can the loads be carried, and grow how far"
+    )
+    limit.add_argument(
+        "--dead", action="append", default=[], metavar="LOAD",
+        help="a load that does not grow, as points.0 or tractions.* (may be repeated); gravity never does",
+    )  # fmt: skip
+    limit.add_argument(
+        "--tilt",
+        metavar="AXIS",
+        help="grow an acceleration of g along x or y (--tilt=-x: against x); loads are dead",
+    )
+    limit.add_argument("--json", action="store_true", help="print everything as JSON")
+    limit.set_defaults(command=limit_scene)
+
     mesh = commands.add_parser("mesh", parents=[scene, common], help="write and picture mesh and interfaces")
     mesh.add_argument("--out", type=Path, metavar="DIR", help="folder (default: results/SCENE)")
     mesh.set_defaults(command=mesh_scene)
@@ -163,6 +178,23 @@ def check_scene(options: argparse.Namespace) -> int:
     if not options.quiet:
         _print_table(facts)
     return 0
+
+
+def limit_scene(options: argparse.Namespace) -> int:
+    """Ask limit analysis whether a scene's loads can be carried; the exit code tells."""
+    scene, base = _read(options)
+    from masonry_fem.limit_analysis import analyse
+
+    told = analyse(scene, base, dead=options.dead, tilt=options.tilt)
+    if options.json:
+        from masonry_fem.post.summary import plain
+
+        print(json.dumps(plain(told), indent=2, ensure_ascii=False))
+    elif not options.quiet:
+        from masonry_fem.post.limit_table import print_limits
+
+        print_limits(told, scene.dimension)
+    return EXIT_CODES["equilibrium" if told["admissible"] else "no_equilibrium"]
 
 
 def mesh_scene(options: argparse.Namespace) -> int:

@@ -1,0 +1,83 @@
+"""Conic: programs in space by Clarabel's interior point, on Coulomb's exact cones.
+
+Reactions are scaled to the cone ‖s_T‖ ≤ s_N, so that smooth and non-slip joints are not special.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+
+from masonry_fem.errors import ProblemError
+from masonry_fem.limit.program import FloatArray, Optimum, Program, judged
+
+TOLERANCE = 1e-11
+SOLVED = ("Solved", "AlmostSolved", "InsufficientProgress")
+INFEASIBLE = ("PrimalInfeasible", "AlmostPrimalInfeasible")
+UNBALANCED = 1e-6  # what is left where the solver made no further progress
+
+
+def maximise_in_space(program: Program) -> Optimum | None:
+    """The optimum of a program; None where its equations have no solution.
+
+    Raises
+    ------
+    ProblemError : Clarabel gave up.
+    """
+    import clarabel  # noqa: PLC0415 - only scenes in space need it
+
+    c, d, n = program.count, program.dimension, len(program.fixed)
+    length = np.sqrt(1.0 + program.strength.friction**2)
+    scale = np.repeat((program.strength.friction / length)[:, None], d, axis=1)
+    scale[:, 0] = 1.0 / length
+    width = program.matrix.shape[1] + 1
+    offset = np.zeros((c, d))
+    offset[:, 0] = program.strength.apex
+    contacts = sparse.csc_array(program.matrix)[:, : c * d]
+    rest = sparse.csc_array(program.matrix)[:, c * d :]
+    columns: list[Any] = [contacts * scale.ravel(), rest, sparse.csc_array(program.growing[:, None])]
+    equations = sparse.hstack(columns)
+    linear, limits = _linear(program, scale, width)
+    cones = sparse.hstack([-sparse.eye_array(c * d), sparse.csr_array((c * d, width - c * d))])
+    rows = sparse.csc_matrix(sparse.vstack([equations, linear, cones]))
+    right = np.concatenate([contacts @ offset.ravel() - program.fixed, limits, np.zeros(c * d)])
+    kinds = [clarabel.ZeroConeT(n), clarabel.NonnegativeConeT(len(limits))]
+    kinds += [clarabel.SecondOrderConeT(d)] * c
+    cost = np.zeros(width)
+    cost[-1] = -1.0
+    nothing = sparse.csc_matrix((width, width))
+    found = clarabel.DefaultSolver(nothing, cost, rows, right, kinds, _settings(clarabel)).solve()
+    status = str(found.status)
+    if status in INFEASIBLE:
+        return None
+    solution = np.array(found.x)
+    force = np.concatenate([scale.ravel() * solution[: c * d] - offset.ravel(), solution[c * d : -1]])
+    made = judged(program, float(solution[-1]), force, np.array(found.z)[:n])
+    if status not in SOLVED or not made.unbalanced <= UNBALANCED:
+        raise ProblemError(
+            f"limit analysis: Clarabel ended with '{status}' and {made.unbalanced:.1e} of the loads "
+            "unbalanced, expected an optimum; check for blocks or friction coefficients of extreme size"
+        )
+    return made
+
+
+def _settings(clarabel: Any) -> Any:
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.max_threads = 1
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = TOLERANCE
+    return settings
+
+
+def _linear(program: Program, scale: FloatArray, width: int) -> tuple[sparse.csr_array, FloatArray]:
+    """Rows and limits of the bounds on tension and on x, rows · z ≤ limits."""
+    cut = np.flatnonzero(program.strength.cut)
+    columns = program.dimension * cut
+    normal = sparse.csr_array((-scale[cut, 0], (np.arange(len(cut)), columns)), shape=(len(cut), width))
+    limits = program.strength.tension[cut] - program.strength.apex[cut]
+    if not np.isfinite(program.upper):
+        return normal, limits
+    bound = sparse.csr_array(([1.0], ([0], [width - 1])), shape=(1, width))
+    return sparse.csr_array(sparse.vstack([normal, bound])), np.append(limits, program.upper)

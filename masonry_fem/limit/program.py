@@ -1,0 +1,105 @@
+"""Program: the optimisation behind every question of limit analysis, whatever solves it.
+
+    maximise x    such that    A r + fixed + x · growing = 0,    r in the joints' strength,    x ≤ upper
+
+Its dual is kinematic: velocities V of the blocks with growing · V = 1 at which no joint closes, and whose
+power proves that no larger x exists. ``Optimum`` holds both sides; its errors are computed here from r, x
+and V alone, in units of the largest load, and no solver has a word in them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from masonry_fem.limit.strength import Strength
+from masonry_fem.nscd.graphs import lengths
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """c contact points in d dimensions, h reactions of held points, n equations.
+
+    Attributes
+    ----------
+    matrix : A: columns of contact forces, component by component, then held reactions, (n, c d + h).
+    fixed, growing : Right-hand sides, shape (n,).
+    strength : Of the contact points.
+    dimension : d.
+    upper : Bound of x.
+    """
+
+    matrix: sparse.csr_array
+    fixed: FloatArray
+    growing: FloatArray
+    strength: Strength
+    dimension: int
+    upper: float
+
+    @property
+    def count(self) -> int:
+        """Number of contact points c."""
+        return len(self.strength.friction)
+
+    def contact(self, force: FloatArray) -> FloatArray:
+        """The contact points' part of forces or velocities (c d + h,), shape (c, d)."""
+        return force[: self.count * self.dimension].reshape(self.count, self.dimension)
+
+
+@dataclass(frozen=True, slots=True)
+class Optimum:
+    """The answer to a program, from both sides.
+
+    Attributes
+    ----------
+    value : x. force : Contact forces within the strength, and held reactions, shape (c d + h,).
+    velocity : V, shape (n,); proves nothing where x is at its bound.
+    unbalanced : Largest residual of the equations over the largest load.
+    closing : Largest violation of growing · V = 1 and of v_N ≥ μ ‖v_T‖ over the largest velocity.
+    gap : Difference of the bound that V proves from x, relative; nan where x is at its bound.
+    """
+
+    value: float
+    force: FloatArray
+    velocity: FloatArray
+    unbalanced: float
+    closing: float
+    gap: float
+
+
+def judged(program: Program, value: float, force: FloatArray, velocity: FloatArray) -> Optimum:
+    """An optimum with its errors, from what a solver says; forces are first brought into the strength."""
+    inside = within(program, force)
+    residual = program.matrix @ inside + program.fixed + value * program.growing
+    whole = 1.0 if np.isfinite(program.upper) else 0.0
+    load = max(_largest(program.fixed), max(abs(value), whole) * _largest(program.growing))
+    held = program.matrix.T @ velocity
+    motion = program.contact(held)
+    short = program.strength.friction * lengths(motion[:, 1:]) - motion[:, 0]
+    fast = max(_largest(motion), _largest(velocity), np.finfo(float).tiny)
+    wrong = max(float(np.maximum(short, 0.0).max(initial=0.0)), _largest(held[motion.size :]))
+    bounded = value < program.upper
+    closing = max(wrong / fast, abs(float(program.growing @ velocity) - 1.0)) if bounded else np.nan
+    bound = float(program.strength.dissipation(motion).sum() - velocity @ program.fixed)
+    gap = abs(bound - value) / max(abs(value), 1e-3) if bounded else np.nan
+    return Optimum(value, inside, velocity, _largest(residual) / load if load else 0.0, closing, gap)
+
+
+def within(program: Program, force: FloatArray) -> FloatArray:
+    """Forces with as much pressure added as brings each contact into its strength, (c d + h,)."""
+    strength, inside = program.strength, force.copy()
+    reaction = program.contact(inside)
+    needed = lengths(reaction[:, 1:])
+    pressed = np.divide(needed, strength.friction, out=np.zeros_like(needed), where=strength.friction > 0)
+    reaction[strength.friction == 0, 1:] = 0.0
+    reaction[:, 0] = np.maximum(reaction[:, 0], np.maximum(pressed - strength.apex, -strength.tension))
+    return inside
+
+
+def _largest(values: FloatArray) -> float:
+    return float(np.abs(values).max(initial=0.0))

@@ -1,0 +1,249 @@
+"""Questions of limit analysis: can the loads be carried, how far may they grow, how much thrust.
+
+    carried = admissible(problem)               # .holds: reactions, or the mechanism that proves it not
+    collapse = collapse_multiplier(problem)     # .multiplier, .mechanism
+    low, high = interval(problem, support_resultant(problem, block, axis=0))
+
+Joints are associated: what slides also opens, at the angle of friction. Loads that cannot be carried so
+cannot be carried at all; those that can may still bring a structure down that slides (Drucker). Blocks
+do not deform and have not moved.
+
+Every question is a ``Program`` that has a solution and a bounded value: whether a load may grow without
+limit is asked first, of the growing part alone. So no answer hangs on how a solver tells infinity.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import sparse
+
+from masonry_fem.errors import ProblemError
+from masonry_fem.limit.conic import maximise_in_space
+from masonry_fem.limit.linear import maximise_plane
+from masonry_fem.limit.mechanism import Mechanism, mechanism_of
+from masonry_fem.limit.problem import FloatArray, LimitProblem
+from masonry_fem.limit.program import Optimum, Program
+
+CARRIED = 1e-6  # of a load: with less than that wanting all of it is carried
+EXACT = 1e-6  # what an answer may leave unbalanced or unproven, relative
+
+
+@dataclass(frozen=True, slots=True)
+class Admissible:
+    """Whether the loads can be carried.
+
+    Attributes
+    ----------
+    holds : True where reactions within the joints' strength balance the loads.
+    share : Of the loads that can be carried, 0 to 1; without cohesion or holds it is 0 or 1.
+    reaction : Such contact forces, local frames, shape (c, d) [N]; those of the share where it is below 1.
+    unbalanced : What they leave of the share, relative to the largest load.
+    mechanism : Motion by which the loads come down where they cannot be carried; None where they can.
+    closing : How far that motion closes joints, relative: its error as a proof.
+    """
+
+    holds: bool
+    share: float
+    reaction: FloatArray
+    unbalanced: float
+    mechanism: Mechanism | None
+    closing: float
+
+
+@dataclass(frozen=True, slots=True)
+class Collapse:
+    """How far the live load may grow.
+
+    Attributes
+    ----------
+    multiplier : Greatest factor of the live load that can be carried; inf: any; nan: none, not even 0.
+    least : Smallest such factor ≥ 0; above 0 where the dead load needs the live one; nan: there is none.
+    reaction : Contact forces at the multiplier, shape (c, d) [N].
+    mechanism : Motion of the collapse; None where the multiplier is not finite.
+    unbalanced, closing : Errors of reactions and mechanism, as for ``Admissible``.
+    gap : Difference of the multipliers that reactions and mechanism prove, relative.
+    """
+
+    multiplier: float
+    least: float
+    reaction: FloatArray
+    mechanism: Mechanism | None
+    unbalanced: float = 0.0
+    closing: float = 0.0
+    gap: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """Least and greatest value of a resultant in all states that carry the loads.
+
+    Attributes
+    ----------
+    low, high : [N]; infinite where nothing bounds them, nan where the loads cannot be carried.
+    gap : Difference of the bounds that forces and motions prove, relative to the loads.
+    """
+
+    low: float
+    high: float
+    gap: float = 0.0
+
+
+# --- questions --------------------------------------------------------------------------------
+
+
+def admissible(problem: LimitProblem, factor: float = 0.0) -> Admissible:
+    """Whether dead and ``factor`` times live load can be carried."""
+    load = problem.load(factor)
+    if not load.any():
+        return Admissible(True, 1.0, np.zeros_like(problem.points), 0.0, None, 0.0)
+    found = _solved(_program(problem, np.zeros_like(load), load, 1.0))
+    share = min(max(found.value, 0.0), 1.0)
+    holds = share >= 1.0 - CARRIED and found.unbalanced <= EXACT
+    reaction = _reaction(problem, found)
+    if holds:
+        return Admissible(True, 1.0, reaction, found.unbalanced, None, 0.0)
+    _trust("whether the loads can be carried", found.unbalanced, found.closing)
+    motion = mechanism_of(problem, found.velocity)
+    return Admissible(False, share, reaction, found.unbalanced, motion, found.closing)
+
+
+def collapse_multiplier(problem: LimitProblem) -> Collapse:
+    """How far the live load may grow beside the dead one; it needs a live load."""
+    dead, live, nothing = problem.dead, problem.live, np.zeros_like(problem.points)
+    if not live.any():
+        raise ProblemError(
+            "no load grows, so that there is no collapse multiplier; give the scene a load besides gravity, "
+            "or tilt it"
+        )
+    least = 0.0
+    if not admissible(problem).holds:
+        lowest = _maximum(_program(problem, dead, -live, 0.0))
+        if lowest is None:
+            return Collapse(np.nan, np.nan, nothing, None)
+        least = -lowest.value
+    if _carried_alone(problem, live):
+        return Collapse(np.inf, least, nothing, None)
+    found = _solved(_program(problem, dead, live, np.inf))
+    _trust("the collapse multiplier", found.unbalanced, found.closing, found.gap)
+    return Collapse(
+        multiplier=found.value,
+        least=least,
+        reaction=_reaction(problem, found),
+        mechanism=mechanism_of(problem, found.velocity),
+        unbalanced=found.unbalanced,
+        closing=found.closing,
+        gap=found.gap,
+    )
+
+
+def interval(problem: LimitProblem, resultant: FloatArray, factor: float = 0.0) -> Interval:
+    """Least and greatest value of a resultant under dead and ``factor`` times live load.
+
+    ``resultant`` has a coefficient for each contact force component and hold, shape (c d + h,).
+    """
+    if not admissible(problem, factor).holds:
+        return Interval(np.nan, np.nan, np.nan)
+    low, below = _extreme(problem, -resultant, factor)
+    high, above = _extreme(problem, resultant, factor)
+    return Interval(-low, high, max(below, above))
+
+
+def _extreme(problem: LimitProblem, resultant: FloatArray, factor: float) -> tuple[float, float]:
+    """Greatest value of a resultant [N], and its gap relative to the unit of forces."""
+    size = float(np.abs(resultant).max(initial=0.0))
+    if size == 0:
+        return 0.0, 0.0
+    row = sparse.csr_array(resultant[None] / size)
+    matrix = sparse.csr_array(sparse.vstack([problem.equilibrium, row]))
+    load = np.append(problem.load(factor), 0.0)
+    value = np.zeros_like(load)
+    value[-1] = -1.0
+    base = _program(problem, load, value, np.inf)
+    base = replace(base, matrix=matrix)
+    friction = base.strength.without_cohesion()
+    loose = replace(base, fixed=np.zeros_like(load), strength=friction, upper=1.0)
+    if _solved(loose).value >= 1.0 - CARRIED:
+        return np.inf, 0.0
+    found = _solved(base)
+    gap = found.gap * max(abs(found.value), 1e-3)
+    _trust("the interval of a resultant", found.unbalanced, found.closing, gap)
+    return found.value * size * problem.force, gap
+
+
+# --- resultants -------------------------------------------------------------------------------
+
+
+def support_resultant(problem: LimitProblem, block: int, axis: int) -> FloatArray:
+    """Coefficients of the force that a support gives along a world axis, shape (c d + h,)."""
+    blocks = problem.model.contacts.blocks
+    sign = np.where(blocks[:, 0] == block, -1.0, 0.0) + np.where(blocks[:, 1] == block, 1.0, 0.0)
+    return _contacts(problem, sign, axis)
+
+
+def interface_resultant(problem: LimitProblem, interface: int, axis: int) -> FloatArray:
+    """Coefficients of the force on the candidate's side of an interface along a world axis, (c d + h,)."""
+    model = problem.model
+    own = model.contacts.interface == interface
+    candidate = model.interfaces[interface].blocks[0] if own.any() else -1
+    sign = np.where(model.contacts.blocks[:, 0] == candidate, 1.0, -1.0)
+    return _contacts(problem, np.where(own, sign, 0.0), axis)
+
+
+def hold_resultant(problem: LimitProblem, name: str, axis: int) -> FloatArray:
+    """Coefficients of the force that the holds of a name give along a world axis, (c d + h,)."""
+    resultant = np.zeros(problem.equilibrium.shape[1])
+    for number, hold in enumerate(problem.holds, start=problem.points.size):
+        resultant[number] = float(hold.name == name and hold.axis == axis)
+    return resultant
+
+
+def _contacts(problem: LimitProblem, sign: FloatArray, axis: int) -> FloatArray:
+    rows = np.where(problem.active, sign, 0.0)[:, None] * problem.frame[:, :, axis]
+    resultant = np.zeros(problem.equilibrium.shape[1])
+    resultant[: rows.size] = rows.ravel()
+    return resultant
+
+
+# --- programs ---------------------------------------------------------------------------------
+
+
+def _program(problem: LimitProblem, fixed: FloatArray, growing: FloatArray, upper: float) -> Program:
+    return Program(problem.equilibrium, fixed, growing, problem.strength, problem.dimension, upper)
+
+
+def _carried_alone(problem: LimitProblem, load: FloatArray) -> bool:
+    """Whether friction carries a load beside which all others vanish: it may then grow without limit."""
+    program = _program(problem, np.zeros_like(load), load, 1.0)
+    found = _solved(replace(program, strength=program.strength.without_cohesion()))
+    return found.value >= 1.0 - CARRIED and found.unbalanced <= EXACT
+
+
+def _maximum(program: Program) -> Optimum | None:
+    return maximise_plane(program) if program.dimension == 2 else maximise_in_space(program)
+
+
+def _solved(program: Program) -> Optimum:
+    found = _maximum(program)
+    if found is None:
+        raise ProblemError(
+            "limit analysis: no reactions balance the loads, although some were found before; the structure "
+            "is at the very limit: change the loads by a little"
+        )
+    return found
+
+
+def _reaction(problem: LimitProblem, found: Optimum) -> FloatArray:
+    reaction: FloatArray = np.where(problem.active[:, None], problem.reaction(found.force), 0.0)
+    return reaction
+
+
+def _trust(what: str, *errors: float) -> None:
+    """Refuse an answer whose own proof does not hold."""
+    worst = max((error for error in errors if np.isfinite(error)), default=0.0)
+    if worst > EXACT:
+        raise ProblemError(
+            f"limit analysis: {what} is found to {worst:.1e} only, expected {EXACT:.0e}; the structure may "
+            "be at the very limit: change loads or friction by a little"
+        )

@@ -1,0 +1,124 @@
+"""Strength: the reactions that each contact point can bear, a cone cut off by the tension it stands.
+
+    ‖r_T‖ ≤ μ (r_N + apex),    r_N ≥ −tension
+
+Dry joints have neither apex nor tension. Only laws whose strength is a constant have such a set:
+limit analysis knows nothing of the deformation by which others lose theirs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from masonry_fem.dynamics.model import Model
+from masonry_fem.errors import LawError
+from masonry_fem.nscd.graphs import lengths
+from masonry_fem.nscd.laws.assignment import Assignment
+from masonry_fem.nscd.laws.bed import Bed
+from masonry_fem.nscd.laws.dry import Dry
+from masonry_fem.nscd.laws.kinetic import Kinetic
+from masonry_fem.nscd.laws.law import Law, layers_of
+from masonry_fem.nscd.laws.rigid_brittle import RigidBrittle
+from masonry_fem.nscd.laws.rough import Rough
+
+FloatArray = NDArray[np.float64]
+
+LAYERS = (Bed, Rough, Kinetic)  # what stands around a law without changing what it can bear at most
+
+
+@dataclass(frozen=True, slots=True)
+class Strength:
+    """What c contact points can bear.
+
+    Attributes
+    ----------
+    friction : Coulomb's μ, shape (c,).
+    apex : Tension at the tip of the cone [N], shape (c,).
+    tension : Greatest tension [N], at most the apex, shape (c,).
+    """
+
+    friction: FloatArray
+    apex: FloatArray
+    tension: FloatArray
+
+    @property
+    def cohesive(self) -> bool:
+        """True where some joint stands tension or shear without pressure."""
+        return bool(self.apex.any())
+
+    @property
+    def cut(self) -> NDArray[np.bool_]:
+        """Points whose cone is cut off below its tip, shape (c,)."""
+        cut: NDArray[np.bool_] = self.tension < self.apex
+        return cut
+
+    def scaled(self, force: float) -> Strength:
+        """The same with ``force`` [N] as unit of forces."""
+        return replace(self, apex=self.apex / force, tension=self.tension / force)
+
+    def without_cohesion(self) -> Strength:
+        """The friction alone: what remains of the set far from its tip."""
+        return replace(self, apex=np.zeros_like(self.apex), tension=np.zeros_like(self.tension))
+
+    def dissipation(self, velocity: FloatArray) -> FloatArray:
+        """Power that the points can take at a relative velocity of the dual cone, shape (c,).
+
+        The greatest −r·v over the set; it is reached on the rim of the cut (at the tip where none is).
+        """
+        rim = self.friction * (self.apex - self.tension)
+        power: FloatArray = self.tension * velocity[:, 0] + rim * lengths(velocity[:, 1:])
+        return power
+
+
+def strength_of(model: Model) -> Strength:
+    """What the contact points of a model can bear while their joints are whole.
+
+    Raises
+    ------
+    LawError : A joint's law has no constant strength.
+    """
+    count = model.contacts.count
+    strength = Strength(model.joints.friction.copy(), np.zeros(count), np.zeros(count))
+    if model.laws is None:
+        return strength
+    for law, points in _parts(model.laws):
+        own = _strength(law, len(points))
+        area = model.contacts.area[points]
+        strength.friction[points] = own.friction
+        strength.apex[points] = area * own.apex
+        strength.tension[points] = area * own.tension
+    return strength
+
+
+def _parts(laws: Assignment) -> Iterator[tuple[Law, NDArray[np.int64]]]:
+    for law, points in laws.parts:
+        if len(points):
+            yield law, points
+
+
+def _strength(law: Law, count: int) -> Strength:
+    """The strength of a law in stresses [Pa]."""
+    layers = list(layers_of(law))
+    crushing = next((one for one in layers if isinstance(one, Bed) and one.crushing is not None), None)
+    if crushing is not None:
+        raise LawError(
+            "limit analysis knows joints that bear any pressure, and the mortar of a joint has a crushing "
+            "strength; leave 'crushing' out for it"
+        )
+    core = layers[-1]
+    around = [one for one in layers[:-1] if not isinstance(one, LAYERS)]
+    none = np.zeros(count)
+    if not around and isinstance(core, Dry):
+        return Strength(np.broadcast_to(np.asarray(core.friction, float), count).copy(), none, none)
+    if not around and isinstance(core, RigidBrittle):
+        apex, tension = core.apex(count), core.tension(count)
+        return Strength(core.frictions(count)[0], apex, np.minimum(tension, apex))
+    raise LawError(
+        f"limit analysis knows joints of constant strength, and the law '{core.name}' gives way as the joint "
+        "opens or slides; take a dry joint with the friction that is left, 'mohr_coulomb' or "
+        "'constant_threshold'"
+    )

@@ -56,6 +56,7 @@ TABLES: dict[type[msgspec.Struct], str] = {
         kind: f'`[[structures]]`, `kind = "{kind.__struct_config__.tag}"`'
         for kind in get_args(specs.AnyStructure)
     },
+    specs.Opening: "`[[structures.openings]]` of a wall",
     specs.Override: "`[[overrides]]`",
     specs.Joint: "`[[joints]]`",
     specs.ConstantThreshold: '`law` of a joint, `kind = "constant_threshold"`',
@@ -153,7 +154,19 @@ MEANING: dict[str, str] = {
     "StackStructure.offset": "of each box along x over the one below",
     "StackStructure.gap": "between the boxes, and to the ground",
     "WallStructure.brick": "length, (depth,) height of a brick",
-    "WallStructure.columns": "bricks in a course, whole or and a half",
+    "WallStructure.columns": "bricks in a course, whole or and a half; a pattern has none",
+    "WallStructure.bond": "how the courses lie over each other",
+    "WallStructure.pattern": "courses from below, brick by brick, then again; none where it is not given",
+    "WallStructure.wythes": "bricks in the wall's thickness, each as deep as `brick` says",
+    "WallStructure.header_courses": "every so many courses of a running or stack bond, one of headers; "
+    "none where it is not given",
+    "WallStructure.through": "headers go through all wythes, not through two of them",
+    "WallStructure.openings": "doors and windows",
+    "Opening.position": "of its lower left corner, along the wall and up, from the wall's lower left end [m]",
+    "Opening.size": "width and height, up to a bed joint",
+    "Opening.lintel": "a stone lies above it, unless it goes up to the wall's top",
+    "Opening.lintel_courses": "height of the lintel, in courses",
+    "Opening.bearing": "of the lintel on each jamb; half a brick where it is not given",
     "WallStructure.courses": "courses",
     "WallStructure.cut": "each whole brick is two halves with a joint `brick` between them, to crack there",
     "WallStructure.half_bricks": "courses that half bricks close; `none`: the other courses lack a brick",

@@ -10,6 +10,7 @@ from masonry_fem.scene.structures.base import MeshSettings, Structure
 from masonry_fem.scene.structures.boxes import BlockStructure, StackStructure
 from masonry_fem.scene.structures.dome import DomeStructure
 from masonry_fem.scene.structures.file import FileStructure
+from masonry_fem.scene.structures.opening import Opening
 from masonry_fem.scene.structures.wall import WallStructure
 
 __all__ = [
@@ -19,6 +20,7 @@ __all__ = [
     "DomeStructure",
     "FileStructure",
     "MeshSettings",
+    "Opening",
     "StackStructure",
     "Structure",
     "WallStructure",

@@ -1,0 +1,133 @@
+"""Bond: how the bricks of a wall's courses lie, before openings are cut.
+
+    for row in rows_of(spec, course=1):
+        row.low, row.high, [(piece.start, piece.end, piece.kind) for piece in row.pieces]
+
+A course has one row of pieces for each stone that it is thick. Pieces are counted in quarters of a brick:
+a stretcher has 4 of them, the face of a header 2, a closer 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import accumulate, cycle, pairwise
+from typing import Literal
+
+from masonry_fem.scene.specs import WallStructure
+from masonry_fem.scene.structures.wall import Bond
+
+Kind = Literal["stretcher", "header", "closer"]
+STRETCHER, HEADER, CLOSER = 4, 2, 1  # quarters of a brick
+KIND: dict[int, Kind] = {STRETCHER: "stretcher", 3: "stretcher", HEADER: "header", CLOSER: "closer"}
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """A stone of a row: from ``start`` to ``end`` along the wall [m]."""
+
+    start: float
+    end: float
+    kind: Kind
+
+    @property
+    def length(self) -> float:
+        """Along the wall [m]."""
+        return self.end - self.start
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """Stones one beside the other, from wythe ``low`` (0 is the front one) up to wythe ``high``."""
+
+    low: int
+    high: int
+    pieces: tuple[Piece, ...]
+
+
+def rows_of(spec: WallStructure, course: int) -> list[Row]:
+    """Rows of a course (1 is the lowest), from the front."""
+    if spec.pattern:
+        return [Row(0, spec.wythes, _listed(spec, course))]
+    count = round(4 * (spec.columns or 0))
+    even = course % 2 == 0
+    if spec.bond == "flemish":
+        lengths = _flemish(count, even)
+        return [Row(0, spec.wythes, _pieces(spec, lengths, kinds=KIND))]
+    headers = _pieces(spec, _headers(count, even, spec.bond), kinds=KIND | {3: "header"})
+    lengths, start = _stretchers(spec, count, even)
+    stretchers = _pieces(spec, lengths, start, kinds=dict.fromkeys(KIND, "stretcher"))
+    across = _across(spec, course)
+    return [Row(low, high, headers if pair else stretchers) for low, high, pair in across]
+
+
+def _across(spec: WallStructure, course: int) -> Iterator[tuple[int, int, bool]]:
+    """Wythes that each row of a course takes, and whether it is of headers."""
+    even, every, wythes = course % 2 == 0, spec.header_courses, spec.wythes
+    number = course // every if every is not None and course % every == 0 else 0
+    of_headers = spec.bond == "header" or (spec.bond == "english" and even) or number > 0
+    if spec.through or wythes <= 2:
+        if of_headers:
+            yield 0, wythes, True
+        else:
+            yield from ((low, low + 1, False) for low in range(wythes))
+        return
+    # headers tie pairs of wythes from the front, and in the other courses the pairs behind the first wythe
+    crossing = number % 2 == 1 if spec.header_courses else even
+    paired = of_headers or spec.bond == "english"
+    low = 0
+    while low < wythes:
+        pair = paired and low + 1 < wythes and (crossing or low > 0)
+        high = low + 2 if pair else low + 1
+        yield low, high, pair
+        low = high
+
+
+def _pieces(
+    spec: WallStructure, lengths: list[int], start: int = 0, *, kinds: dict[int, Kind]
+) -> tuple[Piece, ...]:
+    """Pieces of these lengths [quarters] from ``start`` on."""
+    quarter = spec.brick[0] / 4
+    ends = list(accumulate(lengths, initial=start))
+    return tuple(Piece(a * quarter, b * quarter, kinds[b - a]) for a, b in pairwise(ends))
+
+
+def _stretchers(spec: WallStructure, count: int, even: bool) -> tuple[list[int], int]:
+    """Whole bricks, halves closing the shifted courses; and where they begin."""
+    shifted = spec.bond == "running" and even != (spec.half_bricks == "odd")
+    first = STRETCHER // 2 if shifted else 0
+    wholes, rest = divmod(count - first, STRETCHER)
+    bricks = [STRETCHER] * wholes
+    if spec.half_bricks == "none":
+        return bricks, first
+    return [first] * (first > 0) + bricks + [rest] * (rest > 0), 0
+
+
+def _headers(count: int, even: bool, bond: Bond) -> list[int]:
+    """Headers whose joints lie over the middle of stretchers, and of the headers of a header bond."""
+    corner = [HEADER, CLOSER] if bond == "english" else [3]
+    inner = count - 2 * sum(corner)
+    if inner < 0 or (bond == "header" and not even):
+        return [HEADER] * (count // HEADER)
+    return corner + [HEADER] * (inner // HEADER) + corner[::-1]
+
+
+def _flemish(count: int, even: bool) -> list[int]:
+    """Stretcher and header by turns; the other courses begin with a header and a closer."""
+    head = [HEADER, CLOSER] if even and count > HEADER + CLOSER else []
+    tail = head[::-1] if (count - STRETCHER) % (STRETCHER + HEADER) == 0 else []
+    lengths, left = head, count - sum(head) - sum(tail)
+    turn = cycle((STRETCHER, HEADER))
+    while left > 0:
+        lengths = [*lengths, min(next(turn), left)]
+        left -= lengths[-1]
+    return lengths + tail
+
+
+def _listed(spec: WallStructure, course: int) -> tuple[Piece, ...]:
+    """Stretchers of the lengths that a pattern has, openings left out."""
+    lengths = spec.pattern[(course - 1) % len(spec.pattern)]
+    ends = [end * spec.brick[0] for end in accumulate(map(abs, lengths), initial=0.0)]
+    return tuple(
+        Piece(a, b, "stretcher") for (a, b), length in zip(pairwise(ends), lengths, strict=True) if length > 0
+    )

@@ -1,0 +1,90 @@
+"""Opening: a door or a window, a rectangle of a wall's plane without stones.
+
+    door = Opening(position=(1.0, 0.0), size=(0.9, 2.0))     # a lintel above it, where the wall goes on
+    span = Span.of(door, length=0.5, height=0.25, courses=12)
+    span.open_in(3), span.lintel_in(9)
+
+Its sill and its head lie on bed joints; its jambs stand anywhere.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from masonry_fem.scene.record import Count, Distance, Length, Spec
+
+ROUNDING = 1e-6  # of a brick: what decimals of a scene file may be off
+
+
+class Opening(Spec, frozen=True, kw_only=True):
+    """Door or window: ``size`` (width, height) at ``position`` (from the wall's left end, its foot).
+
+    A ``lintel`` of ``lintel_courses`` courses lies above it, ``bearing`` on both jambs, unless the opening
+    goes up to the wall's top.
+    """
+
+    position: tuple[Distance, Distance]
+    size: tuple[Length, Length]
+    lintel: bool = True
+    lintel_courses: Count = 1
+    bearing: Length | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """What an opening takes from a wall of courses.
+
+    Attributes
+    ----------
+    left, right : Of the opening, from the wall's left end [m].
+    bottom, top : First course that it opens, and first above it (0 is the lowest course).
+    bearing : Of the lintel on each jamb [m]. lintel : Its courses, 0 where there is none.
+    """
+
+    left: float
+    right: float
+    bottom: int
+    top: int
+    bearing: float
+    lintel: int
+
+    @classmethod
+    def of(cls, opening: Opening, *, length: float, height: float, courses: int) -> Span:
+        """The span in a wall of ``courses`` courses of bricks of this length and height."""
+        bottom = round(opening.position[1] / height)
+        top = round((opening.position[1] + opening.size[1]) / height)
+        left = opening.position[0]
+        has_lintel = opening.lintel and top < courses
+        return cls(
+            left=left,
+            right=left + opening.size[0],
+            bottom=bottom,
+            top=top,
+            bearing=(opening.bearing or length / 2) if has_lintel else 0.0,
+            lintel=opening.lintel_courses if has_lintel else 0,
+        )
+
+    def open_in(self, course: int) -> bool:
+        """Whether it opens a course (0 is the lowest)."""
+        return self.bottom <= course < self.top
+
+    def lintel_in(self, course: int) -> bool:
+        """Whether its lintel lies in a course."""
+        return self.top <= course < self.top + self.lintel
+
+    def taken(self, course: int) -> tuple[float, float] | None:
+        """The stretch of a course that has no bricks of the bond, from the wall's left end [m]."""
+        if self.open_in(course):
+            return self.left, self.right
+        if self.lintel_in(course):
+            return self.left - self.bearing, self.right + self.bearing
+        return None
+
+
+def solid_stretches(
+    spans: tuple[Span, ...], course: int, extent: tuple[float, float], rounding: float
+) -> list[tuple[float, float]]:
+    """What openings and lintels leave of a course, from the left [m]; backwards where they overlap."""
+    taken = sorted(stretch for span in spans if (stretch := span.taken(course)) is not None)
+    ends = [extent[0], *(x for stretch in taken for x in stretch), extent[1]]
+    return [(a, b) for a, b in zip(ends[::2], ends[1::2], strict=True) if abs(b - a) > rounding]

@@ -33,14 +33,15 @@ have the dimension of the scene. A plane scene is one metre deep: its forces are
 
 Blocks are called after their structure: `wall.c2.b3` (course 2, brick 3), `stack.b1`, `arch.v06`,
 `dome.r1.s4` (ring 1, slice 4) and `dome.crown`, `NAME.` and the physical group in a file, `NAME` alone for a
-single block. `NAME`, `wall.c2`, `dome.r1` and `dome.s4` name groups of blocks. Structures bring the supports
+single block. `NAME`, `wall.c2`, `dome.r1`, `dome.s4`, `arch.keystone` and `arch.springers` (the stones at
+both ends) name groups of blocks. Structures bring the supports
 `NAME.ground`, `NAME.springing_left`, `NAME.springing_right`, `dome.base.s4`, `dome.side_start`,
 `dome.side_end`.
 A selector is a shell pattern of these names (`wall.c5.*`) or, where faces are meant, `blocks/face`. Faces
-of boxes are `left`, `right`, `front`, `back`, `bottom`, `top`, those of voussoirs `start`, `end`,
-`intrados`, `extrados`, `front`, `back`, those of a dome's stones `intrados`, `extrados`, `lower`, `upper`,
-`left`, `right`. Joints are labelled `bed` and `head` in boxes, `radial` in arches, `bed` and `meridian` in
-domes.
+of boxes are `left`, `right`, `front`, `back`, `bottom`, `top`, those of voussoirs `start` (the left joint),
+`end` (the right one), `intrados`, `extrados`, `front`, `back`, those of a dome's stones `intrados`,
+`extrados`, `lower`, `upper`, `left`, `right`. Joints are labelled `bed` and `head` in boxes, `radial` in
+arches, or `vertical` where they are cut so, `bed` and `meridian` in domes.
 
 `--set` changes any value from the command line: `--set joints.0.friction=0.4`,
 `--set structures.wall.courses=8`, `--set "analysis={kind='dynamics', step=1e-4, duration=0.01}"`.
@@ -107,6 +108,14 @@ COMMON = {
     "material": "name of a table in `materials`",
     "fidelity": "against what the scene says",
     "mesh": "against what the scene says",
+    "voussoirs": "stones, numbered from the left",
+    "depth": "along y; no meaning in 2D",
+    "centre": "middle between the springings of the mean line, in front; the origin where it is not given",
+    "springings": "bring a support at each end",
+    "cut": "joints normal to the mean line, or vertical",
+    "straight": "chords for arcs",
+    "span": "of the mean line",
+    "rise": "of the mean line",
     "position": "lower left front corner [m]; the origin where it is not given",
     "ground": "bring a support under it, wider than it",
     "time": "factor in time; 1 where it is not given. In statics, time is the load factor from 0 to 1",
@@ -155,6 +164,7 @@ MEANING: dict[str, str] = {
     "StackStructure.gap": "between the boxes, and to the ground",
     "WallStructure.brick": "length, (depth,) height of a brick",
     "WallStructure.columns": "bricks in a course, whole or and a half; a pattern has none",
+    "WallStructure.courses": "courses",
     "WallStructure.bond": "how the courses lie over each other",
     "WallStructure.pattern": "courses from below, brick by brick, then again; none where it is not given",
     "WallStructure.wythes": "bricks in the wall's thickness, each as deep as `brick` says",
@@ -167,17 +177,23 @@ MEANING: dict[str, str] = {
     "Opening.lintel": "a stone lies above it, unless it goes up to the wall's top",
     "Opening.lintel_courses": "height of the lintel, in courses",
     "Opening.bearing": "of the lintel on each jamb; half a brick where it is not given",
-    "WallStructure.courses": "courses",
     "WallStructure.cut": "each whole brick is two halves with a joint `brick` between them, to crack there",
     "WallStructure.half_bricks": "courses that half bricks close; `none`: the other courses lack a brick",
     "ArchStructure.radius": "of the mean line",
     "ArchStructure.thickness": "between intrados and extrados",
     "ArchStructure.voussoirs": "equal stones",
     "ArchStructure.embrace": "full opening angle",
-    "ArchStructure.depth": "along y; no meaning in 2D",
     "ArchStructure.centre": "of the circle; the origin where it is not given",
-    "ArchStructure.straight": "chords for arcs",
-    "ArchStructure.springings": "bring a support at each end",
+    "PointedArchStructure.thickness": "between intrados and extrados, normal to the arcs",
+    "PointedArchStructure.radius": "of the mean line's arcs, instead of the rise",
+    "PointedArchStructure.rise": "of the mean line, instead of the radius",
+    "FlatArchStructure.thickness": "its height",
+    "FlatArchStructure.span": "of the intrados between the springings",
+    "FlatArchStructure.centre": "middle of the intrados, in front; the origin where it is not given",
+    "FlatArchStructure.skewback": "of the springing joints, to the vertical; 30 where no `focus` is given",
+    "FlatArchStructure.focus": "depth below the intrados of the point where joints meet, instead of it",
+    "EllipticalArchStructure.thickness": "between intrados and extrados, normal to the ellipse",
+    "CatenaryArchStructure.thickness": "between intrados and extrados, normal to the catenary",
     "DomeStructure.radius": "of the mean surface",
     "DomeStructure.thickness": "between intrados and extrados",
     "DomeStructure.rings": "between base and eye",

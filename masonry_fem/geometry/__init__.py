@@ -10,7 +10,17 @@ from typing import Any
 import numpy as np
 
 from masonry_fem.errors import GeometryError, SceneError
-from masonry_fem.geometry import arch, block, dome, stack, wall
+from masonry_fem.geometry import (
+    arch,
+    block,
+    catenary_arch,
+    dome,
+    elliptical_arch,
+    flat_arch,
+    pointed_arch,
+    stack,
+    wall,
+)
 from masonry_fem.scene import specs
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 
@@ -21,6 +31,10 @@ BUILDERS: dict[type[specs.Structure], Callable[[Any, int], Assembly]] = {
     specs.StackStructure: stack.build,
     specs.WallStructure: wall.build,
     specs.ArchStructure: arch.build,
+    specs.PointedArchStructure: pointed_arch.build,
+    specs.FlatArchStructure: flat_arch.build,
+    specs.EllipticalArchStructure: elliptical_arch.build,
+    specs.CatenaryArchStructure: catenary_arch.build,
     specs.DomeStructure: dome.build,
 }
 
@@ -69,6 +83,6 @@ def _same(one: Shape, two: Shape) -> bool:
         one.solid.faces == two.solid.faces
         and one.solid.names == two.solid.names
         and one.solid.labels == two.solid.labels
-        and one.arcs == two.arcs
+        and (one.arcs, one.rails, one.parts) == (two.arcs, two.rails, two.parts)
         and np.array_equal(one.solid.vertices, two.solid.vertices)
     )

@@ -1,7 +1,7 @@
 """Arch: equal voussoirs about a centre, between two springings.
 
-One voussoir is the shape of all: it stands at the crown, its joints symmetrical about the vertical,
-its own axes tangential (x), along the depth (y, in 3D only) and radial (last).
+With radial joints one voussoir is the shape of all: it stands at the crown, its joints symmetrical about
+the vertical, its own axes tangential (x), along the depth (y, in 3D only) and radial (last).
 """
 
 from __future__ import annotations
@@ -9,6 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from masonry_fem.errors import GeometryError
+from masonry_fem.geometry.curve import Circle
+from masonry_fem.geometry.voussoir import arch_of, cut_line, roles
 from masonry_fem.scene.specs import ArchStructure
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.polytope import Polytope
@@ -24,6 +26,10 @@ def build(spec: ArchStructure, dimension: int) -> Assembly:
             f"structures.{spec.name}.thickness is {spec.thickness} m, expected less than twice the radius "
             f"({spec.radius} m); the intrados would have no radius left"
         )
+    if spec.cut == "vertical":
+        half = np.radians(spec.embrace) / 2
+        stones = cut_line(Circle(spec.radius), -half, half, spec.thickness, spec.voussoirs, spec.cut)
+        return arch_of(spec, stones, dimension, spec.straight)
     centre = np.zeros(dimension) if spec.centre is None else np.array(spec.centre, dtype=float)
     step = np.radians(spec.embrace) / spec.voussoirs
     shapes = [voussoir(spec, step, dimension)]
@@ -38,7 +44,8 @@ def build(spec: ArchStructure, dimension: int) -> Assembly:
             blocks.append(Block(name, len(shapes) - 1, pose, (spec.name,), support=True))
     for number in range(spec.voussoirs):
         pose = Pose(turned(left - (number + 0.5) * step, dimension), centre)
-        blocks.append(Block(f"{spec.name}.v{number + 1:0{digits}d}", 0, pose, (spec.name,)))
+        groups = (spec.name, *roles(spec.name, number, spec.voussoirs))
+        blocks.append(Block(f"{spec.name}.v{number + 1:0{digits}d}", 0, pose, groups))
     return Assembly(dimension, tuple(shapes), tuple(blocks))
 
 

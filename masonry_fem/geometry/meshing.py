@@ -1,4 +1,4 @@
-"""Meshing: structured elements for a solid with six sides (four in 2D), straight or with arcs.
+"""Meshing: structured elements for a solid with six sides (four in 2D), straight, with arcs or in facets.
 
 Divisions count along the shape's own axes: x, (y,) z for boxes; tangential, (depth,) radial for
 voussoirs. Nodes are computed, not searched, so that equal bricks have equal nodes.
@@ -49,7 +49,7 @@ def _is_structured(shape: Shape) -> bool:
     """Whether the shape is a (curved) hexahedron or quadrilateral."""
     solid, d = shape.solid, shape.solid.dimension
     sides = 2 * (d - 1)
-    return bool(shape.arcs) or (
+    return bool(shape.arcs or shape.rails) or (
         len(solid.vertices) == 2**d
         and len(solid.faces) == 2 * d
         and all(len(face) == max(2, sides) for face in solid.faces)
@@ -63,6 +63,9 @@ def _corners(shape: Shape) -> IntArray:
         rows = [(a, b, e, c) for (a, b, _), (c, e, _) in zip(shape.arcs[::2], shape.arcs[1::2], strict=True)]
         flat = np.array(rows).reshape(-1, 2, 2)  # depth, radial, tangential
         return flat[0].T if d == 2 else flat.transpose(2, 0, 1)
+    if shape.rails:
+        ends_of = np.array([(rail[0], rail[-1]) for rail in shape.rails]).reshape(-1, 2, 2)
+        return ends_of[0].T if d == 2 else ends_of.transpose(2, 0, 1)  # from depth, radial, tangential
     ends = {frozenset(p) for f in solid.faces for p in zip(f, (*f[1:], f[0]), strict=True)}
     first = int(np.argmin((solid.vertices / np.ptp(solid.vertices, axis=0)).sum(axis=1)))
     near = [v for v in range(2**d) if frozenset((first, v)) in ends]
@@ -92,9 +95,9 @@ def _counts(shape: Shape, corners: IntArray, settings: MeshSettings) -> tuple[in
             raise GeometryError(
                 f"mesh.divisions is {settings.divisions}, expected {d} numbers; give one for each axis"
             )
-        return tuple(settings.divisions)
+        return _whole_parts(shape, tuple(settings.divisions))
     if settings.size is None:
-        return (DEFAULT_DIVISIONS,) * d
+        return _whole_parts(shape, (DEFAULT_DIVISIONS,) * d)
     places = shape.solid.vertices[corners]
     lengths = [float(np.linalg.norm(np.diff(places, axis=i), axis=-1).max()) for i in range(d)]
     if shape.arcs:
@@ -102,7 +105,16 @@ def _counts(shape: Shape, corners: IntArray, settings: MeshSettings) -> tuple[in
         chord = np.linalg.norm(shape.solid.vertices[a] - shape.solid.vertices[b])
         radius = np.linalg.norm(shape.solid.vertices[a] - np.array(centre))
         lengths[0] = float(2 * radius * np.arcsin(min(1.0, chord / (2 * radius))))
-    return tuple(max(1, int(np.ceil(length / settings.size - 1e-9))) for length in lengths)
+    if shape.rails:
+        steps = [np.diff(shape.solid.vertices[list(rail)], axis=0) for rail in shape.rails]
+        lengths[0] = max(float(np.linalg.norm(step, axis=1).sum()) for step in steps)
+    counts = tuple(max(1, int(np.ceil(length / settings.size - 1e-9))) for length in lengths)
+    return _whole_parts(shape, counts)
+
+
+def _whole_parts(shape: Shape, counts: tuple[int, ...]) -> tuple[int, ...]:
+    """Divisions with nodes at the kinks of a shape's rails: as many or a few more along them."""
+    return (-(-counts[0] // shape.parts) * shape.parts, *counts[1:])
 
 
 def _cells(counts: tuple[int, ...], order: int, simplices: bool) -> tuple[IntArray, FloatArray]:
@@ -135,7 +147,7 @@ def _simplices(d: int, order: int) -> list[list[tuple[int, ...]]]:
 
 
 def _mapped(shape: Shape, corners: IntArray, grid: FloatArray) -> FloatArray:
-    """Positions of grid places: multilinear, or polar about the arcs' centre."""
+    """Positions of grid places: multilinear, polar about the arcs' centre, or between rails."""
     places, d = shape.solid.vertices[corners], corners.ndim
     if shape.arcs:
         flat = [0, d - 1]  # the arch's plane; the depth is straight
@@ -150,10 +162,25 @@ def _mapped(shape: Shape, corners: IntArray, grid: FloatArray) -> FloatArray:
         if d == 3:
             points[:, 1] = places[0, 0, 0, 1] * (1 - grid[:, 1]) + places[0, 1, 0, 1] * grid[:, 1]
         return points
+    if shape.rails:
+        return _railed(shape, grid)
     points = np.zeros((len(grid), d))
     for place in product((0, 1), repeat=d):
         weight = np.prod(np.where(np.array(place), grid, 1 - grid), axis=1)
         points += weight[:, None] * places[place]
+    return points
+
+
+def _railed(shape: Shape, grid: FloatArray) -> FloatArray:
+    """Positions of grid places: along the rails by their vertices, linear between the rails."""
+    points = np.zeros(grid.shape)
+    for rail, place in zip(shape.rails, product((0, 1), repeat=grid.shape[1] - 1), strict=True):
+        chain = shape.solid.vertices[list(rail)]
+        along = grid[:, 0] * (len(chain) - 1)
+        first = np.minimum(along.astype(int), len(chain) - 2)
+        rest = (along - first)[:, None]
+        weight = np.prod(np.where(np.array(place), grid[:, 1:], 1 - grid[:, 1:]), axis=1)
+        points += weight[:, None] * ((1 - rest) * chain[first] + rest * chain[first + 1])
     return points
 
 

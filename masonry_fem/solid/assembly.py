@@ -24,12 +24,18 @@ class Shape:
     mesh : Elements where the shape was read from a mesh file; None where it is still to mesh.
     arcs : Edges that are circular arcs rather than straight: ``(vertex, vertex, centre)`` with
         the centre in shape coordinates; the mesher places nodes on them.
+    rails : Chains of vertices along the solid's first axis, where it is six-sided (four-sided in
+        2D) in the large but some faces are in facets: low and high, in 3D those of the front,
+        then of the back. The mesher places nodes on them.
+    parts : Equal parts of the rails between which they have a kink, where nodes must lie.
     """
 
     name: str
     solid: Polytope
     mesh: Mesh | None = None
     arcs: tuple[tuple[int, int, tuple[float, ...]], ...] = ()
+    rails: tuple[tuple[int, ...], ...] = ()
+    parts: int = 1
 
 
 @dataclass(frozen=True, slots=True)

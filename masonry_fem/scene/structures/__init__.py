@@ -8,22 +8,43 @@ from __future__ import annotations
 from masonry_fem.scene.structures.arch import ArchStructure
 from masonry_fem.scene.structures.base import MeshSettings, Structure
 from masonry_fem.scene.structures.boxes import BlockStructure, StackStructure
+from masonry_fem.scene.structures.catenary_arch import CatenaryArchStructure
 from masonry_fem.scene.structures.dome import DomeStructure
+from masonry_fem.scene.structures.elliptical_arch import EllipticalArchStructure
 from masonry_fem.scene.structures.file import FileStructure
+from masonry_fem.scene.structures.flat_arch import FlatArchStructure
 from masonry_fem.scene.structures.opening import Opening
+from masonry_fem.scene.structures.pointed_arch import PointedArchStructure
+from masonry_fem.scene.structures.voussoirs import VoussoirStructure
 from masonry_fem.scene.structures.wall import WallStructure
 
 __all__ = [
     "AnyStructure",
     "ArchStructure",
     "BlockStructure",
+    "CatenaryArchStructure",
     "DomeStructure",
+    "EllipticalArchStructure",
     "FileStructure",
+    "FlatArchStructure",
     "MeshSettings",
     "Opening",
+    "PointedArchStructure",
     "StackStructure",
     "Structure",
+    "VoussoirStructure",
     "WallStructure",
 ]
 
-AnyStructure = BlockStructure | StackStructure | WallStructure | ArchStructure | DomeStructure | FileStructure
+AnyStructure = (
+    BlockStructure
+    | StackStructure
+    | WallStructure
+    | ArchStructure
+    | PointedArchStructure
+    | FlatArchStructure
+    | EllipticalArchStructure
+    | CatenaryArchStructure
+    | DomeStructure
+    | FileStructure
+)

@@ -6,12 +6,14 @@ from collections.abc import Iterator
 
 from masonry_fem.scene.record import Angle, Count, Length, Point
 from masonry_fem.scene.structures.base import Structure
+from masonry_fem.scene.structures.voussoirs import Cut
 
 
 class ArchStructure(Structure, frozen=True, kw_only=True, tag="arch"):
     """Circular arch of ``voussoirs`` equal stones about the mean ``radius``; springings as supports.
 
-    ``embrace`` is the full opening angle [deg]. ``straight`` voussoirs have chords for arcs.
+    ``embrace`` is the full opening angle [deg]. ``straight`` voussoirs have chords for arcs. Joints are
+    radial, or between the springings vertical: then they cut the span of the intrados into equal parts.
     """
 
     radius: Length
@@ -22,6 +24,7 @@ class ArchStructure(Structure, frozen=True, kw_only=True, tag="arch"):
     centre: Point | None = None
     straight: bool = False
     springings: bool = True
+    cut: Cut = "radial"
 
     @property
     def carries(self) -> bool:
@@ -29,9 +32,11 @@ class ArchStructure(Structure, frozen=True, kw_only=True, tag="arch"):
         return self.springings
 
     def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
-        """Stones without an intrados, or of more than half a circle."""
+        """Stones without an intrados, or of more than half a circle; upright joints that miss a face."""
         if self.thickness >= 2 * self.radius:
             yield "thickness", f"less than twice the mean radius ({2 * self.radius:g} m)"
         if self.embrace / self.voussoirs >= 180:
             least = f"{self.embrace / 180:g}"
             yield "voussoirs", f"more than {least}, so that a stone spans less than half a circle"
+        if self.cut == "vertical" and self.embrace > 180:
+            yield "embrace", "at most 180 with vertical joints"

@@ -1,0 +1,193 @@
+"""Curve: the mean line of an arch, and the faces that run beside it at an offset.
+
+    line = Ellipse(2.0, 1.0)
+    extrados = Offset(line, 0.1)
+    extrados.at(np.array([0.0]))        # the crown, [[0, 1.1]]
+
+Curves lie in the arch's plane (x right, y up) and run from left to right with a parameter of their own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from scipy.optimize import brentq
+
+from masonry_fem.solid.pose import FloatArray
+
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(8)
+
+
+class Line(Protocol):
+    """A smooth line by its parameter p, array of shape (n,)."""
+
+    def at(self, p: FloatArray) -> FloatArray:
+        """Points, shape (n, 2) [m]."""
+        ...
+
+    def along(self, p: FloatArray) -> FloatArray:
+        """Derivatives by p, shape (n, 2)."""
+        ...
+
+    def bend(self, p: FloatArray) -> FloatArray:
+        """Curvature, positive where the line turns to the right, shape (n,) [1/m]."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """Straight line along x at height 0; p is x."""
+
+    def at(self, p: FloatArray) -> FloatArray:
+        """Points."""
+        return np.column_stack([p, np.zeros(len(p))])
+
+    def along(self, p: FloatArray) -> FloatArray:
+        """Derivatives."""
+        return np.column_stack([np.ones(len(p)), np.zeros(len(p))])
+
+    def bend(self, p: FloatArray) -> FloatArray:
+        """None."""
+        return np.zeros(len(p))
+
+
+@dataclass(frozen=True, slots=True)
+class Circle:
+    """Circle of ``radius`` about (``x``, ``y``); p is the angle from the vertical to the right."""
+
+    radius: float
+    x: float = 0.0
+    y: float = 0.0
+
+    def at(self, p: FloatArray) -> FloatArray:
+        """Points."""
+        return np.array([self.x, self.y]) + self.radius * np.column_stack([np.sin(p), np.cos(p)])
+
+    def along(self, p: FloatArray) -> FloatArray:
+        """Derivatives."""
+        return self.radius * np.column_stack([np.cos(p), -np.sin(p)])
+
+    def bend(self, p: FloatArray) -> FloatArray:
+        """Curvature."""
+        return np.full(len(p), 1 / self.radius)
+
+
+@dataclass(frozen=True, slots=True)
+class Ellipse:
+    """Ellipse about the origin with half axes ``a`` along x and ``b`` upwards; p as in the circle it was."""
+
+    a: float
+    b: float
+
+    def at(self, p: FloatArray) -> FloatArray:
+        """Points."""
+        return np.column_stack([self.a * np.sin(p), self.b * np.cos(p)])
+
+    def along(self, p: FloatArray) -> FloatArray:
+        """Derivatives."""
+        return np.column_stack([self.a * np.cos(p), -self.b * np.sin(p)])
+
+    def bend(self, p: FloatArray) -> FloatArray:
+        """Curvature."""
+        return np.asarray(self.a * self.b / np.linalg.norm(self.along(p), axis=1) ** 3)
+
+
+@dataclass(frozen=True, slots=True)
+class Catenary:
+    """Hanging chain turned over, its crown at (0, ``top``); ``scale`` is its least radius, p is x."""
+
+    scale: float
+    top: float
+
+    @classmethod
+    def through(cls, span: float, rise: float) -> Catenary:
+        """The chain of that span and rise."""
+        # with k = span / 2 scale: rise / span = (cosh k − 1) / 2k, more than k / 4
+
+        def excess(k: float) -> float:
+            return float(np.sinh(k / 2) ** 2 / k - rise / span)
+
+        k = float(brentq(excess, 1e-9 * min(1.0, rise / span), 4 * rise / span, xtol=1e-15, rtol=1e-15))
+        return cls(span / (2 * k), rise)
+
+    def at(self, p: FloatArray) -> FloatArray:
+        """Points."""
+        return np.column_stack([p, self.top - 2 * self.scale * np.sinh(p / (2 * self.scale)) ** 2])
+
+    def along(self, p: FloatArray) -> FloatArray:
+        """Derivatives."""
+        return np.column_stack([np.ones(len(p)), -np.sinh(p / self.scale)])
+
+    def bend(self, p: FloatArray) -> FloatArray:
+        """Curvature."""
+        return np.asarray(1 / (self.scale * np.cosh(p / self.scale) ** 2))
+
+
+@dataclass(frozen=True, slots=True)
+class Offset:
+    """The line at a distance ``by`` [m] to the left of ``line``: above it, outside an arch."""
+
+    line: Line
+    by: float
+
+    def at(self, p: FloatArray) -> FloatArray:
+        """Points."""
+        return self.line.at(p) + self.by * self.normal(p)
+
+    def along(self, p: FloatArray) -> FloatArray:
+        """Derivatives."""
+        return self.line.along(p) * (1 + self.by * self.line.bend(p))[:, None]
+
+    def bend(self, p: FloatArray) -> FloatArray:
+        """Curvature."""
+        own = self.line.bend(p)
+        return np.asarray(own / (1 + self.by * own))
+
+    def normal(self, p: FloatArray) -> FloatArray:
+        """Unit normals to the left, shape (n, 2)."""
+        along = self.line.along(p)
+        unit = along / np.linalg.norm(along, axis=1, keepdims=True)
+        return np.column_stack([-unit[:, 1], unit[:, 0]])
+
+
+def swept(line: Line, start: float, end: float, pieces: int) -> float:
+    """Area between a part of a line and the origin, positive where it runs counter-clockwise [m²]."""
+    p, weight = _gauss(start, end, pieces)
+    point, along = line.at(p), line.along(p)
+    return float((weight * (point[:, 0] * along[:, 1] - point[:, 1] * along[:, 0])).sum() / 2)
+
+
+def length(line: Line, start: float, end: float, pieces: int = 16) -> float:
+    """Length of a part of a line [m]."""
+    p, weight = _gauss(start, end, pieces)
+    return float((weight * np.linalg.norm(line.along(p), axis=1)).sum())
+
+
+def _gauss(start: float, end: float, pieces: int) -> tuple[FloatArray, FloatArray]:
+    edges = np.linspace(start, end, pieces + 1)
+    half = (edges[1:] - edges[:-1]) / 2
+    middle = (edges[1:] + edges[:-1]) / 2
+    return (middle[:, None] + half[:, None] * NODES).ravel(), (half[:, None] * WEIGHTS).ravel()
+
+
+def equal_parts(line: Line, start: float, end: float, count: int) -> FloatArray:
+    """Parameters that cut a part of a line into ``count`` parts of equal length, shape (count + 1,)."""
+    if isinstance(line, Circle | Segment):
+        return np.linspace(start, end, count + 1)
+    whole = length(line, start, end)
+    inner = [
+        float(brentq(lambda p, k=k: length(line, start, p) - whole * k / count, start, end, xtol=1e-14))
+        for k in range(1, count)
+    ]
+    return np.array([start, *inner, end])
+
+
+def crossing(line: Line, start: float, end: float, point: FloatArray, normal: FloatArray) -> float:
+    """Parameter at which a part of a line crosses the straight line through ``point`` across ``normal``."""
+
+    def height(p: float) -> float:
+        return float((line.at(np.array([p]))[0] - point) @ normal)
+
+    return float(brentq(height, start, end, xtol=1e-15))

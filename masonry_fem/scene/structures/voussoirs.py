@@ -1,0 +1,28 @@
+"""Voussoirs: what all rows of wedge-shaped stones between two springings have."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from msgspec import Meta
+
+from masonry_fem.scene.record import Count, Length, Point
+from masonry_fem.scene.structures.base import Structure
+
+Cut = Literal["radial", "vertical"]
+Slope = Annotated[float, Meta(ge=0, lt=90, extra={"unit": "deg"})]
+
+
+class VoussoirStructure(Structure, frozen=True, kw_only=True):
+    """Row of ``voussoirs`` stones of one ``thickness``; springings as supports."""
+
+    thickness: Length
+    voussoirs: Count
+    depth: Length = 1.0
+    centre: Point | None = None
+    springings: bool = True
+
+    @property
+    def carries(self) -> bool:
+        """Whether it brings its springings."""
+        return self.springings

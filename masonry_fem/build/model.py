@@ -19,7 +19,7 @@ from masonry_fem.build.loads import loads
 from masonry_fem.build.stones import Stones, block_names, lay, typical_length
 from masonry_fem.build.supports import support_group
 from masonry_fem.contact.contacts import Interface
-from masonry_fem.contact.detection import detect
+from masonry_fem.contact.detection import default_reach, detect
 from masonry_fem.dynamics.clock import Clock
 from masonry_fem.dynamics.model import Model, Probe
 from masonry_fem.errors import MasonryError, SceneError
@@ -28,6 +28,7 @@ from masonry_fem.scene import specs
 from masonry_fem.scene.selector import select
 
 SHOWN = 5  # blocks or pairs of them that a message names
+GAP = 1e-6  # of a block's size: a gap below it is not worth telling
 
 logger = logging.getLogger(__name__)
 
@@ -54,10 +55,11 @@ def build(scene: specs.Scene, base: Path) -> Built:
     stones = lay(scene, base)
     clock.lap("mesh")
     reach = scene.contact.reach
-    _refuse_overlaps(stones)
+    _refuse_overlaps(stones, reach)
     interfaces = detect(stones.assembly, reach=reach, angle=scene.contact.angle)
     interfaces = _between_free(stones, interfaces)
     _doubt_loose(stones, interfaces)
+    _tell_gaps(stones, interfaces)
     contacts, joints, laws, scatter = contacts_and_joints(scene, stones, interfaces, base)
     clock.lap("detect")
     if stones.of_role("elastic"):
@@ -109,18 +111,44 @@ def _load_fenicsx() -> Callable[[specs.Scene, Stones, Path], list[BodyGroup]]:
     return elastic
 
 
-def _refuse_overlaps(stones: Stones) -> None:
+def _refuse_overlaps(stones: Stones, reach: float | None) -> None:
+    """Refuse blocks that overlap by more than the contact's reach, and name those that do by less."""
     found = overlapping(stones.assembly)
-    if found:
-        pairs = [
-            f"'{stones.assembly.blocks[a].name}' and '{stones.assembly.blocks[b].name}' by {depth:.3g} m"
-            for a, b, depth in found[:SHOWN]
-        ]
-        more = f" and {len(found) - SHOWN} more pairs" if len(found) > SHOWN else ""
+    if not found:
+        return
+    far = default_reach(stones.assembly) if reach is None else reach
+    refused = [overlap for overlap in found if overlap[2] > far]
+    if refused:
         raise SceneError(
-            f"structures: blocks overlap: {', '.join(pairs)}{more}; expected blocks that touch or stand "
-            "apart; move or resize them"
+            f"structures: blocks overlap: {_overlaps_named(stones, refused)}; expected blocks that touch, "
+            f"stand apart, or overlap by no more than contact.reach ({far:.3g} m); move or resize them"
         )
+    logger.warning(
+        "blocks overlap by up to %.3g m, within contact.reach: %s; they stay where they are, and the "
+        "overlap stays too, unless contact.expulsion drives them apart",
+        max(depth for _, _, depth in found),
+        _overlaps_named(stones, found),
+    )
+
+
+def _overlaps_named(stones: Stones, found: list[tuple[int, int, float]]) -> str:
+    blocks = stones.assembly.blocks
+    pairs = [f"'{blocks[a].name}' and '{blocks[b].name}' by {depth:.3g} m" for a, b, depth in found[:SHOWN]]
+    more = f" and {len(found) - SHOWN} more pairs" if len(found) > SHOWN else ""
+    return ", ".join(pairs) + more
+
+
+def _tell_gaps(stones: Stones, interfaces: tuple[Interface, ...]) -> None:
+    """Say how many joints are open at the start, and which is the widest."""
+    nearest = np.array([interface.gap.min() for interface in interfaces])
+    opened = int((nearest > GAP * typical_length(stones.assembly)).sum()) if interfaces else 0
+    if opened:
+        widest = interfaces[int(nearest.argmax())]
+        first, second = (stones.assembly.blocks[block].name for block in widest.blocks)
+        logger.info(
+            "%d of %d joints are open at the start, by up to %.3g m ('%s' and '%s')",
+            opened, len(interfaces), nearest.max(), first, second,
+        )  # fmt: skip
 
 
 def _doubt_loose(stones: Stones, interfaces: tuple[Interface, ...]) -> None:

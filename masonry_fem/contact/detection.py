@@ -10,6 +10,7 @@ a face (``touching``).
 
 from __future__ import annotations
 
+import logging
 import math
 from dataclasses import dataclass
 
@@ -21,15 +22,20 @@ from masonry_fem.contact.clipping import clip, polygon_area
 from masonry_fem.contact.contacts import Interface
 from masonry_fem.contact.kinematics import height, local_frames
 from masonry_fem.contact.surface import PosedFaces, Surface, pose_faces, typical_size
-from masonry_fem.contact.touching import Posed, standing_pairs
+from masonry_fem.contact.touching import Posed, clearances, standing_pairs
 from masonry_fem.errors import GeometryError
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
-SMALLEST = 1e-4  # of the smaller face: a common part below it is a shared edge or corner
+SMALLEST = 1e-4  # of the smaller face: a common part below it is a sliver
+EDGE = 2e-6  # of a block's size: a common part no wider is a shared edge or corner
 TILTED = 1e-3  # radians between faces above which one of them carries the other
+REACH = 1e-3  # of a block's size: what a scene that says nothing takes for touching
 ROUNDING = 1e-12  # of a block's size: a gap below it is zero
+SHOWN = 5  # pairs of blocks that a message names
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +86,7 @@ def detect(
         return ()
     surfaces = tuple(Surface.of(shape) for shape in assembly.shapes)
     size = typical_size(assembly, surfaces)
-    far = 1e-3 * size if reach is None else reach
+    far = REACH * size if reach is None else reach
     faces = pose_faces(assembly, surfaces)
     support = np.array([block.support for block in assembly.blocks])
     low = np.minimum.reduceat(faces.points.min(axis=1), faces.first[:-1])
@@ -89,14 +95,37 @@ def detect(
     pairs = near_pairs(low, high, far + 1e-9 * size)
     if not support_pairs:
         pairs = pairs[~support[pairs].all(axis=1)]
-    chosen = _orient(_facing(faces, pairs, far + 1e-9 * size, angle), assembly, surfaces, faces, support)
-    found = _cut(chosen, assembly, surfaces, faces, far, size)
+    posed = Posed.of(assembly, surfaces)
+    chosen = _orient(_facing(faces, pairs, far + 1e-9 * size, angle), posed, faces)
+    found, slivers = _cut(chosen, assembly, surfaces, faces, far, size)
     met = {tuple(sorted(interface.blocks)) for interface in found}
     rest = np.array([pair for pair in pairs.tolist() if tuple(pair) not in met], dtype=np.int64).reshape(
         -1, 2
     )
-    found += standing_pairs(Posed.of(assembly, surfaces), rest, far, size)
+    found += standing_pairs(posed, rest, far, size)
+    _tell_slivers(assembly, found, slivers)
     return tuple(sorted(found, key=_order))
+
+
+def default_reach(assembly: Assembly) -> float:
+    """The reach of ``detect`` where none is given [m]."""
+    return REACH * typical_size(assembly, tuple(Surface.of(shape) for shape in assembly.shapes))
+
+
+def _tell_slivers(assembly: Assembly, found: list[Interface], slivers: IntArray) -> None:
+    """Warn of pairs of blocks that have nothing but slivers in common: they do not touch."""
+    met = {tuple(sorted(interface.blocks)) for interface in found}
+    lost = sorted({(min(a, b), max(a, b)) for a, b in slivers.tolist()} - met)
+    if lost:
+        names = ", ".join(
+            f"'{assembly.blocks[a].name}' and '{assembly.blocks[b].name}'" for a, b in lost[:SHOWN]
+        )
+        more = f" and {len(lost) - SHOWN} more pairs" if len(lost) > SHOWN else ""
+        logger.warning(
+            "%s%s have only a sliver in common, less than %g of a face, and are taken not to touch; "
+            "widen the overlap, or part the blocks",
+            names, more, SMALLEST,
+        )  # fmt: skip
 
 
 def _order(interface: Interface) -> tuple[int, ...]:
@@ -121,36 +150,25 @@ def _facing(faces: PosedFaces, pairs: IntArray, far: float, angle: float) -> tup
     return i[near], j[near]
 
 
-def _orient(
-    rows: tuple[IntArray, IntArray],
-    assembly: Assembly,
-    surfaces: tuple[Surface, ...],
-    faces: PosedFaces,
-    support: np.ndarray,
-) -> _FacePairs:
+def _orient(rows: tuple[IntArray, IntArray], posed: Posed, faces: PosedFaces) -> _FacePairs:
     """Choose candidate and antagonist of each pair of faces."""
     antagonist, candidate = rows[0].copy(), rows[1].copy()  # the later block is the candidate
     cosine = -np.einsum("md,md->m", faces.normal[candidate], faces.normal[antagonist])
     tilted = cosine < math.cos(TILTED)
-    swap = support[faces.block[candidate]] & ~support[faces.block[antagonist]]
-    for pair in np.flatnonzero(tilted):
-        c, a = candidate[pair], antagonist[pair]
-        carries_a = _clearance(assembly, surfaces, faces, c, a)
-        carries_c = _clearance(assembly, surfaces, faces, a, c)
-        # the face in front of which all of the other block lies carries it
-        if abs(carries_a - carries_c) > 1e-9 * math.sqrt(faces.area[c] + faces.area[a]):
-            swap[pair] = carries_a > carries_c
+    swap = posed.support[faces.block[candidate]] & ~posed.support[faces.block[antagonist]]
+    # of tilted ones the face in front of which all of the other block lies carries it
+    pair = np.flatnonzero(tilted)
+    carries = [
+        clearances(
+            posed.vertices, posed.count, faces.block[other[pair]], faces.points[own[pair], 0],
+            faces.normal[own[pair]],
+        )
+        for own, other in ((candidate, antagonist), (antagonist, candidate))
+    ]  # fmt: skip
+    rounding = 1e-9 * np.sqrt(faces.area[candidate[pair]] + faces.area[antagonist[pair]])
+    swap[pair] = np.where(np.abs(carries[0] - carries[1]) > rounding, carries[0] > carries[1], swap[pair])
     candidate[swap], antagonist[swap] = antagonist[swap], candidate[swap]
     return _FacePairs(candidate, antagonist, tilted)
-
-
-def _clearance(
-    assembly: Assembly, surfaces: tuple[Surface, ...], faces: PosedFaces, carrier: int, other: int
-) -> float:
-    """Smallest height of the other piece's block above the plane of a face piece [m]."""
-    block = assembly.blocks[faces.block[other]]
-    vertices = block.pose.to_world(surfaces[block.shape].solid.vertices)
-    return float(((vertices - faces.points[carrier, 0]) @ faces.normal[carrier]).min())
 
 
 def _cut(
@@ -160,10 +178,13 @@ def _cut(
     faces: PosedFaces,
     far: float,
     size: float,
-) -> list[Interface]:
-    """Interfaces of the face pairs whose common part is large and near enough."""
+) -> tuple[list[Interface], IntArray]:
+    """Interfaces of the face pairs whose common part is large and near enough.
+
+    And the blocks of those whose common part is no mere edge, yet too small, shape (s, 2).
+    """
     if len(pairs) == 0:
-        return []
+        return [], np.empty((0, 2), dtype=np.int64)
     c, a = pairs.candidate, pairs.antagonist
     mean = faces.normal[a] - faces.normal[c]
     normal = np.where(pairs.tilted[:, None], faces.normal[a], mean / np.linalg.norm(mean, axis=1)[:, None])
@@ -183,8 +204,14 @@ def _cut(
     real = np.arange(gap.shape[1]) < corners[:, None]
     nearest = np.where(real, gap, np.inf).min(axis=1)
     rounding = 1e-9 * size
-    accepted = large & (nearest <= far + rounding) & (nearest >= -far - rounding)
-    return [
+    touching = (nearest <= far + rounding) & (nearest >= -far - rounding)
+    accepted = large & touching
+    sliver = np.flatnonzero(touching & ~large & (area > 0))
+    width = area[sliver]
+    if assembly.dimension == 3:
+        width = width / np.linalg.norm(_extent(polygon[sliver], real[sliver]), axis=1)
+    sliver = sliver[width > EDGE * size]
+    made = [
         Interface(
             blocks=(int(faces.block[c[m]]), int(faces.block[a[m]])),
             faces=(int(faces.face[c[m]]), int(faces.face[a[m]])),
@@ -196,6 +223,15 @@ def _cut(
         )
         for m in np.flatnonzero(accepted)
     ]
+    return made, np.stack([faces.block[c[sliver]], faces.block[a[sliver]]], axis=1)
+
+
+def _extent(polygons: FloatArray, real: np.ndarray) -> FloatArray:
+    """Sides of the boxes about polygons, shape (m, d); of corners (m, k, d) only the real ones count."""
+    shown = real[:, :, None]
+    high = np.where(shown, polygons, -np.inf).max(axis=1, initial=-np.inf)
+    extent: FloatArray = high - np.where(shown, polygons, np.inf).min(axis=1, initial=np.inf)
+    return extent
 
 
 def common_label(

@@ -2,7 +2,8 @@
 
 By the separating axis over the face normals: the block lies wholly in front of the face, and only
 one or two of its corners are nearest. The feature must lie inside the face: blocks that merely
-share an edge or a corner do not touch.
+share an edge or a corner do not touch. Where two edges part the blocks better they cross
+(``crossing``).
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from numba import njit
 
 from masonry_fem.contact.clipping import depths
 from masonry_fem.contact.contacts import Interface
+from masonry_fem.contact.crossing import crossings, edges_of
 from masonry_fem.contact.kinematics import local_frames
 from masonry_fem.contact.surface import Surface
 from masonry_fem.solid.assembly import Assembly
@@ -22,6 +24,7 @@ from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import FloatArray
 
 INSIDE = 1e-6  # of a block's size: how deep inside a face a corner must stand
+LEVEL = 1e-6  # of a block's size: corners whose heights differ by less are equally high
 ROUNDING = 1e-12
 
 
@@ -36,6 +39,9 @@ class Posed:
     on_face, normal : A point and the outward normal of each face, shape (b, f, d).
     faces : Number of faces, shape (b,).
     convex : Whether the block is, shape (b,).
+    edges : Edges of each block (``crossing.edges_of``), padded, shape (b, e, 4).
+    edge_count : How many are real, shape (b,).
+    support : Whether the block is one, shape (b,).
     """
 
     solids: tuple[Polytope, ...]
@@ -46,6 +52,9 @@ class Posed:
     normal: FloatArray
     faces: IntArray
     convex: np.ndarray
+    edges: IntArray
+    edge_count: IntArray
+    support: np.ndarray
 
     @classmethod
     def of(cls, assembly: Assembly, surfaces: tuple[Surface, ...]) -> Posed:
@@ -69,27 +78,65 @@ class Posed:
             turned[2],
             np.array([len(solid.faces) for solid in solids])[shape],
             np.array([surface.convex for surface in surfaces])[shape],
+            *_all_edges(solids, shape),
+            np.array([block.support for block in assembly.blocks]),
         )
 
 
 def standing_pairs(posed: Posed, pairs: IntArray, reach: float, size: float) -> list[Interface]:
-    """Interfaces of one or two points between blocks that stand on a corner or on an edge."""
+    """Interfaces of one or two points between blocks that stand on a corner or on an edge, or cross."""
     pairs = pairs[posed.convex[pairs].all(axis=1)]
     if len(pairs) == 0:
         return []
-    found = _features(
-        posed.vertices, posed.count, posed.on_face, posed.normal, posed.faces, pairs, reach, 1e-6 * size
+    level = LEVEL * size
+    found, by_face = _features(
+        posed.vertices, posed.count, posed.on_face, posed.normal, posed.faces, pairs, reach, level
     )
+    edges, apart, axis, points = crossings(
+        posed.vertices, posed.normal, posed.edges, posed.edge_count, pairs, by_face, reach + level, level
+    )
+    crossed = (edges[:, 0] >= 0) & (np.abs(apart) <= reach + level)
+    better = apart > by_face + level
     made = []
-    for (first, second), (side, face, u, v) in zip(pairs.tolist(), found.tolist(), strict=True):
-        if side < 0:
-            continue
-        carrier, other = (first, second) if side == 0 else (second, first)
-        corners = [u] if v < 0 else [u, v]
-        interface = _interface(posed, carrier, face, other, corners, reach, size)
+    for m in np.flatnonzero(crossed | ((found[:, 0] >= 0) & ~better)).tolist():
+        interface = None
+        if found[m, 0] >= 0 and not better[m]:
+            side, face, u, v = found[m].tolist()
+            corners = [u] if v < 0 else [u, v]
+            interface = _interface(posed, pairs[m, side], face, pairs[m, 1 - side], corners, reach, size)
+        # a corner beside the face leaves the contact to edges that part the blocks as well
+        if interface is None and crossed[m] and apart[m] >= by_face[m] - level:
+            interface = _crossing(posed, pairs[m], edges[m], axis[m], points[m], size)
         if interface is not None:
             made.append(interface)
     return made
+
+
+def _crossing(
+    posed: Posed, pair: IntArray, edges: IntArray, axis: FloatArray, points: FloatArray, size: float
+) -> Interface:
+    """The interface of two edges that cross; the later block is the candidate, unless a support."""
+    first, second = pair.tolist()
+    gap = float(axis @ (points[0] - points[1]))
+    faces = []
+    for block, edge in zip((first, second), edges, strict=True):
+        beside = posed.edges[block, edge, 2:]
+        against = np.abs(posed.normal[block, beside] @ axis)
+        faces.append(int(beside[0] if against[0] >= against[1] - 1e-9 else beside[1]))
+    labels = [
+        posed.solids[posed.shape[block]].labels[face]
+        for block, face in zip((first, second), faces, strict=True)
+    ]
+    later = int(not (posed.support[second] and not posed.support[first]))
+    return Interface(
+        blocks=(second, first) if later else (first, second),
+        faces=(faces[1], faces[0]) if later else (faces[0], faces[1]),
+        normal=-axis if later else axis,
+        polygon=points.mean(axis=0)[None],
+        gap=np.array([gap if abs(gap) >= ROUNDING * size else 0.0]),
+        area=0.0,
+        label=labels[0] if labels[0] == labels[1] else "",
+    )
 
 
 def _interface(
@@ -147,6 +194,15 @@ def _part_inside(window: FloatArray, flat: FloatArray, feature: FloatArray, marg
     return part
 
 
+def _all_edges(solids: tuple[Polytope, ...], shape: IntArray) -> tuple[IntArray, IntArray]:
+    """Edges of all blocks, padded, and their numbers: (b, e, 4), (b,)."""
+    edges = [edges_of(solid) for solid in solids]
+    padded = np.zeros((len(edges), max(len(own) for own in edges), 4), dtype=np.int64)
+    for row, own in zip(padded, edges, strict=True):
+        row[: len(own)] = own
+    return padded[shape], np.array([len(own) for own in edges])[shape]
+
+
 def _padded(arrays: list[FloatArray]) -> FloatArray:
     most = max(len(array) for array in arrays)
     return np.array(
@@ -164,16 +220,18 @@ def _features(
     pairs: IntArray,
     reach: float,
     level: float,
-) -> IntArray:
+) -> tuple[IntArray, FloatArray]:
     """For each pair (which block carries, its face, one or two corners of the other; −1: none), (m, 4).
 
     The separating face is the one with the largest smallest height; ``level`` is the height
-    difference below which corners count as equally high.
+    difference below which corners count as equally high. Last the largest of these heights among
+    all faces, by which the faces part the pair, shape (m,) [m].
     """
     d = vertices.shape[2]
     result = np.full((len(pairs), 4), -1)
+    apart = np.full(len(pairs), -np.inf)
     for m in range(len(pairs)):
-        best = -np.inf
+        best = flat = -np.inf
         for side in range(2):
             carrier, other = pairs[m, side], pairs[m, 1 - side]
             heights = np.empty(count[other])
@@ -184,18 +242,42 @@ def _features(
                         heights[v] += (vertices[other, v, c] - on_face[carrier, f, c]) * normal[carrier, f, c]
                 low = _three_lowest(heights)
                 lowest = heights[low[0]]
+                apart[m] = max(apart[m], lowest)
                 if lowest < -reach - level or lowest > reach + level or lowest <= best:
                     continue
                 near = 0
                 for value in heights:
                     near += value <= lowest + level
-                if near > d - 1:
-                    continue  # a face: found by the faces, or an edge that only is shared
+                if near > d - 1:  # a face: found by the faces, or an edge that only is shared
+                    flat = max(flat, lowest)
+                    continue
                 best = lowest
                 result[m, 0], result[m, 1], result[m, 2] = side, f, low[0]
                 # a second corner within reach makes an edge where the first two stand out
                 two = d == 3 and heights[low[1]] <= reach and heights[low[2]] > heights[low[1]] + level
                 result[m, 3] = low[1] if two else -1
+        # nothing near in front of some face: the blocks are apart; or a face parts them better
+        if apart[m] > reach + level or flat > best + level:
+            result[m] = -1
+    return result, apart
+
+
+@njit(cache=True)
+def clearances(
+    vertices: FloatArray,
+    count: IntArray,
+    blocks: IntArray,
+    on_plane: FloatArray,
+    normal: FloatArray,
+) -> FloatArray:
+    """Smallest heights of blocks above planes, one each, shape (m,) [m]."""
+    result = np.full(len(blocks), np.inf)
+    for m in range(len(blocks)):
+        for v in range(count[blocks[m]]):
+            height = 0.0
+            for c in range(vertices.shape[2]):
+                height += (vertices[blocks[m], v, c] - on_plane[m, c]) * normal[m, c]
+            result[m] = min(result[m], height)
     return result
 
 

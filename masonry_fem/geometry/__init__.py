@@ -13,12 +13,16 @@ from masonry_fem.errors import GeometryError, SceneError
 from masonry_fem.geometry import (
     arch,
     block,
+    buttress,
     catenary_arch,
+    column,
+    corbel,
     dome,
     elliptical_arch,
     flat_arch,
     pointed_arch,
     stack,
+    staircase,
     wall,
 )
 from masonry_fem.scene import specs
@@ -36,6 +40,10 @@ BUILDERS: dict[type[specs.Structure], Callable[[Any, int], Assembly]] = {
     specs.EllipticalArchStructure: elliptical_arch.build,
     specs.CatenaryArchStructure: catenary_arch.build,
     specs.DomeStructure: dome.build,
+    specs.CorbelStructure: corbel.build,
+    specs.ButtressStructure: buttress.build,
+    specs.ColumnStructure: column.build,
+    specs.StaircaseStructure: staircase.build,
 }
 
 

@@ -8,13 +8,17 @@ from __future__ import annotations
 from masonry_fem.scene.structures.arch import ArchStructure
 from masonry_fem.scene.structures.base import MeshSettings, Structure
 from masonry_fem.scene.structures.boxes import BlockStructure, StackStructure
+from masonry_fem.scene.structures.buttress import ButtressStructure
 from masonry_fem.scene.structures.catenary_arch import CatenaryArchStructure
+from masonry_fem.scene.structures.column import ColumnStructure
+from masonry_fem.scene.structures.corbel import CorbelStructure
 from masonry_fem.scene.structures.dome import DomeStructure
 from masonry_fem.scene.structures.elliptical_arch import EllipticalArchStructure
 from masonry_fem.scene.structures.file import FileStructure
 from masonry_fem.scene.structures.flat_arch import FlatArchStructure
 from masonry_fem.scene.structures.opening import Opening
 from masonry_fem.scene.structures.pointed_arch import PointedArchStructure
+from masonry_fem.scene.structures.staircase import StaircaseStructure
 from masonry_fem.scene.structures.voussoirs import VoussoirStructure
 from masonry_fem.scene.structures.wall import WallStructure
 
@@ -22,7 +26,10 @@ __all__ = [
     "AnyStructure",
     "ArchStructure",
     "BlockStructure",
+    "ButtressStructure",
     "CatenaryArchStructure",
+    "ColumnStructure",
+    "CorbelStructure",
     "DomeStructure",
     "EllipticalArchStructure",
     "FileStructure",
@@ -31,6 +38,7 @@ __all__ = [
     "Opening",
     "PointedArchStructure",
     "StackStructure",
+    "StaircaseStructure",
     "Structure",
     "VoussoirStructure",
     "WallStructure",
@@ -46,5 +54,9 @@ AnyStructure = (
     | EllipticalArchStructure
     | CatenaryArchStructure
     | DomeStructure
+    | CorbelStructure
+    | ButtressStructure
+    | ColumnStructure
+    | StaircaseStructure
     | FileStructure
 )

@@ -1,4 +1,4 @@
-"""Conic: programs in space by Clarabel's interior point, on Coulomb's exact cones.
+"""Conic: programs by Clarabel's interior point, on Coulomb's exact cones.
 
 Reactions are scaled to the cone ‖s_T‖ ≤ s_N, so that smooth and non-slip joints are not special.
 """
@@ -16,10 +16,10 @@ from masonry_fem.limit.program import FloatArray, Optimum, Program, judged
 TOLERANCE = 1e-11
 SOLVED = ("Solved", "AlmostSolved", "InsufficientProgress")
 INFEASIBLE = ("PrimalInfeasible", "AlmostPrimalInfeasible")
-UNBALANCED = 1e-6  # what is left where the solver made no further progress
+UNBALANCED = 1e-3  # what is left by a solution that is none
 
 
-def maximise_in_space(program: Program) -> Optimum | None:
+def maximise_cones(program: Program) -> Optimum | None:
     """The optimum of a program; None where its equations have no solution.
 
     Raises

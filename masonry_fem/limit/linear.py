@@ -6,26 +6,24 @@ them: a linear program, solved to a vertex and thus to rounding.
 
 from __future__ import annotations
 
+import logging
 from typing import Any
 
 import numpy as np
 from scipy import sparse
 from scipy.optimize import linprog
 
-from masonry_fem.errors import ProblemError
+from masonry_fem.limit.conic import maximise_cones
 from masonry_fem.limit.program import FloatArray, Optimum, Program, judged
+
+logger = logging.getLogger(__name__)
 
 TOLERANCE = 1e-10  # HiGHS takes no smaller one
 SOLVED, INFEASIBLE = 0, 2
 
 
 def maximise_plane(program: Program) -> Optimum | None:
-    """The optimum of a plane program; None where its equations have no solution.
-
-    Raises
-    ------
-    ProblemError : HiGHS gave up.
-    """
+    """The optimum of a plane program; None where its equations have no solution."""
     edges = _edges(program.strength.friction)
     c = program.count
     contacts = sparse.csc_array(program.matrix)[:, : 2 * c]
@@ -48,10 +46,9 @@ def maximise_plane(program: Program) -> Optimum | None:
     if found.status == INFEASIBLE:
         return None
     if found.status != SOLVED:
-        raise ProblemError(
-            f"limit analysis: HiGHS ended with '{found.message.strip()}', expected an optimum; check for "
-            "blocks or friction coefficients of extreme size"
-        )
+        # so near the limit that no vertex passes for feasible: an interior point has less to decide
+        logger.debug("HiGHS ended with '%s'; Clarabel takes over", found.message.strip())
+        return maximise_cones(program)
     force = np.concatenate([edges @ found.x[: 2 * c] - offset.ravel(), found.x[2 * c : -1]])
     return judged(program, float(found.x[-1]), force, -np.asarray(found.eqlin.marginals))
 

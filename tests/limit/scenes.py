@@ -1,4 +1,4 @@
-"""Small structures for limit analysis: rigid blocks of unit weight a square metre, and their problems."""
+"""Small structures for limit analysis: rigid blocks, and their limit problems."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from masonry_fem.scene import check
 from masonry_fem.scene.specs import ArchStructure, Joint, Loads, Material, Scene, StackStructure
 
 G = 9.81
-UNIT = Material(density=1 / G)  # γ = 1
+STONE = Material(density=2400.0)
+GAMMA = 2400.0 * G
 Live = Callable[[Model], list[np.ndarray]]
 
 
@@ -24,7 +25,7 @@ def scene(*structures: Any, dimension: int = 2, **keys: Any) -> Scene:
     given = {
         "dimension": dimension,
         "fidelity": "rigid",
-        "materials": {"stone": UNIT},
+        "materials": {"stone": STONE},
         "structures": structures,
         "loads": Loads(gravity=(0.0,) * (dimension - 1) + (-G,)),
     } | keys

@@ -32,6 +32,7 @@ SMALLEST = 1e-4  # of the smaller face: a common part below it is a sliver
 EDGE = 2e-6  # of a block's size: a common part no wider is a shared edge or corner
 TILTED = 1e-3  # radians between faces above which one of them carries the other
 REACH = 1e-3  # of a block's size: what a scene that says nothing takes for touching
+ALIKE = 0.5  # of the deeper: how far two tilted faces reach into the blocks must differ for one to carry
 ROUNDING = 1e-12  # of a block's size: a gap below it is zero
 SHOWN = 5  # pairs of blocks that a message names
 
@@ -40,11 +41,14 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class _FacePairs:
-    """Pairs of face pieces that may touch: candidate and antagonist rows of PosedFaces, (m,)."""
+    """Pairs of face pieces that may touch: candidate and antagonist rows of PosedFaces, (m,).
+
+    ``carried`` where the antagonist carries a tilted candidate, and gives the normal alone.
+    """
 
     candidate: IntArray
     antagonist: IntArray
-    tilted: np.ndarray
+    carried: np.ndarray
 
     def __len__(self) -> int:
         return len(self.candidate)
@@ -156,7 +160,8 @@ def _orient(rows: tuple[IntArray, IntArray], posed: Posed, faces: PosedFaces) ->
     cosine = -np.einsum("md,md->m", faces.normal[candidate], faces.normal[antagonist])
     tilted = cosine < math.cos(TILTED)
     swap = posed.support[faces.block[candidate]] & ~posed.support[faces.block[antagonist]]
-    # of tilted ones the face in front of which all of the other block lies carries it
+    # of tilted ones the face in front of which all of the other block lies carries it; of two curved
+    # ones neither does, and the normal lies between
     pair = np.flatnonzero(tilted)
     carries = [
         clearances(
@@ -166,9 +171,12 @@ def _orient(rows: tuple[IntArray, IntArray], posed: Posed, faces: PosedFaces) ->
         for own, other in ((candidate, antagonist), (antagonist, candidate))
     ]  # fmt: skip
     rounding = 1e-9 * np.sqrt(faces.area[candidate[pair]] + faces.area[antagonist[pair]])
-    swap[pair] = np.where(np.abs(carries[0] - carries[1]) > rounding, carries[0] > carries[1], swap[pair])
+    clear = np.abs(carries[0] - carries[1]) > np.maximum(rounding, ALIKE * np.abs(carries).max(axis=0))
+    swap[pair] = np.where(clear, carries[0] > carries[1], swap[pair])
+    carried = np.zeros(len(tilted), dtype=bool)
+    carried[pair] = clear
     candidate[swap], antagonist[swap] = antagonist[swap], candidate[swap]
-    return _FacePairs(candidate, antagonist, tilted)
+    return _FacePairs(candidate, antagonist, carried)
 
 
 def _cut(
@@ -187,7 +195,7 @@ def _cut(
         return [], np.empty((0, 2), dtype=np.int64)
     c, a = pairs.candidate, pairs.antagonist
     mean = faces.normal[a] - faces.normal[c]
-    normal = np.where(pairs.tilted[:, None], faces.normal[a], mean / np.linalg.norm(mean, axis=1)[:, None])
+    normal = np.where(pairs.carried[:, None], faces.normal[a], mean / np.linalg.norm(mean, axis=1)[:, None])
     frame, origin = local_frames(normal), faces.points[a, 0]
     cut = _overlaps if assembly.dimension == 3 else _overlap_lengths
     flat, corners, area = cut(faces.points, faces.corners, c, a, origin, frame[:, 1:], 1e-9 * size)
@@ -199,7 +207,7 @@ def _cut(
     gap = of_candidate - of_antagonist
     gap[np.abs(gap) < ROUNDING * size] = 0.0
     # the common plane lies midway, or on the face that carries a tilted one
-    level = np.where(pairs.tilted[:, None], of_antagonist, 0.5 * (of_candidate + of_antagonist))
+    level = np.where(pairs.carried[:, None], of_antagonist, 0.5 * (of_candidate + of_antagonist))
     polygon += level[:, :, None] * normal[:, None]
     real = np.arange(gap.shape[1]) < corners[:, None]
     nearest = np.where(real, gap, np.inf).min(axis=1)

@@ -1,0 +1,119 @@
+"""A2.8: Cattaneo's and Mindlin's cylinders, pressed and then sheared, against the closed form.
+
+Two equal half discs: round faces on both sides, and no coupling of pressure and shear.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from masonry_fem.run import solve_scene
+from masonry_fem.scene.specs import (
+    Contact,
+    FileStructure,
+    Joint,
+    MeshSettings,
+    Motion,
+    Scene,
+    Statics,
+    Support,
+    Table,
+)
+from tests.validation.discs import RADIUS, half_discs, line_contact
+from tests.validation.scenes import STONE
+
+FRICTION = 0.4
+PRESS, SHEAR = 1.0e-4, 3.2e-5  # how far the upper flat side goes down, then sideways [m]
+STEPS = 8
+
+
+class Tractions:
+    """Pressures and shears by place after each step [Pa], with the forces [N/m]."""
+
+    def __init__(self) -> None:
+        self.steps: list[tuple[float, float, np.ndarray, np.ndarray, np.ndarray]] = []
+
+    def record(self, model: Any, state: Any, report: Any) -> None:
+        on_candidate = np.einsum("cij,ci->cj", state.frame, state.reaction)
+        above = model.assembly.blocks[0].name == "c.upper"
+        on_upper = on_candidate * np.where(model.contacts.blocks[:, :1] == (0 if above else 1), 1.0, -1.0)
+        place, of = np.unique(np.round(model.contacts.points[:, 0, 0], 7), return_inverse=True)
+        area = np.bincount(of, model.contacts.area)
+        shear, normal = (np.bincount(of, on_upper[:, axis]) for axis in (0, 1))
+        self.steps.append((-shear.sum(), normal.sum(), place, normal / area, -shear / area))
+
+
+@pytest.fixture(scope="module")
+def sheared(tmp_path_factory: pytest.TempPathFactory) -> Tractions:
+    folder = tmp_path_factory.mktemp("discs")
+    half_width, _ = line_contact(1.6e5)  # about what PRESS gives
+    fine = 1.3
+    (folder / "discs.geo").write_text(half_discs(("upper", "lower"), half_width, 20, fine))
+    down = Table(points=((0.0, 0.0), (0.5, 1.0), (1.0, 1.0)))
+    aside = Table(points=((0.0, 0.0), (0.5, 0.0), (1.0, 1.0)))
+    scene = Scene(
+        dimension=2,
+        materials={"stone": STONE},
+        structures=(FileStructure(name="c", material="stone", path="discs.geo"),),
+        mesh=MeshSettings(element="P1"),
+        supports=(
+            Support(on="c.lower/lower_flat"),
+            Support(
+                on="c.upper/upper_flat",
+                components=("y",),
+                motion=Motion(displacement=(0.0, -PRESS), time=down),
+            ),
+            Support(
+                on="c.upper/upper_flat",
+                components=("x",),
+                motion=Motion(displacement=(SHEAR, 0.0), time=aside),
+            ),
+        ),
+        joints=(Joint(friction=FRICTION),),
+        contact=Contact(reach=(fine * half_width) ** 2 / RADIUS),
+        analysis=Statics(load_steps=STEPS),
+    )
+    tape = Tractions()
+    assert solve_scene(scene, folder, observers=(tape,)).outcome == "equilibrium"
+    return tape
+
+
+def test_a2_8_pressing_alone_gives_hertz(sheared: Tractions) -> None:
+    shear, force, place, pressure, tangential = sheared.steps[STEPS // 2 - 1]
+    half_width, peak = line_contact(force)
+    assert abs(shear) < 1e-4 * force  # the two meshes are not quite mirror images
+    assert np.abs(tangential).max() < 0.01 * peak
+    ellipse = peak * np.sqrt(np.maximum(0.0, 1 - (place / half_width) ** 2))
+    inside = np.abs(place) < 0.95 * half_width
+    assert np.abs(pressure - ellipse)[inside].max() < 0.03 * peak
+
+
+@pytest.mark.parametrize("step", range(STEPS // 2, STEPS))
+def test_a2_8_stick_zone(sheared: Tractions, step: int) -> None:
+    """Half width c of the part that sticks: c/a = √(1 − Q/μP); the shear is Mindlin's."""
+    shear, force, place, pressure, tangential = sheared.steps[step]
+    half_width, peak = line_contact(force)
+    stick = np.sqrt(1 - shear / (FRICTION * force))
+    held = (pressure > 0) & (tangential < FRICTION * pressure * (1 - 1e-6))
+    spacing = np.diff(place).max() / half_width
+    assert place[held].max() / half_width == pytest.approx(stick, abs=0.05 * stick + 0.5 * spacing)
+    assert -place[held].min() / half_width == pytest.approx(stick, abs=0.05 * stick + 0.5 * spacing)
+    inner = np.maximum(0.0, stick**2 - (place / half_width) ** 2)
+    mindlin = FRICTION * peak * (np.sqrt(np.maximum(0.0, 1 - (place / half_width) ** 2)) - np.sqrt(inner))
+    # at c the shear has a kink of infinite slope, which elements round off
+    smooth = np.abs(np.abs(place) / half_width - stick) > 1.5 * spacing
+    inside = (np.abs(place) < 0.95 * half_width) & smooth
+    assert np.abs(tangential - mindlin)[inside].max() < 0.05 * FRICTION * peak
+    middle = np.abs(place) < 0.2 * half_width
+    # the mean over the middle tells c to a fraction of the mesh: q/μp₀ = 1 − c/a there
+    told = stick - (tangential[middle] - mindlin[middle]).mean() / (FRICTION * peak)
+    assert told == pytest.approx(stick, rel=0.05)
+
+
+def test_a2_8_covers_a_quarter_to_a_half(sheared: Tractions) -> None:
+    shares = [shear / (FRICTION * force) for shear, force, *_ in sheared.steps[STEPS // 2 :]]
+    assert shares[0] < 0.25
+    assert shares[-1] > 0.5

@@ -12,6 +12,7 @@ import numpy as np
 from masonry_fem.errors import GeometryError, SceneError
 from masonry_fem.geometry import (
     arch,
+    barrel_vault,
     block,
     buttress,
     catenary_arch,
@@ -20,7 +21,9 @@ from masonry_fem.geometry import (
     dome,
     elliptical_arch,
     flat_arch,
+    flying_buttress,
     pointed_arch,
+    portal,
     stack,
     staircase,
     wall,
@@ -39,6 +42,9 @@ BUILDERS: dict[type[specs.Structure], Callable[[Any, int], Assembly]] = {
     specs.FlatArchStructure: flat_arch.build,
     specs.EllipticalArchStructure: elliptical_arch.build,
     specs.CatenaryArchStructure: catenary_arch.build,
+    specs.BarrelVaultStructure: barrel_vault.build,
+    specs.PortalStructure: portal.build,
+    specs.FlyingButtressStructure: flying_buttress.build,
     specs.DomeStructure: dome.build,
     specs.CorbelStructure: corbel.build,
     specs.ButtressStructure: buttress.build,

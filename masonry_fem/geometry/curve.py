@@ -38,15 +38,17 @@ class Line(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """Straight line along x at height 0; p is x."""
+    """Straight line through the origin that rises to the right by ``slope`` [rad]; p is its length."""
+
+    slope: float = 0.0
 
     def at(self, p: FloatArray) -> FloatArray:
         """Points."""
-        return np.column_stack([p, np.zeros(len(p))])
+        return p[:, None] * self.along(p)
 
     def along(self, p: FloatArray) -> FloatArray:
         """Derivatives."""
-        return np.column_stack([np.ones(len(p)), np.zeros(len(p))])
+        return np.tile([np.cos(self.slope), np.sin(self.slope)], (len(p), 1))
 
     def bend(self, p: FloatArray) -> FloatArray:
         """None."""

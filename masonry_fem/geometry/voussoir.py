@@ -213,10 +213,13 @@ def lay_springings(quarry: Quarry, stones: Sequence[Voussoir]) -> None:
         quarry.support(f"{quarry.name}.springing_{side}", low[at], high[at], side == "left", label)
 
 
-def prism(outline: FloatArray, low: int, labels: tuple[str, str], depth: float, dimension: int) -> Polytope:
+def prism(
+    outline: FloatArray, low: int, labels: tuple[str, str], depth: float, dimension: int, sides: str = ""
+) -> Polytope:
     """Stone of an outline (counter-clockwise, its first ``low`` points the intrados), drawn out along y.
 
-    ``labels`` are those of the left and the right joint face, ``start`` and ``end``.
+    ``labels`` are those of the left and the right joint face, ``start`` and ``end``, ``sides`` that of
+    front and back.
     """
     n = len(outline)
     names = ["intrados"] * (low - 1) + ["end"] + ["extrados"] * (n - low - 1) + ["start"]
@@ -227,10 +230,10 @@ def prism(outline: FloatArray, low: int, labels: tuple[str, str], depth: float, 
         return Polytope(outline, tuple(zip(range(n), following, strict=True)), tuple(names), tuple(marks))
     front = np.column_stack([outline[:, 0], np.zeros(n), outline[:, 1]])
     vertices = np.concatenate([front, front + np.array([0.0, depth, 0.0])])
-    sides = [(i, i + n, j + n, j) for i, j in enumerate(following)]
+    around = [(i, i + n, j + n, j) for i, j in enumerate(following)]
     # seen from the front (against y) the outline runs counter-clockwise
-    loops = [*sides, tuple(range(n)), tuple(range(2 * n - 1, n - 1, -1))]
-    return Polytope(vertices, tuple(loops), (*names, "front", "back"), (*marks, "", ""))
+    loops = [*around, tuple(range(n)), tuple(range(2 * n - 1, n - 1, -1))]
+    return Polytope(vertices, tuple(loops), (*names, "front", "back"), (*marks, sides, sides))
 
 
 def _rails(n: int, low: int, dimension: int) -> tuple[tuple[int, ...], ...]:

@@ -6,6 +6,7 @@ A new kind is a record here, listed in ``AnyStructure``, and its builder in ``ge
 from __future__ import annotations
 
 from masonry_fem.scene.structures.arch import ArchStructure
+from masonry_fem.scene.structures.barrel_vault import BarrelVaultStructure
 from masonry_fem.scene.structures.base import MeshSettings, Structure
 from masonry_fem.scene.structures.boxes import BlockStructure, StackStructure
 from masonry_fem.scene.structures.buttress import ButtressStructure
@@ -16,8 +17,10 @@ from masonry_fem.scene.structures.dome import DomeStructure
 from masonry_fem.scene.structures.elliptical_arch import EllipticalArchStructure
 from masonry_fem.scene.structures.file import FileStructure
 from masonry_fem.scene.structures.flat_arch import FlatArchStructure
+from masonry_fem.scene.structures.flying_buttress import FlyingButtressStructure
 from masonry_fem.scene.structures.opening import Opening
 from masonry_fem.scene.structures.pointed_arch import PointedArchStructure
+from masonry_fem.scene.structures.portal import PortalStructure
 from masonry_fem.scene.structures.staircase import StaircaseStructure
 from masonry_fem.scene.structures.voussoirs import VoussoirStructure
 from masonry_fem.scene.structures.wall import WallStructure
@@ -25,6 +28,7 @@ from masonry_fem.scene.structures.wall import WallStructure
 __all__ = [
     "AnyStructure",
     "ArchStructure",
+    "BarrelVaultStructure",
     "BlockStructure",
     "ButtressStructure",
     "CatenaryArchStructure",
@@ -34,9 +38,11 @@ __all__ = [
     "EllipticalArchStructure",
     "FileStructure",
     "FlatArchStructure",
+    "FlyingButtressStructure",
     "MeshSettings",
     "Opening",
     "PointedArchStructure",
+    "PortalStructure",
     "StackStructure",
     "StaircaseStructure",
     "Structure",
@@ -53,6 +59,9 @@ AnyStructure = (
     | FlatArchStructure
     | EllipticalArchStructure
     | CatenaryArchStructure
+    | BarrelVaultStructure
+    | PortalStructure
+    | FlyingButtressStructure
     | DomeStructure
     | CorbelStructure
     | ButtressStructure

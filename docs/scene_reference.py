@@ -193,6 +193,13 @@ MEANING: dict[str, str] = {
     "StaircaseStructure.bearing": "how far the steps go into the wall",
     "StaircaseStructure.position": "lower front corner of the first step's free end [m]; the origin where "
     "it is not given",
+    "RubbleStructure.size": "of the whole",
+    "RubbleStructure.stones": "in it",
+    "RubbleStructure.seed": "of the random points",
+    "RubbleStructure.relaxation": "Lloyd's steps towards stones of equal size",
+    "RubbleStructure.shortest": "of a stone's edges, over the mean size of stones, before they are flattened",
+    "RubbleStructure.elongation": "length of stones over their height",
+    "RubbleStructure.joint": "thickness of the joints; 0: the stones touch",
     "WallStructure.brick": "length, (depth,) height of a brick",
     "WallStructure.columns": "bricks in a course, whole or and a half; a pattern has none",
     "WallStructure.courses": "courses",

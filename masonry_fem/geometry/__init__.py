@@ -24,6 +24,7 @@ from masonry_fem.geometry import (
     flying_buttress,
     pointed_arch,
     portal,
+    rubble,
     stack,
     staircase,
     wall,
@@ -50,6 +51,7 @@ BUILDERS: dict[type[specs.Structure], Callable[[Any, int], Assembly]] = {
     specs.ButtressStructure: buttress.build,
     specs.ColumnStructure: column.build,
     specs.StaircaseStructure: staircase.build,
+    specs.RubbleStructure: rubble.build,
 }
 
 

@@ -21,6 +21,7 @@ from masonry_fem.scene.structures.flying_buttress import FlyingButtressStructure
 from masonry_fem.scene.structures.opening import Opening
 from masonry_fem.scene.structures.pointed_arch import PointedArchStructure
 from masonry_fem.scene.structures.portal import PortalStructure
+from masonry_fem.scene.structures.rubble import RubbleStructure
 from masonry_fem.scene.structures.staircase import StaircaseStructure
 from masonry_fem.scene.structures.voussoirs import VoussoirStructure
 from masonry_fem.scene.structures.wall import WallStructure
@@ -43,6 +44,7 @@ __all__ = [
     "Opening",
     "PointedArchStructure",
     "PortalStructure",
+    "RubbleStructure",
     "StackStructure",
     "StaircaseStructure",
     "Structure",
@@ -67,5 +69,6 @@ AnyStructure = (
     | ButtressStructure
     | ColumnStructure
     | StaircaseStructure
+    | RubbleStructure
     | FileStructure
 )

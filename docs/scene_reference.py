@@ -31,17 +31,22 @@ A scene is a TOML file. Numbers are in SI units (angles of geometry in degrees, 
 a string with a unit stands for a number wherever a unit is given below: `young = "10 GPa"`. Vectors
 have the dimension of the scene. A plane scene is one metre deep: its forces are per metre.
 
-Blocks are called after their structure: `wall.c2.b3` (course 2, brick 3), `stack.b1`, `arch.v06`,
-`dome.r1.s4` (ring 1, slice 4) and `dome.crown`, `NAME.` and the physical group in a file, `NAME` alone for a
-single block. `NAME`, `wall.c2`, `dome.r1`, `dome.s4`, `arch.keystone` and `arch.springers` (the stones at
-both ends) name groups of blocks. Structures bring the supports
-`NAME.ground`, `NAME.springing_left`, `NAME.springing_right`, `dome.base.s4`, `dome.side_start`,
-`dome.side_end`.
+Blocks are called after their structure: `wall.c2.b3` (course 2, brick 3), `stack.b1`, `arch.v06` (from the
+left), `flyer.v01` (from the foot), `vault.c2.s3` (course 2 from the left, stone 3), `portal.left.c1` (pier,
+course), `dome.r1.s4` (ring 1, slice 4), `dome.crown`, `dome.d1.s2` (drum, course 1), `dome.p3.c1` (pier 3,
+course 1), `NAME.` and the physical group in a file, `NAME` alone for a single block. Such names without their
+last part name groups of blocks (`NAME`, `wall.c2`, `portal.left`, `dome.r1`, `dome.p3`), and so do
+`dome.s4`, `dome.drum`, `dome.piers`, `arch.keystone` (in a vault the course at the crown) and `arch.springers`
+(the stones at both ends). Structures bring the supports `NAME.ground`, `NAME.springing_left`,
+`NAME.springing_right`, `portal.ground_left`, `portal.ground_right`, `flyer.foot`, `flyer.head`,
+`dome.base.s4` (under piers `dome.base.p4`), `dome.side_start`, `dome.side_end`.
+
 A selector is a shell pattern of these names (`wall.c5.*`) or, where faces are meant, `blocks/face`. Faces
 of boxes are `left`, `right`, `front`, `back`, `bottom`, `top`, those of voussoirs `start` (the left joint),
-`end` (the right one), `intrados`, `extrados`, `front`, `back`, those of a dome's stones `intrados`,
-`extrados`, `lower`, `upper`, `left`, `right`. Joints are labelled `bed` and `head` in boxes, `radial` in
-arches, or `vertical` where they are cut so, `bed` and `meridian` in domes.
+`end` (the right one), `intrados`, `extrados`, `front`, `back`, those of the stones of domes and drums
+`intrados`, `extrados`, `lower`, `upper`, `left`, `right`. Joints are labelled `bed` and `head` in boxes,
+`radial` in arches (between a portal's pier and its arch, too), or `vertical` where they are cut so, `radial`
+and `head` in vaults, `head` at both ends of flying buttresses, `bed` and `meridian` in domes and drums.
 
 `--set` changes any value from the command line: `--set joints.0.friction=0.4`,
 `--set structures.wall.courses=8`, `--set "analysis={kind='dynamics', step=1e-4, duration=0.01}"`.
@@ -193,13 +198,6 @@ MEANING: dict[str, str] = {
     "StaircaseStructure.bearing": "how far the steps go into the wall",
     "StaircaseStructure.position": "lower front corner of the first step's free end [m]; the origin where "
     "it is not given",
-    "RubbleStructure.size": "of the whole",
-    "RubbleStructure.stones": "in it",
-    "RubbleStructure.seed": "of the random points",
-    "RubbleStructure.relaxation": "Lloyd's steps towards stones of equal size",
-    "RubbleStructure.shortest": "of a stone's edges, over the mean size of stones, before they are flattened",
-    "RubbleStructure.elongation": "length of stones over their height",
-    "RubbleStructure.joint": "thickness of the joints; 0: the stones touch",
     "WallStructure.brick": "length, (depth,) height of a brick",
     "WallStructure.columns": "bricks in a course, whole or and a half; a pattern has none",
     "WallStructure.courses": "courses",
@@ -266,7 +264,7 @@ MEANING: dict[str, str] = {
     "DomeStructure.oculus": "of the open eye, from the crown; 0: a crown stone closes the dome",
     "DomeStructure.centre": "of the sphere; the origin where it is not given",
     "DomeStructure.staggered": "every other ring is turned by half a stone",
-    "DomeStructure.base": "brings a support below each stone of the lowest ring",
+    "DomeStructure.base": "brings a support below each stone of the lowest ring, or of the drum, or pier",
     "DomeStructure.sweep": "angle of longitude of a sector",
     "DomeStructure.sides": "brings supports on both meridian planes of a sector",
     "FileStructure.path": "`.msh` (2.2, 4.1), `.geo` or `.step`, relative to the scene file",
@@ -276,6 +274,14 @@ MEANING: dict[str, str] = {
     "Joint.law": "cohesion, by `kind`; dry where it is not given",
     "ConstantThreshold.strength": "in tension",
     "MohrCoulomb.cohesion": "c, shear strength without pressure; the tip of the cone is at the tension c/μ",
+    "DomeStructure.drum_courses": "courses of a drum under the dome",
+    "DomeStructure.drum_height": "of all courses together",
+    "DomeStructure.drum_stones": "in a course; as many as slices where it is not given",
+    "DomeStructure.drum_width": "of drum and piers, from the intrados outwards; the thickness where none",
+    "DomeStructure.piers": "under the drum, or the dome",
+    "DomeStructure.pier_height": "below the drum",
+    "DomeStructure.pier_slices": "width of a pier in slices of the dome",
+    "DomeStructure.pier_courses": "blocks of a pier",
     "MohrCoulomb.tension_strength": "tension cut-off; c/μ where it is not given",
     "MohrCoulomb.residual_friction": "μ once broken; the joint's friction where it is not given",
     "FremondCangemi.energy": "w of decohesion",

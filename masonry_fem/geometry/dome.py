@@ -12,12 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from masonry_fem.errors import GeometryError
+from masonry_fem.geometry.drum import add_drum, depth_below
+from masonry_fem.geometry.ring import MARGIN, about_axis, ring_stone
 from masonry_fem.scene.specs import DomeStructure
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import FloatArray, Pose
-
-MARGIN = 0.25  # of the thickness: how far supports stand out beside the stones
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +57,7 @@ class Cut:
 
 
 def build(spec: DomeStructure, dimension: int) -> Assembly:
-    """Stones ``name.r1.s1`` ... ring by ring from below, ``name.crown`` and the supports."""
+    """Stones ``name.r1.s1`` ... ring by ring from below, ``name.crown``, drum, piers and supports."""
     _check(spec, dimension)
     cut = Cut.of(spec)
     centre = np.zeros(3) if spec.centre is None else np.array(spec.centre, dtype=float)
@@ -71,14 +71,15 @@ def build(spec: DomeStructure, dimension: int) -> Assembly:
             groups = (spec.name, group, f"{spec.name}.s{number + 1}")
             blocks.append(Block(f"{group}.s{number + 1}", len(shapes) - 1, pose, groups, support))
 
-    if spec.base:
-        shape = Shape(f"{spec.name}.base", footing(cut))
-        ring(f"{spec.name}.base", shape, np.eye(3), 0.0, support=True)
+    if spec.drum_courses or spec.piers:
+        add_drum(spec, cut.pieces, cut.low, centre, shapes, blocks)
+    elif spec.base:
+        ring(f"{spec.name}.base", footing(f"{spec.name}.base", cut), np.eye(3), 0.0, support=True)
     for number in range(spec.rings):
         frame = frame_at(cut.parallels[number : number + 2].mean())
         group = f"{spec.name}.r{number + 1}"
         shift = 0.5 if spec.staggered and number % 2 else 0.0
-        ring(group, Shape(group, stone(cut, number, frame)), frame, shift, support=False)
+        ring(group, stone(group, cut, number, frame), frame, shift, support=False)
     if not spec.oculus:
         shapes.append(Shape(f"{spec.name}.crown", crown(cut, spec.sweep, spec.slices)))
         pose = Pose(np.eye(3), centre)
@@ -118,12 +119,6 @@ def _check(spec: DomeStructure, dimension: int) -> None:
         raise GeometryError(f"{key}.sweep is {spec.sweep:g} degrees, expected below 180 between two sides")
 
 
-def about_axis(longitude: float) -> FloatArray:
-    """Rotation about the vertical axis, shape (3, 3)."""
-    c, s = np.cos(longitude), np.sin(longitude)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-
-
 def frame_at(parallel: float) -> FloatArray:
     """Axes of a stone at longitude 0 as columns: along the parallel, up the meridian, radial."""
     c, s = np.cos(parallel), np.sin(parallel)
@@ -137,11 +132,12 @@ def at(radius: float, parallel: float, longitudes: FloatArray) -> FloatArray:
     return np.column_stack([out * np.cos(longitudes), out * np.sin(longitudes), level])
 
 
-def stone(cut: Cut, ring: int, frame: FloatArray) -> Polytope:
+def stone(name: str, cut: Cut, ring: int, frame: FloatArray) -> Shape:
     """The stone of a ring, in its own frame."""
     below, above = cut.parallels[ring], cut.parallels[ring + 1]
     corners = [at(r, p, cut.longitudes) for r in (cut.low, cut.high) for p in (below, above)]
-    return drum(
+    return ring_stone(
+        name,
         np.concatenate(corners) @ frame,
         cut.pieces,
         ("intrados", "extrados", "lower", "upper", "left", "right"),
@@ -149,41 +145,15 @@ def stone(cut: Cut, ring: int, frame: FloatArray) -> Polytope:
     )
 
 
-def footing(cut: Cut) -> Polytope:
+def footing(name: str, cut: Cut) -> Shape:
     """What carries a stone of the lowest ring: a block below its bed, a little wider."""
     parallel, depth = float(cut.parallels[0]), cut.high - cut.low
     margin = MARGIN * depth
     down = depth * np.array([np.cos(parallel), 0.0, -np.sin(parallel)])
     tops = [at(r, parallel, cut.longitudes) for r in (cut.low - margin, cut.high + margin)]
     corners = [tops[0] + down, tops[0], tops[1] + down, tops[1]]
-    return drum(np.concatenate(corners), cut.pieces, ("", "", "", "top", "", ""), ("", "", "", "bed", "", ""))
-
-
-def drum(
-    points: FloatArray, pieces: int, names: tuple[str, ...], labels: tuple[str, ...]
-) -> Polytope:  # fmt: skip
-    """Solid between two parallels and two radii, its curved faces in flat ``pieces``.
-
-    ``points`` are the corners along the parallel, ``pieces`` + 1 each: below and above on the inner side,
-    below and above on the outer. ``names`` and ``labels``: inner, outer, lower, upper, left, right.
-    """
-    n = pieces + 1
-    low_in, high_in, low_out, high_out = (range(k * n, (k + 1) * n) for k in range(4))
-    loops, which = [], []
-    for i, j in zip(range(pieces), range(1, n), strict=True):
-        loops += [
-            (low_in[i], high_in[i], high_in[j], low_in[j]),
-            (low_out[i], low_out[j], high_out[j], high_out[i]),
-            (low_in[i], low_in[j], low_out[j], low_out[i]),
-            (high_in[i], high_out[i], high_out[j], high_in[j]),
-        ]
-        which += [0, 1, 2, 3]
-    loops += [
-        (low_in[0], low_out[0], high_out[0], high_in[0]),
-        (low_in[-1], high_in[-1], high_out[-1], low_out[-1]),
-    ]
-    which += [4, 5]
-    return Polytope(points, tuple(loops), tuple(names[k] for k in which), tuple(labels[k] for k in which))
+    names, labels = ("", "", "", "top", "", ""), ("", "", "", "bed", "", "")
+    return ring_stone(name, np.concatenate(corners), cut.pieces, names, labels)
 
 
 def crown(cut: Cut, sweep: float, slices: int) -> Polytope:
@@ -209,7 +179,8 @@ def _add_sides(
 ) -> None:
     """Supports beside a sector: plates on its two meridian planes."""
     margin = MARGIN * spec.thickness
-    reach, level = cut.high + margin, min(0.0, cut.high * float(np.cos(cut.parallels[0])))
+    reach = max(cut.high, cut.low + spec.width) + margin
+    level = min(0.0, cut.high * float(np.cos(cut.parallels[0]))) - depth_below(spec)
     for side, longitude, near in (("start", 0.0, "back"), ("end", np.radians(spec.sweep), "front")):
         depth = (-spec.thickness, 0.0) if side == "start" else (0.0, spec.thickness)
         plate = Polytope.box((-margin, depth[0], level - margin), (reach, depth[1], reach))

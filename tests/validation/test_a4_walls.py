@@ -1,4 +1,9 @@
-"""A4: columns, corbels and a wall of blocks (A4.5, A4.7, A4.1 as in A9.9)."""
+"""A4: columns, corbels, walls of blocks and the dry shear wall, by simulation.
+
+Coulomb joints that slide do not dilate: between the least load of a motion and the greatest that can be
+carried (limit analysis, ``test_limit_walls.py``) both rest and motion solve the equations. True statics
+asks for rest; a step in time from rest, that the load strikes at once, may take the motion.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +16,8 @@ from masonry_fem.scene.specs import (
     Loads,
     Material,
     MeshSettings,
+    PointForce,
+    Solver,
     StackStructure,
     Statics,
     WallStructure,
@@ -120,3 +127,118 @@ def test_a9_9_collapse_of_wall_1_does_not_depend_on_its_stiffness(young: float |
     limit = 0.64286
     assert outcome(0.98 * limit) == "equilibrium"
     assert outcome(1.02 * limit) == "no_equilibrium"
+
+
+# --- walls under a horizontal body force λ W ------------------------------------------------------
+
+
+def wall_rests(structures, limit: float, friction: float, analysis) -> str:
+    """Outcome of plane walls of rigid blocks."""
+    result = solved(
+        dimension=2,
+        fidelity="rigid",
+        structures=structures,
+        joints=(Joint(friction=friction),),
+        loads=Loads(gravity=(limit * G, -G)),
+        analysis=analysis,
+        solver=Solver(),
+    )
+    return result.outcome
+
+
+def bond(courses: int, columns: int = 5, **keys) -> tuple[WallStructure]:
+    given = {"brick": (0.4, 0.175), "half_bricks": "odd"} | keys
+    return (WallStructure(name="wall", material="stone", columns=columns, courses=courses, **given),)
+
+
+@pytest.mark.parametrize("friction", [0.2, 0.3, 0.4, 0.5, 0.6])
+def test_a4_4_low_friction_lets_the_wall_slide(friction: float) -> None:
+    """λ = μ, the only solution: no joint that dilates takes part."""
+    assert wall_rests(bond(6), 0.98 * friction, friction, ONE_STEP) == "equilibrium"
+    assert wall_rests(bond(6), 1.02 * friction, friction, ONE_STEP) == "no_equilibrium"
+
+
+@pytest.mark.parametrize(("friction", "limit"), [(0.65, 0.64286), (0.8, 0.70735)])
+def test_a4_4_higher_friction(friction: float, limit: float) -> None:
+    assert wall_rests(bond(6), 0.98 * limit, friction, Statics()) == "equilibrium"
+    assert wall_rests(bond(6), 1.02 * limit, friction, Statics()) == "no_equilibrium"
+
+
+def test_a4_2_wall_of_ten_courses() -> None:
+    """Rest up to 0.58000; published collapse at 0.563, and here some steps in time from 0.568 on move."""
+    assert wall_rests(bond(10), 0.55, 0.65, ONE_STEP) == "equilibrium"
+    assert wall_rests(bond(10), 1.02 * 0.58, 0.65, Statics()) == "no_equilibrium"
+
+
+def test_a4_3_wall_with_two_windows() -> None:
+    """Rest up to 0.33195; steps in time from rest move from 0.2636 on."""
+    structures = windows()
+    assert wall_rests(structures, 0.25, 0.65, ONE_STEP) == "equilibrium"
+    assert wall_rests(structures, 0.28, 0.65, Statics()) == "equilibrium"
+    assert wall_rests(structures, 1.02 * 0.33195, 0.65, Statics()) == "no_equilibrium"
+
+
+def windows() -> tuple[BlockStructure, ...]:
+    """Wall 4: five wide, eleven courses, two windows over courses 4 to 8; lengths in block lengths."""
+    even, odd = [0.5, 1, 1, 1, 1, 0.5], [1.0] * 5
+    piers, halves = [1, -1, 1, -1, 1], [0.5, 0.5, -1, 0.5, 0.5, -1, 0.5, 0.5]
+    blocks = [
+        BlockStructure(name="ground", material="stone", size=(4.0, 0.2), position=(-1.0, -0.2), support=True)
+    ]
+    for level, lengths in enumerate([even, odd, even, piers, halves, piers, halves, piers, even, odd, even]):
+        start = 0.0
+        for index, length in enumerate(lengths):
+            if length > 0:
+                at, size = (0.4 * start, 0.175 * level), (0.4 * length, 0.175)
+                blocks.append(
+                    BlockStructure(name=f"c{level}b{index}", material="stone", size=size, position=at)
+                )
+            start += abs(length)
+    return tuple(blocks)
+
+
+def test_a4_6_column_of_single_bricks() -> None:
+    walls = bond(10, 1, brick=(0.4, 0.2), half_bricks="even")
+    assert wall_rests(walls, 0.98 * 0.2, 0.65, ONE_STEP) == "equilibrium"
+    assert wall_rests(walls, 1.02 * 0.2, 0.65, ONE_STEP) == "no_equilibrium"
+
+
+def test_a4_6_two_bricks_wide() -> None:
+    walls = bond(10, 2, brick=(0.4, 0.2), half_bricks="even")
+    assert wall_rests(walls, 0.34, 0.65, ONE_STEP) == "equilibrium"
+    assert wall_rests(walls, 0.98 * 0.37114, 0.65, Statics()) == "equilibrium"
+    assert wall_rests(walls, 1.02 * 0.37114, 0.65, Statics()) == "no_equilibrium"
+
+
+@pytest.mark.parametrize(("columns", "analysis"), [(2, Statics()), (3, ONE_STEP)])
+def test_a4_6_without_slip_a_wall_is_a_monolith(columns: int, analysis) -> None:
+    """Near this limit statics of high friction does not always converge: three bricks rest in a time step."""
+    walls = bond(10, columns, brick=(0.4, 0.2), half_bricks="even")
+    assert wall_rests(walls, 0.98 * columns * 0.2, 10.0, analysis) == "equilibrium"
+    assert wall_rests(walls, 1.02 * columns * 0.2, 10.0, Statics()) == "no_equilibrium"
+
+
+@pytest.mark.parametrize("friction", [0.4, 0.75])
+def test_a4_8_dry_shear_wall_under_a_beam_that_turns(friction: float) -> None:
+    """Blocks all but without weight: V/N = min(μ, L/2H) for a force at the top joint."""
+    normal, limit = 0.3e6 * 0.99, min(friction, 0.495)
+    structures = (
+        *bond(16, 4.5, brick=(0.22, 0.0625), half_bricks="even"),
+        BlockStructure(name="beam", material="stone", size=(0.99, 0.1), position=(0.0, 1.0)),
+    )
+
+    def outcome(share: float, analysis) -> str:
+        push = PointForce(block="beam", point=(0.0, 1.0), vector=(share * limit * normal, 0.0))
+        result = solved(
+            dimension=2,
+            fidelity="rigid",
+            structures=structures,
+            joints=(Joint(friction=friction),),
+            loads=Loads(gravity=(0.0, -1e-3), points=(PointForce(block="beam", vector=(0.0, -normal)), push)),
+            analysis=analysis,
+            solver=Solver(),
+        )
+        return result.outcome
+
+    assert outcome(0.98, ONE_STEP) == "equilibrium"
+    assert outcome(1.02, Statics()) == "no_equilibrium"

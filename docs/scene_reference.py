@@ -36,10 +36,12 @@ left), `flyer.v01` (from the foot), `vault.c2.s3` (course 2 from the left, stone
 course), `dome.r1.s4` (ring 1, slice 4), `dome.crown`, `dome.d1.s2` (drum, course 1), `dome.p3.c1` (pier 3,
 course 1), `NAME.` and the physical group in a file, `NAME` alone for a single block. Such names without their
 last part name groups of blocks (`NAME`, `wall.c2`, `portal.left`, `dome.r1`, `dome.p3`), and so do
-`dome.s4`, `dome.drum`, `dome.piers`, `arch.keystone` (in a vault the course at the crown) and `arch.springers`
-(the stones at both ends). Structures bring the supports `NAME.ground`, `NAME.springing_left`,
-`NAME.springing_right`, `portal.ground_left`, `portal.ground_right`, `flyer.foot`, `flyer.head`,
-`dome.base.s4` (under piers `dome.base.p4`), `dome.side_start`, `dome.side_end`.
+`dome.s4`, `dome.drum`, `dome.piers`, `arch.keystone` (in a vault the course at the crown) and
+`arch.springers` (the stones at both ends).
+
+Structures bring the supports `NAME.ground`, `NAME.springing_left`, `NAME.springing_right`,
+`portal.ground_left`, `portal.ground_right`, `flyer.foot`, `flyer.head`, `dome.base.s4` (under piers
+`dome.base.p4`), `dome.side_start`, `dome.side_end`.
 
 A selector is a shell pattern of these names (`wall.c5.*`) or, where faces are meant, `blocks/face`. Faces
 of boxes are `left`, `right`, `front`, `back`, `bottom`, `top`, those of voussoirs `start` (the left joint),
@@ -198,6 +200,13 @@ MEANING: dict[str, str] = {
     "StaircaseStructure.bearing": "how far the steps go into the wall",
     "StaircaseStructure.position": "lower front corner of the first step's free end [m]; the origin where "
     "it is not given",
+    "RubbleStructure.size": "of the whole",
+    "RubbleStructure.stones": "in it",
+    "RubbleStructure.seed": "of the random points",
+    "RubbleStructure.relaxation": "Lloyd's steps towards stones of equal size",
+    "RubbleStructure.shortest": "of a stone's edges, over the mean size of stones, before they are flattened",
+    "RubbleStructure.elongation": "length of stones over their height",
+    "RubbleStructure.joint": "thickness of the joints; 0: the stones touch",
     "WallStructure.brick": "length, (depth,) height of a brick",
     "WallStructure.columns": "bricks in a course, whole or and a half; a pattern has none",
     "WallStructure.courses": "courses",
@@ -267,13 +276,6 @@ MEANING: dict[str, str] = {
     "DomeStructure.base": "brings a support below each stone of the lowest ring, or of the drum, or pier",
     "DomeStructure.sweep": "angle of longitude of a sector",
     "DomeStructure.sides": "brings supports on both meridian planes of a sector",
-    "FileStructure.path": "`.msh` (2.2, 4.1), `.geo` or `.step`, relative to the scene file",
-    "FileStructure.scale": "factor from the file's unit of length to the metre",
-    "FileStructure.supports": "patterns of blocks (without `NAME.`) that are held",
-    "Joint.friction": "Coulomb's μ; `no slip`: the joint opens but never slides",
-    "Joint.law": "cohesion, by `kind`; dry where it is not given",
-    "ConstantThreshold.strength": "in tension",
-    "MohrCoulomb.cohesion": "c, shear strength without pressure; the tip of the cone is at the tension c/μ",
     "DomeStructure.drum_courses": "courses of a drum under the dome",
     "DomeStructure.drum_height": "of all courses together",
     "DomeStructure.drum_stones": "in a course; as many as slices where it is not given",
@@ -282,6 +284,13 @@ MEANING: dict[str, str] = {
     "DomeStructure.pier_height": "below the drum",
     "DomeStructure.pier_slices": "width of a pier in slices of the dome",
     "DomeStructure.pier_courses": "blocks of a pier",
+    "FileStructure.path": "`.msh` (2.2, 4.1), `.geo` or `.step`, relative to the scene file",
+    "FileStructure.scale": "factor from the file's unit of length to the metre",
+    "FileStructure.supports": "patterns of blocks (without `NAME.`) that are held",
+    "Joint.friction": "Coulomb's μ; `no slip`: the joint opens but never slides",
+    "Joint.law": "cohesion, by `kind`; dry where it is not given",
+    "ConstantThreshold.strength": "in tension",
+    "MohrCoulomb.cohesion": "c, shear strength without pressure; the tip of the cone is at the tension c/μ",
     "MohrCoulomb.tension_strength": "tension cut-off; c/μ where it is not given",
     "MohrCoulomb.residual_friction": "μ once broken; the joint's friction where it is not given",
     "FremondCangemi.energy": "w of decohesion",
@@ -365,10 +374,13 @@ MEANING: dict[str, str] = {
     "Contact.reach": "greatest gap between faces that are paired; 1e-3 of a block's size where not given",
     "Contact.angle": "greatest angle between faces that are paired",
     "Contact.expulsion": "speed at which initial overlaps are driven out, in the gap form",
+    "Contact.update": "whether contacts stay and move with the blocks, or are found anew",
+    "Contact.every": "steps between two detections",
     "Output.fields": "`.vtu` and `.pvd` files",
     "Output.pictures": "PNG pictures of the last state",
     "Output.every": "steps between field files; the first and the last are always written",
     "Output.determinacy": "tell [which forces are facts](determinacy.md), with the reactions of least norm",
+    "Output.limit_analysis": "tell what [limit analysis](limit_analysis.md) says of the same contact points",
     "Output.amplification": "of displacements in pictures; chosen where it is not given",
 }  # fmt: skip
 

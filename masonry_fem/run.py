@@ -90,6 +90,7 @@ def run(
     _check_step(save_contact, plan.steps)
     built = build(scene, base)
     clock.lap("build")
+    limits = _limits(scene, built)
     _make_folder(out)
     recorders = _recorders(scene, out, quiet)
     recorders.start(built.model)
@@ -110,10 +111,10 @@ def run(
             kept=kept,
         )
         clock.lap("march")
-        summary = summarise(scene, built, made)
+        summary = summarise(scene, built, made) | limits
         told = _determinacy(scene, built, made, summary)
         if told is not None:
-            recorders.amend(built.model, told.state, made.report)
+            recorders.amend(made.model, told.state, made.report)
     finally:  # Ctrl-C too leaves what was written so far readable
         files = recorders.close(summary)
         write_summary(out / "summary.json", summary)
@@ -124,7 +125,7 @@ def run(
     elif save_contact is not None:
         logger.warning("step %d was not reached: its contact problem is not saved", save_contact)
     if told is not None:
-        files.append(write_determinacy(out / "determinacy.csv", built.model, told))
+        files.append(write_determinacy(out / "determinacy.csv", made.model, told))
     files.append(write_summary(out / "summary.json", summary))
     return RunResult(made.outcome, made.message, summary, files, built, made)
 
@@ -133,11 +134,21 @@ def solve_scene(scene: specs.Scene, base: Path = Path(), observers: Sequence[Obs
     """Solve a scene without writing anything; ``observers`` see each step's state and report."""
     scene = check(scene, base=base)
     built = build(scene, base)
+    limits = _limits(scene, built)
     plan, settings = strategy(scene.analysis), solver_settings(scene.solver)
     made = march(built.model, plan, settings, bodies=built.bodies, observers=observers)
-    summary = summarise(scene, built, made)
+    summary = summarise(scene, built, made) | limits
     _determinacy(scene, built, made, summary)
     return RunResult(made.outcome, made.message, summary, [], built, made)
+
+
+def _limits(scene: specs.Scene, built: Built) -> dict[str, Any]:
+    """What limit analysis says, where the scene asks for it: before the march, which a refusal then spares."""
+    if not scene.output.limit_analysis:
+        return {}
+    from masonry_fem.limit_analysis import reported  # noqa: PLC0415 - only scenes that ask need its solvers
+
+    return {"limit_analysis": reported(scene, built)}
 
 
 def _determinacy(
@@ -151,11 +162,11 @@ def _determinacy(
             "reactions": "as solved, which is not to the tolerance: nothing is determined"
         }
         return None
-    told = determine(built.model, made.last)
+    told = determine(made.model, made.last)
     d = built.model.assembly.dimension
     summary["supports"] = {name: _wrench(value, d) for name, value in told.supports.items()}
     summary["status"] = status_counts(told.state)
-    summary["determinacy"] = determinacy_summary(built.model, told)
+    summary["determinacy"] = determinacy_summary(made.model, told)
     return told
 
 

@@ -32,7 +32,13 @@ def print_limits(told: Mapping[str, Any], dimension: int, console: Console | Non
     table.add_column(style="bold", no_wrap=True)
     table.add_column(style="dim", no_wrap=True)
     table.add_column()
-    for part in (_model(told), _loads(told), _supports(told, dimension), _certificate(told), _notes(told)):
+    for part in (
+        _model(told),
+        _loads(told),
+        support_rows(told["supports"], dimension),
+        _certificate(told),
+        _notes(told),
+    ):
         section = ""
         for heading, name, value in part:
             table.add_row("" if heading == section else heading, name, Text(value))
@@ -55,12 +61,12 @@ def _loads(told: Mapping[str, Any]) -> Rows:
         yield "loads", "least multiplier", f"{told['least_multiplier']:.{DIGITS}g}"
 
 
-def _supports(told: Mapping[str, Any], dimension: int) -> Rows:
-    """Least and greatest force of each support on the blocks."""
+def support_rows(supports: Mapping[str, Any], dimension: int) -> Rows:
+    """Least and greatest force of each support on the blocks, by axis."""
     unit = "N/m" if dimension == 2 else "N"
-    ends = [abs(end) for axes in told["supports"].values() for pair in axes.values() for end in pair if end]
+    ends = [abs(end) for axes in supports.values() for pair in axes.values() for end in pair if end]
     least = NOTHING * max(ends, default=0.0)
-    for name, axes in told["supports"].items():
+    for name, axes in supports.items():
         for axis, (low, high) in axes.items():
             section = f"support {name}"
             yield (

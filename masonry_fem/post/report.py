@@ -10,6 +10,7 @@ import numpy as np
 
 from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.state import SystemState
+from masonry_fem.post.limit_table import support_rows
 from masonry_fem.post.recorder import StepReport
 from masonry_fem.post.sheet import quantity
 
@@ -104,7 +105,7 @@ def print_summary(summary: Mapping[str, Any], console: Console | None = None) ->
     table.add_column(style="bold", no_wrap=True)
     table.add_column(style="dim", no_wrap=True)
     table.add_column()
-    for part in (_size, _certificate, _stress, _forces, _determinacy, _probes, _cost):
+    for part in (_size, _certificate, _stress, _forces, _limits, _determinacy, _probes, _cost):
         section = ""
         for heading, name, value in part(summary):
             table.add_row("" if heading == section else heading, name, Text(value))
@@ -158,6 +159,16 @@ def _forces(summary: Mapping[str, Any]) -> Rows:
         yield "forces", "applied", _force(applied)
     for name, wrench in (summary.get("supports") or {}).items():
         yield "forces", f"support {name}", _force(wrench)
+
+
+def _limits(summary: Mapping[str, Any]) -> Rows:
+    told = summary.get("limit_analysis")
+    if not told:
+        return
+    yield "limit analysis", "", str(told["message"])
+    dimension = len(summary.get("applied", ())) or 3
+    for section, name, value in support_rows(told.get("supports", {}), dimension):
+        yield "limit analysis", f"{section}, {name}", value
 
 
 def _determinacy(summary: Mapping[str, Any]) -> Rows:

@@ -305,13 +305,15 @@ class Output(Spec, frozen=True, kw_only=True):
     """What is written besides ``summary.json`` and ``history.csv``.
 
     With ``determinacy`` the last step's reactions are those of least norm among all that solve it, and
-    ``determinacy.csv`` tells which resultants are the same in all of them.
+    ``determinacy.csv`` tells which resultants are the same in all of them. With ``limit_analysis`` the
+    summary tells what rigid blocks on the same contact points could carry.
     """
 
     fields: bool = True
     pictures: bool = True
     every: Count = 1
     determinacy: bool = False
+    limit_analysis: bool = False
     amplification: Positive | None = None
 
 

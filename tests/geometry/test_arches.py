@@ -7,12 +7,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from msgspec import structs
 from scipy.integrate import quad
 from scipy.optimize import brentq, linprog
 
 from masonry_fem.contact.detection import detect
 from masonry_fem.errors import GeometryError, SceneError
 from masonry_fem.geometry import build_structure
+from masonry_fem.geometry.curve import Catenary
 from masonry_fem.geometry.meshing import mesh_shape
 from masonry_fem.geometry.overlap import overlapping
 from masonry_fem.run import RunResult, solve_scene
@@ -40,6 +44,7 @@ from tests.geometry.test_meshing import volumes
 G, DENSITY = 9.81, 2000.0
 FORMS = {
     "pointed": (PointedArchStructure, {"span": 2.0, "rise": 1.5}),
+    "pointed, vertical": (PointedArchStructure, {"span": 2.0, "rise": 1.5, "cut": "vertical"}),
     "flat": (FlatArchStructure, {"span": 2.0}),
     "elliptical": (EllipticalArchStructure, {"span": 3.0, "rise": 1.0}),
     "elliptical, vertical": (EllipticalArchStructure, {"span": 3.0, "rise": 1.0, "cut": "vertical"}),
@@ -96,6 +101,7 @@ def exact_area(form: str) -> float:
     if form.startswith("catenary"):
         c = chain(1.5)
         return t * 2 * c * np.sinh(1 / c)
+    assert form.startswith("pointed")
     radius, e = 1.5**2 / 2 + 0.5, 1.5**2 / 2 - 0.5  # of the arcs, and of their centres from the middle
 
     def half(r: float) -> float:
@@ -195,6 +201,34 @@ def test_keystone_and_springers_have_names(form: str) -> None:
         if not block.support:  # start is the left joint
             left, right = (solid.face_points(solid.names.index(n)).mean(axis=0)[0] for n in ("start", "end"))
             assert left < right
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    kind=st.sampled_from([PointedArchStructure, EllipticalArchStructure, CatenaryArchStructure]),
+    cut=st.sampled_from(["radial", "vertical"]),
+    slender=st.floats(0.02, 0.9),
+    rise=st.floats(0.15, 2.5),
+    voussoirs=st.integers(1, 25),
+    scale=st.sampled_from([1e-3, 1.0, 1e3]),
+)
+def test_arches_of_any_proportions(kind, cut, slender, rise, voussoirs, scale) -> None:
+    """What the checks let through is built: joints between all neighbours, no overlap, exact area."""
+    rise = max(rise, 0.5) if kind is PointedArchStructure else rise
+    keys = {"name": "arch", "material": "stone", "cut": cut, "voussoirs": voussoirs}
+    line = {"span": scale, "rise": rise * scale}
+    arch = kind(**keys, **line, thickness=slender * 0.3 * scale)
+    assume(not list(arch.faults(2)))
+    if kind is CatenaryArchStructure:
+        assume(arch.thickness < 2 * Catenary.through(arch.span, arch.rise).scale)
+    made = build_structure(arch, 2, Path(), MeshSettings())
+    interfaces = detect(made)
+    assert len(interfaces) == voussoirs + 1
+    assert overlapping(made) == []
+    one = build_structure(structs.replace(arch, voussoirs=1), 2, Path(), MeshSettings())
+    assert area(made) == pytest.approx(area(one), rel=1e-7)
+    solids = [made.solid(i) for i, block in enumerate(made.blocks) if not block.support]
+    assert all(solid.mass_properties().volume > 0 for solid in solids)
 
 
 def test_congruent_stones_share_a_shape() -> None:
@@ -407,4 +441,8 @@ def test_elastic_stones_carry_their_weight(form: str) -> None:
     left, right = reactions(result)
     assert left + right == pytest.approx([0.0, 0.0, sum(masses) * G], rel=1e-8, abs=1e-6 * sum(masses) * G)
     assert left == pytest.approx(right * [-1, 1, 1], rel=1e-6, abs=1e-6 * sum(masses) * G)
+    low, high = thrust_bounds(
+        build_structure(structs.replace(structure, mesh=None), 2, Path(), MeshSettings())
+    )
+    assert low * 0.99 < left[0] / (sum(masses) * G) < high * 1.01
     assert sum(masses) == pytest.approx(0.3 * DENSITY * exact_area(form), rel=0.02)  # elements are chords

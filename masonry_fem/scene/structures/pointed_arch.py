@@ -5,22 +5,23 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import asin, pi, sin
 
-from masonry_fem.scene.record import Count, Length
-from masonry_fem.scene.structures.voussoirs import VoussoirStructure
+from masonry_fem.scene.record import Length
+from masonry_fem.scene.structures.voussoirs import Cut, VoussoirStructure
 
 
 class PointedArchStructure(VoussoirStructure, frozen=True, kw_only=True, tag="pointed_arch"):
     """Arch of two arcs of a circle about centres on the springing line; springings as supports.
 
     Its form is given by ``rise`` or by the ``radius`` of the arcs (``radius = span`` is the equilateral
-    arch). An odd number of ``voussoirs`` has a keystone, an even one a joint at the crown.
+    arch). An odd number of ``voussoirs`` has a keystone, an even one a joint at the crown. Radial joints
+    are normal to the arcs and cut them into equal lengths, vertical ones cut the intrados' span equally.
     """
 
     span: Length
     rise: Length | None = None
     radius: Length | None = None
+    cut: Cut = "radial"
     straight: bool = False
-    voussoirs: Count
 
     @property
     def arc(self) -> float:
@@ -52,7 +53,7 @@ class PointedArchStructure(VoussoirStructure, frozen=True, kw_only=True, tag="po
             yield "radius", f"at least half the span ({half:g} m)"
         elif self.thickness >= self.span:
             yield "thickness", f"less than the span ({self.span:g} m)"
-        elif self.voussoirs > 1 and not self.parted():
+        elif self.cut == "radial" and self.voussoirs > 1 and not self.parted():
             yield "voussoirs", "fewer: joints beside the crown would cross within the thickness"
 
     def parted(self) -> bool:

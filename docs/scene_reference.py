@@ -31,24 +31,30 @@ A scene is a TOML file. Numbers are in SI units (angles of geometry in degrees, 
 a string with a unit stands for a number wherever a unit is given below: `young = "10 GPa"`. Vectors
 have the dimension of the scene. A plane scene is one metre deep: its forces are per metre.
 
-Blocks are called after their structure: `wall.c2.b3` (course 2, brick 3), `stack.b1`, `arch.v06` (from the
-left), `flyer.v01` (from the foot), `vault.c2.s3` (course 2 from the left, stone 3), `portal.left.c1` (pier,
-course), `dome.r1.s4` (ring 1, slice 4), `dome.crown`, `dome.d1.s2` (drum, course 1), `dome.p3.c1` (pier 3,
-course 1), `NAME.` and the physical group in a file, `NAME` alone for a single block. Such names without their
-last part name groups of blocks (`NAME`, `wall.c2`, `portal.left`, `dome.r1`, `dome.p3`), and so do
-`dome.s4`, `dome.drum`, `dome.piers`, `arch.keystone` (in a vault the course at the crown) and
-`arch.springers` (the stones at both ends).
+Blocks are called after their structure: `wall.c2.b3` (course 2, brick 3; row by row from the front),
+`wall.lintel1`, `stack.b1`, `corbel.b1`, `buttress.c2.b1`, `column.d3` (drum 3), `column.plinth`,
+`column.capital`, `stair.s3` (step 3), `rubble.s07` (from below), `arch.v06` (from the left), `flyer.v01`
+(from the foot), `vault.c2.s3` (course 2 from the left, stone 3), `portal.left.c1` (pier, course),
+`dome.r1.s4` (ring 1, slice 4), `dome.crown`, `dome.d1.s2` (drum, course 1), `dome.p3.c1` (pier 3, course 1),
+`NAME.` and the physical group in a file, `NAME` alone for a single block. Such names without their last part
+name groups of blocks (`NAME`, `wall.c2`, `portal.left`, `dome.r1`, `dome.p3`), and so do `wall.stretchers`,
+`wall.headers`, `wall.closers`, `wall.lintels`, `wall.w2` (wythe 2 from the front), `buttress.stage2`,
+`stair.steps`, `stair.wall`, `dome.s4`, `dome.drum`, `dome.piers`, `arch.keystone` (in a vault the course at
+the crown) and `arch.springers` (the stones at both ends).
 
-Structures bring the supports `NAME.ground`, `NAME.springing_left`, `NAME.springing_right`,
-`portal.ground_left`, `portal.ground_right`, `flyer.foot`, `flyer.head`, `dome.base.s4` (under piers
-`dome.base.p4`), `dome.side_start`, `dome.side_end`.
+Structures bring the supports `NAME.ground`, `NAME.springing_left`, `NAME.springing_right`, `stair.below2` and
+`stair.above2` (wall stones below and above step 2's built-in end), `portal.ground_left`,
+`portal.ground_right`, `flyer.foot`, `flyer.head`, `dome.base.s4` (under piers `dome.base.p4`),
+`dome.side_start`, `dome.side_end`.
 
-A selector is a shell pattern of these names (`wall.c5.*`) or, where faces are meant, `blocks/face`. Faces
-of boxes are `left`, `right`, `front`, `back`, `bottom`, `top`, those of voussoirs `start` (the left joint),
+A selector is a shell pattern of these names (`wall.c5.*`) or, where faces are meant, `blocks/face`. Faces of
+boxes are `left`, `right`, `front`, `back`, `bottom`, `top`, those of voussoirs `start` (the left joint),
 `end` (the right one), `intrados`, `extrados`, `front`, `back`, those of the stones of domes and drums
-`intrados`, `extrados`, `lower`, `upper`, `left`, `right`. Joints are labelled `bed` and `head` in boxes,
-`radial` in arches (between a portal's pier and its arch, too), or `vertical` where they are cut so, `radial`
-and `head` in vaults, `head` at both ends of flying buttresses, `bed` and `meridian` in domes and drums.
+`intrados`, `extrados`, `lower`, `upper`, `left`, `right`, those of a column's drums `bottom`, `top`, `side`;
+stones of rubble name those in the sides of their box. Joints are labelled `bed` and `head` in boxes, `collar`
+between the wythes of a wall, `rubble` in rubble, `radial` in arches (between a portal's pier and its arch,
+too), or `vertical` where they are cut so, `radial` and `head` in vaults, `head` at both ends of flying
+buttresses, `bed` and `meridian` in domes and drums.
 
 `--set` changes any value from the command line: `--set joints.0.friction=0.4`,
 `--set structures.wall.courses=8`, `--set "analysis={kind='dynamics', step=1e-4, duration=0.01}"`.

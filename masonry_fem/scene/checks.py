@@ -147,10 +147,16 @@ def _turn(value: Any, path: KeyPath, flat: bool, unit: str) -> None:
 def _shapes(scene: Scene) -> None:
     for index, structure in enumerate(scene.structures):
         for key, expected in structure.faults(scene.dimension):
-            path, value = ("structures", index), getattr(structure, key)
+            path: KeyPath = ("structures", index)
+            value: Any = structure
+            for part in key.split("."):  # 'openings.0.size': a key of a table within
+                step = int(part) if part.isdecimal() else part
+                value = value[step] if isinstance(step, int) else getattr(value, step)
+                path = (*path, step)
             if value is None:
-                raise MisfitError(path, f"{{path}} lacks the key '{key}', expected {braced(expected)}")
-            raise wrong((*path, key), value, expected)
+                lacking = f"{{path}} lacks the key '{path[-1]}', expected {braced(expected)}"
+                raise MisfitError(path[:-1], lacking)
+            raise wrong(path, value, expected)
 
 
 def _analysis(scene: Scene) -> None:

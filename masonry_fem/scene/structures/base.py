@@ -31,6 +31,6 @@ class Structure(Spec, frozen=True, kw_only=True, tag_field="kind"):
     def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
         """Keys whose values do not go together, or not with the dimension: (key, what was expected).
 
-        What a single value must be stands in its annotation.
+        What a single value must be stands in its annotation. A key within a table is ``openings.0.size``.
         """
         return iter(())

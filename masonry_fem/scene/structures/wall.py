@@ -105,11 +105,14 @@ class WallStructure(Structure, frozen=True, kw_only=True, tag="wall"):
         spans, rounding = self.spans, ROUNDING * self.brick[0]
         if spans and self.half_bricks == "none":
             yield "half_bricks", "'even' or 'odd' in a wall with openings"
-        for number, (opening, span) in enumerate(zip(self.openings, spans, strict=True)):
-            wrong = self._misplaced(opening, span)
-            if wrong:
-                yield "openings", f"{wrong} (opening {number})"
-                return
+        misplaced = [
+            (f"openings.{number}.{key}", expected)
+            for number, span in enumerate(spans)
+            for key, expected in self._misplaced(self.openings[number], span)
+        ]
+        if misplaced:
+            yield misplaced[0]
+            return
         for course in range(self.courses):
             for a, b in solid_stretches(spans, course, (0.0, self.length), rounding):
                 if b - a < SLIVER * self.brick[0] - rounding:
@@ -120,7 +123,7 @@ class WallStructure(Structure, frozen=True, kw_only=True, tag="wall"):
                         f" from {a:g} m on)",
                     )
                     return
-        for span in spans:
+        for number, span in enumerate(spans):
             if span.lintel and any(
                 one.open_in(span.top - 1)
                 and one.left < span.right + span.bearing - rounding
@@ -128,23 +131,27 @@ class WallStructure(Structure, frozen=True, kw_only=True, tag="wall"):
                 for one in spans
                 if one is not span
             ):
-                yield "openings", "jambs below both ends of a lintel: another opening is there"
+                yield f"openings.{number}", "jambs below both ends of its lintel: another opening is there"
 
-    def _misplaced(self, opening: Opening, span: Span) -> str:
-        """What an opening's place should be; nothing where it is right."""
+    def _misplaced(self, opening: Opening, span: Span) -> Iterator[tuple[str, str]]:
+        """What an opening's place and size should be."""
         height = self.brick[-1]
-        for what, level, course in (
+        for key, level, course in (
             ("position", opening.position[1], span.bottom),
-            ("position + size", opening.position[1] + opening.size[1], span.top),
+            ("size", opening.position[1] + opening.size[1], span.top),
         ):
             if abs(level - course * height) > ROUNDING * height or course > self.courses:
                 near = min(course, self.courses) * height
-                return (
-                    f"the height of a bed joint, a multiple of {height:g} m, for {what}: not {level:g} m but "
-                    f"{near:g} m"
+                edge = "lower" if key == "position" else "upper"
+                yield (
+                    key,
+                    f"an opening whose {edge} edge lies on a bed joint (a multiple of {height:g} m): at "
+                    f"{near:g} m, not at {level:g} m",
                 )
         if span.right > self.length * (1 + ROUNDING):
-            return f"openings within the wall's length of {self.length:g} m"
+            yield "position", f"an opening within the wall's length of {self.length:g} m"
         if span.top + span.lintel > self.courses:
-            return f"lintels that end at the wall's top: at most {self.courses - span.top} lintel_courses"
-        return ""
+            yield (
+                "lintel_courses",
+                f"at most {self.courses - span.top}, so many courses lie above the opening",
+            )

@@ -25,8 +25,13 @@ logger = logging.getLogger(__name__)
 ROUNDING = 1e-6  # of an angle [degrees]
 
 
-def joint_of_interfaces(scene: specs.Scene, stones: Stones, interfaces: tuple[Interface, ...]) -> list[int]:
-    """Number of the joint record that holds for each interface: the last that matches."""
+def joint_of_interfaces(
+    scene: specs.Scene, stones: Stones, interfaces: tuple[Interface, ...], tell: bool = True
+) -> list[int]:
+    """Number of the joint record that holds for each interface: the last that matches.
+
+    With ``tell`` it warns of records that hold for none.
+    """
     names = block_names(stones.assembly)
     found = []
     idle = set(range(len(scene.joints)))
@@ -48,7 +53,7 @@ def joint_of_interfaces(scene: specs.Scene, stones: Stones, interfaces: tuple[In
             )
         found.append(matching[-1])
         idle -= set(matching)
-    if interfaces:
+    if interfaces and tell:
         _tell_idle(scene, sorted(idle), {interface.label for interface in interfaces})
     return found
 
@@ -90,11 +95,28 @@ def contacts_and_joints(
     Last the factors by which properties of the points scatter, by parameter.
     """
     chosen = joint_of_interfaces(scene, stones, interfaces)
-    rules = [
+    contacts = place(stones.assembly, interfaces, rules_of(scene, stones, interfaces, chosen))
+    return contacts, *joints_at(scene, interfaces, contacts, chosen, base)
+
+
+def rules_of(
+    scene: specs.Scene, stones: Stones, interfaces: tuple[Interface, ...], chosen: list[int]
+) -> list[Rule]:
+    """The placement rule of each interface, of which ``chosen`` are the joint records."""
+    return [
         _rule(scene.joints[joint], stones, interface)
         for joint, interface in zip(chosen, interfaces, strict=True)
     ]
-    contacts = place(stones.assembly, interfaces, rules)
+
+
+def joints_at(
+    scene: specs.Scene,
+    interfaces: tuple[Interface, ...],
+    contacts: Contacts,
+    chosen: list[int],
+    base: Path,
+) -> tuple[JointTable, Assignment | None, dict[str, np.ndarray]]:
+    """Properties, laws and factors of scatter of contact points on interfaces of ``chosen`` joint records."""
     records = [scene.joints[joint] for joint in chosen]
 
     def spread(values: list[float]) -> np.ndarray:
@@ -116,7 +138,7 @@ def contacts_and_joints(
         velocity_form=spread([joint.form == "velocity" for joint in records]) > 0,
     )
     laws = joint_laws(scene, contacts, interfaces, chosen, base, scatter)
-    return contacts, table, laws, {name: values[contacts.interface] for name, values in scatter.items()}
+    return table, laws, {name: values[contacts.interface] for name, values in scatter.items()}
 
 
 def _rule(joint: specs.Joint, stones: Stones, interface: Interface) -> Rule:

@@ -16,6 +16,7 @@ from masonry_fem.bodies.base import BodyGroup
 from masonry_fem.bodies.rigid import RigidGroup
 from masonry_fem.build.joints import contacts_and_joints
 from masonry_fem.build.loads import loads
+from masonry_fem.build.redetection import Redetection
 from masonry_fem.build.stones import Stones, block_names, lay, typical_length
 from masonry_fem.build.supports import support_group
 from masonry_fem.contact.contacts import Interface
@@ -79,10 +80,28 @@ def build(scene: specs.Scene, base: Path) -> Built:
         probes=_probes(scene, stones, groups),
         length=typical_length(stones.assembly),
         expulsion=scene.contact.expulsion,
+        update=_update(scene, stones, base),
     )
     bodies = _initial(scene, stones, groups)
     clock.lap("assemble")
     return Built(model, stones, bodies, clock.phases)
+
+
+def _update(scene: specs.Scene, stones: Stones, base: Path) -> Redetection | None:
+    """What finds contacts anew during the march; None where they stay."""
+    if scene.contact.update != "redetect":
+        return None
+    if not stones.of_role("rigid"):
+        raise SceneError(
+            "contact.update is 'redetect', expected rigid blocks in the scene: elastic ones keep their "
+            "contacts; set fidelity = 'rigid', or leave contact.update out"
+        )
+    if any(joint.scatter is not None for joint in scene.joints):
+        raise SceneError(
+            "contact.update is 'redetect' beside a joint with scatter, whose draws belong to the joints of "
+            "the start; leave one of them out"
+        )
+    return Redetection.of(scene, stones, base)
 
 
 def body_groups(scene: specs.Scene, stones: Stones, base: Path) -> tuple[BodyGroup, ...]:

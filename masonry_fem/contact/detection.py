@@ -21,7 +21,7 @@ from masonry_fem.contact.boxes import near_pairs
 from masonry_fem.contact.clipping import clip, polygon_area
 from masonry_fem.contact.contacts import Interface
 from masonry_fem.contact.kinematics import height, local_frames
-from masonry_fem.contact.surface import PosedFaces, Surface, pose_faces, typical_size
+from masonry_fem.contact.surface import PosedFaces, Surface, pose_faces, surfaces_of, typical_size
 from masonry_fem.contact.touching import Posed, clearances, standing_pairs
 from masonry_fem.errors import GeometryError
 from masonry_fem.solid.assembly import Assembly
@@ -30,7 +30,7 @@ from masonry_fem.solid.pose import FloatArray
 
 SMALLEST = 1e-4  # of the smaller face: a common part below it is a sliver
 EDGE = 2e-6  # of a block's size: a common part no wider is a shared edge or corner
-TILTED = 1e-3  # radians between faces above which one of them carries the other
+TILTED = 1e-5  # radians between faces above which one of them carries the other
 REACH = 1e-3  # of a block's size: what a scene that says nothing takes for touching
 ALIKE = 0.5  # of the deeper: how far two tilted faces reach into the blocks must differ for one to carry
 ROUNDING = 1e-12  # of a block's size: a gap below it is zero
@@ -55,17 +55,26 @@ class _FacePairs:
 
 
 def detect(
-    assembly: Assembly, *, reach: float | None = None, angle: float = 5.0, support_pairs: bool = False
+    assembly: Assembly,
+    *,
+    reach: float | None = None,
+    overlap: float | None = None,
+    angle: float = 5.0,
+    support_pairs: bool = False,
+    surfaces: tuple[Surface, ...] | None = None,
+    tell: bool = True,
 ) -> tuple[Interface, ...]:
     """Common parts of the blocks' faces.
 
     Parameters
     ----------
     assembly : Blocks in their reference poses.
-    reach : Largest initial gap, and largest overlap, that still is a contact [m]; by default 1e-3
-        of the blocks' typical size.
+    reach : Largest gap that still is a contact [m]; by default 1e-3 of the blocks' typical size.
+    overlap : Largest overlap that still is one [m]; by default as large as the gap.
     angle : Largest angle between two faces that touch [degrees].
     support_pairs : Whether two blocks that both are supports may touch.
+    surfaces : Those of the assembly's shapes, where they are known (``surfaces_of``).
+    tell : Whether to warn of slivers.
 
     Returns
     -------
@@ -88,7 +97,7 @@ def detect(
         )
     if len(assembly.blocks) < 2:
         return ()
-    surfaces = tuple(Surface.of(shape) for shape in assembly.shapes)
+    surfaces = surfaces_of(assembly) if surfaces is None else surfaces
     size = typical_size(assembly, surfaces)
     far = REACH * size if reach is None else reach
     faces = pose_faces(assembly, surfaces)
@@ -101,19 +110,21 @@ def detect(
         pairs = pairs[~support[pairs].all(axis=1)]
     posed = Posed.of(assembly, surfaces)
     chosen = _orient(_facing(faces, pairs, far + 1e-9 * size, angle), posed, faces)
-    found, slivers = _cut(chosen, assembly, surfaces, faces, far, size)
+    deep = far if overlap is None else overlap
+    found, slivers = _cut(chosen, assembly, surfaces, faces, (far, deep), size)
     met = {tuple(sorted(interface.blocks)) for interface in found}
     rest = np.array([pair for pair in pairs.tolist() if tuple(pair) not in met], dtype=np.int64).reshape(
         -1, 2
     )
-    found += standing_pairs(posed, rest, far, size)
-    _tell_slivers(assembly, found, slivers)
+    found += standing_pairs(posed, rest, far, deep, size)
+    if tell:
+        _tell_slivers(assembly, found, slivers)
     return tuple(sorted(found, key=_order))
 
 
 def default_reach(assembly: Assembly) -> float:
     """The reach of ``detect`` where none is given [m]."""
-    return REACH * typical_size(assembly, tuple(Surface.of(shape) for shape in assembly.shapes))
+    return REACH * typical_size(assembly, surfaces_of(assembly))
 
 
 def _tell_slivers(assembly: Assembly, found: list[Interface], slivers: IntArray) -> None:
@@ -184,10 +195,10 @@ def _cut(
     assembly: Assembly,
     surfaces: tuple[Surface, ...],
     faces: PosedFaces,
-    far: float,
+    within: tuple[float, float],
     size: float,
 ) -> tuple[list[Interface], IntArray]:
-    """Interfaces of the face pairs whose common part is large and near enough.
+    """Interfaces of the face pairs whose common part is large, and ``within`` a gap and an overlap.
 
     And the blocks of those whose common part is no mere edge, yet too small, shape (s, 2).
     """
@@ -212,7 +223,7 @@ def _cut(
     real = np.arange(gap.shape[1]) < corners[:, None]
     nearest = np.where(real, gap, np.inf).min(axis=1)
     rounding = 1e-9 * size
-    touching = (nearest <= far + rounding) & (nearest >= -far - rounding)
+    touching = (nearest <= within[0] + rounding) & (nearest >= -within[1] - rounding)
     accepted = large & touching
     sliver = np.flatnonzero(touching & ~large & (area > 0))
     width = area[sliver]

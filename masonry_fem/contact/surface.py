@@ -108,6 +108,11 @@ class Surface:
         )
 
 
+def surfaces_of(assembly: Assembly) -> tuple[Surface, ...]:
+    """The surfaces of an assembly's shapes; what detects and places many times makes them once."""
+    return tuple(Surface.of(shape) for shape in assembly.shapes)
+
+
 @dataclass(frozen=True, slots=True)
 class PosedFaces:
     """Convex face pieces of all blocks in the world, ordered by block and piece (n of them).

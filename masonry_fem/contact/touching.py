@@ -83,19 +83,24 @@ class Posed:
         )
 
 
-def standing_pairs(posed: Posed, pairs: IntArray, reach: float, size: float) -> list[Interface]:
-    """Interfaces of one or two points between blocks that stand on a corner or on an edge, or cross."""
+def standing_pairs(
+    posed: Posed, pairs: IntArray, reach: float, overlap: float, size: float
+) -> list[Interface]:
+    """Interfaces of one or two points between blocks that stand on a corner or on an edge, or cross.
+
+    Features at most ``reach`` apart and ``overlap`` into each other [m].
+    """
     pairs = pairs[posed.convex[pairs].all(axis=1)]
     if len(pairs) == 0:
         return []
     level = LEVEL * size
     found, by_face = _features(
-        posed.vertices, posed.count, posed.on_face, posed.normal, posed.faces, pairs, reach, level
+        posed.vertices, posed.count, posed.on_face, posed.normal, posed.faces, pairs, reach, overlap, level
     )
     edges, apart, axis, points = crossings(
         posed.vertices, posed.normal, posed.edges, posed.edge_count, pairs, by_face, reach + level, level
     )
-    crossed = (edges[:, 0] >= 0) & (np.abs(apart) <= reach + level)
+    crossed = (edges[:, 0] >= 0) & (apart <= reach + level) & (apart >= -overlap - level)
     better = apart > by_face + level
     made = []
     for m in np.flatnonzero(crossed | ((found[:, 0] >= 0) & ~better)).tolist():
@@ -219,6 +224,7 @@ def _features(
     faces: IntArray,
     pairs: IntArray,
     reach: float,
+    overlap: float,
     level: float,
 ) -> tuple[IntArray, FloatArray]:
     """For each pair (which block carries, its face, one or two corners of the other; −1: none), (m, 4).
@@ -243,7 +249,7 @@ def _features(
                 low = _three_lowest(heights)
                 lowest = heights[low[0]]
                 apart[m] = max(apart[m], lowest)
-                if lowest < -reach - level or lowest > reach + level or lowest <= best:
+                if lowest < -overlap - level or lowest > reach + level or lowest <= best:
                     continue
                 near = 0
                 for value in heights:

@@ -1,7 +1,7 @@
 """Increments: the steps of a strategy one after another, divided where joints give way.
 
-for made in increments(model, coupling, strategy, state, settings, clock):
-    made.after, made.adhesion_loss
+for coupling, made in increments(coupling, strategy, state, settings, clock):
+    coupling.model, made.after, made.adhesion_loss
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from masonry_fem.bodies.base import Scheme
 from masonry_fem.dynamics.clock import Clock
 from masonry_fem.dynamics.coupling import Coupling
 from masonry_fem.dynamics.model import Model
+from masonry_fem.dynamics.renewal import renewed
 from masonry_fem.dynamics.state import SystemState
 from masonry_fem.dynamics.step import Increment, step
 from masonry_fem.nscd import Outcome, SolverSettings
@@ -32,21 +33,26 @@ ABRUPT = 0.5
 
 
 def increments(
-    model: Model,
     coupling: Coupling,
     strategy: Strategy,
     state: SystemState,
     settings: SolverSettings,
     clock: Clock,
-) -> Iterator[Increment]:
-    """Every step that ``strategy`` schedules from ``state`` on, each from where the last one ended."""
+) -> Iterator[tuple[Coupling, Increment]]:
+    """Every step that ``strategy`` schedules from ``state`` on, each from where the last one ended.
+
+    With the coupling that it was made with: contacts may be found anew on the way.
+    """
     share, largest = min(ROUNDING / settings.tolerance, LEAST_SHARE), 0.0
     for scheme, until in strategy.schedule():
+        coupling, state = renewed(coupling, state, scheme)
+        model = coupling.model
+        clock.lap("detect")
         measured = replace(settings, least_impulse=share * largest)
         for made in _parts(model, coupling, strategy, state, scheme, until, strategy.parts, measured, clock):
             largest = max(largest, float(np.linalg.norm(made.impulse)))
             state = _rested(model, made.after, strategy.velocity_factor)
-            yield made
+            yield coupling, made
 
 
 def _parts(

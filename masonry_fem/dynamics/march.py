@@ -47,7 +47,8 @@ class March:
     ----------
     outcome, message : Verdict and its sentence.
     state, report : The last state and what its step did.
-    last : Everything of the last step. ledger : Energies summed over the march.
+    model : What the last step was made with. last : Everything of that step.
+    ledger : Energies summed over the march.
     seconds : CPU time by phase [s]: factorise, solve, step, measure and output.
     moving : Blocks that move where there is no equilibrium: (name, speed [m/s], how).
     abrupt : Times of the steps in which some joint lost more than half of its adhesion at once.
@@ -57,6 +58,7 @@ class March:
     message: str
     state: SystemState
     report: StepReport
+    model: Model
     last: Increment
     ledger: Ledger
     seconds: dict[str, float]
@@ -85,7 +87,8 @@ def march(
     missed: list[float] = []
     unsettled: list[float] = []
     abrupt: list[float] = []
-    for made in increments(model, coupling, strategy, state, settings, clock):
+    for here, made in increments(coupling, strategy, state, settings, clock):
+        coupling, model = here, here.model
         inertia = made.scheme.inertia
         report = measure(model, coupling, made)
         clock.lap("measure")
@@ -193,7 +196,7 @@ def _ended(
     else:
         moving = tuple(moving_blocks(model, made.after))
         message = _no_equilibrium(report, moving)
-    return March(verdict, message, made.after, report, made, ledger, clock.phases, moving, abrupt)
+    return March(verdict, message, made.after, report, model, made, ledger, clock.phases, moving, abrupt)
 
 
 def _steps(count: int) -> str:

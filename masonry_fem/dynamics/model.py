@@ -1,14 +1,18 @@
-"""Model: everything a march needs, composed from a scene; nothing in it changes in time."""
+"""Model: everything a march needs, composed from a scene; nothing in it changes in time.
+
+Where blocks move far ``update`` makes another model of it, with the contacts that there are then.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from masonry_fem.bodies.base import BodyGroup
+from masonry_fem.bodies.base import BodyGroup, Scheme
 from masonry_fem.contact.contacts import Contacts, Interface
 from masonry_fem.nscd.laws.assignment import Assignment
 from masonry_fem.solid.assembly import Assembly
@@ -55,6 +59,29 @@ class Probe:
     point: FloatArray
 
 
+class Update(Protocol):
+    """How contacts follow blocks that move far."""
+
+    @property
+    def every(self) -> int:
+        """Steps between two detections."""
+        ...
+
+    def __call__(
+        self,
+        model: Model,
+        bodies: tuple[Any, ...],
+        time: float,
+        scheme: Scheme,
+        held: NDArray[np.bool_],
+    ) -> Model:
+        """The model with the contacts of given states, which are to last for ``every`` steps.
+
+        ``held`` are the contacts that cohesion holds, shape (c,).
+        """
+        ...
+
+
 @dataclass(frozen=True, slots=True)
 class Model:
     """Blocks, contacts and loads, ready to march.
@@ -72,6 +99,7 @@ class Model:
     laws : Laws of the joints; None: all are dry.
     scatter : Factors by which joint properties differ from place to place, by parameter, shape (c,).
     expulsion : Speed at which overlaps are driven apart in the gap form [m/s]; 0 holds them.
+    update : What finds the contacts anew during a march; None: they stay.
     """
 
     assembly: Assembly
@@ -85,3 +113,4 @@ class Model:
     laws: Assignment | None = None
     scatter: Mapping[str, FloatArray] = field(default_factory=dict)
     expulsion: float = 0.0
+    update: Update | None = None

@@ -286,11 +286,17 @@ class Contact(Spec, frozen=True, kw_only=True):
 
     Blocks that overlap at the start are held where they are; with an ``expulsion`` speed the gap form
     drives them apart, no faster than that.
+
+    With ``update`` "moving" contacts are those of the start: their frames and lever arms follow the blocks,
+    however far these go. "redetect" finds them anew ``every`` so many steps: rigid blocks may slide off
+    each other, tumble and fall.
     """
 
     reach: Length | None = None
     angle: Annotated[float, Meta(gt=0, lt=45, extra={"unit": "deg"})] = 5.0
     expulsion: Annotated[float, Meta(ge=0, extra={"unit": "m/s"})] = 0.0
+    update: Literal["moving", "redetect"] = "moving"
+    every: Count = 1
 
 
 class Probe(Spec, frozen=True, kw_only=True):

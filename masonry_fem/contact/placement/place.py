@@ -12,7 +12,7 @@ from masonry_fem.contact.kinematics import height, local_frames
 from masonry_fem.contact.placement import corners, gauss, nodes
 from masonry_fem.contact.placement.patch import Patch
 from masonry_fem.contact.placement.rule import Rule, Spots
-from masonry_fem.contact.surface import Surface, typical_size
+from masonry_fem.contact.surface import Surface, surfaces_of, typical_size
 from masonry_fem.errors import GeometryError
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.solid.mesh import IntArray
@@ -26,8 +26,13 @@ RULES: dict[str, Callable[[Patch, Rule], Spots]] = {
 ROUNDING = 1e-12  # of a block's size: a gap below it is zero
 
 
-def place(assembly: Assembly, interfaces: Sequence[Interface], rules: Sequence[Rule]) -> Contacts:
-    """Contact points on the interfaces, one rule each.
+def place(
+    assembly: Assembly,
+    interfaces: Sequence[Interface],
+    rules: Sequence[Rule],
+    surfaces: tuple[Surface, ...] | None = None,
+) -> Contacts:
+    """Contact points on the interfaces, one rule each; ``surfaces`` as in ``detect``.
 
     Where the rule ``nodes`` finds the finer mesh on the antagonist, the contacts of that interface
     have the two blocks, and the normal, exchanged.
@@ -39,7 +44,7 @@ def place(assembly: Assembly, interfaces: Sequence[Interface], rules: Sequence[R
     """
     for number, rule in enumerate(rules):
         _check(number, rule)
-    surfaces = tuple(Surface.of(shape) for shape in assembly.shapes)
+    surfaces = surfaces_of(assembly) if surfaces is None else surfaces
     d = assembly.dimension
     normals = np.array([interface.normal for interface in interfaces]).reshape(-1, d)
     spots = [

@@ -1,0 +1,206 @@
+"""Redetection: the contacts of rigid blocks that have moved far, found anew during a march.
+
+    update = Redetection(scene, stones, base, every=10)
+    model = update(model, state.bodies, state.time, scheme, held)
+
+Pairs of rigid blocks (supports among them) are detected where the blocks are now. Pairs with an
+elastic block keep the contacts that they have, and so do those that cohesion still holds.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from masonry_fem.bodies.base import Scheme
+from masonry_fem.bodies.undeformed import Undeformed
+from masonry_fem.build.joints import joint_of_interfaces, joints_at, rules_of
+from masonry_fem.build.stones import Stones, typical_length
+from masonry_fem.contact.contacts import Interface
+from masonry_fem.contact.detection import default_reach, detect
+from masonry_fem.contact.placement import place
+from masonry_fem.contact.surface import Surface, surfaces_of
+from masonry_fem.contact.update import chosen, joined, moved, returned
+from masonry_fem.dynamics.loads import external_forces
+from masonry_fem.dynamics.model import FloatArray, Model
+from masonry_fem.scene import specs
+from masonry_fem.solid.mesh import IntArray
+
+DEEP = 2e-2  # of a block's size: how deep blocks may overlap that met between two detections
+AHEAD = 2.0  # times the way that blocks go until the next detection: how far it looks
+STEEPEST = 40.0  # degrees between faces that may come to lie on each other
+
+
+@dataclass(frozen=True, slots=True)
+class Redetection:
+    """How a model's contacts follow blocks that move far.
+
+    Attributes
+    ----------
+    scene, stones, base : What the model was built from. every : Steps between detections.
+    surfaces : Those of the shapes. reach : Gap that is a contact of blocks at rest [m].
+    length : A typical block size [m]. extent : Diagonals of the blocks' boxes, shape (b,) [m].
+    """
+
+    scene: specs.Scene
+    stones: Stones
+    base: Path
+    every: int
+    surfaces: tuple[Surface, ...]
+    reach: float
+    length: float
+    extent: FloatArray
+
+    @classmethod
+    def of(cls, scene: specs.Scene, stones: Stones, base: Path) -> Redetection:
+        """As a scene wants it."""
+        assembly, reach = stones.assembly, scene.contact.reach
+        extent = [float(np.linalg.norm(np.ptp(shape.solid.vertices, axis=0))) for shape in assembly.shapes]
+        return cls(
+            scene,
+            stones,
+            base,
+            scene.contact.every,
+            surfaces_of(assembly),
+            default_reach(assembly) if reach is None else reach,
+            typical_length(assembly),
+            np.array([extent[block.shape] for block in assembly.blocks]),
+        )
+
+    def __call__(
+        self, model: Model, bodies: tuple[Any, ...], time: float, scheme: Scheme, held: np.ndarray
+    ) -> Model:
+        """The model with the contacts of the given states, which are to last for ``every`` steps.
+
+        ``held`` are the contacts that cohesion holds, shape (c,).
+        """
+        rotation, translation, rigid = _placed(model, bodies)
+        stones = replace(self.stones, assembly=moved(self.stones.assembly, rotation, translation))
+        keep = _kept(model, held, rigid)
+        bound = {
+            tuple(sorted(one.blocks)) for one, stays in zip(model.interfaces, keep, strict=True) if stays
+        }
+        paths = self._paths(model, bodies, time, scheme)
+        fresh = tuple(one for one in self._found(stones, paths) if self._is_fresh(one, rigid, bound))
+        records = joint_of_interfaces(self.scene, stones, fresh, tell=False)
+        contacts = place(stones.assembly, fresh, rules_of(self.scene, stones, fresh, records), self.surfaces)
+        old = chosen(model.interfaces, model.contacts, keep)
+        records = joint_of_interfaces(self.scene, self.stones, old[0], tell=False) + records
+        interfaces, contacts = joined(old, (fresh, returned(contacts, rotation, translation)))
+        # gaps that arise on the way are no matter of how the structure was built
+        closed = replace(contacts, gap=np.zeros(contacts.count))
+        joints, laws, scatter = joints_at(self.scene, interfaces, closed, records, self.base)
+        return replace(
+            model, interfaces=interfaces, contacts=contacts, joints=joints, laws=laws, scatter=scatter
+        )
+
+    def _found(self, stones: Stones, paths: _Paths) -> tuple[Interface, ...]:
+        """Interfaces of the blocks where they are, those among them that may close on the way."""
+        angle = self.scene.contact.angle
+        turned = AHEAD * math.degrees(float(paths.turn.max(initial=0.0)))
+        found = detect(
+            stones.assembly,
+            reach=self.reach + paths.longest,
+            overlap=max(self.reach, DEEP * self.length),
+            angle=max(angle, min(STEEPEST, angle + turned)),
+            surfaces=self.surfaces,
+            tell=False,
+        )
+        if not found:
+            return ()
+        pairs = np.array([interface.blocks for interface in found])
+        nearest = np.array([interface.gap.min() for interface in found])
+        near = nearest <= self.reach + paths.between(pairs[:, 0], pairs[:, 1])
+        return tuple(found[number] for number in np.flatnonzero(near))
+
+    def _paths(self, model: Model, bodies: tuple[Any, ...], time: float, scheme: Scheme) -> _Paths:
+        interval, assembly = self.every * scheme.step, model.assembly
+        count, d = len(assembly.blocks), assembly.dimension
+        shift, turn, pulled = np.zeros((count, d)), np.zeros(count), 0.0
+        forces = external_forces(model, time)
+        for group, state, force in zip(model.groups, bodies, forces, strict=True):
+            if not isinstance(group, Undeformed):
+                continue
+
+            def speed(aside: FloatArray, group: Undeformed = group, state: Any = state) -> FloatArray:
+                at = group.velocity_map(state, np.arange(group.count), state.position + aside)
+                velocity: FloatArray = np.einsum("bdm,bm->bd", at, state.velocity)
+                return velocity
+
+            centre = speed(np.zeros(d))
+            # Σ |ω × e|² over the axes e is 2 |ω|²
+            swung = sum(np.sum((speed(axis) - centre) ** 2, axis=1) for axis in np.eye(d))
+            shift[group.blocks] = interval * centre
+            turn[group.blocks] = interval * np.sqrt(swung / 2)
+            if not group.prescribed and scheme.inertia > 0:
+                push = np.linalg.norm(group.resultant(force)[:, :d], axis=1) / group.mass
+                pulled = max(pulled, 0.5 * interval**2 * float(push.max(initial=0.0)))
+        return _Paths(shift, turn, self.extent, pulled)
+
+    def _is_fresh(self, interface: Interface, rigid: np.ndarray, bound: set[tuple[int, ...]]) -> bool:
+        """Between rigid blocks of which one can move, and not among those kept."""
+        pair = list(interface.blocks)
+        moves = any(self.stones.role[block] != "support" for block in pair)
+        return bool(moves and rigid[pair].all() and tuple(sorted(pair)) not in bound)
+
+
+def _kept(model: Model, held: np.ndarray, rigid: np.ndarray) -> np.ndarray:
+    """Interfaces that stay: with an elastic block, or of blocks that cohesion still holds, shape (i,)."""
+    if not model.interfaces:
+        return np.zeros(0, dtype=bool)
+    pairs = np.sort([interface.blocks for interface in model.interfaces], axis=1)
+    _, number = np.unique(pairs, axis=0, return_inverse=True)
+    tied = np.zeros(len(pairs), dtype=bool)
+    tied[model.contacts.interface[held]] = True
+    together = np.zeros(len(pairs), dtype=bool)
+    together[number[tied]] = True
+    kept: np.ndarray = together[number] | ~rigid[pairs].all(axis=1)
+    return kept
+
+
+def _placed(model: Model, bodies: tuple[Any, ...]) -> tuple[FloatArray, FloatArray, np.ndarray]:
+    """Motions x = R X + t of all blocks, (b, d, d), (b, d), and which of them keep their shape (b,)."""
+    count, d = len(model.assembly.blocks), model.assembly.dimension
+    rotation, translation = np.tile(np.eye(d), (count, 1, 1)), np.zeros((count, d))
+    rigid = np.zeros(count, dtype=bool)
+    for group, state in zip(model.groups, bodies, strict=True):
+        if isinstance(group, Undeformed):
+            rotation[group.blocks] = state.rotation
+            translation[group.blocks] = state.position - np.einsum(
+                "bij,bj->bi", state.rotation, group.centres
+            )
+            rigid[group.blocks] = True
+    return rotation, translation, rigid
+
+
+@dataclass(frozen=True, slots=True)
+class _Paths:
+    """How far blocks go until the next detection.
+
+    Attributes
+    ----------
+    shift : Of their centres, shape (b, d) [m]. turn : Angles, shape (b,) [rad].
+    size : The blocks' extents, shape (b,) [m]. pulled : What loads may add [m].
+    """
+
+    shift: FloatArray
+    turn: FloatArray
+    size: FloatArray
+    pulled: float
+
+    def between(self, first: IntArray, second: IntArray) -> FloatArray:
+        """How much nearer two blocks can come, pair by pair [m]."""
+        nearer: FloatArray = np.linalg.norm(self.shift[first] - self.shift[second], axis=-1) + sum(
+            self.turn[one] * self.size[one] for one in (first, second)
+        )
+        return AHEAD * (nearer + 2 * self.pulled)
+
+    @property
+    def longest(self) -> float:
+        """The most that any two come nearer [m]."""
+        own = np.linalg.norm(self.shift, axis=1) + self.turn * self.size
+        return 2 * AHEAD * float(own.max(initial=0.0) + self.pulled)

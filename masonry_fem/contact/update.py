@@ -1,0 +1,99 @@
+"""Update: contacts found anew while blocks move, and who is who among the old and the new.
+
+    now = moved(assembly, rotation, translation)           # blocks where they are, x = R X + t
+    contacts = returned(place(now, detect(now), rules), rotation, translation)
+    old = partners(before, points_before, contacts, points_now, within)
+
+Contacts are kept in the configuration of reference, whenever they were found: a march needs no
+other reference, and loads and states stay as they are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from masonry_fem.contact.contacts import Contacts, Interface
+from masonry_fem.solid.assembly import Assembly
+from masonry_fem.solid.mesh import IntArray
+from masonry_fem.solid.pose import FloatArray, Pose
+
+
+def moved(assembly: Assembly, rotation: FloatArray, translation: FloatArray) -> Assembly:
+    """The assembly after each block's own motion x = R X + t, R of shape (b, d, d), t (b, d) [m]."""
+    blocks = tuple(
+        replace(block, pose=Pose(turn @ block.pose.rotation, turn @ block.pose.translation + shift))
+        for block, turn, shift in zip(assembly.blocks, rotation, translation, strict=True)
+    )
+    return replace(assembly, blocks=blocks)
+
+
+def returned(contacts: Contacts, rotation: FloatArray, translation: FloatArray) -> Contacts:
+    """Contacts found on moved blocks, in the configuration of reference.
+
+    Points go back with their blocks, frames with the antagonists that they follow; a gap is what
+    the blocks' motion makes of the points, and stays as it was found.
+    """
+    turn, shift = rotation[contacts.blocks], translation[contacts.blocks]
+    points = np.einsum("csji,csj->csi", turn, contacts.points - shift)
+    frame = contacts.frame @ turn[:, 1]
+    return replace(contacts, points=points, frame=frame)
+
+
+def partners(
+    old: Contacts, old_points: FloatArray, new: Contacts, new_points: FloatArray, within: float
+) -> IntArray:
+    """The old contact that each new one goes on from: of the same blocks, the nearest, shape (c,).
+
+    −1 where there is none ``within`` that distance [m]. Points are where the contacts are now.
+    """
+    if old.count == 0 or new.count == 0:
+        return np.full(new.count, -1)
+    blocks = max(int(old.blocks.max()), int(new.blocks.max())) + 1
+    pairs = [np.sort(one.blocks, axis=1) @ [blocks, 1] for one in (old, new)]
+    # contacts of other blocks stand far away along an axis of their own
+    _, number = np.unique(np.concatenate(pairs), return_inverse=True)
+    lifted = 4.0 * within * number[:, None]
+    tree = KDTree(np.concatenate([old_points, lifted[: old.count]], axis=1))
+    away, nearest = tree.query(
+        np.concatenate([new_points, lifted[old.count :]], axis=1), distance_upper_bound=within
+    )
+    found: IntArray = np.where(np.isfinite(away), nearest, -1)
+    return found
+
+
+def joined(
+    kept: tuple[tuple[Interface, ...], Contacts], added: tuple[tuple[Interface, ...], Contacts]
+) -> tuple[tuple[Interface, ...], Contacts]:
+    """Two sets of interfaces with their contacts as one, the kept ones first."""
+    (first, before), (second, after) = kept, added
+    return first + second, Contacts(
+        blocks=np.concatenate([before.blocks, after.blocks]),
+        interface=np.concatenate([before.interface, after.interface + len(first)]),
+        points=np.concatenate([before.points, after.points]),
+        facets=np.concatenate([before.facets, after.facets]),
+        frame=np.concatenate([before.frame, after.frame]),
+        gap=np.concatenate([before.gap, after.gap]),
+        area=np.concatenate([before.area, after.area]),
+        key=np.concatenate([before.key, after.key]),
+    )
+
+
+def chosen(
+    interfaces: tuple[Interface, ...], contacts: Contacts, keep: np.ndarray
+) -> tuple[tuple[Interface, ...], Contacts]:
+    """The interfaces in ``keep`` (i,) with their contacts."""
+    number = np.cumsum(keep) - 1
+    own = keep[contacts.interface] if contacts.count else np.zeros(0, dtype=bool)
+    return tuple(one for one, stays in zip(interfaces, keep, strict=True) if stays), Contacts(
+        blocks=contacts.blocks[own],
+        interface=number[contacts.interface[own]],
+        points=contacts.points[own],
+        facets=contacts.facets[own],
+        frame=contacts.frame[own],
+        gap=contacts.gap[own],
+        area=contacts.area[own],
+        key=contacts.key[own],
+    )

@@ -10,7 +10,9 @@ import numpy as np
 
 from masonry_fem.errors import GeometryError
 from masonry_fem.geometry.curve import Circle
-from masonry_fem.geometry.voussoir import arch_of, cut_line, roles
+from masonry_fem.geometry.prism import prism
+from masonry_fem.geometry.quarry import arch_of, roles
+from masonry_fem.geometry.voussoir import cut_line
 from masonry_fem.scene.specs import ArchStructure
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.polytope import Polytope
@@ -64,14 +66,14 @@ def voussoir(spec: ArchStructure, step: float, dimension: int) -> Shape:
         half = step / 2
         outline = [polar(inner, half), polar(inner, -half), polar(outer, -half), polar(outer, half)]
         names = ["intrados", "end", "extrados", "start"]
-        return Shape(f"{spec.name}.voussoir", prism(np.array(outline), names, spec.depth, dimension))
+        return Shape(f"{spec.name}.voussoir", plate(np.array(outline), names, spec.depth, dimension))
     # Between the exact corners the facets' points lie a little further out than the arc, so that
     # the polygon has the sector's area: rigid voussoirs have their exact mass.
     angles = step / 2 - step * np.arange(FACETS + 1) / FACETS
     low, high = (arc_points(r, angles) for r in (inner, outer))
     outline = [*low, *high[::-1]]
     names = ["intrados"] * FACETS + ["end"] + ["extrados"] * FACETS + ["start"]
-    solid = prism(np.array(outline), names, spec.depth, dimension)
+    solid = plate(np.array(outline), names, spec.depth, dimension)
     n = len(outline)
     origin = (0.0,) * dimension
     corners = [(0, FACETS), (FACETS + 1, n - 1)]
@@ -99,22 +101,10 @@ def polar(radius: float, angle: float) -> FloatArray:
     return radius * np.array([-np.sin(angle), np.cos(angle)])
 
 
-def prism(outline: FloatArray, names: list[str], depth: float, dimension: int) -> Polytope:
-    """Outline (counter-clockwise, n points) as a polygon, or drawn out along y by ``depth``.
-
-    Edge i joins points i and i + 1 and bears names[i]; start and end are joint faces.
-    """
-    n = len(outline)
+def plate(outline: FloatArray, names: list[str], depth: float, dimension: int) -> Polytope:
+    """Prism whose faces ``start`` and ``end`` are joint faces."""
     labels = ["radial" if name in {"start", "end"} else "" for name in names]
-    following = [(i + 1) % n for i in range(n)]
-    if dimension == 2:
-        return Polytope(outline, tuple(zip(range(n), following, strict=True)), tuple(names), tuple(labels))
-    front = np.column_stack([outline[:, 0], np.zeros(n), outline[:, 1]])
-    vertices = np.concatenate([front, front + np.array([0.0, depth, 0.0])])
-    sides = [(i, i + n, j + n, j) for i, j in enumerate(following)]
-    # seen from the front (against y) the outline runs counter-clockwise
-    loops = [*sides, tuple(range(n)), tuple(range(2 * n - 1, n - 1, -1))]
-    return Polytope(vertices, tuple(loops), (*names, "front", "back"), (*labels, "", ""))
+    return prism(outline, names, labels, depth, dimension)
 
 
 def springing(spec: ArchStructure, sign: float, dimension: int) -> Polytope:
@@ -128,4 +118,4 @@ def springing(spec: ArchStructure, sign: float, dimension: int) -> Polytope:
     else:
         outline = [(0.0, low), (width, low), (width, high), (0.0, high)]
         names = ["", "", "", "start"]
-    return prism(np.array(outline), names, spec.depth, dimension)
+    return plate(np.array(outline), names, spec.depth, dimension)

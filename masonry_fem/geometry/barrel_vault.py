@@ -10,7 +10,8 @@ import numpy as np
 from masonry_fem.errors import GeometryError
 from masonry_fem.geometry.arch import polar, turned
 from masonry_fem.geometry.curve import Circle, Offset
-from masonry_fem.geometry.voussoir import Quarry, Voussoir, lay_springings, prism, roles
+from masonry_fem.geometry.quarry import Quarry, lay_springings, roles, wedge
+from masonry_fem.geometry.voussoir import Voussoir
 from masonry_fem.scene.specs import BarrelVaultStructure
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.polytope import Polytope
@@ -60,4 +61,4 @@ def _stone(spec: BarrelVaultStructure, step: float, length: float) -> Polytope:
     outline: FloatArray = np.array(
         [polar(inner, step / 2), polar(inner, -step / 2), polar(outer, -step / 2), polar(outer, step / 2)]
     )
-    return prism(outline, 2, ("radial", "radial"), length, 3, sides="head")
+    return wedge(outline, 2, ("radial", "radial"), length, 3, sides="head")

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from masonry_fem.errors import GeometryError
 from masonry_fem.geometry.curve import Catenary
-from masonry_fem.geometry.voussoir import arch_of, cut_line
+from masonry_fem.geometry.quarry import arch_of
+from masonry_fem.geometry.voussoir import cut_line
 from masonry_fem.scene.specs import CatenaryArchStructure
 from masonry_fem.solid.assembly import Assembly
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from masonry_fem.geometry.curve import Ellipse
-from masonry_fem.geometry.voussoir import arch_of, cut_line
+from masonry_fem.geometry.quarry import arch_of
+from masonry_fem.geometry.voussoir import cut_line
 from masonry_fem.scene.specs import EllipticalArchStructure
 from masonry_fem.solid.assembly import Assembly
 

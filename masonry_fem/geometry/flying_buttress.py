@@ -8,7 +8,8 @@ import numpy as np
 
 from masonry_fem.errors import GeometryError
 from masonry_fem.geometry.curve import Circle, Line, Offset, Segment, crossing
-from masonry_fem.geometry.voussoir import Quarry, Voussoir, roles
+from masonry_fem.geometry.quarry import Quarry, roles
+from masonry_fem.geometry.voussoir import Voussoir
 from masonry_fem.scene.specs import FlyingButtressStructure
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.solid.pose import FloatArray

@@ -7,7 +7,8 @@ from itertools import pairwise
 import numpy as np
 
 from masonry_fem.geometry.curve import Circle, Offset, crossing
-from masonry_fem.geometry.voussoir import Run, Voussoir, arch_of
+from masonry_fem.geometry.quarry import arch_of
+from masonry_fem.geometry.voussoir import Run, Voussoir
 from masonry_fem.scene.specs import PointedArchStructure
 from masonry_fem.solid.assembly import Assembly
 

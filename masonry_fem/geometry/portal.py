@@ -7,7 +7,8 @@ import numpy as np
 from masonry_fem.geometry.curve import Circle, Ellipse
 from masonry_fem.geometry.ground import slab
 from masonry_fem.geometry.pointed_arch import stones_of
-from masonry_fem.geometry.voussoir import Quarry, Voussoir, cut_line, lay_arch
+from masonry_fem.geometry.quarry import Quarry, lay_arch
+from masonry_fem.geometry.voussoir import Voussoir, cut_line
 from masonry_fem.scene.specs import PortalStructure
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.polytope import Polytope

@@ -16,7 +16,7 @@ from scipy.optimize import brentq, linprog
 from masonry_fem.contact.detection import detect
 from masonry_fem.errors import GeometryError, SceneError
 from masonry_fem.geometry import build_structure
-from masonry_fem.geometry.curve import Catenary
+from masonry_fem.geometry.curve import Catenary, Ellipse, Offset, equal_parts, length
 from masonry_fem.geometry.meshing import mesh_shape
 from masonry_fem.geometry.overlap import overlapping
 from masonry_fem.run import RunResult, solve_scene
@@ -268,6 +268,16 @@ def test_nodes_lie_on_the_point_of_a_keystone() -> None:
     for rail in keystone.rails:
         apex = keystone.solid.vertices[rail[len(rail) // 2]]
         assert np.linalg.norm(mesh.points - apex, axis=1).min() < 1e-12
+
+
+def test_size_of_elements_counts_along_the_stone() -> None:
+    made = built("elliptical", 3, voussoirs=3, depth=0.5)
+    keystone = next(made.shapes[b.shape] for b in made.blocks if "arch.keystone" in b.groups)
+    mesh = mesh_shape(keystone, MeshSettings(size=0.11), 3)
+    line = Offset(Ellipse(1.5, 1.0), 0.1)
+    joints = equal_parts(line.line, -np.pi / 2, np.pi / 2, 3)
+    along = np.ceil(length(line, joints[1], joints[2]) / 0.11)  # the extrados is longest
+    assert len(mesh.cells) == along * np.ceil(0.5 / 0.11) * np.ceil(0.2 / 0.11)
 
 
 # --- what cannot be built --------------------------------------------------------------------------

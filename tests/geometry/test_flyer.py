@@ -7,6 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from msgspec import structs
 
 from masonry_fem.contact.detection import detect
 from masonry_fem.errors import GeometryError, SceneError
@@ -78,6 +81,37 @@ def test_volume_of_an_arched_flyer() -> None:
     radius = chord**2 / (8 * 0.4) + 0.2
     area = sum(made.solid(i).mass_properties().volume for i, b in enumerate(made.blocks) if not b.support)
     assert area == pytest.approx(0.4 * 2 * radius * np.arcsin(chord / 2 / radius), rel=1e-12)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    inclination=st.floats(0.0, 75.0),
+    camber=st.floats(0.0, 0.45),
+    thickness=st.floats(0.02, 0.5),
+    voussoirs=st.integers(1, 12),
+    ends=st.sampled_from(["square", "vertical", "vertical_head"]),
+    side=st.sampled_from(["left", "right"]),
+)
+def test_flyers_of_any_proportions(inclination, camber, thickness, voussoirs, ends, side) -> None:
+    """What is not refused has a joint between all neighbours, no overlap, and its head at the wall."""
+    one = spec(
+        inclination=inclination, thickness=thickness, voussoirs=voussoirs, ends=ends, side=side, span=1.0
+    )
+    one = structs.replace(one, camber=camber * one.chord if camber > 0.01 else 0.0)
+    assume(not list(one.faults(2)))
+    try:
+        made = build_structure(one, 2, Path(), MeshSettings())
+    except GeometryError:
+        assume(ends == "square")  # never refused
+        raise
+    interfaces = detect(made)
+    assert len(interfaces) == voussoirs + 1
+    assert overlapping(made) == []
+    head = next(i for i, block in enumerate(made.blocks) if block.name == "flyer.head")
+    wall = next(interface for interface in interfaces if head in interface.blocks)
+    assert wall.polygon.mean(axis=0) == pytest.approx([0.0, 0.0], abs=1e-9) or ends != "square"
+    if ends != "square":
+        assert np.abs(wall.polygon[:, 0]).max() < 1e-12
 
 
 def test_congruent_stones_share_a_shape() -> None:

@@ -1,0 +1,35 @@
+"""Prism: a polygon, or in space what it sweeps along y."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from masonry_fem.solid.polytope import Polytope
+from masonry_fem.solid.pose import FloatArray
+
+
+def prism(
+    outline: FloatArray,
+    names: Sequence[str],
+    labels: Sequence[str],
+    depth: float,
+    dimension: int,
+    sides: str = "",
+) -> Polytope:
+    """Outline (counter-clockwise, n points) as a polygon, or drawn out along y by ``depth``.
+
+    Edge i joins points i and i + 1 and bears names[i] and labels[i]; ``sides`` is the label of the front
+    and the back.
+    """
+    n = len(outline)
+    following = [(i + 1) % n for i in range(n)]
+    if dimension == 2:
+        return Polytope(outline, tuple(zip(range(n), following, strict=True)), tuple(names), tuple(labels))
+    front = np.column_stack([outline[:, 0], np.zeros(n), outline[:, 1]])
+    vertices = np.concatenate([front, front + np.array([0.0, depth, 0.0])])
+    around = [(i, i + n, j + n, j) for i, j in enumerate(following)]
+    # seen from the front (against y) the outline runs counter-clockwise
+    loops = [*around, tuple(range(n)), tuple(range(2 * n - 1, n - 1, -1))]
+    return Polytope(vertices, tuple(loops), (*names, "front", "back"), (*labels, sides, sides))

@@ -25,18 +25,19 @@ FARTHEST = 0.1  # of a cell's size: how far a round moves a point
 
 def healed(tiling: Tiling, shortest: float) -> Tiling:
     """The tiling moved to have edges of ``shortest`` [m] at least, or as near to it as it came."""
-    best = tiling
+    best, longest = tiling, 0.0
     farthest = FARTHEST * tiling.cell_size
     margin = 1e-3 * tiling.cell_size
     for _ in range(ROUNDS):
-        if edge_lengths(tiling).min() >= shortest:
+        least = float(edge_lengths(tiling).min())
+        if least >= shortest:
             return tiling
+        if least > longest:
+            best, longest = tiling, least
         move = _move(tiling, SURPLUS * shortest)
         length = np.linalg.norm(move, axis=1, keepdims=True)
         move *= np.minimum(1.0, farthest / np.maximum(length, margin))
         tiling = Tiling.of(np.clip(tiling.points + move, margin, tiling.size - margin), tiling.size)
-        if edge_lengths(tiling).min() > edge_lengths(best).min():
-            best = tiling
     return best
 
 

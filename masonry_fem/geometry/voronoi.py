@@ -62,7 +62,7 @@ class Tiling:
         vertices, number = _merged(diagram.vertices, np.unique(np.concatenate(of_ridge)), size)
         faces, sides = [], []
         for ridge, (one, two) in zip(of_ridge, pairs.tolist(), strict=True):
-            loop = np.unique(number[ridge])
+            loop = np.array(sorted(set(number[ridge].tolist())))
             if len(loop) >= d:
                 faces.append(in_order(vertices, loop, diagram.points[two] - diagram.points[one]))
                 sides.append((one, two if two < count else -(two // count)))
@@ -115,15 +115,15 @@ def _merged(vertices: FloatArray, used: IntArray, size: FloatArray) -> tuple[Flo
 
 
 def in_order(vertices: FloatArray, loop: IntArray, outward: FloatArray) -> tuple[int, ...]:
-    """The loop in order, counter-clockwise seen from where ``outward`` points to."""
+    """Corners of a convex face in order, counter-clockwise seen from where ``outward`` points to."""
     places = vertices[loop]
     if len(outward) == 2:
         edge = places[1] - places[0]
         ahead = edge[1] * outward[0] - edge[0] * outward[1] > 0
         return tuple(int(v) for v in (loop if ahead else loop[::-1]))
-    normal = outward / np.linalg.norm(outward)
-    first = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
-    second = np.cross(normal, first)
-    spokes = places - places.mean(axis=0)
-    order = np.argsort(np.arctan2(spokes @ second, spokes @ first))
-    return tuple(int(v) for v in loop[order])
+    # seen along the axis that the face looks at most, it stays convex
+    across = int(np.argmax(np.abs(outward)))
+    spokes = places - places.sum(axis=0) / len(places)
+    angles = np.arctan2(spokes[:, across - 1], spokes[:, across - 2])
+    order = np.argsort(angles if outward[across] > 0 else -angles)
+    return tuple(loop[order].tolist())

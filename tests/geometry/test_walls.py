@@ -149,6 +149,18 @@ def test_equal_stones_share_a_shape() -> None:
     assert len(used) == 3  # stretcher, header, closer
 
 
+@pytest.mark.parametrize("bond", ["english", "flemish", "running"])
+def test_whole_stretchers_of_any_bond_can_crack(bond) -> None:
+    keys = {"bond": bond, "wythes": 2, "columns": 4, "courses": 4, "openings": (opening(0.9, 0.1, 0.4, 0.2),)}
+    whole, cut = built(wall(3, **keys)), built(wall(3, cut=True, **keys))
+    bricks = sum(np.ptp(whole.solid(i).vertices[:, 0]) > 0.99 * L for i in group(whole, "w.stretchers"))
+    assert bricks > 4
+    assert len(cut.blocks) == len(whole.blocks) + bricks
+    assert [one.label for one in detect(cut)].count("brick") == bricks
+    assert volume(cut) == pytest.approx(volume(whole), rel=1e-12)
+    assert overlapping(cut) == []
+
+
 # --- openings -----------------------------------------------------------------------------------
 
 

@@ -81,7 +81,7 @@ class WallStructure(Structure, frozen=True, kw_only=True, tag="wall"):
                 yield "columns", "the bricks of a course (or a pattern that lists them)"
             return
         for key, usual in (("columns", None), ("bond", "running"), ("half_bricks", "even"),
-                           ("header_courses", None), ("openings", ())):  # fmt: skip
+                           ("header_courses", None), ("through", False), ("openings", ())):  # fmt: skip
             if getattr(self, key) != usual:
                 yield key, "none beside a pattern, which says how the courses are laid"
         if len(self.pattern) > self.courses:

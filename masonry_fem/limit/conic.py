@@ -48,7 +48,7 @@ def maximise_cones(program: Program) -> Optimum | None:
     cost = np.zeros(width)
     cost[-1] = -1.0
     nothing = sparse.csc_matrix((width, width))
-    found = clarabel.DefaultSolver(nothing, cost, rows, right, kinds, _settings(clarabel)).solve()
+    found = clarabel.DefaultSolver(nothing, cost, rows, right, kinds, settings_of(clarabel)).solve()
     status = str(found.status)
     if status in INFEASIBLE:
         return None
@@ -63,7 +63,8 @@ def maximise_cones(program: Program) -> Optimum | None:
     return made
 
 
-def _settings(clarabel: Any) -> Any:
+def settings_of(clarabel: Any) -> Any:
+    """Tight tolerances, no output, one thread."""
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.max_threads = 1

@@ -20,6 +20,8 @@ from masonry_fem.nscd.graphs import lengths
 
 FloatArray = NDArray[np.float64]
 
+SMALL = 1e-3  # an x below it is not worth a relative error of its own
+
 
 @dataclass(frozen=True, slots=True)
 class Program:
@@ -61,7 +63,8 @@ class Optimum:
     velocity : V, shape (n,); proves nothing where x is at its bound.
     unbalanced : Largest residual of the equations over the largest load.
     closing : Largest violation of growing · V = 1 and of v_N ≥ μ ‖v_T‖ over the largest velocity.
-    gap : Difference of the bound that V proves from x, relative; nan where x is at its bound.
+    gap : How far x may be from the true optimum, relative: the difference to the bound that V proves, and
+        the power that the errors of forces and V could hide; nan where x is at its bound.
     """
 
     value: float
@@ -78,16 +81,21 @@ def judged(program: Program, value: float, force: FloatArray, velocity: FloatArr
     residual = program.matrix @ inside + program.fixed + value * program.growing
     whole = 1.0 if np.isfinite(program.upper) else 0.0
     load = max(_largest(program.fixed), max(abs(value), whole) * _largest(program.growing))
-    held = program.matrix.T @ velocity
-    motion = program.contact(held)
-    short = program.strength.friction * lengths(motion[:, 1:]) - motion[:, 0]
+    unbalanced = _largest(residual) / load if load else 0.0
+    if not value < program.upper:
+        return Optimum(value, inside, velocity, unbalanced, np.nan, np.nan)
+    opening = program.matrix.T @ velocity
+    motion = program.contact(opening)
+    short = np.maximum(program.strength.friction * lengths(motion[:, 1:]) - motion[:, 0], 0.0)
     fast = max(_largest(motion), _largest(velocity), np.finfo(float).tiny)
-    wrong = max(float(np.maximum(short, 0.0).max(initial=0.0)), _largest(held[motion.size :]))
-    bounded = value < program.upper
-    closing = max(wrong / fast, abs(float(program.growing @ velocity) - 1.0)) if bounded else np.nan
+    wrong = max(_largest(short), _largest(opening[motion.size :]))
+    closing = max(wrong / fast, abs(float(program.growing @ velocity) - 1.0))
     bound = float(program.strength.dissipation(motion).sum() - velocity @ program.fixed)
-    gap = abs(bound - value) / max(abs(value), 1e-3) if bounded else np.nan
-    return Optimum(value, inside, velocity, _largest(residual) / load if load else 0.0, closing, gap)
+    # power that the errors of either side could hide: bounds of true forces and motions lie that much off
+    pressed = program.contact(inside)[:, 0] + program.strength.apex
+    hidden = float(short @ np.maximum(pressed, 0.0)) + float(np.abs(velocity) @ np.abs(residual))
+    gap = (abs(bound - value) + hidden) / max(abs(value), SMALL)
+    return Optimum(value, inside, velocity, unbalanced, closing, gap)
 
 
 def within(program: Program, force: FloatArray) -> FloatArray:

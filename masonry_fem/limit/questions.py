@@ -25,9 +25,10 @@ from masonry_fem.limit.linear import maximise_plane
 from masonry_fem.limit.mechanism import Mechanism, mechanism_of
 from masonry_fem.limit.problem import FloatArray, LimitProblem
 from masonry_fem.limit.program import Optimum, Program
+from masonry_fem.limit.simplest import simplest
 
 CARRIED = 1e-6  # of a load: with less than that wanting all of it is carried
-EXACT = 1e-5  # what an answer may leave unbalanced or unproven, relative; it seldom leaves 1e-9
+EXACT = 1e-4  # what an answer may leave unbalanced or unproven, relative; it seldom leaves 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,14 +99,15 @@ def admissible(problem: LimitProblem, factor: float = 0.0) -> Admissible:
     load = problem.load(factor)
     if not load.any():
         return Admissible(True, 1.0, np.zeros_like(problem.points), 0.0, None, 0.0)
-    found = _solved(_program(problem, np.zeros_like(load), load, 1.0))
+    program = _program(problem, np.zeros_like(load), load, 1.0)
+    found = _solved(program)
     share = min(max(found.value, 0.0), 1.0)
     reaction = _reaction(problem, found)
     if share >= 1.0 - CARRIED and not found.closing <= found.unbalanced:
         _trust("whether the loads can be carried", found.unbalanced)
         return Admissible(True, 1.0, reaction, found.unbalanced, None, 0.0)
     _trust("whether the loads can be carried", found.closing)
-    motion = mechanism_of(problem, found.velocity)
+    motion = mechanism_of(problem, simplest(program, found))
     return Admissible(False, share, reaction, found.unbalanced, motion, found.closing)
 
 
@@ -125,13 +127,14 @@ def collapse_multiplier(problem: LimitProblem) -> Collapse:
         least = -lowest.value
     if _carried_alone(problem, live):
         return Collapse(np.inf, least, nothing, None)
-    found = _solved(_program(problem, dead, live, np.inf))
+    program = _program(problem, dead, live, np.inf)
+    found = _solved(program)
     _trust("the collapse multiplier", found.unbalanced, found.closing, found.gap)
     return Collapse(
         multiplier=found.value,
         least=least,
         reaction=_reaction(problem, found),
-        mechanism=mechanism_of(problem, found.velocity),
+        mechanism=mechanism_of(problem, simplest(program, found)),
         unbalanced=found.unbalanced,
         closing=found.closing,
         gap=found.gap,

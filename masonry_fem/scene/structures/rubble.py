@@ -17,8 +17,8 @@ class RubbleStructure(Structure, frozen=True, kw_only=True, tag="rubble"):
     Stones are Voronoi cells of random points; ``relaxation`` moves each point to its cell's centroid so
     many times, which makes the stones more equal. Then no edge is shorter than ``shortest`` of the stones'
     mean size. ``elongation`` is the stones' length over their height. A ``joint`` is cut out between the
-    stones, half from each; stones that far apart touch only where ``contact.reach`` exceeds it. The same
-    seed makes the same stones.
+    stones, half from each: then they are paired only where ``contact.reach`` exceeds it, and dry stones bear
+    on each other only once they have closed it. The same seed makes the same stones.
     """
 
     size: Sizes

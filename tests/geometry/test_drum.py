@@ -18,6 +18,7 @@ from masonry_fem.run import RunResult, solve_scene
 from masonry_fem.scene import check
 from masonry_fem.scene.specs import (
     DomeStructure,
+    ElasticBrittle,
     Joint,
     Loads,
     Material,
@@ -200,6 +201,27 @@ def test_a_dome_on_four_piers_with_a_tambour_stands(fidelity: str) -> None:
     if fidelity == "elastic":  # what rigid blocks leave open
         assert forces[:, 2] == pytest.approx(weight / 4, rel=0.01)
         assert np.linalg.norm(forces[:, :2], axis=1) == pytest.approx(np.linalg.norm(forces[0, :2]), rel=0.02)
+
+
+@pytest.mark.parametrize(("strength", "outcome"), [(None, "no_equilibrium"), (300e3, "equilibrium")])
+def test_a5_4_without_a_tambour_only_cohesion_holds_a_dome_on_piers(
+    strength: float | None, outcome: str
+) -> None:
+    """Dry stones between the piers fall; brittle joints of 300 kPa carry them, and none breaks."""
+    law = None
+    if strength is not None:
+        law = ElasticBrittle(
+            normal_stiffness=1e11, tangential_stiffness=1e11, normal_strength=strength,
+            tangential_strength=2 * strength,
+        )  # fmt: skip
+    structure = spec(
+        oculus=15.0, slices=12, piers=4, pier_height=2.0, pier_slices=1, drum_width=1.0,
+        mesh=MeshSettings(divisions=(2, 1, 1)),
+    )  # fmt: skip
+    result = solve(structure, fidelity="elastic", joints=(Joint(friction=0.7, law=law),))
+    assert result.outcome == outcome
+    if result.march.state.joints is not None:
+        assert not result.march.state.joints.broken.any()
 
 
 def lune(height: float, share: float = 1.0) -> DomeStructure:

@@ -11,8 +11,9 @@ analysis, the blocks where they stand at its start.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from fnmatch import fnmatchcase
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +42,8 @@ from masonry_fem.scene.misfit import listed
 
 GRAVITY = 9.81  # of a tilt, where the scene has no gravity [m/s²]
 LEAST = 1e-6  # share or factor that is told
+MOST = 24  # supports whose forces' intervals are told: each takes a dozen programs in space
+OUTSIDE = 1e-3  # of the loads: elastic blocks lean a little
 
 
 def analyse(
@@ -216,24 +219,32 @@ def _motion(problem: LimitProblem, motion: Mechanism) -> dict[str, Any]:
 
 def _thrusts(problem: LimitProblem, present: float) -> dict[str, dict[str, list[float | None]]]:
     """Least and greatest force of each support along each axis [N]; None where nothing bounds it."""
-    found: dict[str, dict[str, list[float | None]]] = {}
-    model, axes = problem.model, "xyz"[: problem.dimension]
+    axes, count = "xyz"[: problem.dimension], range(problem.dimension)
+    return {
+        name: _intervals(problem, [resultant(axis) for axis in count], axes, present)
+        for name, resultant in list(_supports(problem).items())[:MOST]
+    }
+
+
+def _supports(problem: LimitProblem) -> dict[str, Callable[[int], np.ndarray]]:
+    """By name of what holds the blocks: coefficients of its force along an axis."""
+    found: dict[str, Callable[[int], np.ndarray]] = {}
+    model = problem.model
     touched = set(model.contacts.blocks[problem.active].ravel().tolist())
     for group in model.groups:
         for block in group.blocks.tolist() if group.prescribed else ():
             if block in touched:
-                rows = [support_resultant(problem, block, axis) for axis in range(problem.dimension)]
-                found[model.assembly.blocks[block].name] = _intervals(problem, rows, axes, present)
-    for name in dict.fromkeys(hold.name for hold in problem.holds):
-        rows = [hold_resultant(problem, name, axis) for axis in range(problem.dimension)]
-        found[name] = _intervals(problem, rows, axes, present)
+                name = model.assembly.blocks[block].name
+                found[name] = partial(support_resultant, problem, block)
+    for hold in problem.holds:
+        found[hold.name] = partial(hold_resultant, problem, hold.name)
     return found
 
 
 def _intervals(
     problem: LimitProblem, rows: Sequence[np.ndarray], axes: str, present: float
 ) -> dict[str, list[float | None]]:
-    ends: list[Interval] = [interval(problem, row, present) for row in rows]
+    ends: list[Interval] = [interval(problem, row, present, carried=True) for row in rows]
     return {axis: [_finite(end.low), _finite(end.high)] for axis, end in zip(axes, ends, strict=True)}
 
 
@@ -257,8 +268,11 @@ def _notes(scene: specs.Scene, built: Built, problem: LimitProblem) -> Iterable[
         yield f"{idle} contact points stand open and carry nothing"
     if any(support.motion is not None for support in scene.supports):
         yield "motions of supports are left out: the blocks are where they stand at the start"
-    if not any(group.prescribed for group in problem.model.groups) and not problem.holds:
+    supports = len(_supports(problem))
+    if not supports:
         yield "no support holds anything"
+    if supports > MOST:
+        yield f"intervals of the first {MOST} of {supports} supports"
 
 
 def _finite(value: float) -> float | None:
@@ -273,3 +287,18 @@ def reported(scene: specs.Scene, built: Built) -> dict[str, Any]:
     except ProblemError as error:
         return {"message": str(error)}
     return {name: value for name, value in told.items() if name != "title"}
+
+
+def outside(told: Mapping[str, Any], forces: Mapping[str, Any], applied: np.ndarray) -> list[dict[str, Any]]:
+    """Forces of a simulation's supports that lie outside their intervals: support, axis and force [N].
+
+    None does in an equilibrium, unless the blocks have moved so far that their shape counts.
+    """
+    slack = OUTSIDE * float(np.linalg.norm(applied))
+    found = []
+    for name, axes in told.get("supports", {}).items():
+        for (axis, (low, high)), force in zip(axes.items(), forces[name]["force"], strict=True):
+            above = high is not None and force > high + slack
+            if above or (low is not None and force < low - slack):
+                found.append({"support": name, "axis": axis, "force": float(force)})
+    return found

@@ -112,6 +112,7 @@ def run(
         )
         clock.lap("march")
         summary = summarise(scene, built, made) | limits
+        _compare(summary)
         told = _determinacy(scene, built, made, summary)
         if told is not None:
             recorders.amend(made.model, told.state, made.report)
@@ -138,17 +139,27 @@ def solve_scene(scene: specs.Scene, base: Path = Path(), observers: Sequence[Obs
     plan, settings = strategy(scene.analysis), solver_settings(scene.solver)
     made = march(built.model, plan, settings, bodies=built.bodies, observers=observers)
     summary = summarise(scene, built, made) | limits
+    _compare(summary)
     _determinacy(scene, built, made, summary)
     return RunResult(made.outcome, made.message, summary, [], built, made)
 
 
 def _limits(scene: specs.Scene, built: Built) -> dict[str, Any]:
-    """What limit analysis says, where the scene asks for it: before the march, which a refusal then spares."""
+    """What limit analysis says, where the scene asks for it; before the march, so that a refusal spares it."""
     if not scene.output.limit_analysis:
         return {}
     from masonry_fem.limit_analysis import reported  # noqa: PLC0415 - only scenes that ask need its solvers
 
     return {"limit_analysis": reported(scene, built)}
+
+
+def _compare(summary: dict[str, Any]) -> None:
+    """Hold the supports' forces of an equilibrium against their intervals, where limit analysis was asked."""
+    if "limit_analysis" in summary and summary["outcome"] == "equilibrium":
+        from masonry_fem.limit_analysis import outside  # noqa: PLC0415 - as above
+
+        told = summary["limit_analysis"]
+        told["outside"] = outside(told, summary["supports"], summary["applied"])
 
 
 def _determinacy(

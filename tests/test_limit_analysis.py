@@ -10,7 +10,7 @@ import pytest
 
 from masonry_fem import cli
 from masonry_fem.errors import LawError, MasonryError
-from masonry_fem.limit_analysis import analyse
+from masonry_fem.limit_analysis import analyse, outside
 from masonry_fem.run import run, solve_scene
 from masonry_fem.scene import load
 
@@ -109,10 +109,19 @@ def test_the_simulation_lies_within_the_intervals(scene: Path, tmp_path: Path) -
     result = run(load(scene, ["output.limit_analysis=true", "output.pictures=false"]), tmp_path / "out")
     told = json.loads((tmp_path / "out" / "summary.json").read_text())["limit_analysis"]
     assert told["admissible"] is True
+    assert told["outside"] == []
     for name, axes in told["supports"].items():
         force = result.summary["supports"][name]["force"]
         for (low, high), value in zip(axes.values(), force, strict=True):
             assert low - 1e-6 * WEIGHT <= value <= high + 1e-6 * WEIGHT
+
+
+def test_forces_outside_their_intervals_are_named() -> None:
+    told = {"supports": {"foot": {"x": [0.0, None], "y": [1.0, 2.0]}}}
+    found = outside(told, {"foot": {"force": np.array([7.0, 2.5])}}, np.array([0.0, -2.0]))
+    assert found == [{"support": "foot", "axis": "y", "force": 2.5}]
+    assert outside(told, {"foot": {"force": np.array([7.0, 2.001])}}, np.array([0.0, -2.0])) == []
+    assert outside({"message": "no answer"}, {}, np.zeros(2)) == []
 
 
 def test_it_is_told_where_asked_for_only(scene: Path) -> None:

@@ -141,12 +141,15 @@ def collapse_multiplier(problem: LimitProblem) -> Collapse:
     )
 
 
-def interval(problem: LimitProblem, resultant: FloatArray, factor: float = 0.0) -> Interval:
+def interval(
+    problem: LimitProblem, resultant: FloatArray, factor: float = 0.0, carried: bool | None = None
+) -> Interval:
     """Least and greatest value of a resultant under dead and ``factor`` times live load.
 
-    ``resultant`` has a coefficient for each contact force component and hold, shape (c d + h,).
+    ``resultant`` has a coefficient for each contact force component and hold, shape (c d + h,);
+    ``carried`` tells whether the loads can be carried, where the caller knows.
     """
-    if not admissible(problem, factor).holds:
+    if not (admissible(problem, factor).holds if carried is None else carried):
         return Interval(np.nan, np.nan, np.nan)
     low, below = _extreme(problem, -resultant, factor)
     high, above = _extreme(problem, resultant, factor)

@@ -145,7 +145,7 @@ def solve_scene(scene: specs.Scene, base: Path = Path(), observers: Sequence[Obs
 
 
 def _limits(scene: specs.Scene, built: Built) -> dict[str, Any]:
-    """What limit analysis says, where the scene asks for it; before the march, so that a refusal spares it."""
+    """What limit analysis says, where the scene asks for it; before the march, as it may refuse."""
     if not scene.output.limit_analysis:
         return {}
     from masonry_fem.limit_analysis import reported  # noqa: PLC0415 - only scenes that ask need its solvers

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
+from numpy.typing import NDArray
 from scipy.optimize import linprog
 from scipy.spatial import ConvexHull
 
+from masonry_fem.contact.boxes import near_pairs
 from masonry_fem.solid.assembly import Assembly
+from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import FloatArray
 
@@ -21,26 +25,70 @@ def overlapping(assembly: Assembly) -> list[tuple[int, int, float]]:
     A pair with a concave block counts only where its hull goes deeper than the concavity.
     """
     solids = [assembly.solid(number) for number in range(len(assembly.blocks))]
-    hollows = [_concavity(shape.solid) for shape in assembly.shapes]
+    hollows = np.array([_concavity(shape.solid) for shape in assembly.shapes])
     low = np.array([solid.vertices.min(axis=0) for solid in solids])
     high = np.array([solid.vertices.max(axis=0) for solid in solids])
+    shape = np.array([block.shape for block in assembly.blocks])
+    support = np.array([block.support for block in assembly.blocks])
     slack = TOLERANCE * (high - low).min(axis=1)
-    order = np.argsort(low[:, 0], kind="stable")
-    ends = np.searchsorted(low[order, 0], high[order, 0])
+    pairs = near_pairs(low, high, 0.0)
+    pairs = pairs[~support[pairs].all(axis=1)]
+    least = slack[pairs].min(axis=1)
+    inside = np.minimum(high[pairs[:, 0]] - low[pairs[:, 1]], high[pairs[:, 1]] - low[pairs[:, 0]]).min(
+        axis=1
+    )
+    allowed = least + hollows[shape[pairs]].sum(axis=1)
+    doubtful = np.flatnonzero(inside > least)
+    normals = [
+        np.array([own.solid.normal(face) for face in range(len(own.solid.faces))]) for own in assembly.shapes
+    ]
+    axes = [normals[block.shape] @ block.pose.rotation.T for block in assembly.blocks]
+    apart = _parted(
+        *_packed([solid.vertices for solid in solids]), *_packed(axes), pairs[doubtful], allowed[doubtful]
+    )
     found = []
-    for place, one in enumerate(order):
-        others = order[place + 1 : ends[place]]
-        depth = np.minimum(high[one] - low[others], high[others] - low[one]).min(axis=1)
-        for other in others[depth > np.minimum(slack[one], slack[others])]:
-            a, b = sorted((int(one), int(other)))
-            if assembly.blocks[a].support and assembly.blocks[b].support:
-                continue
-            allowed = min(slack[a], slack[b])
-            allowed += hollows[assembly.blocks[a].shape] + hollows[assembly.blocks[b].shape]
-            penetration = _penetration(solids[a], solids[b], allowed)
-            if penetration > allowed:
-                found.append((a, b, penetration))
+    for number in doubtful[~apart].tolist():
+        first, second = pairs[number].tolist()
+        penetration = _penetration(solids[first], solids[second], float(allowed[number]))
+        if penetration > allowed[number]:
+            found.append((first, second, penetration))
     return sorted(found)
+
+
+def _packed(arrays: list[FloatArray]) -> tuple[FloatArray, IntArray]:
+    """Rows of all arrays one after another, and where each begins, the end of the last included."""
+    return np.concatenate(arrays), np.cumsum([0, *(len(array) for array in arrays)])
+
+
+@njit(cache=True)
+def _parted(
+    points: FloatArray,
+    point_of: IntArray,
+    axes: FloatArray,
+    axis_of: IntArray,
+    pairs: IntArray,
+    allowed: FloatArray,
+) -> NDArray[np.bool_]:
+    """Whether a face's normal parts each pair but for what is allowed: what most pairs need, (m,)."""
+    result = np.zeros(len(pairs), dtype=np.bool_)
+    for m in range(len(pairs)):
+        for side in range(2):
+            for axis in range(axis_of[pairs[m, side]], axis_of[pairs[m, side] + 1]):
+                ends = np.empty((2, 2))
+                for k in range(2):
+                    low, high = np.inf, -np.inf
+                    for v in range(point_of[pairs[m, k]], point_of[pairs[m, k] + 1]):
+                        at = 0.0
+                        for c in range(points.shape[1]):
+                            at += points[v, c] * axes[axis, c]
+                        low, high = min(low, at), max(high, at)
+                    ends[k, 0], ends[k, 1] = low, high
+                if min(ends[0, 1] - ends[1, 0], ends[1, 1] - ends[0, 0]) <= allowed[m]:
+                    result[m] = True
+                    break
+            if result[m]:
+                break
+    return result
 
 
 def _penetration(one: Polytope, two: Polytope, allowed: float) -> float:

@@ -10,10 +10,8 @@ analysis, the blocks where they stand at its start.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from fnmatch import fnmatchcase
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -22,28 +20,12 @@ import numpy as np
 from masonry_fem.build import Built, build
 from masonry_fem.dynamics.model import Load, Model
 from masonry_fem.errors import MasonryError, ProblemError
-from masonry_fem.limit import (
-    Admissible,
-    Collapse,
-    Hold,
-    Interval,
-    LimitProblem,
-    Mechanism,
-    admissible,
-    collapse_multiplier,
-    group_forces,
-    hold_resultant,
-    interval,
-    limit_problem,
-    support_resultant,
-)
+from masonry_fem.limit import Hold, LimitProblem, group_forces, limit_problem
+from masonry_fem.limit.answers import MOST, answers, supports_of
 from masonry_fem.scene import check, specs
 from masonry_fem.scene.misfit import listed
 
 GRAVITY = 9.81  # of a tilt, where the scene has no gravity [m/s²]
-LEAST = 1e-6  # share or factor that is told
-MOST = 24  # supports whose forces' intervals are told: each takes a dozen programs in space
-OUTSIDE = 1e-3  # of the loads: elastic blocks lean a little
 
 
 def analyse(
@@ -82,29 +64,7 @@ def cross_check(
         "dead": [name for name in names if name not in growing],
         "growing": growing if tilt is None else [f"tilt {tilt}"],
     }
-    return summary | _answers(scene, built, problem, tilt)
-
-
-def _answers(scene: specs.Scene, built: Built, problem: LimitProblem, tilt: str | None) -> dict[str, Any]:
-    """Everything that is told of a problem whose live load is the scene's, or a tilt's."""
-    present = float(tilt is None)  # factor of the live load in the scene as it is
-    carried = admissible(problem, present)
-    collapse = collapse_multiplier(problem) if problem.live.any() else None
-    motion = carried.mechanism
-    if collapse is not None and collapse.mechanism is not None:
-        motion = collapse.mechanism
-    return {
-        "message": _sentence(carried, collapse, tilt),
-        "blocks": len(problem.blocks),
-        "contacts": int(problem.active.sum()),
-        "admissible": carried.holds,
-        "share": carried.share,
-        **_multipliers(collapse),
-        "mechanism": None if motion is None else _motion(problem, motion),
-        "supports": _thrusts(problem, present) if carried.holds else {},
-        "certificate": _certificate(carried, collapse),
-        "notes": list(_notes(scene, built, problem)),
-    }
+    return summary | answers(problem, tilt) | {"notes": list(_notes(scene, built, problem))}
 
 
 # --- loads ------------------------------------------------------------------------------------
@@ -159,104 +119,6 @@ def _holds(built: Built) -> tuple[Hold, ...]:
     return tuple(found)
 
 
-# --- answers ----------------------------------------------------------------------------------
-
-
-def _multipliers(collapse: Collapse | None) -> dict[str, Any]:
-    if collapse is None:
-        return {"multiplier": None, "least_multiplier": None, "unlimited": False}
-    return {
-        "multiplier": _finite(collapse.multiplier),
-        "least_multiplier": _finite(collapse.least),
-        "unlimited": math.isinf(collapse.multiplier),
-    }
-
-
-def _sentence(carried: Admissible, collapse: Collapse | None, tilt: str | None) -> str:
-    """The verdict in words."""
-    words = ["The loads can be carried" if carried.holds else "The loads cannot be carried"]
-    if not carried.holds and carried.share > LEAST:
-        words[0] += f" (only {carried.share:.4g} of them)"
-    if collapse is not None:
-        words.append(_growth(collapse, tilt))
-    motion = carried.mechanism
-    if collapse is not None and collapse.mechanism is not None:
-        motion = collapse.mechanism
-    if motion is not None:
-        words.append(f"At collapse {motion.sentence()}")
-    return ". ".join(words) + "."
-
-
-def _growth(collapse: Collapse, tilt: str | None) -> str:
-    """How far the loads may grow."""
-    what, unit = ("Those that grow", "times their value") if tilt is None else (f"A tilt to {tilt}", "g")
-    if math.isnan(collapse.multiplier):
-        return f"{what} cannot be carried to any degree"
-    least = f" from {collapse.least:.6g}" if collapse.least > LEAST else ""
-    needs = f", and must have {collapse.least:.6g}" if least else ""
-    if math.isinf(collapse.multiplier):
-        return f"{what} may grow without limit{f'{least} {unit} on' if least else ''}"
-    angle = "" if tilt is None else f", {math.degrees(math.atan(collapse.multiplier)):.4g} degrees"
-    return f"{what} may reach {collapse.multiplier:.6g} {unit}{angle}{needs}"
-
-
-def _motion(problem: LimitProblem, motion: Mechanism) -> dict[str, Any]:
-    """Sentence, velocities of the centres of blocks that move, and joints, of a mechanism."""
-    names = [block.name for block in problem.model.assembly.blocks]
-    moving = {name for group in motion.groups for name in group}
-    rows = zip(motion.blocks.tolist(), motion.centre, motion.velocity, motion.spin, strict=True)
-    return {
-        "sentence": motion.sentence(),
-        "groups": [list(group) for group in motion.groups],
-        "blocks": [
-            {"block": names[block], "at": at, "velocity": velocity, "spin": spin}
-            for block, at, velocity, spin in rows
-            if names[block] in moving
-        ],
-        "joints": [{"between": list(joint.blocks), "how": joint.how} for joint in motion.joints],
-    }
-
-
-def _thrusts(problem: LimitProblem, present: float) -> dict[str, dict[str, list[float | None]]]:
-    """Least and greatest force of each support along each axis [N]; None where nothing bounds it."""
-    axes, count = "xyz"[: problem.dimension], range(problem.dimension)
-    return {
-        name: _intervals(problem, [resultant(axis) for axis in count], axes, present)
-        for name, resultant in list(_supports(problem).items())[:MOST]
-    }
-
-
-def _supports(problem: LimitProblem) -> dict[str, Callable[[int], np.ndarray]]:
-    """By name of what holds the blocks: coefficients of its force along an axis."""
-    found: dict[str, Callable[[int], np.ndarray]] = {}
-    model = problem.model
-    touched = set(model.contacts.blocks[problem.active].ravel().tolist())
-    for group in model.groups:
-        for block in group.blocks.tolist() if group.prescribed else ():
-            if block in touched:
-                name = model.assembly.blocks[block].name
-                found[name] = partial(support_resultant, problem, block)
-    for hold in problem.holds:
-        found[hold.name] = partial(hold_resultant, problem, hold.name)
-    return found
-
-
-def _intervals(
-    problem: LimitProblem, rows: Sequence[np.ndarray], axes: str, present: float
-) -> dict[str, list[float | None]]:
-    ends: list[Interval] = [interval(problem, row, present, carried=True) for row in rows]
-    return {axis: [_finite(end.low), _finite(end.high)] for axis, end in zip(axes, ends, strict=True)}
-
-
-def _certificate(carried: Admissible, collapse: Collapse | None) -> dict[str, float]:
-    """How exact the answers are, by measures that the solvers have no say in; all relative."""
-    unbalanced, closing, gap = carried.unbalanced, carried.closing, 0.0
-    if collapse is not None:
-        unbalanced, closing = max(unbalanced, collapse.unbalanced), max(closing, collapse.closing)
-        gap = collapse.gap
-    return {"unbalanced": unbalanced, "closing": closing, "gap": gap}
-
-
 def _notes(scene: specs.Scene, built: Built, problem: LimitProblem) -> Iterable[str]:
     """What was left out or taken otherwise than the scene says."""
     if "elastic" in built.stones.role:
@@ -268,16 +130,11 @@ def _notes(scene: specs.Scene, built: Built, problem: LimitProblem) -> Iterable[
         yield f"{idle} contact points stand open and carry nothing"
     if any(support.motion is not None for support in scene.supports):
         yield "motions of supports are left out: the blocks are where they stand at the start"
-    supports = len(_supports(problem))
+    supports = len(supports_of(problem))
     if not supports:
         yield "no support holds anything"
     if supports > MOST:
         yield f"intervals of the first {MOST} of {supports} supports"
-
-
-def _finite(value: float) -> float | None:
-    """The value, or None where it is infinite or there is none."""
-    return float(value) if math.isfinite(value) else None
 
 
 def reported(scene: specs.Scene, built: Built) -> dict[str, Any]:
@@ -287,18 +144,3 @@ def reported(scene: specs.Scene, built: Built) -> dict[str, Any]:
     except ProblemError as error:
         return {"message": str(error)}
     return {name: value for name, value in told.items() if name != "title"}
-
-
-def outside(told: Mapping[str, Any], forces: Mapping[str, Any], applied: np.ndarray) -> list[dict[str, Any]]:
-    """Forces of a simulation's supports that lie outside their intervals: support, axis and force [N].
-
-    None does in an equilibrium, unless the blocks have moved so far that their shape counts.
-    """
-    slack = OUTSIDE * float(np.linalg.norm(applied))
-    found = []
-    for name, axes in told.get("supports", {}).items():
-        for (axis, (low, high)), force in zip(axes.items(), forces[name]["force"], strict=True):
-            above = high is not None and force > high + slack
-            if above or (low is not None and force < low - slack):
-                found.append({"support": name, "axis": axis, "force": float(force)})
-    return found

@@ -156,7 +156,7 @@ def _limits(scene: specs.Scene, built: Built) -> dict[str, Any]:
 def _compare(summary: dict[str, Any]) -> None:
     """Hold the supports' forces of an equilibrium against their intervals, where limit analysis was asked."""
     if "limit_analysis" in summary and summary["outcome"] == "equilibrium":
-        from masonry_fem.limit_analysis import outside  # noqa: PLC0415 - as above
+        from masonry_fem.limit.answers import outside  # noqa: PLC0415 - as above
 
         told = summary["limit_analysis"]
         told["outside"] = outside(told, summary["supports"], summary["applied"])

@@ -10,7 +10,8 @@ import pytest
 
 from masonry_fem import cli
 from masonry_fem.errors import LawError, MasonryError
-from masonry_fem.limit_analysis import analyse, outside
+from masonry_fem.limit.answers import outside
+from masonry_fem.limit_analysis import analyse
 from masonry_fem.run import run, solve_scene
 from masonry_fem.scene import load
 

@@ -5,7 +5,7 @@
 Bounding boxes give the pairs of near blocks; among their faces, those that look at each other
 within ``angle`` and lie at most ``reach`` apart are projected on their common plane and clipped.
 Pairs of convex blocks that touch by no face are searched for a corner or an edge that stands on
-a face (``touching``).
+a face (``touching``) and for edges that cross (``crossing``), other pairs for corners (``foothold``).
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from numba import njit
 from masonry_fem.contact.boxes import near_pairs
 from masonry_fem.contact.clipping import clip, polygon_area
 from masonry_fem.contact.contacts import Interface
+from masonry_fem.contact.foothold import footholds
 from masonry_fem.contact.kinematics import height, local_frames
 from masonry_fem.contact.surface import PosedFaces, Surface, pose_faces, surfaces_of, typical_size
 from masonry_fem.contact.touching import Posed, clearances, standing_pairs
@@ -117,6 +118,7 @@ def detect(
         -1, 2
     )
     found += standing_pairs(posed, rest, far, deep, size)
+    found += footholds(posed, faces, rest, far, deep, size)
     if tell:
         _tell_slivers(assembly, found, slivers)
     return tuple(sorted(found, key=_order))

@@ -179,3 +179,48 @@ def test_crossing_edges_of_two_roofs():
         Assembly(3, (Shape("roof", roof),), stacked(np.array([-0.7, 1e-4, 0.8])).blocks[::-1])
     )
     assert swapped.blocks == (0, 1)  # the support is the antagonist
+
+
+def _ell(depth=1.0):
+    loop = np.array([[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]], dtype=float)
+    return prism(loop, depth)
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-6, -1e-6])
+def test_block_that_is_not_convex_stands_on_its_corners(gap):
+    """An L on its two tips, a wedge in its hollow: corners are found, and nothing on the hull."""
+    shape, ground = Shape("ell", _ell()), box_shape("ground", (10.0, 10.0, 1.0), low=(-5.0, -5.0, -1.0))
+    # the tips (2, 1) and (1, 2) down: turned by −135 degrees about z, then that axis upright
+    upright = turning(np.pi / 2, (1, 0, 0)) @ turning(-3 * np.pi / 4, (0, 0, 1))
+    lowest = (shape.solid.vertices @ upright.T)[:, 2].min()
+    blocks = (
+        Block("ground", 1, Pose.identity(3), support=True),
+        Block("ell", 0, Pose(upright, np.array([0.0, 0.0, gap - lowest]))),
+    )
+    found = detect(Assembly(3, (shape, ground), blocks))
+    assert all(interface.blocks == (1, 0) for interface in found)
+    assert all(interface.normal == pytest.approx([0, 0, 1]) for interface in found)
+    touched = {tuple(np.round(point, 6)) for interface in found for point in interface.polygon}
+    expected = shape.solid.vertices @ upright.T
+    expected = expected[expected[:, 2] < lowest + 1e-6]
+    assert len(expected) == 4
+    assert touched == {tuple(np.round([x, y, 0.0], 6)) for x, y, _ in expected}
+    assert [interface.gap for interface in found] == [pytest.approx([gap], abs=1e-12)] * 4
+
+
+def test_corner_in_a_hollow_stands_on_the_inner_face():
+    """A cube on its corner in the hollow of an L: on the inner face, not on the hull."""
+    shape, cube = Shape("ell", _ell()), box_shape("cube", (0.5, 0.5, 0.5))
+    diagonal = turning(np.arctan(np.sqrt(2)), (1, -1, 0))
+    diagonal = diagonal if (diagonal @ np.ones(3))[2] > 0.8 else diagonal.T
+    up = turning(-np.pi / 2, (1, 0, 0)) @ diagonal  # the corner at the origin points down −y
+    for at, touches in (((1.6, 1.0, 0.5), True), ((1.6, 1.2, 0.5), False)):
+        blocks = (Block("ell", 0, Pose.identity(3)), Block("cube", 1, Pose(up, np.array(at))))
+        found = detect(Assembly(3, (shape, cube), blocks))
+        if touches:
+            (interface,) = found
+            assert interface.blocks == (1, 0)
+            assert interface.normal == pytest.approx([0, 1, 0])
+            assert interface.polygon == pytest.approx(np.array([at]))
+        else:
+            assert found == ()

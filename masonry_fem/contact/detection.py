@@ -153,18 +153,42 @@ def _order(interface: Interface) -> tuple[int, ...]:
 
 def _facing(faces: PosedFaces, pairs: IntArray, far: float, angle: float) -> tuple[IntArray, IntArray]:
     """Pieces of near blocks that look at each other and have near boxes: rows (m,), (m,)."""
-    count = np.diff(faces.first)
-    first, second = pairs[:, 0], pairs[:, 1]
-    many = count[first] * count[second]
-    pair = np.repeat(np.arange(len(pairs)), many)
-    at = np.arange(len(pair)) - np.repeat(np.cumsum(many) - many, many)
-    i = faces.first[first[pair]] + at // count[second[pair]]
-    j = faces.first[second[pair]] + at % count[second[pair]]
-    facing = np.einsum("md,md->m", faces.normal[i], faces.normal[j]) <= -math.cos(math.radians(angle))
-    i, j = i[facing], j[facing]
     low, high = faces.points.min(axis=1), faces.points.max(axis=1)
-    near = ((low[i] <= high[j] + far) & (low[j] <= high[i] + far)).all(axis=1)
-    return i[near], j[near]
+    rows: IntArray = _facing_rows(
+        faces.normal, low, high, faces.first, pairs, -math.cos(math.radians(angle)), far
+    )
+    return rows[:, 0], rows[:, 1]
+
+
+@njit(cache=True)
+def _facing_rows(
+    normal: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+    first: IntArray,
+    pairs: IntArray,
+    cosine: float,
+    far: float,
+) -> IntArray:
+    """The pairs of rows of ``_facing``, shape (m, 2); of thick masonry all pairs of faces fill memories."""
+    found = np.empty((max(16, 2 * len(pairs)), 2), dtype=np.int64)
+    total = 0
+    for pair in pairs:
+        for i in range(first[pair[0]], first[pair[0] + 1]):
+            for j in range(first[pair[1]], first[pair[1] + 1]):
+                across, near = 0.0, True
+                for c in range(normal.shape[1]):
+                    across += normal[i, c] * normal[j, c]
+                    near = near and low[i, c] <= high[j, c] + far and low[j, c] <= high[i, c] + far
+                if across > cosine or not near:
+                    continue
+                if total == len(found):
+                    more = np.empty((2 * total, 2), dtype=np.int64)
+                    more[:total] = found
+                    found = more
+                found[total, 0], found[total, 1] = i, j
+                total += 1
+    return found[:total].copy()
 
 
 def _orient(rows: tuple[IntArray, IntArray], posed: Posed, faces: PosedFaces) -> _FacePairs:

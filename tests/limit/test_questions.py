@@ -229,6 +229,9 @@ def test_walls_from_both_sides(friction: float, courses: int, angle: float) -> N
     check_reactions(made, found.reaction, found.multiplier)
     assert found.mechanism is not None
     check_mechanism(made, found.mechanism.contact)
+    span = found.multiplier - found.least
+    assert admissible(made, found.multiplier - 1e-4 * span).holds
+    assert not admissible(made, found.multiplier + 1e-3 * max(found.multiplier, 0.1)).holds
     program = Program(made.equilibrium, made.dead, made.live, made.strength, 2, np.inf)
     linear, conic = maximise_plane(program), maximise_cones(program)
     assert linear is not None

@@ -72,9 +72,11 @@ def _sentence(
     words = ["The loads can be carried" if carried.holds else "The loads cannot be carried"]
     if not carried.holds and carried.share > LEAST:
         words[0] += f" (only {carried.share:.4g} of them)"
+    if motion is not None and motion is carried.mechanism:
+        words[0] += f": {motion.sentence()}"
     if collapse is not None:
         words.append(_growth(collapse, tilt))
-    if motion is not None:
+    if motion is not None and motion is not carried.mechanism:
         words.append(f"At collapse {motion.sentence()}")
     return ". ".join(words) + "."
 

@@ -86,7 +86,7 @@ def strength_of(model: Model) -> Strength:
     if model.laws is None:
         return strength
     for law, points in _parts(model.laws):
-        own = _strength(law, len(points))
+        own = _strength(law, len(points), _where(model, points))
         area = model.contacts.area[points]
         strength.friction[points] = own.friction
         strength.apex[points] = area * own.apex
@@ -100,13 +100,19 @@ def _parts(laws: Assignment) -> Iterator[tuple[Law, NDArray[np.int64]]]:
             yield law, points
 
 
-def _strength(law: Law, count: int) -> Strength:
+def _where(model: Model, points: NDArray[np.int64]) -> str:
+    """The first of the joints that have a law, for messages."""
+    first, second = (model.assembly.blocks[block].name for block in model.contacts.blocks[points[0]])
+    return f"the joint of '{first}' and '{second}'"
+
+
+def _strength(law: Law, count: int, where: str) -> Strength:
     """The strength of a law in stresses [Pa]."""
     layers = list(layers_of(law))
     crushing = next((one for one in layers if isinstance(one, Bed) and one.crushing is not None), None)
     if crushing is not None:
         raise LawError(
-            "limit analysis knows joints that bear any pressure, and the mortar of a joint has a crushing "
+            f"limit analysis knows joints that bear any pressure, and the mortar of {where} has a crushing "
             "strength; leave 'crushing' out for it"
         )
     core = layers[-1]
@@ -118,7 +124,7 @@ def _strength(law: Law, count: int) -> Strength:
         apex, tension = core.apex(count), core.tension(count)
         return Strength(core.frictions(count)[0], apex, np.minimum(tension, apex))
     raise LawError(
-        f"limit analysis knows joints of constant strength, and the law '{core.name}' gives way as the joint "
-        "opens or slides; take a dry joint with the friction that is left, 'mohr_coulomb' or "
+        f"limit analysis knows joints of constant strength, and the law '{core.name}' of {where} gives way "
+        "as it opens or slides; take a dry joint with the friction that is left, 'mohr_coulomb' or "
         "'constant_threshold'"
     )

@@ -47,7 +47,7 @@ def print_limits(told: Mapping[str, Any], dimension: int, console: Console | Non
 
 
 def _model(told: Mapping[str, Any]) -> Rows:
-    yield "model", "", f"{told['blocks']} free blocks, {told['contacts']} contacts"
+    yield "model", "", f"free blocks {told['blocks']}, contacts {told['contacts']}"
 
 
 def _loads(told: Mapping[str, Any]) -> Rows:

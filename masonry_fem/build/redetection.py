@@ -30,7 +30,7 @@ from masonry_fem.dynamics.model import FloatArray, Model
 from masonry_fem.scene import specs
 from masonry_fem.solid.mesh import IntArray
 
-DEEP = 2e-2  # of a block's size: how deep blocks may overlap that met between two detections
+DEEP = 5e-2  # of a block's size: how deep blocks may overlap that met between two detections
 AHEAD = 2.0  # times the way that blocks go until the next detection: how far it looks
 STEEPEST = 40.0  # degrees between faces that may come to lie on each other
 

@@ -20,6 +20,7 @@ from masonry_fem.nscd.graphs import lengths
 
 FloatArray = NDArray[np.float64]
 
+AT_BOUND = 1e-6  # an x that much below its bound is at it
 SMALL = 1e-3  # an x below it is not worth a relative error of its own
 
 
@@ -82,7 +83,7 @@ def judged(program: Program, value: float, force: FloatArray, velocity: FloatArr
     whole = 1.0 if np.isfinite(program.upper) else 0.0
     load = max(_largest(program.fixed), max(abs(value), whole) * _largest(program.growing))
     unbalanced = _largest(residual) / load if load else 0.0
-    if not value < program.upper:
+    if not value < program.upper - AT_BOUND:
         return Optimum(value, inside, velocity, unbalanced, np.nan, np.nan)
     opening = program.matrix.T @ velocity
     motion = program.contact(opening)

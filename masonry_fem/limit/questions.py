@@ -24,10 +24,9 @@ from masonry_fem.limit.conic import maximise_cones
 from masonry_fem.limit.linear import maximise_plane
 from masonry_fem.limit.mechanism import Mechanism, mechanism_of
 from masonry_fem.limit.problem import FloatArray, LimitProblem
-from masonry_fem.limit.program import Optimum, Program
+from masonry_fem.limit.program import AT_BOUND, Optimum, Program
 from masonry_fem.limit.simplest import simplest
 
-CARRIED = 1e-6  # of a load: with less than that wanting all of it is carried
 EXACT = 1e-4  # what an answer may leave unbalanced or unproven, relative; it seldom leaves 1e-9
 
 
@@ -103,7 +102,7 @@ def admissible(problem: LimitProblem, factor: float = 0.0) -> Admissible:
     found = _solved(program)
     share = min(max(found.value, 0.0), 1.0)
     reaction = _reaction(problem, found)
-    if share >= 1.0 - CARRIED and not found.closing <= found.unbalanced:
+    if share >= 1.0 - AT_BOUND:
         _trust("whether the loads can be carried", found.unbalanced)
         return Admissible(True, 1.0, reaction, found.unbalanced, None, 0.0)
     _trust("whether the loads can be carried", found.closing)
@@ -170,7 +169,7 @@ def _extreme(problem: LimitProblem, resultant: FloatArray, factor: float) -> tup
     base = replace(base, matrix=matrix)
     friction = base.strength.without_cohesion()
     loose = replace(base, fixed=np.zeros_like(load), strength=friction, upper=1.0)
-    if _solved(loose).value >= 1.0 - CARRIED:
+    if _solved(loose).value >= 1.0 - AT_BOUND:
         return np.inf, 0.0
     found = _solved(base)
     gap = found.gap * max(abs(found.value), 1e-3)
@@ -223,7 +222,7 @@ def _carried_alone(problem: LimitProblem, load: FloatArray) -> bool:
     """Whether friction carries a load beside which all others vanish: it may then grow without limit."""
     program = _program(problem, np.zeros_like(load), load, 1.0)
     found = _solved(replace(program, strength=program.strength.without_cohesion()))
-    return found.value >= 1.0 - CARRIED and found.unbalanced <= EXACT
+    return found.value >= 1.0 - AT_BOUND and found.unbalanced <= EXACT
 
 
 def _maximum(program: Program) -> Optimum | None:

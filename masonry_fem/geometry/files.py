@@ -1,15 +1,17 @@
-"""Files: blocks from ``.msh``, ``.geo`` and ``.step``.
+"""Files: blocks that were drawn, meshed or surveyed elsewhere.
 
-Physical groups of volumes (of surfaces in 2D) are blocks, those of surfaces (curves) are named
-faces; without groups each disconnected body is a block ``b1``, ``b2`` ... A group that holds several
-disconnected bodies gives one block each, ``name_1``, ``name_2`` ... Nodes that blocks share in the file
-become one for each block. The joint label of a face is its name, ``joint`` where it has none.
+In files of gmsh (``.msh``, ``.geo``, ``.step``) physical groups of volumes (of surfaces in 2D) are blocks,
+those of surfaces (curves) are named faces; without groups each disconnected body is a block ``b1``,
+``b2`` ... A group that holds several disconnected bodies gives one block each, ``name_1``, ``name_2`` ...
+Nodes that blocks share in the file become one for each block. The joint label of a face is its name,
+``joint`` where it has none.
+What other files hold: see ``volumes``, ``surfaces`` and ``compas``.
 """
 
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
@@ -20,8 +22,12 @@ from scipy.sparse.csgraph import connected_components
 
 from masonry_fem.errors import GeometryError
 from masonry_fem.geometry.cells import boundary_facets, corner_count, turned
+from masonry_fem.geometry.compas import read_compas
 from masonry_fem.geometry.outline import outline
 from masonry_fem.geometry.session import Elements, elements_of, node_positions, session
+from masonry_fem.geometry.skin import Skin, shape_of
+from masonry_fem.geometry.surfaces import READERS, read_surfaces
+from masonry_fem.geometry.volumes import read_volumes
 from masonry_fem.scene.specs import FileStructure, MeshSettings
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.mesh import FACET_OF, IntArray, Mesh
@@ -30,6 +36,7 @@ from masonry_fem.solid.pose import FloatArray, Pose
 logger = logging.getLogger(__name__)
 
 MESHES, GEOMETRIES = (".msh",), (".geo", ".step", ".stp")
+VOLUMES, SURFACES, COMPAS = (".vtu", ".vtk"), tuple(READERS), (".json",)
 UNNAMED = "joint"
 
 
@@ -54,32 +61,72 @@ def read(spec: FileStructure, dimension: int, base: Path, settings: MeshSettings
             f"{key}: there is no file '{path}'; correct the path (it is relative to the scene)"
         )
     kind = path.suffix.lower()
-    if kind not in MESHES + GEOMETRIES:
-        known = ", ".join(MESHES + GEOMETRIES)
+    title = f"{key} '{spec.path}'"
+    if kind in MESHES + GEOMETRIES:
+        made = _meshed(spec, path, dimension, settings, title)
+    elif kind in VOLUMES:
+        made = _volumes(spec, path, dimension, title)
+    elif kind in SURFACES + COMPAS:
+        if dimension == 2:
+            raise GeometryError(
+                f"{title} holds surfaces of solids, expected a scene with dimension = 3; set it"
+            )
+        made = _skins(spec, (read_compas if kind in COMPAS else read_surfaces)(path, title), title)
+    else:
+        known = ", ".join(MESHES + GEOMETRIES + VOLUMES + SURFACES + COMPAS)
         raise GeometryError(f"{key} is '{spec.path}', expected a file ending in one of {known}; convert it")
-    with session(f"{key} '{spec.path}'") as gmsh:
+    _check_supports(spec, [shape.name.removeprefix(f"{spec.name}.") for shape, _ in made])
+    blocks = tuple(
+        Block(shape.name, number, Pose.identity(dimension), (spec.name,), support=support)
+        for number, (shape, support) in enumerate(made)
+    )
+    return Assembly(dimension, tuple(shape for shape, _ in made), blocks)
+
+
+def _meshed(
+    spec: FileStructure, path: Path, dimension: int, settings: MeshSettings, title: str
+) -> list[tuple[Shape, bool]]:
+    """Blocks of a file that gmsh reads, and whether each is held."""
+    with session(title) as gmsh:
         _open(gmsh, path, dimension, settings)
         tags, positions = node_positions(gmsh)
         bodies = _bodies(gmsh, dimension, spec)
         named = _named_facets(gmsh, dimension, spec.path)
-    positions = spec.scale * positions
+    points = _flat(spec.scale * positions, dimension, title)
+    shapes = [_shape(spec, body, tags, points, named) for body in bodies]
+    return [(shape, _is_support(spec, body.name)) for shape, body in zip(shapes, bodies, strict=True)]
+
+
+def _volumes(spec: FileStructure, path: Path, dimension: int, title: str) -> list[tuple[Shape, bool]]:
+    """Blocks of a file of elements with a field, or of connected parts."""
+    found = read_volumes(path, dimension, spec.field, title)
+    points = _flat(spec.scale * found.points, dimension, title)
+    bodies: list[_Body] = []
+    for name, elements in found.parts:
+        bodies += _split(name, "_", elements) if name else _split("b", "", elements, always=True)
+    if len({body.name for body in bodies}) < len(bodies):  # several kinds of elements and no field
+        bodies = [_Body(f"b{number}", body.elements) for number, body in enumerate(bodies, start=1)]
+    tags = np.arange(len(points))
+    shapes = [_shape(spec, body, tags, points, {}) for body in bodies]
+    return [(shape, _is_support(spec, body.name)) for shape, body in zip(shapes, bodies, strict=True)]
+
+
+def _skins(spec: FileStructure, skins: list[Skin], title: str) -> list[tuple[Shape, bool]]:
+    """Blocks of closed surfaces."""
+    made = []
+    for skin in skins:
+        scaled = replace(skin, points=spec.scale * skin.points)
+        made.append((shape_of(scaled, spec.name, title), skin.support or _is_support(spec, skin.name)))
+    return made
+
+
+def _flat(positions: FloatArray, dimension: int, title: str) -> FloatArray:
+    """The positions in the scene's dimension."""
     if dimension == 2 and np.ptp(positions[:, 2]) > 1e-9 * np.ptp(positions, axis=0).max():
         raise GeometryError(
-            f"{key} '{spec.path}' is not flat in z, expected a plane figure; set dimension = 3 or flatten it"
+            f"{title} is not flat in z, expected a plane figure; set dimension = 3 or flatten it"
         )
-    shapes = [_shape(spec, body, tags, positions[:, :dimension], named) for body in bodies]
-    blocks = tuple(
-        Block(
-            f"{spec.name}.{body.name}",
-            number,
-            Pose.identity(dimension),
-            (spec.name,),
-            support=_is_support(spec, body.name),
-        )
-        for number, body in enumerate(bodies)
-    )
-    _check_supports(spec, [body.name for body in bodies])
-    return Assembly(dimension, tuple(shapes), blocks)
+    return positions[:, :dimension]
 
 
 def _open(gmsh: Any, path: Path, dimension: int, settings: MeshSettings) -> None:

@@ -32,7 +32,9 @@ from masonry_fem.scene.specs import (
     Table,
 )
 
-GEOMETRY_FILES = (".msh", ".geo", ".step", ".stp")
+GEOMETRY_FILES = (
+    ".msh", ".geo", ".step", ".stp", ".vtu", ".vtk", ".stl", ".obj", ".ply", ".json",
+)  # fmt: skip
 DENSITIES = (200.0, 12e3)  # aerated concrete to lead [kg/m^3]
 STIFFNESSES = (1e6, 1e12)  # rubber to beyond any stone [Pa]
 

@@ -137,7 +137,7 @@ def test_keystone_arch(repository: Path) -> None:
 def test_errors_say_what_to_do(tmp_path: Path) -> None:
     with pytest.raises(GeometryError, match="no file"):
         reading(tmp_path / "missing.msh")
-    strange = tmp_path / "a.stl"
+    strange = tmp_path / "a.dwg"
     strange.write_text("solid\n")
     with pytest.raises(GeometryError, match=r"\.msh, \.geo"):
         reading(strange)

@@ -181,8 +181,9 @@ class _Turns:
             if found.solution.outcome is not Outcome.CONVERGED:
                 return None
             at = found
-            since = 0 if at.change < 0.5 * least else since + 1
-            least = min(least, at.change)
+            since += 1
+            if at.change < 0.5 * least:
+                least, since = at.change, 0
             if since > PATIENCE:
                 return None
         return at

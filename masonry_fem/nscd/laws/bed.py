@@ -28,6 +28,7 @@ from masonry_fem.nscd.laws.state import JointState
 
 ROUNDING = 1e-12  # of a strength
 STEEPEST = 1e3  # shear over pressure that counts for the cap: no layer is crushed by a pressure of rounding
+SAME = 1e-6  # of the pressure: a change of it that tells nothing
 LEAST_SHARE = 1e-6  # of the largest tributary area: what a point without an area bears
 
 
@@ -93,13 +94,23 @@ class Bed(Law):
         stiffness[:, 1:] = (area * spread(self.tangential_stiffness, state.count))[:, None]
         return stiffness
 
-    def _yield(self, obliquity: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Pressure that begins to crush [Pa] and its hardening [N/m³] beside a shear τ/σ, shape (c,)."""
-        slope = 1e-3 * np.asarray(self.normal_stiffness) if self.hardening is None else self.hardening
-        # of the ratio τ/σ, not of τ: turns that slide would go to and fro
-        aside = np.sqrt(1.0 + self.shear_weight * obliquity**2)
+    def _cap(self, state: JointState) -> tuple[FloatArray, FloatArray]:
+        """The cap as a line about the state's pressure and shear: crushed = start − slope · pressure.
+
+        ``start`` [m], ``slope`` [m/Pa], shape (c,).
+        """
+        weight, ratio = np.asarray(self.shear_weight), state.obliquity
+        aside = np.sqrt(1.0 + weight * ratio**2)
+        slope = (1.0 + weight * ratio * state.following) / aside
         strength = np.inf if self.crushing is None else self.crushing
-        return spread(strength, len(aside)) / aside, spread(slope, len(aside)) / aside
+        start = strength + state.pressed * (slope - aside)
+        hardening = self._hardening()
+        return start / hardening, slope / hardening
+
+    def _hardening(self) -> FloatArray:
+        """Slope of the pressure over the crushing [N/m³]."""
+        slope = 1e-3 * np.asarray(self.normal_stiffness) if self.hardening is None else self.hardening
+        return np.asarray(slope, dtype=float)
 
     @override
     def reduce(self, state: JointState, jump: FloatArray, area: FloatArray, step: float) -> Reduction:
@@ -111,9 +122,9 @@ class Bed(Law):
         kept[:, 0] = state.crushed
         flows = state.crushing
         if flows.any():
-            strength, slope = self._yield(state.obliquity)
-            compliance[flows, 0] += 1.0 / (step**2 * area[flows] * slope[flows])
-            kept[flows, 0] = strength[flows] / slope[flows]
+            start, slope = self._cap(state)
+            compliance[flows, 0] += slope[flows] / (step**2 * area[flows])
+            kept[flows, 0] = start[flows]
         return replace(
             inner,
             compliance=inner.compliance + compliance,
@@ -127,26 +138,34 @@ class Bed(Law):
         velocity: FloatArray, area: FloatArray, step: float,
     ) -> JointState:  # fmt: skip
         area = _bearing(area)
-        obliquity = self._obliquity(reaction)
-        # where it crushes already, what the contact was solved with
-        strength, slope = self._yield(np.where(trial.crushing, trial.obliquity, obliquity))
         elastic = -reaction / self._stiffness(state, area)
         pressure = reaction[:, 0] / area
-        limit = strength - slope * state.crushed
+        obliquity = self._obliquity(reaction)
+        following = self._following(state, trial, obliquity, pressure)
+        here = replace(trial, obliquity=obliquity, pressed=pressure, following=following)
+        # where it crushes already, the line that the contact was solved with
+        start, slope = (
+            np.where(trial.crushing, old, new)
+            for old, new in zip(self._cap(trial), self._cap(here), strict=True)
+        )
+        flown = start - slope * pressure
         # at the limit to rounding it does not begin, or the turns would alternate
-        crushing = pressure > limit * np.where(trial.crushing, 1.0, 1.0 + ROUNDING)
-        flown = (strength - pressure) / slope
+        crushing = flown < state.crushed - np.where(trial.crushing, 0.0, ROUNDING * slope * np.abs(pressure))
         crushed = np.where(crushing, flown, state.crushed)
-        start, moved = state.bed, elastic - state.elastic
+        moved = elastic - state.elastic
         # as the contact was solved: what crushes from the next turn on is no opening that breaks the faces
         moved[:, 0] += np.where(trial.crushing, flown, state.crushed) - state.crushed
         own = velocity - moved / step
-        after = self.law.update(state, trial, jump - start, reaction, own, area, step)
-        yielding = pressure + 0.5 * slope * (crushed - state.crushed)  # mean over the step
+        after = self.law.update(state, trial, jump - state.bed, reaction, own, area, step)
+        # mean over the step, on a path of one ratio of shear to pressure
+        aside = np.sqrt(1.0 + self.shear_weight * obliquity**2)
+        yielding = pressure + 0.5 * self._hardening() * (crushed - state.crushed) / aside
         ground = area * np.where(crushing, yielding * (state.crushed - crushed), 0.0)
         after = replace(
-            after, elastic=elastic, crushed=crushed, crushing=crushing, bedded=start,
+            after, elastic=elastic, crushed=crushed, crushing=crushing, bedded=state.bed,
             obliquity=np.where(crushing, obliquity, 0.0),
+            pressed=np.where(crushing, pressure, 0.0),
+            following=np.where(crushing, following, 0.0),
             dissipated=after.dissipated + ground,
         )  # fmt: skip
         # what a sudden rupture sets free: the work put in less what is stored or lost elsewhere
@@ -162,6 +181,33 @@ class Bed(Law):
         shear = lengths(reaction[:, 1:]) * (np.asarray(self.shear_weight) > 0)
         ratio = np.divide(shear, reaction[:, 0], out=np.zeros(len(shear)), where=reaction[:, 0] > 0)
         return np.minimum(ratio, STEEPEST)
+
+    def _following(
+        self, state: JointState, trial: JointState, ratio: FloatArray, pressure: FloatArray
+    ) -> FloatArray:
+        """dτ/dσ from the last turn to this one, between 0 and τ/σ, shape (c,).
+
+        Shear that sticks stays where pressure changes, shear that slides goes along; in between are springs.
+        Lines of a wrong slope would be crossed to and fro, hence the mean of the last turns. None lets the
+        pressure fall below half by the next turn: where shear alone is more than the cap, it has to slide,
+        and the faces do not part.
+        """
+        rise, shear = pressure - trial.pressed, ratio * pressure - trial.obliquity * trial.pressed
+        told = trial.crushing & (np.abs(rise) > SAME * np.abs(pressure)) & (shear * rise >= 0)
+        slope = np.where(trial.crushing, trial.following, ratio)
+        seen = np.divide(shear, rise, out=slope.copy(), where=told)
+        slope = 0.5 * (slope + np.clip(seen, 0.0, ratio))
+
+        weight = np.asarray(self.shear_weight)
+        aside = np.sqrt(1.0 + weight * ratio**2)
+        strength = np.inf if self.crushing is None else self.crushing
+        limit = strength - self._hardening() * state.crushed
+        beyond = aside - np.divide(limit, pressure, out=np.full_like(aside, np.inf), where=pressure > 0)
+        steepness = weight * ratio
+        least = np.divide(
+            2.0 * aside * beyond - 1.0, steepness, out=np.zeros_like(ratio), where=steepness > 0
+        )
+        return np.clip(slope, np.clip(least, 0.0, ratio), ratio)
 
     @override
     def adhesive_reaction(self, state: JointState, area: FloatArray) -> FloatArray:

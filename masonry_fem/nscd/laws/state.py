@@ -34,6 +34,8 @@ class JointState:
     crushed : Part of a bed's deformation that stays, ≤ 0 [m], shape (c,).
     crushing : True where the bed crushes in the step under way, shape (c,).
     obliquity : Shear over pressure on a bed that crushes under both, shape (c,).
+    pressed : Pressure on a bed that crushes [Pa], shape (c,).
+    following : Shear that comes with more of that pressure, dτ/dσ, shape (c,).
     bedded : Deformation of the bed at the start of the step under way [m], shape (c, d).
     jump : Displacement jump that the cohesion feels (without bed and dilation) [m], shape (c, d).
     slip : Length of the path slid over in frictional sliding [m], shape (c,).
@@ -55,6 +57,8 @@ class JointState:
     crushed: FloatArray
     crushing: Mask
     obliquity: FloatArray
+    pressed: FloatArray
+    following: FloatArray
     bedded: FloatArray
     jump: FloatArray
     slip: FloatArray
@@ -79,6 +83,8 @@ class JointState:
             crushed=np.zeros(count),
             crushing=np.zeros(count, dtype=bool),
             obliquity=np.zeros(count),
+            pressed=np.zeros(count),
+            following=np.zeros(count),
             bedded=np.zeros((count, dimension)),
             jump=np.zeros((count, dimension)),
             slip=np.zeros(count),

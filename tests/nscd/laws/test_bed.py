@@ -156,3 +156,18 @@ def test_shear_alone_does_not_crush():
     history = probe(law, wander(1, 3))
     assert history.settled.all()
     assert np.abs(history.state.crushed).max() < 1e-9
+
+
+@pytest.mark.parametrize("lean", [0.2, 0.5, 1.0, 2.0], ids=lambda lean: f"slide/closing {lean:g}")
+@pytest.mark.parametrize("strength", [0.15e6, 2e6, 10e6], ids=lambda strength: f"{strength / 1e6:g} MPa")
+def test_crushing_beside_shear_settles_in_few_turns(strength, lean):
+    """Whether springs, then softening springs, then friction bear the shear.
+
+    Turns that took the ratio of shear to pressure from the last one needed up to 500.
+    """
+    law = Bed(Bilinear(**FRACTURE), 4e10, 2e10, crushing=strength, shear_weight=9.0)
+    closing = 2e-10 * strength * np.linspace(0.0, 1.0, 40)
+    history = probe(law, np.column_stack([-closing, lean * closing]))
+    assert history.settled.all()
+    assert history.turns.max() <= 60
+    assert history.state.crushed[0] < 0

@@ -11,8 +11,6 @@ a face (``touching``) and for edges that cross (``crossing``), other pairs for c
 from __future__ import annotations
 
 import logging
-import math
-from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
@@ -20,10 +18,12 @@ from numba import njit
 from masonry_fem.contact.boxes import near_pairs
 from masonry_fem.contact.clipping import clip, polygon_area
 from masonry_fem.contact.contacts import Interface
+from masonry_fem.contact.facing import FacePairs, facing, orient
 from masonry_fem.contact.foothold import footholds
 from masonry_fem.contact.kinematics import height, local_frames
+from masonry_fem.contact.posed import Posed
 from masonry_fem.contact.surface import PosedFaces, Surface, pose_faces, surfaces_of, typical_size
-from masonry_fem.contact.touching import Posed, clearances, standing_pairs
+from masonry_fem.contact.touching import standing_pairs
 from masonry_fem.errors import GeometryError
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.solid.mesh import IntArray
@@ -31,28 +31,11 @@ from masonry_fem.solid.pose import FloatArray
 
 SMALLEST = 1e-4  # of the smaller face: a common part below it is a sliver
 EDGE = 2e-6  # of a block's size: a common part no wider is a shared edge or corner
-TILTED = 1e-5  # radians between faces above which one of them carries the other
 REACH = 1e-3  # of a block's size: what a scene that says nothing takes for touching
-ALIKE = 0.5  # of the deeper: how far two tilted faces reach into the blocks must differ for one to carry
 ROUNDING = 1e-12  # of a block's size: a gap below it is zero
 SHOWN = 5  # pairs of blocks that a message names
 
 logger = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True, slots=True)
-class _FacePairs:
-    """Pairs of face pieces that may touch: candidate and antagonist rows of PosedFaces, (m,).
-
-    ``carried`` where the antagonist carries a tilted candidate, and gives the normal alone.
-    """
-
-    candidate: IntArray
-    antagonist: IntArray
-    carried: np.ndarray
-
-    def __len__(self) -> int:
-        return len(self.candidate)
 
 
 def detect(
@@ -110,7 +93,7 @@ def detect(
     if not support_pairs:
         pairs = pairs[~support[pairs].all(axis=1)]
     posed = Posed.of(assembly, surfaces)
-    chosen = _orient(_facing(faces, pairs, far + 1e-9 * size, angle), posed, faces)
+    chosen = orient(facing(faces, pairs, far + 1e-9 * size, angle), posed, faces)
     deep = far if overlap is None else overlap
     found, slivers = _cut(chosen, assembly, surfaces, faces, (far, deep), size)
     met = {tuple(sorted(interface.blocks)) for interface in found}
@@ -151,73 +134,8 @@ def _order(interface: Interface) -> tuple[int, ...]:
     return (a, b, f, g) if a < b else (b, a, g, f)
 
 
-def _facing(faces: PosedFaces, pairs: IntArray, far: float, angle: float) -> tuple[IntArray, IntArray]:
-    """Pieces of near blocks that look at each other and have near boxes: rows (m,), (m,)."""
-    low, high = faces.points.min(axis=1), faces.points.max(axis=1)
-    rows: IntArray = _facing_rows(
-        faces.normal, low, high, faces.first, pairs, -math.cos(math.radians(angle)), far
-    )
-    return rows[:, 0], rows[:, 1]
-
-
-@njit(cache=True)
-def _facing_rows(
-    normal: FloatArray,
-    low: FloatArray,
-    high: FloatArray,
-    first: IntArray,
-    pairs: IntArray,
-    cosine: float,
-    far: float,
-) -> IntArray:
-    """The pairs of rows of ``_facing``, shape (m, 2); of thick masonry all pairs of faces fill memories."""
-    found = np.empty((max(16, 2 * len(pairs)), 2), dtype=np.int64)
-    total = 0
-    for pair in pairs:
-        for i in range(first[pair[0]], first[pair[0] + 1]):
-            for j in range(first[pair[1]], first[pair[1] + 1]):
-                across, near = 0.0, True
-                for c in range(normal.shape[1]):
-                    across += normal[i, c] * normal[j, c]
-                    near = near and low[i, c] <= high[j, c] + far and low[j, c] <= high[i, c] + far
-                if across > cosine or not near:
-                    continue
-                if total == len(found):
-                    more = np.empty((2 * total, 2), dtype=np.int64)
-                    more[:total] = found
-                    found = more
-                found[total, 0], found[total, 1] = i, j
-                total += 1
-    return found[:total].copy()
-
-
-def _orient(rows: tuple[IntArray, IntArray], posed: Posed, faces: PosedFaces) -> _FacePairs:
-    """Choose candidate and antagonist of each pair of faces."""
-    antagonist, candidate = rows[0].copy(), rows[1].copy()  # the later block is the candidate
-    cosine = -np.einsum("md,md->m", faces.normal[candidate], faces.normal[antagonist])
-    tilted = cosine < math.cos(TILTED)
-    swap = posed.support[faces.block[candidate]] & ~posed.support[faces.block[antagonist]]
-    # of tilted ones the face in front of which all of the other block lies carries it; of two curved
-    # ones neither does, and the normal lies between
-    pair = np.flatnonzero(tilted)
-    carries = [
-        clearances(
-            posed.vertices, posed.count, faces.block[other[pair]], faces.points[own[pair], 0],
-            faces.normal[own[pair]],
-        )
-        for own, other in ((candidate, antagonist), (antagonist, candidate))
-    ]  # fmt: skip
-    rounding = 1e-9 * np.sqrt(faces.area[candidate[pair]] + faces.area[antagonist[pair]])
-    clear = np.abs(carries[0] - carries[1]) > np.maximum(rounding, ALIKE * np.abs(carries).max(axis=0))
-    swap[pair] = np.where(clear, carries[0] > carries[1], swap[pair])
-    carried = np.zeros(len(tilted), dtype=bool)
-    carried[pair] = clear
-    candidate[swap], antagonist[swap] = antagonist[swap], candidate[swap]
-    return _FacePairs(candidate, antagonist, carried)
-
-
 def _cut(
-    pairs: _FacePairs,
+    pairs: FacePairs,
     assembly: Assembly,
     surfaces: tuple[Surface, ...],
     faces: PosedFaces,

@@ -12,8 +12,9 @@ import numpy as np
 from masonry_fem.contact.clipping import depths
 from masonry_fem.contact.contacts import Interface
 from masonry_fem.contact.kinematics import local_frames
+from masonry_fem.contact.posed import Posed
 from masonry_fem.contact.surface import PosedFaces
-from masonry_fem.contact.touching import INSIDE, LEVEL, ROUNDING, Posed
+from masonry_fem.contact.touching import INSIDE, LEVEL, ROUNDING
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 

@@ -8,79 +8,20 @@ share an edge or a corner do not touch. Where two edges part the blocks better t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numba import njit
 
 from masonry_fem.contact.clipping import depths
 from masonry_fem.contact.contacts import Interface
-from masonry_fem.contact.crossing import crossings, edges_of
+from masonry_fem.contact.crossing import crossings
 from masonry_fem.contact.kinematics import local_frames
-from masonry_fem.contact.surface import Surface
-from masonry_fem.solid.assembly import Assembly
+from masonry_fem.contact.posed import Posed
 from masonry_fem.solid.mesh import IntArray
-from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import FloatArray
 
 INSIDE = 1e-6  # of a block's size: how deep inside a face a corner must stand
 LEVEL = 1e-6  # of a block's size: corners whose heights differ by less are equally high
 ROUNDING = 1e-12
-
-
-@dataclass(frozen=True, slots=True)
-class Posed:
-    """Vertices and face planes of all blocks in the world, padded by repetition.
-
-    Attributes
-    ----------
-    solids : Polytopes by shape. shape : Shape of each block, shape (b,).
-    vertices : shape (b, v, d) [m]. count : How many are real, shape (b,).
-    on_face, normal : A point and the outward normal of each face, shape (b, f, d).
-    faces : Number of faces, shape (b,).
-    convex : Whether the block is, shape (b,).
-    edges : Edges of each block (``crossing.edges_of``), padded, shape (b, e, 4).
-    edge_count : How many are real, shape (b,).
-    support : Whether the block is one, shape (b,).
-    """
-
-    solids: tuple[Polytope, ...]
-    shape: IntArray
-    vertices: FloatArray
-    count: IntArray
-    on_face: FloatArray
-    normal: FloatArray
-    faces: IntArray
-    convex: np.ndarray
-    edges: IntArray
-    edge_count: IntArray
-    support: np.ndarray
-
-    @classmethod
-    def of(cls, assembly: Assembly, surfaces: tuple[Surface, ...]) -> Posed:
-        """Vertices and faces of the blocks of an assembly."""
-        solids = tuple(surface.solid for surface in surfaces)
-        shape = np.array([block.shape for block in assembly.blocks], dtype=np.int64)
-        rotation = np.array([block.pose.rotation for block in assembly.blocks])
-        translation = np.array([block.pose.translation for block in assembly.blocks])
-        vertices = _padded([solid.vertices for solid in solids])
-        on_face = _padded(
-            [np.array([solid.face_points(f)[0] for f in range(len(solid.faces))]) for solid in solids]
-        )
-        normal = _padded([surface.normals for surface in surfaces])
-        turned = [np.einsum("bij,bkj->bki", rotation, array[shape]) for array in (vertices, on_face, normal)]
-        return cls(
-            solids,
-            shape,
-            turned[0] + translation[:, None],
-            np.array([len(solid.vertices) for solid in solids])[shape],
-            turned[1] + translation[:, None],
-            turned[2],
-            np.array([len(solid.faces) for solid in solids])[shape],
-            np.array([surface.convex for surface in surfaces])[shape],
-            *_all_edges(solids, shape),
-            np.array([block.support for block in assembly.blocks]),
-        )
 
 
 def standing_pairs(
@@ -199,22 +140,6 @@ def _part_inside(window: FloatArray, flat: FloatArray, feature: FloatArray, marg
     return part
 
 
-def _all_edges(solids: tuple[Polytope, ...], shape: IntArray) -> tuple[IntArray, IntArray]:
-    """Edges of all blocks, padded, and their numbers: (b, e, 4), (b,)."""
-    edges = [edges_of(solid) for solid in solids]
-    padded = np.zeros((len(edges), max(len(own) for own in edges), 4), dtype=np.int64)
-    for row, own in zip(padded, edges, strict=True):
-        row[: len(own)] = own
-    return padded[shape], np.array([len(own) for own in edges])[shape]
-
-
-def _padded(arrays: list[FloatArray]) -> FloatArray:
-    most = max(len(array) for array in arrays)
-    return np.array(
-        [np.concatenate([array, np.repeat(array[-1:], most - len(array), 0)]) for array in arrays]
-    )
-
-
 @njit(cache=True)
 def _features(
     vertices: FloatArray,
@@ -266,25 +191,6 @@ def _features(
         if apart[m] > reach + level or flat > best + level:
             result[m] = -1
     return result, apart
-
-
-@njit(cache=True)
-def clearances(
-    vertices: FloatArray,
-    count: IntArray,
-    blocks: IntArray,
-    on_plane: FloatArray,
-    normal: FloatArray,
-) -> FloatArray:
-    """Smallest heights of blocks above planes, one each, shape (m,) [m]."""
-    result = np.full(len(blocks), np.inf)
-    for m in range(len(blocks)):
-        for v in range(count[blocks[m]]):
-            height = 0.0
-            for c in range(vertices.shape[2]):
-                height += (vertices[blocks[m], v, c] - on_plane[m, c]) * normal[m, c]
-            result[m] = min(result[m], height)
-    return result
 
 
 @njit(cache=True)

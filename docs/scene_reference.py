@@ -106,6 +106,7 @@ TABLES: dict[type[msgspec.Struct], str] = {
     specs.Output: "`[output]`",
 }
 COMMON = {
+    specs.Cut: "`[[output.cuts]]`",
     "name": "what it is called in names of blocks and in results",
     "normal_stiffness": "c_N of the springs",
     "tangential_stiffness": "c_T of the springs",
@@ -396,6 +397,11 @@ MEANING: dict[str, str] = {
 def page() -> str:
     """The whole page."""
     return HEAD + "\n".join(section(kind, heading) for kind, heading in TABLES.items())
+    "Output.interfaces": "tell what [joints](results.md#interfacescsv) carry, and how they open and slide",
+    "Output.cuts": "pictures of [stresses on planes](results.md#cuts), in 3D",
+    "Cut.name": "part of the pictures' names",
+    "Cut.normal": "across the plane, towards the eye",
+    "Cut.show": "a picture each",
 
 
 def section(kind: type[msgspec.Struct], heading: str) -> str:

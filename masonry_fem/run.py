@@ -28,8 +28,10 @@ from masonry_fem.dynamics.march import March, Observer, march
 from masonry_fem.dynamics.step import Increment
 from masonry_fem.errors import MasonryError
 from masonry_fem.nscd import save_problem
+from masonry_fem.post.cut import Plane
 from masonry_fem.post.determinacy import determinacy_summary, write_determinacy
 from masonry_fem.post.history import History
+from masonry_fem.post.interface_table import InterfaceTable, joint_summary
 from masonry_fem.post.picture import Pictures
 from masonry_fem.post.recorder import Recorder, Recorders
 from masonry_fem.post.report import Progress
@@ -92,7 +94,8 @@ def run(
     clock.lap("build")
     limits = _limits(scene, built)
     _make_folder(out)
-    recorders = _recorders(scene, out, quiet)
+    table = InterfaceTable(out, fields=scene.output.fields) if scene.output.interfaces else None
+    recorders = _recorders(scene, out, quiet, table)
     recorders.start(built.model)
     kept: list[Increment] = []
     summary: dict[str, Any] = {
@@ -116,6 +119,9 @@ def run(
         told = _determinacy(scene, built, made, summary)
         if told is not None:
             recorders.amend(made.model, told.state, made.report)
+            if table is not None:
+                table.determine(told)
+        summary |= _joints(scene, made, told)
     finally:  # Ctrl-C too leaves what was written so far readable
         files = recorders.close(summary)
         write_summary(out / "summary.json", summary)
@@ -140,8 +146,16 @@ def solve_scene(scene: specs.Scene, base: Path = Path(), observers: Sequence[Obs
     made = march(built.model, plan, settings, bodies=built.bodies, observers=observers)
     summary = summarise(scene, built, made) | limits
     _compare(summary)
-    _determinacy(scene, built, made, summary)
+    told = _determinacy(scene, built, made, summary)
+    summary |= _joints(scene, made, told)
     return RunResult(made.outcome, made.message, summary, [], built, made)
+
+
+def _joints(scene: specs.Scene, made: March, told: ForceDeterminacy | None) -> dict[str, Any]:
+    """Joints by state, where the scene asks for them."""
+    if not scene.output.interfaces or not made.model.interfaces:
+        return {}
+    return {"joints": joint_summary(made.model, made.state if told is None else told.state)}
 
 
 def _limits(scene: specs.Scene, built: Built) -> dict[str, Any]:
@@ -195,12 +209,18 @@ def _make_folder(out: Path) -> None:
         raise MasonryError(f"results folder '{out}' cannot be made: {reason}; choose another one") from error
 
 
-def _recorders(scene: specs.Scene, out: Path, quiet: bool) -> Recorders:
+def _recorders(scene: specs.Scene, out: Path, quiet: bool, table: InterfaceTable | None) -> Recorders:
     members: list[Recorder] = [_progress(scene, quiet), History(out)]
     if scene.output.fields:
         members.append(FieldFiles(out))
+    if table is not None:
+        members.append(table)
     if scene.output.pictures:
-        members.append(Pictures(out, scene.title, scene.output.amplification))
+        output = scene.output
+        planes = [Plane(one.name, one.point, one.normal, one.show) for one in output.cuts]
+        members.append(
+            Pictures(out, scene.title, output.amplification, joints=output.interfaces, cuts=planes)
+        )
     return Recorders(members, scene.output.every)
 
 

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from masonry_fem.contact.contacts import Interface
 from masonry_fem.dynamics.model import Model
 from masonry_fem.post import fields
+from masonry_fem.post.backdrop import draw_pale, title_of
 from masonry_fem.post.grid import ELASTIC, Grid, grid_of, three
-from masonry_fem.post.picture import draw_pale
 from masonry_fem.post.render import Stage, View, can_render
 from masonry_fem.post.scenery import element_edges_of, outline_of, pyvista_grid, surface_of
 from masonry_fem.post.sheet import LINE, Key, Sheet
@@ -56,7 +56,7 @@ def draw_mesh(model: Model, path: Path, title: str = "", grid: Grid | None = Non
     surface = surface_of(blocks)
     elastic = int((grid.cell_fidelity == ELASTIC).sum())
     sheet = Sheet(
-        _title(title, "mesh"),
+        title_of(title, "mesh"),
         f"{len(model.assembly.blocks)} blocks of {len(model.assembly.shapes)} shapes, "
         f"{elastic} elements, {len(grid.points)} nodes",
     )
@@ -87,7 +87,7 @@ def draw_interfaces(model: Model, path: Path, title: str = "", grid: Grid | None
     unit = "m²" if grid.dimension == 3 else "m"
     area = sum(interface.area for interface in model.interfaces)
     sheet = Sheet(
-        _title(title, "interfaces"),
+        title_of(title, "interfaces"),
         f"{len(model.interfaces)} interfaces, {model.contacts.count} contact points, {area:.4g} {unit}; "
         "normals point to the candidate",
     )
@@ -125,7 +125,3 @@ def _poly_data(points: FloatArray, cells: NDArray[np.int64], *, lines: bool) -> 
     import pyvista as pv  # noqa: PLC0415
 
     return pv.PolyData(points, lines=cells) if lines else pv.PolyData(points, faces=cells)
-
-
-def _title(title: str, what: str) -> str:
-    return f"{title}: {what}" if title else what.capitalize()

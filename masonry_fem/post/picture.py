@@ -9,7 +9,7 @@ be drawn again without its model (``view``).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,9 @@ from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.state import BONDED, OPEN, SLIP, STICK, SystemState
 from masonry_fem.post import fields
 from masonry_fem.post.arrows import add_arrows, interface_resultants, legend_sample
+from masonry_fem.post.backdrop import GHOST, draw_pale, title_of
+from masonry_fem.post.cut import Plane, draw_cut
+from masonry_fem.post.joint_map import draw_opening, draw_sliding
 from masonry_fem.post.overview import draw_overview
 from masonry_fem.post.recorder import StepReport
 from masonry_fem.post.render import Stage, View, can_render
@@ -36,26 +39,32 @@ from masonry_fem.post.sheet import (
     prefix_of,
     quantity,
 )
+from masonry_fem.post.thrust import draw_thrust
 
 FloatArray = NDArray[np.float64]
 
-STONE, GHOST = "#ebe5d8", "#8b939c"
 COMPRESSION, TENSION = "#1f5fa8", "#c8352b"
 STATUS_COLOURS = {OPEN: "#9aa2ab", STICK: "#1b7f5c", SLIP: "#e07b1a", BONDED: "#7a4fa3"}
 STATUS_WORDS = {OPEN: "open", STICK: "stick", SLIP: "slip", BONDED: "bonded"}
-GLASS_CELLS = 30_000  # faces of elements
 DISPLACEMENT_COLOURS = "YlGnBu"
 DAMAGE_COLOURS = "inferno_r"
 
 
 class Pictures:
-    """Recorder that draws the last state when the run ends."""
+    """Recorder that draws the last state when the run ends.
+
+    With ``joints`` the thrust and the maps of openings and slides too, and the ``cuts`` asked for.
+    """
 
     dense = True  # it keeps the state only, which costs nothing
     amendable = True
 
-    def __init__(self, directory: Path, title: str = "", amplification: float | None = None) -> None:
+    def __init__(
+        self, directory: Path, title: str = "", amplification: float | None = None, *,
+        joints: bool = False, cuts: Sequence[Plane] = (),
+    ) -> None:  # fmt: skip
         self._directory, self._title, self._amplification = Path(directory), title, amplification
+        self._joints, self._cuts = joints, tuple(cuts)
         self._last: tuple[Model, SystemState] | None = None
 
     def start(self, model: Model) -> None:
@@ -71,7 +80,11 @@ class Pictures:
         # who has pressed Ctrl-C does not want to wait for pictures
         if last is None or summary.get("outcome") == "interrupted" or not can_render():
             return []
-        return draw_all(Scenery.of(*last, title=self._title), self._directory, self._amplification)
+        scenery = Scenery.of(*last, title=self._title, joints=self._joints)
+        paths = draw_all(scenery, self._directory, self._amplification)
+        for plane in self._cuts:
+            paths += draw_cut(scenery, plane, self._directory, self._amplification)
+        return paths
 
 
 def draw_all(scenery: Scenery, directory: Path, amplification: float | None = None) -> list[Path]:
@@ -88,6 +101,10 @@ def draw_all(scenery: Scenery, directory: Path, amplification: float | None = No
         paths.append(draw_resultants(scenery, directory / "resultants.png"))
         if np.isfinite(_adhesion(scenery.contacts)).any():
             paths.append(draw_damage(scenery, directory / "damage.png"))
+    if scenery.interfaces is not None:
+        paths.append(draw_thrust(scenery, directory / "thrust.png"))
+        paths.append(draw_opening(scenery, directory / "opening.png", amplification))
+        paths.append(draw_sliding(scenery, directory / "sliding.png", amplification))
     return paths
 
 
@@ -98,7 +115,7 @@ def draw_deformed(scenery: Scenery, path: Path, amplification: float | None = No
     factor, prefix = prefix_of(float(size.max(initial=0.0)))
     shape.surface["_size"] = size / factor if shape.moves else 0 * size
     limits = (0.0, max(float(size.max(initial=0.0)) / factor, 1e-12))
-    sheet = Sheet(_title(scenery, "deformed shape"), shape.caption())
+    sheet = Sheet(title_of(scenery.title, "deformed shape"), shape.caption())
     if shape.moves:
         sheet.bar = ColourBar(f"displacement [{prefix}m]", DISPLACEMENT_COLOURS, limits)
         sheet.keys.append(Key("undeformed", GHOST, "line", 44))
@@ -118,7 +135,7 @@ def draw_von_mises(scenery: Scenery, path: Path, amplification: float | None = N
     shape.surface["_mises"] = mises / factor
     limits = (0.0, max(limit / factor, 1e-12))
     sheet = Sheet(
-        _title(scenery, "von Mises stress"),
+        title_of(scenery.title, "von Mises stress"),
         f"{shape.caption()}; stress smoothed to the nodes, greatest there {quantity(top, 'Pa')}"
         + (f", colours end at {quantity(limit, 'Pa')}" if over else ""),
     )
@@ -147,7 +164,7 @@ def draw_principal(scenery: Scenery, path: Path) -> Path:
     arm_length = 0.45 * _spacing(centres, scenery.length)
     half = arm_length * (values / top)[..., None] * directions
     sheet = Sheet(
-        _title(scenery, "principal stresses"),
+        title_of(scenery.title, "principal stresses"),
         f"Mean stress of each block, from {quantity(float(values.min()), 'Pa')} to "
         f"{quantity(float(values.max()), 'Pa')} (tension positive)",
     )
@@ -179,7 +196,7 @@ def draw_reactions(scenery: Scenery, path: Path) -> Path:
     told = (STICK, SLIP, OPEN) if fields.ADHESION not in contacts.point_data else (STICK, SLIP, BONDED, OPEN)
     counts = ", ".join(f"{int((status == s).sum())} {STATUS_WORDS[s]}" for s in told)
     sheet = Sheet(
-        _title(scenery, "contact reactions"),
+        title_of(scenery.title, "contact reactions"),
         f"{len(force)} contact points: {counts}; structure undeformed; "
         f"greatest {quantity(_top(force), scenery.force_unit)}",
     )
@@ -193,7 +210,7 @@ def draw_resultants(scenery: Scenery, path: Path) -> Path:
     points, force = interface_resultants(scenery.contacts)
     joints = "the loaded interface" if len(force) == 1 else f"each of {len(force)} loaded interfaces"
     sheet = Sheet(
-        _title(scenery, "joint resultants"),
+        title_of(scenery.title, "joint resultants"),
         f"Resultant of {joints} at its centre of pressure, on the candidate block, structure undeformed; "
         f"greatest {quantity(_top(force), scenery.force_unit)}",
     )
@@ -212,7 +229,7 @@ def draw_damage(scenery: Scenery, path: Path) -> Path:
     damage = damage[cohesive]
     broken = int((damage >= 1).sum())
     sheet = Sheet(
-        _title(scenery, "damage of the joints"),
+        title_of(scenery.title, "damage of the joints"),
         f"{len(damage)} contact points: {int((damage <= 0).sum())} intact, {broken} without adhesion; "
         "displacements × 1",
     )
@@ -240,14 +257,6 @@ def _adhesion(contacts: Any) -> FloatArray:
     if fields.ADHESION not in contacts.point_data:
         return np.full(contacts.n_points, np.nan)
     return np.asarray(contacts.point_data[fields.ADHESION], float)
-
-
-def draw_pale(stage: Stage, surface: Any, outline: Any) -> None:
-    """Blocks as a background that bars and arrows inside them can be seen through."""
-    # through many layers of glass nothing is seen: many blocks are drawn opaque
-    opaque = stage.view.flat or surface.n_cells > GLASS_CELLS
-    stage.surface(surface, color=STONE, opacity=1.0 if opaque else 0.16)
-    stage.lines(outline, GHOST, 1.4, opacity=1.0 if opaque else 0.8)
 
 
 def _draw_arrows(
@@ -291,10 +300,6 @@ def _spacing(centres: FloatArray, length: float) -> float:
         return length
     distance, _ = cKDTree(centres).query(centres, k=2)
     return float(np.median(distance[:, 1]))
-
-
-def _title(scenery: Scenery, what: str) -> str:
-    return f"{scenery.title}: {what}" if scenery.title else what[0].upper() + what[1:]
 
 
 def _top(force: FloatArray) -> float:

@@ -84,7 +84,11 @@ class View:
         """From the front in 2D; in 3D from the front, a little to the left and above, z upwards."""
         towards = np.array([0.0, 0.0, 1.0]) if dimension == 2 else np.array([-0.62, -1.0, 0.52])
         up = np.array([0.0, 1.0, 0.0]) if dimension == 2 else np.array([0.0, 0.0, 1.0])
-        towards /= np.linalg.norm(towards)
+        return cls.along(points, towards / np.linalg.norm(towards), up)
+
+    @classmethod
+    def along(cls, points: FloatArray, towards: FloatArray, up: FloatArray) -> View:
+        """From where the unit vector ``towards`` points; ``up`` is not parallel to it."""
         right = np.cross(up, towards)
         right /= np.linalg.norm(right)
         axes = np.stack([right, np.cross(towards, right), towards])
@@ -128,7 +132,7 @@ class Stage:
     def surface(self, mesh: Any, **options: Any) -> None:
         """Add faces, flat-lit in 2D; options as of pyvista's ``add_mesh``."""
         defaults = {"show_scalar_bar": False, "ambient": 0.62, "diffuse": 0.42, "line_width": FINE}
-        self.plotter.add_mesh(mesh, lighting=not self.view.flat, **(defaults | options))
+        self.plotter.add_mesh(mesh, **({"lighting": not self.view.flat} | defaults | options))
 
     def lines(self, mesh: Any, colour: str, width: float, *, rank: int = 1, opacity: float = 1.0) -> None:
         """Add lines, a little nearer to the eye than what they lie on; a higher rank lies over a lower."""
@@ -147,6 +151,14 @@ class Stage:
             self.plotter.add_mesh(
                 lifted, color=colour, lighting=not self.view.flat, ambient=0.55, diffuse=0.5
             )
+
+    def mark(self, mesh: Any, colour: str | None = None, *, rank: int = 3, **options: Any) -> None:
+        """Add flat figures over everything else, in their own colour whatever the light."""
+        if mesh.n_points:
+            lift = 2.2 * self.view.depth + self._lift * rank
+            lifted = mesh.translate(self.view.axes[2] * lift, inplace=False)
+            look = {"show_scalar_bar": False, "lighting": False} | ({"color": colour} if colour else {})
+            self.plotter.add_mesh(lifted, **(look | options))
 
     def image(self) -> NDArray[np.uint8]:
         """Draw and end: the stage is gone afterwards."""

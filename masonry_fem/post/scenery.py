@@ -16,6 +16,8 @@ from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.state import SystemState
 from masonry_fem.post import fields
 from masonry_fem.post.grid import POLYHEDRON, Grid, grid_of, three
+from masonry_fem.post.interface_fields import InterfaceFields
+from masonry_fem.post.interfaces import interface_forces
 from masonry_fem.post.sheet import quantity, round_down
 
 FloatArray = NDArray[np.float64]
@@ -34,6 +36,8 @@ class Scenery:
     dimension : 2 or 3.
     length : A typical block size [m].
     title : First line of each sheet.
+    interfaces : pyvista grid of the joints' faces with the arrays of ``interface_fields``; None where
+        they were not asked for, or nothing touches.
     """
 
     blocks: Any
@@ -41,9 +45,13 @@ class Scenery:
     dimension: int
     length: float
     title: str
+    interfaces: Any = None
 
     @classmethod
-    def of(cls, model: Model, state: SystemState, title: str = "", grid: Grid | None = None) -> Scenery:
+    def of(
+        cls, model: Model, state: SystemState, title: str = "", grid: Grid | None = None, *,
+        joints: bool = False,
+    ) -> Scenery:  # fmt: skip
         """Scenery of a model in a state."""
         import pyvista as pv  # noqa: PLC0415  only where pictures are drawn
 
@@ -55,7 +63,11 @@ class Scenery:
         if model.contacts.count:
             contacts = pv.PolyData(three(state.points))
             contacts.point_data.update(fields.contact_arrays(model, state))
-        return cls(blocks, contacts, grid.dimension, model.length, title)
+        faces = None
+        if joints and model.contacts.count:
+            told = interface_forces(model, state)
+            faces = pyvista_faces(InterfaceFields.of(model, told))
+        return cls(blocks, contacts, grid.dimension, model.length, title, faces)
 
     @property
     def force_unit(self) -> str:
@@ -135,6 +147,18 @@ def pyvista_grid(grid: Grid) -> Any:
         pieces += [cells[done : begins[cell]], [len(stream)], stream]
         done, last = ends[cell], grid.face_offsets[cell]
     return pv.UnstructuredGrid(np.concatenate([*pieces, cells[done:]]), grid.types, grid.points)
+
+
+def pyvista_faces(faces: InterfaceFields) -> Any:
+    """The faces of joints as a pyvista grid."""
+    import pyvista as pv  # noqa: PLC0415
+
+    starts = np.concatenate([[0], faces.offsets[:-1]])
+    cells = np.insert(np.arange(len(faces.points)), starts, faces.offsets - starts)
+    grid = pv.UnstructuredGrid(cells, faces.types, faces.points)
+    grid.point_data.update(faces.corner_arrays)
+    grid.cell_data.update(faces.face_arrays)
+    return grid
 
 
 def surface_of(grid: Any) -> Any:

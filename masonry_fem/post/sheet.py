@@ -18,6 +18,7 @@ from masonry_fem.post.render import Stage, View
 
 WIDTH = 1600
 SIDE, TOP, BOTTOM, BAR = 48, 132, 116, 190
+BAND = 44.0  # length of a band in the legend [pixels]
 INK, PALE = "#1d2126", "#5d6670"
 HELD, LINE = "#a9adb2", "#33383f"  # blocks without stress, edges
 STRESS_COLOURS = "viridis"
@@ -40,7 +41,7 @@ class Key:
 
     text: str
     colour: str
-    mark: str = "dot"  # dot, bar, line, arrow, none
+    mark: str = "dot"  # dot, bar, line, arrow, band (as thick as ``pixels``), none
     pixels: float = 0.0
 
 
@@ -111,6 +112,8 @@ class _Pen:
         ends = [46 * view.axes[:2, i] for i in range(2 if view.flat else 3)]
         x -= min(0.0, *(float(e[0]) for e in ends))
         for end, name in zip(ends, "xyz", strict=False):
+            if np.linalg.norm(end) < 4:  # it points at the eye
+                continue
             self.stroke(x, y, end[0], end[1], INK, 1.6, "-|>")
             tip = end * (1 + 13 / max(float(np.linalg.norm(end)), 1.0))
             self.text(x + tip[0], y + tip[1], name, 18, INK, ha="center")
@@ -144,7 +147,8 @@ class _Pen:
         end = self._page[0] - SIDE
         starts, at, row = [], x, 0
         for key in keys:
-            need = (14 if key.mark == "dot" else key.pixels) + 12 + self._width(key.text, 18)
+            mark = {"dot": 14.0, "band": BAND}.get(key.mark, key.pixels)
+            need = mark + 12 + self._width(key.text, 18)
             if at + need > end and at > x:
                 at, row = x, row + 1
             starts.append((at, row))
@@ -162,6 +166,10 @@ class _Pen:
         elif key.mark == "arrow":
             self.stroke(x, y, key.pixels, 0, key.colour, 2.6, "-|>,head_width=.3,head_length=.6")
             x += key.pixels
+        elif key.mark == "band":
+            box = [y - key.pixels / 2, y + key.pixels / 2]
+            self._axes.fill_between([x, x + BAND], *box, color=key.colour, lw=0)
+            x += BAND
         elif key.mark != "none":
             width = 4.0 if key.mark == "bar" else 1.6
             self._axes.plot([x, x + key.pixels], [y, y], color=key.colour, lw=width, solid_capstyle="butt")
@@ -172,8 +180,11 @@ class _Pen:
         from matplotlib.cm import ScalarMappable  # noqa: PLC0415
         from matplotlib.colors import Normalize  # noqa: PLC0415
 
-        tall = min(height - 60, 520)
-        low = y + (height - tall) / 2 - 14
+        lines = 1 + bar.label.count("\n")
+        lift = (32 if bar.over else 12) + 12 * lines
+        room = height - lift - 14 * lines  # what the label leaves below the caption
+        tall = min(room - 20, 520)
+        low = y + (room - tall) / 2
         box = (x / self._page[0], low / self._page[1], 26 / self._page[0], tall / self._page[1])
         axes = self._figure.add_axes(box)
         field = ScalarMappable(Normalize(*bar.limits), bar.colours)
@@ -182,7 +193,6 @@ class _Pen:
         )
         scale.outline.set_linewidth(0.6)
         scale.ax.tick_params(labelsize=17 * 0.72, colors=INK, length=4)
-        lift = (44 if bar.over else 24) + 12 * bar.label.count("\n")
         self.text(x - 4, low + tall + lift, bar.label, 18, INK)
 
 

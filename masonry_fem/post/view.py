@@ -57,12 +57,16 @@ def read_scenery(directory: Path) -> Scenery:
     contacts = None
     if (directory / "contacts.pvd").exists():
         contacts = pv.read(last_file(directory / "contacts.pvd"))
+    faces = None
+    if (directory / "interfaces.pvd").exists():
+        faces = pv.read(last_file(directory / "interfaces.pvd"))
     return Scenery(
         blocks,
         contacts,
         int(blocks.field_data["dimension"][0]),
         float(blocks.field_data["length"][0]),
         _title(directory),
+        faces,
     )
 
 

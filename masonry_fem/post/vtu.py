@@ -25,6 +25,7 @@ from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.state import SystemState
 from masonry_fem.post.fields import Arrays, cell_arrays, contact_arrays, point_arrays
 from masonry_fem.post.grid import VERTEX, Grid, grid_of, three
+from masonry_fem.post.interface_fields import InterfaceFields
 from masonry_fem.post.recorder import StepReport
 
 BLOCK_BYTES = 1 << 20
@@ -116,6 +117,16 @@ def write_points(path: Path, points: NDArray[np.float64], arrays: Arrays, meta: 
     types = np.full(len(points), VERTEX, np.uint8)
     topology: Arrays = {"connectivity": number, "offsets": number + 1, "types": types}
     _write(path, points, topology, arrays, {}, meta or {})
+
+
+def write_faces(path: Path, faces: InterfaceFields, meta: Arrays | None = None) -> None:
+    """Write the faces of joints with their arrays."""
+    topology: Arrays = {
+        "connectivity": np.arange(len(faces.points)),
+        "offsets": faces.offsets,
+        "types": faces.types,
+    }
+    _write(path, faces.points, topology, faces.corner_arrays, faces.face_arrays, meta or {})
 
 
 def write_atomic(path: Path, content: bytes) -> None:

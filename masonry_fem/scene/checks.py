@@ -17,6 +17,7 @@ from masonry_fem.scene.joint_checks import check_joints
 from masonry_fem.scene.lines import KeyPath
 from masonry_fem.scene.misfit import MisfitError, braced, listed, nearest, wrong
 from masonry_fem.scene.specs import (
+    Cut,
     Dynamics,
     Equilibrium,
     FileStructure,
@@ -79,11 +80,13 @@ def _names(scene: Scene) -> None:
     _unique("probes", (one.name for one in scene.probes))
 
 
+    _unique("output.cuts", (one.name for one in scene.output.cuts))
 def _unique(key: str, names: Iterable[str]) -> None:
     seen: dict[str, int] = {}
     for index, name in enumerate(names):
         if name in seen:
-            raise wrong((key, index, "name"), name, f"a name of its own ({key}.{seen[name]} has it)")
+            path: KeyPath = (*key.split("."), index, "name")
+            raise wrong(path, name, f"a name of its own ({key}.{seen[name]} has it)")
         seen[name] = index
 
 
@@ -131,6 +134,10 @@ def _dimension(scene: Scene) -> None:
                 _turn(record.rotation, (*path, "rotation"), flat, "rad")
             case Initial():
                 _turn(record.spin, (*path, "spin"), flat, "rad/s")
+            case Cut() if flat:
+                raise wrong(path, record.name, "no cut in a 2D scene, all of which the other pictures show")
+            case Cut() if not any(record.normal):
+                raise wrong((*path, "normal"), record.normal, "a normal that is not zero")
             case MeshSettings() if record.size is not None and record.divisions is not None:
                 raise MisfitError(path, "{path} has both 'size' and 'divisions', expected one of them")
             case _:

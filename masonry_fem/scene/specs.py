@@ -43,6 +43,7 @@ from masonry_fem.scene.laws import (
 )
 from masonry_fem.scene.record import (
     AngularVelocity,
+    Axis,
     BlockSelector,
     Count,
     Density,
@@ -103,6 +104,7 @@ __all__ = [
     "Contact",
     "CorbelStructure",
     "Damping",
+    "Cut",
     "Dilatancy",
     "DomeStructure",
     "Dynamics",
@@ -309,9 +311,29 @@ class Probe(Spec, frozen=True, kw_only=True):
 
 class Output(Spec, frozen=True, kw_only=True):
     """What is written besides ``summary.json`` and ``history.csv``.
+CutField = Literal["von_mises", "vertical", "greatest", "least"]
+
+
+class Cut(Spec, frozen=True, kw_only=True):
+    """Picture ``cut_NAME_FIELD.png`` of the stresses on a plane through a 3D structure.
+
+    ``von_mises``, ``vertical`` stress (zz), ``greatest`` and ``least`` principal stress; tension is
+    positive. Rigid blocks are grey.
+    """
+
+    name: Name
+    point: Point
+    normal: Axis
+    show: tuple[CutField, ...] = ("von_mises",)
+
+
 
     With ``determinacy`` the last step's reactions are those of least norm among all that solve it, and
     ``determinacy.csv`` tells which resultants are the same in all of them. With ``limit_analysis`` the
+    With ``interfaces`` the table ``interfaces.csv`` tells what each joint carries, where, and how far it
+    opened and slid; with pictures too thrust lines and maps of openings and slides are drawn, and with
+    fields ``interfaces.pvd`` has them for ParaView.
+
     summary tells what rigid blocks on the same contact points could carry.
     """
 
@@ -320,6 +342,8 @@ class Output(Spec, frozen=True, kw_only=True):
     every: Count = 1
     determinacy: bool = False
     limit_analysis: bool = False
+    interfaces: bool = False
+    cuts: tuple[Cut, ...] = ()
     amplification: Positive | None = None
 
 

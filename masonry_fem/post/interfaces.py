@@ -1,0 +1,320 @@
+"""Interface forces: what each joint between two blocks carries and how far it has opened and slid.
+
+    told = interface_forces(model, state)
+    told.normal[k], told.eccentricity[k], told.status_words[k], told.opening[k]
+
+Everything is measured where the blocks are now: forces act on the candidate (N > 0 presses), moments
+are about the middle of the face, which turns with the antagonist, and so are eccentricities. Sliding is
+that of the two material points of a contact since the start.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from masonry_fem.dynamics.coupling import connect
+from masonry_fem.dynamics.model import Model
+from masonry_fem.dynamics.state import SLIP, SystemState
+from masonry_fem.post.joint_faces import JointFaces
+from masonry_fem.post.stress_block import (
+    Block,
+    kern_share,
+    linear_block,
+    outline,
+    plastic_block,
+)
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+FREE, CLOSED, MIDDLE_THIRD, CRACKED, HINGE, HELD = range(6)
+STATUS_WORDS = ("open", "closed", "middle third", "cracked", "hinge", "held")
+SMALL = 1e-8  # of the greatest contact force: what carries no more is open
+NEAR = 0.01  # of a face's width: a centre of pressure that near what contact can reach is a hinge
+LIMIT = 1e-6  # of μ N: what lacks no more of it slides
+
+
+@dataclass(frozen=True, slots=True)
+class InterfaceForces:
+    """i interfaces; a = 1 axis in 2D, 2 in 3D. Forces [N] and moments [N m], in 2D for a metre of depth.
+
+    Attributes
+    ----------
+    faces : The faces, where they are now.
+    corner_reference : Their corners in the reference configuration, shape (i, k, d) [m].
+    force : Of the antagonist on the candidate, world axes, shape (i, d).
+    normal, shear : N, > 0 pressing, and T along the axes, shapes (i,) and (i, a).
+    moment : About the face's middle in world axes, shape (i, 1 | 3).
+    centre : Centre of pressure, world, shape (i, d) [m]; NaN where N is 0.
+    eccentricity : Of the centre from the middle along the axes, shape (i, a) [m].
+    kern : 0 where the centre is the middle, 1 on the rim of the kern, shape (i,).
+    status : FREE, CLOSED (a corner or an edge that stands), MIDDLE_THIRD, CRACKED, HINGE or HELD (it
+        pulls somewhere), shape (i,).
+    edge : Name of the side where a hinge lies, else "".
+    slides : Where friction is used up, shape (i,).
+    friction : Greatest friction force over N, shape (i,); NaN where it does not press.
+    friction_used : T over that force, shape (i,).
+    opening : Greatest, and at the corners, shapes (i,) and (i, k) [m].
+    sliding, corner_sliding : Mean over the area, greatest, and at the corners, shapes (i, 2), (i, k) [m].
+    linear, plastic : Stress blocks for N; NaN where it does not press within the face.
+    """
+
+    faces: JointFaces
+    corner_reference: FloatArray
+    force: FloatArray
+    normal: FloatArray
+    shear: FloatArray
+    moment: FloatArray
+    centre: FloatArray
+    eccentricity: FloatArray
+    kern: FloatArray
+    status: IntArray
+    edge: tuple[str, ...]
+    slides: Mask
+    friction: FloatArray
+    friction_used: FloatArray
+    opening: FloatArray
+    corner_opening: FloatArray
+    sliding: FloatArray
+    corner_sliding: FloatArray
+    linear: Block
+    plastic: Block
+
+    @property
+    def status_words(self) -> list[str]:
+        """The states in words."""
+        return [STATUS_WORDS[code] for code in self.status.tolist()]
+
+
+def interface_forces(
+    model: Model, state: SystemState, reference: JointFaces | None = None
+) -> InterfaceForces:
+    """Forces, openings and slides of a model's interfaces; ``reference`` are its faces, where known."""
+    reference = JointFaces.of(model) if reference is None else reference
+    number, count = model.contacts.interface, len(model.interfaces)
+    points = _both_points(model, state)
+    faces = _moved(model, state, reference, points)
+    sign = _signs(model)
+    world = sign[number, None] * np.einsum("cai,ca->ci", state.frame, state.reaction)
+    force = _sum(world, number, count)
+    arm = state.points - faces.centroid[number]
+    moment = _sum(_cross(arm, world), number, count)
+    pressing = np.einsum("ci,ci->c", world, faces.normal[number])
+    flat = np.einsum("ci,cai->ca", arm, faces.axes[number])
+    normal, turning = _sum(pressing, number, count), _sum(pressing[:, None] * flat, number, count)
+    small = SMALL * float(np.linalg.norm(world, axis=1).max(initial=0.0))
+    carries = np.abs(normal) > small
+    eccentricity = np.full((count, flat.shape[1]), np.nan)
+    eccentricity[carries] = turning[carries] / normal[carries, None]
+    eccentricity[faces.size == 0] = 0.0
+    eccentricity[~carries] = np.nan
+    kern = kern_share(faces, np.where(carries[:, None], eccentricity, 0.0))
+    pulls = _least(pressing, number, count) < -small
+    depth, towards = _to_rim(faces, flat, number, eccentricity)
+    status = _status(faces, np.linalg.norm(force, axis=1) > small, pulls, kern, depth)
+    hinge = status == HINGE
+    shear = np.einsum("ai,ai->a", force, faces.normal)[:, None] * faces.normal
+    shear = np.einsum("id,iad->ia", force - shear, faces.axes)
+    friction, used, slides = _friction(model, state, pressing, shear, number, small)
+    openings = np.maximum(state.gap, 0.0)
+    slide = _slides(model, state, points)
+    sized = np.linalg.norm(slide, axis=1)
+    nearest = _nearest_contacts(model, reference)
+    presses = carries & (normal > 0)
+    at = np.where(presses[:, None], eccentricity, np.nan)
+    return InterfaceForces(
+        faces=faces,
+        corner_reference=reference.polygon,
+        force=force,
+        normal=normal,
+        shear=shear,
+        moment=moment,
+        centre=faces.centroid + np.einsum("ia,iad->id", eccentricity, faces.axes),
+        eccentricity=eccentricity,
+        kern=np.where(carries, kern, np.nan),
+        status=status,
+        edge=tuple(_side_name(faces, k, towards[k]) if hinge[k] else "" for k in range(count)),
+        slides=slides,
+        friction=friction,
+        friction_used=used,
+        opening=_most(openings, number, count),
+        corner_opening=openings[nearest],
+        sliding=np.stack([_mean(model, sized), _most(sized, number, count)], axis=1),
+        corner_sliding=sized[nearest],
+        linear=_scaled(linear_block(faces, at), normal),
+        plastic=_scaled(plastic_block(faces, at), normal),
+    )
+
+
+def _both_points(model: Model, state: SystemState) -> FloatArray:
+    """Where the candidates' and the antagonists' points are now, shape (c, 2, d) [m]."""
+    coupling = connect(model)
+    points = np.empty_like(model.contacts.points)
+    for sides, attachment, own in zip(coupling.sides, coupling.attachments, state.bodies, strict=True):
+        points[sides.contact, sides.side] = attachment.positions(own)
+    return points
+
+
+def _first_contacts(model: Model) -> IntArray:
+    """First contact of each interface, shape (i,)."""
+    number = model.contacts.interface
+    first = np.zeros(len(model.interfaces), dtype=np.int64)
+    first[number[::-1]] = np.arange(len(number))[::-1]
+    return first
+
+
+def _signs(model: Model) -> FloatArray:
+    """−1 where an interface's contacts have its candidate for antagonist, shape (i,)."""
+    candidate = np.array([interface.blocks[0] for interface in model.interfaces])
+    return np.where(model.contacts.blocks[_first_contacts(model), 0] == candidate, 1.0, -1.0)
+
+
+def _moved(model: Model, state: SystemState, faces: JointFaces, points: FloatArray) -> JointFaces:
+    """The faces where they are now: on the antagonists, but along them with the candidates' points.
+
+    Reactions act at these: a face that stayed behind what slides would end before its centre of pressure.
+    """
+    number, count = model.contacts.interface, len(model.interfaces)
+    first = _first_contacts(model)
+    turn = np.einsum("iab,iac->ibc", state.frame[first], model.contacts.frame[first])
+    many = np.maximum(np.bincount(number, minlength=count), 1)[:, None]
+    before = _sum(model.contacts.points[:, 1], number, count) / many
+    ahead = points[:, 0] - points[:, 1]
+    ahead -= np.einsum("ca,ca->c", ahead, state.frame[:, 0])[:, None] * state.frame[:, 0]
+    shift = _sum(points[:, 1] + ahead, number, count) / many
+
+    def carried(points: FloatArray) -> FloatArray:
+        arms = points - (before if points.ndim == 2 else before[:, None])
+        moved = np.einsum("iab,i...b->i...a", turn, arms)
+        result: FloatArray = moved + (shift if points.ndim == 2 else shift[:, None])
+        return result
+
+    return replace(
+        faces,
+        polygon=carried(faces.polygon),
+        centroid=carried(faces.centroid),
+        normal=np.einsum("iab,ib->ia", turn, faces.normal),
+        axes=np.einsum("iab,ikb->ika", turn, faces.axes),
+    )
+
+
+def _slides(model: Model, state: SystemState, points: FloatArray) -> FloatArray:
+    """How far candidates' points have slid over the antagonists' since the start, shape (c, d − 1) [m]."""
+    frame, start = model.contacts.frame, model.contacts.points
+    now = np.einsum("cai,ci->ca", state.frame[:, 1:], points[:, 0] - points[:, 1])
+    slide: FloatArray = now - np.einsum("cai,ci->ca", frame[:, 1:], start[:, 0] - start[:, 1])
+    return slide
+
+
+def _to_rim(
+    faces: JointFaces, flat: FloatArray, number: IntArray, centre: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """How near centres of pressure are to the farthest that contact points allow, over the face's width.
+
+    And in which direction that is, shapes (i,), (i, a).
+    """
+    normals, rim = outline(faces)
+    ahead = np.einsum("cka,ca->ck", normals[number], flat)
+    reach = np.full(rim.shape, -np.inf)
+    np.maximum.at(reach, number, ahead)
+    back = np.full(rim.shape, np.inf)
+    np.minimum.at(back, number, ahead)
+    real = np.isfinite(rim) & np.isfinite(reach) & (reach > back)
+    width = np.where(real, reach - back, 1.0)
+    left = (reach - np.einsum("ika,ia->ik", normals, centre)) / width
+    left = np.where(real & np.isfinite(left), left, np.inf)
+    edge = left.argmin(axis=1)
+    rows = np.arange(len(edge))
+    return left[rows, edge], normals[rows, edge]
+
+
+def _status(faces: JointFaces, loaded: Mask, pulls: Mask, kern: FloatArray, depth: FloatArray) -> IntArray:
+    status = np.where(kern <= 1 + 1e-9, MIDDLE_THIRD, CRACKED)
+    status = np.where(depth <= NEAR, HINGE, status)
+    status = np.where(faces.area > 0, status, CLOSED)
+    status = np.where(pulls, HELD, status)
+    result: IntArray = np.where(loaded, status, FREE).astype(np.int64)
+    return result
+
+
+def _side_name(faces: JointFaces, interface: int, towards: FloatArray) -> str:
+    """Side of a face in a direction: by name, or by the end of an axis."""
+    axis = int(np.abs(towards).argmax())
+    end = int(towards[axis] > 0)
+    return faces.sides[interface][axis][end] or f"{'-+'[end]}{axis + 1}"
+
+
+def _friction(
+    model: Model, state: SystemState, pressing: FloatArray, shear: FloatArray, number: IntArray, small: float
+) -> tuple[FloatArray, FloatArray, Mask]:
+    """Greatest friction over N, the share of it that is used, and where nothing is left."""
+    joints, count = model.joints, len(shear)
+    coefficient = np.where(state.status == SLIP, joints.dynamic_friction, joints.friction)
+    pressed = np.maximum(pressing, 0.0)
+    total = _sum(pressed, number, count)
+    most = _sum(coefficient * pressed, number, count)
+    loaded = total > small
+    friction = np.full(count, np.nan)
+    used = np.full(count, np.nan)
+    friction[loaded] = most[loaded] / total[loaded]
+    able = loaded & (most > 0)
+    used[able] = np.linalg.norm(shear[able], axis=1) / most[able]
+    slipping = _sum(np.where(state.status == SLIP, pressed, 0.0), number, count)
+    # a joint that turns about its normal slides all over, though its resultant is small
+    slides = loaded & ((np.nan_to_num(used) >= 1 - LIMIT) | (slipping >= (1 - LIMIT) * total))
+    return friction, used, slides
+
+
+def _nearest_contacts(model: Model, faces: JointFaces) -> IntArray:
+    """Contact of the same interface that is nearest to each corner, shape (i, k)."""
+    number, points = model.contacts.interface, model.contacts.points[:, 1]
+    apart = 10.0 * float(np.ptp(faces.polygon, axis=(0, 1)).max(initial=0.0)) + 1.0
+    tree = cKDTree(np.column_stack([points, apart * number]))
+    count, corners, d = faces.polygon.shape
+    own = np.repeat(np.arange(count), corners)
+    _, nearest = tree.query(np.column_stack([faces.polygon.reshape(-1, d), apart * own]))
+    result: IntArray = np.asarray(nearest, dtype=np.int64).reshape(count, corners)
+    return result
+
+
+def _scaled(block: Block, normal: FloatArray) -> Block:
+    return Block(block.pressure * normal, block.area)
+
+
+def _mean(model: Model, values: FloatArray) -> FloatArray:
+    """Means of what contacts have over the interfaces, by tributary area where they have one."""
+    number, count = model.contacts.interface, len(model.interfaces)
+    bare = np.bincount(number, model.contacts.area, count) <= 0
+    weight = np.where(bare[number], 1.0, model.contacts.area)
+    total = np.bincount(number, weight, count)
+    mean: FloatArray = np.bincount(number, weight * values, count) / np.where(total > 0, total, 1.0)
+    return mean
+
+
+def _sum(values: FloatArray, number: IntArray, count: int) -> FloatArray:
+    total = np.zeros((count, *values.shape[1:]))
+    np.add.at(total, number, values)
+    return total
+
+
+def _most(values: FloatArray, number: IntArray, count: int) -> FloatArray:
+    most = np.zeros(count)
+    np.maximum.at(most, number, values)
+    return most
+
+
+def _least(values: FloatArray, number: IntArray, count: int) -> FloatArray:
+    least = np.zeros(count)
+    np.minimum.at(least, number, values)
+    return least
+
+
+def _cross(arm: FloatArray, force: FloatArray) -> FloatArray:
+    if arm.shape[1] == 2:
+        return (arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0])[:, None]
+    return np.cross(arm, force)

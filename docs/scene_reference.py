@@ -36,8 +36,9 @@ Blocks are called after their structure: `wall.c2.b3` (course 2, brick 3; row by
 `column.capital`, `stair.s3` (step 3), `rubble.s07` (from below), `arch.v06` (from the left), `flyer.v01`
 (from the foot), `vault.c2.s3` (course 2 from the left, stone 3), `portal.left.c1` (pier, course),
 `dome.r1.s4` (ring 1, slice 4), `dome.crown`, `dome.d1.s2` (drum, course 1), `dome.p3.c1` (pier 3, course 1),
-`NAME.` and the physical group in a file, `NAME` alone for a single block. Such names without their last part
-name groups of blocks (`NAME`, `wall.c2`, `portal.left`, `dome.r1`, `dome.p3`), and so do `wall.stretchers`,
+`NAME.` and the group, object or key in a file, or the stone in a survey, `NAME` alone for a single block.
+Such names without their last part name groups of blocks (`NAME`, `wall.c2`, `portal.left`, `dome.r1`,
+`dome.p3`), and so do `wall.stretchers`,
 `wall.headers`, `wall.closers`, `wall.lintels`, `wall.w2` (wythe 2 from the front), `buttress.stage2`,
 `stair.steps`, `stair.wall`, `dome.s4`, `dome.drum`, `dome.piers`, `arch.keystone` (in a vault the course at
 the crown) and `arch.springers` (the stones at both ends).
@@ -51,8 +52,10 @@ A selector is a shell pattern of these names (`wall.c5.*`) or, where faces are m
 boxes are `left`, `right`, `front`, `back`, `bottom`, `top`, those of voussoirs `start` (the left joint),
 `end` (the right one), `intrados`, `extrados`, `front`, `back`, those of the stones of domes and drums
 `intrados`, `extrados`, `lower`, `upper`, `left`, `right`, those of a column's drums `bottom`, `top`, `side`;
-stones of rubble name those in the sides of their box. Joints are labelled `bed` and `head` in boxes, `collar`
-between the wythes of a wall, `rubble` in rubble, `radial` in arches (between a portal's pier and its arch,
+stones of rubble name those in the sides of their box, surveyed ones theirs by where they look (`left`,
+`right`, `bottom`, `top`, `front`, `back`). Joints are labelled `bed` and `head` in boxes, `collar`
+between the wythes of a wall, `rubble` in rubble, `bed`, `inclined` (30° to 60°) and `head` in
+surveys, `radial` in arches (between a portal's pier and its arch,
 too), or `vertical` where they are cut so, `radial` and `head` in vaults, `head` at both ends of flying
 buttresses, `bed` and `meridian` in domes and drums.
 
@@ -104,9 +107,9 @@ TABLES: dict[type[msgspec.Struct], str] = {
     specs.Contact: "`[contact]`",
     specs.Probe: "`[[probes]]`",
     specs.Output: "`[output]`",
+    specs.Cut: "`[[output.cuts]]`",
 }
 COMMON = {
-    specs.Cut: "`[[output.cuts]]`",
     "name": "what it is called in names of blocks and in results",
     "normal_stiffness": "c_N of the springs",
     "tangential_stiffness": "c_T of the springs",
@@ -296,6 +299,13 @@ MEANING: dict[str, str] = {
     "FileStructure.field": "cell field of a `.vtu` or `.vtk` file whose whole numbers tell the blocks",
     "FileStructure.scale": "factor from the file's unit of length to the metre",
     "FileStructure.supports": "patterns of blocks (without `NAME.`) that are held",
+    "SurveyStructure.path": "`.csv` or `.obj`, relative to the scene file",
+    "SurveyStructure.depth": "of the stones behind the wall's plane; no meaning in 2D",
+    "SurveyStructure.tolerance": "what joints may be open by, or overlap, to be closed",
+    "SurveyStructure.scale": "factor from the file's unit of length to the metre",
+    "SurveyStructure.outward": "roughly, out of the wall; as most polygons are turned where it is not given",
+    "SurveyStructure.ground": "bring a level support below the lowest stones",
+    "SurveyStructure.supports": "patterns of stones (without `NAME.`) that are held",
     "Joint.friction": "Coulomb's μ; `no slip`: the joint opens but never slides",
     "Joint.law": "cohesion, by `kind`; dry where it is not given",
     "ConstantThreshold.strength": "in tension",
@@ -388,6 +398,11 @@ MEANING: dict[str, str] = {
     "Output.fields": "`.vtu` and `.pvd` files",
     "Output.pictures": "PNG pictures of the last state",
     "Output.every": "steps between field files; the first and the last are always written",
+    "Output.interfaces": "tell what [joints](results.md#interfacescsv) carry, and how they open and slide",
+    "Output.cuts": "pictures of [stresses on planes](results.md#cuts), in 3D",
+    "Cut.name": "part of the pictures' names",
+    "Cut.normal": "across the plane, towards the eye",
+    "Cut.show": "a picture each",
     "Output.determinacy": "tell [which forces are facts](determinacy.md), with the reactions of least norm",
     "Output.limit_analysis": "tell what [limit analysis](limit_analysis.md) says of the same contact points",
     "Output.amplification": "of displacements in pictures; chosen where it is not given",
@@ -397,11 +412,6 @@ MEANING: dict[str, str] = {
 def page() -> str:
     """The whole page."""
     return HEAD + "\n".join(section(kind, heading) for kind, heading in TABLES.items())
-    "Output.interfaces": "tell what [joints](results.md#interfacescsv) carry, and how they open and slide",
-    "Output.cuts": "pictures of [stresses on planes](results.md#cuts), in 3D",
-    "Cut.name": "part of the pictures' names",
-    "Cut.normal": "across the plane, towards the eye",
-    "Cut.show": "a picture each",
 
 
 def section(kind: type[msgspec.Struct], heading: str) -> str:

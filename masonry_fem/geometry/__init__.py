@@ -27,6 +27,7 @@ from masonry_fem.geometry import (
     rubble,
     stack,
     staircase,
+    survey,
     wall,
 )
 from masonry_fem.scene import specs
@@ -63,6 +64,8 @@ def build_structure(
         from masonry_fem.geometry.files import read  # noqa: PLC0415  files are rare
 
         return read(spec, dimension, base, mesh)
+    if isinstance(spec, specs.SurveyStructure):
+        return survey.build(spec, dimension, base)
     return BUILDERS[type(spec)](spec, dimension)
 
 

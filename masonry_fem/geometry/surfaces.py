@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -114,8 +115,28 @@ def _soup(name: str, corners: FloatArray) -> Skin:
 
 
 def _obj(path: Path, title: str) -> list[Skin]:
+    return _by_group(*faces_of_obj(path, title))
+
+
+@dataclass(frozen=True, slots=True)
+class ObjFace:
+    """A polygon of an OBJ file: the names that hold for it ("" for none), and rows of its corners."""
+
+    object: str
+    group: str
+    material: str
+    corners: tuple[int, ...]
+
+
+def faces_of_obj(path: Path, title: str) -> tuple[FloatArray, list[ObjFace]]:
+    """Points of an OBJ file, shape (n, 3), and its polygons.
+
+    Raises
+    ------
+    GeometryError : A line that is neither.
+    """
     points: list[list[float]] = []
-    faces: list[tuple[str, str, str, tuple[int, ...]]] = []  # object, group, material, corners
+    faces: list[ObjFace] = []
     word = {"o": "", "g": "", "usemtl": ""}
     for number, line in enumerate(_joined(path.read_text(encoding="utf-8", errors="replace")), start=1):
         words = line.split("#")[0].split()
@@ -132,8 +153,8 @@ def _obj(path: Path, title: str) -> list[Skin]:
                     f"{title}, line {number}: a face has {len(corners)} corners, expected 3 or more; "
                     "correct the file"
                 )
-            faces.append((word["o"], word["g"], word["usemtl"], corners))
-    return _by_group(np.array(points, dtype=float).reshape(-1, 3), faces)
+            faces.append(ObjFace(word["o"], word["g"], word["usemtl"], corners))
+    return np.array(points, dtype=float).reshape(-1, 3), faces
 
 
 def _joined(text: str) -> list[str]:
@@ -160,23 +181,17 @@ def _corner(word: str, count: int, title: str, line: int) -> int:
     return row
 
 
-def _by_group(points: FloatArray, faces: list[tuple[str, str, str, tuple[int, ...]]]) -> list[Skin]:
-    objects = {one[0] for one in faces}
-    groups = {one[1] for one in faces}
-    which: Callable[[tuple[str, str, str, tuple[int, ...]]], str]
-    if len(objects) > 1 or (objects != {""} and groups == {""}):
-        which = lambda one: one[0]  # noqa: E731
-    elif groups != {""}:
-        which = lambda one: one[1]  # noqa: E731
-    else:
-        which = lambda one: ""  # noqa: E731
+def _by_group(points: FloatArray, faces: list[ObjFace]) -> list[Skin]:
+    objects, groups = {one.object for one in faces}, {one.group for one in faces}
+    by_object = len(objects) > 1 or (objects != {""} and groups == {""})
+    names = [one.object if by_object else one.group for one in faces]
     made = []
-    for name in dict.fromkeys(map(which, faces)):
-        own = [one for one in faces if which(one) == name]
-        used = np.unique([vertex for one in own for vertex in one[3]])
+    for name in dict.fromkeys(names):
+        own = [one for one, belongs in zip(faces, names, strict=True) if belongs == name]
+        used = np.unique([vertex for one in own for vertex in one.corners])
         place = {int(vertex): at for at, vertex in enumerate(used)}
-        loops = tuple(tuple(place[vertex] for vertex in one[3]) for one in own)
-        skin = Skin(name or ANY, points[used], loops, tuple(one[2] for one in own))
+        loops = tuple(tuple(place[vertex] for vertex in one.corners) for one in own)
+        skin = Skin(name or ANY, points[used], loops, tuple(one.material for one in own))
         made += parts_of(skin, "_" if name else "")
     return made
 

@@ -30,12 +30,14 @@ from masonry_fem.scene.specs import (
     Scene,
     Statics,
     Support,
+    SurveyStructure,
     Table,
 )
 
 GEOMETRY_FILES = (
     ".msh", ".geo", ".step", ".stp", ".vtu", ".vtk", ".stl", ".obj", ".ply", ".json",
 )  # fmt: skip
+SURVEY_FILES = (".csv", ".obj")
 DENSITIES = (200.0, 12e3)  # aerated concrete to lead [kg/m^3]
 STIFFNESSES = (1e6, 1e12)  # rubber to beyond any stone [Pa]
 
@@ -78,9 +80,9 @@ def records(value: Any, path: KeyPath = ()) -> Iterator[tuple[KeyPath, msgspec.S
 def _names(scene: Scene) -> None:
     _unique("structures", (one.name for one in scene.structures))
     _unique("probes", (one.name for one in scene.probes))
-
-
     _unique("output.cuts", (one.name for one in scene.output.cuts))
+
+
 def _unique(key: str, names: Iterable[str]) -> None:
     seen: dict[str, int] = {}
     for index, name in enumerate(names):
@@ -132,12 +134,12 @@ def _dimension(scene: Scene) -> None:
                 raise wrong((*path, "components"), record.components, "only 'x' and 'y' in a 2D scene")
             case Motion():
                 _turn(record.rotation, (*path, "rotation"), flat, "rad")
-            case Initial():
-                _turn(record.spin, (*path, "spin"), flat, "rad/s")
             case Cut() if flat:
                 raise wrong(path, record.name, "no cut in a 2D scene, all of which the other pictures show")
             case Cut() if not any(record.normal):
                 raise wrong((*path, "normal"), record.normal, "a normal that is not zero")
+            case Initial():
+                _turn(record.spin, (*path, "spin"), flat, "rad/s")
             case MeshSettings() if record.size is not None and record.divisions is not None:
                 raise MisfitError(path, "{path} has both 'size' and 'divisions', expected one of them")
             case _:
@@ -196,6 +198,10 @@ def _files(scene: Scene, base: Path) -> None:
         elif isinstance(record, FileStructure):
             if Path(record.path).suffix.lower() not in GEOMETRY_FILES:
                 raise wrong((*path, "path"), record.path, f"a file that ends in {listed(GEOMETRY_FILES)}")
+            _exists(record.path, (*path, "path"), base)
+        elif isinstance(record, SurveyStructure):
+            if Path(record.path).suffix.lower() not in SURVEY_FILES:
+                raise wrong((*path, "path"), record.path, f"a file that ends in {listed(SURVEY_FILES)}")
             _exists(record.path, (*path, "path"), base)
         elif isinstance(record, Record):
             _exists(record.path, (*path, "path"), base)

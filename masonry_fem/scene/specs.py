@@ -85,6 +85,7 @@ from masonry_fem.scene.structures import (
     StackStructure,
     StaircaseStructure,
     Structure,
+    SurveyStructure,
     WallStructure,
 )
 
@@ -103,8 +104,8 @@ __all__ = [
     "ConstantThreshold",
     "Contact",
     "CorbelStructure",
-    "Damping",
     "Cut",
+    "Damping",
     "Dilatancy",
     "DomeStructure",
     "Dynamics",
@@ -149,6 +150,7 @@ __all__ = [
     "Statics",
     "Structure",
     "Support",
+    "SurveyStructure",
     "Table",
     "TimeFunction",
     "Traction",
@@ -309,8 +311,6 @@ class Probe(Spec, frozen=True, kw_only=True):
     point: Point
 
 
-class Output(Spec, frozen=True, kw_only=True):
-    """What is written besides ``summary.json`` and ``history.csv``.
 CutField = Literal["von_mises", "vertical", "greatest", "least"]
 
 
@@ -327,23 +327,25 @@ class Cut(Spec, frozen=True, kw_only=True):
     show: tuple[CutField, ...] = ("von_mises",)
 
 
+class Output(Spec, frozen=True, kw_only=True):
+    """What is written besides ``summary.json`` and ``history.csv``.
 
-    With ``determinacy`` the last step's reactions are those of least norm among all that solve it, and
-    ``determinacy.csv`` tells which resultants are the same in all of them. With ``limit_analysis`` the
     With ``interfaces`` the table ``interfaces.csv`` tells what each joint carries, where, and how far it
     opened and slid; with pictures too thrust lines and maps of openings and slides are drawn, and with
     fields ``interfaces.pvd`` has them for ParaView.
 
+    With ``determinacy`` the last step's reactions are those of least norm among all that solve it, and
+    ``determinacy.csv`` tells which resultants are the same in all of them. With ``limit_analysis`` the
     summary tells what rigid blocks on the same contact points could carry.
     """
 
     fields: bool = True
     pictures: bool = True
     every: Count = 1
-    determinacy: bool = False
-    limit_analysis: bool = False
     interfaces: bool = False
     cuts: tuple[Cut, ...] = ()
+    determinacy: bool = False
+    limit_analysis: bool = False
     amplification: Positive | None = None
 
 

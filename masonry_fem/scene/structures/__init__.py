@@ -23,6 +23,7 @@ from masonry_fem.scene.structures.pointed_arch import PointedArchStructure
 from masonry_fem.scene.structures.portal import PortalStructure
 from masonry_fem.scene.structures.rubble import RubbleStructure
 from masonry_fem.scene.structures.staircase import StaircaseStructure
+from masonry_fem.scene.structures.survey import SurveyStructure
 from masonry_fem.scene.structures.voussoirs import VoussoirStructure
 from masonry_fem.scene.structures.wall import WallStructure
 
@@ -48,6 +49,7 @@ __all__ = [
     "StackStructure",
     "StaircaseStructure",
     "Structure",
+    "SurveyStructure",
     "VoussoirStructure",
     "WallStructure",
 ]
@@ -71,4 +73,5 @@ AnyStructure = (
     | StaircaseStructure
     | RubbleStructure
     | FileStructure
+    | SurveyStructure
 )

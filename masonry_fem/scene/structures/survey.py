@@ -1,0 +1,41 @@
+"""Survey: the measured faces of the stones of a wall."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from masonry_fem.scene.record import Axis, FilePath, Length, Positive
+from masonry_fem.scene.structures.base import Structure
+
+
+class SurveyStructure(Structure, frozen=True, kw_only=True, tag="survey"):
+    """Wall of stones whose visible faces were measured, each drawn out to a ``depth`` behind its plane.
+
+    The file is a ``.csv`` with the columns ``stone, vertex, x, y, z``, or an ``.obj`` with a polygon each
+    object. The wall's plane is fitted. Sides of neighbours within ``tolerance`` come to lie on one line,
+    so that stones touch without gap or overlap; wider gaps stay open. Where corners went is reported. The
+    ``ground`` is level below the lowest stones. In 2D the polygons themselves are the stones.
+    """
+
+    path: FilePath
+    depth: Length
+    tolerance: Length = 0.01
+    scale: Positive = 1.0
+    outward: Axis | None = None
+    ground: bool = True
+    supports: tuple[str, ...] = ()
+
+    @property
+    def carries(self) -> bool:
+        """Whether it brings its ground or names supports."""
+        return self.ground or bool(self.supports)
+
+    def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
+        """A tolerance beyond a wall's size, a direction without length."""
+        if self.tolerance > self.depth / 2:
+            yield (
+                "tolerance",
+                f"less than half the depth ({self.depth / 2:g} m): it is what joints were open by",
+            )
+        if self.outward is not None and not any(self.outward):
+            yield "outward", "a direction out of the wall, such as [0, -1, 0]"

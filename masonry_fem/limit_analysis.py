@@ -11,6 +11,7 @@ analysis, the blocks where they stand at its start.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,25 @@ from masonry_fem.scene import check, specs
 from masonry_fem.scene.misfit import listed
 
 GRAVITY = 9.81  # of a tilt, where the scene has no gravity [m/s²]
+
+
+@dataclass(frozen=True, slots=True)
+class Growth:
+    """Loads that stay and loads that grow, as they are at the end of the analysis.
+
+    Attributes
+    ----------
+    dead, growing : What they are called.
+    staying : Factors of the model's loads that stay, by their names in the model.
+    live : Forces of those that grow, by body group.
+    end : Time at the end [s]; the load factor in statics.
+    """
+
+    dead: tuple[str, ...]
+    growing: tuple[str, ...]
+    staying: dict[str, float]
+    live: list[Any]
+    end: float
 
 
 def analyse(
@@ -51,23 +71,38 @@ def cross_check(
     scene: specs.Scene, built: Built, *, dead: Sequence[str] = (), tilt: str | None = None
 ) -> dict[str, Any]:
     """The three questions of a model that is built, on the contact points of the simulation."""
-    model, end = built.model, _end(scene.analysis)
-    names = {_name(load): load for load in model.loads}
-    growing = [] if tilt is not None else _growing(names, dead)
-    staying = {load.name: load.factor(end) for name, load in names.items() if name not in growing}
-    live = group_forces(model, {names[name].name: names[name].factor(end) for name in growing})
-    if tilt is not None:
-        live = _tilted(scene, model, tilt)
-    problem = limit_problem(model, group_forces(model, staying), live, holds=_holds(built))
-    summary = {
-        "title": scene.title,
-        "dead": [name for name in names if name not in growing],
-        "growing": growing if tilt is None else [f"tilt {tilt}"],
-    }
+    problem, growth = posed(scene, built, dead=dead, tilt=tilt)
+    summary = {"title": scene.title, "dead": list(growth.dead), "growing": list(growth.growing)}
     return summary | answers(problem, tilt) | {"notes": list(_notes(scene, built, problem))}
 
 
+def posed(
+    scene: specs.Scene, built: Built, *, dead: Sequence[str] = (), tilt: str | None = None
+) -> tuple[LimitProblem, Growth]:
+    """The limit problem of a model that is built, and which of its loads grow."""
+    growth = growth_of(scene, built.model, dead=dead, tilt=tilt)
+    staying = group_forces(built.model, growth.staying)
+    return limit_problem(built.model, staying, growth.live, holds=_holds(built)), growth
+
+
 # --- loads ------------------------------------------------------------------------------------
+
+
+def growth_of(
+    scene: specs.Scene, model: Model, *, dead: Sequence[str] = (), tilt: str | None = None
+) -> Growth:
+    """Which loads of a model grow: all but gravity and those named dead, or a tilt alone."""
+    end = _end(scene.analysis)
+    names = {_name(load): load for load in model.loads}
+    growing = [] if tilt is not None else _growing(names, dead)
+    live = group_forces(model, {names[name].name: names[name].factor(end) for name in growing})
+    return Growth(
+        dead=tuple(name for name in names if name not in growing),
+        growing=tuple(growing) if tilt is None else (f"tilt {tilt}",),
+        staying={load.name: load.factor(end) for name, load in names.items() if name not in growing},
+        live=live if tilt is None else _tilted(scene, model, tilt),
+        end=end,
+    )
 
 
 def _end(analysis: specs.Analysis) -> float:

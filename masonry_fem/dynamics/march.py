@@ -72,17 +72,20 @@ def march(
     settings: SolverSettings,
     *,
     bodies: tuple[Any, ...] | None = None,
+    start: SystemState | None = None,
     observers: Sequence[Observer] = (),
     keep: int | None = None,
     kept: list[Increment] | None = None,
 ) -> March:
-    """Run ``strategy`` from rest, or from the given body states.
+    """Run ``strategy`` from rest, from the given body states, or from where another march ended.
 
     ``keep`` names a step whose increment is appended to ``kept`` (for replay of its problem).
     """
     coupling = connect(model)
-    start = tuple(group.rest() for group in model.groups) if bodies is None else bodies
-    state = initial_state(model, coupling, start)
+    if start is None:
+        placed = tuple(group.rest() for group in model.groups) if bodies is None else bodies
+        start = initial_state(model, coupling, placed)
+    state = start
     ledger, clock = Ledger(), Clock()
     missed: list[float] = []
     unsettled: list[float] = []

@@ -8,7 +8,7 @@
 Read problem -> program -> questions.
 """
 
-from masonry_fem.limit.mechanism import Mechanism
+from masonry_fem.dynamics.mechanism import Mechanism
 from masonry_fem.limit.problem import Hold, LimitProblem, group_forces, limit_problem
 from masonry_fem.limit.questions import (
     Admissible,

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from masonry_fem.limit.mechanism import Mechanism
+from masonry_fem.dynamics.mechanism import Mechanism
 from masonry_fem.limit.problem import LimitProblem
 from masonry_fem.limit.questions import (
     Admissible,
@@ -95,19 +95,16 @@ def _growth(collapse: Collapse, tilt: str | None) -> str:
 
 
 def _motion(problem: LimitProblem, motion: Mechanism) -> dict[str, Any]:
-    """Sentence, velocities of the centres of blocks that move, and joints, of a mechanism."""
+    """A mechanism, and the velocities of the centres of blocks that move."""
     names = [block.name for block in problem.model.assembly.blocks]
     moving = {name for group in motion.groups for name in group}
     rows = zip(motion.blocks.tolist(), motion.centre, motion.velocity, motion.spin, strict=True)
-    return {
-        "sentence": motion.sentence(),
-        "groups": [list(group) for group in motion.groups],
+    return motion.told() | {
         "blocks": [
             {"block": names[block], "at": at, "velocity": velocity, "spin": spin}
             for block, at, velocity, spin in rows
             if names[block] in moving
         ],
-        "joints": [{"between": list(joint.blocks), "how": joint.how} for joint in motion.joints],
     }
 
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from masonry_fem.dynamics.equilibrium.base import Strategy, at_rest
 from masonry_fem.dynamics.equilibrium.damped import Damped, linear_damping, numerical_viscosity
+from masonry_fem.dynamics.equilibrium.onward import Onward
 from masonry_fem.dynamics.equilibrium.statics import Statics
 from masonry_fem.dynamics.equilibrium.transient import Transient
 
 __all__ = [
     "Damped",
+    "Onward",
     "Statics",
     "Strategy",
     "Transient",

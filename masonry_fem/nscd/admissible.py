@@ -52,10 +52,13 @@ class Admissible:
     ----------
     impulse : p, the contact part within the cones [N s], shape (c, d).
     unbalanced : ‖Bᵀp + f_r‖ / ‖f_r‖ on the modes without inertia; 0 without loads.
+    motion : Rigid velocities of a mechanism that proves that nothing balances the loads, shape (b, m) [m/s
+        for blocks of unit mass]; None: there is no such proof.
     """
 
     impulse: FloatArray
     unbalanced: float
+    motion: FloatArray | None = None
 
 
 def admissible_impulses(
@@ -89,7 +92,9 @@ def admissible_impulses(
         motion = offer.rigid_velocity[static]
         least = _least_unbalanced(problem, rigid_map, load, motion, largest) / size
         proven = least >= max(tolerance, 0.5 * best.unbalanced)
-        if offer.verdict is not None or best.unbalanced <= tolerance or proven:
+        if proven:
+            return replace(best, motion=np.where(static, offer.rigid_velocity, 0.0))
+        if offer.verdict is not None or best.unbalanced <= tolerance:
             break
     return best
 

@@ -13,10 +13,11 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import sparse
 
 from masonry_fem.errors import ProblemError
-from masonry_fem.nscd.admissible import BALANCED, admissible_impulses
+from masonry_fem.nscd.admissible import BALANCED, Admissible, admissible_impulses
 from masonry_fem.nscd.cohesion import onto_cones
 from masonry_fem.nscd.iterate import Iterate, Method, iterate
 from masonry_fem.nscd.outcome import Outcome, Solution
@@ -26,6 +27,8 @@ from masonry_fem.nscd.settings import SolverSettings, Start
 from masonry_fem.nscd.solvers import make_method
 from masonry_fem.nscd.threads import one_thread
 from masonry_fem.nscd.turns import Turn, turns
+
+FloatArray = NDArray[np.float64]
 
 # Error of a swept state from which Newton may start: of a plain problem, of rigid blocks.
 CLOSE = 1e-2
@@ -64,13 +67,20 @@ def _solve(problem: ContactProblem, settings: SolverSettings, start: Start | Non
         return iterate(problem, _Free(), settings, start)
 
     @cache
+    def balance() -> Admissible:
+        return admissible_impulses(problem)
+
     def stands() -> bool:
-        return admissible_impulses(problem).unbalanced <= BALANCED
+        return balance().unbalanced <= BALANCED
 
     if settings.method != "auto":
         method = _with_linear(make_method(settings.method), settings)
         return _judged(iterate(problem, method, settings, start), stands)
-    return _choose(problem, settings, start, stands)
+    made = _choose(problem, settings, start, stands)
+    ended = made.outcome.moves or made.outcome in {Outcome.CONVERGED, Outcome.TIME_LIMIT}
+    if ended or (problem.rigid_mass > 0).all() or stands():
+        return made
+    return _proven(problem, settings, made, balance().motion)
 
 
 def _choose(
@@ -153,6 +163,19 @@ def _judged(made: Solution, stands: Callable[[], bool]) -> Solution:
     if made.outcome is Outcome.NO_EQUILIBRIUM and stands():
         return replace(made, outcome=Outcome.UNDECIDED)
     return made
+
+
+def _proven(
+    problem: ContactProblem, settings: SolverSettings, made: Solution, motion: FloatArray | None
+) -> Solution:
+    """The verdict that a mechanism proves where no method came to its velocities."""
+    if motion is None:
+        return made
+    quality = assess(problem, made.impulse, motion, least_impulse=settings.least_impulse)
+    velocity = problem.velocity(made.impulse, motion)
+    return replace(
+        made, velocity=velocity, rigid_velocity=motion, quality=quality, outcome=Outcome.NO_EQUILIBRIUM
+    )
 
 
 def _joined(first: Solution, second: Solution) -> Solution:

@@ -1,8 +1,8 @@
 """Turn: one method's go at a problem; "auto" is a list of them.
 
 - Static problems and elastic blocks: a few Newton steps, which is all that most need; where nothing
-  can balance the loads, or could with a little less friction, as many as show what moves; else as for
-  many rigid blocks.
+  can balance the loads, or could with a little less friction, as many as show what moves; else rigid
+  blocks at rest, and what is done for many rigid blocks.
 - Many rigid blocks: the interior-point method, which nothing stops but rounding, sweeps that mend what
   is local in its result, and Newton to polish it. It cannot start from the step before: there a few
   Newton steps from the bonded state come first, which is all that sticking walls need.
@@ -22,6 +22,7 @@ import numpy as np
 from masonry_fem.nscd.admissible import at_limit
 from masonry_fem.nscd.iterate import Method
 from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.rest import Rest
 from masonry_fem.nscd.settings import SolverSettings, Start
 from masonry_fem.nscd.solvers import make_method
 
@@ -84,6 +85,8 @@ def turns(
         if not problem.rigid and problem.count >= MANY and at_limit(problem):
             yield Turn(_newton, weak=True)
             return
+        if problem.rigid:
+            yield Turn(Rest)
         yield from _thorough(problem)
     elif problem.body_count and not problem.rigid:
         yield Turn(_newton, BRIEF)

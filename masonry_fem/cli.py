@@ -27,6 +27,13 @@ if TYPE_CHECKING:
 BAD_INPUT = 1
 INTERRUPTED = 130
 PIPE_CLOSED = 141
+COLLAPSE_CODES = {
+    "bracketed": 0,
+    "unlimited": 0,
+    "undecided": 2,
+    "falls at the start": 3,
+    "interrupted": INTERRUPTED,
+}
 EXIT_CODES = {"equilibrium": 0, "finished": 0, "no_convergence": 2, "no_equilibrium": 3}
 
 
@@ -120,6 +127,34 @@ def parser() -> argparse.ArgumentParser:
     limit.add_argument("--json", action="store_true", help="print everything as JSON")
     limit.set_defaults(command=limit_scene)
 
+    falls = commands.add_parser(
+        "collapse",
+        parents=[scene, common],
+        help="find by simulation how far loads may grow",
+    )
+    falls.add_argument(
+        "--tilt", metavar="AXIS", help="tilt the ground towards x or y (--tilt=-x: the other way)"
+    )
+    falls.add_argument(
+        "--acceleration", metavar="AXIS", help="grow an acceleration of g along x or y, gravity stays"
+    )
+    falls.add_argument(
+        "--dead", action="append", default=[], metavar="LOAD",
+        help="a load that does not grow, where neither is given (may be repeated); gravity never does",
+    )  # fmt: skip
+    falls.add_argument(
+        "--tolerance", type=float, default=1e-2, metavar="T", help="relative width of the bracket (0.01)"
+    )
+    falls.add_argument("--start", type=float, default=0.0, metavar="M", help="first multiplier (0)")
+    falls.add_argument(
+        "--at-once", action="store_true",
+        help="put the whole load on the first state in each trial, instead of on the last that stood",
+    )  # fmt: skip
+    falls.add_argument("--no-limit", action="store_true", help="do not ask limit analysis where to look")
+    falls.add_argument("--out", type=Path, metavar="DIR", help="folder (default: results/SCENE)")
+    falls.add_argument("--json", action="store_true", help="print everything as JSON")
+    falls.set_defaults(command=collapse_scene)
+
     mesh = commands.add_parser("mesh", parents=[scene, common], help="write and picture mesh and interfaces")
     mesh.add_argument("--out", type=Path, metavar="DIR", help="folder (default: results/SCENE)")
     mesh.set_defaults(command=mesh_scene)
@@ -195,6 +230,41 @@ def limit_scene(options: argparse.Namespace) -> int:
 
         print_limits(told, scene.dimension)
     return EXIT_CODES["equilibrium" if told["admissible"] else "no_equilibrium"]
+
+
+def collapse_scene(options: argparse.Namespace) -> int:
+    """Find the multiplier at which a scene falls; the exit code tells whether it was found."""
+    scene, base = _read(options)
+    from masonry_fem.collapse import collapse
+    from masonry_fem.post.collapse_table import Watch, print_collapse
+
+    with Watch(quiet=options.quiet) as watch:
+        found = collapse(
+            scene,
+            base,
+            tilt=options.tilt,
+            acceleration=options.acceleration,
+            dead=options.dead,
+            tolerance=options.tolerance,
+            start=options.start,
+            at_once=options.at_once,
+            limit=not options.no_limit,
+            tell=watch.tell,
+        )
+    options.out = _folder(options)
+    told, stopped = found.told(), found.outcome == "interrupted"
+    files = found.write(options.out, pictures=scene.output.pictures and not stopped)
+    if options.json:
+        from masonry_fem.post.summary import plain
+
+        print(json.dumps(plain(told), indent=2, ensure_ascii=False))
+    elif not options.quiet:
+        print_collapse(told)
+        _print_files(files)
+    code = COLLAPSE_CODES[found.outcome]
+    if code:
+        _complain(found.message)
+    return code
 
 
 def mesh_scene(options: argparse.Namespace) -> int:

@@ -14,9 +14,9 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from masonry_fem.build import Built, build, solver_settings, strategy
 from masonry_fem.dynamics.clock import Clock
@@ -28,6 +28,7 @@ from masonry_fem.dynamics.state import SystemState
 from masonry_fem.errors import MasonryError, ProblemError
 from masonry_fem.limit import collapse_multiplier
 from masonry_fem.limit_analysis import growth_of, posed
+from masonry_fem.post.collapse_files import write_collapse
 from masonry_fem.pushing import Push
 from masonry_fem.scene import check, specs
 
@@ -98,6 +99,28 @@ class CollapseResult:
         if self.stands is None or self.falls is None:
             return None
         return 0.5 * (self.stands + self.falls)
+
+    def told(self) -> dict[str, Any]:
+        """What ``collapse.json`` holds."""
+        return {
+            "title": self.title,
+            "action": self.action,
+            "unit": self.unit,
+            "outcome": self.outcome,
+            "message": self.message,
+            "stands": self.stands,
+            "falls": self.falls,
+            "limit_multiplier": self.limit,
+            "mechanism": None if self.mechanism is None else self.mechanism.told(),
+            "trials": [asdict(trial) for trial in self.trials],
+            "notes": list(self.notes),
+        }
+
+    def write(self, directory: Path, *, pictures: bool = True) -> list[Path]:
+        """Write ``collapse.json``, ``trials.csv`` and ``mechanism.png`` to a folder."""
+        return write_collapse(
+            directory, self.told(), self.model, self.state, self.mechanism, pictures=pictures
+        )
 
 
 def collapse(

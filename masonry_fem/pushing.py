@@ -105,7 +105,7 @@ class Push:
         return f"{multiplier:.6g} {'g' if self.unit == 'g' else 'times the loads'}"
 
     def at_first(self, strategy: Strategy, multiplier: float) -> tuple[Load, ...]:
-        """Loads of the first trial: the scene's, by their own functions of time, what grows times a multiplier."""
+        """Loads of the first trial: by their own functions of time, what grows times a multiplier."""
         turned = self._turned(multiplier)
         loads = []
         for load in self.model.loads:

@@ -41,7 +41,8 @@ class Joint:
 
     Attributes
     ----------
-    interface : Its number in the model. blocks : Names of its blocks, label : of its faces.
+    interface : Its number in the model. label : Of its faces.
+    numbers : Of its blocks in the assembly. blocks : Their names.
     how : ``hinge``, ``slides`` or ``opens``.
     at : Where: the hinge, or the middle of the contact points, shape (d,) [m].
     turn : Spin of the first block against the second, shape (1 or 3,) [rad/s].
@@ -49,6 +50,7 @@ class Joint:
     """
 
     interface: int
+    numbers: tuple[int, int]
     blocks: tuple[str, str]
     label: str
     how: str
@@ -265,7 +267,7 @@ def _joint(
     slip = motion.at(np.array([first]), at[None])[0] - motion.at(np.array([second]), at[None])[0]
     names = tuple(model.assembly.blocks[block].name for block in interface.blocks)
     turn = motion.spin[first] - motion.spin[second]
-    return Joint(index, (names[0], names[1]), interface.label, how, at, turn, slip)
+    return Joint(index, interface.blocks, (names[0], names[1]), interface.label, how, at, turn, slip)
 
 
 def _parts(model: Model, motion: BlockMotion, how: list[str], moves: NDArray[np.bool_]) -> tuple[Part, ...]:

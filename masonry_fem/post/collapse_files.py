@@ -1,0 +1,43 @@
+"""CollapseFiles: what a search for a collapse multiplier leaves in its folder.
+
+write_collapse(folder, told, model, state, mechanism)     # collapse.json, trials.csv, mechanism.png
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from masonry_fem.dynamics.mechanism import Mechanism
+from masonry_fem.dynamics.model import Model
+from masonry_fem.dynamics.state import SystemState
+from masonry_fem.post.mechanism_picture import draw_mechanism
+from masonry_fem.post.render import can_render
+from masonry_fem.post.scenery import Scenery
+from masonry_fem.post.summary import write_summary
+
+
+def write_collapse(
+    directory: Path,
+    told: Mapping[str, Any],
+    model: Model,
+    state: SystemState | None,
+    mechanism: Mechanism | None,
+    *,
+    pictures: bool = True,
+) -> list[Path]:
+    """Write what is told, its trials as a table and, where this machine can draw, the mechanism."""
+    directory.mkdir(parents=True, exist_ok=True)
+    paths = [write_summary(directory / "collapse.json", told), directory / "trials.csv"]
+    with paths[1].open("w", newline="", encoding="utf-8") as file:
+        table = csv.writer(file)
+        table.writerow(("multiplier", "verdict", "outcome", "steps", "seconds"))
+        for trial in told["trials"]:
+            row = (trial["multiplier"], trial["verdict"], trial["outcome"], trial["steps"], trial["seconds"])
+            table.writerow(row)
+    if pictures and mechanism is not None and mechanism.parts and state is not None and can_render():
+        scenery = Scenery.of(model, state, title=str(told.get("title") or ""))
+        paths.append(draw_mechanism(scenery, mechanism, directory / "mechanism.png"))
+    return paths

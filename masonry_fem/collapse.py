@@ -11,14 +11,16 @@ test, and counts as standing, falling or undecided: what a solver did not solve 
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from masonry_fem.build import Built, build, solver_settings, strategy
+from masonry_fem.dynamics.bracket import Bracket, Ending, Verdict
 from masonry_fem.dynamics.clock import Clock
 from masonry_fem.dynamics.equilibrium import Onward, Statics, Strategy
 from masonry_fem.dynamics.march import March, march
@@ -34,13 +36,8 @@ from masonry_fem.scene import check, specs
 
 logger = logging.getLogger(__name__)
 
-Verdict = Literal["stands", "falls", "undecided"]
 VERDICTS: dict[str, Verdict] = {"equilibrium": "stands", "no_equilibrium": "falls"}
-Ending = Literal["bracketed", "undecided", "unlimited", "falls at the start", "interrupted"]
-
-GREATEST = 1e4  # times the first guess: loads that may grow so far have no limit
-MOST = 60  # trials
-NEAR = 0.4  # of the tolerance: how near to the limit multiplier the first trials are
+AT_LIMIT = "No equilibrium to rely on"  # how the message of such a march begins
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,12 +159,11 @@ def collapse(
     push = Push.of(scene, built.model, growth_of, tilt=tilt, acceleration=acceleration, dead=dead)
     notes = list(push.notes)
     bound = _limit(scene, built, push, notes) if limit else None
-    search = _Search(scene, built, push, tolerance, at_once, tell, notes)
-    try:
-        ending = search.run(start, bound if guess is None else guess, guess is None)
-    except KeyboardInterrupt:
-        ending = "interrupted"
-    return search.result(ending, bound)
+    trials = _Trials(scene, built, push, at_once=at_once, tell=tell, notes=notes)
+    bracket = Bracket(trials.attempt, tolerance=tolerance, first=push.first)
+    with contextlib.suppress(KeyboardInterrupt):  # what is known by then is kept
+        bracket.search(start, bound if guess is None else guess, sharp=guess is None)
+    return _result(scene, trials, bracket, bound, tolerance)
 
 
 def _limit(scene: specs.Scene, built: Built, push: Push, notes: list[str]) -> float | None:
@@ -186,52 +182,47 @@ def _limit(scene: specs.Scene, built: Built, push: Push, notes: list[str]) -> fl
     return found if math.isfinite(found) and found > 0 else None
 
 
-class _Search:
-    """Trials, and what is known from them."""
+class _Trials:
+    """Trials one after another, and the states that they go on from."""
 
     def __init__(
         self,
         scene: specs.Scene,
         built: Built,
         push: Push,
-        tolerance: float,
+        *,
         at_once: bool,
         tell: Callable[[Trial, float | None, float | None], None] | None,
         notes: list[str],
     ) -> None:
-        self.title, self.built, self.push = scene.title, built, push
-        self.tolerance, self.at_once, self.tell, self.notes = tolerance, at_once, tell, notes
+        self.built, self.push, self.at_once, self.tell, self.notes = built, push, at_once, tell, notes
         self.settings = solver_settings(scene.solver)
         self.strategy: Strategy = strategy(scene.analysis)
         if not self.strategy.seeks_equilibrium:
             self.strategy = Statics()
             notes.append("dynamics does not end by standing or falling: statics was taken for the trials")
-        self.trials: list[Trial] = []
-        self.low: float | None = None
-        self.high: float | None = None
+        self.made: list[Trial] = []
         self.standing: tuple[March, float] | None = None
         self.first: tuple[March, float] | None = None
-        self.fallen: March | None = None
-
-    # --- one trial --------------------------------------------------------------------------------
+        self.fallen: tuple[March, float] | None = None
 
     def attempt(self, multiplier: float) -> Verdict:
-        """Try a multiplier and learn from it."""
+        """Try a multiplier."""
         clock = Clock()
-        made = self._march(multiplier)
+        ended = self._march(multiplier)
         clock.lap("trial")
-        verdict: Verdict = VERDICTS.get(made.outcome, "undecided")
-        trial = Trial(
-            multiplier, verdict, made.outcome, made.message, made.state.index, clock.phases["trial"]
-        )
-        self.trials.append(trial)
-        if verdict == "stands" and (self.low is None or multiplier > self.low):
-            self.low, self.standing = multiplier, (made, multiplier)
+        verdict: Verdict = VERDICTS.get(ended.outcome, "undecided")
+        if verdict == "stands" and (self.standing is None or multiplier > self.standing[1]):
+            self.standing = (ended, multiplier)
             self.first = self.first or self.standing
-        if verdict == "falls" and (self.high is None or multiplier < self.high):
-            self.high, self.fallen = multiplier, made
+        if verdict == "falls" and (self.fallen is None or multiplier < self.fallen[1]):
+            self.fallen = (ended, multiplier)
+        trial = Trial(
+            multiplier, verdict, ended.outcome, ended.message, ended.state.index, clock.phases["trial"]
+        )
+        self.made.append(trial)
         if self.tell is not None:
-            self.tell(trial, self.low, self.high)
+            self.tell(trial, *(None if known is None else known[1] for known in (self.standing, self.fallen)))
         return verdict
 
     def _march(self, multiplier: float) -> March:
@@ -245,135 +236,6 @@ class _Search:
         model = replace(made.model, loads=loads)
         return march(model, Onward(self.strategy, since), self.settings, start=_rested(model, made.state))
 
-    # --- the search -------------------------------------------------------------------------------
-
-    def run(self, start: float, guess: float | None, sharp: bool) -> Ending:
-        """Try the start, find a multiplier that falls, close in."""
-        first = self.attempt(start)
-        if first != "stands":
-            return "falls at the start" if first == "falls" else "undecided"
-        self._expand(start, guess, sharp)
-        if self.high is None and not self._doubtful():
-            return "unlimited"
-        self._close_in()
-        return "bracketed" if self._known() else "undecided"
-
-    def _expand(self, start: float, guess: float | None, sharp: bool) -> None:
-        """Multipliers that grow until one falls."""
-        if guess is not None and guess > start:
-            margin = 1 + NEAR * self.tolerance
-            here = margin * guess if sharp else guess
-            if self.attempt(here) == "falls":
-                if sharp and guess / margin > start:
-                    self.attempt(guess / margin)
-                return
-            stride = 4 * self.tolerance * guess
-        else:
-            here, stride = start, self.push.first
-        end = GREATEST * max(stride, self.push.first)
-        while self.high is None and here < end and len(self.trials) < MOST:
-            here, stride = here + stride, 2 * stride
-            self.attempt(here)
-
-    def _close_in(self) -> None:
-        """Halve the widest gap between what stands, what is undecided, and what falls."""
-        while len(self.trials) < MOST:
-            gaps = self._gaps()
-            if not gaps:
-                return
-            below, above = max(gaps, key=lambda gap: gap[1] - gap[0])
-            self.attempt(0.5 * (below + above))
-
-    def _gaps(self) -> list[tuple[float, float]]:
-        """Ranges of multipliers wider than the tolerance that nothing is known of."""
-        low = 0.0 if self.low is None else self.low
-        doubtful = self._doubtful()
-        if doubtful:
-            found = [(low, doubtful[0])]
-            if self.high is not None:
-                found.append((doubtful[-1], self.high))
-        else:
-            found = [] if self.high is None else [(low, self.high)]
-        scale = self.high if self.high is not None else (doubtful[-1] if doubtful else 0.0)
-        least = max(self.tolerance * scale, 1e-9 * self.push.first)
-        return [gap for gap in found if gap[1] - gap[0] > least]
-
-    def _doubtful(self) -> list[float]:
-        """Multipliers of undecided trials between what stands and what falls."""
-        low, high = self.low or 0.0, math.inf if self.high is None else self.high
-        return sorted(
-            trial.multiplier
-            for trial in self.trials
-            if trial.verdict == "undecided" and low < trial.multiplier < high
-        )
-
-    def _known(self) -> bool:
-        low = self.low if self.low is not None else -math.inf
-        return self.high is not None and self.high - low <= 1.001 * self.tolerance * self.high
-
-    # --- the answer -------------------------------------------------------------------------------
-
-    def result(self, ending: Ending, bound: float | None) -> CollapseResult:
-        """What is known now."""
-        mechanism = state = None
-        model = self.built.model
-        if self.fallen is not None:
-            model, state = self.fallen.model, self.fallen.last.before
-            mechanism = mechanism_of_step(self.fallen.last, model)
-        doubtful = self._doubtful()
-        if doubtful:
-            self.notes.append(
-                f"{len(doubtful)} trials from {doubtful[0]:.6g} to {doubtful[-1]:.6g} were not decided "
-                f"({self._doubt()}); they count neither as standing nor as falling"
-            )
-        if bound is not None and self.high is not None and self.high < bound * (1 - 2 * self.tolerance):
-            self.notes.append(
-                f"it falls below the {bound:.6g} of limit analysis, whose joints open as they slide; real "
-                "joints do not, and between the two both rest and motion may be possible"
-            )
-        for note in self.notes:
-            logger.info("%s", note)
-        return CollapseResult(
-            title=self.title,
-            action=self.push.action,
-            unit=self.push.unit,
-            outcome=ending,
-            message=self._sentence(ending, mechanism, bound),
-            trials=tuple(self.trials),
-            stands=self.low,
-            falls=self.high,
-            mechanism=mechanism,
-            limit=bound,
-            notes=tuple(self.notes),
-            model=model,
-            state=state,
-        )
-
-    def _doubt(self) -> str:
-        """Message of the last undecided trial, without its end."""
-        said = [trial.message for trial in self.trials if trial.verdict == "undecided"][-1]
-        return said.split(". ")[0].rstrip(".")
-
-    def _sentence(self, ending: Ending, mechanism: Mechanism | None, bound: float | None) -> str:
-        words = []
-        if self.trials and ending == "unlimited":
-            words.append(f"No fall up to {self.push.told(self.trials[-1].multiplier)}")
-        elif ending == "falls at the start":
-            words.append(f"Falls at the start, {self.push.told(self.trials[0].multiplier)}")
-        elif not self.trials or (self.low is None and self.high is None):
-            words.append("Nothing is known of its collapse")
-        else:
-            ends = [f"stands at {self.push.told(self.low)}"] if self.low is not None else []
-            ends += [f"falls at {self.push.told(self.high)}"] if self.high is not None else []
-            words.append(", ".join(ends).capitalize())
-        if ending in ("undecided", "interrupted"):
-            words[0] += f" ({ending})"
-        if mechanism is not None:
-            words.append(f"At collapse {mechanism.sentence()}")
-        if bound is not None:
-            words.append(f"Limit analysis: at most {self.push.told(bound)}")
-        return ". ".join(words) + "."
-
 
 def _rested(model: Model, state: SystemState) -> SystemState:
     """Where a march ended, at rest, to go on from with other loads."""
@@ -381,3 +243,79 @@ def _rested(model: Model, state: SystemState) -> SystemState:
         group.scale_velocity(own, 0.0) for group, own in zip(model.groups, state.bodies, strict=True)
     )
     return replace(state, index=0, bodies=bodies, velocity=0 * state.velocity, rigid_velocity=None)
+
+
+# --- the answer -------------------------------------------------------------------------------
+
+
+def _result(
+    scene: specs.Scene, trials: _Trials, bracket: Bracket, bound: float | None, tolerance: float
+) -> CollapseResult:
+    """What is known now."""
+    mechanism = state = None
+    model = trials.built.model
+    if trials.fallen is not None:
+        fall = trials.fallen[0]
+        model, state = fall.model, fall.last.before
+        mechanism = mechanism_of_step(fall.last, model)
+    notes = [*trials.notes, *_doubts(trials, bracket, bound, tolerance)]
+    for note in notes:
+        logger.info("%s", note)
+    return CollapseResult(
+        title=scene.title,
+        action=trials.push.action,
+        unit=trials.push.unit,
+        outcome=bracket.ending,
+        message=_sentence(trials, bracket, mechanism, bound),
+        trials=tuple(trials.made),
+        stands=bracket.stands,
+        falls=bracket.falls,
+        mechanism=mechanism,
+        limit=bound,
+        notes=tuple(notes),
+        model=model,
+        state=state,
+    )
+
+
+def _doubts(trials: _Trials, bracket: Bracket, bound: float | None, tolerance: float) -> Iterable[str]:
+    """What a user should know of the bracket."""
+    doubtful = bracket.doubtful
+    if doubtful:
+        said = [trial.message for trial in trials.made if trial.verdict == "undecided"][-1]
+        yield (
+            f"{_count(len(doubtful), 'trial')} from {doubtful[0]:.6g} to {doubtful[-1]:.6g} undecided, which "
+            f"counts neither as standing nor as falling; the last: {said}"
+        )
+    if any(trial.message.startswith(AT_LIMIT) for trial in trials.made if trial.verdict == "falls"):
+        yield "a trial whose loads can just be carried, but not with 0.1 % less friction, counts as falling"
+    if bound is not None and bracket.falls is not None and bracket.falls < bound * (1 - 2 * tolerance):
+        yield (
+            f"it falls below the {bound:.6g} of limit analysis, whose joints open as they slide; real joints "
+            "do not, and between the two both rest and motion may be possible"
+        )
+    if bound is not None and bracket.stands is not None and bracket.stands > bound * (1 + 2 * tolerance):
+        yield f"it stands above the {bound:.6g} of limit analysis, as structures may that have moved far"
+
+
+def _sentence(trials: _Trials, bracket: Bracket, mechanism: Mechanism | None, bound: float | None) -> str:
+    told = trials.push.told
+    ends = [f"stands at {told(bracket.stands)}"] if bracket.stands is not None else []
+    ends += [f"falls at {told(bracket.falls)}"] if bracket.falls is not None else []
+    first = ", ".join(ends) or "nothing is known of its collapse"
+    if bracket.ending == "unlimited":
+        first = f"no fall up to {told(trials.made[-1].multiplier)}"
+    elif bracket.ending == "falls at the start":
+        first = f"falls at the start, {told(trials.made[0].multiplier)}"
+    words = [first[0].upper() + first[1:]]
+    if bracket.ending in ("undecided", "interrupted"):
+        words[0] += f" ({bracket.ending})"
+    if mechanism is not None:
+        words.append(f"At collapse {mechanism.sentence()}")
+    if bound is not None:
+        words.append(f"Limit analysis: at most {told(bound)}")
+    return ". ".join(words) + "."
+
+
+def _count(number: int, thing: str) -> str:
+    return f"{number} {thing}{'' if number == 1 else 's'}"

@@ -25,6 +25,7 @@ from masonry_fem.build import Built, build, solver_settings, strategy
 from masonry_fem.dynamics.clock import Clock
 from masonry_fem.dynamics.determinacy import ForceDeterminacy, determine
 from masonry_fem.dynamics.march import March, Observer, march
+from masonry_fem.dynamics.mechanism import mechanism_of_step
 from masonry_fem.dynamics.step import Increment
 from masonry_fem.errors import MasonryError
 from masonry_fem.nscd import save_problem
@@ -32,9 +33,12 @@ from masonry_fem.post.cut import Plane
 from masonry_fem.post.determinacy import determinacy_summary, write_determinacy
 from masonry_fem.post.history import History
 from masonry_fem.post.interface_table import InterfaceTable, joint_summary
+from masonry_fem.post.mechanism_picture import draw_mechanism
 from masonry_fem.post.picture import Pictures
 from masonry_fem.post.recorder import Recorder, Recorders
+from masonry_fem.post.render import can_render
 from masonry_fem.post.report import Progress
+from masonry_fem.post.scenery import Scenery
 from masonry_fem.post.summary import status_counts, stress_summary, write_summary
 from masonry_fem.post.vtu import FieldFiles
 from masonry_fem.scene import check, specs
@@ -131,6 +135,8 @@ def run(
         files.append(_save_problem(out, save_contact, kept))
     elif save_contact is not None:
         logger.warning("step %d was not reached: its contact problem is not saved", save_contact)
+    if made.outcome == "no_equilibrium" and scene.output.pictures:
+        files += _picture(scene, made, out)
     if told is not None:
         files.append(write_determinacy(out / "determinacy.csv", made.model, told))
     files.append(write_summary(out / "summary.json", summary))
@@ -256,6 +262,7 @@ def summarise(scene: specs.Scene, built: Built, made: March) -> dict[str, Any]:
         "stress": stress_summary(model, made.state),
         "probes": report.probes,
         "status": status_counts(made.state),
+        **_mechanism(made),
         "moving": [{"block": name, "speed": speed, "how": how} for name, speed, how in made.moving],
         "energy": {
             "kinetic": report.kinetic_energy,
@@ -278,6 +285,22 @@ def summarise(scene: specs.Scene, built: Built, made: March) -> dict[str, Any]:
         "peak_memory_mb": peak_memory(),
         "versions": versions(),
     }
+
+
+def _mechanism(made: March) -> dict[str, Any]:
+    """How the blocks move where there is no equilibrium; nothing where there is."""
+    if made.outcome != "no_equilibrium":
+        return {}
+    return {"mechanism": mechanism_of_step(made.last, made.model).told()}
+
+
+def _picture(scene: specs.Scene, made: March, out: Path) -> list[Path]:
+    """The mechanism, on the structure as it was when the last step began, where this machine can draw."""
+    found = mechanism_of_step(made.last, made.model)
+    if not found.parts or not can_render():
+        return []
+    scenery = Scenery.of(made.model, made.last.before, title=scene.title)
+    return [draw_mechanism(scenery, found, out / "mechanism.png")]
 
 
 def _abrupt(made: March) -> dict[str, Any]:

@@ -31,6 +31,7 @@ IntArray = NDArray[np.int64]
 RIGID, DEFORMED = 1e-3, 1e-2
 BLURRED = 0.05  # of a joint's fastest point: a hinge of blocks that deform is no point
 OPEN = 1e-3  # of the typical size: a contact point that stands further apart takes no part
+FEW = 3  # joints alike that are told together
 SHOWN = 8  # joints or blocks that a sentence names
 STRAIGHT = 0.02  # a part that turns less than this, over its size, for its speed moves straight on
 
@@ -144,9 +145,20 @@ class Mechanism:
         return "; ".join(words)
 
     def words(self) -> tuple[str, ...]:
-        """Part by part and joint by joint, where and how."""
+        """Part by part and joint by joint, where and how; many joints between two parts together."""
         lines = [part.sentence() for part in self.parts]
-        return (*lines, *(_told(joint) for joint in self.joints))
+        for found in self._seams():
+            lines += [_told(joint) for joint in found] if len(found) < FEW else [_seam(found)]
+        return tuple(lines)
+
+    def _seams(self) -> list[list[Joint]]:
+        """Joints between the same two parts that move alike."""
+        part = {number: rank for rank, one in enumerate(self.parts) for number in one.numbers}
+        found: dict[Any, list[Joint]] = {}
+        for joint in self.joints:
+            sides = frozenset(part.get(number, -1) for number in joint.numbers)
+            found.setdefault((joint.how, joint.label, sides), []).append(joint)
+        return list(found.values())
 
     def told(self) -> dict[str, Any]:
         """Everything for a summary."""
@@ -315,6 +327,20 @@ def _told(joint: Joint) -> str:
     speed = float(np.linalg.norm(joint.slip))
     along = f" along {_vector(joint.slip / speed)}" if speed > 0 else ""
     return f"{where} at {_place(joint.at)} {way}{along}, {speed:.3g} of the greatest speed"
+
+
+def _seam(joints: Sequence[Joint]) -> str:
+    """Joints between two parts, the first and the last of them named."""
+    ends = [f"{joint.blocks[0]} / {joint.blocks[1]}" for joint in (joints[0], joints[-1])]
+    label = f"{joints[0].label} joints" if joints[0].label else "joints"
+    where = f"{len(joints)} {label} from {ends[0]} to {ends[1]}"
+    if joints[0].how == "hinge":
+        return f"{where} are hinges, turning {float(np.linalg.norm(joints[0].turn)):.3g} rad a metre"
+    speeds = [float(np.linalg.norm(joint.slip)) for joint in joints]
+    fastest = joints[int(np.argmax(speeds))]
+    along = f" along {_vector(fastest.slip / max(speeds))}" if max(speeds) > 0 else ""
+    way = "slide" if joints[0].how == "slides" else "open"
+    return f"{where} {way}{along}, up to {max(speeds):.3g} of the greatest speed"
 
 
 def _place(point: FloatArray) -> str:

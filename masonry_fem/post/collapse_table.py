@@ -86,7 +86,7 @@ def mechanism_lines(mechanism: Mapping[str, Any] | None, most: int = 16) -> list
     """A mechanism part by part and joint by joint, the first of them."""
     words = list(mechanism["words"]) if mechanism else []
     more = len(words) - most
-    return words if more <= 1 else [*words[:most], f"and {more} more, in the JSON file"]
+    return words if more <= 1 else [*words[:most], f"and {more} more, in the file"]
 
 
 def _told(told: Mapping[str, Any]) -> list[tuple[str, list[str]]]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.state import SystemState
+from masonry_fem.post.collapse_table import mechanism_lines
 from masonry_fem.post.limit_table import support_rows
 from masonry_fem.post.recorder import StepReport
 from masonry_fem.post.sheet import quantity
@@ -17,6 +18,7 @@ from masonry_fem.post.sheet import quantity
 if TYPE_CHECKING:
     from rich.console import Console
 
+SHOWN_LINES = 10  # of a mechanism
 GOOD = ("equilibrium", "finished")
 AXES = {2: "xy", 3: "xyz"}
 
@@ -105,7 +107,7 @@ def print_summary(summary: Mapping[str, Any], console: Console | None = None) ->
     table.add_column(style="bold", no_wrap=True)
     table.add_column(style="dim", no_wrap=True)
     table.add_column()
-    for part in (_size, _certificate, _stress, _forces, _limits, _determinacy, _probes, _cost):
+    for part in (_size, _mechanism, _certificate, _stress, _forces, _limits, _determinacy, _probes, _cost):
         section = ""
         for heading, name, value in part(summary):
             table.add_row("" if heading == section else heading, name, Text(value))
@@ -128,6 +130,13 @@ def _size(summary: Mapping[str, Any]) -> Rows:
         yield "model", "end", f"t = {summary['time']:.6g}{after}"
     if status := summary.get("status"):
         yield "contacts", "", ", ".join(f"{_count(number)} {name}" for name, number in status.items())
+
+
+def _mechanism(summary: Mapping[str, Any]) -> Rows:
+    if found := summary.get("mechanism"):
+        yield "mechanism", "", str(found["sentence"])
+        for line in mechanism_lines(found, SHOWN_LINES):
+            yield "mechanism", "", line
 
 
 def _certificate(summary: Mapping[str, Any]) -> Rows:

@@ -1,0 +1,109 @@
+"""Bracket: the greatest multiplier that stands and the least that falls, closed in by trials.
+
+    bracket = Bracket(attempt, tolerance=0.01, first=0.1)
+    bracket.search(start=0.0, guess=None)
+    bracket.stands, bracket.falls, bracket.doubtful, bracket.ending
+
+A trial may be undecided. Then the gaps to what stands and to what falls are halved, until either end is
+as near to the doubtful range as the tolerance says: that range is told, and never counts as a fall.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Literal
+
+Verdict = Literal["stands", "falls", "undecided"]
+Ending = Literal["bracketed", "undecided", "unlimited", "falls at the start", "interrupted"]
+
+GREATEST = 1e4  # times the first stride: what grows so far has no limit
+MOST = 60  # trials
+NEAR = 0.4  # of the tolerance: how near to a guess the first trials are
+SMALLEST = 1e-9  # of the first stride: a bracket that narrow is none
+
+
+class Bracket:
+    """What is known of a collapse multiplier.
+
+    Parameters
+    ----------
+    attempt : Multiplier → verdict.
+    tolerance : Greatest width of the bracket over its upper end. first : First stride without a guess.
+
+    Attributes
+    ----------
+    stands, falls : Greatest multiplier that stood and least that fell; None: none did.
+    ending : How the search ended; ``interrupted`` as long as it has not.
+    trials : Number of them.
+    """
+
+    def __init__(self, attempt: Callable[[float], Verdict], *, tolerance: float, first: float) -> None:
+        self._attempt, self._tolerance, self._first = attempt, tolerance, first
+        self._undecided: list[float] = []
+        self.stands: float | None = None
+        self.falls: float | None = None
+        self.ending: Ending = "interrupted"
+        self.trials = 0
+
+    @property
+    def doubtful(self) -> list[float]:
+        """Undecided multipliers between what stands and what falls, from the least on."""
+        low = -math.inf if self.stands is None else self.stands
+        high = math.inf if self.falls is None else self.falls
+        return sorted(value for value in self._undecided if low < value < high)
+
+    def search(self, start: float, guess: float | None, *, sharp: bool = False) -> None:
+        """Try ``start``, then the ``guess`` (both sides of it, if it is ``sharp``), and close in."""
+        begun = self.attempt(start)
+        if begun != "stands":
+            self.ending = "falls at the start" if begun == "falls" else "undecided"
+            return
+        self._expand(start, guess, sharp)
+        if self.falls is None and not self.doubtful:
+            self.ending = "unlimited"
+            return
+        while self.trials < MOST and (gaps := self._gaps()):
+            below, above = max(gaps, key=lambda gap: gap[1] - gap[0])
+            self.attempt(0.5 * (below + above))
+        self.ending = "bracketed" if not self.doubtful and not self._gaps() else "undecided"
+
+    def attempt(self, multiplier: float) -> Verdict:
+        """One trial."""
+        verdict = self._attempt(multiplier)
+        self.trials += 1
+        if verdict == "undecided":
+            self._undecided.append(multiplier)
+        elif verdict == "stands":
+            self.stands = multiplier if self.stands is None else max(self.stands, multiplier)
+        else:
+            self.falls = multiplier if self.falls is None else min(self.falls, multiplier)
+        return verdict
+
+    def _expand(self, start: float, guess: float | None, sharp: bool) -> None:
+        """Multipliers that grow until one falls."""
+        here, stride = start, self._first
+        if guess is not None and guess > start:
+            margin = 1 + NEAR * self._tolerance if sharp else 1.0
+            here, stride = margin * guess, 4 * self._tolerance * guess
+            fell = self.attempt(here) == "falls"
+            if fell and sharp and guess / margin > start:
+                self.attempt(guess / margin)
+            if fell:
+                return
+        end = here + GREATEST * max(stride, self._first)
+        while self.falls is None and here < end and self.trials < MOST:
+            here, stride = here + stride, 2 * stride
+            self.attempt(here)
+
+    def _gaps(self) -> list[tuple[float, float]]:
+        """Ranges of multipliers, wider than the tolerance, that nothing is known of."""
+        if self.stands is None:
+            return []
+        ends = [self.stands, *self.doubtful] + ([] if self.falls is None else [self.falls])
+        # between two undecided ones nothing would be gained
+        found = {(ends[0], ends[1])} if len(ends) > 1 else set()
+        if self.falls is not None:
+            found.add((ends[-2], ends[-1]))
+        least = max(self._tolerance * ends[-1], SMALLEST * self._first)
+        return [gap for gap in found if gap[1] - gap[0] > least]

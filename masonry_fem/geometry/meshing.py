@@ -19,14 +19,22 @@ from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import FloatArray
 
 DEFAULT_DIVISIONS = 2
+CONCAVE = 0.05  # of its size: how far a corner of a six-sided solid stands out of a face to be concave
 
 
 def mesh_shape(shape: Shape, settings: MeshSettings, dimension: int) -> Mesh:
     """Elements of one shape; the nodes on its arcs lie on the true arcs.
 
-    Solids that are not six-sided (four-sided in 2D) get simplices from gmsh.
+    Prisms that are not six-sided get hexahedra all the same where they are wanted; other solids (in 2D those
+    without four sides) get simplices from gmsh.
     """
     if not _is_structured(shape):
+        if settings.element[0] == "Q":
+            from masonry_fem.geometry.extrusion import hexahedra_of, prism_of  # noqa: PLC0415  brings gmsh
+
+            body = prism_of(shape.solid)
+            if body is not None:
+                return hexahedra_of(shape, body, settings)
         from masonry_fem.geometry.unstructured import simplices_of  # noqa: PLC0415  brings gmsh
 
         return simplices_of(shape, settings)
@@ -53,6 +61,16 @@ def _is_structured(shape: Shape) -> bool:
         len(solid.vertices) == 2**d
         and len(solid.faces) == 2 * d
         and all(len(face) == max(2, sides) for face in solid.faces)
+        and _is_convex(solid)
+    )
+
+
+def _is_convex(solid: Polytope) -> bool:
+    """Whether no corner stands out of a face's plane, but for warped faces."""
+    size = float(np.ptp(solid.vertices, axis=0).max())
+    return all(
+        ((solid.vertices - solid.face_points(face)[0]) @ solid.normal(face)).max() <= CONCAVE * size
+        for face in range(len(solid.faces))
     )
 
 

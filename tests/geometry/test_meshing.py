@@ -103,12 +103,12 @@ def test_size_and_divisions() -> None:
 
 @pytest.mark.parametrize("element", ["P1", "P2", "Q1"])
 def test_any_flat_faced_solid_gets_simplices(element: str, caplog: pytest.LogCaptureFixture) -> None:
-    prism = Polytope(
-        np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [0, 1, 1]]),
-        ((0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)),
+    pyramid = Polytope(
+        np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.4, 0.5, 1]]),
+        ((0, 3, 2, 1), (0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)),
     )
-    mesh = mesh_shape(Shape("prism", prism), MeshSettings(element=element, size=0.4), 3)
-    check(mesh, prism)
+    mesh = mesh_shape(Shape("pyramid", pyramid), MeshSettings(element=element, size=0.4), 3)
+    check(mesh, pyramid)
     assert ("instead of Q1" in caplog.text) == (element == "Q1")
 
 

@@ -15,14 +15,29 @@ from scipy.spatial.transform import Rotation
 from masonry_fem.contact.detection import detect
 from masonry_fem.errors import GeometryError, SceneError
 from masonry_fem.geometry import build_structure
+from masonry_fem.geometry.extrusion import prism_of
+from masonry_fem.geometry.meshing import mesh_shape
 from masonry_fem.geometry.overlap import overlapping
+from masonry_fem.geometry.prism import prism
 from masonry_fem.geometry.snapping import snapped, straightened
 from masonry_fem.geometry.trimming import outside, trimmed
 from masonry_fem.geometry.wall_plane import WallPlane
+from masonry_fem.run import solve_scene
 from masonry_fem.scene import check
-from masonry_fem.scene.specs import Material, MeshSettings, Scene, SurveyStructure, WallStructure
-from masonry_fem.solid.assembly import Assembly
+from masonry_fem.scene.specs import (
+    Joint,
+    Loads,
+    Material,
+    MeshSettings,
+    Scene,
+    Statics,
+    SurveyStructure,
+    WallStructure,
+)
+from masonry_fem.solid.assembly import Assembly, Shape
+from masonry_fem.solid.polytope import Polytope
 from meshes.window_bay import measured, settled, stones, write
+from tests.geometry.test_meshing import check as check_mesh
 
 WALL = WallStructure(name="w", material="s", brick=(0.4, 0.3, 0.2), columns=4, courses=5)
 PLANE = replace(WALL, brick=(0.4, 0.2))
@@ -361,3 +376,63 @@ def test_the_window_bay_has_full_joints_but_for_its_crack(
         for f in stones().values()
     )
     assert volume(made) == pytest.approx(whole, rel=2e-3)
+
+
+# --- elastic stones ---------------------------------------------------------------------------
+
+PENTAGON = [(0, 0), (1, 0), (1, 0.6), (0.5, 0.9), (0, 0.6)]
+ELL = [(0, 0), (1, 0), (1, 0.4), (0.4, 0.4), (0.4, 1), (0, 1)]
+DART = [(0, 0), (1, 0.2), (0, 1), (0.3, 0.3)]
+QUAD = [(0, 0), (1, 0.05), (1.1, 0.9), (0, 0.8)]
+
+
+@pytest.mark.parametrize("outline", [PENTAGON, ELL, DART, QUAD], ids=["pentagon", "ell", "dart", "quad"])
+@pytest.mark.parametrize("element", ["Q1", "Q2"])
+@pytest.mark.parametrize("keys", [{}, {"size": 0.2}, {"divisions": (2, 3, 2)}], ids=str)
+def test_stones_are_meshed_with_hexahedra(tmp_path: Path, outline: list, element: str, keys: dict) -> None:
+    text = "stone,vertex,x,y,z\n" + "".join(f"a,{i},{x},0,{z}\n" for i, (x, z) in enumerate(outline))
+    shape = read(tmp_path, text, ground=False, supports=("a",)).shapes[0]
+    mesh = mesh_shape(shape, MeshSettings(element=element, **keys), 3)
+    assert mesh.cell == ("hexahedron" if element == "Q1" else "hexahedron27")
+    check_mesh(mesh, shape.solid)
+    if "divisions" in keys:
+        levels = np.unique(np.round(mesh.points[:, 1], 9))
+        assert len(levels) == 3 * int(element[1]) + 1
+
+
+def test_prisms_are_found_in_any_order_of_their_corners() -> None:
+    rng = np.random.default_rng(7)
+    outline = np.array(PENTAGON)
+    made = prism(outline, [""] * 5, [""] * 5, 0.4, 3)
+    order = rng.permutation(10)
+    place = np.argsort(order)
+    solid = Polytope(made.vertices[order], tuple(tuple(int(place[v]) for v in loop) for loop in made.faces))
+    body = prism_of(solid)
+    assert body is not None
+    assert np.linalg.norm(body.sweep) == pytest.approx(0.4)
+    check_mesh(mesh_shape(Shape("p", solid), MeshSettings(element="Q1"), 3), solid)
+    solid.vertices[0] += [0.0, 0.01, 0.0]
+    assert prism_of(solid) is None
+    assert prism_of(Polytope.box((0.0, 0.0), (1.0, 1.0))) is None
+
+
+def test_elastic_stones_of_a_survey_carry_their_weight(tmp_path: Path) -> None:
+    """An L with a stone in its corner, on the ground."""
+    text = "stone,vertex,x,y,z\n" + "".join(
+        f"{name},{at},{x},0,{z}\n"
+        for name, corners in (("ell", ELL), ("rest", [(0.402, 0.398), (1, 0.401), (1, 1), (0.4, 1)]))
+        for at, (x, z) in enumerate(corners)
+    )
+    (tmp_path / "a.csv").write_text(text)
+    spec = SurveyStructure(name="f", material="stone", path="a.csv", depth=0.3)
+    scene = Scene(
+        dimension=3, fidelity="elastic", structures=(spec,), joints=(Joint(friction=0.6),),
+        materials={"stone": Material(density=2000.0, young=1e9, poisson=0.2)},
+        mesh=MeshSettings(divisions=(2, 1, 2)), loads=Loads(gravity=(0.0, 0.0, -10.0)), analysis=Statics(),
+    )  # fmt: skip
+    result = solve_scene(check(scene, base=tmp_path), tmp_path)
+    assert result.outcome == "equilibrium"
+    made = build_structure(spec, 3, tmp_path, MeshSettings())
+    force = result.summary["supports"]["f.ground"]["force"]
+    assert force == pytest.approx([0.0, 0.0, 20e3 * volume(made)], abs=1e-6)
+    assert result.summary["certificate"]["natural_map"] < 1e-9

@@ -9,7 +9,8 @@ Load
 What to look at
     ``overview.png``: deformed shape × 30 000, where the crown sinks, its joints open below and those of
     the haunches above, and the resultants run through what stays closed. ``principal_stresses.png``:
-    crosses at the block centres, compression along the arc and next to nothing across it.
+    crosses at the block centres, compression along the arc and next to nothing across it. ``thrust.png``
+    and ``interfaces.csv``: where the thrust leaves the middle third.
 Reference
     Limit analysis of the same stones: the thrust of any equilibrium lies in [665.7, 1130.3] N.
     An elastic arch has one value in it, 0.196 of the weight here.
@@ -18,6 +19,7 @@ Cost
 
 .. image:: /images/arch.png
 .. image:: /images/arch_principal_stresses.png
+.. image:: /images/arch_thrust.png
 
 .. literalinclude:: arch.toml
    :language: toml

@@ -24,7 +24,14 @@ DEMOS: dict[str, tuple[dict[str, object], dict[str, str]]] = {
     "low_wall": ({}, {"low_wall": "von_mises", "low_wall_ground": "ground"}),
     "arch": (
         {"divisions": (8, 4, 12)},
-        {"arch": "overview", "arch_principal_stresses": "principal_stresses", "arch_reactions": "reactions"},
+        {
+            "arch": "overview",
+            "arch_principal_stresses": "principal_stresses",
+            "arch_reactions": "reactions",
+            "arch_thrust": "thrust",
+            "arch_opening": "opening",
+            "arch_cut": "cut_middle_von_mises",
+        },
     ),
     "arch_inset": ({}, {"arch_inset": "arch_inset"}),
     "dome": ({}, {"dome": "deformed"}),

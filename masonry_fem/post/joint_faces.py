@@ -20,11 +20,14 @@ from masonry_fem.contact.kinematics import local_frames
 from masonry_fem.dynamics.model import Model
 from masonry_fem.post.polygon_moments import polygon_moments
 from masonry_fem.solid.assembly import Assembly
+from masonry_fem.solid.polytope import Polytope
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 BESIDE = 1e-3  # of a face's size: a block's face that far from the end of a joint bounds it
+
+SLANTWISE = 0.2  # cosine to the axis: a face that looks that much along it may bound a joint
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,9 +77,11 @@ class JointFaces:
         centroid = middle + np.einsum("ia,iad->id", first, axes)
         flat = raw - first[:, None]
         extent = np.stack([flat.min(axis=1), flat.max(axis=1)], axis=2)
+        ends = _ends(flat, extent, centroid, axes)
+        planes = [_Planes.of(shape.solid) for shape in model.assembly.shapes]
+        size = np.ptp(extent, axis=2)
         sides = tuple(
-            _sides(model.assembly, one, centroid[k], axes[k], flat[k], extent[k])
-            for k, one in enumerate(interfaces)
+            _sides(model.assembly, planes, one, ends[k], axes[k], size[k]) for k, one in enumerate(interfaces)
         )
         return cls(polygon, corners, normal, axes, centroid, flat, extent, area, second, sides)
 
@@ -130,40 +135,58 @@ def _moments(flat: FloatArray, corners: IntArray) -> tuple[FloatArray, FloatArra
     return centroid, np.where(solid[:, None, None], about, np.zeros((count, a, a)))
 
 
+@dataclass(frozen=True, slots=True)
+class _Planes:
+    """Planes of a shape's faces: normals (f, d), their distances from the origin (f,) [m], names."""
+
+    normal: FloatArray
+    distance: FloatArray
+    names: tuple[str, ...]
+
+    @classmethod
+    def of(cls, solid: Polytope) -> _Planes:
+        normal = np.array([solid.normal(face) for face in range(len(solid.faces))])
+        on = np.array([solid.vertices[loop[0]] for loop in solid.faces])
+        return cls(normal, np.einsum("fd,fd->f", normal, on), solid.names)
+
+
 def _sides(
-    assembly: Assembly, interface: Interface, centroid: FloatArray, axes: FloatArray, flat: FloatArray,
-    extent: FloatArray,
+    assembly: Assembly, planes: list[_Planes], interface: Interface, ends: FloatArray, axes: FloatArray,
+    size: FloatArray,
 ) -> tuple[tuple[str, str], ...]:  # fmt: skip
-    """Names of the block faces that bound a joint at both ends of each axis."""
-    named = []
-    for axis in range(len(axes)):
-        ends = []
-        for end in (0, 1):
-            reach = extent[axis, end]
-            size = max(float(np.ptp(extent[axis])), 1e-300)
-            there = np.abs(flat[:, axis] - reach) <= 1e-6 * size
-            point = centroid + axes.T @ flat[there].mean(axis=0)
-            outwards = axes[axis] if end else -axes[axis]
-            ends.append(_bounding_face(assembly, interface, point, outwards, size))
-        named.append((ends[0], ends[1]))
-    return tuple(named)
+    """Names of the block faces that bound a joint at the ``ends`` (a, 2, d) of its axes."""
+    named = [
+        [
+            _bounding_face(assembly, planes, interface, ends[axis, end], outwards, float(size[axis]))
+            for end, outwards in enumerate((-axes[axis], axes[axis]))
+        ]
+        for axis in range(len(axes))
+    ]
+    return tuple((low, high) for low, high in named)
 
 
 def _bounding_face(
-    assembly: Assembly, interface: Interface, point: FloatArray, outwards: FloatArray, size: float
-) -> str:
+    assembly: Assembly, planes: list[_Planes], interface: Interface, point: FloatArray,
+    outwards: FloatArray, size: float,
+) -> str:  # fmt: skip
     """Name of the face of one of the two blocks that passes through the end of a joint."""
     for block, own in zip(interface.blocks, interface.faces, strict=True):
-        pose, solid = assembly.blocks[block].pose, assembly.shapes[assembly.blocks[block].shape].solid
-        local = pose.to_shape(point[None])[0]
-        towards = pose.rotation.T @ outwards
-        best, name = 0.2, ""  # a face that looks outwards, if only slantwise
-        for face in range(len(solid.faces)):
-            normal = solid.normal(face)
-            away = abs(float(normal @ (local - solid.face_points(face)[0])))
-            facing = float(normal @ towards)
-            if face != own and away <= BESIDE * size and facing > best:
-                best, name = facing, solid.names[face]
-        if name:
-            return name
+        pose, shape = assembly.blocks[block].pose, planes[assembly.blocks[block].shape]
+        away = np.abs(shape.normal @ pose.to_shape(point) - shape.distance)
+        facing = shape.normal @ (outwards @ pose.rotation)
+        facing[(away > BESIDE * size) | (facing < SLANTWISE)] = 0.0
+        facing[own] = 0.0
+        best = int(facing.argmax())
+        if facing[best] > 0 and shape.names[best]:
+            return shape.names[best]
     return ""
+
+
+def _ends(flat: FloatArray, extent: FloatArray, centroid: FloatArray, axes: FloatArray) -> FloatArray:
+    """Middles of the outermost corners at both ends of each axis, shape (i, a, 2, d) [m]."""
+    reach = extent[:, None]  # (i, 1, a, 2)
+    width = np.maximum(np.ptp(extent, axis=2), 0.0)[:, None, :, None]
+    there = (np.abs(flat[:, :, :, None] - reach) <= 1e-6 * width).astype(float)  # (i, k, a, 2)
+    middle = np.einsum("ikae,ikb->iaeb", there, flat) / there.sum(axis=1)[:, :, :, None]
+    ends: FloatArray = centroid[:, None, None] + np.einsum("iaeb,ibd->iaed", middle, axes)
+    return ends

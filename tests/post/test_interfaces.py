@@ -98,6 +98,20 @@ def test_thrust_at_the_crown_is_that_of_the_springings(spread_arch: RunResult):
     np.testing.assert_allclose(np.abs(forces.force[:, 0]), thrust, rtol=1e-3)
 
 
+def test_contact_points_moved_inwards_have_their_hinges_there():
+    """ξ = 0.75: a joint turns at 0.75 of half its thickness, and its stress blocks are finite."""
+    moved = Support(on="arch.springing_right", motion=Motion(displacement=(1e-4, 0.0)))
+    result = rigid_arch(
+        thickness=0.2, voussoirs=12, friction=5.0, inset=0.75, supports=(moved,),
+        analysis=Statics(load_steps=2),
+    )  # fmt: skip
+    forces = told(result)
+    hinges = forces.status == HINGE
+    assert hinges.sum() >= 3
+    np.testing.assert_allclose(np.abs(forces.eccentricity[hinges, 0]), 0.075, rtol=1e-3)
+    np.testing.assert_allclose(forces.linear.area[hinges], 3 * 0.025, rtol=1e-2)
+
+
 @pytest.mark.parametrize("slope", [0.05, 0.12, 0.25])
 def test_leaning_tower_presses_off_its_middle(slope: float):
     """e = M/N: tan α times half the height above; sum of N is the weight above."""

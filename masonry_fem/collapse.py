@@ -24,8 +24,9 @@ from masonry_fem.dynamics.bracket import Bracket, Ending, Verdict
 from masonry_fem.dynamics.clock import Clock
 from masonry_fem.dynamics.equilibrium import Onward, Statics, Strategy
 from masonry_fem.dynamics.march import March, march
-from masonry_fem.dynamics.mechanism import Mechanism, mechanism_of_step
+from masonry_fem.dynamics.mechanism import OPEN, Mechanism, mechanism_of_step
 from masonry_fem.dynamics.model import Model
+from masonry_fem.dynamics.motion import greatest_shift
 from masonry_fem.dynamics.state import SystemState
 from masonry_fem.errors import MasonryError, ProblemError
 from masonry_fem.limit import collapse_multiplier
@@ -202,6 +203,7 @@ class _Trials:
             self.strategy = Statics()
             notes.append("dynamics does not end by standing or falling: statics was taken for the trials")
         self.made: list[Trial] = []
+        self.reached: float | None = None
         self.standing: tuple[March, float] | None = None
         self.first: tuple[March, float] | None = None
         self.fallen: tuple[March, float] | None = None
@@ -212,9 +214,11 @@ class _Trials:
         ended = self._march(multiplier)
         clock.lap("trial")
         verdict: Verdict = VERDICTS.get(ended.outcome, "undecided")
-        if verdict == "stands" and (self.standing is None or multiplier > self.standing[1]):
-            self.standing = (ended, multiplier)
-            self.first = self.first or self.standing
+        if verdict == "stands" and (self.reached is None or multiplier > self.reached):
+            self.reached = multiplier
+            if self._rests(ended):
+                self.standing = (ended, multiplier)
+                self.first = self.first or self.standing
         if verdict == "falls" and (self.fallen is None or multiplier < self.fallen[1]):
             self.fallen = (ended, multiplier)
         trial = Trial(
@@ -222,8 +226,19 @@ class _Trials:
         )
         self.made.append(trial)
         if self.tell is not None:
-            self.tell(trial, *(None if known is None else known[1] for known in (self.standing, self.fallen)))
+            self.tell(trial, self.reached, None if self.fallen is None else self.fallen[1])
         return verdict
+
+    def _rests(self, ended: March) -> bool:
+        """Whether a trial that stands is a state to go on from.
+
+        At the very limit statics may end anywhere along the mechanism: rigid blocks whose dry joints carry
+        more loads do not move.
+        """
+        if self.standing is None or ended.model.laws is not None:
+            return True
+        model, origin = ended.model, self.standing[0].state.bodies
+        return greatest_shift(model, origin, ended.state.bodies) <= OPEN * model.length
 
     def _march(self, multiplier: float) -> March:
         origin = self.first if self.at_once else self.standing

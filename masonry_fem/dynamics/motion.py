@@ -8,7 +8,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -105,6 +107,16 @@ class PointMotion:
         jump = motion.at(blocks[:, 0], self.at) - motion.at(blocks[:, 1], self.at)
         local: FloatArray = np.einsum("cij,cj->ci", self.frame, jump)
         return local
+
+
+def greatest_shift(model: Model, before: Sequence[Any], after: Sequence[Any]) -> float:
+    """How far the fastest corner of the free blocks goes from one set of body states to another [m]."""
+    far = 0.0
+    for group, old, new in zip(model.groups, before, after, strict=True):
+        for body in range(0 if group.prescribed else len(group.blocks)):
+            shift = group.displacement_field(new, body) - group.displacement_field(old, body)
+            far = max(far, float(lengths(shift).max(initial=0.0)))
+    return far
 
 
 def _rigid(points: FloatArray, field: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -35,6 +35,15 @@ DEMOS: dict[str, tuple[dict[str, object], dict[str, str]]] = {
     ),
     "arch_inset": ({}, {"arch_inset": "arch_inset"}),
     "dome": ({}, {"dome": "deformed"}),
+    "dome_on_piers": ({}, {"dome_on_piers_dry": "dry/deformed", "dome_on_piers": "overview"}),
+    "flying_buttresses": (
+        {},
+        {
+            "flying_buttresses": "overview",
+            "flying_buttresses_thrust": "thrust",
+            "flying_buttresses_alone": "alone/deformed",
+        },
+    ),
     "keystone": ({}, {"keystone": "overview"}),
     "cyclic_joint": ({}, {"cyclic_joint": "cyclic_joint"}),
     "shear_wall": ({}, {"shear_wall": "shear_wall", "shear_wall_cracked": "fine/overview"}),

@@ -22,7 +22,7 @@ from typing import Any
 from masonry_fem.build import Built, build, solver_settings, strategy
 from masonry_fem.dynamics.bracket import Bracket, Ending, Verdict
 from masonry_fem.dynamics.clock import Clock
-from masonry_fem.dynamics.equilibrium import Onward, Statics, Strategy
+from masonry_fem.dynamics.equilibrium import Onward, Statics, Strategy, linear_damping
 from masonry_fem.dynamics.march import March, march
 from masonry_fem.dynamics.mechanism import OPEN, Mechanism, mechanism_of_step
 from masonry_fem.dynamics.model import Model
@@ -38,6 +38,8 @@ from masonry_fem.scene import check, specs
 logger = logging.getLogger(__name__)
 
 VERDICTS: dict[str, Verdict] = {"equilibrium": "stands", "no_equilibrium": "falls"}
+# where statics of rigid blocks does not decide, steps in time from rest may
+STRIKE = linear_damping(step=0.01, factor=0.0, max_steps=3, tolerance=1e-6)
 AT_LIMIT = "No equilibrium to rely on"  # how the message of such a march begins
 
 
@@ -203,6 +205,7 @@ class _Trials:
             self.strategy = Statics()
             notes.append("dynamics does not end by standing or falling: statics was taken for the trials")
         self.made: list[Trial] = []
+        self.struck = 0  # trials that a step in time decided
         self.reached: float | None = None
         self.standing: tuple[March, float] | None = None
         self.first: tuple[March, float] | None = None
@@ -245,11 +248,21 @@ class _Trials:
         if origin is None:
             model = replace(self.built.model, loads=self.push.at_first(self.strategy, multiplier))
             return march(model, self.strategy, self.settings, bodies=self.built.bodies)
-        made, reached = origin
+        ended = self._onward(self.strategy, *origin, multiplier)
+        rigid = all(group.cell == "polytope" for group in ended.model.groups)
+        if ended.outcome != "no_convergence" or not isinstance(self.strategy, Statics) or not rigid:
+            return ended
+        again = self._onward(STRIKE, *origin, multiplier)
+        if again.outcome not in VERDICTS:
+            return ended
+        self.struck += 1
+        return again
+
+    def _onward(self, plan: Strategy, made: March, reached: float, multiplier: float) -> March:
+        """Go on from where a march ended, from one multiplier to another."""
         since = made.state.time
-        loads = self.push.onward(self.strategy, since, reached, multiplier)
-        model = replace(made.model, loads=loads)
-        return march(model, Onward(self.strategy, since), self.settings, start=_rested(model, made.state))
+        model = replace(made.model, loads=self.push.onward(plan, since, reached, multiplier))
+        return march(model, Onward(plan, since), self.settings, start=_rested(model, made.state))
 
 
 def _rested(model: Model, state: SystemState) -> SystemState:
@@ -302,6 +315,8 @@ def _doubts(trials: _Trials, bracket: Bracket, bound: float | None, tolerance: f
             f"{_count(len(doubtful), 'trial')} from {doubtful[0]:.6g} to {doubtful[-1]:.6g} undecided, which "
             f"counts neither as standing nor as falling; the last: {said}"
         )
+    if trials.struck:
+        yield f"{_count(trials.struck, 'trial')} that statics left open, steps in time from rest decided"
     if any(trial.message.startswith(AT_LIMIT) for trial in trials.made if trial.verdict == "falls"):
         yield "a trial whose loads can just be carried, but not with 0.1 % less friction, counts as falling"
     if bound is not None and bracket.falls is not None and bracket.falls < bound * (1 - 2 * tolerance):

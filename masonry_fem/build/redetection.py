@@ -24,7 +24,7 @@ from masonry_fem.contact.contacts import Interface
 from masonry_fem.contact.detection import default_reach, detect
 from masonry_fem.contact.placement import place
 from masonry_fem.contact.surface import Surface, surfaces_of
-from masonry_fem.contact.update import chosen, joined, moved, returned
+from masonry_fem.contact.update import chosen, joined, moved, returned, returned_faces
 from masonry_fem.dynamics.loads import external_forces
 from masonry_fem.dynamics.model import FloatArray, Model
 from masonry_fem.scene import specs
@@ -90,7 +90,8 @@ class Redetection:
         contacts = place(stones.assembly, fresh, rules_of(self.scene, stones, fresh, records), self.surfaces)
         old = chosen(model.interfaces, model.contacts, keep)
         records = joint_of_interfaces(self.scene, self.stones, old[0], tell=False) + records
-        interfaces, contacts = joined(old, (fresh, returned(contacts, rotation, translation)))
+        faces = returned_faces(fresh, rotation, translation)
+        interfaces, contacts = joined(old, (faces, returned(contacts, rotation, translation)))
         # gaps that arise on the way are no matter of how the structure was built
         closed = replace(contacts, gap=np.zeros(contacts.count))
         joints, laws, scatter = joints_at(self.scene, interfaces, closed, records, self.base)

@@ -42,6 +42,17 @@ def returned(contacts: Contacts, rotation: FloatArray, translation: FloatArray) 
     return replace(contacts, points=points, frame=frame)
 
 
+def returned_faces(
+    interfaces: tuple[Interface, ...], rotation: FloatArray, translation: FloatArray
+) -> tuple[Interface, ...]:
+    """Interfaces found on moved blocks, gone back with their antagonists."""
+    back = []
+    for one in interfaces:
+        turn, shift = rotation[one.blocks[1]], translation[one.blocks[1]]
+        back.append(replace(one, normal=one.normal @ turn, polygon=(one.polygon - shift) @ turn))
+    return tuple(back)
+
+
 def partners(
     old: Contacts, old_points: FloatArray, new: Contacts, new_points: FloatArray, within: float
 ) -> IntArray:

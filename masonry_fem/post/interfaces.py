@@ -273,6 +273,8 @@ def _friction(
 def _nearest_contacts(model: Model, faces: JointFaces) -> IntArray:
     """Contact of the same interface that is nearest to each corner, shape (i, k)."""
     number, points = model.contacts.interface, model.contacts.points[:, 1]
+    if not len(faces.polygon):
+        return np.zeros(faces.polygon.shape[:2], dtype=np.int64)
     apart = 10.0 * float(np.ptp(faces.polygon, axis=(0, 1)).max(initial=0.0)) + 1.0
     tree = cKDTree(np.column_stack([points, apart * number]))
     count, corners, d = faces.polygon.shape

@@ -24,12 +24,16 @@ from masonry_fem.post.interfaces import (
 from masonry_fem.run import RunResult, run
 from masonry_fem.scene.specs import (
     BlockStructure,
+    Contact,
+    Dynamics,
     ElasticBrittle,
     Joint,
     Loads,
+    MeshSettings,
     Motion,
     Output,
     PointForce,
+    Scene,
     StackStructure,
     Statics,
     Support,
@@ -239,6 +243,56 @@ def test_prescribed_slide_is_found(dragged: RunResult):
     assert dragged.summary["joints"]["slide"] >= 1
 
 
+def test_contacts_found_anew_know_how_far_they_slid():
+    """Two slabs that slide together over a floor: a = g' − μ g; e is the lever of friction, h_i/2 μ."""
+    mu, slope, end = 0.1, 3.0, 0.5
+    slabs = [
+        BlockStructure(name=name, material="stone", size=(1.0, 0.5), position=(0.0, y))
+        for name, y in (("low", 0.0), ("high", 0.5))
+    ]
+    floor = BlockStructure(
+        name="floor", material="stone", size=(4.0, 0.2), position=(-2.0, -0.2), support=True
+    )
+    result = solved(
+        dimension=2,
+        fidelity="rigid",
+        structures=(floor, *slabs),
+        joints=(Joint(friction=mu, form="velocity"),),
+        loads=Loads(gravity=(slope, -G)),
+        analysis=Dynamics(step=0.01, duration=end),
+        contact=Contact(update="redetect", every=3),
+    )
+    forces = told(result)
+    bed, upper = between(result, "low", "floor"), between(result, "high", "low")
+    slid = 0.5 * (slope - mu * G) * end**2
+    np.testing.assert_allclose(forces.sliding[bed], slid, rtol=1e-6)
+    np.testing.assert_allclose(forces.sliding[upper], 0.0, atol=1e-9)
+    np.testing.assert_allclose(forces.eccentricity[[bed, upper], 0], [-0.5 * mu, -0.25 * mu], rtol=1e-6)
+    np.testing.assert_allclose(forces.faces.centroid[[bed, upper], 0], 0.5 + slid, rtol=1e-5)
+
+
+def test_two_meshes_press_each_other_alike():
+    """Elastic blocks whose finer mesh takes the contact's side of the candidate: weights and levers stay."""
+    blocks = [
+        BlockStructure(
+            name=name, material="stone", size=(1.0, 1.0, 1.0), position=(0.0, 0.0, z),
+            mesh=MeshSettings(divisions=(n, n, 2)),
+        )
+        for name, z, n in (("a", 0.0, 3), ("b", 1.0, 5), ("c", 2.0, 2))
+    ]  # fmt: skip
+    result = solved(
+        structures=tuple(blocks), supports=(Support(on="a/bottom"),), loads=Loads(gravity=(0.5, 0.0, -G)),
+        analysis=Statics(load_steps=1),
+    )  # fmt: skip
+    forces = told(result)
+    for pair, above in ((("a", "b"), 2), (("b", "c"), 1)):
+        k = between(result, *pair)
+        assert forces.normal[k] == pytest.approx(above * GAMMA, rel=1e-6)
+        x = forces.centre[k, 0] - 0.5
+        assert x == pytest.approx(0.5 / G * above / 2, rel=1e-3)  # blocks are deformed
+        assert forces.force[k, 0] == pytest.approx(-0.5 * above * STONE.density, rel=1e-6)
+
+
 def test_cohesion_that_pulls_is_held():
     hanging = solved(
         dimension=2,
@@ -279,6 +333,36 @@ def test_what_carries_nothing_is_open():
     assert np.isnan(forces.linear.pressure[k])
 
 
+def test_blocks_that_touch_nothing_have_an_empty_table(tmp_path):
+    scene = Scene(
+        dimension=2, fidelity="rigid", materials={"stone": STONE},
+        structures=(BlockStructure(name="block", material="stone", size=(1.0, 1.0)),),
+        loads=Loads(gravity=(0.0, -G)), analysis=Dynamics(step=0.01, duration=0.02),
+        output=Output(interfaces=True, pictures=False),
+    )  # fmt: skip
+    result = run(scene, tmp_path)
+    assert "interfaces.csv" in [path.name for path in result.files]
+    assert rows_of(tmp_path / "interfaces.csv") == []
+    assert "joints" not in result.summary
+
+
+def test_a_corner_that_stands_on_a_face_is_closed(tmp_path):
+    floor = BlockStructure(
+        name="floor", material="stone", size=(4.0, 0.2), position=(-2.0, -0.2), support=True
+    )
+    square = BlockStructure(name="square", material="stone", size=(1.0, 1.0), rotation=45.0)
+    scene = Scene(
+        dimension=2, fidelity="rigid", materials={"stone": STONE}, structures=(floor, square),
+        loads=Loads(gravity=(0.0, -G)), analysis=Statics(load_steps=1), output=Output(interfaces=True),
+    )  # fmt: skip
+    run(scene, tmp_path)
+    (row,) = rows_of(tmp_path / "interfaces.csv")
+    assert row["status"] == "closed"
+    assert float(row["area [m]"]) == 0.0
+    assert float(row["normal_force [N/m]"]) == pytest.approx(GAMMA, rel=1e-9)
+    assert row["linear_pressure [Pa]"] == row["kern [-]"] == ""
+
+
 def test_table_has_a_line_a_joint_with_units_and_blanks(spread_arch: RunResult, tmp_path):
     model, state = spread_arch.march.model, spread_arch.march.state
     path = write_interfaces(tmp_path / "interfaces.csv", model, state, told(spread_arch))
@@ -300,8 +384,6 @@ def test_table_has_a_line_a_joint_with_units_and_blanks(spread_arch: RunResult, 
 def test_run_writes_what_was_asked_for(tmp_path):
     """The end of a run, with facts told from choices, and a series for ParaView; nothing unasked."""
     import pyvista as pv
-
-    from masonry_fem.scene.specs import Scene
 
     scene = Scene(
         dimension=3, fidelity="rigid", materials={"stone": STONE},

@@ -222,6 +222,7 @@ MEANING: dict[str, str] = {
     "WallStructure.courses": "courses",
     "WallStructure.bond": "how the courses lie over each other",
     "WallStructure.pattern": "courses from below, brick by brick, then again; none where it is not given",
+    "WallStructure.rotation": "about the vertical through the lower left front corner",
     "WallStructure.wythes": "bricks in the wall's thickness, each as deep as `brick` says",
     "WallStructure.header_courses": "every so many courses of a running or stack bond, one of headers; "
     "none where it is not given",

@@ -18,6 +18,7 @@ from masonry_fem.solid.pose import FloatArray, Pose
 
 # a cut brick's halves by name: how many half bricks each is moved, and the face of their joint
 HALVES = {"l": (0, "right"), "r": (1, "left")}
+QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])  # turn about the vertical
 
 
 def build(spec: WallStructure, dimension: int) -> Assembly:
@@ -42,7 +43,23 @@ def build(spec: WallStructure, dimension: int) -> Assembly:
     for course in range(1, spec.courses + 1):
         blocks += _course(spec, course, stones, origin)
     blocks += _lintels(spec, stones, origin)
+    if spec.rotation:
+        blocks = _turned(blocks, spec.rotation, origin)
     return Assembly(dimension, tuple(stones.shapes), tuple(blocks))
+
+
+def _turned(blocks: list[Block], angle: float, origin: FloatArray) -> list[Block]:
+    """Blocks turned about the vertical through the wall's corner by ``angle`` [deg]."""
+    # by the quarter and the rest, so that quarter turns are exact: walls at right angles share planes
+    quarters, rest = divmod(angle, 90.0)
+    turn = np.linalg.matrix_power(QUARTER, int(quarters) % 4)
+    if rest:
+        cosine, sine = np.cos(np.radians(rest)), np.sin(np.radians(rest))
+        turn = turn @ np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+    return [
+        replace(one, pose=Pose(turn @ one.pose.rotation, turn @ (one.pose.translation - origin) + origin))
+        for one in blocks
+    ]
 
 
 @dataclass(slots=True)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from masonry_fem.contact.detection import detect
 from masonry_fem.errors import SceneError
-from masonry_fem.geometry import build_structure
+from masonry_fem.geometry import assemble, build_structure
 from masonry_fem.geometry.bond import rows_of
 from masonry_fem.geometry.overlap import overlapping
 from masonry_fem.scene import check
@@ -322,3 +322,67 @@ def test_a4_3_wall_with_windows_from_a_pattern() -> None:
 
     assert outcome(0.25) == "equilibrium"
     assert outcome(1.02 * 0.33195) == "no_equilibrium"
+
+
+# --- turned --------------------------------------------------------------------------------------------
+
+
+def corners(made: Assembly) -> np.ndarray:
+    return np.array([made.solid(i).vertices for i in range(len(made.blocks))])
+
+
+@pytest.mark.parametrize("angle", [90.0, 180.0, 270.0, -90.0, 33.0])
+def test_a_wall_turns_about_its_lower_left_front_corner(angle: float) -> None:
+    place = (1.0, 2.0, 3.0)
+    straight = built(wall(3, wythes=2, openings=(WINDOW,), position=place))
+    turned = built(wall(3, wythes=2, openings=(WINDOW,), position=place, rotation=angle))
+    c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    expected = (corners(straight) - place) @ turn.T + place
+    assert corners(turned) == pytest.approx(expected, abs=1e-12)
+    assert [b.name for b in turned.blocks] == [b.name for b in straight.blocks]
+    assert sorted(i.area for i in detect(turned)) == pytest.approx(sorted(i.area for i in detect(straight)))
+
+
+def test_walls_bonded_into_a_tower_share_their_corners_and_touch_everywhere() -> None:
+    """Patterns that leave the corners to each other in turns: a shaft without gap or overlap."""
+    full, inset = [1.0, 1.0, 1.0], [-0.5, 1.0, 1.0, -0.5]
+    side = 3 * L
+    shaft = [
+        wall(
+            3,
+            name=name,
+            brick=(L, L / 2, H),
+            pattern=pattern,
+            courses=4,
+            position=(x, y, 0.0),
+            rotation=90.0 * quarter,
+            ground=False,
+        )
+        for quarter, (name, pattern, x, y) in enumerate(
+            (
+                ("a", [full, inset], 0.0, 0.0),
+                ("b", [inset, full], side, 0.0),
+                ("c", [full, inset], side, side),
+                ("d", [inset, full], 0.0, side),
+            )
+        )
+    ]
+    made = assemble([built(spec) for spec in shaft])
+    ring = side**2 - (side - L) ** 2
+    assert volume(made) == pytest.approx(ring * 4 * H, rel=1e-12)
+    assert overlapping(made) == []
+    joints = detect(made)
+    assert max(np.abs(one.gap).max() for one in joints) < 1e-12
+    beds = sum(one.area for one in joints if one.label == "bed")
+    assert beds == pytest.approx(3 * ring, rel=1e-12)
+    corner = [one for one in joints if len({made.blocks[b].name[0] for b in one.blocks}) == 2]
+    upright = [one for one in corner if one.label != "bed"]
+    assert len(upright) == 4 * 4  # each inset course leans on both neighbours
+    assert sum(one.area for one in upright) == pytest.approx(16 * L / 2 * H, rel=1e-12)
+
+
+def test_a_wall_in_the_plane_does_not_turn() -> None:
+    ((key, expected),) = wall(2, rotation=90.0).faults(2)
+    assert key == "rotation"
+    assert expected.startswith("0 in a 2D scene")

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
-from masonry_fem.scene.record import Count, Point, Sizes
+from masonry_fem.scene.record import Count, Degrees, Point, Sizes
 from masonry_fem.scene.structures.base import Structure
 from masonry_fem.scene.structures.opening import ROUNDING, Opening, Span, solid_stretches
 
@@ -32,6 +32,9 @@ class WallStructure(Structure, frozen=True, kw_only=True, tag="wall"):
     ``[[1, 1, 1], [0.5, -1.5, 1]]`` has an opening of 1.5 bricks in every other course.
 
     With ``cut`` each brick is two halves whose joint, labelled ``brick``, lets it crack in the middle.
+
+    A ``rotation`` [deg] turns the wall about the vertical through its lower left front corner: 90 deg make it
+    run along y. Patterns that leave the corners to each other in turns bond walls into a tower.
     """
 
     brick: Sizes
@@ -44,6 +47,7 @@ class WallStructure(Structure, frozen=True, kw_only=True, tag="wall"):
     through: bool = False
     openings: tuple[Opening, ...] = ()
     position: Point | None = None
+    rotation: Degrees = 0.0
     half_bricks: Literal["even", "odd", "none"] = "even"
     cut: bool = False
     ground: bool = True
@@ -94,6 +98,8 @@ class WallStructure(Structure, frozen=True, kw_only=True, tag="wall"):
     def _bond_faults(self, dimension: int) -> Iterator[tuple[str, str]]:
         if dimension == 2 and self.wythes > 1:
             yield "wythes", "1 in a 2D scene, which shows a wall from the front"
+        if dimension == 2 and self.rotation:
+            yield "rotation", "0 in a 2D scene, which shows a wall from the front"
         if self.header_courses is not None and self.bond not in ("running", "stack"):
             yield "header_courses", f"none in {self.bond} bond (running and stack bond have it)"
         if self.half_bricks != "even" and self.bond != "running":

@@ -33,11 +33,12 @@ def bands(view: View, starts: FloatArray, ends: FloatArray, widths: FloatArray) 
     return polygons(corners)
 
 
-def discs(view: View, points: FloatArray, radius: float) -> Any:
-    """Discs about points (n, 3)."""
+def discs(view: View, points: FloatArray, radius: float | FloatArray) -> Any:
+    """Discs about points (n, 3), of one radius or of one each (n,) [m]."""
     angle = np.linspace(0, 2 * np.pi, CORNERS, endpoint=False)
-    rim = radius * (np.cos(angle)[:, None] * view.axes[0] + np.sin(angle)[:, None] * view.axes[1])
-    return polygons(points[:, None] + rim)
+    rim = np.cos(angle)[:, None] * view.axes[0] + np.sin(angle)[:, None] * view.axes[1]
+    size = np.broadcast_to(radius, len(points))
+    return polygons(points[:, None] + size[:, None, None] * rim)
 
 
 def polygons(corners: FloatArray) -> Any:

@@ -51,7 +51,10 @@ def draw_thrust(scenery: Scenery, path: Path) -> Path:
     stage = Stage(View.of(shape.deformed().points, scenery.dimension), sheet.image_width, scenery.length)
     draw_pale(stage, shape.deformed(), shape.deformed_outline())
     widest = float(np.clip(WIDEST * scenery.length * stage.scale, 3.0, 26.0))  # pixels
-    stage.mark(bands(stage.view, starts, ends, force * (widest / top / stage.scale)), BAND)
+    wide = force * (widest / top / stage.scale)
+    stage.mark(bands(stage.view, starts, ends, wide), BAND)
+    for points, side in ((starts, 0), (ends, 1)):  # round where bands meet
+        stage.mark(discs(stage.view, points, 0.5 * wide[:, side]), BAND)
     _draw_joints(stage, scenery, status)
     radius = float(np.clip(0.05 * scenery.length * stage.scale, 2.2, 7.0)) / stage.scale
     if scenery.dimension == 3:
@@ -140,4 +143,5 @@ def _caption(status: IntArray, slides: NDArray[np.bool_], size: FloatArray, unit
     if slides.any():
         counts.append(f"{int(slides.sum())} slide")
     greatest = quantity(float(size.max(initial=0.0)), unit)
-    return f"{len(status)} joints: {', '.join(counts)}; greatest force {greatest}; displacements × 1"
+    joints = "1 joint" if len(status) == 1 else f"{len(status)} joints"
+    return f"{joints}: {', '.join(counts)}; greatest force {greatest}; displacements × 1"

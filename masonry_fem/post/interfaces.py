@@ -10,16 +10,22 @@ that of the two material points of a contact since the start.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
-from masonry_fem.dynamics.coupling import connect
 from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.state import SLIP, SystemState
 from masonry_fem.post.joint_faces import JointFaces
+from masonry_fem.post.joint_motion import (
+    both_points,
+    moved_faces,
+    nearest_contacts,
+    signs,
+    slides_of,
+    sum_by,
+)
 from masonry_fem.post.stress_block import (
     Block,
     kern_share,
@@ -97,16 +103,16 @@ def interface_forces(
     """Forces, openings and slides of a model's interfaces; ``reference`` are its faces, where known."""
     reference = JointFaces.of(model) if reference is None else reference
     number, count = model.contacts.interface, len(model.interfaces)
-    points = _both_points(model, state)
-    faces = _moved(model, state, reference, points)
-    sign = _signs(model)
+    points = both_points(model, state)
+    faces = moved_faces(model, state, reference, points)
+    sign = signs(model)
     world = sign[number, None] * np.einsum("cai,ca->ci", state.frame, state.reaction)
-    force = _sum(world, number, count)
+    force = sum_by(world, number, count)
     arm = state.points - faces.centroid[number]
-    moment = _sum(_cross(arm, world), number, count)
+    moment = sum_by(_cross(arm, world), number, count)
     pressing = np.einsum("ci,ci->c", world, faces.normal[number])
     flat = np.einsum("ci,cai->ca", arm, faces.axes[number])
-    normal, turning = _sum(pressing, number, count), _sum(pressing[:, None] * flat, number, count)
+    normal, turning = sum_by(pressing, number, count), sum_by(pressing[:, None] * flat, number, count)
     small = SMALL * float(np.linalg.norm(world, axis=1).max(initial=0.0))
     carries = np.abs(normal) > small
     eccentricity = np.full((count, flat.shape[1]), np.nan)
@@ -122,9 +128,9 @@ def interface_forces(
     shear = np.einsum("id,iad->ia", force - shear, faces.axes)
     friction, used, slides = _friction(model, state, pressing, shear, number, small)
     openings = np.maximum(state.gap, 0.0)
-    slide = _slides(model, state, points)
+    slide = slides_of(model, state, points)
     sized = np.linalg.norm(slide, axis=1)
-    nearest = _nearest_contacts(model, reference)
+    nearest = nearest_contacts(model, reference)
     presses = carries & (normal > 0)
     at = np.where(presses[:, None], eccentricity, np.nan)
     return InterfaceForces(
@@ -149,66 +155,6 @@ def interface_forces(
         linear=_scaled(linear_block(faces, at), normal),
         plastic=_scaled(plastic_block(faces, at), normal),
     )
-
-
-def _both_points(model: Model, state: SystemState) -> FloatArray:
-    """Where the candidates' and the antagonists' points are now, shape (c, 2, d) [m]."""
-    coupling = connect(model)
-    points = np.empty_like(model.contacts.points)
-    for sides, attachment, own in zip(coupling.sides, coupling.attachments, state.bodies, strict=True):
-        points[sides.contact, sides.side] = attachment.positions(own)
-    return points
-
-
-def _first_contacts(model: Model) -> IntArray:
-    """First contact of each interface, shape (i,)."""
-    number = model.contacts.interface
-    first = np.zeros(len(model.interfaces), dtype=np.int64)
-    first[number[::-1]] = np.arange(len(number))[::-1]
-    return first
-
-
-def _signs(model: Model) -> FloatArray:
-    """−1 where an interface's contacts have its candidate for antagonist, shape (i,)."""
-    candidate = np.array([interface.blocks[0] for interface in model.interfaces])
-    return np.where(model.contacts.blocks[_first_contacts(model), 0] == candidate, 1.0, -1.0)
-
-
-def _moved(model: Model, state: SystemState, faces: JointFaces, points: FloatArray) -> JointFaces:
-    """The faces where they are now: on the antagonists, but along them with the candidates' points.
-
-    Reactions act at these: a face that stayed behind what slides would end before its centre of pressure.
-    """
-    number, count = model.contacts.interface, len(model.interfaces)
-    first = _first_contacts(model)
-    turn = np.einsum("iab,iac->ibc", state.frame[first], model.contacts.frame[first])
-    many = np.maximum(np.bincount(number, minlength=count), 1)[:, None]
-    before = _sum(model.contacts.points[:, 1], number, count) / many
-    ahead = points[:, 0] - points[:, 1]
-    ahead -= np.einsum("ca,ca->c", ahead, state.frame[:, 0])[:, None] * state.frame[:, 0]
-    shift = _sum(points[:, 1] + ahead, number, count) / many
-
-    def carried(points: FloatArray) -> FloatArray:
-        arms = points - (before if points.ndim == 2 else before[:, None])
-        moved = np.einsum("iab,i...b->i...a", turn, arms)
-        result: FloatArray = moved + (shift if points.ndim == 2 else shift[:, None])
-        return result
-
-    return replace(
-        faces,
-        polygon=carried(faces.polygon),
-        centroid=carried(faces.centroid),
-        normal=np.einsum("iab,ib->ia", turn, faces.normal),
-        axes=np.einsum("iab,ikb->ika", turn, faces.axes),
-    )
-
-
-def _slides(model: Model, state: SystemState, points: FloatArray) -> FloatArray:
-    """How far candidates' points have slid over the antagonists' since the start, shape (c, d − 1) [m]."""
-    frame, start = model.contacts.frame, model.contacts.points
-    now = np.einsum("cai,ci->ca", state.frame[:, 1:], points[:, 0] - points[:, 1])
-    slide: FloatArray = now - np.einsum("cai,ci->ca", frame[:, 1:], start[:, 0] - start[:, 1])
-    return slide
 
 
 def _to_rim(
@@ -256,32 +202,18 @@ def _friction(
     joints, count = model.joints, len(shear)
     coefficient = np.where(state.status == SLIP, joints.dynamic_friction, joints.friction)
     pressed = np.maximum(pressing, 0.0)
-    total = _sum(pressed, number, count)
-    most = _sum(coefficient * pressed, number, count)
+    total = sum_by(pressed, number, count)
+    most = sum_by(coefficient * pressed, number, count)
     loaded = total > small
     friction = np.full(count, np.nan)
     used = np.full(count, np.nan)
     friction[loaded] = most[loaded] / total[loaded]
     able = loaded & (most > 0)
     used[able] = np.linalg.norm(shear[able], axis=1) / most[able]
-    slipping = _sum(np.where(state.status == SLIP, pressed, 0.0), number, count)
+    slipping = sum_by(np.where(state.status == SLIP, pressed, 0.0), number, count)
     # a joint that turns about its normal slides all over, though its resultant is small
     slides = loaded & ((np.nan_to_num(used) >= 1 - LIMIT) | (slipping >= (1 - LIMIT) * total))
     return friction, used, slides
-
-
-def _nearest_contacts(model: Model, faces: JointFaces) -> IntArray:
-    """Contact of the same interface that is nearest to each corner, shape (i, k)."""
-    number, points = model.contacts.interface, model.contacts.points[:, 1]
-    if not len(faces.polygon):
-        return np.zeros(faces.polygon.shape[:2], dtype=np.int64)
-    apart = 10.0 * float(np.ptp(faces.polygon, axis=(0, 1)).max(initial=0.0)) + 1.0
-    tree = cKDTree(np.column_stack([points, apart * number]))
-    count, corners, d = faces.polygon.shape
-    own = np.repeat(np.arange(count), corners)
-    _, nearest = tree.query(np.column_stack([faces.polygon.reshape(-1, d), apart * own]))
-    result: IntArray = np.asarray(nearest, dtype=np.int64).reshape(count, corners)
-    return result
 
 
 def _scaled(block: Block, normal: FloatArray) -> Block:
@@ -296,12 +228,6 @@ def _mean(model: Model, values: FloatArray) -> FloatArray:
     total = np.bincount(number, weight, count)
     mean: FloatArray = np.bincount(number, weight * values, count) / np.where(total > 0, total, 1.0)
     return mean
-
-
-def _sum(values: FloatArray, number: IntArray, count: int) -> FloatArray:
-    total = np.zeros((count, *values.shape[1:]))
-    np.add.at(total, number, values)
-    return total
 
 
 def _most(values: FloatArray, number: IntArray, count: int) -> FloatArray:

@@ -18,13 +18,14 @@ from masonry_fem.post import fields, interface_fields
 from masonry_fem.post.backdrop import STONE, small, title_of
 from masonry_fem.post.marks import bands
 from masonry_fem.post.render import Stage, View
-from masonry_fem.post.scenery import ROUNDING, DeformedShape, Scenery, outline_of, surface_of
+from masonry_fem.post.scenery import DeformedShape, Scenery, outline_of, surface_of
 from masonry_fem.post.sheet import ColourBar, Key, Sheet, prefix_of, quantity
 
 FloatArray = NDArray[np.float64]
 
 COLOURS = "YlOrRd"
 REST, EDGE = "#b9bec4", "#7d858d"
+ROUNDING = 1e-10  # of a structure's size: what a solver's tolerance leaves between rigid blocks
 SHOWN = 1e-3  # of the greatest: what opened or slid less stays pale
 
 

@@ -44,6 +44,7 @@ DEMOS: dict[str, tuple[dict[str, object], dict[str, str]]] = {
             "flying_buttresses_alone": "alone/deformed",
         },
     ),
+    "settlement": ({}, {"settlement": "deformed", "settlement_thrust": "thrust"}),
     "keystone": ({}, {"keystone": "overview"}),
     "cyclic_joint": ({}, {"cyclic_joint": "cyclic_joint"}),
     "shear_wall": ({}, {"shear_wall": "shear_wall", "shear_wall_cracked": "fine/overview"}),

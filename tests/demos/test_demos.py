@@ -5,7 +5,18 @@ import re
 import numpy as np
 import pytest
 
-from demos import arch, arch_inset, bouncing, cyclic_joint, dome, keystone, low_wall, shear_wall, slope
+from demos import (
+    arch,
+    arch_inset,
+    bouncing,
+    cyclic_joint,
+    dome,
+    keystone,
+    low_wall,
+    settlement,
+    shear_wall,
+    slope,
+)
 from masonry_fem.run import check_scene
 from masonry_fem.scene import load
 
@@ -154,3 +165,15 @@ def test_dome_cracks_where_its_parallels_pull():
     assert whole.sinking < chained.sinking
     assert loose.outcome == "no_equilibrium"
     assert loose.moving > 50
+
+
+def test_wall_parts_where_its_ground_does(tmp_path):
+    wall = settlement.main(out=tmp_path)
+    assert wall.outcome == "equilibrium"
+    assert wall.weight == pytest.approx(settlement.WEIGHT, rel=1e-6)
+    assert wall.firm + wall.soft == pytest.approx(wall.weight, rel=1e-4)
+    assert wall.bounds[0] == pytest.approx(settlement.LEAST, rel=1e-4)
+    assert wall.bounds[0] < wall.soft < 0.8 * wall.weight / 2
+    assert wall.pier == pytest.approx((0.04, 0.04), abs=1e-5)
+    assert wall.widest == pytest.approx(0.04, rel=1e-3)
+    assert wall.turn == pytest.approx(0.04 / 1.5, rel=0.02)  # over the lintel's clear bearing

@@ -13,6 +13,9 @@ from pathlib import Path
 
 from PIL import Image
 
+from masonry_fem.collapse import collapse
+from masonry_fem.scene import load
+
 ROOT = Path(__file__).resolve().parents[1]
 IMAGES = ROOT / "docs" / "images"
 WIDTHS = (1600, 1400, 1200, 1080)  # pixels
@@ -46,8 +49,11 @@ DEMOS: dict[str, tuple[dict[str, object], dict[str, str]]] = {
     ),
     "settlement": ({}, {"settlement": "deformed", "settlement_thrust": "thrust"}),
     "keystone": ({}, {"keystone": "overview"}),
+    "window_bay": ({}, {"window_bay": "von_mises"}),
     "cyclic_joint": ({}, {"cyclic_joint": "cyclic_joint"}),
     "shear_wall": ({}, {"shear_wall": "shear_wall", "shear_wall_cracked": "fine/overview"}),
+    "tower": ({}, {"tower": "von_mises", "tower_cut": "cut_front_vertical"}),
+    "rubble_wall": ({}, {"rubble_wall": "falls/deformed"}),
 }
 
 
@@ -59,6 +65,17 @@ def make(name: str) -> None:
         for image, picture in pictures.items():
             size = shrink(Path(folder) / f"{picture}.png", IMAGES / f"{image}.png")
             print(f"{image}.png  {size / 1e3:.0f} kB")
+
+
+def make_mechanism() -> None:
+    """The mechanism of docs/collapse.md: an arch under a growing acceleration."""
+    changes = ["title='Arch under a growing acceleration'", "joints.0.inset=1.0"]
+    changes += ["structures.arch.thickness=0.2"]
+    found = collapse(load(ROOT / "demos" / "arch_inset.toml", changes), acceleration="x")
+    with tempfile.TemporaryDirectory() as folder:
+        found.write(Path(folder))
+        size = shrink(Path(folder) / "mechanism.png", IMAGES / "mechanism.png")
+    print(f"mechanism.png  {size / 1e3:.0f} kB")
 
 
 def shrink(source: Path, target: Path) -> int:
@@ -79,7 +96,10 @@ def shrink(source: Path, target: Path) -> int:
 
 if __name__ == "__main__":
     sys.path.insert(0, str(ROOT))
-    for demo in sys.argv[1:] or DEMOS:
-        make(demo)
+    for demo in sys.argv[1:] or (*DEMOS, "mechanism"):
+        if demo == "mechanism":
+            make_mechanism()
+        else:
+            make(demo)
     if not sys.argv[1:]:
         subprocess.run([sys.executable, ROOT / "docs" / "make_law_images.py"], check=True)

@@ -69,7 +69,7 @@ class SnapReport:
             self.loose,
         )  # fmt: skip
         if self.gaps:
-            logger.info("%s: %d joints stay open: %s", title, len(self.gaps), _listed(self.gaps))
+            logger.warning("%s: %d joints stay open: %s", title, len(self.gaps), _listed(self.gaps))
         if self.cut:
             logger.warning("%s: %d overlaps were cut off: %s", title, len(self.cut), _listed(self.cut))
         if self.dropped:

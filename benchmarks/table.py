@@ -22,7 +22,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from masonry_fem.run import versions
+from masonry_fem.summary import versions
 
 HERE = Path(__file__).resolve().parent
 COLUMNS = ("case", "contacts", "solves", "error", "CPU", "peak MB", "bar", "verdict")

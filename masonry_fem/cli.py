@@ -207,7 +207,7 @@ def run_scene(options: argparse.Namespace) -> int:
 def check_scene(options: argparse.Namespace) -> int:
     """Validate a scene and print what it holds."""
     scene, base = _read(options)
-    from masonry_fem.run import check_scene as check
+    from masonry_fem.inspection import check_scene as check
 
     facts = check(scene, base)
     if not options.quiet:
@@ -270,7 +270,7 @@ def collapse_scene(options: argparse.Namespace) -> int:
 def mesh_scene(options: argparse.Namespace) -> int:
     """Write and picture the mesh and the interfaces."""
     scene, base = _read(options)
-    from masonry_fem.run import write_mesh
+    from masonry_fem.inspection import write_mesh
 
     options.out = _folder(options)
     _print_files(write_mesh(scene, options.out, base))

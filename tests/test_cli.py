@@ -53,9 +53,11 @@ def runner(monkeypatch):
         return stub.answer
 
     stub.run = run
-    stub.check_scene = lambda scene, base: {"blocks": 3, "seconds": 0.25, "roles": {"rigid": 2}}
-    stub.write_mesh = lambda scene, out, base: [out / "mesh.vtu"]
     monkeypatch.setitem(sys.modules, "masonry_fem.run", stub)
+    inspection = types.ModuleType("masonry_fem.inspection")
+    inspection.check_scene = lambda scene, base: {"blocks": 3, "seconds": 0.25, "roles": {"rigid": 2}}
+    inspection.write_mesh = lambda scene, out, base: [out / "mesh.vtu"]
+    monkeypatch.setitem(sys.modules, "masonry_fem.inspection", inspection)
     return stub
 
 

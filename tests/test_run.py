@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from masonry_fem.errors import MasonryError, SceneError
-from masonry_fem.run import check_scene, run, solve_scene, write_mesh
+from masonry_fem.inspection import check_scene, write_mesh
+from masonry_fem.run import run, solve_scene
 from masonry_fem.scene.specs import (
     BlockStructure,
     Dynamics,
@@ -78,7 +79,7 @@ def test_check_counts_the_steps():
 def test_check_tells_what_this_machine_cannot_hold(monkeypatch, caplog):
     check_scene(scene())
     assert caplog.text == ""
-    monkeypatch.setattr("masonry_fem.run.present_memory", lambda: 1.0)
+    monkeypatch.setattr("masonry_fem.inspection.present_memory", lambda: 1.0)
     check_scene(scene())
     assert "this machine has 1 MB" in caplog.text
 

@@ -17,7 +17,7 @@ from demos import (
     shear_wall,
     slope,
 )
-from masonry_fem.run import check_scene
+from masonry_fem.inspection import check_scene
 from masonry_fem.scene import load
 
 

@@ -49,7 +49,7 @@ DEMOS: dict[str, tuple[dict[str, object], dict[str, str]]] = {
     ),
     "settlement": ({}, {"settlement": "deformed", "settlement_thrust": "thrust"}),
     "keystone": ({}, {"keystone": "overview"}),
-    "window_bay": ({}, {"window_bay": "von_mises"}),
+    "window_bay": ({}, {"window_bay": "von_mises", "window_bay_resultants": "resultants"}),
     "cyclic_joint": ({}, {"cyclic_joint": "cyclic_joint"}),
     "shear_wall": ({}, {"shear_wall": "shear_wall", "shear_wall_cracked": "fine/overview"}),
     "tower": ({}, {"tower": "von_mises", "tower_cut": "cut_front_vertical"}),

@@ -16,9 +16,11 @@ from demos import (
     settlement,
     shear_wall,
     slope,
+    window_bay,
 )
 from masonry_fem.inspection import check_scene
 from masonry_fem.scene import load
+from meshes.window_bay import stones as faces_as_built
 
 
 @pytest.mark.parametrize("theta", [0.5, 1.0])
@@ -177,3 +179,36 @@ def test_wall_parts_where_its_ground_does(tmp_path):
     assert wall.pier == pytest.approx((0.04, 0.04), abs=1e-5)
     assert wall.widest == pytest.approx(0.04, rel=1e-3)
     assert wall.turn == pytest.approx(0.04 / 1.5, rel=0.02)  # over the lintel's clear bearing
+
+
+def checked_bay(fidelity):
+    bay = window_bay.main(fidelity=fidelity)
+    assert bay.outcome == "equilibrium"
+    assert (bay.stones, bay.joints) == (284, 762)
+    assert bay.ground == pytest.approx(bay.load, rel=1e-9)
+    assert bay.piers.sum() == pytest.approx(bay.above, rel=1e-9)
+    assert bay.piers == pytest.approx(bay.above / 2, rel=0.01)
+    assert bay.certificate["natural_map"] < 1e-6
+    built = sum(np.linalg.norm(np.cross(*_spokes(face))) / 2 for face in faces_as_built().values())
+    load = 0.5 * (built * window_bay.DENSITY * window_bay.GRAVITY + 7.2 * window_bay.PRESSURE)
+    assert bay.load == pytest.approx(load, rel=2e-3)
+    return bay
+
+
+def _spokes(face):
+    """Diagonals of a quadrilateral: half their cross product is its area."""
+    return (np.append(face[k + 2] - face[k], 0.0) for k in (0, 1))
+
+
+def test_rigid_window_bay_from_a_survey_stands():
+    bay = checked_bay("rigid")
+    assert bay.shares.max() < 0.5
+
+
+@pytest.mark.slow
+def test_load_flows_round_the_window_of_a_surveyed_bay():
+    bay = checked_bay("elastic")
+    assert bay.shares[0] == pytest.approx(0.33, abs=0.05)
+    assert bay.shares[1] < 0.2
+    assert 1e3 < bay.thrust < 20e3
+    assert bay.open < 1e-3

@@ -20,7 +20,7 @@ from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.state import SystemState
 from masonry_fem.nscd import SolverSettings, load_problem, solve
 from masonry_fem.post.recorder import StepReport
-from masonry_fem.run import RunResult, peak_memory, solve_scene
+from masonry_fem.run import RunResult, solve_scene
 from masonry_fem.scene import check
 from masonry_fem.scene.specs import (
     ArchStructure,
@@ -35,6 +35,7 @@ from masonry_fem.scene.specs import (
     Structure,
     WallStructure,
 )
+from masonry_fem.summary import peak_memory
 
 G = 9.81
 SWEEPS = 2000

@@ -38,6 +38,7 @@ DEMOS: dict[str, tuple[dict[str, object], dict[str, str]]] = {
     ),
     "arch_inset": ({}, {"arch_inset": "arch_inset"}),
     "dome": ({}, {"dome": "deformed"}),
+    "dome_section": ({}, {"dome_section": "von_mises", "dome_section_cut": "cut_meridian_von_mises"}),
     "dome_on_piers": ({}, {"dome_on_piers_dry": "dry/deformed", "dome_on_piers": "overview"}),
     "flying_buttresses": (
         {},

@@ -394,7 +394,7 @@ MEANING: dict[str, str] = {
     "Contact.reach": "greatest gap between faces that are paired; 1e-3 of a block's size where not given",
     "Contact.angle": "greatest angle between faces that are paired",
     "Contact.expulsion": "speed at which initial overlaps are driven out, in the gap form",
-    "Contact.update": "whether contacts stay and move with the blocks, or are found anew",
+    "Contact.update": "whether contacts stay as they are, move with the blocks, or are found anew",
     "Contact.every": "steps between two detections",
     "Output.fields": "`.vtu` and `.pvd` files",
     "Output.pictures": "PNG pictures of the last state",

@@ -81,6 +81,7 @@ def build(scene: specs.Scene, base: Path) -> Built:
         length=typical_length(stones.assembly),
         expulsion=scene.contact.expulsion,
         update=_update(scene, stones, base),
+        fixed=scene.contact.update == "fixed",
     )
     bodies = _initial(scene, stones, groups)
     clock.lap("assemble")

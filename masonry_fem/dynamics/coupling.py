@@ -79,18 +79,20 @@ class Coupling:
             points[sides.contact, sides.side] = attachment.positions(state)
             of_antagonist = sides.side == 1
             turn[sides.contact[of_antagonist]] = attachment.rotations(state)[of_antagonist]
-        frame = contacts.frame @ turn.transpose(0, 2, 1)
+        frame = contacts.frame if self.model.fixed else contacts.frame @ turn.transpose(0, 2, 1)
         gap = np.einsum("ca,ca->c", frame[:, 0], points[:, 0] - points[:, 1])
         # The difference of two coordinates is rounding below this. As data it would be gaps that
         # contradict each other, 1e-10 of an elastic displacement: 24 linear solves instead of 4.
         gap[np.abs(gap) <= ROUNDING * np.abs(points).max(initial=0.0)] = 0.0
-        return Placement(frame, points[:, 0], gap)
+        return Placement(frame, contacts.points[:, 0] if self.model.fixed else points[:, 0], gap)
 
     def rigid_map(self, states: tuple[Any, ...], here: Placement) -> FloatArray:
         """B by contact and side, signs included, supports too, shape (c, 2, d, m)."""
         c, d = here.points.shape
         m = 3 if d == 2 else 6
         rigid_map = np.zeros((c, 2, d, m))
+        if self.model.fixed:
+            states = tuple(group.rest() for group in self.model.groups)
         for sides, attachment, state in zip(self.sides, self.attachments, states, strict=True):
             local = attachment.rigid_map(state, here.points[sides.contact], here.frame[sides.contact])
             rigid_map[sides.contact, sides.side] = SIGN[sides.side, None, None] * local

@@ -292,14 +292,14 @@ class Contact(Spec, frozen=True, kw_only=True):
     drives them apart, no faster than that.
 
     With ``update`` "moving" contacts are those of the start: their frames and lever arms follow the blocks,
-    however far these go. "redetect" finds them anew ``every`` so many steps: rigid blocks may slide off
-    each other, tumble and fall.
+    however far these go. "fixed" leaves those where they were, as small kinematics has it. "redetect" finds
+    contacts anew ``every`` so many steps: rigid blocks may slide off each other, tumble and fall.
     """
 
     reach: Length | None = None
     angle: Annotated[float, Meta(gt=0, lt=45, extra={"unit": "deg"})] = 5.0
     expulsion: Annotated[float, Meta(ge=0, extra={"unit": "m/s"})] = 0.0
-    update: Literal["moving", "redetect"] = "moving"
+    update: Literal["fixed", "moving", "redetect"] = "moving"
     every: Count = 1
 
 

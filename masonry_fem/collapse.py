@@ -14,19 +14,15 @@ from __future__ import annotations
 import contextlib
 import logging
 import math
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from masonry_fem.build import Built, build, solver_settings, strategy
-from masonry_fem.dynamics.bracket import Bracket, Ending, Verdict
-from masonry_fem.dynamics.clock import Clock
-from masonry_fem.dynamics.equilibrium import Onward, Statics, Strategy, linear_damping
-from masonry_fem.dynamics.march import March, march
-from masonry_fem.dynamics.mechanism import OPEN, Mechanism, mechanism_of_step
+from masonry_fem.build import Built, build
+from masonry_fem.dynamics.bracket import Bracket, Ending
+from masonry_fem.dynamics.mechanism import Mechanism, mechanism_of_step
 from masonry_fem.dynamics.model import Model
-from masonry_fem.dynamics.motion import greatest_shift
 from masonry_fem.dynamics.state import SystemState
 from masonry_fem.errors import MasonryError, ProblemError
 from masonry_fem.limit import collapse_multiplier
@@ -34,32 +30,11 @@ from masonry_fem.limit_analysis import growth_of, posed
 from masonry_fem.post.collapse_files import write_collapse
 from masonry_fem.pushing import Push
 from masonry_fem.scene import check, specs
+from masonry_fem.trials import Trial, Trials, counted
 
 logger = logging.getLogger(__name__)
 
-VERDICTS: dict[str, Verdict] = {"equilibrium": "stands", "no_equilibrium": "falls"}
-# where statics of rigid blocks does not decide, steps in time from rest may
-STRIKE = linear_damping(step=0.01, factor=0.0, max_steps=3, tolerance=1e-6)
 AT_LIMIT = "No equilibrium to rely on"  # how the message of such a march begins
-
-
-@dataclass(frozen=True, slots=True)
-class Trial:
-    """One attempt.
-
-    Attributes
-    ----------
-    multiplier : Of what grows. verdict : ``stands``, ``falls`` or ``undecided``.
-    outcome, message : How its march ended, and the sentence for it.
-    steps : Made. seconds : CPU time [s].
-    """
-
-    multiplier: float
-    verdict: Verdict
-    outcome: str
-    message: str
-    steps: int
-    seconds: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,9 +137,10 @@ def collapse(
     push = Push.of(scene, built.model, growth_of, tilt=tilt, acceleration=acceleration, dead=dead)
     notes = list(push.notes)
     bound = _limit(scene, built, push, notes) if limit else None
-    trials = _Trials(scene, built, push, at_once=at_once, tell=tell, notes=notes)
+    trials = Trials(scene, built, push, at_once=at_once, tell=tell, notes=notes)
     bracket = Bracket(trials.attempt, tolerance=tolerance, first=push.first)
-    with contextlib.suppress(KeyboardInterrupt):  # what is known by then is kept
+    # what is known when it is interrupted is kept
+    with trials.doubts.gathered(), contextlib.suppress(KeyboardInterrupt):
         bracket.search(start, bound if guess is None else guess, sharp=guess is None)
     return _result(scene, trials, bracket, bound, tolerance)
 
@@ -185,99 +161,11 @@ def _limit(scene: specs.Scene, built: Built, push: Push, notes: list[str]) -> fl
     return found if math.isfinite(found) and found > 0 else None
 
 
-class _Trials:
-    """Trials one after another, and the states that they go on from."""
-
-    def __init__(
-        self,
-        scene: specs.Scene,
-        built: Built,
-        push: Push,
-        *,
-        at_once: bool,
-        tell: Callable[[Trial, float | None, float | None], None] | None,
-        notes: list[str],
-    ) -> None:
-        self.built, self.push, self.at_once, self.tell, self.notes = built, push, at_once, tell, notes
-        self.settings = solver_settings(scene.solver)
-        self.strategy: Strategy = strategy(scene.analysis)
-        if not self.strategy.seeks_equilibrium:
-            self.strategy = Statics()
-            notes.append("dynamics does not end by standing or falling: statics was taken for the trials")
-        self.made: list[Trial] = []
-        self.struck = 0  # trials that a step in time decided
-        self.reached: float | None = None
-        self.standing: tuple[March, float] | None = None
-        self.first: tuple[March, float] | None = None
-        self.fallen: tuple[March, float] | None = None
-
-    def attempt(self, multiplier: float) -> Verdict:
-        """Try a multiplier."""
-        clock = Clock()
-        ended = self._march(multiplier)
-        clock.lap("trial")
-        verdict: Verdict = VERDICTS.get(ended.outcome, "undecided")
-        if verdict == "stands" and (self.reached is None or multiplier > self.reached):
-            self.reached = multiplier
-            if self._rests(ended):
-                self.standing = (ended, multiplier)
-                self.first = self.first or self.standing
-        if verdict == "falls" and (self.fallen is None or multiplier < self.fallen[1]):
-            self.fallen = (ended, multiplier)
-        trial = Trial(
-            multiplier, verdict, ended.outcome, ended.message, ended.state.index, clock.phases["trial"]
-        )
-        self.made.append(trial)
-        if self.tell is not None:
-            self.tell(trial, self.reached, None if self.fallen is None else self.fallen[1])
-        return verdict
-
-    def _rests(self, ended: March) -> bool:
-        """Whether a trial that stands is a state to go on from.
-
-        At the very limit statics may end anywhere along the mechanism: rigid blocks whose dry joints carry
-        more loads do not move.
-        """
-        if self.standing is None or ended.model.laws is not None:
-            return True
-        model, origin = ended.model, self.standing[0].state.bodies
-        return greatest_shift(model, origin, ended.state.bodies) <= OPEN * model.length
-
-    def _march(self, multiplier: float) -> March:
-        origin = self.first if self.at_once else self.standing
-        if origin is None:
-            model = replace(self.built.model, loads=self.push.at_first(self.strategy, multiplier))
-            return march(model, self.strategy, self.settings, bodies=self.built.bodies)
-        ended = self._onward(self.strategy, *origin, multiplier)
-        rigid = all(group.cell == "polytope" for group in ended.model.groups)
-        if ended.outcome != "no_convergence" or not isinstance(self.strategy, Statics) or not rigid:
-            return ended
-        again = self._onward(STRIKE, *origin, multiplier)
-        if again.outcome not in VERDICTS:
-            return ended
-        self.struck += 1
-        return again
-
-    def _onward(self, plan: Strategy, made: March, reached: float, multiplier: float) -> March:
-        """Go on from where a march ended, from one multiplier to another."""
-        since = made.state.time
-        model = replace(made.model, loads=self.push.onward(plan, since, reached, multiplier))
-        return march(model, Onward(plan, since), self.settings, start=_rested(model, made.state))
-
-
-def _rested(model: Model, state: SystemState) -> SystemState:
-    """Where a march ended, at rest, to go on from with other loads."""
-    bodies = tuple(
-        group.scale_velocity(own, 0.0) for group, own in zip(model.groups, state.bodies, strict=True)
-    )
-    return replace(state, index=0, bodies=bodies, velocity=0 * state.velocity, rigid_velocity=None)
-
-
 # --- the answer -------------------------------------------------------------------------------
 
 
 def _result(
-    scene: specs.Scene, trials: _Trials, bracket: Bracket, bound: float | None, tolerance: float
+    scene: specs.Scene, trials: Trials, bracket: Bracket, bound: float | None, tolerance: float
 ) -> CollapseResult:
     """What is known now."""
     mechanism = state = None
@@ -306,29 +194,31 @@ def _result(
     )
 
 
-def _doubts(trials: _Trials, bracket: Bracket, bound: float | None, tolerance: float) -> Iterable[str]:
+def _doubts(trials: Trials, bracket: Bracket, bound: float | None, tolerance: float) -> Iterator[str]:
     """What a user should know of the bracket."""
     doubtful = bracket.doubtful
     if doubtful:
         said = [trial.message for trial in trials.made if trial.verdict == "undecided"][-1]
         yield (
-            f"{_count(len(doubtful), 'trial')} from {doubtful[0]:.6g} to {doubtful[-1]:.6g} undecided, which "
-            f"counts neither as standing nor as falling; the last: {said}"
+            f"{counted(len(doubtful), 'trial')} from {doubtful[0]:.6g} to {doubtful[-1]:.6g} undecided: they "
+            f"count neither as standing nor as falling; the last: {said}"
         )
     if trials.struck:
-        yield f"{_count(trials.struck, 'trial')} that statics left open, steps in time from rest decided"
+        yield f"{counted(trials.struck, 'trial')} that statics left open, steps in time from rest decided"
     if any(trial.message.startswith(AT_LIMIT) for trial in trials.made if trial.verdict == "falls"):
         yield "a trial whose loads can just be carried, but not with 0.1 % less friction, counts as falling"
     if bound is not None and bracket.falls is not None and bracket.falls < bound * (1 - 2 * tolerance):
+        lasting = "" if trials.built.model.laws is None else " and keep their strength"
         yield (
-            f"it falls below the {bound:.6g} of limit analysis, whose joints open as they slide; real joints "
-            "do not, and between the two both rest and motion may be possible"
+            f"it falls below the {bound:.6g} of limit analysis, whose joints open as they slide{lasting}; "
+            "real joints do not, and between the two both rest and motion may be possible"
         )
     if bound is not None and bracket.stands is not None and bracket.stands > bound * (1 + 2 * tolerance):
         yield f"it stands above the {bound:.6g} of limit analysis, as structures may that have moved far"
+    yield from trials.doubts.told()
 
 
-def _sentence(trials: _Trials, bracket: Bracket, mechanism: Mechanism | None, bound: float | None) -> str:
+def _sentence(trials: Trials, bracket: Bracket, mechanism: Mechanism | None, bound: float | None) -> str:
     told = trials.push.told
     ends = [f"stands at {told(bracket.stands)}"] if bracket.stands is not None else []
     ends += [f"falls at {told(bracket.falls)}"] if bracket.falls is not None else []
@@ -345,7 +235,3 @@ def _sentence(trials: _Trials, bracket: Bracket, mechanism: Mechanism | None, bo
     if bound is not None:
         words.append(f"Limit analysis: at most {told(bound)}")
     return ". ".join(words) + "."
-
-
-def _count(number: int, thing: str) -> str:
-    return f"{number} {thing}{'' if number == 1 else 's'}"

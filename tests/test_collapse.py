@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import masonry_fem.collapse as module
+import masonry_fem.trials as module
 from masonry_fem import cli
 from masonry_fem.collapse import collapse
 from masonry_fem.errors import MasonryError
@@ -182,6 +182,16 @@ def test_what_was_not_solved_is_no_fall(pier: Path) -> None:
     assert found.outcome == "undecided"
     assert found.falls is None or found.falls >= 0.4
     assert any("undecided" in note for note in found.notes)
+
+
+def test_warnings_of_trials_are_told_once(pier: Path, caplog) -> None:
+    """Mortar that breaks under the block warns in each trial."""
+    law = "joints.0.law={kind='mohr_coulomb', cohesion=500.0, tension_strength=100.0}"
+    found = collapse(load(pier, [law]), acceleration="x", tolerance=0.1)
+    assert any("in " in note and "gave way abruptly" in note for note in found.notes)
+    assert any("keep their strength" in note for note in found.notes) == (found.falls < 0.8 * found.limit)
+    assert "gave way" not in caplog.text
+    assert sum("gave way" in note for note in found.notes) == 1
 
 
 def test_dynamics_is_replaced_by_statics(pier: Path) -> None:

@@ -11,6 +11,7 @@ from demos import (
     bouncing,
     cyclic_joint,
     dome,
+    floor_rotation,
     keystone,
     low_wall,
     settlement,
@@ -212,3 +213,13 @@ def test_load_flows_round_the_window_of_a_surveyed_bay():
     assert bay.shares[1] < 0.2
     assert 1e3 < bay.thrust < 20e3
     assert bay.open < 1e-3
+
+
+@pytest.mark.parametrize("drop", [0.0036, 0.036])
+def test_floor_that_turns_cracks_the_wall_on_both_faces(drop):
+    wall = floor_rotation.main(drop=drop)
+    assert wall.outcome == "equilibrium"
+    turn = drop / floor_rotation.REACH
+    assert (wall.below, wall.above) == pytest.approx(wall.exact_openings, rel=0.1 * turn)
+    # levers grow with the turn
+    assert wall.far == pytest.approx(wall.exact_far, rel=turn)

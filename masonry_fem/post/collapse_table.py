@@ -71,7 +71,7 @@ def print_collapse(told: Mapping[str, Any], console: Console | None = None) -> N
             f"{trial['seconds']:.2f}",
             trial["outcome"].replace("_", " "),
         )
-    console.print(Text("grows  ", style="bold").append(told["action"], style="default"))
+    console.print(Text().append("grows  ", style="bold").append(told["action"]))
     console.print(table)
     rows = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
     rows.add_column(style="bold", no_wrap=True)

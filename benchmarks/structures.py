@@ -2,7 +2,7 @@
 
 python -m benchmarks.structures              # all of them, each in a process of its own
 python -m benchmarks.structures "tower"      # some of them, by their beginnings
-python -m benchmarks.structures --markdown   # the table of docs/gallery_costs.md on the screen
+python -m benchmarks.structures --markdown   # the table of docs/gallery.md on the screen
 """
 
 from __future__ import annotations
@@ -59,6 +59,7 @@ CASES: dict[str, Callable[[], Scene]] = {
     ),
     "dome, staggered, 2 × 2 × 2": demo("dome_section", "structures.dome.staggered=true"),
     "dome on piers, brittle": demo("dome_on_piers"),
+    "surveyed window bay": demo("window_bay"),
     "façade, 2 × 1 × 1": lambda: facade((2, 1, 1)),
     "façade, 4 × 2 × 2": lambda: facade((4, 2, 2)),
     "tower, 2 × 1 × 1": demo("tower"),

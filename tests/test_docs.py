@@ -43,7 +43,8 @@ def test_every_record_and_key_is_explained(reference):
     "page",
     [
         "index", "scene", "import", "strategies", "solvers", "results", "determinacy", "limit_analysis",
-        "collapse", "method", "limits", "joints", "add_a_law", *(f"laws/{page.stem}" for page in LAW_PAGES),
+        "collapse", "method", "limits", "gallery", "joints", "add_a_law",
+        *(f"laws/{page.stem}" for page in LAW_PAGES),
     ],
 )  # fmt: skip
 def test_links_of_a_page_lead_somewhere(page, repository):

@@ -253,9 +253,42 @@ def test_nodes_of_quadratic_facets_carry_their_integrals():
 
 def test_nodes_of_a_partial_overlap_share_all_of_the_area():
     _, contacts = placed(meshed_pair((1, 1, 1), (4, 4, 1), shift=(0.6, 0.3)), "nodes")
-    assert contacts.count == 2 * 3  # columns x = .6, .85; rows y = .3, .55, .8
-    assert contacts.area.sum() == pytest.approx(0.4 * 0.7)
+    # nodes at x = .6, .85 and y = .3, .55, .8; those beyond stand at the edges x = 1 and y = 1
+    grid = np.array([[x, y] for x in (0.6, 0.85, 1.0) for y in (0.3, 0.55, 0.8, 1.0)])
+    found = contacts.points[:, 0, :2]
+    assert found[np.lexsort(found.T[::-1])] == pytest.approx(grid)
+    # tributary lengths: linear shape functions over [.6, 1] and [.3, 1], what lies beyond at the edge
+    along_x, along_y = [0.125, 0.125 + 0.105, 0.045], [0.125, 0.25, 0.125 + 0.12, 0.08]
+    areas = np.outer(along_x, along_y).ravel()
+    assert contacts.area[np.lexsort(found.T[::-1])] == pytest.approx(areas)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("shift", [0.0024, 0.4, 0.9])
+def test_contact_ends_where_the_faces_do(dimension, shift):
+    """A block that overhangs, its mesh nowhere near the edge below: 2 mm or nearly all of it."""
+    cells = (2,) * dimension
+    _, contacts = placed(
+        meshed_pair(cells, cells, dimension=dimension, shift=(shift, 0.0)[: dimension - 1]), "nodes"
+    )
+    x = contacts.points[:, 0, 0]
+    assert x.min() == pytest.approx(shift)
+    assert x.max() == pytest.approx(1.0)
+    assert contacts.area.sum() == pytest.approx(1.0 - shift)
     assert contacts.area.min() > 0
+
+
+def test_a_corner_in_the_middle_of_a_facet_gets_a_point():
+    """One facet on a smaller turned square: its corners bear, wherever the facet's nodes come to stand."""
+    lower = box_shape("lower", (0.5, 0.5, 1.0), low=(-0.25, -0.25, -1.0))
+    upper = box_shape("upper", (2.0, 2.0, 1.0), (2, 2, 1), low=(-1.0, -1.0, 0.0))
+    shapes, quarter = pair(lower, upper), turning(np.pi / 4, axis=(0, 0, 1))
+    posed = [replace(shapes.blocks[0], pose=Pose(quarter, np.zeros(3))), shapes.blocks[1]]
+    _, contacts = placed(replace(shapes, blocks=tuple(posed)), "nodes")
+    corners = 0.25 * np.sqrt(2.0) * np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
+    away = np.linalg.norm(contacts.points[:, 0, None, :2] - corners, axis=2)
+    assert away.min(axis=0) == pytest.approx(0.0, abs=1e-9)
+    assert contacts.area.sum() == pytest.approx(0.25)
 
 
 def test_nodes_where_none_lies_inside_fall_back_to_corners():

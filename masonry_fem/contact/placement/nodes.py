@@ -1,7 +1,8 @@
 """Nodes: the mesh nodes of the finer side that lie in the polygon, its boundary included.
 
-A node's area is the integral of its shape function over the polygon; what falls to nodes outside
-goes to the nodes of the same facet that lie inside. The finer side becomes the candidate.
+A node's area is the integral of its shape function over the polygon. Nodes outside whose facets reach into
+the polygon stand at its nearest point, so that contact ends where the faces do, whatever the mesh; corners
+that still have no point near get one. The finer side becomes the candidate.
 """
 
 from __future__ import annotations
@@ -15,6 +16,10 @@ from masonry_fem.contact.placement.patch import Patch
 from masonry_fem.contact.placement.rule import Rule, Spots
 from masonry_fem.errors import GeometryError
 from masonry_fem.solid.pose import FloatArray
+
+SMALLEST = 1e-9  # of the polygon: an area below it is rounding
+SAME = 1e-6  # of the polygon's size: two points nearer than that are one
+NEAR = 0.1  # of a facet's size: how far a corner may be from the next point
 
 
 def points(patch: Patch, rule: Rule) -> Spots:
@@ -33,9 +38,12 @@ def points(patch: Patch, rule: Rule) -> Spots:
     finer = int(_spacing(patch, 1, within[1]) < _spacing(patch, 0, within[0]) * (1 - 1e-9))
     patch, chosen = (patch.exchanged(), within[1]) if finer else (patch, within[0])
     own = patch.sides[0].facets
-    placed = patch.flat(0, own.points[chosen])
-    facets = np.stack([own.facets[own.carrier[chosen]], patch.facets_of_side(1, placed)], axis=1)
-    return Spots(patch, placed, _areas(patch, chosen), facets)
+    nodes = patch.flat(0, own.points[chosen])
+    area, beyond = _areas(patch, chosen)
+    placed, area = _to_the_edge(patch, nodes, beyond, area)
+    facets = patch.facets_at(placed)
+    facets[: len(chosen), 0] = own.facets[own.carrier[chosen]]
+    return Spots(patch, placed, area, facets)
 
 
 def _within(patch: Patch, side: int) -> np.ndarray:
@@ -54,8 +62,11 @@ def _spacing(patch: Patch, side: int, within: np.ndarray) -> float:
     return float(surface.areas[surface.face == face].sum() / len(patch.sides[side].facets.nodes))
 
 
-def _areas(patch: Patch, chosen: np.ndarray) -> FloatArray:
-    """Tributary areas of the chosen nodes (rows of the face's nodes), shape (m,)."""
+def _areas(patch: Patch, chosen: np.ndarray) -> tuple[FloatArray, np.ndarray]:
+    """Tributary areas of the chosen nodes (rows of the face's nodes) and of those beyond, and these rows.
+
+    Beyond are the nodes outside whose shape function reaches into the polygon.
+    """
     side = patch.sides[0]
     own, mesh = side.facets, side.mesh
     assert mesh is not None
@@ -65,20 +76,56 @@ def _areas(patch: Patch, chosen: np.ndarray) -> FloatArray:
     share = weight[:, None] * weights_at(kind, nodes, placed)
     by_facet = np.zeros(own.rows.shape)
     np.add.at(by_facet, facet, share)
+    borne = np.bincount(own.rows.ravel(), by_facet.ravel(), len(own.nodes)) > SMALLEST * patch.interface.area
     inside = np.zeros(len(own.nodes), dtype=bool)
     inside[chosen] = True
+    beyond = np.flatnonzero(borne & ~inside)
+    inside[beyond] = True
     area = np.bincount(own.rows.ravel(), np.where(inside[own.rows], by_facet, 0.0).ravel(), len(own.nodes))
     lost = np.where(inside[own.rows], 0.0, by_facet).sum(axis=1)
     if np.abs(lost).max() > 1e-12 * patch.interface.area:
         area += _handed_on(patch, lost, inside)
-    tributary: FloatArray = area[chosen]
-    return tributary
+    tributary: FloatArray = area[np.concatenate([chosen, beyond])]
+    return tributary, beyond
+
+
+def _to_the_edge(
+    patch: Patch, nodes: FloatArray, beyond: np.ndarray, area: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Points at the nodes, then along the edge where the nodes beyond come to stand, and their areas."""
+    if len(beyond) == 0:
+        return nodes, area
+    own = patch.sides[0].facets
+    placed, areas = list(nodes), list(area[: len(nodes)])
+
+    def nearest(point: FloatArray) -> tuple[int, float]:
+        away = np.linalg.norm(np.array(placed) - point, axis=1)
+        return int(away.argmin()), float(away.min())
+
+    for point, share in zip(
+        patch.nearest(patch.flat(0, own.points[beyond])), area[len(nodes) :], strict=True
+    ):
+        at, away = nearest(point)
+        if away <= SAME * patch.size:
+            areas[at] += share
+        else:
+            placed.append(point)
+            areas.append(share)
+    dimension = patch.polygon.shape[1]
+    near = NEAR * _spacing(patch, 0, beyond) ** (1.0 / dimension)
+    for corner in patch.polygon:
+        at, away = nearest(corner)
+        if away > near:
+            placed.append(corner)
+            areas.append(0.5 * areas[at])
+            areas[at] *= 0.5
+    return np.array(placed), np.array(areas)
 
 
 def _handed_on(patch: Patch, lost: FloatArray, inside: np.ndarray) -> FloatArray:
-    """Areas of nodes outside the polygon given in equal parts to those inside on the same facet.
+    """Areas of nodes that bear nothing given in equal parts to those that do on the same facet.
 
-    A facet without any gives to the nearest node inside.
+    A facet without any gives to the nearest that does.
     """
     own = patch.sides[0].facets
     area = np.zeros(len(own.nodes))

@@ -120,3 +120,16 @@ class Patch:
         """Whether plane points lie in the polygon or on its boundary, shape (m,)."""
         inside: np.ndarray = depths(self.polygon, np.ascontiguousarray(points)) >= -TOLERANCE * self.size
         return inside
+
+    def nearest(self, points: FloatArray) -> FloatArray:
+        """The points of the polygon's boundary nearest to plane points outside, shape (m, d - 1)."""
+        if self.polygon.shape[1] == 1:
+            return np.clip(points, self.polygon.min(axis=0), self.polygon.max(axis=0))
+        along = np.roll(self.polygon, -1, axis=0) - self.polygon
+        square = (along**2).sum(axis=1)
+        away = points[:, None] - self.polygon
+        share = np.einsum("mkp,kp->mk", away, along) / np.where(square > 0, square, 1.0)
+        feet = self.polygon + np.clip(share, 0.0, 1.0)[:, :, None] * along
+        best = np.linalg.norm(points[:, None] - feet, axis=2).argmin(axis=1)
+        chosen: FloatArray = feet[np.arange(len(points)), best]
+        return chosen

@@ -11,8 +11,9 @@ Load
 What to look at
     Corners move by 7 mm at most to make 762 joints that fit; three joints of the crack, 13 to 17 mm wide,
     stay open. The load flows round the window into the piers: stones over the arch and under the sill are
-    nearly free of stress. Contact points are at the corners of the joints' polygons: noise lets stones stand
-    out over each other by millimetres, where their nodes find no neighbour.
+    nearly free of stress. Contact points are at the corners of the joints' polygons, where they concentrate
+    stress: 5 % of the stone has more than 322 kPa. With ``placement = "nodes"`` that is 229 kPa, for four
+    times the cost.
 Reference
     By hand: the ground carries the stones' weight and the load, 724 kN, and the beds of the piers half-way up
     the window all that is above them, 498 kN, half on each side to 1 %. The stones weigh what was built, to

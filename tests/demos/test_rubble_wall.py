@@ -8,12 +8,13 @@ from demos import rubble_wall
 
 
 def test_friction_decides_whether_rubble_stands():
-    rough, smooth, slippery = rubble_wall.main(stones=60, frictions=(0.6, 0.4, 0.15))
+    rough, smooth, slippery = rubble_wall.main(stones=36, frictions=(0.6, 0.4, 0.15))
     for one in (rough, smooth):
         assert one.outcome == "equilibrium"
         assert one.admitted
         assert one.ground == pytest.approx(rubble_wall.WEIGHT, rel=1e-6)
         assert one.natural_map < 1e-9
+        assert (one.below, one.beyond) == ("equilibrium", "no_equilibrium")
     assert rough.tilt <= rubble_wall.ONE_BLOCK * (1 + 1e-6)
     assert rough.tilt > 0.95 * rubble_wall.ONE_BLOCK
     assert smooth.tilt <= rough.tilt * (1 + 1e-6)

@@ -18,7 +18,7 @@ from masonry_fem.build.joints import contacts_and_joints
 from masonry_fem.build.loads import loads
 from masonry_fem.build.redetection import Redetection
 from masonry_fem.build.stones import Stones, block_names, lay, typical_length
-from masonry_fem.build.supports import support_group
+from masonry_fem.build.supports import last_change, support_group
 from masonry_fem.contact.contacts import Interface
 from masonry_fem.contact.detection import default_reach, detect
 from masonry_fem.dynamics.clock import Clock
@@ -29,6 +29,7 @@ from masonry_fem.scene import specs
 from masonry_fem.scene.selector import select
 
 SHOWN = 5  # blocks or pairs of them that a message names
+ROUNDING = 1e-9  # of a time
 GAP = 1e-6  # of a block's size: a gap below it is not worth telling
 
 logger = logging.getLogger(__name__)
@@ -82,10 +83,26 @@ def build(scene: specs.Scene, base: Path) -> Built:
         expulsion=scene.contact.expulsion,
         update=_update(scene, stones, base),
         fixed=scene.contact.update == "fixed",
+        changing=_changing(scene, base),
     )
     bodies = _initial(scene, stones, groups)
     clock.lap("assemble")
     return Built(model, stones, bodies, clock.phases)
+
+
+def _changing(scene: specs.Scene, base: Path) -> float:
+    """Until when a march to equilibrium goes on, whether or not all is at rest in between [s]."""
+    analysis = scene.analysis
+    if not isinstance(analysis, specs.Equilibrium):
+        return 0.0
+    changing, end = last_change(scene, base), analysis.step * analysis.max_steps
+    if changing > end * (1 + ROUNDING):
+        logger.warning(
+            "loads or supports change until t = %g s, and the march ends at %g s at the latest; expected "
+            "more time: raise analysis.max_steps or analysis.step",
+            changing, end,
+        )  # fmt: skip
+    return changing
 
 
 def _update(scene: specs.Scene, stones: Stones, base: Path) -> Redetection | None:

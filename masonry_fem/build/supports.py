@@ -12,6 +12,8 @@ from masonry_fem.bodies.support import Motion, SupportGroup
 from masonry_fem.build.loads import time_factor
 from masonry_fem.build.stones import Stones
 from masonry_fem.scene import specs
+from masonry_fem.scene.checks import records
+from masonry_fem.scene.time_function import Piecewise, evaluator
 
 
 def support_group(scene: specs.Scene, stones: Stones, base: Path) -> SupportGroup | None:
@@ -37,14 +39,29 @@ def motion_of(scene: specs.Scene, motion: specs.Motion, base: Path) -> Motion:
 
 def ramp(scene: specs.Scene) -> Callable[[float], float]:
     """From 0 to 1 over the load factor, the duration, or the first tenth of the allowed steps."""
-    analysis = scene.analysis
-    if isinstance(analysis, specs.Statics):
-        end = 1.0
-    elif isinstance(analysis, specs.Dynamics):
-        end = analysis.duration
-    else:
-        end = analysis.step * max(1, analysis.max_steps // 10)
+    end = _end_of_ramp(scene.analysis)
     return lambda time: min(time / end, 1.0)
+
+
+def _end_of_ramp(analysis: specs.Analysis) -> float:
+    if isinstance(analysis, specs.Statics):
+        return 1.0
+    if isinstance(analysis, specs.Dynamics):
+        return analysis.duration
+    return analysis.step * max(1, analysis.max_steps // 10)
+
+
+def last_change(scene: specs.Scene, base: Path) -> float:
+    """Time after which loads and supports stay as they are, but for what oscillates [s]."""
+    functions = [
+        evaluator(record, base)
+        for _, record in records(scene)
+        if isinstance(record, specs.Table | specs.Record)
+    ]
+    ends = [function.end for function in functions if isinstance(function, Piecewise)]
+    if any(one.motion is not None and one.motion.time is None for one in scene.supports):
+        ends.append(_end_of_ramp(scene.analysis))
+    return max(ends, default=0.0)
 
 
 def _scaled(

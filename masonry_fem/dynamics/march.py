@@ -28,6 +28,7 @@ logger = logging.getLogger(__name__)
 Verdict = Literal["equilibrium", "finished", "no_convergence", "no_equilibrium"]
 
 # a transient march bears a step that missed its tolerance, up to this error
+ROUNDING = 1e-9  # of a time
 BEARABLE = 1e-3
 
 
@@ -110,7 +111,7 @@ def march(
             unsettled.append(report.joint_change)
         if report.adhesion_loss > ABRUPT:
             abrupt.append(report.time)
-        if strategy.settled(report):
+        if report.time >= model.changing * (1 - ROUNDING) and strategy.settled(report):
             verdict = "equilibrium" if report.joint_change == 0 else "no_convergence"
             break
     else:

@@ -100,6 +100,7 @@ class Model:
     scatter : Factors by which joint properties differ from place to place, by parameter, shape (c,).
     expulsion : Speed at which overlaps are driven apart in the gap form [m/s]; 0 holds them.
     update : What finds the contacts anew during a march; None: they stay.
+    changing : Time until which loads or supports change: rest before that is no end of a march [s].
     fixed : Whether frames and lever arms stay those of the start, too (small kinematics).
     """
 
@@ -115,4 +116,5 @@ class Model:
     scatter: Mapping[str, FloatArray] = field(default_factory=dict)
     expulsion: float = 0.0
     update: Update | None = None
+    changing: float = 0.0
     fixed: bool = False

@@ -77,6 +77,12 @@ class Piecewise:
     times: NDArray[np.float64]
     values: NDArray[np.float64]
 
+    @property
+    def end(self) -> float:
+        """Time after which it stays as it is [s]."""
+        changes = np.flatnonzero(np.diff(self.values))
+        return float(self.times[changes[-1] + 1]) if len(changes) else 0.0
+
     def __call__(self, time: float) -> float:
         """The interpolated factor."""
         return float(np.interp(time, self.times, self.values))

@@ -55,7 +55,7 @@ DEMOS: dict[str, tuple[dict[str, object], dict[str, str]]] = {
     "cyclic_joint": ({}, {"cyclic_joint": "cyclic_joint"}),
     "shear_wall": ({}, {"shear_wall": "shear_wall", "shear_wall_cracked": "fine/overview"}),
     "tower": ({}, {"tower": "von_mises", "tower_cut": "cut_front_vertical"}),
-    "rubble_wall": ({}, {"rubble_wall": "falls/deformed", "rubble_wall_tilted": "tilted/mechanism"}),
+    "rubble_wall": ({}, {"rubble_wall": "falls/deformed", "rubble_wall_tilted": "tilted/deformed"}),
 }
 
 

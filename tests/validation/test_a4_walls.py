@@ -219,27 +219,38 @@ def test_a4_6_without_slip_a_wall_is_a_monolith(columns: int, friction) -> None:
     assert wall_rests(walls, 1.02 * columns * 0.2, friction, Statics()) == "no_equilibrium"
 
 
-@pytest.mark.parametrize("friction", [0.4, 0.75])
-def test_a4_8_dry_shear_wall_under_a_beam_that_turns(friction: float) -> None:
-    """Blocks all but without weight: V/N = min(μ, L/2H) for a force at the top joint."""
-    normal, limit = 0.3e6 * 0.99, min(friction, 0.495)
+def dry_shear_wall(friction: float, ratio: float, pressed_at: float, analysis) -> str:
+    """Wall 0.99 × 1 m, all but without weight; beam pressed by N, pushed by V/N at the top joint."""
+    normal = 0.3e6 * 0.99
     structures = (
         *bond(16, 4.5, brick=(0.22, 0.0625), half_bricks="even"),
         BlockStructure(name="beam", material="stone", size=(0.99, 0.1), position=(0.0, 1.0)),
     )
+    push = PointForce(block="beam", point=(0.0, 1.0), vector=(ratio * normal, 0.0))
+    press = PointForce(block="beam", point=(pressed_at, 1.1), vector=(0.0, -normal))
+    result = solved(
+        dimension=2,
+        fidelity="rigid",
+        structures=structures,
+        joints=(Joint(friction=friction),),
+        loads=Loads(gravity=(0.0, -1e-3), points=(press, push)),
+        analysis=analysis,
+        solver=Solver(),
+    )
+    return result.outcome
 
-    def outcome(share: float, analysis) -> str:
-        push = PointForce(block="beam", point=(0.0, 1.0), vector=(share * limit * normal, 0.0))
-        result = solved(
-            dimension=2,
-            fidelity="rigid",
-            structures=structures,
-            joints=(Joint(friction=friction),),
-            loads=Loads(gravity=(0.0, -1e-3), points=(PointForce(block="beam", vector=(0.0, -normal)), push)),
-            analysis=analysis,
-            solver=Solver(),
-        )
-        return result.outcome
 
-    assert outcome(0.98, ONE_STEP) == "equilibrium"
-    assert outcome(1.02, Statics()) == "no_equilibrium"
+@pytest.mark.parametrize("friction", [0.4, 0.75])
+def test_a4_8_dry_shear_wall_under_a_beam_that_turns(friction: float) -> None:
+    """V/N = min(μ, L/2H) for a force at the top joint."""
+    limit = min(friction, 0.495)
+    assert dry_shear_wall(friction, 0.98 * limit, 0.495, ONE_STEP) == "equilibrium"
+    assert dry_shear_wall(friction, 1.02 * limit, 0.495, Statics()) == "no_equilibrium"
+
+
+@pytest.mark.parametrize("friction", [0.4, 0.75, 2.0])
+def test_a4_8_dry_shear_wall_under_a_level_beam(friction: float) -> None:
+    """V/N = min(μ, L/H): what holds the beam level presses it at the corner behind, where it lifts."""
+    limit = min(friction, 0.99)
+    assert dry_shear_wall(friction, 0.98 * limit, 0.0, Statics()) == "equilibrium"
+    assert dry_shear_wall(friction, 1.02 * limit, 0.0, Statics()) == "no_equilibrium"

@@ -99,13 +99,20 @@ class Bed(Law):
 
         ``start`` [m], ``slope`` [m/Pa], shape (c,).
         """
-        weight, ratio = np.asarray(self.shear_weight), state.obliquity
-        aside = np.sqrt(1.0 + weight * ratio**2)
-        slope = (1.0 + weight * ratio * state.following) / aside
-        strength = np.inf if self.crushing is None else self.crushing
-        start = strength + state.pressed * (slope - aside)
+        ratio, aside = state.obliquity, self._aside(state.obliquity)
+        slope = (1.0 + self.shear_weight * ratio * state.following) / aside
+        start = self._strength() + state.pressed * (slope - aside)
         hardening = self._hardening()
         return start / hardening, slope / hardening
+
+    def _aside(self, ratio: FloatArray) -> FloatArray:
+        """√(σ² + C τ²)/σ of a shear over pressure, shape (c,)."""
+        aside: FloatArray = np.sqrt(1.0 + self.shear_weight * ratio**2)
+        return aside
+
+    def _strength(self) -> Parameter:
+        """f_c [Pa], infinite where nothing crushes."""
+        return np.inf if self.crushing is None else self.crushing
 
     def _hardening(self) -> FloatArray:
         """Slope of the pressure over the crushing [N/m³]."""
@@ -158,8 +165,8 @@ class Bed(Law):
         own = velocity - moved / step
         after = self.law.update(state, trial, jump - state.bed, reaction, own, area, step)
         # mean over the step, on a path of one ratio of shear to pressure
-        aside = np.sqrt(1.0 + self.shear_weight * obliquity**2)
-        yielding = pressure + 0.5 * self._hardening() * (crushed - state.crushed) / aside
+        rise = 0.5 * self._hardening() * (crushed - state.crushed) / self._aside(obliquity)
+        yielding = pressure + rise
         ground = area * np.where(crushing, yielding * (state.crushed - crushed), 0.0)
         after = replace(
             after, elastic=elastic, crushed=crushed, crushing=crushing, bedded=state.bed,
@@ -198,12 +205,9 @@ class Bed(Law):
         seen = np.divide(shear, rise, out=slope.copy(), where=told)
         slope = 0.5 * (slope + np.clip(seen, 0.0, ratio))
 
-        weight = np.asarray(self.shear_weight)
-        aside = np.sqrt(1.0 + weight * ratio**2)
-        strength = np.inf if self.crushing is None else self.crushing
-        limit = strength - self._hardening() * state.crushed
+        aside, steepness = self._aside(ratio), self.shear_weight * ratio
+        limit = self._strength() - self._hardening() * state.crushed
         beyond = aside - np.divide(limit, pressure, out=np.full_like(aside, np.inf), where=pressure > 0)
-        steepness = weight * ratio
         least = np.divide(
             2.0 * aside * beyond - 1.0, steepness, out=np.zeros_like(ratio), where=steepness > 0
         )

@@ -9,17 +9,15 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
-import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 
 from benchmarks.cases import scene
+from benchmarks.process import Row, alone
 from masonry_fem.run import solve_scene
 from masonry_fem.scene import check, load
 from masonry_fem.scene.specs import MeshSettings, Opening, Scene, Statics, WallStructure
@@ -29,7 +27,6 @@ HERE = Path(__file__).resolve().parent
 DEMOS = HERE.parent / "demos"
 COLUMNS = ("structure", "stones", "contacts", "unknowns", "outcome", "error", "balance", "CPU [s]", "peak MB")
 SHOWN = 0.05  # phases of less CPU time are not told [s]
-Row = dict[str, Any]
 
 
 def demo(name: str, *changes: str) -> Callable[[], Scene]:
@@ -88,24 +85,7 @@ def solved(case: str) -> Row:
 
 def measured(case: str, limit: float) -> Row:
     """The same in a process of its own."""
-    environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
-    command = [sys.executable, "-m", "benchmarks.structures", "--here", case]
-    try:
-        done = subprocess.run(
-            command,
-            check=False,
-            capture_output=True,
-            text=True,
-            cwd=HERE.parent,
-            timeout=limit,
-            env=environment,
-        )
-    except subprocess.TimeoutExpired:
-        return {"outcome": f"not done in {limit:g} s"}
-    if done.returncode:
-        return {"outcome": done.stderr.strip().splitlines()[-1]}
-    row: Row = json.loads(done.stdout.splitlines()[-1])
-    return row
+    return alone(limit, "benchmarks.structures", "--here", case)
 
 
 def cells(case: str, row: Row) -> tuple[str, ...]:

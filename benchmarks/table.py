@@ -7,7 +7,6 @@ python -m benchmarks.table --quick    # those that take seconds
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import platform
 import subprocess
@@ -16,18 +15,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from benchmarks.process import Row, alone
 from masonry_fem.summary import versions
 
 HERE = Path(__file__).resolve().parent
 COLUMNS = ("case", "contacts", "solves", "error", "CPU", "peak MB", "bar", "verdict")
 START_RUNS = 5
-Row = dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,24 +79,7 @@ def measured(case: str, limit: float) -> Row:
     """A case in a process of its own."""
     if case in STARTS:
         return started(STARTS[case])
-    environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
-    command = [sys.executable, "-m", "benchmarks.cases", case]
-    try:
-        done = subprocess.run(
-            command,
-            check=False,
-            capture_output=True,
-            text=True,
-            cwd=HERE.parent,
-            timeout=limit,
-            env=environment,
-        )
-    except subprocess.TimeoutExpired:
-        return {"outcome": f"not done in {limit:g} s"}
-    if done.returncode:
-        return {"outcome": done.stderr.strip().splitlines()[-1]}
-    row: Row = json.loads(done.stdout.splitlines()[-1])
-    return row
+    return alone(limit, "benchmarks.cases", case)
 
 
 def started(arguments: tuple[str, ...]) -> Row:

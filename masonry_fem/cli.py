@@ -237,7 +237,10 @@ def collapse_scene(options: argparse.Namespace) -> int:
     scene, base = _read(options)
     from masonry_fem.collapse import collapse
     from masonry_fem.post.collapse_table import Watch, print_collapse
+    from masonry_fem.post.folder import make_folder
 
+    options.out = _folder(options)
+    make_folder(options.out)  # before the search, lest its findings have no place to go
     with Watch(quiet=options.quiet) as watch:
         found = collapse(
             scene,
@@ -251,7 +254,6 @@ def collapse_scene(options: argparse.Namespace) -> int:
             limit=not options.no_limit,
             tell=watch.tell,
         )
-    options.out = _folder(options)
     told, stopped = found.told(), found.outcome == "interrupted"
     files = found.write(options.out, pictures=scene.output.pictures and not stopped)
     if options.json:

@@ -285,3 +285,13 @@ def test_an_interrupted_search_keeps_what_it_knows(pier: Path, tmp_path: Path, c
     assert len(told["trials"]) == 3
     assert told["stands"] is not None
     assert "interrupted" in capsys.readouterr().err
+
+
+def test_a_folder_that_cannot_be_made_is_told_before_the_search(
+    pier: Path, tmp_path: Path, capsys, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("masonry_fem.collapse.collapse", lambda *_, **__: pytest.fail("searched"))
+    taken = tmp_path / "taken"
+    taken.touch()
+    assert cli.main(["collapse", str(pier), "--tilt=x", "--out", str(taken)]) == 1
+    assert "it is a file; choose another one" in capsys.readouterr().err

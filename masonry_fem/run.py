@@ -12,31 +12,27 @@ import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from masonry_fem.build import Built, build, solver_settings, strategy
 from masonry_fem.dynamics.clock import Clock
-from masonry_fem.dynamics.determinacy import ForceDeterminacy, determine
 from masonry_fem.dynamics.march import March, Observer, march
-from masonry_fem.dynamics.mechanism import mechanism_of_step
 from masonry_fem.dynamics.step import Increment
 from masonry_fem.errors import MasonryError
 from masonry_fem.nscd import save_problem
-from masonry_fem.post.cut import Plane
-from masonry_fem.post.determinacy import determinacy_summary, write_determinacy
 from masonry_fem.post.folder import make_folder
 from masonry_fem.post.history import History
-from masonry_fem.post.interface_table import InterfaceTable, joint_summary
-from masonry_fem.post.mechanism_picture import draw_mechanism
-from masonry_fem.post.picture import Pictures
 from masonry_fem.post.recorder import Recorder, Recorders
-from masonry_fem.post.render import can_render
 from masonry_fem.post.report import Progress
-from masonry_fem.post.scenery import Scenery
 from masonry_fem.post.summary import status_counts, write_summary
-from masonry_fem.post.vtu import FieldFiles
 from masonry_fem.scene import check, specs
 from masonry_fem.summary import seconds, summarise, wrench
+
+if TYPE_CHECKING:
+    from masonry_fem.dynamics.determinacy import ForceDeterminacy
+    from masonry_fem.post.interface_table import InterfaceTable
+
+# What a scene did not ask for is not loaded: the outputs are imported where they are made.
 
 logger = logging.getLogger(__name__)
 
@@ -91,7 +87,7 @@ def run(
     clock.lap("build")
     limits = _limits(scene, built)
     make_folder(out)
-    table = InterfaceTable(out, fields=scene.output.fields) if scene.output.interfaces else None
+    table = _table(scene, out)
     recorders = _recorders(scene, out, quiet, table)
     recorders.start(built.model)
     kept: list[Increment] = []
@@ -131,6 +127,8 @@ def run(
     if made.outcome == "no_equilibrium" and scene.output.pictures:
         files += _picture(scene, made, out)
     if told is not None:
+        from masonry_fem.post.determinacy import write_determinacy  # noqa: PLC0415
+
         files.append(write_determinacy(out / "determinacy.csv", made.model, told))
     files.append(write_summary(out / "summary.json", summary))
     return RunResult(made.outcome, made.message, summary, files, built, made)
@@ -154,6 +152,8 @@ def _joints(scene: specs.Scene, made: March, told: ForceDeterminacy | None) -> d
     """Joints by state, where the scene asks for them."""
     if not scene.output.interfaces or not made.model.interfaces:
         return {}
+    from masonry_fem.post.interface_table import joint_summary  # noqa: PLC0415
+
     return {"joints": joint_summary(made.model, made.state if told is None else told.state)}
 
 
@@ -186,6 +186,9 @@ def _determinacy(
             "reactions": "as solved, which is not to the tolerance: nothing is determined"
         }
         return None
+    from masonry_fem.dynamics.determinacy import determine  # noqa: PLC0415
+    from masonry_fem.post.determinacy import determinacy_summary  # noqa: PLC0415
+
     told = determine(made.model, made.last)
     d = built.model.assembly.dimension
     summary["supports"] = {name: wrench(value, d) for name, value in told.supports.items()}
@@ -200,13 +203,27 @@ def _check_step(save_contact: int | None, steps: int) -> None:
         raise MasonryError(f"step to save is {save_contact}, expected {expected} of this analysis")
 
 
+def _table(scene: specs.Scene, out: Path) -> InterfaceTable | None:
+    """Recorder of what the joints carry, where the scene asks for it."""
+    if not scene.output.interfaces:
+        return None
+    from masonry_fem.post.interface_table import InterfaceTable  # noqa: PLC0415
+
+    return InterfaceTable(out, fields=scene.output.fields)
+
+
 def _recorders(scene: specs.Scene, out: Path, quiet: bool, table: InterfaceTable | None) -> Recorders:
     members: list[Recorder] = [_progress(scene, quiet), History(out)]
     if scene.output.fields:
+        from masonry_fem.post.vtu import FieldFiles  # noqa: PLC0415
+
         members.append(FieldFiles(out))
     if table is not None:
         members.append(table)
     if scene.output.pictures:
+        from masonry_fem.post.cut import Plane  # noqa: PLC0415
+        from masonry_fem.post.picture import Pictures  # noqa: PLC0415
+
         output = scene.output
         planes = [Plane(one.name, one.point, one.normal, one.show) for one in output.cuts]
         members.append(
@@ -230,6 +247,11 @@ def _save_problem(out: Path, step: int | None, kept: list[Increment]) -> Path:
 
 def _picture(scene: specs.Scene, made: March, out: Path) -> list[Path]:
     """The mechanism, on the structure as it was when the last step began, where this machine can draw."""
+    from masonry_fem.dynamics.mechanism import mechanism_of_step  # noqa: PLC0415
+    from masonry_fem.post.mechanism_picture import draw_mechanism  # noqa: PLC0415
+    from masonry_fem.post.render import can_render  # noqa: PLC0415
+    from masonry_fem.post.scenery import Scenery  # noqa: PLC0415
+
     found = mechanism_of_step(made.last, made.model)
     if not found.parts or not can_render():
         return []

@@ -17,7 +17,6 @@ from masonry_fem import __version__
 from masonry_fem.build import Built
 from masonry_fem.dynamics.clock import Clock
 from masonry_fem.dynamics.march import March
-from masonry_fem.dynamics.mechanism import mechanism_of_step
 from masonry_fem.post.summary import status_counts, stress_summary
 from masonry_fem.scene import specs
 
@@ -72,6 +71,8 @@ def _mechanism(made: March) -> dict[str, Any]:
     """How the blocks move where there is no equilibrium; nothing where there is."""
     if made.outcome != "no_equilibrium":
         return {}
+    from masonry_fem.dynamics.mechanism import mechanism_of_step  # noqa: PLC0415 - what stands needs none
+
     return {"mechanism": mechanism_of_step(made.last, made.model).told()}
 
 

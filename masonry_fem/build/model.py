@@ -6,7 +6,7 @@ import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy import sparse
@@ -16,7 +16,6 @@ from masonry_fem.bodies.base import BodyGroup
 from masonry_fem.bodies.rigid import RigidGroup
 from masonry_fem.build.joints import contacts_and_joints
 from masonry_fem.build.loads import loads
-from masonry_fem.build.redetection import Redetection
 from masonry_fem.build.stones import Stones, block_names, lay, typical_length
 from masonry_fem.build.supports import last_change, support_group
 from masonry_fem.contact.contacts import Interface
@@ -27,6 +26,9 @@ from masonry_fem.errors import MasonryError, SceneError
 from masonry_fem.geometry.overlap import overlapping
 from masonry_fem.scene import specs
 from masonry_fem.scene.selector import select
+
+if TYPE_CHECKING:
+    from masonry_fem.build.redetection import Redetection
 
 SHOWN = 5  # blocks or pairs of them that a message names
 ROUNDING = 1e-9  # of a time
@@ -119,6 +121,8 @@ def _update(scene: specs.Scene, stones: Stones, base: Path) -> Redetection | Non
             "contact.update is 'redetect' beside a joint with scatter, whose draws belong to the joints of "
             "the start; leave one of them out"
         )
+    from masonry_fem.build.redetection import Redetection  # noqa: PLC0415 - few scenes ask for it
+
     return Redetection.of(scene, stones, base)
 
 

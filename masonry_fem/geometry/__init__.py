@@ -3,56 +3,37 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from importlib import import_module
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from masonry_fem.errors import GeometryError, SceneError
-from masonry_fem.geometry import (
-    arch,
-    barrel_vault,
-    block,
-    buttress,
-    catenary_arch,
-    column,
-    corbel,
-    dome,
-    elliptical_arch,
-    flat_arch,
-    flying_buttress,
-    pointed_arch,
-    portal,
-    rubble,
-    stack,
-    staircase,
-    survey,
-    wall,
-)
 from masonry_fem.scene import specs
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 
 __all__ = ["assemble", "build_structure"]
 
-BUILDERS: dict[type[specs.Structure], Callable[[Any, int], Assembly]] = {
-    specs.BlockStructure: block.build,
-    specs.StackStructure: stack.build,
-    specs.WallStructure: wall.build,
-    specs.ArchStructure: arch.build,
-    specs.PointedArchStructure: pointed_arch.build,
-    specs.FlatArchStructure: flat_arch.build,
-    specs.EllipticalArchStructure: elliptical_arch.build,
-    specs.CatenaryArchStructure: catenary_arch.build,
-    specs.BarrelVaultStructure: barrel_vault.build,
-    specs.PortalStructure: portal.build,
-    specs.FlyingButtressStructure: flying_buttress.build,
-    specs.DomeStructure: dome.build,
-    specs.CorbelStructure: corbel.build,
-    specs.ButtressStructure: buttress.build,
-    specs.ColumnStructure: column.build,
-    specs.StaircaseStructure: staircase.build,
-    specs.RubbleStructure: rubble.build,
+# the module of this folder whose ``build`` makes a structure; a scene loads those of its own structures
+BUILDERS: dict[type[specs.Structure], str] = {
+    specs.BlockStructure: "block",
+    specs.StackStructure: "stack",
+    specs.WallStructure: "wall",
+    specs.ArchStructure: "arch",
+    specs.PointedArchStructure: "pointed_arch",
+    specs.FlatArchStructure: "flat_arch",
+    specs.EllipticalArchStructure: "elliptical_arch",
+    specs.CatenaryArchStructure: "catenary_arch",
+    specs.BarrelVaultStructure: "barrel_vault",
+    specs.PortalStructure: "portal",
+    specs.FlyingButtressStructure: "flying_buttress",
+    specs.DomeStructure: "dome",
+    specs.CorbelStructure: "corbel",
+    specs.ButtressStructure: "buttress",
+    specs.ColumnStructure: "column",
+    specs.StaircaseStructure: "staircase",
+    specs.RubbleStructure: "rubble",
 }
 
 
@@ -65,8 +46,12 @@ def build_structure(
 
         return read(spec, dimension, base, mesh)
     if isinstance(spec, specs.SurveyStructure):
-        return survey.build(spec, dimension, base)
-    return BUILDERS[type(spec)](spec, dimension)
+        from masonry_fem.geometry.survey import build  # noqa: PLC0415  so are surveys
+
+        return build(spec, dimension, base)
+    builder = import_module(f"masonry_fem.geometry.{BUILDERS[type(spec)]}")
+    made: Assembly = builder.build(spec, dimension)
+    return made
 
 
 def assemble(parts: Sequence[Assembly]) -> Assembly:

@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from scipy.optimize import linprog
-from scipy.spatial import ConvexHull
 
 from masonry_fem.contact.boxes import near_pairs
 from masonry_fem.solid.assembly import Assembly
@@ -112,6 +110,10 @@ def _least(axes: FloatArray, one: Polytope, two: Polytope) -> float:
 
 def _common_ball(one: Polytope, two: Polytope) -> float:
     """Diameter [m] of the largest ball in both hulls: to part them takes at least as much."""
+    # loaded only for hulls that do penetrate, as they take a fifth of a second
+    from scipy.optimize import linprog  # noqa: PLC0415
+    from scipy.spatial import ConvexHull  # noqa: PLC0415
+
     origin = one.vertices.mean(axis=0)
     size = float(np.ptp(one.vertices, axis=0).max())
     planes = np.concatenate([ConvexHull((s.vertices - origin) / size).equations for s in (one, two)])

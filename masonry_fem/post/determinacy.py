@@ -11,7 +11,7 @@ import numpy as np
 
 from masonry_fem.dynamics.determinacy import COMPONENTS, ForceDeterminacy
 from masonry_fem.dynamics.model import Model
-from masonry_fem.post.vtu import write_atomic
+from masonry_fem.post.folder import write_atomic
 
 SHOWN = 50  # interfaces that a summary names
 # Components of a support's wrench, in the axes of the scene

@@ -20,11 +20,12 @@ from masonry_fem.dynamics.determinacy import COMPONENTS, ForceDeterminacy
 from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.state import SystemState
 from masonry_fem.post.determinacy import interface_name
+from masonry_fem.post.folder import write_atomic
 from masonry_fem.post.interface_fields import InterfaceFields
 from masonry_fem.post.interfaces import STATUS_WORDS, InterfaceForces, interface_forces
 from masonry_fem.post.joint_faces import JointFaces
 from masonry_fem.post.recorder import StepReport
-from masonry_fem.post.vtu import Series, field_data, write_atomic, write_faces
+from masonry_fem.post.vtu import Series, field_data, write_faces
 
 Columns = dict[str, list[Any]]
 

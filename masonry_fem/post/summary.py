@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from masonry_fem.bodies.stress import principal, von_mises
 from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.state import STATUS_NAMES, SystemState
-from masonry_fem.post.vtu import write_atomic
+from masonry_fem.post.folder import write_atomic
 
 FloatArray = NDArray[np.float64]
 TOP = 5
@@ -27,7 +27,7 @@ def stress_summary(model: Model, state: SystemState) -> dict[str, Any]:
     to the nodes, which pictures show), ``p95_von_mises`` (5 % of the volume has more),
     ``max_principal`` and ``min_principal`` (over the Gauss points, tension positive), each extreme as
     ``value`` and ``block``; ``blocks``: the ``TOP`` blocks of greatest mean von Mises stress, with
-    their mean stress tensor and its principal values.
+    their mean stress tensor and its principal values; ``error``: how exact all this is, estimated.
     """
     gathered = [_group_values(group, moved) for group, moved in zip(model.groups, state.bodies, strict=True)]
     values = [value for value in gathered if value is not None]
@@ -52,7 +52,14 @@ def stress_summary(model: Model, state: SystemState) -> dict[str, Any]:
         "max_principal": at(high, extreme[high].max()),
         "min_principal": at(low, extreme[low].min()),
         "blocks": _block_means(sigma, weight, block, names),
+        **_error(model, state),
     }
+
+
+def _error(model: Model, state: SystemState) -> dict[str, Any]:
+    """How exact these stresses are, estimated; nothing where no group can say."""
+    errors = block_errors(model, state)
+    return {} if errors is None else {"error": told(errors, model)}
 
 
 def status_counts(state: SystemState) -> dict[str, int]:

@@ -11,7 +11,6 @@ of file version 1.0, which every ParaView 5 and later reads.
 
 from __future__ import annotations
 
-import os
 import zlib
 from collections.abc import Mapping
 from pathlib import Path
@@ -24,6 +23,7 @@ from numpy.typing import NDArray
 from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.state import SystemState
 from masonry_fem.post.fields import Arrays, cell_arrays, contact_arrays, point_arrays
+from masonry_fem.post.folder import write_atomic
 from masonry_fem.post.grid import VERTEX, Grid, grid_of, three
 from masonry_fem.post.interface_fields import InterfaceFields
 from masonry_fem.post.recorder import StepReport
@@ -127,13 +127,6 @@ def write_faces(path: Path, faces: InterfaceFields, meta: Arrays | None = None) 
         "types": faces.types,
     }
     _write(path, faces.points, topology, faces.corner_arrays, faces.face_arrays, meta or {})
-
-
-def write_atomic(path: Path, content: bytes) -> None:
-    """Replace a file so that a reader, or an interruption, finds the old or the new one whole."""
-    part = path.with_name(path.name + ".part")
-    part.write_bytes(content)
-    os.replace(part, path)
 
 
 def _write(

@@ -73,7 +73,10 @@ def si_value(text: str, unit: str | None) -> float:
 
 @cache
 def _registry() -> Any:
-    """The units library's registry, made once."""
+    """The units library's registry, made once; its definitions are kept parsed where there is a place."""
     from pint import UnitRegistry  # noqa: PLC0415  (a quarter of a second that most scenes do not need)
 
-    return UnitRegistry()
+    try:
+        return UnitRegistry(cache_folder=":auto:")
+    except Exception:  # no folder to write to, or a file that another process is just writing
+        return UnitRegistry()

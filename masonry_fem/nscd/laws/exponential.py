@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import ClassVar, override
 
 import numpy as np
-from scipy.special import wrightomega
 
 from masonry_fem.nscd.laws.law import FloatArray
 from masonry_fem.nscd.laws.softening import Softening
@@ -29,6 +28,8 @@ class Exponential(Softening):
 
     @override
     def reached(self, adhesion: FloatArray, ductility: FloatArray) -> FloatArray:
+        from scipy.special import wrightomega  # noqa: PLC0415 - every run loads this file, few need it
+
         # φ λ exp(φ λ) = φ exp(φ)/β: Lambert's function of a large number, by its logarithm
         decay = 2.0 / (ductility - 1.0)
         reached: FloatArray = wrightomega(np.log(decay) + decay - np.log(adhesion)) / decay

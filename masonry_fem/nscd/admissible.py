@@ -40,6 +40,8 @@ BALANCED = 1e-5
 # tenth of it, well above what counts as balanced.
 MARGIN = 1e-3
 ITERATIONS = 60
+# Ratio of the bodies' largest motions by a unit impulse from which they are brought to one scale.
+UNEVEN = 100.0
 # Stiffness that springs get, over that by which a unit mass resists: they then give way by its inverse.
 FIRM = 1e8
 
@@ -72,6 +74,10 @@ def admissible_impulses(
     if problem.cohesion_offset is not None:
         made = admissible_impulses(without_offset(problem), tolerance, iterations)
         return replace(made, impulse=made.impulse - problem.cohesion_offset)
+    scale = _evening(problem)
+    if scale is not None:
+        made = admissible_impulses(_evened(problem, scale), tolerance, iterations)
+        return made if made.motion is None else replace(made, motion=scale * made.motion)
     best = Admissible(np.zeros_like(problem.free_velocity), 1.0)
     rigid_map, load = _static_part(problem)
     size = float(np.linalg.norm(load))
@@ -97,6 +103,37 @@ def admissible_impulses(
         if offer.verdict is not None or best.unbalanced <= tolerance:
             break
     return best
+
+
+def _evening(problem: ContactProblem) -> FloatArray | None:
+    """By what to multiply the static modes of bodies to bring them to one scale, (b, m); None: they have one.
+
+    Modes are of unit mass, and a block 1e-8 as heavy as its neighbours moves 1e4 times as far by the same
+    impulse: its balance then is rounding of theirs. Without inertia the scale of a mode is free to choose.
+    """
+    static = problem.rigid_mass <= 0
+    largest = np.zeros(problem.body_count)
+    contact, side = np.nonzero(problem.bodies >= 0)
+    body = problem.bodies[contact, side]
+    own = np.abs(problem.rigid_map[contact, side] * static[body][:, None]).max(axis=(1, 2))
+    np.maximum.at(largest, body, own)
+    touched = largest > 0
+    if not touched.any() or largest[touched].max() <= UNEVEN * largest[touched].min():
+        return None
+    by_body = np.ones(problem.body_count)
+    by_body[touched] = np.exp(np.log(largest[touched]).mean()) / largest[touched]
+    scale: FloatArray = np.where(static, by_body[:, None], 1.0)
+    return scale
+
+
+def _evened(problem: ContactProblem, scale: FloatArray) -> ContactProblem:
+    """The problem with its modes multiplied by ``scale`` (b, m)."""
+    sides = np.concatenate([scale, np.ones((1, scale.shape[1]))])[problem.bodies]
+    return replace(
+        problem,
+        rigid_impulse=scale * problem.rigid_impulse,
+        rigid_map=problem.rigid_map * sides[:, :, None, :],
+    )
 
 
 def at_limit(problem: ContactProblem) -> bool:

@@ -56,6 +56,36 @@ def test_verdict_of_the_solver_agrees(share: float, expected: Outcome) -> None:
     assert solve(block(share * 0.5), SolverSettings(tolerance=1e-9)).outcome is expected
 
 
+@pytest.mark.parametrize("ratio", [1e-12, 1e-8, 1e8, 1e12])
+def test_light_and_heavy_blocks(ratio: float) -> None:
+    """A block on another, weights far apart, modes of unit mass: what carries them is found."""
+    heavy = block(0.0)
+    masses = np.array([1.0, ratio])
+    roots = np.sqrt(masses)
+    rigid_map = np.zeros((4, 2, 2, 3))
+    rigid_map[:2, 0], rigid_map[2:, 0] = heavy.rigid_map[:, 0], heavy.rigid_map[:, 0] / roots[1]
+    rigid_map[2:, 1] = -heavy.rigid_map[:, 0] * [1.0, 1.0, -1.0]  # from above, the arm is the other way
+    pair = replace(
+        heavy,
+        friction=np.full(4, 0.5),
+        free_velocity=np.zeros((4, 2)),
+        compliance=sparse.bsr_array(sparse.eye_array(8), blocksize=(2, 2)),
+        bodies=np.array([[0, -1], [0, -1], [1, 0], [1, 0]]),
+        rigid_map=rigid_map,
+        rigid_mass=np.zeros((2, 3)),
+        rigid_impulse=np.array([[0.0, -1.0, 0.0], [0.0, -roots[1], 0.0]]),
+        rigid_velocity=np.zeros((2, 3)),
+    )
+    found = admissible_impulses(pair)
+    assert found.unbalanced <= 1e-6
+    base = found.impulse[:2, 0].sum()
+    assert base == pytest.approx(1 + ratio, rel=1e-5)
+    pushed = replace(pair, rigid_impulse=pair.rigid_impulse + np.outer([1, 0], [0.6 * (1 + ratio), 0, 0]))
+    beyond = admissible_impulses(pushed)
+    assert beyond.unbalanced > 1e-3
+    assert beyond.motion is not None
+
+
 def looks(monkeypatch: pytest.MonkeyPatch, problem: ContactProblem) -> int:
     """How often the balance was looked at."""
     seen = []

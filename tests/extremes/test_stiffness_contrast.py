@@ -1,0 +1,73 @@
+"""Young's moduli of neighbours up to 1e±12 apart, from 1e3 to 1e18 Pa, and rigid beside elastic blocks."""
+
+from __future__ import annotations
+
+import pytest
+
+from masonry_fem.run import solve_scene
+from tests.extremes.solids import (
+    DENSITY,
+    YOUNG,
+    certificate,
+    column,
+    column_error,
+    wall,
+    wall_error,
+)
+
+RATIOS = [1e-12, 1e-8, 1e-4, 1e4, 1e8, 1e12]
+
+
+@pytest.mark.parametrize("ratio", RATIOS)
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_column_of_soft_and_stiff_cubes(dimension: int, ratio: float) -> None:
+    """What joints carry and how far the top sinks, to rounding, whatever the contrast."""
+    result = solve_scene(column([YOUNG, YOUNG * ratio], (DENSITY,) * 4, dimension=dimension))
+    assert result.outcome == "equilibrium"
+    assert max(certificate(result).values()) < 1e-12
+    assert column_error(result) < 1e-11
+
+
+@pytest.mark.parametrize("young", [1e3, 1e6, 1e9, 1e12, 1e15, 1e18])
+@pytest.mark.parametrize("edge", [1e-3, 1.0, 1e3])
+def test_column_of_any_stiffness(edge: float, young: float) -> None:
+    result = solve_scene(column([young] * 4, edge=edge))
+    assert result.outcome == "equilibrium"
+    assert column_error(result) < 1e-11
+
+
+@pytest.mark.parametrize("pair", [[None, YOUNG], [YOUNG, None]])
+@pytest.mark.parametrize(("young", "error"), [(1e3, 1e-11), (1e10, 1e-10), (1e14, 1e-6), (1e18, 1e-2)])
+def test_column_of_rigid_and_elastic_cubes(pair: list[float | None], young: float, error: float) -> None:
+    """Between rigid cubes some m high, settlements are exact to the rounding of places, some 1e-15 m."""
+    result = solve_scene(column([None if e is None else young for e in pair] * 3))
+    assert result.outcome == "equilibrium"
+    assert column_error(result) < error
+    assert max(certificate(result).values()) < 1e-9
+
+
+@pytest.mark.parametrize("ratio", [1e-6, 1e-4, 1e4, 1e6])
+@pytest.mark.parametrize("alternate", ["courses", "columns"])
+def test_wall_of_soft_and_stiff_bricks(alternate: str, ratio: float) -> None:
+    result = solve_scene(wall(ratio=ratio, alternate=alternate))
+    assert result.outcome == "equilibrium"
+    assert wall_error(result) < 1e-10
+    assert max(certificate(result).values()) < 1e-9
+
+
+@pytest.mark.parametrize("ratio", [1e-8, 1e8])
+@pytest.mark.parametrize("alternate", ["courses", "columns"])
+def test_wall_at_the_end_of_the_range(alternate: str, ratio: float) -> None:
+    """At 1e8 the law of contact holds to 1e-8; where that misses the tolerance, the run says so."""
+    result = solve_scene(wall(ratio=ratio, alternate=alternate))
+    told = certificate(result)
+    assert result.outcome in {"equilibrium", "no_convergence"}
+    assert (result.outcome == "equilibrium") == (told["natural_map"] <= 1e-10)
+    assert max(told.values()) < 1e-7
+    assert wall_error(result) < 1e-9
+
+
+def test_rigid_courses_among_elastic_ones() -> None:
+    result = solve_scene(wall(alternate="rigid courses"))
+    assert result.outcome == "equilibrium"
+    assert wall_error(result) < 1e-12

@@ -21,7 +21,8 @@ from masonry_fem.nscd.scaling import contact_scale, diagonal_blocks, free_speed
 FloatArray = NDArray[np.float64]
 
 COHESIVE = 1e-2  # least share of the contact parts that errors are measured by
-ROUNDING = 4 * np.finfo(float).eps  # of a body's momentum, in its balance, and of S v in p̃
+ROUNDING = 4 * np.finfo(float).eps  # of a body's momentum, in its balance, of S v in p̃, and of v_T
+ROUGH = 10.0  # friction from which μ‖v_T‖ makes something of the rounding of v_T
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +49,7 @@ class Quality:
     would leave its rounding: ‖p‖ is not taken for less than ``COHESIVE`` ‖p̃‖. Cohesion far stiffer than
     the blocks makes p̃ = p + S v of a v that is nearly rounding: a contact's residual no larger than S
     times the rounding of what v is summed from counts as none. Balance and velocities then bound p.
+    Where contacts are very rough, a v_T that is rounding has no share in μ‖v_T‖.
     """
 
     natural_map: float
@@ -86,23 +88,26 @@ def assess(
     v = elastic + problem.free_velocity + problem.contact_velocity(rigid_velocity)
     mu = problem.friction
     pressed = problem.contact_part(impulse, v)
-    residual = graphs.natural_map(pressed, v, mu, w)
-    absolute = np.maximum(graphs.lengths(residual), _swallowed(problem, pressed, v, w))
-    stiffness = problem.cohesion_stiffness
-    if stiffness is not None:
-        absolute[absolute <= _pressed_rounding(problem, stiffness, elastic, rigid_velocity)] = 0.0
     size = float(np.linalg.norm(impulse))
     reference = max(size, least_impulse)
     if problem.cohesive:
         reference = max(reference, COHESIVE * float(np.linalg.norm(pressed)))
+    speed = _largest(w) * reference
+    if size > 0:
+        speed = _velocity_scale(problem, impulse, elastic, w) * (reference / size)
+    augmented = graphs.augmented_velocity(v, mu)
+    if mu.max(initial=0.0) > ROUGH:
+        parts = np.maximum(np.minimum(w * reference, speed), _parts(problem, elastic, rigid_velocity))
+        augmented[:, 0] -= _rounding_of_slip(v, mu, parts)
+    residual = pressed - graphs.project_cone(pressed - augmented / w[:, None], mu)
+    absolute = np.maximum(graphs.lengths(residual), _swallowed(problem, pressed, v, w))
+    stiffness = problem.cohesion_stiffness
+    if stiffness is not None:
+        absolute[absolute <= _pressed_rounding(problem, stiffness, elastic, rigid_velocity)] = 0.0
     by_impulse = by_velocity = _ratio(_largest(w * absolute), _largest(graphs.lengths(v)))
     if reference > 0:
         by_impulse = float(np.linalg.norm(absolute)) / reference
-        speed = _largest(w) * reference
-        if size > 0:
-            speed = _velocity_scale(problem, impulse, elastic, w) * (reference / size)
         by_velocity = _ratio(_largest(w * absolute), speed)
-    augmented = graphs.augmented_velocity(v, mu)
     return Quality(
         natural_map=by_impulse,
         natural_map_velocity=by_velocity,
@@ -112,6 +117,16 @@ def assess(
         cone_violation=_largest(graphs.tangential_norm(pressed) - mu * pressed[:, 0]),
         complementarity=_largest(np.abs((pressed * augmented).sum(axis=1))),
     )
+
+
+def _rounding_of_slip(velocity: FloatArray, friction: FloatArray, parts: FloatArray) -> FloatArray:
+    """What rounding of v_T has made of μ‖v_T‖ at very rough contacts, (c,) [m/s].
+
+    ``parts`` are what v is summed from, or what errors are relative to [m/s]: no arithmetic brings v_T
+    below 1e-16 of them, and with μ = 1e6 that would count as 1e-10.
+    """
+    slip = graphs.tangential_norm(velocity)
+    return np.where((friction > ROUGH) & (slip <= ROUNDING * parts), friction * slip, 0.0)
 
 
 def _swallowed(
@@ -143,12 +158,18 @@ def _pressed_rounding(
     problem: ContactProblem, stiffness: FloatArray, elastic: FloatArray, rigid_velocity: FloatArray
 ) -> FloatArray:
     """How exactly S v is known: v by its parts, which cancel where stiff cohesion bonds, (c,) [N s]."""
-    still = np.zeros((1, rigid_velocity.shape[1]))  # supports are numbered -1
-    sides = problem.rigid_map @ np.concatenate([rigid_velocity, still])[problem.bodies][..., None]
-    parts = graphs.lengths(elastic) + graphs.lengths(problem.free_velocity)
-    parts += np.linalg.norm(sides[..., 0], axis=2).sum(axis=1)
+    parts = _parts(problem, elastic, rigid_velocity)
     rounding: FloatArray = ROUNDING * np.linalg.norm(stiffness, axis=(1, 2)) * parts
     return rounding
+
+
+def _parts(problem: ContactProblem, elastic: FloatArray, rigid_velocity: FloatArray) -> FloatArray:
+    """Sum of the sizes of what v is summed from, (c,) [m/s]."""
+    still = np.zeros((1, rigid_velocity.shape[1]))  # supports are numbered -1
+    sides = problem.rigid_map @ np.concatenate([rigid_velocity, still])[problem.bodies][..., None]
+    parts: FloatArray = graphs.lengths(elastic) + graphs.lengths(problem.free_velocity)
+    parts += np.linalg.norm(sides[..., 0], axis=2).sum(axis=1)
+    return parts
 
 
 def _block_balance(problem: ContactProblem, impulse: FloatArray, rigid_velocity: FloatArray) -> float:

@@ -158,8 +158,7 @@ __all__ = [
     "WallStructure",
 ]
 
-# μ of joints that do not slip: only what is about to open has less pressure than a hundredth of its shear.
-# Rounding grows with μ; at 1e3 elastic blocks just reach the solver's tolerance, at 1e5 they do not
+# μ of joints that do not slip: only what is about to open has less pressure than a hundredth of its shear
 NO_SLIP = 1e2
 
 

@@ -104,3 +104,14 @@ def test_a_huge_impulse_that_nothing_feels_is_a_fault():
     assert assess(led, pressed, NONE).error <= 1e-15
     pressed[0, 0] = 1e23
     assert assess(led, pressed, NONE).error > 0.1
+
+
+@pytest.mark.parametrize("friction", [1e2, 1e6, 1e8])
+def test_very_rough_contacts_blow_up_slip_and_not_rounding(friction):
+    """A pressed point under rest: μ‖v_T‖ of a slip of 1e-12 counts μ-fold, of 1e-16 not at all."""
+    stuck = ContactProblem.plain(np.diag([2.0, 4.0, 4.0]), np.array([[-1.0, 0.3, 0.0]]), friction)
+    exact = np.array([[0.5, -0.075, 0.0]])
+    assert assess(stuck, exact, NONE).error <= 1e-15
+    for shift, least, most in ((1e-12, 0.1 * friction * 1e-12, np.inf), (3e-17, 0.0, 1e-15)):
+        moved = exact + np.array([[0.0, shift, 0.0]])
+        assert least <= assess(stuck, moved, NONE).error <= most

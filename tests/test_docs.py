@@ -42,8 +42,8 @@ def test_every_record_and_key_is_explained(reference):
 @pytest.mark.parametrize(
     "page",
     [
-        "index", "scene", "import", "strategies", "solvers", "results", "determinacy", "limit_analysis",
-        "collapse", "method", "limits", "gallery", "joints", "add_a_law",
+        "index", "scene", "import", "strategies", "solvers", "results", "errors", "determinacy",
+        "limit_analysis", "collapse", "method", "limits", "gallery", "joints", "add_a_law",
         *(f"laws/{page.stem}" for page in LAW_PAGES),
     ],
 )  # fmt: skip

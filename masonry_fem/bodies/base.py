@@ -119,6 +119,24 @@ class StressField:
     nodal: FloatArray
 
 
+@dataclass(frozen=True, slots=True)
+class StressError:
+    """Estimated error of the stress of all blocks of a group, as squares of energy norms.
+
+    ∫ (Δσ : C⁻¹ : Δσ) is twice an energy: of the stress itself it is twice the strain energy.
+
+    Attributes
+    ----------
+    squares : e² of each cell [J], shape (b, cells).
+    norm : The same of the stress [J], shape (b,).
+    volume : Of each cell [m³; m² in 2D], shape (cells,).
+    """
+
+    squares: FloatArray
+    norm: FloatArray
+    volume: FloatArray
+
+
 class Attachment(Protocol):
     """A group seen through its contact sides (k of them)."""
 
@@ -159,6 +177,8 @@ class BodyGroup(Protocol):
 
     cell: str
     """Kind of the cells in ``cells``: a key of ``solid.mesh.FACET_OF``, or ``"polytope"``."""
+    factorisations: int
+    """Matrices factorised so far: one for each scheme, whatever the number of blocks; 0 for rigid ones."""
 
     def rest(self) -> State:
         """The state of reference: undeformed, in place, at rest."""
@@ -278,4 +298,8 @@ class BodyGroup(Protocol):
 
     def stress(self, state: State) -> StressField | None:
         """Stresses of all blocks of the group; None where it has none (rigid)."""
+        ...
+
+    def stress_error(self, state: State) -> StressError | None:
+        """How exact the stresses are, estimated; None where the group has none (rigid)."""
         ...

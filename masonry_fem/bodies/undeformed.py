@@ -15,7 +15,7 @@ from typing import Protocol
 
 import numpy as np
 
-from masonry_fem.bodies.base import FloatArray, IntArray, Scheme, Sides, StressField
+from masonry_fem.bodies.base import FloatArray, IntArray, Scheme, Sides, StressError, StressField
 from masonry_fem.bodies.rotation import lever, moment, spin_count
 from masonry_fem.solid.assembly import Assembly
 
@@ -50,6 +50,7 @@ class Undeformed(ABC):
     """
 
     cell = "polytope"
+    factorisations = 0
 
     def __init__(self, assembly: Assembly, blocks: IntArray, centres: FloatArray) -> None:
         self.assembly = assembly
@@ -147,6 +148,10 @@ class Undeformed(ABC):
 
     def stress(self, state: Placed) -> StressField | None:
         """None: a block that keeps its shape has no stress field."""
+        return None
+
+    def stress_error(self, state: Placed) -> StressError | None:
+        """None, as ``stress``."""
         return None
 
 

@@ -21,13 +21,23 @@ from functools import cached_property
 
 import numpy as np
 
-from masonry_fem.bodies.base import FloatArray, Free, IntArray, Scheme, Sides, StepEnergy, StressField
+from masonry_fem.bodies.base import (
+    FloatArray,
+    Free,
+    IntArray,
+    Scheme,
+    Sides,
+    StepEnergy,
+    StressError,
+    StressField,
+)
 from masonry_fem.bodies.support import Motion
 from masonry_fem.fem.assemble import ShapeOperators
 from masonry_fem.fem.attachment import ElasticAttachment
 from masonry_fem.fem.balance import Balance, dot
 from masonry_fem.fem.clamp import Clamping, Faces, Holds
 from masonry_fem.fem.condense import Compliance, coefficients
+from masonry_fem.fem.error_estimate import ErrorEstimate
 from masonry_fem.fem.meshed import ElasticState, Meshed
 from masonry_fem.fem.modes import rigid_modes
 from masonry_fem.fem.stress import StressRecovery
@@ -76,11 +86,16 @@ class ElasticGroup(Meshed):
         # Φᵀ M at held dofs: how their motion pushes the rigid modes
         self._pull: FloatArray = modes.momentum[self.holds.dofs]
         self._factors: dict[tuple[float, float], Compliance] = {}
+        self.factorisations = 0
 
     @cached_property
     def _recovery(self) -> StressRecovery:
         own = self.operators
         return StressRecovery.of(own.mesh, own.material, own.plane)
+
+    @cached_property
+    def _estimate(self) -> ErrorEstimate:
+        return ErrorEstimate.of(self.operators.mesh, self.operators.material)
 
     def attach(self, sides: Sides) -> ElasticAttachment:
         """The blocks seen through contact sides."""
@@ -93,6 +108,7 @@ class ElasticGroup(Meshed):
             while len(self._factors) >= KEPT_FACTORS:
                 del self._factors[next(iter(self._factors))]
             self._factors[key] = Compliance(self.operators, self.modes, self.holds.free, scheme)
+            self.factorisations += 1
         return self._factors[key]
 
     # --- states -----------------------------------------------------------------------------------
@@ -239,3 +255,8 @@ class ElasticGroup(Meshed):
     def stress(self, state: ElasticState) -> StressField:
         """Stresses of all blocks at Gauss points and nodes, world axes."""
         return self._recovery.field(state.displacement, self.rotation)
+
+    def stress_error(self, state: ElasticState) -> StressError:
+        """Zienkiewicz and Zhu's estimate of the error of these stresses."""
+        squares = self._estimate.squares(self._recovery.gauss_stress(state.displacement))
+        return StressError(squares, 2.0 * self.strain_energy(state), self._estimate.volume.sum(axis=1))

@@ -55,11 +55,15 @@ class StressRecovery:
     def field(self, displacement: FloatArray, rotation: FloatArray) -> StressField:
         """Stresses for displacements (b, n) of blocks whose shape axes are turned by (b, d, d)."""
         b, (m, p) = len(displacement), self.weight.shape
-        local = np.ascontiguousarray((self.gauss @ displacement.T).T).reshape(b, m * p, 6)
-        gauss = _turned(local, rotation)
+        gauss = _turned(self.gauss_stress(displacement).reshape(b, m * p, 6), rotation)
         by_point = np.ascontiguousarray(gauss.transpose(1, 0, 2)).reshape(m * p, b * 6)
         nodal = (self.nodal @ by_point).reshape(-1, b, 6).transpose(1, 0, 2)
         return StressField(gauss.reshape(b, m, p, 6), self.weight, np.ascontiguousarray(nodal))
+
+    def gauss_stress(self, displacement: FloatArray) -> FloatArray:
+        """Stresses at the Gauss points for displacements (b, n), shape axes, (b, m, p, 6) [Pa]."""
+        local = np.ascontiguousarray((self.gauss @ displacement.T).T)
+        return local.reshape(len(displacement), *self.weight.shape, 6)
 
 
 def _gather(entries: FloatArray, mesh: Mesh) -> sparse.csr_array:

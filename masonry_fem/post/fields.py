@@ -20,6 +20,7 @@ Arrays = dict[str, NDArray[np.generic]]
 
 DISPLACEMENT, VELOCITY = "displacement", "velocity"
 STRESS, VON_MISES, PRINCIPAL = "stress", "von_mises", "principal_stress"
+STRESS_ERROR = "stress_error"
 DIRECTIONS = ("principal_direction_1", "principal_direction_2", "principal_direction_3")
 BLOCK, GROUP, FIDELITY = "block", "group", "fidelity"
 REACTION, TRACTION, NORMAL, STATUS = "reaction", "traction", "normal", "status"
@@ -56,7 +57,17 @@ def cell_arrays(grid: Grid, model: Model, state: SystemState) -> Arrays:
             mean = np.einsum("bcgs,cg->bcs", field.gauss, field.weight) / field.weight.sum(axis=1)[:, None]
             stress[start:stop] = mean.reshape(-1, 6)
     numbers: Arrays = {BLOCK: grid.cell_block, GROUP: grid.cell_group, FIDELITY: grid.cell_fidelity}
-    return numbers | stress_arrays(stress)
+    return numbers | stress_arrays(stress) | _stress_error(grid, model, state)
+
+
+def _stress_error(grid: Grid, model: Model, state: SystemState) -> Arrays:
+    """Estimated error of the stress as density e²/V [J/m³ = Pa], NaN in rigid blocks; {} where all are."""
+    density, known = np.full(len(grid.types), np.nan), False
+    for (start, stop), group, moved in zip(grid.group_cells, model.groups, state.bodies, strict=True):
+        error = group.stress_error(moved)
+        if error is not None:
+            density[start:stop], known = (error.squares / error.volume).ravel(), True
+    return {STRESS_ERROR: density} if known else {}
 
 
 def stress_arrays(stress: FloatArray) -> Arrays:

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 SHOWN_LINES = 10  # of a mechanism
+SIZES = ("blocks", "shapes", "meshes", "factorisations", "contacts")
+FEM_SIZES = ("meshes", "factorisations")
 GOOD = ("equilibrium", "finished")
 AXES = {2: "xy", 3: "xyz"}
 
@@ -119,7 +121,8 @@ Rows = Iterator[tuple[str, str, str]]
 
 
 def _size(summary: Mapping[str, Any]) -> Rows:
-    names = [name for name in ("blocks", "shapes", "contacts") if name in summary]
+    # a rigid scene has no meshes and factorises no matrices of its blocks
+    names = [name for name in SIZES if name in summary and (summary[name] or name not in FEM_SIZES)]
     if names:
         yield "model", "", ", ".join(_plural(summary[name], name) for name in names)
     if "unknowns" in summary:
@@ -161,6 +164,9 @@ def _stress(summary: Mapping[str, Any]) -> Rows:
             yield "stress", name, f"{quantity(value['value'], 'Pa')} in {value['block']}"
         elif value is not None:
             yield "stress", name, quantity(value, "Pa")
+    if error := stress.get("error"):
+        worst = error["worst"][0]
+        yield "stress", "error, estimated", f"{_percent(error['relative'])} (most in {worst['block']})"
 
 
 def _forces(summary: Mapping[str, Any]) -> Rows:
@@ -231,11 +237,16 @@ def _vector(values: Sequence[float] | Any, unit: str) -> str:
 
 
 def _plural(number: Any, things: str) -> str:
-    return f"{_count(number)} {things.removesuffix('s') if number == 1 else things}"
+    one = "mesh" if things == "meshes" else things.removesuffix("s")
+    return f"{_count(number)} {one if number == 1 else things}"
 
 
 def _count(value: Any) -> str:
     return f"{value:,}".replace(",", " ") if isinstance(value, int) else str(value)
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.2g} %"
 
 
 def _number(value: Any) -> str:

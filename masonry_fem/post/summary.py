@@ -15,6 +15,7 @@ from masonry_fem.bodies.stress import principal, von_mises
 from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.state import STATUS_NAMES, SystemState
 from masonry_fem.post.folder import write_atomic
+from masonry_fem.post.stress_error import block_errors, told
 
 FloatArray = NDArray[np.float64]
 TOP = 5

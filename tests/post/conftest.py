@@ -48,6 +48,9 @@ class FakeGroup:
     def stress(self, state: Moved) -> StressField | None:
         return state.stress
 
+    def stress_error(self, state: Moved) -> None:
+        return None
+
 
 @dataclass(frozen=True)
 class FakeReport:

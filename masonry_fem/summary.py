@@ -20,6 +20,9 @@ from masonry_fem.dynamics.march import March
 from masonry_fem.post.summary import status_counts, stress_summary
 from masonry_fem.scene import specs
 
+PHASES = (
+    "build", "mesh", "detect", "import", "assemble", "factorise", "solve", "step", "measure", "output"
+)  # fmt: skip
 LIBRARIES = ("numpy", "scipy", "numba", "gmsh", "pyvista", "fenics-dolfinx", "dolfinx-solver-real")
 
 
@@ -34,6 +37,7 @@ def summarise(scene: specs.Scene, built: Built, made: March) -> dict[str, Any]:
         "time": report.time,
         "steps": report.step,
         **size(built),
+        "factorisations": sum(group.factorisations for group in built.model.groups),
         **_scatter(scene, built),
         **_abrupt(made),
         "supports": {name: wrench(value, d) for name, value in report.support_resultants.items()},
@@ -104,6 +108,7 @@ def size(built: Built) -> dict[str, int]:
     return {
         "blocks": len(model.assembly.blocks),
         "shapes": len(used),
+        "meshes": sum(shape.mesh is not None for shape in model.assembly.shapes),
         "interfaces": len(model.interfaces),
         "contacts": model.contacts.count,
         "unknowns": unknowns + d * model.contacts.count,
@@ -139,14 +144,13 @@ def wrench(value: np.ndarray, dimension: int) -> dict[str, np.ndarray]:
 
 
 def seconds(built: Built, made: March, clock: Clock | None) -> dict[str, float]:
-    """CPU time by phase: import, mesh, assemble, factorise, detect, solve, step, output."""
+    """CPU time by phase [s]; phases that a scene does not need are not there."""
     seconds = dict(built.seconds)
     for phase, value in made.seconds.items():
         seconds[phase] = seconds.get(phase, 0.0) + value
     if clock is not None:
         seconds["output"] = clock.phases["output"]
-    order = ("import", "mesh", "assemble", "factorise", "detect", "solve", "step", "measure", "output")
-    return {phase: round(seconds.get(phase, 0.0), 4) for phase in order}
+    return {phase: round(seconds[phase], 4) for phase in PHASES if phase in seconds}
 
 
 def peak_memory() -> float:

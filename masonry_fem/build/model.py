@@ -16,7 +16,7 @@ from masonry_fem.bodies.base import BodyGroup
 from masonry_fem.bodies.rigid import RigidGroup
 from masonry_fem.build.joints import contacts_and_joints
 from masonry_fem.build.loads import loads
-from masonry_fem.build.stones import Stones, block_names, lay, typical_length
+from masonry_fem.build.stones import Stones, block_names, lay, meshed, typical_length
 from masonry_fem.build.supports import last_change, support_group
 from masonry_fem.contact.contacts import Interface
 from masonry_fem.contact.detection import default_reach, detect
@@ -57,7 +57,9 @@ def build(scene: specs.Scene, base: Path) -> Built:
     """Compose the model of a scene; ``base`` is the folder its file paths are relative to."""
     clock = Clock()
     stones = lay(scene, base)
-    clock.lap("mesh")
+    clock.lap("build")
+    stones = meshed(stones)
+    clock.lap("mesh" if stones.of_role("elastic") else "build")
     reach = scene.contact.reach
     _refuse_overlaps(stones, reach)
     interfaces = detect(stones.assembly, reach=reach, angle=scene.contact.angle)
@@ -70,7 +72,7 @@ def build(scene: specs.Scene, base: Path) -> Built:
         _load_fenicsx()
         clock.lap("import")
     groups = body_groups(scene, stones, base)
-    clock.lap("assemble")
+    clock.lap("assemble" if stones.of_role("elastic") else "build")
     model = Model(
         assembly=stones.assembly,
         groups=groups,
@@ -88,7 +90,7 @@ def build(scene: specs.Scene, base: Path) -> Built:
         changing=_changing(scene, base),
     )
     bodies = _initial(scene, stones, groups)
-    clock.lap("assemble")
+    clock.lap("build")
     return Built(model, stones, bodies, clock.phases)
 
 

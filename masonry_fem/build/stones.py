@@ -2,6 +2,8 @@
 
 Which blocks are supports, rigid or elastic, of which material, clamped on which faces and moving
 how; shapes meshed where an elastic block needs it, once for each distinct shape and mesh.
+
+    stones = meshed(lay(scene, base))
 """
 
 from __future__ import annotations
@@ -37,11 +39,12 @@ class Stones:
 
     Attributes
     ----------
-    assembly : Geometry, meshed where needed.
+    assembly : Geometry; after ``meshed`` with the meshes of the elastic blocks.
     role : ``support``, ``rigid`` or ``elastic``.
     material : Name in the scene.
     motion : Prescribed motion of supports that move.
     clamps : Held faces of elastic blocks.
+    mesh : What elements an elastic block has.
     """
 
     assembly: Assembly
@@ -49,6 +52,7 @@ class Stones:
     material: tuple[str, ...]
     motion: dict[int, specs.Motion]
     clamps: dict[int, tuple[Clamp, ...]]
+    mesh: tuple[specs.MeshSettings, ...]
 
     def of_role(self, role: str) -> list[int]:
         """Numbers of the blocks with a role."""
@@ -79,8 +83,8 @@ def lay(scene: specs.Scene, base: Path) -> Stones:
             material[block] = override.material or material[block]
     motion, clamps = _supports(scene, assembly, names, role)
     _check_materials(scene, assembly, role, material)
-    meshed = _meshed(scene, assembly, role, [_mesh_of(scene, structure) for structure in owner])
-    return Stones(meshed, tuple(role), tuple(material), motion, clamps)
+    mesh = tuple(_mesh_of(scene, structure) for structure in owner)
+    return Stones(assembly, tuple(role), tuple(material), motion, clamps, mesh)
 
 
 def _mesh_of(scene: specs.Scene, structure: specs.Structure) -> specs.MeshSettings:
@@ -134,16 +138,15 @@ def _check_materials(scene: specs.Scene, assembly: Assembly, role: list[str], ma
             )
 
 
-def _meshed(
-    scene: specs.Scene, assembly: Assembly, role: list[str], settings: list[specs.MeshSettings]
-) -> Assembly:
-    """The assembly with one shape for each distinct (shape, mesh); unmeshed where nothing is elastic."""
-    if "elastic" in role:
+def meshed(stones: Stones) -> Stones:
+    """The stones with one shape for each distinct (shape, mesh); unmeshed where they are not elastic."""
+    if "elastic" in stones.role:
         from masonry_fem.geometry.meshing import mesh_shape  # noqa: PLC0415  brings gmsh
+    assembly = stones.assembly
     shapes: list[Shape] = []
     number: dict[tuple[int, specs.MeshSettings | None], int] = {}
     blocks = []
-    for block, own, wanted in zip(assembly.blocks, role, settings, strict=True):
+    for block, own, wanted in zip(assembly.blocks, stones.role, stones.mesh, strict=True):
         key = (block.shape, wanted if own == "elastic" else None)
         if key not in number:
             number[key] = len(shapes)
@@ -151,10 +154,10 @@ def _meshed(
             if own != "elastic":
                 shape = replace(shape, mesh=None)
             elif shape.mesh is None:
-                shape = replace(shape, mesh=mesh_shape(shape, wanted, scene.dimension))
+                shape = replace(shape, mesh=mesh_shape(shape, wanted, assembly.dimension))
             shapes.append(shape)
         blocks.append(replace(block, shape=number[key]))
-    return Assembly(assembly.dimension, tuple(shapes), tuple(blocks))
+    return replace(stones, assembly=Assembly(assembly.dimension, tuple(shapes), tuple(blocks)))
 
 
 def typical_length(assembly: Assembly) -> float:

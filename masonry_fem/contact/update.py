@@ -13,7 +13,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from masonry_fem.contact.contacts import Contacts, Interface
 from masonry_fem.solid.assembly import Assembly
@@ -62,6 +61,8 @@ def partners(
     """
     if old.count == 0 or new.count == 0:
         return np.full(new.count, -1)
+    from scipy.spatial import KDTree  # noqa: PLC0415 - only marches that detect anew need it
+
     blocks = max(int(old.blocks.max()), int(new.blocks.max())) + 1
     pairs = [np.sort(one.blocks, axis=1) @ [blocks, 1] for one in (old, new)]
     # contacts of other blocks stand far away along an axis of their own

@@ -45,9 +45,9 @@ def increments(
     """
     share, largest = min(ROUNDING / settings.tolerance, LEAST_SHARE), 0.0
     for scheme, until in strategy.schedule():
-        coupling, state = renewed(coupling, state, scheme)
+        before, (coupling, state) = coupling, renewed(coupling, state, scheme)
         model = coupling.model
-        clock.lap("detect")
+        clock.lap("step" if coupling is before else "detect")
         measured = replace(settings, least_impulse=share * largest)
         for made in _parts(model, coupling, strategy, state, scheme, until, strategy.parts, measured, clock):
             largest = max(largest, float(np.linalg.norm(made.impulse)))

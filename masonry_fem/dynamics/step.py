@@ -125,13 +125,12 @@ def step(
     solved: Solution | None = None
     change = 0.0
     for _ in range(NEWTON_LIMIT):
+        compliance = coupling.compliance(here, scheme)
+        clock.lap("factorise" if compliance.nnz else "step")  # rigid blocks have no compliance
         free = tuple(
             group.free(own, at, force, scheme)
             for group, own, at, force in zip(model.groups, state.bodies, guess, forces, strict=True)
         )
-        clock.lap("step")
-        compliance = coupling.compliance(here, scheme)
-        clock.lap("factorise")
         problem, active = _contact_problem(model, coupling, state, scheme, free, here, rigid_map, compliance)
         clock.lap("step")
         start = _start(state, scheme, active)

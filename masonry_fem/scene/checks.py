@@ -15,6 +15,7 @@ import msgspec
 
 from masonry_fem.scene.joint_checks import check_joints
 from masonry_fem.scene.lines import KeyPath
+from masonry_fem.scene.material_doubts import material_doubts
 from masonry_fem.scene.misfit import MisfitError, braced, listed, nearest, wrong
 from masonry_fem.scene.specs import (
     Cut,
@@ -38,8 +39,6 @@ GEOMETRY_FILES = (
     ".msh", ".geo", ".step", ".stp", ".vtu", ".vtk", ".stl", ".obj", ".ply", ".json",
 )  # fmt: skip
 SURVEY_FILES = (".csv", ".obj")
-DENSITIES = (200.0, 12e3)  # aerated concrete to lead [kg/m^3]
-STIFFNESSES = (1e6, 1e12)  # rubber to beyond any stone [Pa]
 
 
 def cross_check(scene: Scene, base: Path) -> None:
@@ -234,7 +233,7 @@ def _doubts(scene: Scene) -> Iterator[str]:
     moved = any(support.motion is not None for support in scene.supports)
     if loads.gravity is None and not pushed and not moved:
         yield "nothing acts on the blocks; expected loads.gravity or another load"
-    yield from _material_doubts(scene)
+    yield from material_doubts(scene)
     if not scene.supports and not any(structure.carries for structure in scene.structures):
         yield "nothing holds the blocks; expected a ground, springings or [[supports]]"
     if isinstance(scene.analysis, Statics) and scene.initial:
@@ -264,19 +263,3 @@ def _doubts(scene: Scene) -> Iterator[str]:
             yield f"{place}.inset belongs to placement 'corners', not '{joint.placement}'"
         if joint.density != 1 and joint.placement != "gauss":
             yield f"{place}.density belongs to placement 'gauss', not '{joint.placement}'"
-
-
-def _material_doubts(scene: Scene) -> Iterator[str]:
-    """Numbers that no stone has, mostly MPa taken for Pa and g/cm³ for kg/m³."""
-    for name, material in scene.materials.items():
-        if not DENSITIES[0] <= material.density <= DENSITIES[1]:
-            yield (
-                f"materials.{name}.density is {material.density:g} kg/m^3, "
-                f"masonry has {DENSITIES[0]:g} to {DENSITIES[1]:g}"
-            )
-        young = material.young
-        if young is not None and not STIFFNESSES[0] <= young <= STIFFNESSES[1]:
-            yield (
-                f"materials.{name}.young is {young:g} Pa, "
-                f"masonry has {STIFFNESSES[0]:g} to {STIFFNESSES[1]:g} (is it in MPa?)"
-            )

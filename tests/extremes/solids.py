@@ -20,6 +20,7 @@ from masonry_fem.scene.specs import (
     Analysis,
     ArchStructure,
     BlockStructure,
+    Contact,
     Dynamics,
     Element,
     Equilibrium,
@@ -414,3 +415,161 @@ def thrust(result: RunResult, radius: float = 1.0) -> float:
 def arch_error(result: RunResult) -> float:
     """What the springings carry against the weight, and the difference of the thrusts, over the weight."""
     return wall_error(result)
+
+
+# --- wedges and slivers ------------------------------------------------------------------------------------
+
+
+def keystone(
+    half_angle: float,
+    *,
+    friction: float = 0.0,
+    fidelity: Fidelity = "rigid",
+    radius: float = 2.0,
+    thickness: float = 0.5,
+    **keys: Any,
+) -> Scene:
+    """One voussoir between two springings, ``half_angle`` [deg] either side of the vertical.
+
+    Without friction N = W / (2 sin a), H = W / (2 tan a) (``keystone_error``).
+    """
+    return Scene(
+        **{
+            "title": "keystone",
+            "dimension": 2,
+            "fidelity": fidelity,
+            "materials": {"stone": Material(density=DENSITY, young=YOUNG, poisson=0.2)},
+            "structures": (
+                ArchStructure(
+                    name="key",
+                    material="stone",
+                    radius=radius,
+                    thickness=thickness,
+                    voussoirs=1,
+                    embrace=2 * half_angle,
+                ),
+            ),
+            "mesh": MeshSettings(divisions=(2, 2)),
+            "joints": (Joint(friction=friction),),
+            "loads": Loads(gravity=down(2)),
+            "analysis": Statics(),
+        }
+        | keys
+    )
+
+
+def keystone_error(result: RunResult, half_angle: float) -> float:
+    """Of the thrust and of the normal force, without friction; the worse, relative."""
+    a = np.radians(half_angle)
+    force = np.array(result.summary["supports"]["key.springing_left"]["force"]) / weights(result)[0]
+    thrust, normal = abs(force[0]) * 2 * np.tan(a) - 1, np.linalg.norm(force) * 2 * np.sin(a) - 1
+    return float(max(abs(thrust), abs(normal)))
+
+
+def slender(
+    aspect: float,
+    *,
+    lying: bool = True,
+    fidelity: Fidelity = "elastic",
+    count: int = 2,
+    divisions: tuple[int, int] = (4, 2),
+    **keys: Any,
+) -> Scene:
+    """Plates (or needles) ``aspect`` times as long as thick on a ground; what lies above presses each joint.
+
+    The known answer is ``carried_error``'s: the weight of what lies above.
+    """
+    size = (1.0, 1.0 / aspect) if lying else (1.0 / aspect, 1.0)
+    return Scene(
+        **{
+            "title": "slender",
+            "dimension": 2,
+            "fidelity": fidelity,
+            "materials": {"stone": Material(density=DENSITY, young=YOUNG, poisson=0.0)},
+            "structures": (StackStructure(name="stack", material="stone", size=size, count=count),),
+            "mesh": MeshSettings(divisions=divisions),
+            "joints": (Joint(friction=0.0),),
+            "loads": Loads(gravity=down(2)),
+            "analysis": Statics(),
+        }
+        | keys
+    )
+
+
+def sizes_apart(
+    ratio: float, *, fidelity: Fidelity = "rigid", dimension: Literal[2, 3] = 2, **keys: Any
+) -> Scene:
+    """A cube on one ``ratio`` times its edge, in the middle of it, on a ground.
+
+    The joints carry the weights above them (``carried_error``).
+    """
+    d = dimension
+    small = BlockStructure(
+        name="small",
+        material="stone",
+        size=(1.0,) * d,
+        position=(*((0.5 * (ratio - 1),) * (d - 1)), ratio),
+    )
+    large = BlockStructure(name="large", material="stone", size=(ratio,) * d, position=(0.0,) * d)
+    floor = BlockStructure(
+        name="floor",
+        material="stone",
+        size=(*((2 * ratio,) * (d - 1)), 0.5 * ratio),
+        position=(*((-0.5 * ratio,) * (d - 1)), -0.5 * ratio),
+        support=True,
+    )
+    return Scene(
+        **{
+            "title": "sizes apart",
+            "dimension": d,
+            "fidelity": fidelity,
+            "materials": {"stone": Material(density=DENSITY, young=YOUNG, poisson=0.0)},
+            "structures": (large, small, floor),
+            "mesh": MeshSettings(divisions=(2,) * d),
+            "joints": (Joint(friction=0.0),),
+            "loads": Loads(gravity=down(d)),
+            "analysis": Statics(),
+        }
+        | keys
+    )
+
+
+# --- gaps and overlaps -------------------------------------------------------------------------------------
+
+
+def lifted(
+    gap: float,
+    *,
+    fidelity: Fidelity = "rigid",
+    edge: float = 1.0,
+    reach: float | None = None,
+    expulsion: float = 0.0,
+    analysis: Analysis | None = None,
+    **keys: Any,
+) -> Scene:
+    """A cube ``gap`` above a floor, or as deep in it; it comes down by the gap and rests (``rest_error``)."""
+    cube = BlockStructure(name="cube", material="stone", size=(edge, edge), position=(0.0, gap))
+    floor = BlockStructure(
+        name="floor", material="stone", size=(3 * edge, edge), position=(-edge, -edge), support=True
+    )
+    return Scene(
+        **{
+            "title": "lifted cube",
+            "dimension": 2,
+            "fidelity": fidelity,
+            "materials": {"stone": Material(density=DENSITY, young=YOUNG, poisson=0.0)},
+            "structures": (cube, floor),
+            "mesh": MeshSettings(divisions=(2, 2)),
+            "joints": (Joint(friction=0.6),),
+            "loads": Loads(gravity=down(2)),
+            "contact": Contact(reach=reach, expulsion=expulsion),
+            "analysis": Statics() if analysis is None else analysis,
+            "probes": (Probe(name="foot", block="cube", point=(0.5 * edge, gap)),),
+        }
+        | keys
+    )
+
+
+def rest_error(result: RunResult, gap: float) -> float:
+    """Where the foot comes to rest against −gap (0 for an overlap, which is held) [m]."""
+    return abs(result.summary["probes"]["foot"][1] + max(gap, 0.0))

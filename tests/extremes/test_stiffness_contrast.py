@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import logging
+
 import pytest
 
 from masonry_fem.run import solve_scene
+from masonry_fem.scene import check
+from masonry_fem.scene.material_doubts import MAGNIFIED
+from masonry_fem.scene.specs import Solver
 from tests.extremes.solids import (
     DENSITY,
     YOUNG,
     certificate,
     column,
     column_error,
+    patch,
+    stress_errors,
     wall,
     wall_error,
 )
@@ -71,3 +78,35 @@ def test_rigid_courses_among_elastic_ones() -> None:
     result = solve_scene(wall(alternate="rigid courses"))
     assert result.outcome == "equilibrium"
     assert wall_error(result) < 1e-12
+
+
+@pytest.mark.parametrize("ratio", [1e-8, 1e-6, 1e-4, 1e-2, 1e2, 1e4, 1e6, 1e8])
+def test_patch_keeps_the_stress_of_the_softer_block(ratio: float) -> None:
+    """2:3 elements. The stiffer block's stress errs by up to 50 times the contrast times the tolerance."""
+    result = solve_scene(patch(ratio=ratio))
+    assert result.outcome == "equilibrium"
+    errors = stress_errors(result)
+    soft, stiff = ("lower", "upper") if ratio > 1 else ("upper", "lower")
+    contrast = max(ratio, 1 / ratio)
+    assert errors[soft] < 1e-8
+    assert errors[stiff] < max(1e-8, MAGNIFIED * contrast * 1e-10)
+
+
+@pytest.mark.parametrize(("ratio", "tolerance", "told"), [
+    (1e4, 1e-10, None), (1e8, 1e-10, "make 'upper' rigid"), (1e-8, 1e-10, "make 'lower' rigid"),
+    (1e6, 1e-10, "solver.tolerance at most 2e-11"), (1e6, 1e-11, None),
+])  # fmt: skip
+def test_contrast_that_the_tolerance_does_not_bound_is_told(
+    ratio: float, tolerance: float, told: str | None, caplog: pytest.LogCaptureFixture
+) -> None:
+    with caplog.at_level(logging.WARNING):
+        check(patch(ratio=ratio, solver=Solver(tolerance=tolerance)))
+    found = [record.getMessage() for record in caplog.records if "bound the stress" in record.getMessage()]
+    assert len(found) == (told is not None)
+    assert told is None or told in found[0]
+
+
+@pytest.mark.parametrize("ratio", [1e-8, 1e8])
+def test_matching_meshes_keep_both_stresses(ratio: float) -> None:
+    result = solve_scene(patch(ratio=ratio, divisions=((3, 3), (3, 3)), placement="nodes"))
+    assert max(stress_errors(result).values()) < 1e-6

@@ -155,6 +155,30 @@ def parser() -> argparse.ArgumentParser:
     falls.add_argument("--json", action="store_true", help="print everything as JSON")
     falls.set_defaults(command=collapse_scene)
 
+    sweep = commands.add_parser(
+        "study", parents=[scene, common], help="run a scene with many settings: cost and error of each"
+    )
+    sweep.add_argument(
+        "--vary", action="append", default=[], metavar="KEY=VALUE,VALUE",
+        help="values of a key: mesh.size=0.2,0.1 (may be repeated: all combinations run)",
+    )  # fmt: skip
+    sweep.add_argument(
+        "--reference", action="append", default=[], metavar="WHAT",
+        help="what to compare with: settings of a cell, a results folder, a file of numbers, or numbers as "
+        "probes.top.z=-1.77e-6 (default: the finest cell)",
+    )  # fmt: skip
+    sweep.add_argument(
+        "--quantity", action="append", default=[], metavar="NAME",
+        help="what to compare: thrust, probes.crown.z, stress.p95 ... (default: everything)",
+    )  # fmt: skip
+    sweep.add_argument("--accuracy", default="1%", metavar="A", help="error that is asked for (1%%)")
+    sweep.add_argument("--workers", type=int, metavar="N", help="cells at a time (as cores and memory allow)")
+    sweep.add_argument("--time-limit", type=float, metavar="S", help="CPU seconds a cell may take")
+    sweep.add_argument("--fresh", action="store_true", help="compute again what is known")
+    sweep.add_argument("--out", type=Path, metavar="DIR", help="folder (default: results/SCENE-study)")
+    sweep.add_argument("--json", action="store_true", help="print everything as JSON")
+    sweep.set_defaults(command=study_scene)
+
     mesh = commands.add_parser("mesh", parents=[scene, common], help="write and picture mesh and interfaces")
     mesh.add_argument("--out", type=Path, metavar="DIR", help="folder (default: results/SCENE)")
     mesh.set_defaults(command=mesh_scene)
@@ -269,6 +293,41 @@ def collapse_scene(options: argparse.Namespace) -> int:
     return code
 
 
+def study_scene(options: argparse.Namespace) -> int:
+    """Run a scene with many settings; the exit code tells whether there is anything to compare."""
+    from masonry_fem.study import study
+    from masonry_fem.study.table import Watch, print_study
+
+    options.out = options.out or Path("results") / f"{options.scene.stem}-study"
+    with Watch(quiet=options.quiet) as watch:
+        made = study(
+            options.scene,
+            options.vary,
+            out=options.out,
+            overrides=options.overrides,
+            reference=options.reference,
+            quantities=options.quantity,
+            accuracy=_share(options.accuracy),
+            workers=options.workers,
+            time_limit=options.time_limit,
+            fresh=options.fresh,
+            tell=watch.tell,
+        )
+    files = made.write(pictures=not made.interrupted)
+    if options.json:
+        print((options.out / "study.json").read_text(encoding="utf-8"), end="")
+    elif not options.quiet:
+        print_study(made)
+        _print_files(files)
+    if made.interrupted:
+        _complain(made.outlook)
+        return INTERRUPTED
+    if not any(row.solved for row in made.rows):
+        _complain("no cell was solved; see the messages in study.csv")
+        return EXIT_CODES["no_convergence"]
+    return 0
+
+
 def mesh_scene(options: argparse.Namespace) -> int:
     """Write and picture the mesh and the interfaces."""
     scene, base = _read(options)
@@ -354,6 +413,14 @@ def _folder(options: argparse.Namespace) -> Path:
     """Results folder: what was asked for, else one named after the scene."""
     asked: Path | None = options.out
     return Path("results") / str(options.scene.stem) if asked is None else asked
+
+
+def _share(text: str) -> float:
+    """A share of one, written so or in per cent."""
+    try:
+        return float(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
+    except ValueError:
+        raise MasonryError(f"accuracy is '{text}', expected a share such as 1% or 0.01") from None
 
 
 def _finite(value: float) -> float | None:

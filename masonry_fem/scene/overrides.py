@@ -30,11 +30,11 @@ def apply(tree: dict[str, Any], overrides: Iterable[str]) -> dict[KeyPath, str]:
         parts = [part.strip() for part in key.split(".")]
         if not equals or not all(parts):
             raise SceneError(f"--set {text}: expected key=value, for example analysis.step=1e-3")
-        changed[_write(tree, parts, _parsed(value.strip()), text)] = text
+        changed[_write(tree, parts, parsed(value.strip()), text)] = text
     return changed
 
 
-def _parsed(text: str) -> Any:
+def parsed(text: str) -> Any:
     """The TOML value that a text is, else the text itself."""
     try:
         document = tomllib.loads(f"value = {text}")

@@ -1,0 +1,267 @@
+"""Study: one scene with many settings, what each costs, how far each is off, and which to use.
+
+made = study("arch.toml", {"mesh.size": [0.2, 0.1], "fidelity": ["rigid", "elastic"]}, accuracy=0.01)
+made.recommendations[0].words
+made.write(Path("results/arch-study"))
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from masonry_fem.errors import MasonryError, SceneError
+from masonry_fem.post.folder import make_folder
+from masonry_fem.scene import Scene, dumps, loads
+from masonry_fem.scene.specs import Dynamics
+from masonry_fem.study.cell import Cell, plan, room
+from masonry_fem.study.comparison import Comparison, compare
+from masonry_fem.study.crew import Crew
+from masonry_fem.study.files import write_study
+from masonry_fem.study.pareto import Point, gather
+from masonry_fem.study.recommendation import Recommendation, recommend
+from masonry_fem.study.reference import Reference
+from masonry_fem.study.row import Row, is_known
+from masonry_fem.study.target import Target, targets
+from masonry_fem.study.variation import Variation, variations
+
+logger = logging.getLogger(__name__)
+
+Tell = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Study:
+    """What a study found.
+
+    Attributes
+    ----------
+    title : Of the scene. vary : Keys and values.
+    rows : One a cell, the coarsest first.
+    reference : What they are compared with.
+    comparisons : One a case.
+    targets, accuracy : What advice is for. recommendations : One a target.
+    notes : What was taken otherwise than asked, and what the study does not tell.
+    folder : Where the cells' results are kept.
+    interrupted : Whether it was ended before its end.
+    """
+
+    title: str
+    vary: tuple[Variation, ...]
+    rows: tuple[Row, ...]
+    reference: Reference
+    comparisons: tuple[Comparison, ...]
+    targets: tuple[Target, ...]
+    accuracy: float
+    recommendations: tuple[Recommendation, ...]
+    notes: tuple[str, ...]
+    folder: Path
+    interrupted: bool = False
+
+    @property
+    def outlook(self) -> str:
+        """How many cells are done, and how to go on."""
+        open_cells = sum(row.outcome == "missing" for row in self.rows)
+        return (
+            f"{len(self.rows) - open_cells} of {len(self.rows)} cells are done and kept in "
+            f"{self.folder}; the same command goes on with the {open_cells} left"
+        )
+
+    def points(self, target: Target) -> list[Point]:
+        """Cost and error of each setting for a target."""
+        return gather(self.comparisons, self.vary, target.names)
+
+    def row(self, **settings: Any) -> Row:
+        """The first row with the given settings; dots of keys are written as two underscores."""
+        wanted = {key.replace("__", "."): str(value) for key, value in settings.items()}
+        for row in self.rows:
+            if all(row.cell.settings.get(key) == value for key, value in wanted.items()):
+                return row
+        raise MasonryError(f"no cell has {wanted}")
+
+    def write(self, directory: Path | None = None, *, pictures: bool = True) -> list[Path]:
+        """Write ``study.csv``, ``study.json`` and ``pareto.png``; returns their paths."""
+        return write_study(self, self.folder if directory is None else Path(directory), pictures=pictures)
+
+
+def study(
+    scene: Scene | str | Path,
+    vary: Mapping[str, Sequence[Any]] | Iterable[str],
+    *,
+    base: Path | None = None,
+    out: Path | None = None,
+    overrides: Sequence[str] = (),
+    reference: Any = None,
+    quantities: Sequence[str] = (),
+    accuracy: float = 0.01,
+    workers: int | None = None,
+    time_limit: float | None = None,
+    fresh: bool = False,
+    tell: Tell | None = None,
+) -> Study:
+    """Run a scene with all combinations of some values and compare what comes.
+
+    Parameters
+    ----------
+    scene : Scene, or path of its file.
+    vary : Values by dotted key, or texts ``key=value,value``.
+    base : Folder that paths in the scene start from; None: that of its file, else the current one.
+    out : Folder of the results, which a second call goes on with; None: ``results/SCENE-study``.
+    overrides : Texts ``key=value`` for all cells.
+    reference : None for the finest cell, settings of a cell, a results folder, a file, or numbers by name.
+    quantities : Names, groups or patterns of what is compared; none: everything.
+    accuracy : Relative error that is asked for.
+    workers : Cells at a time; None: as cores and memory allow. time_limit : CPU time of a cell [s].
+    fresh : Compute again what is known. tell : Is told cells done, cells in all, and what was done last.
+
+    Raises
+    ------
+    MasonryError : The study makes no sense: unknown keys, no values, too many cells.
+    """
+    if not 0 < accuracy < 1:
+        raise MasonryError(f"accuracy is {accuracy:g}, expected one between 0 and 1, as 0.01 for 1 %")
+    varied = variations(vary)
+    text, source, base, name = _scene_text(scene, base)
+    wanted = Reference.of(reference, varied)
+    cells = plan(text, varied, overrides, base=base, source=source)
+    folder = Path("results") / f"{name}-study" if out is None else Path(out)
+    make_folder(folder / "cells")
+    crew = Crew(workers, time_limit)
+    told, interrupted = _computed(cells, crew, base, folder / "cells", fresh, tell)
+    rows = tuple(_row(cell, told) for cell in cells)
+    comparisons = tuple(compare(case, varied, wanted, quantities) for case in _cases(rows, varied))
+    aims = tuple(targets(comparisons, quantities)) if any(row.solved for row in rows) else ()
+    advice = tuple(recommend(aim, comparisons, varied, accuracy) for aim in aims)
+    made = loads(next(cell.scene for cell in cells if cell.scene), base=base)
+    notes = (*_left_out(text, varied, overrides), *_notes(made, varied, rows, comparisons, wanted))
+    return Study(
+        made.title, varied, rows, wanted, comparisons, aims, accuracy, advice, notes, folder, interrupted
+    )
+
+
+def _scene_text(scene: Scene | str | Path, base: Path | None) -> tuple[str, str, Path, str]:
+    """Text of a scene, what messages call it, the folder of its paths, and a name for its results."""
+    if isinstance(scene, Scene):
+        return dumps(scene), "scene", base or Path(), "scene"
+    path = Path(scene)
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise SceneError(f"{path}: cannot be read ({error}); expected a TOML file") from error
+    return text, str(path), base or path.parent, path.stem
+
+
+def _computed(
+    cells: Sequence[Cell], crew: Crew, base: Path, folder: Path, fresh: bool, tell: Tell | None
+) -> tuple[dict[str, dict[str, Any]], bool]:
+    """Rows of all cells by key, from the folder where they are known; and whether Ctrl-C came."""
+    unique = {cell.key: cell for cell in cells if cell.scene is not None}
+    told = (
+        {} if fresh else {key: row for key in unique if (row := _known(folder / f"{key}.json", crew.limit))}
+    )
+    waiting = [cell for key, cell in unique.items() if key not in told]
+    say = tell or (lambda done, total, last: None)
+    say(len(told), len(unique), "")
+    try:
+        with crew:
+            for cell, row in crew.compute(waiting, base=base, folder=folder):
+                told[cell.key] = row
+                say(len(told), len(unique), f"{', '.join(cell.settings.values())}: {row['outcome']}")
+    except KeyboardInterrupt:
+        return told, True
+    return told, False
+
+
+def _known(path: Path, limit: float | None) -> dict[str, Any] | None:
+    """What a cell's file says, where it need not be computed again."""
+    try:
+        row: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return row if is_known(row, limit) else None
+
+
+def _row(cell: Cell, told: Mapping[str, Any]) -> Row:
+    if cell.scene is None:
+        return Row.unsolved(cell, "bad_scene", cell.fault)
+    if cell.key not in told:
+        return Row.unsolved(cell, "missing", "not computed yet")
+    return Row.of(cell, told[cell.key])
+
+
+def _cases(rows: Sequence[Row], vary: Sequence[Variation]) -> list[list[Row]]:
+    """Rows that answer one problem, together."""
+    found: dict[tuple[int, ...], list[Row]] = {}
+    for row in rows:
+        pairs = zip(vary, row.cell.places, strict=True)
+        found.setdefault(tuple(place for one, place in pairs if one.is_case), []).append(row)
+    return list(found.values())
+
+
+def _left_out(text: str, vary: Sequence[Variation], overrides: Sequence[str]) -> list[str]:
+    """What the scene says and a varied key replaces."""
+    return [f"in all cells {one} instead of the scene's" for one in room(text, vary, overrides)]
+
+
+def _notes(
+    scene: Scene,
+    vary: Sequence[Variation],
+    rows: Sequence[Row],
+    comparisons: Sequence[Comparison],
+    reference: Reference,
+) -> list[str]:
+    """What a reader has to know beside the numbers."""
+    notes = []
+    cases = [one.key for one in vary if one.is_case]
+    if cases:
+        notes.append(
+            f"{' and '.join(cases)} poses another problem with each value: each is compared with its own "
+            "finest cell, errors are the worst of all, costs their sum"
+        )
+    given = [one for one in vary if one.setting.role == "given"]
+    if given and reference.given is None:
+        last = ", ".join(f"{one.key} = {one.text(one.finest)}" for one in given)
+        notes.append(f"of what has no order the value given last counts as the best: {last}")
+    if reference.given is None:
+        notes += _untold(scene, vary, rows)
+        notes += _not_finest(vary, comparisons)
+    else:
+        notes.append("the reference comes from outside and is taken as exact")
+    left = sorted({name for made in comparisons for name in made.left_out})
+    if left:
+        notes.append(f"too small to be compared: {', '.join(left)}")
+    if sum(row.solved for row in rows) > 1:
+        notes.append(
+            "CPU times of cells side by side, which share caches and memory, are a few per cent longer"
+        )
+    return notes
+
+
+def _untold(scene: Scene, vary: Sequence[Variation], rows: Sequence[Row]) -> list[str]:
+    """Discretisations that add errors which the study cannot see."""
+    told = {one.setting.of for one in vary}
+    notes = []
+    if "mesh" not in told and any("stress.means" in row.quantities for row in rows):
+        notes.append("the mesh is not varied: what it adds to the errors is not known")
+    if "time" not in told and isinstance(scene.analysis, Dynamics):
+        notes.append("the time step is not varied: what it adds to the errors is not known")
+    return notes
+
+
+def _not_finest(vary: Sequence[Variation], comparisons: Sequence[Comparison]) -> list[str]:
+    """References that are not what one would take for the finest."""
+    notes = []
+    for made in comparisons:
+        if made.reference is None:
+            notes.append("no cell was solved: there is nothing to compare with")
+            continue
+        pairs = zip(vary, made.reference.cell.places, strict=True)
+        lower = [one.key for one, place in pairs if not one.is_case and place != one.finest]
+        if lower:
+            own = ", ".join(f"{key} = {value}" for key, value in made.reference.cell.settings.items())
+            notes.append(f"the reference is {own}: not the finest in {', '.join(lower)}")
+    return list(dict.fromkeys(notes))

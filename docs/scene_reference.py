@@ -373,6 +373,7 @@ MEANING: dict[str, str] = {
     "Record.path": "CSV file, relative to the scene file",
     "Record.scale": "factor of its values",
     "Override.blocks": "selector of blocks",
+    "Override.mesh": "as `mesh` of the scene; `run --refine-to` writes these",
     "Initial.velocity": "of the centroid", "Initial.spin": "about the centroid",
     "Statics.load_steps": "equal steps from 0 to the full load",
     "Statics.substeps": "most parts, by halves, of a step in which joints give way; needs a `law`",

@@ -9,13 +9,19 @@ from masonry_fem.build.stones import Stones
 from masonry_fem.build.supports import motion_of
 from masonry_fem.fem import _compat  # noqa: F401 - DOLFINx counts as import, not as assembly
 from masonry_fem.fem.clamp import Clamp
+from masonry_fem.fem.elastic import ElasticGroup
 from masonry_fem.fem.groups import elastic_groups
 from masonry_fem.fem.material import ElasticMaterial
 from masonry_fem.scene import specs
 
 
-def elastic(scene: specs.Scene, stones: Stones, base: Path) -> list[BodyGroup]:
-    """One group for each distinct shape, material and clamping, all assembled at once."""
+def elastic(
+    scene: specs.Scene, stones: Stones, base: Path, before: tuple[BodyGroup, ...] = ()
+) -> list[BodyGroup]:
+    """One group for each distinct shape, material and clamping, all assembled at once.
+
+    What the groups ``before`` have of the same is used again.
+    """
     materials = {block: _material(scene, stones.material[block]) for block in stones.of_role("elastic")}
     clamps = {
         block: tuple(
@@ -28,7 +34,9 @@ def elastic(scene: specs.Scene, stones: Stones, base: Path) -> list[BodyGroup]:
         )
         for block, several in stones.clamps.items()
     }
-    return list(elastic_groups(stones.assembly, materials, clamps, scene.plane, scene.mass == "lumped"))
+    known = [group for group in before if isinstance(group, ElasticGroup)]
+    lumped = scene.mass == "lumped"
+    return list(elastic_groups(stones.assembly, materials, clamps, scene.plane, lumped, known))
 
 
 def _material(scene: specs.Scene, name: str) -> ElasticMaterial:

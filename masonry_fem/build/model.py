@@ -16,14 +16,14 @@ from masonry_fem.bodies.base import BodyGroup
 from masonry_fem.bodies.rigid import RigidGroup
 from masonry_fem.build.joints import contacts_and_joints
 from masonry_fem.build.loads import loads
+from masonry_fem.build.overlaps import refuse_overlaps
 from masonry_fem.build.stones import Stones, block_names, lay, meshed, typical_length
 from masonry_fem.build.supports import last_change, support_group
 from masonry_fem.contact.contacts import Interface
-from masonry_fem.contact.detection import default_reach, detect
+from masonry_fem.contact.detection import detect
 from masonry_fem.dynamics.clock import Clock
 from masonry_fem.dynamics.model import Model, Probe
 from masonry_fem.errors import MasonryError, SceneError
-from masonry_fem.geometry.overlap import overlapping
 from masonry_fem.scene import specs
 from masonry_fem.scene.selector import select
 
@@ -53,15 +53,19 @@ class Built:
     seconds: dict[str, float]
 
 
-def build(scene: specs.Scene, base: Path) -> Built:
-    """Compose the model of a scene; ``base`` is the folder its file paths are relative to."""
+def build(scene: specs.Scene, base: Path, before: Built | None = None) -> Built:
+    """Compose the model of a scene; ``base`` is the folder its file paths are relative to.
+
+    Meshes, matrices and factors of ``before``, the same structures built with other meshes, are used again
+    where they fit.
+    """
     clock = Clock()
     stones = lay(scene, base)
     clock.lap("build")
-    stones = meshed(stones)
+    stones = meshed(stones, None if before is None else before.stones)
     clock.lap("mesh" if stones.of_role("elastic") else "build")
     reach = scene.contact.reach
-    _refuse_overlaps(stones, reach)
+    refuse_overlaps(stones, reach)
     interfaces = detect(stones.assembly, reach=reach, angle=scene.contact.angle)
     interfaces = _between_free(stones, interfaces)
     _doubt_loose(stones, interfaces)
@@ -71,7 +75,7 @@ def build(scene: specs.Scene, base: Path) -> Built:
     if stones.of_role("elastic"):
         _load_fenicsx()
         clock.lap("import")
-    groups = body_groups(scene, stones, base)
+    groups = body_groups(scene, stones, base, () if before is None else before.model.groups)
     clock.lap("assemble" if stones.of_role("elastic") else "build")
     model = Model(
         assembly=stones.assembly,
@@ -128,8 +132,13 @@ def _update(scene: specs.Scene, stones: Stones, base: Path) -> Redetection | Non
     return Redetection.of(scene, stones, base)
 
 
-def body_groups(scene: specs.Scene, stones: Stones, base: Path) -> tuple[BodyGroup, ...]:
-    """One group of supports, one of rigid blocks, one of elastic blocks for each distinct shape."""
+def body_groups(
+    scene: specs.Scene, stones: Stones, base: Path, before: tuple[BodyGroup, ...] = ()
+) -> tuple[BodyGroup, ...]:
+    """One group of supports, one of rigid blocks, one of elastic blocks for each distinct shape.
+
+    Matrices and factors of the groups ``before`` are used again where mesh and material are the same.
+    """
     groups: list[BodyGroup] = []
     supports = support_group(scene, stones, base)
     if supports is not None:
@@ -141,44 +150,17 @@ def body_groups(scene: specs.Scene, stones: Stones, base: Path) -> tuple[BodyGro
         damping = np.array([material.damping.mass for material in materials])
         groups.append(RigidGroup(stones.assembly, rigid, density, damping))
     if stones.of_role("elastic"):
-        groups.extend(_load_fenicsx()(scene, stones, base))
+        groups.extend(_load_fenicsx()(scene, stones, base, before))
     return tuple(groups)
 
 
-def _load_fenicsx() -> Callable[[specs.Scene, Stones, Path], list[BodyGroup]]:
+def _load_fenicsx() -> Callable[[specs.Scene, Stones, Path, tuple[BodyGroup, ...]], list[BodyGroup]]:
     """What makes the elastic groups; only scenes with elastic blocks load DOLFINx and PETSc."""
     installation.require_fenicsx()
     installation.require_compiler()
     from masonry_fem.build.elastic import elastic  # noqa: PLC0415
 
     return elastic
-
-
-def _refuse_overlaps(stones: Stones, reach: float | None) -> None:
-    """Refuse blocks that overlap by more than the contact's reach, and name those that do by less."""
-    found = overlapping(stones.assembly)
-    if not found:
-        return
-    far = default_reach(stones.assembly) if reach is None else reach
-    refused = [overlap for overlap in found if overlap[2] > far]
-    if refused:
-        raise SceneError(
-            f"structures: blocks overlap: {_overlaps_named(stones, refused)}; expected blocks that touch, "
-            f"stand apart, or overlap by no more than contact.reach ({far:.3g} m); move or resize them"
-        )
-    logger.warning(
-        "blocks overlap by up to %.3g m, within contact.reach: %s; they stay where they are, and the "
-        "overlap stays too, unless contact.expulsion drives them apart",
-        max(depth for _, _, depth in found),
-        _overlaps_named(stones, found),
-    )
-
-
-def _overlaps_named(stones: Stones, found: list[tuple[int, int, float]]) -> str:
-    blocks = stones.assembly.blocks
-    pairs = [f"'{blocks[a].name}' and '{blocks[b].name}' by {depth:.3g} m" for a, b, depth in found[:SHOWN]]
-    more = f" and {len(found) - SHOWN} more pairs" if len(found) > SHOWN else ""
-    return ", ".join(pairs) + more
 
 
 def _tell_gaps(stones: Stones, interfaces: tuple[Interface, ...]) -> None:

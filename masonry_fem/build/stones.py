@@ -12,11 +12,14 @@ import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from masonry_fem.errors import SceneError
 from masonry_fem.geometry import assemble, build_structure
 from masonry_fem.scene import specs
 from masonry_fem.scene.selector import select, split_face
 from masonry_fem.solid.assembly import Assembly, Shape
+from masonry_fem.solid.mesh import Mesh
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +57,14 @@ class Stones:
     clamps: dict[int, tuple[Clamp, ...]]
     mesh: tuple[specs.MeshSettings, ...]
 
+    def meshes(self) -> dict[tuple[str, specs.MeshSettings], Shape]:
+        """Meshed shapes by name and settings."""
+        pairs = [
+            (self.assembly.shapes[block.shape], wanted)
+            for block, wanted in zip(self.assembly.blocks, self.mesh, strict=True)
+        ]
+        return {(shape.name, wanted): shape for shape, wanted in pairs if shape.mesh is not None}
+
     def of_role(self, role: str) -> list[int]:
         """Numbers of the blocks with a role."""
         return [block for block, own in enumerate(self.role) if own == role]
@@ -75,16 +86,17 @@ def lay(scene: specs.Scene, base: Path) -> Stones:
         for block, structure in zip(assembly.blocks, owner, strict=True)
     ]
     material = [structure.material for structure in owner]
+    mesh = [_mesh_of(scene, structure) for structure in owner]
     names = block_names(assembly)
     for index, override in enumerate(scene.overrides):
         for block in select(override.blocks, names, f"overrides.{index}.blocks"):
             if override.fidelity is not None and role[block] != "support":
                 role[block] = override.fidelity
             material[block] = override.material or material[block]
+            mesh[block] = override.mesh or mesh[block]
     motion, clamps = _supports(scene, assembly, names, role)
     _check_materials(scene, assembly, role, material)
-    mesh = tuple(_mesh_of(scene, structure) for structure in owner)
-    return Stones(assembly, tuple(role), tuple(material), motion, clamps, mesh)
+    return Stones(assembly, tuple(role), tuple(material), motion, clamps, tuple(mesh))
 
 
 def _mesh_of(scene: specs.Scene, structure: specs.Structure) -> specs.MeshSettings:
@@ -138,8 +150,12 @@ def _check_materials(scene: specs.Scene, assembly: Assembly, role: list[str], ma
             )
 
 
-def meshed(stones: Stones) -> Stones:
-    """The stones with one shape for each distinct (shape, mesh); unmeshed where they are not elastic."""
+def meshed(stones: Stones, before: Stones | None = None) -> Stones:
+    """The stones with one shape for each distinct (shape, mesh); unmeshed where they are not elastic.
+
+    Meshes of ``before`` are used again where it has the same solid with the same settings.
+    """
+    known = {} if before is None else before.meshes()
     if "elastic" in stones.role:
         from masonry_fem.geometry.meshing import mesh_shape  # noqa: PLC0415  brings gmsh
     assembly = stones.assembly
@@ -154,10 +170,21 @@ def meshed(stones: Stones) -> Stones:
             if own != "elastic":
                 shape = replace(shape, mesh=None)
             elif shape.mesh is None:
-                shape = replace(shape, mesh=mesh_shape(shape, wanted, assembly.dimension))
+                mesh = _again(known, shape, wanted) or mesh_shape(shape, wanted, assembly.dimension)
+                shape = replace(shape, mesh=mesh)
             shapes.append(shape)
         blocks.append(replace(block, shape=number[key]))
     return replace(stones, assembly=Assembly(assembly.dimension, tuple(shapes), tuple(blocks)))
+
+
+def _again(
+    known: dict[tuple[str, specs.MeshSettings], Shape], shape: Shape, wanted: specs.MeshSettings
+) -> Mesh | None:
+    """The mesh that the same solid has already had."""
+    found = known.get((shape.name, wanted))
+    if found is None or not np.array_equal(found.solid.vertices, shape.solid.vertices):
+        return None
+    return found.mesh
 
 
 def typical_length(assembly: Assembly) -> float:

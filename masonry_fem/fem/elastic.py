@@ -97,6 +97,15 @@ class ElasticGroup(Meshed):
     def _estimate(self) -> ErrorEstimate:
         return ErrorEstimate.of(self.operators.mesh, self.operators.material)
 
+    def share(self, other: ElasticGroup) -> None:
+        """Take over factors, and what stresses are read by, of a group with the same matrices and clamps."""
+        if other.operators is not self.operators or not np.array_equal(other.holds.free, self.holds.free):
+            return
+        self._factors = other._factors
+        for name in ("_recovery", "_estimate"):
+            if name in other.__dict__:
+                self.__dict__[name] = other.__dict__[name]
+
     def attach(self, sides: Sides) -> ElasticAttachment:
         """The blocks seen through contact sides."""
         return ElasticAttachment.of(self, sides)

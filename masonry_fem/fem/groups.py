@@ -35,6 +35,7 @@ def elastic_groups(
     clamps: Mapping[int, Sequence[Clamp]] | None = None,
     plane: Plane = "strain",
     lumped: bool = False,
+    before: Sequence[ElasticGroup] = (),
 ) -> tuple[ElasticGroup, ...]:
     """Groups of the elastic blocks of an assembly, in the order of their first blocks.
 
@@ -45,6 +46,8 @@ def elastic_groups(
     clamps : Held faces, by block.
     plane : What 2D means.
     lumped : Diagonal instead of consistent mass.
+    before : Groups of another build of the scene, with the same plane and mass: what they have of the same
+        mesh and material is used again.
 
     Raises
     ------
@@ -60,15 +63,15 @@ def elastic_groups(
     for kind, members in kinds.items():
         meshes.setdefault((kind.shape, kind.turn), _mesh(assembly, members[0], kind))
     pairs = list(dict.fromkeys((kind.shape, kind.turn, kind.material) for kind in kinds))
-    operators = dict(
-        zip(
-            pairs,
-            assemble_shapes(
-                [meshes[shape, turn] for shape, turn, _ in pairs], [pair[2] for pair in pairs], plane, lumped
-            ),
-            strict=True,
-        )
-    )
+    operators = {
+        pair: group.operators
+        for pair in pairs
+        for group in before
+        if group.mesh is meshes[pair[:2]] and group.operators.material == pair[2]
+    }
+    new = [pair for pair in pairs if pair not in operators]
+    made = assemble_shapes([meshes[pair[:2]] for pair in new], [pair[2] for pair in new], plane, lumped)
+    operators |= dict(zip(new, made, strict=True))
     groups = []
     for kind, members in kinds.items():
         stones = [assembly.blocks[block] for block in members]
@@ -87,6 +90,8 @@ def elastic_groups(
                 assembly.shapes[kind.shape].solid.names,
             )
         )
+        for known in before:
+            groups[-1].share(known)
     return tuple(groups)
 
 

@@ -179,11 +179,12 @@ class Material(Spec, frozen=True, kw_only=True):
 
 
 class Override(Spec, frozen=True, kw_only=True):
-    """Fidelity or material of the selected blocks, against what their structure says."""
+    """Fidelity, material or elements of the selected blocks, against what their structure says."""
 
     blocks: BlockSelector
     fidelity: Fidelity | None = None
     material: str | None = None
+    mesh: MeshSettings | None = None
 
 
 class Joint(Spec, frozen=True, kw_only=True):

@@ -33,6 +33,7 @@ SMALLEST = 1e-4  # of the smaller face: a common part below it is a sliver
 EDGE = 2e-6  # of a block's size: a common part no wider is a shared edge or corner
 REACH = 1e-3  # of a block's size: what a scene that says nothing takes for touching
 ROUNDING = 1e-12  # of a block's size: a gap below it is zero
+THROUGH = 0.5  # of the thinner block behind its face: two faces deeper in each other are seen through blocks
 SHOWN = 5  # pairs of blocks that a message names
 
 logger = logging.getLogger(__name__)
@@ -167,7 +168,9 @@ def _cut(
     real = np.arange(gap.shape[1]) < corners[:, None]
     nearest = np.where(real, gap, np.inf).min(axis=1)
     rounding = 1e-9 * size
-    touching = (nearest <= within[0] + rounding) & (nearest >= -within[1] - rounding)
+    # with a reach of a block's size the top of one faces the bottom of the other, deep in each other
+    overlap = np.minimum(within[1], THROUGH * np.minimum(faces.depth[c], faces.depth[a]))
+    touching = (nearest <= within[0] + rounding) & (nearest >= -overlap - rounding)
     accepted = large & touching
     sliver = np.flatnonzero(touching & ~large & (area > 0))
     width = area[sliver]

@@ -59,6 +59,7 @@ class Surface:
     face : Face that each is a piece of, shape (p,).
     normals : Outward unit normals of the faces, shape (f, d).
     areas : Areas of the pieces, shape (p,) [m²; m in 2D].
+    depths : How far the solid reaches behind its faces, shape (f,) [m].
     convex : True for a convex solid.
     face_meshes : Mesh facets by face; empty where there is no mesh.
     size : d-th root of the volume [m].
@@ -72,6 +73,7 @@ class Surface:
     face: IntArray
     normals: FloatArray
     areas: FloatArray
+    depths: FloatArray
     convex: bool
     face_meshes: tuple[FaceMesh, ...]
     size: float
@@ -102,6 +104,7 @@ class Surface:
             face=np.array(face),
             normals=normals,
             areas=_areas(padded),
+            depths=_depths(solid, normals),
             convex=_is_convex(solid, normals),
             face_meshes=meshes,
             size=abs(solid.mass_properties().volume) ** (1 / solid.dimension),
@@ -122,6 +125,7 @@ class PosedFaces:
     block, piece, face : Whose they are, shape (n,).
     points : Outward loops, padded, shape (n, k, d) [m]. corners : Their lengths, shape (n,).
     normal : Outward unit normals, shape (n, d). area : Areas, shape (n,).
+    depth : How far the block reaches behind the face, shape (n,) [m].
     first : First piece of each block and, last, n; shape (blocks + 1,).
     """
 
@@ -132,6 +136,7 @@ class PosedFaces:
     corners: IntArray
     normal: FloatArray
     area: FloatArray
+    depth: FloatArray
     first: IntArray
 
 
@@ -149,7 +154,7 @@ def pose_faces(assembly: Assembly, surfaces: tuple[Surface, ...]) -> PosedFaces:
     block = np.repeat(np.arange(len(of_block)), count)
     piece = index - first[block]
     face, corners = np.empty(total, dtype=np.int64), np.empty(total, dtype=np.int64)
-    area = np.empty(total)
+    area, depth = np.empty(total), np.empty(total)
     for number, surface in enumerate(surfaces):
         own = np.flatnonzero(of_block == number)
         if len(own) == 0:
@@ -163,7 +168,8 @@ def pose_faces(assembly: Assembly, surfaces: tuple[Surface, ...]) -> PosedFaces:
         face[rows] = np.tile(surface.face, len(own))
         corners[rows] = np.tile(surface.corners, len(own))
         area[rows] = np.tile(surface.areas, len(own))
-    return PosedFaces(block, piece, face, points, corners, normal, area, first)
+        depth[rows] = np.tile(surface.depths[surface.face], len(own))
+    return PosedFaces(block, piece, face, points, corners, normal, area, depth, first)
 
 
 def typical_size(assembly: Assembly, surfaces: tuple[Surface, ...]) -> float:
@@ -185,6 +191,13 @@ def _areas(pieces: FloatArray) -> FloatArray:
         return np.linalg.norm(pieces[:, 1] - pieces[:, 0], axis=1)
     spokes = pieces - pieces[:, :1]
     return 0.5 * np.linalg.norm(np.cross(spokes[:, 1:-1], spokes[:, 2:]).sum(axis=1), axis=1)
+
+
+def _depths(solid: Polytope, normals: FloatArray) -> FloatArray:
+    """How far a solid reaches behind each of its faces, shape (f,) [m]."""
+    on = solid.vertices[[loop[0] for loop in solid.faces]]
+    depths: FloatArray = ((on * normals).sum(axis=1) - (solid.vertices @ normals.T).min(axis=0)).astype(float)
+    return depths
 
 
 def _is_convex(solid: Polytope, normals: FloatArray) -> bool:

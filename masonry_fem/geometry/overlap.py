@@ -53,6 +53,15 @@ def overlapping(assembly: Assembly) -> list[tuple[int, int, float]]:
     return sorted(found)
 
 
+def thickness(solid: Polytope) -> float:
+    """The least of the solid's extents behind its faces [m]."""
+    points = solid.vertices
+    return min(
+        float(((points[loop[0]] - points) @ solid.normal(face)).max())
+        for face, loop in enumerate(solid.faces)
+    )
+
+
 def _packed(arrays: list[FloatArray]) -> tuple[FloatArray, IntArray]:
     """Rows of all arrays one after another, and where each begins, the end of the last included."""
     return np.concatenate(arrays), np.cumsum([0, *(len(array) for array in arrays)])

@@ -1,0 +1,57 @@
+"""Overlap at the start: refused where it is deep, told where it is held."""
+
+from __future__ import annotations
+
+import logging
+
+from masonry_fem.build.stones import Stones
+from masonry_fem.contact.detection import THROUGH, default_reach
+from masonry_fem.errors import SceneError
+from masonry_fem.geometry.overlap import overlapping, thickness
+
+SHOWN = 5  # pairs of blocks that a message names
+
+logger = logging.getLogger(__name__)
+
+Overlap = tuple[int, int, float]  # two blocks, and how deep they penetrate each other [m]
+
+
+def refuse_overlaps(stones: Stones, reach: float | None) -> None:
+    """Refuse blocks that overlap by more than the contact's reach, and name those that do by less.
+
+    However wide the reach, a block may not be in another by half of its own thickness: no face tells on which
+    side it belongs.
+    """
+    found = overlapping(stones.assembly)
+    if not found:
+        return
+    far = default_reach(stones.assembly) if reach is None else reach
+    refused = [overlap for overlap in found if overlap[2] > far]
+    if refused:
+        raise SceneError(
+            f"structures: blocks overlap: {_named(stones, refused)}; expected blocks that touch, "
+            f"stand apart, or overlap by no more than contact.reach ({far:.3g} m); move or resize them"
+        )
+    swallowed = [overlap for overlap in found if overlap[2] > THROUGH * _thinner(stones, overlap)]
+    if swallowed:
+        raise SceneError(
+            f"structures: blocks overlap: {_named(stones, swallowed)}, which is half of the thinner one or "
+            "more; expected blocks that touch, stand apart, or overlap by less; move or resize them"
+        )
+    logger.warning(
+        "blocks overlap by up to %.3g m, within contact.reach: %s; they stay where they are, and the "
+        "overlap stays too, unless contact.expulsion drives them apart",
+        max(depth for _, _, depth in found),
+        _named(stones, found),
+    )
+
+
+def _thinner(stones: Stones, overlap: Overlap) -> float:
+    return min(thickness(stones.assembly.solid(block)) for block in overlap[:2])
+
+
+def _named(stones: Stones, found: list[Overlap]) -> str:
+    blocks = stones.assembly.blocks
+    pairs = [f"'{blocks[a].name}' and '{blocks[b].name}' by {depth:.3g} m" for a, b, depth in found[:SHOWN]]
+    more = f" and {len(found) - SHOWN} more pairs" if len(found) > SHOWN else ""
+    return ", ".join(pairs) + more

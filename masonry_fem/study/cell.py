@@ -21,7 +21,7 @@ from masonry_fem.scene import Scene, dumps, loads
 from masonry_fem.scene.writing import plain
 from masonry_fem.study.variation import Variation
 
-MOST = 5000
+MOST = 2000
 RIVALS = {"size": "divisions", "divisions": "size"}
 
 

@@ -26,7 +26,8 @@ from masonry_fem.errors import MasonryError
 from masonry_fem.study.cell import Cell
 
 PINNED = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS")
-SLACK = 3.0  # wall-clock time over the CPU time that a cell may have: others use the machine, too
+SLACK = 3.0  # wall-clock time over the CPU time that a cell may have: others use the machine, too ...
+PATIENCE = 30.0  # ... and what its start may take besides [s]
 FIRST = 600.0  # memory that a cell is taken to need before any has told [MB]
 GROWTH = 2.0  # memory of a finer cell over that of the largest so far
 KILLED = {
@@ -118,6 +119,9 @@ class _Worker:
     def __init__(self, log: Path) -> None:
         self._log = log
         environment = os.environ | dict.fromkeys(PINNED, "1")
+        # PETSc would turn a crash into an exit code of its own
+        options = os.environ.get("PETSC_OPTIONS", "")
+        environment["PETSC_OPTIONS"] = f"{options} -no_signal_handler".strip()
         package = str(Path(__file__).resolve().parents[2])
         environment["PYTHONPATH"] = os.pathsep.join(filter(None, [package, os.environ.get("PYTHONPATH")]))
         with log.open("w") as said:
@@ -150,7 +154,13 @@ class _Worker:
             "log": str(log.resolve()),
             "limit": limit,
         }
-        guard = None if limit is None else threading.Timer(SLACK * limit + 30.0, self.end)
+        late = threading.Event()
+
+        def give_up() -> None:
+            late.set()
+            self.end()
+
+        guard = None if limit is None else threading.Timer(SLACK * limit + PATIENCE, give_up)
         if guard is not None:
             guard.start()
         begun = time.monotonic()
@@ -160,7 +170,7 @@ class _Worker:
             self._process.stdin.flush()
             answer = self._answer()
         except OSError:  # the guard, or something from outside, ended it
-            answer = {"signal": 0, "code": -1, "cpu": 0.0, "peak_memory_mb": 0.0}
+            answer = {"signal": 0, "code": -1, "cpu": 0.0, "peak_memory_mb": 0.0, "late": late.is_set()}
         finally:
             if guard is not None:
                 guard.cancel()
@@ -213,6 +223,8 @@ def _row(answer: dict[str, Any], out: Path, log: Path, limit: float | None) -> d
         outcome, words = KILLED.get(signal.Signals(answer["signal"]), unknown)
         return {"outcome": outcome, "message": words.format(limit=limit or 0.0), **measured}
     if answer["code"] == -1:
-        return {"outcome": "time_limit", "message": "did not end, or its process was killed", **measured}
+        if answer["late"]:
+            return {"outcome": "time_limit", "message": "did not end, without using its CPU time", **measured}
+        return {"outcome": "failed", "message": "its worker was killed from outside", **measured}
     last = log.read_text(errors="replace").strip().splitlines() if log.exists() else []
     return {"outcome": "failed", "message": last[-1] if last else "ended without a word", **measured}

@@ -3,8 +3,8 @@
     seen = observe([0.2, 0.1, 0.05], [1.3, 1.1, 1.05])     # widths, values; the finest last
     seen.order, seen.error                                # 2.0 (error ~ width²), bound of |1.05 - limit|
 
-With three levels that approach a limit the rest is Richardson's, times 1.25; with two, or where they do not,
-three times what an order of one would leave: the usual allowances of grid convergence studies (Roache's grid
+With three levels that approach a limit the rest is Richardson's, times 1.5; with two, or where they do not,
+three times what an order of one would leave: allowances as those of grid convergence studies (Roache's grid
 convergence index). No order above one is counted on. At the edge of a joint stresses are singular as r^-½ or
 nearly so, and what is left of energies and displacements falls as the width in the end, even if coarse meshes
 seem to converge faster; so do impacts in the time step.
@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-SAFETY, ALLOWANCE = 1.25, 3.0
+SAFETY, ALLOWANCE = 1.5, 3.0
 LEAST, MOST = 0.5, 2.5  # orders that elements of degree one and steps in time show where they converge
 TRUSTED = 1.0  # no more is counted on
 ROUNDING = 1e-9  # of a quantity: changes below say nothing of orders
@@ -100,7 +100,7 @@ def _order(widths: Sequence[float], before: float, last: float) -> float | None:
     low, high = 1e-3, 12.0
     if excess(low) > 0 or excess(high) < 0:
         return None
-    while high - low > 1e-6:
+    while high - low > 1e-9:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if excess(middle) < 0 else (low, middle)
     return 0.5 * (low + high)

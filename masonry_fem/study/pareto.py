@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from masonry_fem.study.comparison import Comparison
 from masonry_fem.study.variation import Variation
@@ -82,25 +83,23 @@ def gather(comparisons: Sequence[Comparison], vary: Sequence[Variation], names: 
                 all(made.reference is row for (made, _), row in zip(members, rows, strict=True)),
             )
         )
-    return [
-        replace(point, best=not any(_beats(other, point, i < j) for i, other in enumerate(points) if i != j))
-        for j, point in enumerate(points)
-    ]
+    return [replace(point, best=bool(best)) for point, best in zip(points, _best(points), strict=True)]
 
 
 def _has(made: Comparison, names: Sequence[str]) -> bool:
     return all(name in made.error for name in names)
 
 
-def _beats(one: Point, other: Point, first: bool) -> bool:
-    """Whether a point is no worse in cost and bound, and better in one; of equal ones the first beats."""
-    spare = max(SAME * other.cpu, INSTANT)
-    if one.cpu > other.cpu + spare or one.bound > other.bound * (1 + SAME):
-        return False
-    better = one.cpu < other.cpu - spare or one.bound < other.bound * (1 - SAME)
-    return better or (first and not _better(other, one))
-
-
-def _better(one: Point, other: Point) -> bool:
-    spare = max(SAME * other.cpu, INSTANT)
-    return one.cpu < other.cpu - spare or one.bound < other.bound * (1 - SAME)
+def _best(points: Sequence[Point]) -> NDArray[np.bool_]:
+    """Whether no other point is as good in cost and bound and better in one; of equal ones the first."""
+    cpu, bound = (np.array([getattr(point, name) for point in points]) for name in ("cpu", "bound"))
+    spare = np.maximum(SAME * cpu, INSTANT)
+    # at [i, j]: whether i is cheaper than j, or has a lower bound, by more than means nothing
+    cheaper = cpu[:, None] < cpu - spare
+    closer = bound[:, None] < bound * (1 - SAME)
+    worse = (cpu[:, None] > cpu + spare) | (bound[:, None] > bound * (1 + SAME))
+    first = np.arange(len(points))[:, None] < np.arange(len(points))
+    beats = ~worse & (cheaper | closer | first)
+    np.fill_diagonal(beats, val=False)
+    best: NDArray[np.bool_] = ~beats.any(axis=0)
+    return best

@@ -1,7 +1,8 @@
 """Plot: error against CPU time of all settings, one panel a quantity.
 
 Settings that no other beats are full, joined and labelled, the others pale; a thin line goes up to the bound
-of each of the former. The reference is a star at what it may be off itself.
+of each of the former. The reference is a star at what it may be off itself; those nearer to it than this
+tells are hollow.
 """
 
 from __future__ import annotations
@@ -26,9 +27,9 @@ FLOOR = 1e-8  # errors below are rounding
 NEAR = 0.1  # of what the reference may be off: distances from it below that tell nothing
 PANEL = (6.4, 4.3)  # [inch]
 PLACES = (
+    (-7, -13, "right"),
     (8, 8, "left"),
     (8, -13, "left"),
-    (-8, -13, "right"),
     (-8, 8, "right"),
     (8, 22, "left"),
     (8, -27, "left"),
@@ -131,12 +132,14 @@ def _panel(axis: Any, target: Target, points: Sequence[Point], marks: _Marks, ac
     axis.yaxis.set_minor_formatter(lambda value, _: _minor(100 * value, axis.get_ylim(), " %"))
     axis.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
     axis.xaxis.set_minor_formatter(lambda value, _: _minor(value, axis.get_xlim(), ""))
-    best = sorted((point for point in points if point.best), key=lambda point: point.cpu)
+    best = sorted((p for p in points if p.best and not _beside(p)), key=lambda point: point.cpu)
     axis.plot([p.cpu for p in best], [_height(p) for p in best], color=INK, lw=1.1, alpha=0.55, zorder=2)
     for point in points:
         colour, mark = marks.look(point)
         if point.is_reference:
             axis.plot(point.cpu, _height(point), "*", ms=15, mfc="white", mec=colour, mew=1.5, zorder=4)
+        elif _beside(point):
+            axis.plot(point.cpu, _height(point), mark, ms=6.5, mfc="white", mec=colour, mew=1.2, zorder=3)
         elif point.best:
             axis.plot(point.cpu, _height(point), mark, ms=7.5, color=colour, mec="white", mew=0.8, zorder=4)
             top = max(min(point.bound, 10.0), _height(point))
@@ -167,7 +170,12 @@ def _minor(value: float, limits: tuple[float, float], unit: str) -> str:
 
 def _height(point: Point) -> float:
     """Where a point stands: its error; of the reference what it may be off itself."""
-    return max(point.rest if point.is_reference else point.error, NEAR * point.rest, FLOOR)
+    return max(point.rest if _beside(point) else point.error, FLOOR)
+
+
+def _beside(point: Point) -> bool:
+    """Whether a point is the reference, or so near to it that its error is the reference's."""
+    return point.is_reference or point.error < NEAR * point.rest
 
 
 def _label(axis: Any, points: Sequence[Point], marks: _Marks) -> None:
@@ -206,7 +214,10 @@ def _head(figure: Any, study: Study, marks: _Marks) -> None:
     )
     parts = [" · ".join(tail(one.key) for one in marks.rest)] if marks.rest else []
     words = [f"labels: {parts[0]}"] if parts else []
-    words += ["line up: bound of the true error", "star: the reference, at what it may be off itself"]
+    words += [
+        "line up: bound of the true error",
+        "star: the reference, at what it may be off; hollow: the same",
+    ]
     figure.text(0.012, 1 - 0.58 / tall, ";  ".join(words), fontsize=9, color=PALE, va="center")
     handles = [
         Line2D([], [], marker=mark, ls="none", color=colour, ms=7, label=text)

@@ -13,7 +13,7 @@ from __future__ import annotations
 import json
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -71,6 +71,13 @@ class Reference:
         if isinstance(given, str | Path):
             return cls.parse([str(given)], vary)
         return cls.parse([str(one) for one in given], vary)
+
+    def gather(self, vary: Sequence[Variation]) -> tuple[Variation, ...]:
+        """The variations, those marked that this one reference is for: all, if it comes from outside."""
+        if self.given is not None:
+            return tuple(replace(one, compared=True) for one in vary)
+        pairs = zip(vary, self.places, strict=True)
+        return tuple(replace(one, compared=place is not None) for one, place in pairs)
 
     def among(self, rows: Sequence[Row], vary: Sequence[Variation]) -> Row | None:
         """The row of the reference among those of a case: of the solved ones the finest."""

@@ -127,6 +127,7 @@ def study(
     varied = variations(vary)
     text, source, base, name = _scene_text(scene, base)
     wanted = Reference.of(reference, varied)
+    varied = wanted.gather(varied)
     cells = plan(text, varied, overrides, base=base, source=source)
     folder = Path("results") / f"{name}-study" if out is None else Path(out)
     make_folder(folder / "cells")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Self
 
 from masonry_fem.study.files import orders
@@ -108,7 +108,7 @@ def _cells(study: Study) -> Table:
         table.add_column(Text(key), no_wrap=True)
     if failed:
         table.add_column("outcome", no_wrap=True)
-    for name in ("CPU [s]", "MB", "unknowns", *(SHORT.get(aim.label, aim.label) for aim in aims)):
+    for name in ("CPU [s]", "mostly", "MB", "unknowns", *(SHORT.get(aim.label, aim.label) for aim in aims)):
         table.add_column(Text(name), justify="right", no_wrap=True)
     points = {aim.label: {point.places: point for point in study.points(aim)} for aim in aims}
     of = {id(row): (made, number) for made in study.comparisons for number, row in enumerate(made.rows)}
@@ -135,6 +135,7 @@ def _cells(study: Study) -> Table:
             *(Text(row.cell.settings[key]) for key in varied),
             *([Text(row.outcome.replace("_", " "), style="green" if good else "red")] if failed else []),
             f"{row.cpu:.2f}" if row.cpu else "",
+            _mostly(row.seconds),
             f"{row.memory:.0f}" if row.memory else "",
             str(row.size.get("unknowns", "")),
             *errors,
@@ -148,6 +149,11 @@ def heads(keys: Sequence[str]) -> list[str]:
     """Keys by their last word where no two have the same."""
     tails = [key.rpartition(".")[2] for key in keys]
     return [tail if tails.count(tail) == 1 else key for key, tail in zip(keys, tails, strict=True)]
+
+
+def _mostly(seconds: Mapping[str, float]) -> str:
+    """The phase that took most of the time."""
+    return max(seconds, key=seconds.__getitem__) if any(seconds.values()) else ""
 
 
 def _failures(study: Study) -> list[str]:
@@ -186,7 +192,7 @@ def _orders(study: Study) -> Table:
     rows: dict[tuple[str, str], dict[str, str]] = {}
     for case, name, key, _, words, left in found:
         label = ", ".join(f"{key} = {value}" for key, value in case.items())
-        rows.setdefault((label, name), {})[key] = f"{words}, ≤ {percent(left)}"
+        rows.setdefault((label, name), {})[key] = f"{words}, ≤ {percent(left).removeprefix('< ')}"
     for (case_label, name), by_key in rows.items():
         table.add_row(
             Text(f"{name} ({case_label})" if case_label else name),

@@ -28,10 +28,12 @@ class Variation:
     Attributes
     ----------
     key : Dotted key. values : As TOML reads them.
+    compared : Whether its values are compared with each other even where they pose different problems.
     """
 
     key: str
     values: tuple[Any, ...]
+    compared: bool = False
 
     def __post_init__(self) -> None:
         """Refuse what makes no sweep."""
@@ -79,8 +81,8 @@ class Variation:
 
     @property
     def is_case(self) -> bool:
-        """Whether the key changes the problem."""
-        return self.setting.role == "case"
+        """Whether each value is a problem of its own, with a reference of its own."""
+        return self.setting.role == "case" and not self.compared
 
     @property
     def is_graded(self) -> bool:

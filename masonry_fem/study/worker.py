@@ -9,6 +9,7 @@ DOLFINx and MPI, which do not survive a fork, are loaded within it, before the c
 
 from __future__ import annotations
 
+import faulthandler
 import json
 import logging
 import os
@@ -30,6 +31,7 @@ materials = {{ stone = {{ density = 2000, young = 1e9 }} }}
 structures = [{{ kind = "stack", name = "s", material = "stone", size = {size}, count = 2 }}]
 loads = {{ gravity = {gravity} }}
 """
+SHORT = 1.0  # CPU time below which a cell is run twice [s]
 LOST = 64  # exit code of a cell whose own error could not be told
 
 
@@ -76,6 +78,7 @@ def _in_fork(request: dict[str, Any]) -> None:
         log = os.open(request["log"], os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o644)
         os.dup2(log, 1)
         os.dup2(log, 2)
+        faulthandler.enable()
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         if request["limit"] is not None:
             limit = max(1, int(request["limit"] + 0.999))
@@ -100,9 +103,13 @@ def compute(text: str, base: Path) -> dict[str, Any]:
         logging.disable()
         _warm(scene.dimension, "elastic")
         logging.disable(logging.NOTSET)
-    start = time.process_time()
+    start, row = time.process_time(), {}
     try:
         row = _run(scene, base)
+        cost = time.process_time() - start
+        if cost < SHORT:  # loading of compiled code is a large part of it: the second time it is not
+            start += cost
+            row = _run(scene, base)
     except MasonryError as error:
         row = {"outcome": "refused", "message": str(error)}
     except MemoryError:
@@ -110,7 +117,8 @@ def compute(text: str, base: Path) -> dict[str, Any]:
     except Exception as error:
         traceback.print_exc()
         row = {"outcome": "failed", "message": f"unexpected {type(error).__name__}: {error}"}
-    return row | {"cpu": time.process_time() - start, "start": start, "warnings": notes.said}
+    cpu = time.process_time() - start
+    return row | {"cpu": cpu, "start": start, "warnings": list(dict.fromkeys(notes.said))}
 
 
 def _run(scene: Any, base: Path) -> dict[str, Any]:

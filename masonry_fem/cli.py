@@ -107,6 +107,10 @@ def parser() -> argparse.ArgumentParser:
     run.add_argument(
         "--save-contact", type=int, metavar="STEP", help="also write that step's contact problem as .npz"
     )
+    run.add_argument(
+        "--refine-to", metavar="ERROR",
+        help="finer elements where the stress is least exact, until its estimated error is that (5%%)",
+    )  # fmt: skip
     run.set_defaults(command=run_scene)
 
     check = commands.add_parser("check", parents=[scene, common], help="validate and count, without solving")
@@ -211,6 +215,8 @@ def parser() -> argparse.ArgumentParser:
 
 def run_scene(options: argparse.Namespace) -> int:
     """Solve a scene; the exit code tells how it ended."""
+    if options.refine_to is not None:
+        return refine_scene(options)
     scene, base = _read(options)
     from masonry_fem.run import run
 
@@ -226,6 +232,36 @@ def run_scene(options: argparse.Namespace) -> int:
     if code:
         _complain(result.message)
     return code
+
+
+def refine_scene(options: argparse.Namespace) -> int:
+    """Solve a scene on finer and finer elements; exit code 2 tells that its error stayed larger."""
+    scene, base = _read(options)
+    from masonry_fem.post.refinement_table import round_line
+    from masonry_fem.refinement import refine
+
+    if options.save_contact is not None:
+        raise MasonryError(
+            "--save-contact and --refine-to exclude each other; run refined.toml with the former"
+        )
+    options.out = _folder(options)
+    found = refine(
+        scene,
+        options.out,
+        base,
+        target=_share(options.refine_to),
+        quiet=options.quiet,
+        tell=None if options.quiet else lambda made: print(round_line(made), flush=True),
+    )
+    code = EXIT_CODES.get(found.result.outcome, BAD_INPUT)
+    if not options.quiet:
+        from masonry_fem.post.report import print_summary
+
+        print_summary({**found.result.summary, "message": ""} if code else found.result.summary)
+        _print_files(found.files)
+    if code or not found.reached:
+        _complain(found.result.message if code else found.message)
+    return code or (0 if found.reached else EXIT_CODES["no_convergence"])
 
 
 def check_scene(options: argparse.Namespace) -> int:

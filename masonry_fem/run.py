@@ -9,7 +9,7 @@ result.outcome, result.summary["supports"], result.files
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -65,6 +65,8 @@ def run(
     base: Path = Path(),
     save_contact: int | None = None,
     quiet: bool = True,
+    before: Built | None = None,
+    draws: Callable[[Built, March], bool] | None = None,
 ) -> RunResult:
     """Solve a scene and write its results to the folder ``out``.
 
@@ -74,6 +76,8 @@ def run(
     out : Folder for the results; made where it is missing.
     save_contact : Step whose contact problem is saved as ``contact_<step>.npz``.
     quiet : No progress bar.
+    before : The same scene built with other meshes: what it has of these is not made again.
+    draws : Asked after the march whether to draw the pictures that the scene asks for.
 
     Raises
     ------
@@ -83,7 +87,7 @@ def run(
     scene = check(scene, base=base)
     plan = strategy(scene.analysis)
     _check_step(save_contact, plan.steps)
-    built = build(scene, base)
+    built = build(scene, base, before)
     clock.lap("build")
     limits = _limits(scene, built)
     make_folder(out)
@@ -115,6 +119,8 @@ def run(
             if table is not None:
                 table.determine(told)
         summary |= _joints(scene, made, told)
+        if draws is not None and not draws(built, made):
+            recorders.undrawn()
     finally:  # Ctrl-C too leaves what was written so far readable
         files = recorders.close(summary)
         write_summary(out / "summary.json", summary)

@@ -48,6 +48,7 @@ class Stones:
     motion : Prescribed motion of supports that move.
     clamps : Held faces of elastic blocks.
     mesh : What elements an elastic block has.
+    given : Blocks whose shapes came with their elements.
     """
 
     assembly: Assembly
@@ -56,6 +57,7 @@ class Stones:
     motion: dict[int, specs.Motion]
     clamps: dict[int, tuple[Clamp, ...]]
     mesh: tuple[specs.MeshSettings, ...]
+    given: frozenset[int] = frozenset()
 
     def meshes(self) -> dict[tuple[str, specs.MeshSettings], Shape]:
         """Meshed shapes by name and settings."""
@@ -96,7 +98,12 @@ def lay(scene: specs.Scene, base: Path) -> Stones:
             mesh[block] = override.mesh or mesh[block]
     motion, clamps = _supports(scene, assembly, names, role)
     _check_materials(scene, assembly, role, material)
-    return Stones(assembly, tuple(role), tuple(material), motion, clamps, tuple(mesh))
+    given = frozenset(
+        number
+        for number, block in enumerate(assembly.blocks)
+        if assembly.shapes[block.shape].mesh is not None
+    )
+    return Stones(assembly, tuple(role), tuple(material), motion, clamps, tuple(mesh), given)
 
 
 def _mesh_of(scene: specs.Scene, structure: specs.Structure) -> specs.MeshSettings:

@@ -58,6 +58,7 @@ class Pictures:
 
     dense = True  # it keeps the state only, which costs nothing
     amendable = True
+    draws = True
 
     def __init__(
         self, directory: Path, title: str = "", amplification: float | None = None, *,

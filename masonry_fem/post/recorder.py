@@ -102,6 +102,10 @@ class Recorders:
             if getattr(member, "amendable", False) and (member.dense or self._pending is None):
                 self._guard(member, "record", model, state, report)
 
+    def undrawn(self) -> None:
+        """Leave out the members that draw (``draws``)."""
+        self._members = [member for member in self._members if not getattr(member, "draws", False)]
+
     def close(self, summary: Mapping[str, Any]) -> list[Path]:
         """Give the thinned members the last step if they have not seen it, then close all."""
         last, self._pending = self._pending, None

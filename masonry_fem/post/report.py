@@ -13,6 +13,7 @@ from masonry_fem.dynamics.state import SystemState
 from masonry_fem.post.collapse_table import mechanism_lines
 from masonry_fem.post.limit_table import support_rows
 from masonry_fem.post.recorder import StepReport
+from masonry_fem.post.refinement_table import refinement_rows
 from masonry_fem.post.sheet import quantity
 
 if TYPE_CHECKING:
@@ -109,7 +110,18 @@ def print_summary(summary: Mapping[str, Any], console: Console | None = None) ->
     table.add_column(style="bold", no_wrap=True)
     table.add_column(style="dim", no_wrap=True)
     table.add_column()
-    for part in (_size, _mechanism, _certificate, _stress, _forces, _limits, _determinacy, _probes, _cost):
+    for part in (
+        _size,
+        _mechanism,
+        _certificate,
+        _stress,
+        refinement_rows,
+        _forces,
+        _limits,
+        _determinacy,
+        _probes,
+        _cost,
+    ):
         section = ""
         for heading, name, value in part(summary):
             table.add_row("" if heading == section else heading, name, Text(value))

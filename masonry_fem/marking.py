@@ -1,0 +1,86 @@
+"""Marking: which blocks get finer elements, and how a scene says so.
+
+chosen = marked(errors.square, allowed)                # mask of blocks
+settings = halved(MeshSettings(divisions=(2, 2, 2)), mesh, volume)
+overrides = mesh_overrides({"wall.c1.b2": settings}, groups)
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from glob import escape
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from masonry_fem.scene import specs
+from masonry_fem.solid.mesh import Mesh
+
+FloatArray = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+LEFT = (
+    0.25  # of the squared error, where elements are half as large: order 1, as at joints and corners for any
+)
+LEAST, MOST = 0.3, 0.7  # of the squared error are marked in a round
+ALIKE = 0.02  # blocks whose errors, squared, differ by less are treated alike, or symmetry would go
+
+
+def marked(square: FloatArray, cells: FloatArray, allowed: float) -> Mask:
+    """Which blocks are to have elements half as large, (k,), from squared errors and numbers of elements.
+
+    Blocks that have a given part of the sum between them (Dörfler), those first whose elements
+    have the greatest errors: so many as would bring the sum down to ``allowed``, within limits.
+    """
+    total, each = max(float(square.sum()), 1e-300), square / cells
+    part = min(max((1.0 - allowed / total) / (1.0 - LEFT), LEAST), MOST)
+    order = np.argsort(-each, kind="stable")
+    share = np.cumsum(square[order])
+    last = min(int(np.searchsorted(share, part * share[-1] * (1 - 1e-12))), len(square) - 1)
+    chosen: Mask = (each >= (1.0 - ALIKE) * each[order[last]]) & (square > 0)
+    return chosen
+
+
+def halved(settings: specs.MeshSettings, mesh: Mesh, volume: float) -> specs.MeshSettings:
+    """Settings of elements half as large as those of a mesh, which fills ``volume``.
+
+    Nodes of the coarse mesh stay nodes where the settings allow: blocks that are refined once or twice more
+    than their neighbours then meet them in common nodes, which contact likes.
+    """
+    d = mesh.dimension
+    if settings.size is None and settings.divisions is None:
+        simplices = 1 if settings.element[0] == "Q" else math.factorial(d)
+        if len(mesh.cells) == 2**d * simplices:  # the two divisions that a box has by itself
+            return msgspec.structs.replace(settings, divisions=(4,) * d)
+        return msgspec.structs.replace(
+            settings, size=float(f"{0.5 * (volume / len(mesh.cells)) ** (1 / d):.4g}")
+        )
+    if settings.divisions is not None:
+        return msgspec.structs.replace(settings, divisions=tuple(2 * count for count in settings.divisions))
+    assert settings.size is not None
+    return msgspec.structs.replace(settings, size=0.5 * settings.size)
+
+
+def mesh_overrides(
+    settings: Mapping[str, specs.MeshSettings], groups: Mapping[str, tuple[str, ...]]
+) -> tuple[specs.Override, ...]:
+    """Overrides that give blocks their elements; whole groups are named as such.
+
+    ``groups`` has the groups of every block that has elements.
+    """
+    members: dict[str, set[str]] = {}
+    for name, own in groups.items():
+        for group in own:
+            members.setdefault(group, set()).add(name)
+    ranked = sorted(members, key=lambda group: (-len(members[group]), group))
+    overrides = []
+    for wanted in dict.fromkeys(settings.values()):
+        left = {name for name, own in settings.items() if own == wanted}
+        for group in ranked:
+            if len(members[group]) > 1 and members[group] <= left:
+                overrides.append(specs.Override(blocks=escape(group), mesh=wanted))
+                left -= members[group]
+        overrides += [specs.Override(blocks=escape(name), mesh=wanted) for name in sorted(left)]
+    return tuple(overrides)

@@ -407,6 +407,7 @@ MEANING: dict[str, str] = {
     "Cut.show": "a picture each",
     "Output.determinacy": "tell [which forces are facts](determinacy.md), with the reactions of least norm",
     "Output.limit_analysis": "tell what [limit analysis](limit_analysis.md) says of the same contact points",
+    "Output.contact_error": "tell what changes with [other contact points](errors.md#contact); a second run",
     "Output.amplification": "of displacements in pictures; chosen where it is not given",
 }  # fmt: skip
 

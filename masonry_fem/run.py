@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from masonry_fem.build import Built, build, solver_settings, strategy
+from masonry_fem.discretisation import errors_of
 from masonry_fem.dynamics.clock import Clock
 from masonry_fem.dynamics.march import March, Observer, march
 from masonry_fem.dynamics.step import Increment
@@ -112,6 +113,7 @@ def run(
         )
         clock.lap("march")
         summary = summarise(scene, built, made) | limits
+        summary |= {"errors": errors_of(scene, built, made, base)}
         _compare(summary)
         told = _determinacy(scene, built, made, summary)
         if told is not None:
@@ -147,7 +149,7 @@ def solve_scene(scene: specs.Scene, base: Path = Path(), observers: Sequence[Obs
     limits = _limits(scene, built)
     plan, settings = strategy(scene.analysis), solver_settings(scene.solver)
     made = march(built.model, plan, settings, bodies=built.bodies, observers=observers)
-    summary = summarise(scene, built, made) | limits
+    summary = summarise(scene, built, made) | limits | {"errors": errors_of(scene, built, made, base)}
     _compare(summary)
     told = _determinacy(scene, built, made, summary)
     summary |= _joints(scene, made, told)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import logging
 import math
+from collections.abc import Callable
+from dataclasses import replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 
@@ -14,7 +16,7 @@ from masonry_fem.build.scatter import scatter_factors
 from masonry_fem.build.stones import Stones, block_names
 from masonry_fem.contact.contacts import Contacts, Interface
 from masonry_fem.contact.placement import Rule, place
-from masonry_fem.dynamics.model import JointTable
+from masonry_fem.dynamics.model import JointTable, Model
 from masonry_fem.errors import SceneError
 from masonry_fem.nscd.laws.assignment import Assignment
 from masonry_fem.scene import specs
@@ -97,6 +99,23 @@ def contacts_and_joints(
     chosen = joint_of_interfaces(scene, stones, interfaces)
     contacts = place(stones.assembly, interfaces, rules_of(scene, stones, interfaces, chosen))
     return contacts, *joints_at(scene, interfaces, contacts, chosen, base)
+
+
+def replaced(
+    scene: specs.Scene, stones: Stones, model: Model, base: Path, other: Callable[[Rule, int], Rule]
+) -> Model | None:
+    """The model with contact points by other rules; ``other`` is given each interface's rule and number.
+
+    None where no rule is another.
+    """
+    chosen = joint_of_interfaces(scene, stones, model.interfaces, tell=False)
+    rules = rules_of(scene, stones, model.interfaces, chosen)
+    wanted = [other(rule, number) for number, rule in enumerate(rules)]
+    if wanted == rules:
+        return None
+    contacts = place(stones.assembly, model.interfaces, wanted)
+    joints, laws, scatter = joints_at(scene, model.interfaces, contacts, chosen, base)
+    return replace(model, contacts=contacts, joints=joints, laws=laws, scatter=scatter)
 
 
 def rules_of(

@@ -23,6 +23,8 @@ SHOWN_LINES = 10  # of a mechanism
 SIZES = ("blocks", "shapes", "meshes", "factorisations", "contacts")
 FEM_SIZES = ("meshes", "factorisations")
 GOOD = ("equilibrium", "finished")
+ROUNDING = 1e-8  # errors below it are not worth their digits
+CHANGES = ("supports", "probes", "stress", "block_stress")  # by other contact points
 AXES = {2: "xy", 3: "xyz"}
 
 
@@ -115,6 +117,7 @@ def print_summary(summary: Mapping[str, Any], console: Console | None = None) ->
         _mechanism,
         _certificate,
         _stress,
+        _errors,
         refinement_rows,
         _forces,
         _limits,
@@ -176,9 +179,19 @@ def _stress(summary: Mapping[str, Any]) -> Rows:
             yield "stress", name, f"{quantity(value['value'], 'Pa')} in {value['block']}"
         elif value is not None:
             yield "stress", name, quantity(value, "Pa")
-    if error := stress.get("error"):
+
+
+def _errors(summary: Mapping[str, Any]) -> Rows:
+    if error := (summary.get("stress") or {}).get("error"):
         worst = error["worst"][0]
-        yield "stress", "error, estimated", f"{_percent(error['relative'])} (most in {worst['block']})"
+        yield "errors", "of stress, estimated", f"{_percent(error['relative'])} (most in {worst['block']})"
+    told = summary.get("errors") or {}
+    if contact := told.get("contact"):
+        words = [f"{name.replace('_', ' ')} {_percent(contact[name])}" for name in CHANGES if name in contact]
+        yield "errors", "by other contact points", ", ".join(words) or str(contact["note"])
+    if time := told.get("time"):
+        lost = f"{_percent(time['dissipated'])} of the largest energy lost to the scheme"
+        yield "errors", "of time steps", lost if "note" not in time else str(time["note"])
 
 
 def _forces(summary: Mapping[str, Any]) -> Rows:
@@ -258,7 +271,7 @@ def _count(value: Any) -> str:
 
 
 def _percent(share: float) -> str:
-    return f"{100 * share:.2g} %"
+    return f"{100 * share:.2g} %" if share >= ROUNDING or share == 0 else f"< {100 * ROUNDING:g} %"
 
 
 def _number(value: Any) -> str:

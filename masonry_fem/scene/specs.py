@@ -337,6 +337,9 @@ class Output(Spec, frozen=True, kw_only=True):
     With ``determinacy`` the last step's reactions are those of least norm among all that solve it, and
     ``determinacy.csv`` tells which resultants are the same in all of them. With ``limit_analysis`` the
     summary tells what rigid blocks on the same contact points could carry.
+
+    With ``contact_error`` the analysis is made once more with contact points placed otherwise, and the
+    summary tells what changes.
     """
 
     fields: bool = True
@@ -346,6 +349,7 @@ class Output(Spec, frozen=True, kw_only=True):
     cuts: tuple[Cut, ...] = ()
     determinacy: bool = False
     limit_analysis: bool = False
+    contact_error: bool = False
     amplification: Positive | None = None
 
 

@@ -91,6 +91,7 @@ def march(
     missed: list[float] = []
     unsettled: list[float] = []
     abrupt: list[float] = []
+    jammed = 0
     for here, made in increments(coupling, strategy, state, settings, clock):
         coupling, model = here, here.model
         inertia = made.scheme.inertia
@@ -107,6 +108,7 @@ def march(
             break
         if report.outcome is not Outcome.CONVERGED:
             missed.append(report.quality.error)
+        jammed += made.jammed
         if report.joint_change > 0:
             unsettled.append(report.joint_change)
         if report.adhesion_loss > ABRUPT:
@@ -119,6 +121,12 @@ def march(
         if strategy.seeks_equilibrium and report.outcome is not Outcome.CONVERGED:
             verdict = "no_convergence"  # a step that was not solved says nothing of what exists
     _warn(missed, unsettled, abrupt, report, strategy, settings)
+    if jammed:
+        logger.warning(
+            "overlaps could not be driven apart in %d of %s: rigid blocks lie between others that do not "
+            "give way; they were held where they are. Make room, or make the blocks elastic",
+            jammed, _steps(report.step),
+        )  # fmt: skip
     return _ended(verdict, model, made, report, ledger, clock, tuple(abrupt))
 
 

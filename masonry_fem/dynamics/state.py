@@ -37,6 +37,7 @@ class SystemState:
     joints : What the joint laws remember; None: all joints are dry.
     rigid_velocity : U of the solved bodies in the last step, a first guess for the next, shape (b, m);
         None before the first.
+    held : Overlaps that could not be driven apart are held for so many steps more, of so many.
     """
 
     time: float
@@ -51,3 +52,4 @@ class SystemState:
     jump: FloatArray | None = None
     joints: JointState | None = None
     rigid_velocity: FloatArray | None = None
+    held: tuple[int, int] = (0, 0)

@@ -7,7 +7,7 @@ Statics is the same step with inertia 0 (formulation 2b).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -21,12 +21,13 @@ from masonry_fem.dynamics.coupling import Coupling, Placement
 from masonry_fem.dynamics.loads import blend, external_forces
 from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.state import BONDED, OPEN, SLIP, STICK, SystemState
-from masonry_fem.nscd import ContactProblem, Solution, SolverSettings, Start, solve
+from masonry_fem.nscd import ContactProblem, Outcome, Solution, SolverSettings, Start, solve
 from masonry_fem.nscd.laws.state import JointState
 
 NEWTON_LIMIT = 20
 NEWTON_TOLERANCE = 1e-9  # of a block's impulse, on the volume residual
 ROUNDING = 1e-12  # of the model's length: a gap that is none
+SLIGHT = 1e-6  # of the model's length: an overlap that is not driven apart
 DRIFT = 1e-6  # of the model's length: how far a pressed contact of the velocity form may drift
 
 
@@ -46,6 +47,7 @@ class Increment:
     rigid_impulse, nodal_impulse : Bᵀ p and Gᵀ p by group.
     here : Contact geometry of the step. rigid_map : B of all contacts, supports too.
     joint_change : What the joint laws' turns left open of the joints' state; 0 where they settled.
+    jammed : Overlaps were held that ``expulsion`` was to drive apart, as no motion does that.
     """
 
     before: SystemState
@@ -63,6 +65,7 @@ class Increment:
     here: Placement
     rigid_map: FloatArray
     joint_change: float = 0.0
+    jammed: bool = False
 
     @property
     def adhesion_loss(self) -> float:
@@ -116,6 +119,8 @@ def step(
     """
     end = state.time + scheme.step if until is None else until
     clock = Clock() if clock is None else clock
+    if model.expulsion > 0 and state.held[0] > 0:
+        return _held(model, coupling, state, scheme, settings, until, clock)
     before, after = external_forces(model, state.time), external_forces(model, end)
     forces = blend(before, after, scheme.theta)
     here = coupling.placement(state.bodies)
@@ -145,6 +150,8 @@ def step(
             )  # fmt: skip
             solution, problem, joints, change = taken.solution, taken.problem, taken.joints, taken.change
         clock.lap("solve")
+        if model.expulsion > 0 and solution.outcome is not Outcome.CONVERGED and (here.gap < 0).any():
+            return _held(model, coupling, state, scheme, settings, until, clock)
         solved = solution
         impulse = np.zeros_like(here.points)
         impulse[active] = solution.impulse
@@ -187,6 +194,27 @@ def step(
         state, reached, problem, solution, active, impulse, forces, scheme, free, rigid, rigid_impulse,
         nodal, here, rigid_map, change,
     )  # fmt: skip
+
+
+def _held(
+    model: Model,
+    coupling: Coupling,
+    state: SystemState,
+    scheme: Scheme,
+    settings: SolverSettings,
+    until: float | None,
+    clock: Clock,
+) -> Increment:
+    """The step with overlaps held: rigid blocks between others have no way out of them.
+
+    To find that out takes all that the solver can do; after each failure it is left alone twice as long.
+    """
+    wait, span = state.held
+    made = step(replace(model, expulsion=0.0), coupling, state, scheme, settings, until, clock)
+    held = (wait - 1, span) if wait > 0 else (max(1, 2 * span), max(1, 2 * span))
+    return replace(
+        made, after=replace(made.after, held=held), jammed=made.solution.outcome is Outcome.CONVERGED
+    )
 
 
 def _contact_problem(
@@ -253,7 +281,9 @@ def _gap_term(
     shifted = here.gap + h * (1 - scheme.theta) * state.velocity[:, 0] - closure
     impact = joints.velocity_form & _closed(model, state, scheme, here)
     term = np.empty_like(state.velocity)
-    approach = np.maximum(shifted / h, -model.expulsion)  # an overlap is held, or driven apart slowly
+    # an overlap is held, or driven apart slowly; one that is all but rounding is no overlap
+    driven = np.where(shifted < -SLIGHT * model.length, model.expulsion, 0.0)
+    approach = np.maximum(shifted / h, -driven)
     # cohesion across a gap in the velocity form: contact is for the step that finds it closed
     approach += np.where(joints.velocity_form & ~impact, 2.0 * np.abs(state.velocity[:, 0]), 0.0)
     term[:, 0] = np.where(impact, joints.restitution * state.velocity[:, 0], approach)

@@ -20,6 +20,7 @@ from masonry_fem.nscd.scaling import contact_scale, diagonal_blocks, free_speed
 
 FloatArray = NDArray[np.float64]
 
+DROWNED = 1e-6  # of the speeds that matter: what may at most be lost in the rounding of large impulses
 COHESIVE = 1e-2  # least share of the contact parts that errors are measured by
 ROUNDING = 4 * np.finfo(float).eps  # of a body's momentum, in its balance, of S v in p̃, and of v_T
 ROUGH = 10.0  # friction from which μ‖v_T‖ makes something of the rounding of v_T
@@ -101,6 +102,7 @@ def assess(
         augmented[:, 0] -= _rounding_of_slip(v, mu, parts)
     residual = pressed - graphs.project_cone(pressed - augmented / w[:, None], mu)
     absolute = np.maximum(graphs.lengths(residual), _swallowed(problem, pressed, v, w))
+    absolute = np.maximum(absolute, _drowned(pressed, augmented, w, speed))
     stiffness = problem.cohesion_stiffness
     if stiffness is not None:
         absolute[absolute <= _pressed_rounding(problem, stiffness, elastic, rigid_velocity)] = 0.0
@@ -143,6 +145,21 @@ def _swallowed(
     if len(rows):
         own = diagonal_blocks(problem.compliance, problem.count, problem.dimension)[rows, 0, 0]
         hidden[rows[own == 0]] = opening[rows[own == 0]]
+    return hidden
+
+
+def _drowned(impulse: FloatArray, augmented: FloatArray, w: FloatArray, speed: float) -> FloatArray:
+    """What of pressed contacts' natural map is less than the rounding of p, yet no small speed, (c,) [N s].
+
+    Rigid blocks that are asked to be where they cannot get a p beside which v/w vanishes.
+    """
+    size = graphs.lengths(impulse)
+    hidden = np.zeros(len(size))
+    if not (ROUNDING * w * size > DROWNED * speed).any():
+        return hidden
+    moves = graphs.lengths(augmented)
+    rows = (impulse[:, 0] > 0) & (moves > DROWNED * speed) & (moves <= ROUNDING * w * size)
+    hidden[rows] = moves[rows] / w[rows]
     return hidden
 
 

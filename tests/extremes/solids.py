@@ -534,6 +534,51 @@ def sizes_apart(
     )
 
 
+def ledges(width: float, *, fidelity: Fidelity = "rigid", dimension: Literal[2, 3] = 2, **keys: Any) -> Scene:
+    """A lintel of 1 × 0.2 m whose ends rest on two fixed blocks by ``width`` only.
+
+    Each carries half of its weight (``ledges_error``), however narrow it is. What is narrower than 1e-4 of
+    the smaller face (or in 3D that part of its area) is a sliver, and no contact.
+    """
+    d = dimension
+
+    def box(name: str, size: tuple[float, float], x: float, z: float, support: bool) -> BlockStructure:
+        deep = (0.2,) * (d - 2)
+        return BlockStructure(
+            name=name,
+            material="stone",
+            size=(size[0], *deep, size[1]),
+            position=(x, *((0.0,) * (d - 2)), z),
+            support=support,
+        )
+
+    return Scene(
+        **{
+            "title": "lintel on ledges",
+            "dimension": d,
+            "fidelity": fidelity,
+            "materials": {"stone": Material(density=DENSITY, young=YOUNG, poisson=0.0)},
+            "structures": (
+                box("left", (0.2, 0.2), -0.2 + width, -0.2, True),
+                box("right", (0.2, 0.2), 1.0 - width, -0.2, True),
+                box("lintel", (1.0, 0.2), 0.0, 0.0, False),
+            ),
+            "mesh": MeshSettings(divisions=(10, *((2,) * (d - 1)))),
+            "joints": (Joint(friction=0.0),),
+            "loads": Loads(gravity=down(d)),
+            "analysis": Statics(),
+        }
+        | keys
+    )
+
+
+def ledges_error(result: RunResult) -> float:
+    """Of what each ledge carries, relative to half of the weight."""
+    half = 0.5 * float(weights(result)[0])
+    forces = [result.summary["supports"][name]["force"][-1] for name in ("left", "right")]
+    return float(np.abs(np.array(forces) / half - 1).max())
+
+
 # --- gaps and overlaps -------------------------------------------------------------------------------------
 
 
@@ -573,3 +618,53 @@ def lifted(
 def rest_error(result: RunResult, gap: float) -> float:
     """Where the foot comes to rest against −gap (0 for an overlap, which is held) [m]."""
     return abs(result.summary["probes"]["foot"][1] + max(gap, 0.0))
+
+
+def jammed(
+    overlap: float,
+    *,
+    expulsion: float,
+    fidelity: Fidelity = "rigid",
+    analysis: Analysis | None = None,
+    **keys: Any,
+) -> Scene:
+    """A cube on a floor between two fixed ones that overlap it on both sides.
+
+    There is no way out: rigid, it stays (``probes["middle"]`` is 0); elastic, it is squeezed, and the sides
+    press with E · overlap at most (``jam_pressure``).
+    """
+
+    def cube(name: str, x: float, support: bool = False) -> BlockStructure:
+        return BlockStructure(
+            name=name, material="stone", size=(1.0, 1.0), position=(x, 0.0), support=support
+        )
+
+    floor = BlockStructure(
+        name="floor", material="stone", size=(5.0, 1.0), position=(-2.0, -1.0), support=True
+    )
+    return Scene(
+        **{
+            "title": "jammed cube",
+            "dimension": 2,
+            "fidelity": fidelity,
+            "materials": {"stone": Material(density=DENSITY, young=YOUNG, poisson=0.0)},
+            "structures": (
+                cube("left", overlap - 1.0, True),
+                cube("cube", 0.0),
+                cube("right", 1.0 - overlap, True),
+                floor,
+            ),
+            "mesh": MeshSettings(divisions=(2, 2)),
+            "joints": (Joint(friction=0.6),),
+            "loads": Loads(gravity=down(2)),
+            "contact": Contact(expulsion=expulsion),
+            "analysis": Dynamics(step=0.005, duration=0.2, theta=1.0) if analysis is None else analysis,
+            "probes": (Probe(name="middle", block="cube", point=(0.5, 0.5)),),
+        }
+        | keys
+    )
+
+
+def jam_pressure(result: RunResult) -> float:
+    """Mean pressure of the right side on the cube, over E [1]: the cube's strain, 2 · overlap of 1 m."""
+    return -float(result.summary["supports"]["right"]["force"][0]) / YOUNG

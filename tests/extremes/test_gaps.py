@@ -1,0 +1,102 @@
+"""Gaps and overlaps from 1e-15 m to a block's size, within and beyond ``contact.reach``."""
+
+from __future__ import annotations
+
+import pytest
+
+from masonry_fem.errors import SceneError
+from masonry_fem.run import solve_scene
+from masonry_fem.scene.specs import Dynamics, Statics
+from tests.extremes.solids import certificate, jam_pressure, jammed, lifted, rest_error
+
+GAPS = [1e-15, 1e-12, 1e-9, 1e-6, 1e-4, 1e-3]
+WIDE = [1e-2, 0.1, 0.4]
+FALL = Dynamics(step=0.005, duration=0.6, theta=1.0)
+
+
+@pytest.mark.parametrize("fidelity", ["rigid", "elastic"])
+@pytest.mark.parametrize("gap", [*GAPS, *(-gap for gap in GAPS)])
+def test_small_gaps_close_and_small_overlaps_are_held(gap: float, fidelity: str) -> None:
+    """Within the default reach of 1e-3 of a block's size, in statics; the cube carries its weight after."""
+    result = solve_scene(lifted(gap, fidelity=fidelity))
+    assert result.outcome == "equilibrium"
+    assert rest_error(result, gap) < 1e-9
+    assert max(certificate(result).values()) < 1e-9
+
+
+@pytest.mark.parametrize("fidelity", ["rigid", "elastic"])
+@pytest.mark.parametrize("gap", [1e-12, 1e-6, *WIDE, 1.0, -1e-6, *(-gap for gap in WIDE)])
+def test_wide_reach_sees_a_block_from_afar_and_not_through_it(gap: float, fidelity: str) -> None:
+    """With a reach of two edges: statics closes the gap in one step, dynamics falls and comes to rest."""
+    for analysis in (None, FALL):
+        result = solve_scene(lifted(gap, fidelity=fidelity, reach=2.0, analysis=analysis))
+        assert len(result.built.model.interfaces) == 1  # not the cube's top on the floor's bottom
+        assert result.outcome in {"equilibrium", "finished"}
+        assert rest_error(result, gap) < 1e-8
+        assert max(certificate(result).values()) < 1e-9
+
+
+@pytest.mark.parametrize("gap", WIDE)
+def test_beyond_the_reach_nothing_touches(gap: float, caplog: pytest.LogCaptureFixture) -> None:
+    result = solve_scene(lifted(gap))
+    assert result.outcome == "no_equilibrium"
+    assert "cube falls" in result.message
+    assert any("contact.reach" in record.getMessage() for record in caplog.records)
+
+
+@pytest.mark.parametrize(("gap", "reach", "told"), [
+    (-1e-2, None, "no more than contact.reach"), (-0.4, 0.1, "no more than contact.reach"),
+    (-0.6, 2.0, "half of the thinner one"), (-1.0, 2.0, "half of the thinner one"),
+])  # fmt: skip
+def test_deep_overlaps_are_refused(gap: float, reach: float | None, told: str) -> None:
+    with pytest.raises(SceneError, match=f"'cube' and 'floor' by .* m, .*{told}|{told}"):
+        solve_scene(lifted(gap, reach=reach))
+
+
+@pytest.mark.parametrize("speed", [0.01, 1.0, 1e3])
+@pytest.mark.parametrize("overlap", [1e-12, 1e-6, 1e-3, 0.1, 0.4])
+def test_overlaps_are_driven_out_no_faster_than_asked(overlap: float, speed: float) -> None:
+    """The foot is out by then, or as far as that speed takes it, and flies no higher than it throws.
+
+    Overlaps up to 1e-6 of a block's size are none.
+    """
+    march = Dynamics(step=0.01, duration=0.5, theta=1.0)
+    result = solve_scene(lifted(-overlap, reach=2.0, expulsion=speed, analysis=march))
+    rise = float(result.summary["probes"]["foot"][1])
+    thrown = min(speed, overlap / 0.01)
+    assert rise >= min(overlap, speed * 0.5) - 1.5e-6
+    assert rise <= overlap + thrown * max(0.0, 0.5 - overlap / thrown) + 1e-9
+    assert result.march.report.speed <= max(thrown, 1e-9) * (1 + 1e-9)
+    assert max(certificate(result).values()) < 1e-9
+
+
+@pytest.mark.parametrize("analysis", [None, Statics()], ids=["dynamics", "statics"])
+@pytest.mark.parametrize("overlap", [1e-12, 1e-6, 9e-4])
+def test_jammed_block_is_held_without_expulsion(overlap: float, analysis: Statics | None) -> None:
+    result = solve_scene(jammed(overlap, expulsion=0.0, analysis=analysis))
+    assert result.outcome in {"finished", "equilibrium"}
+    assert abs(result.summary["probes"]["middle"]).max() < 1e-8
+    assert max(certificate(result).values()) < 1e-9
+
+
+@pytest.mark.parametrize("speed", [0.01, 1.0])
+@pytest.mark.parametrize("overlap", [1e-12, 1e-9, 2e-6, 9e-4])
+def test_rigid_block_that_cannot_be_driven_out_stays_and_is_told(
+    overlap: float, speed: float, caplog: pytest.LogCaptureFixture
+) -> None:
+    """No motion takes it out of both sides: impulses of 1e29 N s hid that, and it fell through the floor."""
+    result = solve_scene(jammed(overlap, expulsion=speed))
+    assert result.outcome == "finished"
+    assert abs(result.summary["probes"]["middle"]).max() < 1e-6
+    assert max(certificate(result).values()) < 1e-9
+    told = any("could not be driven apart" in record.getMessage() for record in caplog.records)
+    assert told == (overlap > 1.5e-6)  # less is none
+
+
+@pytest.mark.parametrize("overlap", [1e-6, 1e-4, 9e-4])
+def test_elastic_block_is_squeezed_instead(overlap: float) -> None:
+    """Twice the overlap of a metre's length: strain 2·overlap, to what friction under its weight adds."""
+    result = solve_scene(jammed(overlap, expulsion=1.0, fidelity="elastic"))
+    assert result.outcome == "finished"
+    assert jam_pressure(result) == pytest.approx(2 * overlap, rel=0.6, abs=2e-6)
+    assert max(certificate(result).values()) < 1e-9

@@ -1,0 +1,75 @@
+"""Command line ``masonry-fem``: one file a command, each a few calls into the package.
+
+Exit codes: 0 finished or equilibrium, 1 bad input, 2 no convergence, 3 no equilibrium,
+130 interrupted. Nothing heavy is loaded before a command needs it, hence the imports in functions.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import sys
+from collections.abc import Sequence
+
+import masonry_fem
+from masonry_fem.cli import check, collapse, contact, info, limit, mesh, run, study, view
+from masonry_fem.cli.console import complain
+from masonry_fem.cli.exit_codes import BAD_INPUT, INTERRUPTED, PIPE_CLOSED
+from masonry_fem.cli.grammar import Parser, parents
+from masonry_fem.errors import MasonryError
+
+__all__ = ["main", "parser"]
+
+COMMANDS = (run, check, limit, collapse, study, mesh, view, contact, info)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit code; errors become one line on standard error."""
+    options = parser().parse_args(arguments)
+    # PETSc would answer a closed pipe or a kill with a crash report of its own
+    asked = os.environ.get("PETSC_OPTIONS", "").split()
+    if "-no_signal_handler" not in asked:
+        os.environ["PETSC_OPTIONS"] = " ".join([*asked, "-no_signal_handler"])
+    logging.basicConfig(format="%(levelname)s: %(message)s")
+    logging.getLogger("masonry_fem").setLevel(logging.DEBUG if options.debug else logging.WARNING)
+    try:
+        code: int = options.command(options)
+        sys.stdout.flush()
+        return code
+    except KeyboardInterrupt:
+        out = getattr(options, "out", None)
+        kept = f"; what was written so far is in {out}" if out and out.exists() else ""
+        complain(f"interrupted{kept}")
+        return INTERRUPTED
+    # who read our output has had enough, as in "masonry-fem run ... | head"; rich ends the program itself
+    except (BrokenPipeError, SystemExit):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or Python complains at its end
+        return PIPE_CLOSED
+    except MasonryError as error:
+        if options.debug:
+            raise
+        complain(str(error))
+    except OSError as error:
+        if options.debug:
+            raise
+        complain(f"{error.filename}: {error.strerror}" if error.filename else str(error))
+    except Exception as error:  # a defect of ours: one sentence to a user, all of it with --debug
+        if options.debug:
+            raise
+        complain(f"unexpected {type(error).__name__}: {error}; run again with --debug for the details")
+    return BAD_INPUT
+
+
+def parser() -> Parser:
+    """The command line's grammar."""
+    top = Parser(
+        prog="masonry-fem",
+        description="Mechanics of block masonry: finite-element stones, true frictional joints.",
+        epilog="Exit codes: 0 equilibrium or finished, 1 bad input, 2 no convergence, 3 no equilibrium.",
+    )
+    top.add_argument("--version", action="version", version=f"masonry-fem {masonry_fem.__version__}")
+    commands = top.add_subparsers(required=True, metavar="COMMAND")
+    shared = parents()
+    for command in COMMANDS:
+        command.add(commands, shared)
+    return top

@@ -1,0 +1,28 @@
+"""Command ``check``: validate a scene and count, without solving."""
+# ruff: noqa: PLC0415
+
+from __future__ import annotations
+
+import argparse
+
+from masonry_fem.cli.console import print_table
+from masonry_fem.cli.grammar import Commands, Parents, read_scene
+
+
+def check_scene(options: argparse.Namespace) -> int:
+    """Validate a scene and print what it holds."""
+    scene, base = read_scene(options)
+    from masonry_fem.inspection import check_scene as check
+
+    facts = check(scene, base)
+    if not options.quiet:
+        print_table(facts)
+    return 0
+
+
+def add(commands: Commands, parents: Parents) -> None:
+    """What can be written after the command."""
+    own = commands.add_parser(
+        "check", parents=[parents.scene, parents.common], help="validate and count, without solving"
+    )
+    own.set_defaults(command=check_scene)

@@ -1,0 +1,80 @@
+"""Command ``collapse``: find by simulation how far loads may grow."""
+# ruff: noqa: PLC0415
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+
+from masonry_fem.cli.console import complain, print_files
+from masonry_fem.cli.exit_codes import COLLAPSE_CODES
+from masonry_fem.cli.grammar import Commands, Parents, read_scene, results_folder
+
+
+def collapse_scene(options: argparse.Namespace) -> int:
+    """Find the multiplier at which a scene falls; the exit code tells whether it was found."""
+    scene, base = read_scene(options)
+    from masonry_fem.collapse import collapse
+    from masonry_fem.post.collapse_table import Watch, print_collapse
+    from masonry_fem.post.folder import make_folder
+
+    options.out = results_folder(options)
+    make_folder(options.out)  # before the search, lest its findings have no place to go
+    with Watch(quiet=options.quiet) as watch:
+        found = collapse(
+            scene,
+            base,
+            tilt=options.tilt,
+            acceleration=options.acceleration,
+            dead=options.dead,
+            tolerance=options.tolerance,
+            start=options.start,
+            at_once=options.at_once,
+            limit=not options.no_limit,
+            tell=watch.tell,
+        )
+    told, stopped = found.told(), found.outcome == "interrupted"
+    files = found.write(options.out, pictures=scene.output.pictures and not stopped)
+    if options.json:
+        from masonry_fem.post.summary import plain
+
+        print(json.dumps(plain(told), indent=2, ensure_ascii=False))
+    elif not options.quiet:
+        print_collapse(told)
+        print_files(files)
+    code = COLLAPSE_CODES[found.outcome]
+    if code:
+        complain(found.message)
+    return code
+
+
+def add(commands: Commands, parents: Parents) -> None:
+    """What can be written after the command."""
+    own = commands.add_parser(
+        "collapse",
+        parents=[parents.scene, parents.common],
+        help="find by simulation how far loads may grow",
+    )
+    own.add_argument(
+        "--tilt", metavar="AXIS", help="tilt the ground towards x or y (--tilt=-x: the other way)"
+    )
+    own.add_argument(
+        "--acceleration", metavar="AXIS", help="grow an acceleration of g along x or y, gravity stays"
+    )
+    own.add_argument(
+        "--dead", action="append", default=[], metavar="LOAD",
+        help="a load that does not grow, where neither is given (may be repeated); gravity never does",
+    )  # fmt: skip
+    own.add_argument(
+        "--tolerance", type=float, default=1e-2, metavar="T", help="relative width of the bracket (0.01)"
+    )
+    own.add_argument("--start", type=float, default=0.0, metavar="M", help="first multiplier (0)")
+    own.add_argument(
+        "--at-once", action="store_true",
+        help="put the whole load on the first state in each trial, instead of on the last that stood",
+    )  # fmt: skip
+    own.add_argument("--no-limit", action="store_true", help="do not ask limit analysis where to look")
+    own.add_argument("--out", type=Path, metavar="DIR", help="folder (default: results/SCENE)")
+    own.add_argument("--json", action="store_true", help="print everything as JSON")
+    own.set_defaults(command=collapse_scene)

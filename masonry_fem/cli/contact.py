@@ -1,0 +1,74 @@
+"""Command ``contact``: solve a saved contact problem."""
+# ruff: noqa: PLC0415
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import math
+from pathlib import Path
+
+from masonry_fem.cli.exit_codes import EXIT_CODES
+from masonry_fem.cli.grammar import Commands, Parents
+
+
+def solve_contact(options: argparse.Namespace) -> int:
+    """Solve a contact problem from a file; prints JSON."""
+    from masonry_fem.nscd import SolverSettings, load_problem, solve
+
+    given = {"tolerance": options.tol, "relaxation": options.relaxation, "threads": options.threads}
+    chosen = {name: value for name, value in given.items() if value is not None}
+    settings = SolverSettings(method=options.solver, **chosen)
+    problem = load_problem(options.file)
+    solution = solve(problem, settings)
+    impulse, determinacy = solution.impulse, None
+    if options.least_norm and solution.converged:
+        from masonry_fem.nscd.determinacy import summarise_contacts
+
+        impulse, determinacy = summarise_contacts(problem, solution)
+    if options.reaction is not None:
+        import numpy as np
+
+        np.save(options.reaction, impulse.ravel())
+    facts = {
+        "file": str(options.file),
+        "outcome": solution.outcome.value,
+        "message": f"{solution.outcome.sentence} {solution.outcome.advice}".strip(),
+        "method": solution.method,
+        "contacts": problem.count,
+        "dimension": problem.dimension,
+        "iterations": solution.iterations,
+        "linear_solves": solution.linear_solves,
+        "seconds": solution.seconds,
+        "tolerance": settings.tolerance,
+        "error": finite(solution.quality.error),
+        "measures": {name: finite(value) for name, value in dataclasses.asdict(solution.quality).items()},
+    }
+    if options.least_norm:
+        facts["determinacy"] = determinacy
+    print(json.dumps(facts, indent=2))
+    if solution.converged:
+        return 0
+    return EXIT_CODES["no_equilibrium" if solution.outcome.moves else "no_convergence"]
+
+
+def add(commands: Commands, parents: Parents) -> None:
+    """What can be written after the command."""
+    own = commands.add_parser("contact", parents=[parents.common], help="solve a saved contact problem")
+    own.add_argument("file", type=Path, metavar="FILE.npz", help="contact problem")
+    own.add_argument("--solver", default="auto", metavar="NAME", help="a solver.method (default: auto)")
+    own.add_argument("--tol", type=float, metavar="T", help="tolerance on the natural map")
+    own.add_argument("--relaxation", type=float, metavar="W", help="of solver nsgs, between 0 and 2")
+    own.add_argument("--threads", type=int, metavar="N", help="of solver nsgs, colour by colour")
+    own.add_argument("--reaction", type=Path, metavar="OUT.npy", help="write the impulses there")
+    own.add_argument(
+        "--least-norm", action="store_true",
+        help="of all impulses that solve the problem take those of least norm, and tell which are unique",
+    )  # fmt: skip
+    own.set_defaults(command=solve_contact)
+
+
+def finite(value: float) -> float | None:
+    """The value, or None where JSON has no number for it."""
+    return value if math.isfinite(value) else None

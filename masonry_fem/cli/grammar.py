@@ -1,0 +1,72 @@
+"""Grammar: what can be written on the command line, and what commands read from it alike."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from masonry_fem.cli.exit_codes import BAD_INPUT
+from masonry_fem.errors import MasonryError
+
+if TYPE_CHECKING:
+    from masonry_fem.scene import Scene
+
+type Commands = argparse._SubParsersAction[Any]
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser whose complaints are bad input, exit code 1, as 2 means no convergence here."""
+
+    def error(self, message: str) -> NoReturn:
+        """Print usage and message, end the program."""
+        self.print_usage(sys.stderr)
+        self.exit(BAD_INPUT, f"{self.prog}: {message}\n")
+
+
+@dataclass(frozen=True, slots=True)
+class Parents:
+    """Options that commands share: ``common`` to all, ``scene`` to those of a scene."""
+
+    common: Parser
+    scene: Parser
+
+
+def parents() -> Parents:
+    """The options that commands share."""
+    common = Parser(add_help=False)
+    common.add_argument("--debug", action="store_true", help="show tracebacks and all messages")
+    common.add_argument("--quiet", action="store_true", help="no progress bar, no table")
+    scene = Parser(add_help=False)
+    scene.add_argument("scene", type=Path, metavar="SCENE.toml", help="scene file")
+    scene.add_argument(
+        "--set", action="append", default=[], dest="overrides", metavar="KEY=VALUE",
+        help="change a value of the scene: structures.arch.voussoirs=21 (may be repeated)",
+    )  # fmt: skip
+    return Parents(common, scene)
+
+
+def read_scene(options: argparse.Namespace) -> tuple[Scene, Path]:
+    """The scene of a command and the folder that its paths start from."""
+    from masonry_fem import installation  # noqa: PLC0415 - not on the path of --help
+    from masonry_fem.scene import load  # noqa: PLC0415
+
+    installation.require_python()
+    scene = load(options.scene, options.overrides)
+    return scene, options.scene.resolve().parent
+
+
+def results_folder(options: argparse.Namespace) -> Path:
+    """Results folder: what was asked for, else one named after the scene."""
+    asked: Path | None = options.out
+    return Path("results") / str(options.scene.stem) if asked is None else asked
+
+
+def share(text: str) -> float:
+    """A share of one, written so or in per cent."""
+    try:
+        return float(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
+    except ValueError:
+        raise MasonryError(f"accuracy is '{text}', expected a share such as 1% or 0.01") from None

@@ -1,0 +1,47 @@
+"""Command ``limit``: limit analysis."""
+# ruff: noqa: PLC0415
+
+from __future__ import annotations
+
+import argparse
+import json
+
+from masonry_fem.cli.exit_codes import EXIT_CODES
+from masonry_fem.cli.grammar import Commands, Parents, read_scene
+
+
+def limit_scene(options: argparse.Namespace) -> int:
+    """Ask limit analysis whether a scene's loads can be carried; the exit code tells."""
+    scene, base = read_scene(options)
+    from masonry_fem.limit_analysis import analyse
+
+    told = analyse(scene, base, dead=options.dead, tilt=options.tilt)
+    if options.json:
+        from masonry_fem.post.summary import plain
+
+        print(json.dumps(plain(told), indent=2, ensure_ascii=False))
+    elif not options.quiet:
+        from masonry_fem.post.limit_table import print_limits
+
+        print_limits(told, scene.dimension)
+    return EXIT_CODES["equilibrium" if told["admissible"] else "no_equilibrium"]
+
+
+def add(commands: Commands, parents: Parents) -> None:
+    """What can be written after the command."""
+    own = commands.add_parser(
+        "limit",
+        parents=[parents.scene, parents.common],
+        help="limit analysis: can the loads be carried, and grow how far",
+    )
+    own.add_argument(
+        "--dead", action="append", default=[], metavar="LOAD",
+        help="a load that does not grow, as points.0 or tractions.* (may be repeated); gravity never does",
+    )  # fmt: skip
+    own.add_argument(
+        "--tilt",
+        metavar="AXIS",
+        help="grow an acceleration of g along x or y (--tilt=-x: against x); loads are dead",
+    )
+    own.add_argument("--json", action="store_true", help="print everything as JSON")
+    own.set_defaults(command=limit_scene)

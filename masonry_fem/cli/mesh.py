@@ -1,0 +1,29 @@
+"""Command ``mesh``: write and picture mesh and interfaces."""
+# ruff: noqa: PLC0415
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from masonry_fem.cli.console import print_files
+from masonry_fem.cli.grammar import Commands, Parents, read_scene, results_folder
+
+
+def mesh_scene(options: argparse.Namespace) -> int:
+    """Write and picture the mesh and the interfaces."""
+    scene, base = read_scene(options)
+    from masonry_fem.inspection import write_mesh
+
+    options.out = results_folder(options)
+    print_files(write_mesh(scene, options.out, base))
+    return 0
+
+
+def add(commands: Commands, parents: Parents) -> None:
+    """What can be written after the command."""
+    own = commands.add_parser(
+        "mesh", parents=[parents.scene, parents.common], help="write and picture mesh and interfaces"
+    )
+    own.add_argument("--out", type=Path, metavar="DIR", help="folder (default: results/SCENE)")
+    own.set_defaults(command=mesh_scene)

@@ -1,0 +1,79 @@
+"""Command ``run``: solve a scene, once or on finer and finer elements."""
+# ruff: noqa: PLC0415
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from masonry_fem.cli.console import complain, print_files
+from masonry_fem.cli.exit_codes import BAD_INPUT, EXIT_CODES
+from masonry_fem.cli.grammar import Commands, Parents, read_scene, results_folder, share
+from masonry_fem.errors import MasonryError
+
+
+def run_scene(options: argparse.Namespace) -> int:
+    """Solve a scene; the exit code tells how it ended."""
+    if options.refine_to is not None:
+        return refine_scene(options)
+    scene, base = read_scene(options)
+    from masonry_fem.run import run
+
+    options.out = results_folder(options)
+    result = run(scene, options.out, base=base, save_contact=options.save_contact, quiet=options.quiet)
+    code = EXIT_CODES.get(result.outcome, BAD_INPUT)
+    if not options.quiet:
+        from masonry_fem.post.report import print_summary
+
+        # what went wrong is said once, at the end and on standard error
+        print_summary({**result.summary, "message": ""} if code else result.summary)
+        print_files(result.files)
+    if code:
+        complain(result.message)
+    return code
+
+
+def refine_scene(options: argparse.Namespace) -> int:
+    """Solve a scene on finer and finer elements; exit code 2 tells that its error stayed larger."""
+    scene, base = read_scene(options)
+    from masonry_fem.post.refinement_table import round_line
+    from masonry_fem.refinement import refine
+
+    if options.save_contact is not None:
+        raise MasonryError(
+            "--save-contact and --refine-to exclude each other; run refined.toml with the former"
+        )
+    options.out = results_folder(options)
+    found = refine(
+        scene,
+        options.out,
+        base,
+        target=share(options.refine_to),
+        quiet=options.quiet,
+        tell=None if options.quiet else lambda made: print(round_line(made), flush=True),
+    )
+    code = EXIT_CODES.get(found.result.outcome, BAD_INPUT)
+    if not options.quiet:
+        from masonry_fem.post.report import print_summary
+
+        print_summary({**found.result.summary, "message": ""} if code else found.result.summary)
+        print_files(found.files)
+    if code or not found.reached:
+        complain(found.result.message if code else found.message)
+    return code or (0 if found.reached else EXIT_CODES["no_convergence"])
+
+
+def add(commands: Commands, parents: Parents) -> None:
+    """What can be written after the command."""
+    own = commands.add_parser(
+        "run", parents=[parents.scene, parents.common], help="solve a scene and write results"
+    )
+    own.add_argument("--out", type=Path, metavar="DIR", help="results folder (default: results/SCENE)")
+    own.add_argument(
+        "--save-contact", type=int, metavar="STEP", help="also write that step's contact problem as .npz"
+    )
+    own.add_argument(
+        "--refine-to", metavar="ERROR",
+        help="finer elements where the stress is least exact, until its estimated error is that (5%%)",
+    )  # fmt: skip
+    own.set_defaults(command=run_scene)

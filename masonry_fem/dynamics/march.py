@@ -13,6 +13,7 @@ from typing import Any, Literal, Protocol
 
 from masonry_fem.dynamics.clock import Clock
 from masonry_fem.dynamics.coupling import connect
+from masonry_fem.dynamics.deformation import beyond_small
 from masonry_fem.dynamics.equilibrium import Strategy
 from masonry_fem.dynamics.increments import ABRUPT, increments
 from masonry_fem.dynamics.ledger import Ledger
@@ -28,6 +29,7 @@ logger = logging.getLogger(__name__)
 Verdict = Literal["equilibrium", "finished", "no_convergence", "no_equilibrium"]
 
 # a transient march bears a step that missed its tolerance, up to this error
+DOUBTFUL = 1e-6  # of a block's load: what its equation of motion may miss without a word
 ROUNDING = 1e-9  # of a time
 BEARABLE = 1e-3
 
@@ -121,6 +123,8 @@ def march(
         if strategy.seeks_equilibrium and report.outcome is not Outcome.CONVERGED:
             verdict = "no_convergence"  # a step that was not solved says nothing of what exists
     _warn(missed, unsettled, abrupt, report, strategy, settings)
+    if verdict in {"equilibrium", "finished"}:
+        _doubt(model, made, report, max(DOUBTFUL, 1e3 * settings.tolerance))
     if jammed:
         logger.warning(
             "overlaps could not be driven apart in %d of %s: rigid blocks lie between others that do not "
@@ -167,6 +171,23 @@ def _warn(
             "%s: what happens between two steps is not known, the structure may snap back; smaller steps "
             "tell, in statics analysis.substeps divides those that need it", where,
         )  # fmt: skip
+
+
+def _doubt(model: Model, made: Increment, report: StepReport, bound: float) -> None:
+    """Say where a state that the solver and the steps are content with is not to be relied on."""
+    beyond = beyond_small(model, made.after)
+    if beyond is not None:
+        logger.warning(
+            "%s: elastic blocks are computed for small strains and turns (some per cent, some degrees); "
+            "do not rely on the result, look at materials.*.young and the loads, or make blocks rigid",
+            beyond,
+        )
+    if max(report.block_balance, report.global_balance) > bound:
+        logger.warning(
+            "forces balance to %.0e of a block's load only, which is rounding: blocks are too slender, or "
+            "stiffnesses, sizes or masses lie too far apart; stresses there may be wrong by as much or more",
+            max(report.block_balance, report.global_balance),
+        )
 
 
 def _hopeless(report: StepReport, static: bool) -> Verdict | None:

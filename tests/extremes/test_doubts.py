@@ -1,0 +1,60 @@
+"""Results that hold to rounding and mean nothing, or whose rounding is large: the run says so."""
+
+from __future__ import annotations
+
+import logging
+
+import pytest
+
+from masonry_fem.run import solve_scene
+from masonry_fem.scene.specs import BlockStructure, Dynamics, Initial, Loads, Material, MeshSettings, Scene
+from tests.extremes.solids import DENSITY, arch, column, slender, wall
+
+
+def told(caplog: pytest.LogCaptureFixture, words: str) -> list[str]:
+    """Warnings with these words."""
+    messages = [record.getMessage() for record in caplog.records if record.levelno >= logging.WARNING]
+    return [message for message in messages if words in message]
+
+
+@pytest.mark.parametrize(("young", "strain"), [(1e3, "82"), (1e5, "0.82"), (1e6, "0.082"), (1e7, None)])
+def test_large_strain_is_told(young: float, strain: str | None, caplog: pytest.LogCaptureFixture) -> None:
+    """Four cubes: the lowest one's mean strain is 3.5 ρ g L / E."""
+    result = solve_scene(column([young] * 4))
+    assert result.outcome == "equilibrium"
+    found = told(caplog, "small strains")
+    assert len(found) == (strain is not None)
+    assert strain is None or f"'stack.b1' is strained by {strain}:" in found[0]
+
+
+@pytest.mark.parametrize(("spin", "degrees"), [(0.1, None), (0.15, "8.59"), (3.0, "172")])
+def test_large_turn_is_told(spin: float, degrees: str | None, caplog: pytest.LogCaptureFixture) -> None:
+    """A free elastic block that spins for a second."""
+    scene = Scene(
+        dimension=2,
+        materials={"stone": Material(density=DENSITY, young=1e10)},
+        structures=(BlockStructure(name="cube", material="stone", size=(1.0, 1.0)),),
+        mesh=MeshSettings(divisions=(2, 2)),
+        initial=(Initial(blocks="cube", spin=spin),),
+        loads=Loads(),
+        analysis=Dynamics(step=0.1, duration=1.0),
+    )
+    assert solve_scene(scene).outcome == "finished"
+    found = told(caplog, "small strains")
+    assert len(found) == (degrees is not None)
+    assert degrees is None or f"'cube' has turned by {degrees} degrees" in found[0]
+
+
+@pytest.mark.parametrize(("aspect", "doubted"), [(1e2, False), (1e4, False), (1e6, True)])
+def test_rounding_of_balances_is_told(aspect: float, doubted: bool, caplog: pytest.LogCaptureFixture) -> None:
+    """Needles a million times as long as thick balance their own weight to 4e-4 only."""
+    result = solve_scene(slender(aspect, lying=False))
+    assert result.outcome == "equilibrium"
+    assert (result.summary["certificate"]["block_balance"] > 1e-6) == doubted
+    assert bool(told(caplog, "forces balance to")) == doubted
+
+
+def test_common_masonry_is_not_doubted(caplog: pytest.LogCaptureFixture) -> None:
+    for scene in (wall(), arch(), arch(fidelity="rigid"), wall(fidelity="rigid")):
+        assert solve_scene(scene).outcome == "equilibrium"
+    assert not told(caplog, "")

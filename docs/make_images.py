@@ -14,7 +14,9 @@ from pathlib import Path
 from PIL import Image
 
 from masonry_fem.collapse import collapse
-from masonry_fem.scene import load
+from masonry_fem.refinement import refine
+from masonry_fem.scene import load, loads
+from masonry_fem.study import study
 
 ROOT = Path(__file__).resolve().parents[1]
 IMAGES = ROOT / "docs" / "images"
@@ -80,6 +82,52 @@ def make_mechanism() -> None:
     print(f"mechanism.png  {size / 1e3:.0f} kB")
 
 
+def make_study() -> None:
+    """The picture of docs/study.md: the arch with meshes, tolerances and fidelities."""
+    with tempfile.TemporaryDirectory() as folder:
+        made = study(
+            ROOT / "demos" / "arch.toml",
+            {
+                "mesh.divisions": [[1, 1, 2], [2, 1, 4], [4, 2, 8], [8, 4, 16]],
+                "solver.tolerance": [1e-3, 1e-9],
+                "fidelity": ["rigid", "elastic"],
+            },
+            quantities=["thrust", "probes", "stress.means", "stress.p95"],
+            out=Path(folder),
+        )
+        *_, picture = made.write()
+        size = shrink(picture, IMAGES / "study.png")
+    print(f"study.png  {size / 1e3:.0f} kB")
+
+
+def make_refined() -> None:
+    """The picture of docs/errors.md: a plane wall with a load on one brick, refined to 8 %."""
+    scene = loads(
+        """
+        title = "Wall with a load on one brick, refined to 8 %"
+        dimension = 2
+        plane = "stress"
+        mesh = { size = 0.125 }
+        materials.stone = { young = "10 GPa", density = "2400 kg/m^3" }
+        joints = [{ friction = 0.6 }]
+        loads.gravity = [0.0, -9.81]
+        loads.tractions = [{ on = "wall.c6.b3/top", vector = [0.0, -2e6] }]
+        output = { fields = false }
+        [[structures]]
+        kind = "wall"
+        name = "wall"
+        material = "stone"
+        brick = [0.5, 0.25]
+        columns = 6
+        courses = 6
+        """
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        refine(scene, Path(folder), target=0.08)
+        size = shrink(Path(folder) / "stress_error.png", IMAGES / "refined.png")
+    print(f"refined.png  {size / 1e3:.0f} kB")
+
+
 def shrink(source: Path, target: Path) -> int:
     """Copy a picture at the greatest width that keeps it light; returns its size [bytes]."""
     picture = Image.open(source).convert("RGB")
@@ -98,9 +146,10 @@ def shrink(source: Path, target: Path) -> int:
 
 if __name__ == "__main__":
     sys.path.insert(0, str(ROOT))
-    for demo in sys.argv[1:] or (*DEMOS, "mechanism"):
-        if demo == "mechanism":
-            make_mechanism()
+    others = {"mechanism": make_mechanism, "study": make_study, "refined": make_refined}
+    for demo in sys.argv[1:] or (*DEMOS, *others):
+        if demo in others:
+            others[demo]()
         else:
             make(demo)
     if not sys.argv[1:]:

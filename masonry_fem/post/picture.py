@@ -23,6 +23,7 @@ from masonry_fem.post import fields
 from masonry_fem.post.arrows import add_arrows, interface_resultants, legend_sample
 from masonry_fem.post.backdrop import GHOST, draw_pale, title_of
 from masonry_fem.post.cut import Plane, draw_cut
+from masonry_fem.post.error_picture import draw_error
 from masonry_fem.post.joint_map import draw_opening, draw_sliding
 from masonry_fem.post.overview import draw_overview
 from masonry_fem.post.recorder import StepReport
@@ -95,6 +96,8 @@ def draw_all(scenery: Scenery, directory: Path, amplification: float | None = No
     if fields.VON_MISES in scenery.blocks.point_data:
         paths.append(draw_von_mises(scenery, directory / "von_mises.png", amplification))
         paths.append(draw_principal(scenery, directory / "principal_stresses.png"))
+        if fields.STRESS_ERROR in scenery.blocks.cell_data:
+            paths.append(draw_error(scenery, directory / "stress_error.png"))
         if scenery.contacts is not None:
             paths.append(draw_overview(scenery, directory / "overview.png", amplification))
     if scenery.contacts is not None:

@@ -43,7 +43,7 @@ def test_every_record_and_key_is_explained(reference):
     "page",
     [
         "index", "scene", "import", "strategies", "solvers", "results", "errors", "determinacy",
-        "limit_analysis", "collapse", "method", "limits", "gallery", "joints", "add_a_law",
+        "limit_analysis", "collapse", "study", "method", "limits", "gallery", "joints", "add_a_law",
         *(f"laws/{page.stem}" for page in LAW_PAGES),
     ],
 )  # fmt: skip

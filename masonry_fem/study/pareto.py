@@ -91,14 +91,18 @@ def _has(made: Comparison, names: Sequence[str]) -> bool:
 
 
 def _best(points: Sequence[Point]) -> NDArray[np.bool_]:
-    """Whether no other point is as good in cost and bound and better in one; of equal ones the first."""
+    """Whether no other point is as good in cost and bound and better in one.
+
+    Of equal ones the reference is taken, or the first.
+    """
     cpu, bound = (np.array([getattr(point, name) for point in points]) for name in ("cpu", "bound"))
     spare = np.maximum(SAME * cpu, INSTANT)
     # at [i, j]: whether i is cheaper than j, or has a lower bound, by more than means nothing
     cheaper = cpu[:, None] < cpu - spare
     closer = bound[:, None] < bound * (1 - SAME)
     worse = (cpu[:, None] > cpu + spare) | (bound[:, None] > bound * (1 + SAME))
-    first = np.arange(len(points))[:, None] < np.arange(len(points))
+    turn = np.array([-1 if point.is_reference else i for i, point in enumerate(points)])
+    first = turn[:, None] < turn
     beats = ~worse & (cheaper | closer | first)
     np.fill_diagonal(beats, val=False)
     best: NDArray[np.bool_] = ~beats.any(axis=0)

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from masonry_fem.study.pareto import Point
-from masonry_fem.study.recommendation import percent
 from masonry_fem.study.target import Target
 from masonry_fem.study.variation import Variation
 
@@ -151,8 +150,8 @@ def _panel(axis: Any, target: Target, points: Sequence[Point], marks: _Marks, ac
     if low < accuracy < high:
         axis.axhline(accuracy, color=COLOURS[1], lw=0.9, ls=(0, (5, 4)), zorder=1)
         axis.annotate(
-            f"{percent(accuracy)} asked", (0.995, accuracy), xycoords=("axes fraction", "data"),
-            xytext=(0, 3), textcoords="offset points", ha="right", fontsize=8, color=COLOURS[1],
+            "asked", (1.0, accuracy), xycoords=("axes fraction", "data"),
+            xytext=(4, 0), textcoords="offset points", va="center", fontsize=8, color=COLOURS[1],
         )  # fmt: skip
     axis.set_title(target.words.removeprefix("the "), fontsize=11.5, color=INK, loc="left", weight="bold")
     axis.set_xlabel("CPU time [s]", fontsize=9.5, color=PALE)

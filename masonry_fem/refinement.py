@@ -26,7 +26,7 @@ from masonry_fem.dynamics.march import March
 from masonry_fem.errors import MasonryError
 from masonry_fem.marking import halved, marked, mesh_overrides
 from masonry_fem.post.folder import make_folder
-from masonry_fem.post.stress_error import block_errors
+from masonry_fem.post.stress_error import block_errors, unjudged
 from masonry_fem.post.summary import write_summary
 from masonry_fem.run import RunResult, run
 from masonry_fem.scene import save, specs
@@ -183,10 +183,12 @@ class _Search:
         allowed = (SPARE * self._limits.target) ** 2 * errors.total
         cells = np.array([len(_mesh(built, int(block)).cells) for block in errors.block], dtype=float)
         chosen = marked(np.where(given, 0.0, errors.square), cells, allowed)
+        blind = unjudged(errors, march.model) & ~given
+        chosen |= blind
         d = built.model.assembly.dimension
         growth = 1.0 + (2**d - 1) * float(cells[chosen].sum() / cells.sum())
         unknowns = size(built)["unknowns"]
-        self.end = self._why_last(march, errors.relative, unknowns, growth)
+        self.end = self._why_last(march, errors.relative, bool(blind.any()), unknowns, growth)
         known = set() if self._built is None else _meshes(self._built)
         self._clock.lap(str(len(self.rounds)))
         self.rounds.append(
@@ -202,16 +204,18 @@ class _Search:
         )
         return [int(block) for block in errors.block[chosen]]
 
-    def _why_last(self, march: March, error: float, unknowns: int, growth: float) -> str:
-        """Why this is the last round; "" where it is not."""
+    def _why_last(self, march: March, error: float, blind: bool, unknowns: int, growth: float) -> str:
+        """Why this is the last round; "" where it is not. ``blind``: some blocks cannot be judged yet."""
         if march.outcome not in ("equilibrium", "finished"):
             return f"Not refined: {march.message}"
         said = f"The error of the stress is estimated at {_percent(error)}"
-        self.reached = error <= self._limits.target
+        self.reached = error <= self._limits.target and not blind
         if self.reached:
             return f"{said}; {_percent(self._limits.target)} was asked for."
         why = self._obstacle(error, unknowns, growth)
-        return f"{said}, not {_percent(self._limits.target)}: {why}" if why else ""
+        missed = f", not {_percent(self._limits.target)}" if error > self._limits.target else ""
+        missed += ", and does not show that of blocks one linear element thick" if blind else ""
+        return f"{said}{missed}: {why}" if why else ""
 
     def _obstacle(self, error: float, unknowns: int, growth: float) -> str:
         """Why there can be no further round; "" where there can."""

@@ -171,6 +171,18 @@ def test_rigid_blocks_have_nothing_to_refine(tmp_path):
         refine(wall(), tmp_path, target=5.0)
 
 
+def test_what_cannot_be_judged_is_refined_first(tmp_path):
+    """One linear element a brick says nothing of its error, however small it looks."""
+    rounds = []
+    result = refine(wall(0.5), tmp_path, target=0.5, tell=rounds.append)
+    assert rounds[0].error < 0.5
+    assert result.reached
+    assert len(rounds) == 3  # bricks of 2 elements in a row are one element thick, too
+    summary = solve_scene(wall(0.5)).summary
+    assert summary["stress"]["error"]["unjudged"] == 18
+    assert result.result.summary["stress"]["error"]["unjudged"] == 0
+
+
 def test_no_equilibrium_is_not_refined(tmp_path):
     result = refine(wall(loads=Loads(gravity=(9.81, -9.81))), tmp_path)
     assert result.result.outcome == "no_equilibrium"

@@ -185,6 +185,9 @@ def _errors(summary: Mapping[str, Any]) -> Rows:
     if error := (summary.get("stress") or {}).get("error"):
         worst = error["worst"][0]
         yield "errors", "of stress, estimated", f"{_percent(error['relative'])} (most in {worst['block']})"
+        if error["unjudged"]:
+            blocks = _plural(error["unjudged"], "blocks")
+            yield "errors", "… but more", f"{blocks} one linear element thick, whose errors do not show"
     told = summary.get("errors") or {}
     if contact := told.get("contact"):
         words = [f"{name.replace('_', ' ')} {_percent(contact[name])}" for name in CHANGES if name in contact]

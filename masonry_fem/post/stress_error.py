@@ -18,6 +18,7 @@ from masonry_fem.dynamics.state import SystemState
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 
 TOP = 5
 
@@ -78,12 +79,27 @@ def block_errors(model: Model, state: SystemState) -> BlockErrors | None:
     return BlockErrors(*(np.concatenate(part) for part in zip(*found, strict=True)))
 
 
+def unjudged(errors: BlockErrors, model: Model) -> Mask:
+    """Blocks one linear element thick, shape (k,): nothing in them shows how wrong their elements are."""
+    thin = [
+        shape.mesh is not None
+        and shape.mesh.order == 1
+        and len(np.unique(shape.mesh.facets)) == len(shape.mesh.points)
+        for shape in model.assembly.shapes
+    ]
+    return np.array([thin[model.assembly.blocks[int(block)].shape] for block in errors.block], dtype=bool)
+
+
 def told(errors: BlockErrors, model: Model) -> dict[str, Any]:
-    """What ``summary.json`` says of them: ``relative``, and of the ``worst`` blocks their ``share``."""
+    """What ``summary.json`` says of them: ``relative``, and of the ``worst`` blocks their ``share``.
+
+    ``unjudged`` is the number of blocks whose elements cannot be judged.
+    """
     share, whole, mean = errors.share, errors.of_whole, errors.of_mean
     worst = np.argsort(-share, kind="stable")[:TOP]
     return {
         "relative": errors.relative,
+        "unjudged": int(unjudged(errors, model).sum()),
         "worst": [
             {
                 "block": model.assembly.blocks[int(errors.block[i])].name,

@@ -22,7 +22,9 @@ from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.report import StepReport
 from masonry_fem.dynamics.state import SystemState
 from masonry_fem.dynamics.step import Increment, initial_state
+from masonry_fem.dynamics.unrest import could_rest
 from masonry_fem.nscd import Outcome, SolverSettings
+from masonry_fem.nscd.solve import ROUNDED
 
 logger = logging.getLogger(__name__)
 
@@ -120,8 +122,12 @@ def march(
             break
     else:
         verdict = "no_equilibrium" if strategy.seeks_equilibrium else "finished"
-        if strategy.seeks_equilibrium and report.outcome is not Outcome.CONVERGED:
-            verdict = "no_convergence"  # a step that was not solved says nothing of what exists
+        # a step that was not solved says nothing of what exists, nor does a march that was too short
+        unsolved = report.outcome is not Outcome.CONVERGED
+        if strategy.seeks_equilibrium and (
+            unsolved or could_rest(model, start, made, report, settings.tolerance)
+        ):
+            verdict = "no_convergence"
     _warn(missed, unsettled, abrupt, report, strategy, settings)
     if verdict in {"equilibrium", "finished"}:
         _doubt(model, made, report, max(DOUBTFUL, 1e3 * settings.tolerance))
@@ -221,15 +227,34 @@ def _ended(
             f"Step {report.step}: the joint laws did not settle, the joints' state still changed by "
             f"{report.joint_change:.1e}. Take more load steps, or analysis.substeps."
         )
+        if report.joint_change == 0:
+            message = _restless(report, made, model)
     elif verdict == "no_convergence":
         message = (
             f"Step {report.step}: the contact solver stopped at an error of {report.quality.error:.1e}. "
             f"{report.outcome.sentence} {report.outcome.advice}"
         )
+        if report.quality.error <= ROUNDED:
+            message += " An error this small is rounding: no tolerance below it can be met here."
     else:
         moving = tuple(moving_blocks(model, made.after))
         message = _no_equilibrium(report, moving)
     return March(verdict, message, made.after, report, model, made, ledger, clock.phases, moving, abrupt)
+
+
+def _restless(report: StepReport, made: Increment, model: Model) -> str:
+    """What goes on where a march ran out of steps, and what may end it."""
+    names = [name for name, _, _ in moving_blocks(model, made.after)]
+    what = "the state is not yet static"
+    if names:
+        others = f" and {len(names) - 4} more" if len(names) > 4 else ""
+        what = f"{', '.join(names[:4])}{others} still {'moves' if len(names) == 1 else 'move'}"
+    return (
+        f"Not at rest after {_steps(report.step)}: forces that balance the loads exist, yet {what} (at "
+        f"{report.inertial_share(made.scheme.step):.1e} of the speed that the loads give in a step). Allow "
+        "more steps (analysis.max_steps), longer ones or more damping; where speeds no longer fall, tighten "
+        "solver.tolerance or loosen analysis.tolerance."
+    )
 
 
 def _steps(count: int) -> str:

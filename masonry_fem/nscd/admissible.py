@@ -79,7 +79,7 @@ def admissible_impulses(
         made = admissible_impulses(_evened(problem, scale), tolerance, iterations)
         return made if made.motion is None else replace(made, motion=scale * made.motion)
     best = Admissible(np.zeros_like(problem.free_velocity), 1.0)
-    rigid_map, load = _static_part(problem)
+    rigid_map, load = static_part(problem)
     size = float(np.linalg.norm(load))
     if size == 0 or rigid_map.nnz == 0:
         return replace(best, unbalanced=float(size > 0))
@@ -193,7 +193,7 @@ def _least_unbalanced(
     return float(motion @ load - largest * closing) / speed if speed > 0 else 0.0
 
 
-def _static_part(problem: ContactProblem) -> tuple[sparse.csr_array, FloatArray]:
+def static_part(problem: ContactProblem) -> tuple[sparse.csr_array, FloatArray]:
     """B and f_r of the modes without inertia: (c d, k) and (k,)."""
     c, d = problem.free_velocity.shape
     bodies, m = problem.rigid_mass.shape

@@ -33,6 +33,8 @@ FloatArray = NDArray[np.float64]
 # Error of a swept state from which Newton may start: of a plain problem, of rigid blocks.
 CLOSE = 1e-2
 CLOSE_OF_BODIES = 1e-5
+# Error that is rounding wherever a problem is large or badly scaled: no other method would do better.
+ROUNDED = 1e-12
 # Share of friction with which a structure at its limit moves fast enough to be seen.
 WEAK = 0.97
 
@@ -91,6 +93,8 @@ def _choose(
     total: Solution | None = None
     inside: Solution | None = None
     for turn in turns(problem, settings, start, stands):
+        if turn.rescue and total is not None and total.quality.error <= ROUNDED:
+            return replace(total, outcome=Outcome.STALLED)
         own = _share(turn, settings, 0 if total is None else total.iterations, time.monotonic() - began)
         if own is None:
             break
@@ -210,7 +214,7 @@ def _check_start(problem: ContactProblem, start: Start | None) -> None:
 
 
 class _Free:
-    """Bodies without contacts: they fly, or, without inertia, nothing holds them."""
+    """Bodies without contacts: they fly, or, without inertia, nothing holds them against their loads."""
 
     name = "free"
     iterations = 1
@@ -225,9 +229,11 @@ class _FreeRun:
 
     def guess(self) -> Iterate:
         problem = self._problem
+        # without inertia the motion is that of a unit mass, which shows where the loads drive the body
+        driven = problem.rigid_velocity + problem.rigid_impulse
         return Iterate(
             np.zeros_like(problem.free_velocity),
-            problem.free_rigid_velocity(),
+            np.where(problem.rigid_mass > 0, problem.free_rigid_velocity(), driven),
             iterations=0,
             verdict=Outcome.NO_EQUILIBRIUM,
         )

@@ -57,7 +57,8 @@ class Turn:
     cones), "close" (the best state where that is close to a solution, else nothing), "inside" (where the
     interior-point method ended: what Newton cycles on holds up ADMM) or "cold".
     ``stiff`` leaves the compliance out; ``weak`` some friction, too, to see how a structure at its limit is
-    about to move.
+    about to move. ``rescue`` finds other sets of sticking and sliding contacts: it is for problems on which
+    the turns before it have not come close, not for rounding that one may ask to be solved away.
     """
 
     make: Callable[[], Method]
@@ -65,6 +66,7 @@ class Turn:
     origin: Literal["given", "best", "close", "inside", "cold"] = "given"
     stiff: bool = False
     weak: bool = False
+    rescue: bool = False
 
 
 def turns(
@@ -94,7 +96,7 @@ def turns(
             yield Turn(_brief_sweeps(HORIZON_OF_BODIES))
             yield Turn(_newton, NEWTON_STEPS, "close")
         yield from _thorough(problem)
-        yield Turn(_sweeps, origin="best")
+        yield Turn(_sweeps, origin="best", rescue=True)
     elif not problem.body_count:
         yield Turn(_brief_sweeps(HORIZON))
         yield Turn(_newton, origin="close")
@@ -122,9 +124,9 @@ def _thorough(problem: ContactProblem) -> Iterator[Turn]:
     yield from _exact(problem)
     if problem.count < MANY:
         for weight in WEIGHTS:
-            yield Turn(_firm_newton(weight), NEWTON_STEPS)
-    yield Turn(_splitting, origin="inside")
-    yield Turn(_patient_newton, origin="best")
+            yield Turn(_firm_newton(weight), NEWTON_STEPS, rescue=True)
+    yield Turn(_splitting, origin="inside", rescue=True)
+    yield Turn(_patient_newton, origin="best", rescue=True)
 
 
 def _static(problem: ContactProblem) -> bool:

@@ -119,7 +119,7 @@ def test_no_proof_where_loads_can_be_carried() -> None:
     """The bound is below what impulses of that size leave, at every motion."""
     problem = rigid_wall(4, 3, horizontal=0.3, inertia=0.0)
     found = admissible_impulses(problem)
-    rigid_map, load = admissible._static_part(problem)
+    rigid_map, load = admissible.static_part(problem)
     generator = np.random.default_rng(0)
     size = float(np.linalg.norm(found.impulse))
     for _ in range(100):

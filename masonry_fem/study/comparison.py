@@ -100,13 +100,23 @@ def _compared(
     if asked:
         chosen = {}
         for pattern in asked:
-            single = pick(given, pattern)
             matching = {name: value for name, value in given.items() if matches(name, pattern)}
-            chosen |= matching or ({} if single is None else {pattern: single})
+            chosen |= matching or _components(given, pattern)
     # numbers from outside do not know how small the rest is: that is told by the cells
     least = {name: max((_least(row, name) for row in rows if row.solved), default=0.0) for name in chosen}
     large = {name: value for name, value in chosen.items() if value.size > least[name] or value.scale > 0.0}
     return large, tuple(name for name in chosen if name not in large)
+
+
+def _components(given: Quantities, pattern: str) -> Quantities:
+    """Components of vectors that a pattern means, as ``probes.*.z``."""
+    found = {}
+    for name, value in given.items():
+        for axis in value.axes:
+            one = value.component(axis)
+            if one is not None and fnmatch.fnmatchcase(f"{name}.{axis}", pattern):
+                found[f"{name}.{axis}"] = one
+    return found
 
 
 def _least(row: Row, name: str) -> float:

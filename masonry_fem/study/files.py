@@ -79,6 +79,7 @@ def lines(study: Study) -> Iterator[dict[str, Any]]:
             **row.cell.settings,
             "outcome": row.outcome,
             "message": row.message,
+            "warnings": "; ".join(row.warnings),
             "cpu": row.cpu,
             "start": row.start,
             **{f"seconds.{phase}": value for phase, value in row.seconds.items()},

@@ -47,12 +47,16 @@ class Recommendation:
 
 
 def recommend(
-    target: Target, comparisons: Sequence[Comparison], vary: Sequence[Variation], accuracy: float
+    target: Target,
+    comparisons: Sequence[Comparison],
+    vary: Sequence[Variation],
+    accuracy: float,
+    unseen: Sequence[str] = (),
 ) -> Recommendation:
-    """Advice for a target."""
+    """Advice for a target; ``unseen`` are discretisations that are not varied."""
     points = gather(comparisons, vary, target.names)
     if not points:
-        return _none(target, accuracy, f"no setting was solved in a way that tells {target.words}")
+        return _none(target, accuracy, f"no setting was solved{_everywhere(vary)} so that it tells")
     singular = _singular(target, comparisons)
     if singular:
         return _none(target, accuracy, singular)
@@ -71,7 +75,7 @@ def recommend(
         chosen.bound,
         None if chosen is other else other.cpu / max(chosen.cpu, 1e-9),
         f"for {percent(accuracy)} on {target.words} use {settled(chosen.settings)}: {_gain(chosen, other)}, "
-        f"error {_told(chosen)}",
+        f"error {_told(chosen)}{_besides(unseen)}",
     )
 
 
@@ -88,6 +92,14 @@ def percent(value: float) -> str:
 def settled(settings: dict[str, str]) -> str:
     """Settings in words."""
     return ", ".join(f"{key} = {value}" for key, value in settings.items())
+
+
+def _everywhere(vary: Sequence[Variation]) -> str:
+    return " in every case" if any(one.is_case for one in vary) else ""
+
+
+def _besides(unseen: Sequence[str]) -> str:
+    return f", and what {' and '.join(unseen)} may add, not varied here" if unseen else ""
 
 
 def _told(point: Point) -> str:

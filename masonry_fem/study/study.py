@@ -136,9 +136,10 @@ def study(
     rows = tuple(_row(cell, told) for cell in cells)
     comparisons = tuple(compare(case, varied, wanted, quantities) for case in _cases(rows, varied))
     aims = tuple(targets(comparisons, quantities)) if any(row.solved for row in rows) else ()
-    advice = tuple(recommend(aim, comparisons, varied, accuracy) for aim in aims)
     made = loads(next(cell.scene for cell in cells if cell.scene), base=base)
-    notes = (*_left_out(text, varied, overrides), *_notes(made, varied, rows, comparisons, wanted))
+    unseen = _unseen(made, varied, rows) if wanted.given is None else []
+    advice = tuple(recommend(aim, comparisons, varied, accuracy, unseen) for aim in aims)
+    notes = (*_left_out(text, varied, overrides), *_notes(varied, rows, comparisons, wanted))
     return Study(
         made.title, varied, rows, wanted, comparisons, aims, accuracy, advice, notes, folder, interrupted
     )
@@ -209,7 +210,6 @@ def _left_out(text: str, vary: Sequence[Variation], overrides: Sequence[str]) ->
 
 
 def _notes(
-    scene: Scene,
     vary: Sequence[Variation],
     rows: Sequence[Row],
     comparisons: Sequence[Comparison],
@@ -228,7 +228,6 @@ def _notes(
         last = ", ".join(f"{one.key} = {one.text(one.finest)}" for one in given)
         notes.append(f"of what has no order the value given last counts as the best: {last}")
     if reference.given is None:
-        notes += _untold(scene, vary, rows)
         notes += _not_finest(vary, comparisons)
     else:
         notes.append("the reference comes from outside and is taken as exact")
@@ -242,15 +241,15 @@ def _notes(
     return notes
 
 
-def _untold(scene: Scene, vary: Sequence[Variation], rows: Sequence[Row]) -> list[str]:
+def _unseen(scene: Scene, vary: Sequence[Variation], rows: Sequence[Row]) -> list[str]:
     """Discretisations that add errors which the study cannot see."""
     told = {one.setting.of for one in vary}
-    notes = []
+    unseen = []
     if "mesh" not in told and any("stress.means" in row.quantities for row in rows):
-        notes.append("the mesh is not varied: what it adds to the errors is not known")
+        unseen.append("the mesh")
     if "time" not in told and isinstance(scene.analysis, Dynamics):
-        notes.append("the time step is not varied: what it adds to the errors is not known")
-    return notes
+        unseen.append("the time step")
+    return unseen
 
 
 def _not_finest(vary: Sequence[Variation], comparisons: Sequence[Comparison]) -> list[str]:

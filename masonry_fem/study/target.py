@@ -38,7 +38,7 @@ def targets(comparisons: Sequence[Comparison], asked: Sequence[str]) -> list[Tar
     ------
     MasonryError : Where nothing is so named.
     """
-    names = [name for made in comparisons[:1] for name in made.values]
+    names = next(([*made.values] for made in comparisons if made.values), [])
     if not asked:
         groups = dict.fromkeys(group_of(name) for name in names)
         ordered = [group for group in WORDS if group in groups] + [g for g in groups if g not in WORDS]

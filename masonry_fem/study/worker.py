@@ -12,6 +12,7 @@ from __future__ import annotations
 import faulthandler
 import json
 import logging
+import math
 import os
 import resource
 import signal
@@ -80,10 +81,7 @@ def _in_fork(request: dict[str, Any]) -> None:
         os.dup2(log, 2)
         faulthandler.enable()
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-        if request["limit"] is not None:
-            limit = max(1, int(request["limit"] + 0.999))
-            resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 5))
-        _write(Path(request["out"]), compute(request["scene"], Path(request["base"])))
+        _write(Path(request["out"]), compute(request["scene"], Path(request["base"]), request["limit"]))
         code = 0
     except BaseException:
         traceback.print_exc()
@@ -92,8 +90,11 @@ def _in_fork(request: dict[str, Any]) -> None:
         os._exit(code)
 
 
-def compute(text: str, base: Path) -> dict[str, Any]:
-    """Run a scene and tell its quantities and costs; a failure of Python's is told, too."""
+def compute(text: str, base: Path, limit: float | None) -> dict[str, Any]:
+    """Run a scene and tell its quantities and costs; a failure of Python's is told, too.
+
+    ``limit`` is the CPU time [s] after which the kernel ends the process.
+    """
     from masonry_fem.scene import loads  # noqa: PLC0415 - with the rest, after the fork
 
     scene = loads(text, base=base, source="scene of the cell")
@@ -104,6 +105,9 @@ def compute(text: str, base: Path) -> dict[str, Any]:
         _warm(scene.dimension, "elastic")
         logging.disable(logging.NOTSET)
     start, row = time.process_time(), {}
+    if limit is not None:
+        _, hard = resource.getrlimit(resource.RLIMIT_CPU)
+        resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(start + min(limit, SHORT) + limit), hard))
     try:
         row = _run(scene, base)
         cost = time.process_time() - start

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+import types
 from pathlib import Path
 
 import pytest
@@ -94,3 +95,13 @@ def test_nonsense_is_refused() -> None:
         Crew(workers=0)
     with pytest.raises(MasonryError, match="time limit is -1"):
         Crew(limit=-1.0)
+
+
+def test_memory_decides_how_many_cells_run(monkeypatch) -> None:
+    left = types.SimpleNamespace(available=4000 * 2**20)
+    monkeypatch.setattr("psutil.virtual_memory", lambda: left)
+    crew = Crew(workers=8)
+    assert crew._fits(3)
+    crew._peak = 2500.0  # a finer cell may need twice as much
+    assert not crew._fits(1)
+    assert crew._fits(0)

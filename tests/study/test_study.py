@@ -10,6 +10,7 @@ import pytest
 
 from masonry_fem import cli
 from masonry_fem.errors import MasonryError
+from masonry_fem.scene import load
 from masonry_fem.study import study
 
 PIER = """
@@ -155,3 +156,46 @@ def test_nonsense_is_refused(scene: Path, vary: list[str], words: str, tmp_path:
     with pytest.raises(MasonryError, match=words):
         study(scene, vary, out=tmp_path)
     assert not list(tmp_path.glob("*"))
+
+
+def test_what_is_not_varied_is_said(scene: Path) -> None:
+    made = study(scene, {"fidelity": ["rigid", "elastic"]}, out=scene.parent / "out", quantities=["supports"])
+    (advice,) = made.recommendations
+    assert advice.words.endswith("and what the mesh may add, not varied here")
+
+
+def test_a_scene_of_python_against_a_folder_of_results(scene: Path, tmp_path: Path) -> None:
+    small = ["fidelity=rigid", "output.pictures=false", "output.fields=false"]
+    folder = tmp_path / "run"
+    assert (
+        cli.main(["run", str(scene), "--out", str(folder), "--quiet", *(f"--set={one}" for one in small)])
+        == 0
+    )
+    made = study(
+        load(scene, small),
+        {"joints.0.friction": [0.3, 0.6], "solver.tolerance": [1e-2, 1e-8]},
+        base=scene.parent,
+        out=tmp_path / "study",
+        reference=folder,
+        quantities=["supports.*.y"],
+    )
+    assert all(row.solved for row in made.rows)
+    # with a reference from outside another friction is a setting like any other
+    assert len(made.comparisons) == 1
+    (advice,) = made.recommendations
+    assert advice.bound < 0.01
+    assert "the reference comes from outside" in made.notes[0]
+
+
+def test_cases_have_references_of_their_own(scene: Path, tmp_path: Path) -> None:
+    made = study(
+        scene,
+        {"structures.pier.count": [2, 3], "solver.tolerance": [1e-2, 1e-8]},
+        overrides=["fidelity=rigid"],
+        out=tmp_path,
+        quantities=["supports"],
+    )
+    weights = [case.values["supports.pier.ground"].values[1] for case in made.comparisons]
+    assert weights == pytest.approx([WEIGHT, 1.5 * WEIGHT])
+    assert "each is compared with its own finest cell" in made.notes[0]
+    assert made.recommendations[0].settings.keys() == {"solver.tolerance"}

@@ -287,9 +287,9 @@ def column_error(result: RunResult, step: float, theta: float = 1.0, steps: int 
     """Of the base's force and the top's fall far beyond a period; of the fall alone far below it."""
     top = -result.summary["probes"]["top"][1]
     if step < COLUMN_PERIOD:
-        return abs(top / (G * step**2 * steps * (steps - 1 + 2 * theta) / 2) - 1)
+        return float(abs(top / (G * step**2 * steps * (steps - 1 + 2 * theta) / 2) - 1))
     weight = 2000.0 * G * 3.0
-    return max(abs(base_force(result)[1] / weight - 1), abs(top / (weight * 3.0 / 2e9) - 1))
+    return float(max(abs(base_force(result)[1] / weight - 1), abs(top / (weight * 3.0 / 2e9) - 1)))
 
 
 def sliding_block(
@@ -313,7 +313,7 @@ def sliding_error(
     """Of the way down."""
     a = np.radians(angle)
     gone = G * (np.sin(a) - friction * np.cos(a)) * step**2 * steps * (steps - 1 + 2 * theta) / 2
-    return abs(result.summary["probes"]["cube"][0] / gone - 1)
+    return float(abs(result.summary["probes"]["cube"][0] / gone - 1))
 
 
 def standing_wall(

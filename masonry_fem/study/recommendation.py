@@ -123,9 +123,10 @@ def _gain(chosen: Point, other: Point) -> str:
     if times < 1.2:
         return f"as dear as {what} ({chosen.cpu:.2g} s of CPU)"
     with_start = (other.cpu + other.start) / max(chosen.cpu + chosen.start, 1e-9)
+    whole = f"{_times(with_start)} times" if with_start >= 1.1 else "about the same"
     return (
         f"{_times(times)} times cheaper than {what} ({chosen.cpu:.2g} s against {other.cpu:.3g} s of CPU; "
-        f"{_times(with_start)} times with the start of the program)"
+        f"{whole} with the start of the program)"
     )
 
 

@@ -206,7 +206,8 @@ def _cases(rows: Sequence[Row], vary: Sequence[Variation]) -> list[list[Row]]:
 
 def _left_out(text: str, vary: Sequence[Variation], overrides: Sequence[str]) -> list[str]:
     """What the scene says and a varied key replaces."""
-    return [f"in all cells {one} instead of the scene's" for one in room(text, vary, overrides)]
+    made = room(text, vary, overrides)
+    return [f"what is varied replaces a key of the scene, whose rest is {one}" for one in made]
 
 
 def _notes(

@@ -1,10 +1,10 @@
-"""Table: a study on the console, while it runs and when it has ended."""
+"""Table: a study on the console."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Self
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 from masonry_fem.study.files import orders
 from masonry_fem.study.recommendation import percent
@@ -15,58 +15,13 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from masonry_fem.study.pareto import Point
+    from masonry_fem.study.row import Row
     from masonry_fem.study.study import Study
 
-WIDE = 160  # of a file or a pipe
+WIDE, NARROW = 160, 130  # characters: of a file or a pipe; where some columns are left out
 SHOWN = 60  # cells; of more the best are shown
 SAID = 3  # cells that a message names
 SHORT = {"stress.means": "means", "stress.p95": "p95", "stress.max": "max"}
-
-
-class Watch:
-    """A bar on standard error with the cells done; nothing where that is no terminal, or with ``quiet``.
-
-    with Watch() as watch:
-        study(scene, vary, tell=watch.tell)
-    """
-
-    def __init__(self, *, quiet: bool = False, console: Console | None = None) -> None:
-        self._quiet, self._console = quiet, console
-        self._bar: Any = None
-        self._task: Any = None
-
-    def __enter__(self) -> Self:
-        """Show an empty bar."""
-        from rich.console import Console  # noqa: PLC0415 - not on the path of --help
-        from rich.progress import (  # noqa: PLC0415  # noqa: PLC0415
-            BarColumn,
-            MofNCompleteColumn,
-            Progress,
-            TextColumn,
-            TimeElapsedColumn,
-            TimeRemainingColumn,
-        )
-
-        console = self._console or Console(stderr=True)
-        if not self._quiet and console.is_terminal:
-            columns = (
-                TextColumn("cells"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(),
-                TextColumn("left"), TimeRemainingColumn(), TextColumn("{task.fields[last]}"),
-            )  # fmt: skip
-            self._bar = Progress(*columns, console=console, transient=True)
-            self._task = self._bar.add_task("", total=None, last="")
-            self._bar.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        """Take the bar away."""
-        if self._bar is not None:
-            self._bar.stop()
-
-    def tell(self, done: int, total: int, last: str) -> None:
-        """A cell has ended."""
-        if self._bar is not None:
-            self._bar.update(self._task, completed=done, total=total, last=last)
 
 
 def print_study(study: Study, console: Console | None = None) -> None:
@@ -79,7 +34,14 @@ def print_study(study: Study, console: Console | None = None) -> None:
         console = Console(file=console.file, width=WIDE)
     if study.title:
         console.print(Text(study.title, style="bold"))
-    console.print(_cells(study))
+    console.print(_cells(study, narrow=console.width < NARROW))
+    left = len(study.rows) - len(_shown(study))
+    if left:
+        console.print(
+            Text(
+                f"{left} more cells, that are beaten or pose one of these problems, in study.csv", style="dim"
+            )
+        )
     for line in _failures(study):
         console.print(Text(line, style="red"))
     seen = _orders(study)
@@ -96,64 +58,72 @@ def print_study(study: Study, console: Console | None = None) -> None:
         console.print(Text(f"note: {note}", style="dim"))
 
 
-def _cells(study: Study) -> Table:
+def _cells(study: Study, narrow: bool) -> Table:
+    """One line a cell that is not another's twin: settings, costs, errors in per cent."""
     from rich.table import Table  # noqa: PLC0415
     from rich.text import Text  # noqa: PLC0415
 
-    varied = [one.key for one in study.vary]
-    aims = study.targets
+    varied, aims = [one.key for one in study.vary], study.targets
     failed = any(row.outcome not in SOLVED for row in study.rows)
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
+    table = Table(box=None, pad_edge=False, padding=(0, 1 if narrow else 2, 0, 0), header_style="dim")
     for key in heads(varied):
         table.add_column(Text(key), no_wrap=True)
     if failed:
         table.add_column("outcome", no_wrap=True)
-    for name in ("CPU [s]", "mostly", "MB", "unknowns", *(SHORT.get(aim.label, aim.label) for aim in aims)):
-        table.add_column(Text(name), justify="right", no_wrap=True)
-    points = {aim.label: {point.places: point for point in study.points(aim)} for aim in aims}
-    of = {id(row): (made, number) for made in study.comparisons for number, row in enumerate(made.rows)}
-    worst = {
-        (id(made), aim.label): made.worst(aim.names, made.error)
-        for made in study.comparisons
-        for aim in aims
-        if all(name in made.error for name in aim.names)
-    }
-    hidden = 0
-    for row in study.rows:
-        places = tuple(-1 if one.is_case else p for one, p in zip(study.vary, row.cell.places, strict=True))
-        own = {aim.label: points[aim.label].get(places) for aim in aims}
-        if len(study.rows) > SHOWN and not any(point is not None and point.best for point in own.values()):
-            hidden += 1
-            continue
-        made, number = of[id(row)]
-        errors = []
-        for aim in aims:
-            values = worst.get((id(made), aim.label))
-            errors.append(_error(None if values is None else float(values[number]), own[aim.label]))
+    costs = ("CPU [s]", "MB") if narrow else ("CPU [s]", "mostly", "MB", "unknowns")
+    for name in (*costs, *(f"{SHORT.get(aim.label, aim.label)} %" for aim in aims)):
+        table.add_column(Text(name), justify="right")
+    errors = _errors(study)
+    for row in _shown(study):
         good = row.outcome in SOLVED
+        told = {
+            "CPU [s]": f"{row.cpu:.2f}" if row.cpu else "",
+            "mostly": max(row.seconds, key=row.seconds.__getitem__, default=""),
+            "MB": f"{row.memory:.0f}" if row.memory else "",
+            "unknowns": str(row.size.get("unknowns", "")),
+        }
         table.add_row(
             *(Text(row.cell.settings[key]) for key in varied),
             *([Text(row.outcome.replace("_", " "), style="green" if good else "red")] if failed else []),
-            f"{row.cpu:.2f}" if row.cpu else "",
-            _mostly(row.seconds),
-            f"{row.memory:.0f}" if row.memory else "",
-            str(row.size.get("unknowns", "")),
-            *errors,
+            *(told[name] for name in costs),
+            *(_error(*errors[id(row), aim.label]) for aim in aims),
         )
-    if hidden:
-        table.caption = f"{hidden} more cells, which others beat in everything, are in study.csv"
     return table
+
+
+def _shown(study: Study) -> list[Row]:
+    """Rows to print: one of those that pose one problem; of many the best, and those that failed."""
+    unique = {row.cell.key or id(row): row for row in reversed(study.rows)}
+    rows = [row for row in study.rows if unique[row.cell.key or id(row)] is row]
+    if len(rows) <= SHOWN:
+        return rows
+    best = {point.places for aim in study.targets for point in study.points(aim) if point.best}
+    return [row for row in rows if _places(study, row) in best]
+
+
+def _places(study: Study, row: Row) -> tuple[int, ...]:
+    """Where the point of a row stands."""
+    pairs = zip(study.vary, row.cell.places, strict=True)
+    return tuple(-1 if one.is_case else place for one, place in pairs)
+
+
+def _errors(study: Study) -> dict[tuple[int, str], tuple[float, Point | None]]:
+    """Error of each row for each target, and its point."""
+    found: dict[tuple[int, str], tuple[float, Point | None]] = {}
+    for aim in study.targets:
+        points = {point.places: point for point in study.points(aim)}
+        for made in study.comparisons:
+            known = all(name in made.error for name in aim.names)
+            values = made.worst(aim.names, made.error) if known else [math.nan] * len(made.rows)
+            for row, value in zip(made.rows, values, strict=True):
+                found[id(row), aim.label] = float(value), points.get(_places(study, row))
+    return found
 
 
 def heads(keys: Sequence[str]) -> list[str]:
     """Keys by their last word where no two have the same."""
     tails = [key.rpartition(".")[2] for key in keys]
     return [tail if tails.count(tail) == 1 else key for key, tail in zip(keys, tails, strict=True)]
-
-
-def _mostly(seconds: Mapping[str, float]) -> str:
-    """The phase that took most of the time."""
-    return max(seconds, key=seconds.__getitem__) if any(seconds.values()) else ""
 
 
 def _failures(study: Study) -> list[str]:
@@ -168,15 +138,16 @@ def _failures(study: Study) -> list[str]:
     ]
 
 
-def _error(value: float | None, point: Point | None) -> Any:
+def _error(value: float, point: Point | None) -> Any:
     """An error in per cent; bold where nothing cheaper is as close."""
     from rich.text import Text  # noqa: PLC0415
 
-    if value is None or not math.isfinite(value):
+    if not math.isfinite(value):
         return Text("–", style="dim")
     if point is not None and point.is_reference:
-        return Text("reference", style="cyan")
-    return Text(percent(value), style="bold green" if point is not None and point.best else "")
+        return Text("ref", style="cyan")
+    words = percent(value).removesuffix(" %").replace("< ", "<")
+    return Text(words, style="bold green" if point is not None and point.best else "")
 
 
 def _orders(study: Study) -> Table:

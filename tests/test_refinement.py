@@ -27,6 +27,7 @@ from masonry_fem.scene.specs import (
     Traction,
     WallStructure,
 )
+from tests.geometry.test_files import two_boxes
 from tests.validation.true_error import true_squares
 
 
@@ -181,6 +182,18 @@ def test_what_cannot_be_judged_is_refined_first(tmp_path):
     summary = solve_scene(wall(0.5)).summary
     assert summary["stress"]["error"]["unjudged"] == 18
     assert result.result.summary["stress"]["error"]["unjudged"] == 0
+
+
+def test_elements_from_a_file_stay(tmp_path):
+    structure = FileStructure(
+        name="boxes", material="stone", path=two_boxes(tmp_path / "two.msh").name, supports=("lower",)
+    )
+    scene = wall(dimension=3, structures=(structure,), loads=Loads(gravity=(0.0, 0.0, -9.81)))
+    result = refine(scene, tmp_path / "out", tmp_path, target=0.01)
+    assert not result.reached
+    assert "came with their elements" in result.message
+    saved = load(tmp_path / "out" / "refined.toml")
+    assert saved.structures[0].path == "../two.msh"
 
 
 def test_no_equilibrium_is_not_refined(tmp_path):

@@ -8,6 +8,8 @@ tests/fem.
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -34,8 +36,14 @@ def _effectivity(coarse: RunResult, fine: RunResult) -> tuple[float, np.ndarray]
     return float(np.sqrt(own.square.sum() / squares.sum())), np.sqrt(own.square / squares)
 
 
+@cache
+def _reference(size: float) -> RunResult:
+    """The low wall on a fine mesh."""
+    return low_wall(size)
+
+
 @pytest.mark.parametrize("shear", [0.1e6, 0.3e6])
-@pytest.mark.parametrize(("n", "finer"), [(4, 12), pytest.param(8, 24, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("n", "finer"), [(4, 12), pytest.param(8, 16, marks=pytest.mark.slow)])
 def test_two_cubes(n: int, finer: int, shear: float) -> None:
     """A10.1 and A10.2: clamped corners, a joint that sticks, one that opens at the heel."""
     whole, blocks = _effectivity(two_cubes(shear, n=n), two_cubes(shear, n=finer))
@@ -50,7 +58,7 @@ def test_two_cubes(n: int, finer: int, shear: float) -> None:
 )
 def test_low_wall(size: float, finer: float) -> None:
     """A10.4: 22 bricks in contact."""
-    whole, blocks = _effectivity(low_wall(size), low_wall(finer))
+    whole, blocks = _effectivity(low_wall(size), _reference(finer))
     assert 0.8 <= whole <= 1.15
     assert (blocks >= 0.7).all()
     assert (blocks <= 1.4).all()
@@ -74,5 +82,5 @@ def test_quadratic_bricks() -> None:
 
 def test_one_cell_across_is_a_warning_not_an_answer() -> None:
     """A brick of one linear cell has nothing to be held against but its own gradient: see docs/errors.md."""
-    whole, _ = _effectivity(low_wall(0.25), low_wall(0.0625))
+    whole, _ = _effectivity(low_wall(0.25), _reference(0.0625))
     assert 0.4 <= whole <= 1.4

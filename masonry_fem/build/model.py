@@ -17,6 +17,7 @@ from masonry_fem.bodies.rigid import RigidGroup
 from masonry_fem.build.joints import contacts_and_joints
 from masonry_fem.build.loads import loads
 from masonry_fem.build.overlaps import refuse_overlaps
+from masonry_fem.build.places import check_places
 from masonry_fem.build.stones import Stones, block_names, lay, meshed, typical_length
 from masonry_fem.build.supports import last_change, support_group
 from masonry_fem.contact.contacts import Interface
@@ -61,6 +62,7 @@ def build(scene: specs.Scene, base: Path, before: Built | None = None) -> Built:
     """
     clock = Clock()
     stones = lay(scene, base)
+    check_places(stones)
     clock.lap("build")
     stones = meshed(stones, None if before is None else before.stones)
     clock.lap("mesh" if stones.of_role("elastic") else "build")

@@ -32,6 +32,7 @@ from masonry_fem.bodies.base import (
     StressField,
 )
 from masonry_fem.bodies.support import Motion
+from masonry_fem.errors import GeometryError
 from masonry_fem.fem.assemble import ShapeOperators
 from masonry_fem.fem.attachment import ElasticAttachment
 from masonry_fem.fem.balance import Balance, dot
@@ -116,9 +117,21 @@ class ElasticGroup(Meshed):
         if key not in self._factors:
             while len(self._factors) >= KEPT_FACTORS:
                 del self._factors[next(iter(self._factors))]
-            self._factors[key] = Compliance(self.operators, self.modes, self.holds.free, scheme)
+            self._factors[key] = self._factorised(scheme)
             self.factorisations += 1
         return self._factors[key]
+
+    def _factorised(self, scheme: Scheme) -> Compliance:
+        try:
+            return Compliance(self.operators, self.modes, self.holds.free, scheme)
+        except np.linalg.LinAlgError as error:
+            size = np.ptp(self.mesh.points, axis=0)
+            raise GeometryError(
+                f"block '{self.names[0]}': its stiffness is singular to rounding, with sides of "
+                f"{', '.join(f'{side:.2g}' for side in size)} m, ν = {self.operators.material.poisson:.17g}; "
+                "expected a block at most some 1e7 times as long as thick, and ν not so near 1/2; change "
+                "them, or make the block rigid"
+            ) from error
 
     # --- states -----------------------------------------------------------------------------------
 

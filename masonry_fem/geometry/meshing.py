@@ -6,6 +6,7 @@ voussoirs. Nodes are computed, not searched, so that equal bricks have equal nod
 
 from __future__ import annotations
 
+import math
 from itertools import permutations, product
 
 import numpy as np
@@ -19,7 +20,17 @@ from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import FloatArray
 
 DEFAULT_DIVISIONS = 2
+MOST = 1e7  # elements of one shape: their matrices would take some ten gigabytes
 CONCAVE = 0.05  # of its size: how far a corner of a six-sided solid stands out of a face to be concave
+
+
+def refuse_many(shape: Shape, count: float) -> None:
+    """Refuse so many elements of one shape that no memory holds them."""
+    if not count <= MOST:
+        raise GeometryError(
+            f"shape '{shape.name}' would have {count:.1e} elements, expected at most {MOST:.0e}; raise "
+            "mesh.size, or lower mesh.divisions"
+        )
 
 
 def mesh_shape(shape: Shape, settings: MeshSettings, dimension: int) -> Mesh:
@@ -29,6 +40,8 @@ def mesh_shape(shape: Shape, settings: MeshSettings, dimension: int) -> Mesh:
     without four sides) get simplices from gmsh.
     """
     if not _is_structured(shape):
+        if settings.size is not None:
+            refuse_many(shape, shape.solid.mass_properties().volume / settings.size**dimension)
         if settings.element[0] == "Q":
             from masonry_fem.geometry.extrusion import hexahedra_of, prism_of  # noqa: PLC0415  brings gmsh
 
@@ -41,6 +54,7 @@ def mesh_shape(shape: Shape, settings: MeshSettings, dimension: int) -> Mesh:
     order, simplices = int(settings.element[1]), settings.element[0] == "P"
     corners = _corners(shape)
     counts = _counts(shape, corners, settings)
+    refuse_many(shape, math.prod(counts))
     cells, grid = _cells(counts, order, simplices)
     points = _mapped(shape, corners, grid)
     used, inverse = np.unique(cells, return_inverse=True)
@@ -126,6 +140,7 @@ def _counts(shape: Shape, corners: IntArray, settings: MeshSettings) -> tuple[in
     if shape.rails:
         steps = [np.diff(shape.solid.vertices[list(rail)], axis=0) for rail in shape.rails]
         lengths[0] = max(float(np.linalg.norm(step, axis=1).sum()) for step in steps)
+    refuse_many(shape, math.prod(max(1.0, length / settings.size) for length in lengths))
     counts = tuple(max(1, int(np.ceil(length / settings.size - 1e-9))) for length in lengths)
     return _whole_parts(shape, counts)
 

@@ -1,0 +1,39 @@
+"""Places: whether numbers can tell the blocks' corners apart where they stand."""
+
+from __future__ import annotations
+
+import logging
+
+import numpy as np
+
+from masonry_fem.build.stones import Stones
+from masonry_fem.errors import SceneError
+
+LOST = 1e-4  # of a block's thickness: coordinates that are further apart no longer draw it
+COARSE = 1e-8  # of it: gaps and lever arms lose digits
+
+logger = logging.getLogger(__name__)
+
+
+def check_places(stones: Stones) -> None:
+    """Refuse blocks so far from the origin that coordinates cannot draw them; warn where they lose digits."""
+    assembly = stones.assembly
+    thin = np.array([float(np.ptp(shape.solid.vertices, axis=0).min()) for shape in assembly.shapes])
+    thin = thin[[block.shape for block in assembly.blocks]]
+    far = np.array([float(np.abs(assembly.solid(k).vertices).max()) for k in range(len(assembly.blocks))])
+    share = np.divide(np.spacing(far), thin, out=np.full(len(far), np.inf), where=thin > 0)
+    worst = int(share.argmax())
+    name, away = assembly.blocks[worst].name, far[worst]
+    cure = "move the structure nearer to the origin: take the same offset off all positions"
+    if not share[worst] <= LOST:
+        raise SceneError(
+            f"structures: block '{name}' is {thin[worst]:.2g} m thin and stands {away:.2g} m from the "
+            f"origin, where coordinates are {np.spacing(away):.1g} m apart; expected less than {LOST:g} of "
+            f"that; {cure}, or make the block thicker"
+        )
+    if share[worst] > COARSE:
+        logger.warning(
+            "block '%s' stands %.2g m from the origin, where coordinates are %.1g m apart: gaps and arms "
+            "lose digits; %s",
+            name, away, np.spacing(away), cure,
+        )  # fmt: skip

@@ -159,6 +159,8 @@ def _what_lacks(
     """What keeps the best setting from being known to be good enough."""
     best = min(points, key=lambda point: point.bound)
     first = f"the best of this study, {settled(best.settings)}, is within {percent(best.bound)}"
+    if best.bound >= 1:
+        first += ", no less than its own size: it may as well be nothing but rounding"
     left = [
         (order.error / max(made.values[name].size, made.values[name].scale), key, order)
         for made in comparisons

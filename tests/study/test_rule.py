@@ -64,6 +64,45 @@ block = "portal.v05"
 point = [0.0, 2.0]
 """
 )
+SPREAD = (
+    STONE
+    + """
+[[structures]]
+kind = "arch"
+name = "arch"
+material = "stone"
+radius = 1.0
+thickness = 0.25
+voussoirs = 13
+[[supports]]
+on = "arch.springing_right"
+motion = { displacement = [2e-5, 0.0] }
+[loads]
+gravity = [0.0, -9.81]
+[[probes]]
+name = "crown"
+block = "arch.v07"
+point = [0.0, 1.125]
+"""
+)
+CANTILEVER = (
+    STONE
+    + """
+[[structures]]
+kind = "block"
+name = "beam"
+material = "stone"
+size = [2.0, 0.5]
+[[supports]]
+on = "beam/left"
+[loads]
+gravity = [0.0, -9.81]
+[[probes]]
+name = "tip"
+block = "beam"
+point = [2.0, 0.25]
+"""
+)
 SLIDE = """
 dimension = 2
 fidelity = "rigid"
@@ -117,17 +156,19 @@ def true_errors(made: Study, truth: Quantities) -> list[tuple[str, float, dict[s
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("scene", "meshes", "finer", "least"),
+    ("scene", "vary", "finer", "least"),
     [
-        (WALL, "mesh.divisions=[2,1],[4,2],[8,4],[16,8]", "mesh.divisions=[32,16]", 20),
-        (PORTAL, "mesh.size=0.2,0.1,0.05,0.025", "mesh.size=0.0125", 20),
+        (WALL, ["mesh.divisions=[2,1],[4,2],[8,4],[16,8]", *SETTINGS], "mesh.divisions=[32,16]", 20),
+        (PORTAL, ["mesh.size=0.2,0.1,0.05,0.025", *SETTINGS], "mesh.size=0.0125", 20),
+        (SPREAD, ["mesh.size=0.2,0.1,0.05", *SETTINGS], "mesh.size=0.0125", 8),
+        (CANTILEVER, ["mesh.size=0.25,0.125,0.0625", "mesh.element=Q1,Q2"], "mesh.size=0.015625", 15),
     ],
-    ids=["wall pushed aside", "portal"],
+    ids=["wall pushed aside", "portal", "spreading arch", "cantilever"],
 )
-def test_advice_keeps_its_word(scene: str, meshes: str, finer: str, least: int, tmp_path: Path) -> None:
+def test_advice_keeps_its_word(scene: str, vary: list[str], finer: str, least: int, tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     path.write_text(scene)
-    made = study(path, [meshes, *SETTINGS], out=tmp_path / "out")
+    made = study(path, vary, out=tmp_path / "out")
     (exact,) = study(path, [finer], overrides=["mesh.element=Q2"], out=tmp_path / "exact").rows
     assert exact.solved
     found = true_errors(made, exact.quantities)

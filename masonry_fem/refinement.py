@@ -18,7 +18,6 @@ from typing import Any
 
 import msgspec
 import numpy as np
-import psutil
 
 from masonry_fem.build import Built
 from masonry_fem.dynamics.clock import Clock
@@ -28,36 +27,14 @@ from masonry_fem.marking import halved, marked, mesh_overrides
 from masonry_fem.post.folder import make_folder
 from masonry_fem.post.stress_error import block_errors, unjudged
 from masonry_fem.post.summary import write_summary
+from masonry_fem.refinement_limits import Limits, Round
 from masonry_fem.run import RunResult, run
 from masonry_fem.scene import save, specs
 from masonry_fem.scene.moved import moved
 from masonry_fem.solid.mesh import Mesh
-from masonry_fem.summary import peak_memory, size
+from masonry_fem.summary import size
 
 SPARE = 0.95  # of the target: what is aimed at
-STALLED = 0.9  # two rounds that each leave more of the error, with twice the unknowns, get nowhere
-MEMORY = 0.8  # of the machine's that is free may be used
-GROWTH = 4 / 3  # of memory with unknowns: what factors of solids take
-
-
-@dataclass(frozen=True, slots=True)
-class Round:
-    """One solution.
-
-    Attributes
-    ----------
-    round : From 1. unknowns : Of displacement and contact. meshes : Distinct ones, ``made`` of them new.
-    error : Estimated, relative, in the energy norm. refined : Blocks that get finer elements next.
-    seconds : CPU time [s].
-    """
-
-    round: int
-    unknowns: int
-    meshes: int
-    made: int
-    error: float
-    refined: int
-    seconds: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,15 +54,6 @@ class Refinement:
     message: str
     rounds: tuple[Round, ...]
     files: list[Path]
-
-
-@dataclass(frozen=True, slots=True)
-class Limits:
-    """Where a refinement ends: at its target, or after too many rounds or unknowns."""
-
-    target: float
-    rounds: int
-    unknowns: int
 
 
 def refine(
@@ -146,7 +114,7 @@ class _Search:
         self._first, self._next, self._limits = scene, scene, limits
         self._built: Built | None = None
         self._finer: dict[str, specs.MeshSettings] = {}
-        self._clock, self._idle = Clock(), peak_memory()
+        self._clock = Clock()
 
     def round(self, folder: Path, quiet: bool) -> RunResult:
         """Solve, judge, and refine where there is to be another round."""
@@ -188,7 +156,9 @@ class _Search:
         d = built.model.assembly.dimension
         growth = 1.0 + (2**d - 1) * float(cells[chosen].sum() / cells.sum())
         unknowns = size(built)["unknowns"]
-        self.end = self._why_last(march, errors.relative, bool(blind.any()), unknowns, growth)
+        believed = not blind.any()
+        self.reached = self._limits.reached(march, errors.relative, believed)
+        self.end = self._limits.why_last(self.rounds, march, errors.relative, believed, unknowns, growth)
         known = set() if self._built is None else _meshes(self._built)
         self._clock.lap(str(len(self.rounds)))
         self.rounds.append(
@@ -203,52 +173,6 @@ class _Search:
             )
         )
         return [int(block) for block in errors.block[chosen]]
-
-    def _why_last(self, march: March, error: float, blind: bool, unknowns: int, growth: float) -> str:
-        """Why this is the last round; "" where it is not. ``blind``: some blocks cannot be judged yet."""
-        if march.outcome not in ("equilibrium", "finished"):
-            return f"Not refined: {march.message}"
-        said = f"The error of the stress is estimated at {_percent(error)}"
-        self.reached = error <= self._limits.target and not blind
-        if self.reached:
-            return f"{said}; {_percent(self._limits.target)} was asked for."
-        why = self._obstacle(error, unknowns, growth)
-        missed = f", not {_percent(self._limits.target)}" if error > self._limits.target else ""
-        missed += ", and does not show that of blocks one linear element thick" if blind else ""
-        return f"{said}{missed}: {why}" if why else ""
-
-    def _obstacle(self, error: float, unknowns: int, growth: float) -> str:
-        """Why there can be no further round; "" where there can."""
-        if growth == 1.0:
-            return "all blocks came with their elements, which stay."
-        if self._stalls(error, unknowns):
-            return (
-                "it hardly falls as elements become finer, as at sharp corners under load. Read stresses "
-                "away from them."
-            )
-        if len(self.rounds) + 1 >= self._limits.rounds:
-            return f"{self._limits.rounds} rounds are made. Allow more, or begin with finer elements."
-        if unknowns * growth > self._limits.unknowns:
-            return (
-                f"the next round would have about {unknowns * growth:.2g} unknowns, and "
-                f"{self._limits.unknowns:.2g} are allowed. Allow more, or take elements of order 2."
-            )
-        needed = self._idle + (peak_memory() - self._idle) * growth**GROWTH
-        free = psutil.virtual_memory().available + psutil.Process().memory_info().rss
-        there = MEMORY * free / 1024**2
-        if needed <= there:
-            return ""
-        return (
-            f"the next round would need about {needed:.0f} MB of memory, and {there:.0f} MB are free. Take a "
-            "larger machine, elements of order 2, or fewer elastic blocks."
-        )
-
-    def _stalls(self, error: float, unknowns: int) -> bool:
-        if len(self.rounds) < 2:
-            return False
-        older, newer = self.rounds[-2:]
-        slow = error > STALLED * newer.error and newer.error > STALLED * older.error
-        return slow and unknowns > 2 * older.unknowns
 
     def _refine(self, built: Built, chosen: list[int]) -> None:
         """The scene of the next round, with finer elements in the chosen blocks."""
@@ -272,10 +196,6 @@ def _mesh(built: Built, block: int) -> Mesh:
 def _meshes(built: Built) -> set[int]:
     """Which meshes there are."""
     return {id(shape.mesh) for shape in built.model.assembly.shapes if shape.mesh is not None}
-
-
-def _percent(error: float) -> str:
-    return f"{100 * error:.3g} %"
 
 
 def _lifted(folder: Path, out: Path) -> list[Path]:

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from types import SimpleNamespace
 
 import msgspec
 import numpy as np
@@ -12,6 +13,7 @@ from masonry_fem.cli import main
 from masonry_fem.errors import MasonryError
 from masonry_fem.post.stress_error import block_errors
 from masonry_fem.refinement import refine
+from masonry_fem.refinement_limits import Limits, Round
 from masonry_fem.run import run, solve_scene
 from masonry_fem.scene import load, save
 from masonry_fem.scene.moved import moved
@@ -226,3 +228,21 @@ def test_files_of_a_scene_are_found_from_another_folder(tmp_path):
     assert found.loads.tractions[0].time.path == "/data/quake.csv"
     assert moved(found, there, here) == scene
     assert msgspec.structs.asdict(found)["title"] == ""
+
+
+def test_stalling_is_told():
+    """Two rounds with more than twice the unknowns and nearly the same error: there is no use in a third."""
+    march = SimpleNamespace(outcome="equilibrium", message="")
+    limits = Limits(target=0.01, rounds=10, unknowns=10**12, idle=0.0)
+
+    def before(*errors):
+        return [Round(i + 1, 1000 * 2**i, 1, 1, error, 1, 0.0) for i, error in enumerate(errors)]
+
+    assert "hardly falls" in limits.why_last(before(0.30, 0.29), march, 0.28, True, 4000, 2.0)
+    assert limits.why_last(before(0.30, 0.20), march, 0.19, True, 4000, 2.0) == ""
+    assert limits.why_last(before(0.30), march, 0.29, True, 4000, 2.0) == ""
+    assert "memory" in limits.why_last([], march, 0.3, True, 4000, 1e6)
+    assert not limits.reached(march, 0.005, False)
+    assert "one linear element thick: 10 rounds" in limits.why_last(
+        before(*[0.9**i for i in range(9)]), march, 0.005, False, 100, 2.0
+    )

@@ -36,6 +36,8 @@ def run_scene(options: argparse.Namespace) -> int:
 def refine_scene(options: argparse.Namespace) -> int:
     """Solve a scene on finer and finer elements; exit code 2 tells that its error stayed larger."""
     scene, base = read_scene(options)
+    from dataclasses import asdict
+
     from masonry_fem.post.refinement_table import round_line
     from masonry_fem.refinement import refine
 
@@ -50,7 +52,7 @@ def refine_scene(options: argparse.Namespace) -> int:
         base,
         target=share(options.refine_to),
         quiet=options.quiet,
-        tell=None if options.quiet else lambda made: print(round_line(made), flush=True),
+        tell=None if options.quiet else lambda made: print(round_line(asdict(made)), flush=True),
     )
     code = EXIT_CODES.get(found.result.outcome, BAD_INPUT)
     if not options.quiet:

@@ -3,34 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any, Protocol
+from typing import Any
 
 
-class Told(Protocol):
-    """A round: which, how large, how exact, what comes next, how long it took."""
-
-    @property
-    def round(self) -> int: ...  # noqa: D102
-    @property
-    def unknowns(self) -> int: ...  # noqa: D102
-    @property
-    def meshes(self) -> int: ...  # noqa: D102
-    @property
-    def made(self) -> int: ...  # noqa: D102
-    @property
-    def error(self) -> float: ...  # noqa: D102
-    @property
-    def refined(self) -> int: ...  # noqa: D102
-    @property
-    def seconds(self) -> float: ...  # noqa: D102
-
-
-def round_line(made: Told) -> str:
+def round_line(made: Mapping[str, Any]) -> str:
     """One round in a line, as it ends."""
-    after = f"; {_blocks(made.refined)} next" if made.refined else ""
-    return (
-        f"round {made.round}: {_told(made.unknowns, made.error, made.meshes, made.made, made.seconds)}{after}"
-    )
+    refined = made["refined"]
+    blocks = "1 block" if refined == 1 else f"{refined} blocks"
+    after = f"; finer elements in {blocks} next" if refined else ""
+    return f"round {made['round']}: {_told(made)}{after}"
 
 
 def refinement_rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
@@ -39,15 +20,11 @@ def refinement_rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str, str]
     if not told:
         return
     for one in told["rounds"]:
-        words = _told(one["unknowns"], one["error"], one["meshes"], one["made"], one["seconds"])
-        yield "refinement", f"round {one['round']}", words
+        yield "refinement", f"round {one['round']}", _told(one)
     yield "refinement", "", str(told["message"])
 
 
-def _told(unknowns: int, error: float, meshes: int, made: int, seconds: float) -> str:
-    count = f"{unknowns:,}".replace(",", " ")
-    return f"{count} unknowns, {meshes} meshes ({made} new), error {100 * error:.3g} %, {seconds:.1f} s"
-
-
-def _blocks(count: int) -> str:
-    return "finer elements in 1 block" if count == 1 else f"finer elements in {count} blocks"
+def _told(made: Mapping[str, Any]) -> str:
+    unknowns = f"{made['unknowns']:,}".replace(",", " ")
+    meshes, error = f"{made['meshes']} meshes ({made['made']} new)", f"error {100 * made['error']:.3g} %"
+    return f"{unknowns} unknowns, {meshes}, {error}, {made['seconds']:.1f} s"

@@ -50,7 +50,8 @@ def increments(
         clock.lap("step" if coupling is before else "detect")
         measured = replace(settings, least_impulse=share * largest)
         for made in _parts(model, coupling, strategy, state, scheme, until, strategy.parts, measured, clock):
-            largest = max(largest, float(np.linalg.norm(made.impulse)))
+            if made.solution.outcome is Outcome.CONVERGED:  # what was not solved may be any size
+                largest = max(largest, float(np.linalg.norm(made.impulse)))
             state = _rested(model, made.after, strategy.velocity_factor)
             yield coupling, made
 

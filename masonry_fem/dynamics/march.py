@@ -234,6 +234,11 @@ def _ended(
             f"Step {report.step}: the contact solver stopped at an error of {report.quality.error:.1e}. "
             f"{report.outcome.sentence} {report.outcome.advice}"
         )
+        if made.problem.rigid and (made.problem.free_velocity[:, 0] < 0).any():
+            message += (
+                " Supports push, or overlaps are driven apart: rigid blocks between them that have no way "
+                "out have no motion either; make them elastic, or make room."
+            )
         if report.quality.error <= ROUNDED:
             message += " An error this small is rounding: no tolerance below it can be met here."
     else:

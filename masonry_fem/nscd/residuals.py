@@ -21,6 +21,8 @@ from masonry_fem.nscd.scaling import contact_scale, diagonal_blocks, free_speed
 FloatArray = NDArray[np.float64]
 
 DROWNED = 1e-6  # of the speeds that matter: what may at most be lost in the rounding of large impulses
+LARGE = 1e4  # times the speeds that matter: what an impulse would give to a contact alone, and seldom does
+BOUNDLESS = 1e6  # times what is asked of all bodies: what no wedge makes of it
 COHESIVE = 1e-2  # least share of the contact parts that errors are measured by
 ROUNDING = 4 * np.finfo(float).eps  # of a body's momentum, in its balance, of S v in p̃, and of v_T
 ROUGH = 10.0  # friction from which μ‖v_T‖ makes something of the rounding of v_T
@@ -102,7 +104,7 @@ def assess(
         augmented[:, 0] -= _rounding_of_slip(v, mu, parts)
     residual = pressed - graphs.project_cone(pressed - augmented / w[:, None], mu)
     absolute = np.maximum(graphs.lengths(residual), _swallowed(problem, pressed, v, w))
-    absolute = np.maximum(absolute, _drowned(pressed, augmented, w, speed))
+    absolute = np.maximum(absolute, _drowned(problem, pressed, augmented, w, speed))
     stiffness = problem.cohesion_stiffness
     if stiffness is not None:
         absolute[absolute <= _pressed_rounding(problem, stiffness, elastic, rigid_velocity)] = 0.0
@@ -148,19 +150,38 @@ def _swallowed(
     return hidden
 
 
-def _drowned(impulse: FloatArray, augmented: FloatArray, w: FloatArray, speed: float) -> FloatArray:
-    """What of pressed contacts' natural map is less than the rounding of p, yet no small speed, (c,) [N s].
+def _drowned(
+    problem: ContactProblem, impulse: FloatArray, augmented: FloatArray, w: FloatArray, speed: float
+) -> FloatArray:
+    """What of pressed contacts' natural map vanishes beside p, and is no rounding, (c,) [N s].
 
-    Rigid blocks that are asked to be where they cannot get a p beside which v/w vanishes.
+    Rigid blocks that are asked to be where they cannot get impulses without bounds, beside which v/w is lost.
+    So v counts in full where it is no small speed, and where p is beyond all that loads and motions ask for.
     """
     size = graphs.lengths(impulse)
     hidden = np.zeros(len(size))
-    if not (ROUNDING * w * size > DROWNED * speed).any():
+    if not (w * size > LARGE * speed).any():
         return hidden
     moves = graphs.lengths(augmented)
-    rows = (impulse[:, 0] > 0) & (moves > DROWNED * speed) & (moves <= ROUNDING * w * size)
+    seen = (moves > DROWNED * speed) & (moves <= ROUNDING * w * size)
+    seen |= size > BOUNDLESS * _asked(problem, w)
+    rows = seen & (impulse[:, 0] > 0)
     hidden[rows] = moves[rows] / w[rows]
     return hidden
+
+
+def _asked(problem: ContactProblem, w: FloatArray) -> float:
+    """Impulse [N s] that stops all bodies and gives each contact the velocity asked of it."""
+    reach = np.zeros(problem.body_count)  # of a body's modes, the largest motion: 1/√m
+    contact, side = np.nonzero(problem.bodies >= 0)
+    own = np.abs(problem.rigid_map[contact, side]).max(axis=(1, 2))
+    np.maximum.at(reach, problem.bodies[contact, side], own)
+    gained = graphs.lengths(problem.rigid_impulse) + graphs.lengths(
+        problem.rigid_mass * problem.rigid_velocity
+    )
+    touched = reach > 0
+    given = _largest(graphs.lengths(problem.free_velocity) / w)
+    return float((gained[touched] / reach[touched]).sum()) + given
 
 
 def _velocity_scale(

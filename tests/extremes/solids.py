@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, Literal
 
+import msgspec
 import numpy as np
 
 from masonry_fem.run import RunResult
@@ -29,12 +30,14 @@ from masonry_fem.scene.specs import (
     Loads,
     Material,
     MeshSettings,
+    Motion,
     Override,
     Probe,
     Scene,
     StackStructure,
     Statics,
     Support,
+    Table,
     Traction,
     WallStructure,
 )
@@ -662,6 +665,22 @@ def jammed(
             "probes": (Probe(name="middle", block="cube", point=(0.5, 0.5)),),
         }
         | keys
+    )
+
+
+def crushed(
+    closing: float, *, fidelity: Fidelity = "rigid", analysis: Analysis | None = None, **keys: Any
+) -> Scene:
+    """A cube on a floor between two others, of which the right one closes in by ``closing`` [m].
+
+    Rigid blocks have no motion then, and a run that does not bear it says so; an elastic one is strained by
+    ``closing`` (``jam_pressure``), and its middle goes half of that way.
+    """
+    scene = jammed(0.0, expulsion=0.0, fidelity=fidelity)
+    push = Motion(displacement=(-closing, 0.0), time=Table(points=((0.0, 0.0), (1.0, 1.0))))
+    march = Dynamics(step=0.05, duration=1.0, theta=1.0) if analysis is None else analysis
+    return msgspec.structs.replace(
+        scene, title="crushed cube", supports=(Support(on="right", motion=push),), analysis=march, **keys
     )
 
 

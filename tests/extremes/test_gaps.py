@@ -7,7 +7,7 @@ import pytest
 from masonry_fem.errors import SceneError
 from masonry_fem.run import solve_scene
 from masonry_fem.scene.specs import Dynamics, Statics
-from tests.extremes.solids import certificate, jam_pressure, jammed, lifted, rest_error
+from tests.extremes.solids import certificate, crushed, jam_pressure, jammed, lifted, rest_error
 
 GAPS = [1e-15, 1e-12, 1e-9, 1e-6, 1e-4, 1e-3]
 WIDE = [1e-2, 0.1, 0.4]
@@ -99,4 +99,28 @@ def test_elastic_block_is_squeezed_instead(overlap: float) -> None:
     result = solve_scene(jammed(overlap, expulsion=1.0, fidelity="elastic"))
     assert result.outcome == "finished"
     assert jam_pressure(result) == pytest.approx(2 * overlap, rel=0.6, abs=2e-6)
+    assert max(certificate(result).values()) < 1e-9
+
+
+@pytest.mark.parametrize("closing", [1e-6, 1e-3, 0.05])
+def test_rigid_block_that_supports_crush(closing: float, caplog: pytest.LogCaptureFixture) -> None:
+    """There is no motion: statics and marches say so; where small errors are borne it does not fall."""
+    statics = solve_scene(crushed(closing, analysis=Statics(load_steps=2)))
+    assert statics.outcome == "no_convergence"
+    assert "make them elastic" in statics.message
+    short = Dynamics(step=0.05, duration=0.1, theta=1.0)
+    marched = solve_scene(crushed(closing, analysis=short))
+    missed = any("missed the solver's tolerance" in record.getMessage() for record in caplog.records)
+    assert marched.outcome == "no_convergence" or missed
+    assert abs(marched.summary["probes"]["middle"]).max() < max(closing, 1e-6)
+
+
+@pytest.mark.parametrize("closing", [1e-9, 1e-6, 1e-3])
+@pytest.mark.parametrize("analysis", [None, Statics(load_steps=2)], ids=["dynamics", "statics"])
+def test_elastic_block_that_supports_crush(analysis: Statics | None, closing: float) -> None:
+    """It is strained by what they close, to what friction under its weight (2e-6 of E) adds."""
+    result = solve_scene(crushed(closing, fidelity="elastic", analysis=analysis))
+    assert result.outcome in {"equilibrium", "finished"}
+    assert jam_pressure(result) == pytest.approx(closing, rel=1e-3, abs=2e-6)
+    assert result.summary["probes"]["middle"][0] == pytest.approx(-closing / 2, rel=2e-2)
     assert max(certificate(result).values()) < 1e-9

@@ -11,6 +11,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
+import numpy as np
+
 from masonry_fem.dynamics.clock import Clock
 from masonry_fem.dynamics.coupling import connect
 from masonry_fem.dynamics.deformation import beyond_small
@@ -22,7 +24,7 @@ from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.report import StepReport
 from masonry_fem.dynamics.state import SystemState
 from masonry_fem.dynamics.step import Increment, initial_state
-from masonry_fem.dynamics.unrest import could_rest
+from masonry_fem.dynamics.unrest import could_rest, drift
 from masonry_fem.nscd import Outcome, SolverSettings
 from masonry_fem.nscd.solve import ROUNDED
 
@@ -31,6 +33,7 @@ logger = logging.getLogger(__name__)
 Verdict = Literal["equilibrium", "finished", "no_convergence", "no_equilibrium"]
 
 # a transient march bears a step that missed its tolerance, up to this error
+DEEP = 0.05  # of a block's size: how far blocks may go into each other without a word
 DOUBTFUL = 1e-6  # of a block's load: what its equation of motion may miss without a word
 ROUNDING = 1e-9  # of a time
 BEARABLE = 1e-3
@@ -95,7 +98,7 @@ def march(
     missed: list[float] = []
     unsettled: list[float] = []
     abrupt: list[float] = []
-    jammed = 0
+    jammed, deepest = 0, 0.0
     for here, made in increments(coupling, strategy, state, settings, clock):
         coupling, model = here, here.model
         inertia = made.scheme.inertia
@@ -113,6 +116,7 @@ def march(
         if report.outcome is not Outcome.CONVERGED:
             missed.append(report.quality.error)
         jammed += made.jammed
+        deepest = max(deepest, report.max_penetration)
         if report.joint_change > 0:
             unsettled.append(report.joint_change)
         if report.adhesion_loss > ABRUPT:
@@ -131,6 +135,19 @@ def march(
     _warn(missed, unsettled, abrupt, report, strategy, settings)
     if verdict in {"equilibrium", "finished"}:
         _doubt(model, made, report, max(DOUBTFUL, 1e3 * settings.tolerance))
+        far = drift(model, made, report, settings.tolerance)
+        if far > 0:
+            logger.warning(
+                "a step of %g s is so long that speeds below the solver's tolerance carry blocks %.1e m away "
+                "in it: forces may be right, places are not; take shorter steps, or kind = 'statics'",
+                made.scheme.step, far,
+            )  # fmt: skip
+    if deepest > DEEP * model.length + float(np.maximum(-start.gap, 0.0).max(initial=0.0)):
+        logger.warning(
+            "blocks went into each other by up to %.2g m: they meet too fast for steps of %g s; take smaller "
+            "steps (joints of form 'velocity' close in the step after blocks have met)",
+            deepest, made.scheme.step,
+        )  # fmt: skip
     if jammed:
         logger.warning(
             "overlaps could not be driven apart in %d of %s: rigid blocks lie between others that do not "

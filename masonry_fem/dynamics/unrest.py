@@ -1,7 +1,8 @@
-"""Unrest: whether a march that ran out of steps could still have come to rest.
+"""Unrest: whether a march that ran out of steps could still have come to rest, and rest that is none.
 
 A march ends without rest because nothing can hold the blocks, or because it was too short, or because its
-steps were solved too loosely for what counts as rest. Only the first is "no equilibrium".
+steps were solved too loosely for what counts as rest. Only the first is "no equilibrium". Where steps are
+very long, speeds that are nothing beside what the loads give in a step still carry blocks away.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from masonry_fem.dynamics.step import Increment
 from masonry_fem.nscd.admissible import BALANCED, admissible_impulses
 
 MOVED = 1e-2  # of a block's size: what has gone so far is no settlement
+DRIFT = 1e-3  # of a block's size, in a step of what counts as rest
 CREEP = 1e4  # times the solver's tolerance, of free fall: rigid blocks that are faster are on their way
 
 
@@ -42,3 +44,11 @@ def could_rest(
         rigid_velocity=np.zeros_like(problem.rigid_velocity),
     )
     return admissible_impulses(still).unbalanced <= BALANCED
+
+
+def drift(model: Model, made: Increment, report: StepReport, tolerance: float) -> float:
+    """How far the last step carried blocks at speeds below the solver's tolerance [m]; 0: not far."""
+    if made.scheme.inertia == 0 or report.inertial_share(made.scheme.step) > CREEP * tolerance:
+        return 0.0
+    shift = greatest_shift(model, made.before.bodies, made.after.bodies)
+    return shift if shift > DRIFT * model.length and made.problem.rigid else 0.0

@@ -40,6 +40,8 @@ GEOMETRY_FILES = (
 )  # fmt: skip
 SURVEY_FILES = (".csv", ".obj")
 
+SHORTEST, LONGEST = 1e-100, 1e30  # steps [s]
+
 
 def cross_check(scene: Scene, base: Path) -> None:
     """Raise a MisfitError for the first contradiction; ``base`` is the scene file's folder."""
@@ -171,6 +173,10 @@ def _shapes(scene: Scene) -> None:
 
 def _analysis(scene: Scene) -> None:
     analysis = scene.analysis
+    if isinstance(analysis, Dynamics | Equilibrium) and not SHORTEST <= analysis.step <= LONGEST:
+        # squares of impulses and stiffnesses times h² would leave the range of numbers
+        expected = f"a time from {SHORTEST:g} to {LONGEST:g} s"
+        raise wrong(("analysis", "step"), analysis.step, expected)
     if isinstance(analysis, Dynamics) and analysis.duration < analysis.step:
         expected = f"a time not shorter than the step ({analysis.step:g} s)"
         raise wrong(("analysis", "duration"), analysis.duration, expected)

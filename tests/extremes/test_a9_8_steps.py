@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from masonry_fem.run import RunResult
+from masonry_fem.run import RunResult, solve_scene
 from masonry_fem.scene.specs import (
     Dynamics,
     Equilibrium,
@@ -14,6 +14,18 @@ from masonry_fem.scene.specs import (
     MeshSettings,
     Probe,
     StackStructure,
+)
+from tests.extremes.scenes import (
+    base_force,
+    bouncing,
+    bouncing_gain,
+    certificate,
+    finite,
+    sliding_block,
+    sliding_error,
+    stack,
+    standing_wall,
+    wall_error,
 )
 from tests.validation.scenes import G, solved
 
@@ -91,3 +103,63 @@ def test_a9_8_rigid_stack_at_any_step(h: float, steps: int) -> None:
     base = result.summary["supports"]["stack.ground"]["force"]
     assert base == pytest.approx([0, 0, 3 * 2400 * G], rel=1e-9, abs=1e-6)
     assert result.march.report.speed <= 1e-10 * G * h
+
+
+STEPS = [1e-12, 1e-9, 1e-6, 1e-3, 1.0, 1e3]
+THETAS = [0.5, 0.75, 1.0]
+
+
+@pytest.mark.parametrize("theta", THETAS)
+@pytest.mark.parametrize("step", STEPS)
+def test_a9_8_rigid_wall_rests_at_any_step(step: float, theta: float) -> None:
+    """h from 1e-12 to 1e3 s: the ground gives weight and push from the first step on, and nothing moves."""
+    result = solve_scene(standing_wall(step, theta=theta))
+    assert finite(result)
+    assert wall_error(result) < 1e-9
+    assert max(certificate(result).values()) < 1e-9
+    assert result.march.report.inertial_share(step) < 1e-8
+
+
+@pytest.mark.parametrize("theta", THETAS)
+@pytest.mark.parametrize("step", STEPS)
+def test_a9_8_elastic_wall_at_any_step(step: float, theta: float) -> None:
+    """From far below the waves to far beyond: balances and contact hold; θ = 1 and 1 s or more is statics."""
+    result = solve_scene(standing_wall(step, theta=theta, fidelity="elastic"))
+    assert finite(result)
+    assert max(certificate(result).values()) < 1e-9
+    if theta == 1 and step >= 1:
+        assert wall_error(result) < 1e-9
+
+
+@pytest.mark.parametrize("theta", THETAS)
+@pytest.mark.parametrize("step", [1e-4, 1e-2, 1.0, 1e2, 1e3])
+def test_a9_8_sliding_goes_as_far_as_algebra_says(step: float, theta: float) -> None:
+    """A1.2: at most 1e-16 of the block's place is lost, which is all of the way below a step of 1e-7 s."""
+    assert sliding_error(solve_scene(sliding_block(step, theta=theta)), step, theta=theta) < 1e-7
+
+
+@pytest.mark.parametrize("step", STEPS)
+def test_a9_8_bounces_keep_their_energy(step: float) -> None:
+    """e = 1 and θ = ½, whatever the step; where it is too long to meet the contact in time, it is told."""
+    result = solve_scene(bouncing(step))
+    assert finite(result)
+    largest = max(1.0, (9.81 * step) ** 2 / (2 * 9.81 * 0.01))  # what falls through the ground is faster
+    assert abs(bouncing_gain(result)) < 1e-9 * largest
+
+
+def test_a9_8_blocks_that_fall_into_each_other_are_told(caplog: pytest.LogCaptureFixture) -> None:
+    solve_scene(bouncing(1.0))
+    told = [record.getMessage() for record in caplog.records]
+    assert any("blocks went into each other by up to 4.9 m" in text for text in told)
+
+
+@pytest.mark.parametrize("analysis", ["large_step", "dynamics"])
+def test_a9_8_rest_that_is_none_is_told(analysis: str, caplog: pytest.LogCaptureFixture) -> None:
+    """A step of 1e5 s: a speed of 1e-11 of what the weight gives in it goes a metre."""
+    h = 1e5
+    plan = Equilibrium(strategy="large_step", step=h, max_steps=2)
+    result = solve_scene(
+        stack(2, "rigid", plan if analysis == "large_step" else Dynamics(step=h, duration=h))
+    )
+    assert base_force(result)[2] == pytest.approx(2 * 2400 * G, rel=1e-9)
+    assert any("places are not" in record.getMessage() for record in caplog.records)

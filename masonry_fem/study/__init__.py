@@ -3,8 +3,8 @@
     from masonry_fem.study import study
     made = study("arch.toml", {"mesh.size": [0.2, 0.1, 0.05], "fidelity": ["rigid", "elastic"]})
 
-``setting`` knows what keys are to accuracy, ``variation`` and ``cell`` what is to be run, ``crew`` and
-``worker`` run it, ``quantity`` what is compared, ``reference`` with what, ``order`` and ``comparison`` how
+``setting`` knows what keys are to accuracy, ``variation`` and ``cell`` what is to be run, ``crew``,
+``process`` and ``worker`` run it, ``quantity`` what is compared, ``reference`` with what, ``order`` and ``comparison`` how
 far off it is, ``pareto`` and ``recommendation`` what to use, ``table``, ``files`` and ``plot`` tell it.
 """
 

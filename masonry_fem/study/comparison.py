@@ -8,7 +8,6 @@ error changes its sign between two levels: the bound of a cell covers the distan
 from __future__ import annotations
 
 import fnmatch
-import logging
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -21,8 +20,6 @@ from masonry_fem.study.quantity import Quantities, Quantity, group_of, pick
 from masonry_fem.study.reference import Reference
 from masonry_fem.study.row import Row
 from masonry_fem.study.variation import Variation
-
-logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +61,8 @@ def compare(
     given = reference.given if anchor is None else anchor.quantities
     if not given:
         return Comparison(tuple(rows), anchor, {})
-    values, left_out = _compared(given, rows, asked)
+    # numbers from outside do not know how small the rest is: the cells do
+    values, left_out = _compared(given, rows if anchor is None else (), asked)
     made = Comparison(tuple(rows), anchor, values, left_out=left_out)
     finer = _finer(rows, vary)
     for name, value in values.items():
@@ -102,9 +100,11 @@ def _compared(
         for pattern in asked:
             matching = {name: value for name, value in given.items() if matches(name, pattern)}
             chosen |= matching or _components(given, pattern)
-    # numbers from outside do not know how small the rest is: that is told by the cells
-    least = {name: max((_least(row, name) for row in rows if row.solved), default=0.0) for name in chosen}
-    large = {name: value for name, value in chosen.items() if value.size > least[name] or value.scale > 0.0}
+    large = {
+        name: value
+        for name, value in chosen.items()
+        if value.size > max(value.least, _least(rows, name)) or value.scale > 0.0
+    }
     return large, tuple(name for name in chosen if name not in large)
 
 
@@ -119,9 +119,10 @@ def _components(given: Quantities, pattern: str) -> Quantities:
     return found
 
 
-def _least(row: Row, name: str) -> float:
-    found = pick(row.quantities, name)
-    return found.least if found is not None else 0.0
+def _least(rows: Sequence[Row], name: str) -> float:
+    """What half of the cells take for too small."""
+    found = [one.least for row in rows if (one := pick(row.quantities, name)) is not None]
+    return float(np.median(found)) if found else 0.0
 
 
 def matches(name: str, pattern: str) -> bool:

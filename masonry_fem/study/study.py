@@ -8,7 +8,6 @@ made.write(Path("results/arch-study"))
 from __future__ import annotations
 
 import json
-import logging
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,19 +16,17 @@ from typing import Any
 from masonry_fem.errors import MasonryError, SceneError
 from masonry_fem.post.folder import make_folder
 from masonry_fem.scene import Scene, dumps, loads
-from masonry_fem.scene.specs import Dynamics
-from masonry_fem.study.cell import Cell, plan, room
+from masonry_fem.study.cell import Cell, plan
 from masonry_fem.study.comparison import Comparison, compare
 from masonry_fem.study.crew import Crew
 from masonry_fem.study.files import write_study
+from masonry_fem.study.notes import notes, replaced, unseen
 from masonry_fem.study.pareto import Point, gather
 from masonry_fem.study.recommendation import Recommendation, recommend
 from masonry_fem.study.reference import Reference
 from masonry_fem.study.row import Row, is_known
 from masonry_fem.study.target import Target, targets
 from masonry_fem.study.variation import Variation, variations
-
-logger = logging.getLogger(__name__)
 
 Tell = Callable[[int, int, str], None]
 
@@ -137,11 +134,11 @@ def study(
     comparisons = tuple(compare(case, varied, wanted, quantities) for case in _cases(rows, varied))
     aims = tuple(targets(comparisons, quantities)) if any(row.solved for row in rows) else ()
     made = loads(next(cell.scene for cell in cells if cell.scene), base=base)
-    unseen = _unseen(made, varied, rows) if wanted.given is None else []
-    advice = tuple(recommend(aim, comparisons, varied, accuracy, unseen) for aim in aims)
-    notes = (*_left_out(text, varied, overrides), *_notes(varied, rows, comparisons, wanted))
+    blind = unseen(made, varied, rows) if wanted.given is None else []
+    advice = tuple(recommend(aim, comparisons, varied, accuracy, blind) for aim in aims)
+    said = (*replaced(text, varied, overrides), *notes(varied, rows, comparisons, wanted))
     return Study(
-        made.title, varied, rows, wanted, comparisons, aims, accuracy, advice, notes, folder, interrupted
+        made.title, varied, rows, wanted, comparisons, aims, accuracy, advice, said, folder, interrupted
     )
 
 
@@ -202,67 +199,3 @@ def _cases(rows: Sequence[Row], vary: Sequence[Variation]) -> list[list[Row]]:
         pairs = zip(vary, row.cell.places, strict=True)
         found.setdefault(tuple(place for one, place in pairs if one.is_case), []).append(row)
     return list(found.values())
-
-
-def _left_out(text: str, vary: Sequence[Variation], overrides: Sequence[str]) -> list[str]:
-    """What the scene says and a varied key replaces."""
-    made = room(text, vary, overrides)
-    return [f"what is varied replaces a key of the scene, whose rest is {one}" for one in made]
-
-
-def _notes(
-    vary: Sequence[Variation],
-    rows: Sequence[Row],
-    comparisons: Sequence[Comparison],
-    reference: Reference,
-) -> list[str]:
-    """What a reader has to know beside the numbers."""
-    notes = []
-    cases = [one.key for one in vary if one.is_case]
-    if cases:
-        notes.append(
-            f"{' and '.join(cases)} poses another problem with each value: each is compared with its own "
-            "finest cell, errors are the worst of all, costs their sum"
-        )
-    given = [one for one in vary if one.setting.role == "given"]
-    if given and reference.given is None:
-        last = ", ".join(f"{one.key} = {one.text(one.finest)}" for one in given)
-        notes.append(f"of what has no order the value given last counts as the best: {last}")
-    if reference.given is None:
-        notes += _not_finest(vary, comparisons)
-    else:
-        notes.append("the reference comes from outside and is taken as exact")
-    left = sorted({name for made in comparisons for name in made.left_out})
-    if left:
-        notes.append(f"too small to be compared: {', '.join(left)}")
-    if sum(row.solved for row in rows) > 1:
-        notes.append(
-            "CPU times of cells side by side, which share caches and memory, are a few per cent longer"
-        )
-    return notes
-
-
-def _unseen(scene: Scene, vary: Sequence[Variation], rows: Sequence[Row]) -> list[str]:
-    """Discretisations that add errors which the study cannot see."""
-    told = {one.setting.of for one in vary}
-    unseen = []
-    if "mesh" not in told and any("stress.means" in row.quantities for row in rows):
-        unseen.append("the mesh")
-    if "time" not in told and isinstance(scene.analysis, Dynamics):
-        unseen.append("the time step")
-    return unseen
-
-
-def _not_finest(vary: Sequence[Variation], comparisons: Sequence[Comparison]) -> list[str]:
-    """References that are not what one would take for the finest."""
-    notes = []
-    for made in comparisons:
-        if made.reference is None:
-            notes.append("no cell was solved: there is nothing to compare with")
-            continue
-        pairs = zip(vary, made.reference.cell.places, strict=True)
-        lower = [one.key for one, place in pairs if not one.is_case and place != one.finest]
-        if lower:
-            own = ", ".join(f"{key} = {value}" for key, value in made.reference.cell.settings.items())
-            notes.append(f"the reference is {own}: not the finest in {', '.join(lower)}")
-    return list(dict.fromkeys(notes))

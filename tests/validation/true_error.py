@@ -1,7 +1,7 @@
 """True error of a run's stress: against a run on a much finer mesh of the same scene.
 
-∫ (σ_fine − σ_h) : C⁻¹ : (σ_fine − σ_h) over each block, at the fine mesh's Gauss points. Cells must be boxes
-along their shapes' axes, so that the cell of a point is found by its bounds.
+∫ (σ_fine − σ_h) : C⁻¹ : (σ_fine − σ_h) over each block, at the fine mesh's Gauss points; for boxes, straight
+or curved.
 """
 
 from __future__ import annotations
@@ -9,10 +9,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from masonry_fem.fem.error_estimate import energy_density
 from masonry_fem.fem.lagrange import lagrange, quadrature
 from masonry_fem.run import RunResult
+
+NEAR, NEWTON = 4, 6
 
 
 def true_squares(coarse: RunResult, fine: RunResult) -> dict[int, float]:
@@ -47,14 +50,21 @@ def _owner(result: RunResult, block: int) -> tuple[Any, Any, int]:
 
 
 def _located(mesh: Any, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Cell of each point and its reference coordinates there."""
-    corners = mesh.points[mesh.cells]
-    low, high = corners.min(axis=1), corners.max(axis=1)
-    cell = np.empty(len(points), dtype=int)
-    for first in range(0, len(points), 2000):
-        part = points[first : first + 2000, None]
-        cell[first : first + 2000] = np.maximum(low - part, part - high).max(axis=2).argmin(axis=1)
-    return cell, (points - low[cell]) / (high - low)[cell]
+    """Cell of each point and its reference coordinates there: of the near cells the one that holds it best."""
+    element, corners = lagrange(mesh.cell), mesh.points[mesh.cells]
+    _, near = cKDTree(corners.mean(axis=1)).query(points, k=min(NEAR, len(corners)))
+    best, cell = np.full(len(points), np.inf), np.zeros(len(points), dtype=int)
+    local = np.zeros(points.shape)
+    for tried in near.reshape(len(points), -1).T:
+        place = np.full(points.shape, 0.5)
+        for _ in range(NEWTON):
+            miss = np.einsum("qk,qkd->qd", element.values(place), corners[tried]) - points
+            jacobian = np.einsum("qkd,qkt->qdt", corners[tried], element.gradients(place))
+            place = np.clip(place - np.linalg.solve(jacobian, miss[..., None])[..., 0], -2.0, 3.0)
+        outside = np.maximum(-place, place - 1.0).max(axis=1)
+        better = outside < best
+        best[better], cell[better], local[better] = outside[better], tried[better], place[better]
+    return cell, local
 
 
 def _stress(group: Any, state: Any, body: int, cell: np.ndarray, local: np.ndarray) -> np.ndarray:

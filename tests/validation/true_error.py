@@ -50,7 +50,7 @@ def _owner(result: RunResult, block: int) -> tuple[Any, Any, int]:
 
 
 def _located(mesh: Any, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Cell of each point and its reference coordinates there: of the near cells the one that holds it best."""
+    """Cell of each point, of the near ones that which holds it best, and its reference coordinates there."""
     element, corners = lagrange(mesh.cell), mesh.points[mesh.cells]
     _, near = cKDTree(corners.mean(axis=1)).query(points, k=min(NEAR, len(corners)))
     best, cell = np.full(len(points), np.inf), np.zeros(len(points), dtype=int)

@@ -52,6 +52,7 @@ DEMOS: dict[str, tuple[dict[str, object], dict[str, str]]] = {
     ),
     "floor_rotation": ({}, {"floor_rotation": "deformed"}),
     "settlement": ({}, {"settlement": "deformed", "settlement_thrust": "thrust"}),
+    "portal_study": ({}, {"portal_study": "pareto"}),
     "keystone": ({}, {"keystone": "overview"}),
     "window_bay": ({}, {"window_bay": "von_mises", "window_bay_resultants": "resultants"}),
     "cyclic_joint": ({}, {"cyclic_joint": "cyclic_joint"}),

@@ -55,11 +55,17 @@ class Crew:
     def compute(
         self, cells: Sequence[Cell], *, base: Path, folder: Path
     ) -> Iterator[tuple[Cell, dict[str, Any]]]:
-        """Compute cells and give each with its row as it comes; rows stand in ``folder`` as KEY.json."""
+        """Compute cells and give each with its row as it comes; rows stand in ``folder`` as KEY.json.
+
+        A cell that ran out of memory beside others has another attempt, alone, when these are done.
+        """
         waiting, busy = list(cells), dict[threading.Thread, WorkerProcess]()
+        alone: list[Cell] = []
         done: queue.Queue[tuple[threading.Thread, Cell, dict[str, Any]]] = queue.Queue()
         try:
-            while waiting or busy:
+            while waiting or busy or alone:
+                if not waiting and not busy:
+                    self.workers, waiting, alone = 1, alone, []
                 while waiting and len(busy) < self.workers and self._fits(len(busy)):
                     worker = self._idle.pop() if self._idle else WorkerProcess(folder / "worker.log")
                     thread = self._start(worker, waiting.pop(0), base, folder, done)
@@ -71,7 +77,10 @@ class Crew:
                 else:
                     worker.end()
                 self._peak = max(self._peak, row.get("peak_memory_mb", 0.0))
-                yield cell, row
+                if row["outcome"] == "out_of_memory" and self.workers > 1:
+                    alone.append(cell)
+                else:
+                    yield cell, row
         finally:
             for worker in busy.values():
                 worker.end()

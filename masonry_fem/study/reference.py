@@ -20,8 +20,9 @@ from typing import Any
 import numpy as np
 
 from masonry_fem.errors import MasonryError
+from masonry_fem.scene.misfit import listed
 from masonry_fem.scene.overrides import parsed
-from masonry_fem.study.quantity import AXES, Quantities, Quantity, told
+from masonry_fem.study.quantity import AXES, GROUPS, Quantities, Quantity, told
 from masonry_fem.study.row import Row
 from masonry_fem.study.variation import Variation, split, written
 
@@ -152,6 +153,11 @@ def _from_file(path: Path) -> Quantities:
 def _numbers(tree: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Quantity]]:
     for key, value in tree.items():
         name = f"{path}.{key}" if path else str(key)
+        if name.partition(".")[0] not in GROUPS:
+            raise MasonryError(
+                f"--reference {name}: expected a key that is varied, or a quantity that begins with one of "
+                f"{listed(GROUPS)}"
+            )
         if isinstance(value, Mapping):
             yield from _numbers(value, name)
             continue

@@ -13,6 +13,7 @@ import pytest
 
 from masonry_fem.errors import MasonryError
 from masonry_fem.study import study
+from masonry_fem.study.cell import Cell
 from masonry_fem.study.crew import Crew
 
 SCENE = """
@@ -105,3 +106,33 @@ def test_memory_decides_how_many_cells_run(monkeypatch) -> None:
     crew._peak = 2500.0  # a finer cell may need twice as much
     assert not crew._fits(1)
     assert crew._fits(0)
+
+
+def test_what_lacked_memory_has_another_attempt_alone(monkeypatch, tmp_path: Path) -> None:
+    """Two cells need all of the memory there is: side by side each of them breaks."""
+    running, together = [], []
+
+    class Process:
+        alive = True
+
+        def __init__(self, log: Path) -> None:
+            self.log = log
+
+        def compute(self, cell: Cell, base: Path, folder: Path, limit: float | None) -> dict[str, object]:
+            running.append(cell.key)
+            together.append(len(running))
+            time.sleep(0.2)
+            crowded = len(running) > 1
+            time.sleep(0.2)
+            running.remove(cell.key)
+            return {"outcome": "out_of_memory" if crowded else "equilibrium"}
+
+        def end(self) -> None:
+            self.alive = False
+
+    monkeypatch.setattr("masonry_fem.study.crew.WorkerProcess", Process)
+    cells = [Cell((i,), {}, "", str(i)) for i in range(4)]
+    with Crew(workers=2) as crew:
+        rows = {cell.key: row["outcome"] for cell, row in crew.compute(cells, base=tmp_path, folder=tmp_path)}
+    assert rows == dict.fromkeys("0123", "equilibrium")
+    assert max(together) == 2

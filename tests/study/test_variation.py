@@ -128,7 +128,8 @@ def test_references(tmp_path) -> None:
     for wrong, words in (
         ("mesh.size=0.3", "one of the values varied"),
         ("nowhere", "cannot be read"),
-        ("a=b", "a number"),
+        ("a=1", "begins with one of"),
+        ("probes.top=b", "a number"),
     ):
         with pytest.raises(MasonryError, match=words):
             Reference.parse([wrong], vary)

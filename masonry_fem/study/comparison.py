@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from masonry_fem.study.order import Order, observe
 from masonry_fem.study.quantity import Quantities, Quantity, group_of, pick
-from masonry_fem.study.reference import Reference
+from masonry_fem.study.reference import Reference, finest_of
 from masonry_fem.study.row import Row
 from masonry_fem.study.variation import Variation
 
@@ -33,7 +33,7 @@ class Comparison:
     values : What is compared with, by name.
     error : Distance from the reference, NaN where there is none, shape (n,) each.
     bound : What the true error is not expected to exceed, shape (n,) each.
-    orders : By name and key, along the keys through the reference.
+    orders : By name and key, along the keys through the reference, or the finest row.
     rest : Estimated error of the reference itself, by name.
     left_out : Quantities that are too small to be compared.
     """
@@ -64,13 +64,14 @@ def compare(
     # numbers from outside do not know how small the rest is: the cells do
     values, left_out = _compared(given, rows if anchor is None else (), asked)
     made = Comparison(tuple(rows), anchor, values, left_out=left_out)
-    finer = _finer(rows, vary)
+    finer, finest = _finer(rows, vary), anchor or finest_of(rows, vary)
     for name, value in values.items():
         error = np.array([distance(pick(row.quantities, name), value) for row in rows])
         made.error[name] = error
-        made.orders[name] = {} if anchor is None else dict(_orders(name, anchor, rows, vary))
+        made.orders[name] = {} if finest is None else dict(_orders(name, finest, rows, vary))
         size = _size(value)
-        rest = sum(one.error for one in made.orders[name].values()) / size if size > 0 else 0.0
+        left = 0.0 if anchor is None else sum(one.error for one in made.orders[name].values())
+        rest = left / size if size > 0 else 0.0
         made.rest[name] = rest
         made.bound[name] = _bounds(error, finer) + rest
     return made

@@ -177,4 +177,6 @@ def _what_lacks(
         "not asymptotic": f"give a finer {key}: its values do not approach a limit at a steady rate",
     }
     words = cure.get(order.words, f"give a finer {key}, whose order is {order.words}")
+    if comparisons[0].reference is None:  # the truth is given: what is left is no part of the bound
+        return f"{first}; {words}"
     return f"{first}, of which {percent(most)} is what {key} may still leave; {words}"

@@ -84,12 +84,17 @@ class Reference:
         """The row of the reference among those of a case: of the solved ones the finest."""
         if self.given is not None:
             return None
-        fitting = [row for row in rows if row.solved and self._fits(row)]
-        return max(fitting, key=lambda row: (share_of_finest(row, vary), row.cpu), default=None)
+        return finest_of([row for row in rows if self._fits(row)], vary)
 
     def _fits(self, row: Row) -> bool:
         pairs = zip(self.places, row.cell.places, strict=True)
         return all(place is None or place == own for place, own in pairs)
+
+
+def finest_of(rows: Sequence[Row], vary: Sequence[Variation]) -> Row | None:
+    """The finest of the rows that were solved; of equally fine ones the dearest."""
+    solved = [row for row in rows if row.solved]
+    return max(solved, key=lambda row: (share_of_finest(row, vary), row.cpu), default=None)
 
 
 def share_of_finest(row: Row, vary: Sequence[Variation]) -> float:

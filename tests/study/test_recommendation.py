@@ -117,6 +117,9 @@ def test_numbers_from_outside_are_exact() -> None:
     found, *_ = advice(vary, made, 0.03, reference={"probes.top": 1.0})
     assert found.settings["mesh.size"] == "0.05"
     assert found.bound == pytest.approx(0.025)
+    none, comparisons, _ = advice(vary, made, 0.01, reference={"probes.top": 1.0})
+    assert comparisons[0].orders["probes.top"]["mesh.size"].order == pytest.approx(1.0, abs=1e-3)
+    assert none.words.endswith("is within 2.5 %; give a finer mesh.size, whose order is 1.00")
     found, *_ = advice(vary, made, 0.03, reference={"mesh.size": 0.1})
     # finer cells than the chosen reference tell what it is off at least
     assert found.settings is None

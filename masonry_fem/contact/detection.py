@@ -94,8 +94,8 @@ def detect(
     if not support_pairs:
         pairs = pairs[~support[pairs].all(axis=1)]
     posed = Posed.of(assembly, surfaces)
-    chosen = orient(facing(faces, pairs, far + 1e-9 * size, angle), posed, faces)
     deep = far if overlap is None else overlap
+    chosen = orient(facing(faces, pairs, max(far, deep) + 1e-9 * size, angle), posed, faces)
     found, slivers = _cut(chosen, assembly, surfaces, faces, (far, deep), size)
     met = {tuple(sorted(interface.blocks)) for interface in found}
     rest = np.array([pair for pair in pairs.tolist() if tuple(pair) not in met], dtype=np.int64).reshape(

@@ -91,6 +91,13 @@ def test_beyond_the_reach_there_is_nothing(gap):
     assert len(detect(pair(BELOW, CUBE, gap), reach=2e-3)) == 1
 
 
+@pytest.mark.parametrize("deep", [0.03, 0.4, 0.6])
+def test_overlaps_beyond_the_reach_are_found_where_asked(deep):
+    """What fell in by more than the reach is still held; beyond half of a block it is seen through it."""
+    found = detect(pair(BELOW, CUBE, -deep), reach=1e-3, overlap=1.5)
+    assert [interface.gap.min() for interface in found] == ([pytest.approx(-deep)] if deep < 0.5 else [])
+
+
 @pytest.mark.parametrize(
     "shift", [(1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (1.0, -1.0, 0.0), (0.5, 1.0, 0.0), (1.00001, 0.0, 0.0)]
 )

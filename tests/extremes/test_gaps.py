@@ -6,8 +6,8 @@ import pytest
 
 from masonry_fem.errors import SceneError
 from masonry_fem.run import solve_scene
-from masonry_fem.scene.specs import Dynamics, Statics
-from tests.extremes.solids import certificate, crushed, jam_pressure, jammed, lifted, rest_error
+from masonry_fem.scene.specs import Contact, Dynamics, Joint, Statics
+from tests.extremes.solids import G, certificate, crushed, jam_pressure, jammed, lifted, rest_error
 
 GAPS = [1e-15, 1e-12, 1e-9, 1e-6, 1e-4, 1e-3]
 WIDE = [1e-2, 0.1, 0.4]
@@ -124,3 +124,17 @@ def test_elastic_block_that_supports_crush(analysis: Statics | None, closing: fl
     assert jam_pressure(result) == pytest.approx(closing, rel=1e-3, abs=2e-6)
     assert result.summary["probes"]["middle"][0] == pytest.approx(-closing / 2, rel=2e-2)
     assert max(certificate(result).values()) < 1e-9
+
+
+@pytest.mark.parametrize("form", ["gap", "velocity"])
+@pytest.mark.parametrize("step", [1e-3, 4e-3])
+@pytest.mark.parametrize("gap", [1e-6, 0.1, 1.0])
+def test_a_fall_ends_on_the_floor_with_contacts_found_anew(gap: float, step: float, form: str) -> None:
+    """The velocity form lets it in by a step's fall, deeper than the reach: there it was lost, and fell on."""
+    fall = Dynamics(step=step, duration=0.6, theta=1.0)
+    scene = lifted(gap, analysis=fall, joints=(Joint(form=form),), contact=Contact(update="redetect"))
+    result = solve_scene(scene)
+    deep = step * (2 * G * gap) ** 0.5 + 2 * G * step**2 if form == "velocity" else 1e-9
+    assert rest_error(result, gap) <= deep
+    assert len(result.march.model.interfaces) == 1
+    assert result.march.report.speed < 1e-9

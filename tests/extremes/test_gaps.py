@@ -130,7 +130,7 @@ def test_elastic_block_that_supports_crush(analysis: Statics | None, closing: fl
 @pytest.mark.parametrize("step", [1e-3, 4e-3])
 @pytest.mark.parametrize("gap", [1e-6, 0.1, 1.0])
 def test_a_fall_ends_on_the_floor_with_contacts_found_anew(gap: float, step: float, form: str) -> None:
-    """The velocity form lets it in by a step's fall, deeper than the reach: there it was lost, and fell on."""
+    """The velocity form lets it in by a step's fall, deeper than the reach: it was lost there, and fell."""
     fall = Dynamics(step=step, duration=0.6, theta=1.0)
     scene = lifted(gap, analysis=fall, joints=(Joint(form=form),), contact=Contact(update="redetect"))
     result = solve_scene(scene)

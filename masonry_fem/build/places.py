@@ -12,11 +12,16 @@ from masonry_fem.errors import SceneError
 LOST = 1e-4  # of a block's thickness: coordinates that are further apart no longer draw it
 COARSE = 1e-8  # of it: gaps and lever arms lose digits
 
+SIZES = (1e-4, 100.0)  # m: no stone is smaller or larger, but coordinates in mm taken for m make it so
+
 logger = logging.getLogger(__name__)
 
 
 def check_places(stones: Stones) -> None:
-    """Refuse blocks so far from the origin that coordinates cannot draw them; warn where they lose digits."""
+    """Refuse blocks so far from the origin that coordinates cannot draw them; warn where they lose digits.
+
+    And of blocks of sizes that no stones have.
+    """
     assembly = stones.assembly
     thin = np.array([float(np.ptp(shape.solid.vertices, axis=0).min()) for shape in assembly.shapes])
     thin = thin[[block.shape for block in assembly.blocks]]
@@ -36,4 +41,11 @@ def check_places(stones: Stones) -> None:
             "block '%s' stands %.2g m from the origin, where coordinates are %.1g m apart: gaps and arms "
             "lose digits; %s",
             name, away, np.spacing(away), cure,
+        )  # fmt: skip
+    long = [float(np.ptp(shape.solid.vertices, axis=0).max()) for shape in assembly.shapes]
+    typical = float(np.median([long[block.shape] for block in assembly.blocks if not block.support] or [1.0]))
+    if not SIZES[0] <= typical <= SIZES[1]:
+        logger.warning(
+            "blocks are some %.2g m long, expected %g to %g m: are lengths in mm taken for m? see scale, units",
+            typical, *SIZES,
         )  # fmt: skip

@@ -83,3 +83,12 @@ def test_blocks_thinner_than_coordinates(aspect: float) -> None:
     stack = StackStructure(name="cube", material="stone", size=(1.0, 1.0 / aspect), count=1)
     with pytest.raises(MasonryError, match=r"m thin and stands .*or make the block thicker"):
         solve_scene(lifted(0.0, structures=(stack,), probes=()))
+
+
+@pytest.mark.parametrize(("edge", "told"), [(1e-5, True), (1e-3, False), (1.0, False), (300.0, True)])
+def test_sizes_that_no_stones_have_are_told(
+    edge: float, told: bool, caplog: pytest.LogCaptureFixture
+) -> None:
+    """They are computed all the same: mostly mm were taken for m."""
+    assert solve_scene(lifted(0.0, edge=edge)).outcome == "equilibrium"
+    assert any("taken for m" in record.getMessage() for record in caplog.records) == told

@@ -66,13 +66,17 @@ class RestRun:
         at_rest, least = problem.free_velocity, CLOSED * free_speed(problem)
         closed = at_rest[:, 0] <= least
         if problem.cohesion_stiffness is None and not (np.abs(at_rest[closed]) > least).any():
-            part = _closed_part(problem, np.flatnonzero(closed))
-            impulse[closed] = _balanced(part, admissible_impulses(part).impulse)
+            impulse[closed] = holding_impulses(_closed_part(problem, np.flatnonzero(closed)))
         return Iterate(impulse, np.zeros_like(problem.rigid_velocity), verdict=Outcome.STALLED)
 
     def step(self, quality: Quality, settings: SolverSettings) -> Iterate:
         """Never called: the first offer has a verdict."""
         raise AssertionError("the first offer is the answer or there is none")
+
+
+def holding_impulses(problem: ContactProblem) -> FloatArray:
+    """Impulses within the cones of all contacts that balance the loads, as far as any do, (c, d)."""
+    return _balanced(problem, admissible_impulses(problem).impulse)
 
 
 def _balanced(problem: ContactProblem, impulse: FloatArray) -> FloatArray:

@@ -23,6 +23,7 @@ from masonry_fem.nscd.iterate import Iterate, Method, iterate
 from masonry_fem.nscd.outcome import Outcome, Solution
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import Quality, assess
+from masonry_fem.nscd.rest import holding_impulses
 from masonry_fem.nscd.settings import SolverSettings, Start
 from masonry_fem.nscd.solvers import make_method
 from masonry_fem.nscd.threads import one_thread
@@ -154,6 +155,8 @@ def _origin(turn: Turn, problem: ContactProblem, state: Solution | None, start: 
     """
     if turn.origin == "cold":
         return None
+    if turn.origin == "held":
+        return Start(holding_impulses(problem))
     if state is None or turn.origin == "given":
         return start
     close = CLOSE_OF_BODIES if problem.body_count else CLOSE

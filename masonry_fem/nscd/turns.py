@@ -2,7 +2,7 @@
 
 - Static problems and elastic blocks: a few Newton steps, which is all that most need; where nothing
   can balance the loads, or could with a little less friction, as many as show what moves; else rigid
-  blocks at rest, and what is done for many rigid blocks.
+  blocks at rest, elastic ones from the impulses of that rest, and what is done for many rigid blocks.
 - Many rigid blocks: the interior-point method, which nothing stops but rounding, sweeps that mend what
   is local in its result, and Newton to polish it. It cannot start from the step before: there a few
   Newton steps from the bonded state come first, which is all that sticking walls need.
@@ -43,6 +43,8 @@ ENDING = 1_500
 BRIEF = 10
 # Newton steps on few rigid blocks before the interior point takes over.
 NEWTON_STEPS = 120
+# Newton steps of elastic blocks from what would hold them if they were rigid: chains take fifty.
+HELD_STEPS = 60
 # Proximal weights to try on few contacts: which leads out of a cycle differs from problem to problem.
 WEIGHTS = (1e-2, 1e-1, 1e-3)
 # Newton steps that polish: what takes more, ADMM does in less time.
@@ -54,8 +56,9 @@ class Turn:
     """A method's turn: how it is made, its iterations, and what it starts from.
 
     ``origin`` is "given" (the caller's first guess), "best" (the best state so far, projected on the
-    cones), "close" (the best state where that is close to a solution, else nothing), "inside" (where the
-    interior-point method ended: what Newton cycles on holds up ADMM) or "cold".
+    cones), "held" (impulses that balance the loads, see ``rest``), "close" (the best state where that is
+    close to a solution, else nothing), "inside" (where the interior-point method ended: what Newton cycles on
+    holds up ADMM) or "cold".
     ``stiff`` leaves the compliance out; ``weak`` some friction, too, to see how a structure at its limit is
     about to move. ``rescue`` finds other sets of sticking and sliding contacts: it is for problems on which
     the turns before it have not come close, not for rounding that one may ask to be solved away.
@@ -63,7 +66,7 @@ class Turn:
 
     make: Callable[[], Method]
     iterations: int | None = None
-    origin: Literal["given", "best", "close", "inside", "cold"] = "given"
+    origin: Literal["given", "best", "close", "held", "inside", "cold"] = "given"
     stiff: bool = False
     weak: bool = False
     rescue: bool = False
@@ -89,6 +92,8 @@ def turns(
             return
         if problem.rigid:
             yield Turn(Rest)
+        elif not problem.cohesive:
+            yield Turn(_newton, HELD_STEPS, "held")
         yield from _thorough(problem)
     elif problem.body_count and not problem.rigid:
         yield Turn(_newton, BRIEF)

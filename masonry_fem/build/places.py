@@ -46,6 +46,6 @@ def check_places(stones: Stones) -> None:
     typical = float(np.median([long[block.shape] for block in assembly.blocks if not block.support] or [1.0]))
     if not SIZES[0] <= typical <= SIZES[1]:
         logger.warning(
-            "blocks are some %.2g m long, expected %g to %g m: are lengths in mm taken for m? see scale, units",
+            "blocks are some %.2g m long, expected %g to %g m: are lengths in mm taken for m? see units",
             typical, *SIZES,
         )  # fmt: skip

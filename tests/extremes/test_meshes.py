@@ -37,15 +37,18 @@ def test_patch_in_space(element: str) -> None:
     assert patch_error(solve_scene(scene)) < 1e-8
 
 
-@pytest.mark.parametrize(("aspect", "error"), [(1e2, 1e-8), (1e3, 1e-7), (1e4, 1e-6)])
+@pytest.mark.parametrize("aspect", [1e2, 1e3, 1e4])
 @pytest.mark.parametrize("lying", [True, False], ids=["plates", "needles"])
-def test_patch_of_slivers(aspect: float, error: float, lying: bool) -> None:
-    """Blocks of aspect 1e4, their elements likewise, at the default tolerance (A9.10 has a tighter one)."""
+def test_patch_of_slivers(aspect: float, lying: bool) -> None:
+    """Blocks of aspect 1e4, their elements likewise, at the default tolerance (A9.10 has a tighter one).
+
+    The stress errs by some aspect times the tolerance, 1e-6 at 1e4, whatever the path of the solver.
+    """
     size = (1.0, 1.0 / aspect) if lying else (1.0 / aspect, 1.0)
     result = solve_scene(patch(size=size))
     assert result.outcome == "equilibrium"
-    assert patch_error(result) < error
-    assert max(certificate(result).values()) < error
+    assert patch_error(result) < 3 * aspect * 1e-10
+    assert max(certificate(result).values()) < max(1e-9, 1e-11 * aspect)
 
 
 @pytest.mark.parametrize("divisions", [(1, 1), (1, 200), (200, 1)])

@@ -164,7 +164,8 @@ def _drowned(
         return hidden
     moves = graphs.lengths(augmented)
     seen = (moves > DROWNED * speed) & (moves <= ROUNDING * w * size)
-    seen |= size > BOUNDLESS * _asked(problem, w)
+    if problem.body_count:  # a plain problem does not tell what bodies' loads ask for
+        seen |= size > BOUNDLESS * _asked(problem, w)
     rows = seen & (impulse[:, 0] > 0)
     hidden[rows] = moves[rows] / w[rows]
     return hidden

@@ -26,6 +26,8 @@ from masonry_fem.scene import specs
 
 FloatArray = NDArray[np.float64]
 
+ROUNDING = 1e-11  # of a block's size: probes that move less than that say nothing
+
 
 def errors_of(scene: specs.Scene, built: Built, made: March, base: Path) -> dict[str, Any]:
     """What ``summary.json`` holds as ``errors``; what does not apply is left out."""
@@ -99,7 +101,8 @@ def other(rule: Rule, meshed: bool) -> Rule:
 def changes(made: March, again: March) -> dict[str, float]:
     """Changes of support forces, probes and stresses, each over the largest or the norm of its kind.
 
-    ``supports`` : greatest change of a support's force. ``probes`` : of a probe's displacement.
+    ``supports`` : greatest change of a support's force. ``probes`` : of a probe's displacement,
+    where one moves.
     ``stress`` : of the stress in the mean over the volume, ``block_stress`` : of the blocks' means.
     """
     told: dict[str, float] = {}
@@ -111,11 +114,12 @@ def changes(made: March, again: March) -> dict[str, float]:
             for name, value in first.support_resultants.items()
         ]
         told["supports"] = _greatest(forces, float(np.linalg.norm(first.applied[:d])))
-    if first.probes:
+    moved = max((float(np.linalg.norm(value)) for value in first.probes.values()), default=0.0)
+    if moved > ROUNDING * made.model.length:
         told["probes"] = _greatest([(value, second.probes[name]) for name, value in first.probes.items()])
     points, blocks = [np.zeros(2)], [np.zeros(2)]
-    for group, own, moved in zip(made.model.groups, made.state.bodies, again.state.bodies, strict=True):
-        before, after = group.stress(own), group.stress(moved)
+    for group, one, other_one in zip(made.model.groups, made.state.bodies, again.state.bodies, strict=True):
+        before, after = group.stress(one), group.stress(other_one)
         if before is None or after is None:
             continue
         pair = np.stack([before.gauss, after.gauss - before.gauss])

@@ -1,6 +1,6 @@
 """Marking: which blocks get finer elements, and how a scene says so.
 
-chosen = marked(errors.square, allowed)                # mask of blocks
+chosen = marked(errors.square, cells, allowed)         # mask of blocks
 settings = halved(MeshSettings(divisions=(2, 2, 2)), mesh, volume)
 overrides = mesh_overrides({"wall.c1.b2": settings}, groups)
 """
@@ -21,9 +21,8 @@ from masonry_fem.solid.mesh import Mesh
 FloatArray = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-LEFT = (
-    0.25  # of the squared error, where elements are half as large: order 1, as at joints and corners for any
-)
+# of the squared error, where elements are half as large: order 1, as at joints and corners for any
+LEFT = 0.25
 LEAST, MOST = 0.3, 0.7  # of the squared error are marked in a round
 ALIKE = 0.02  # blocks whose errors, squared, differ by less are treated alike, or symmetry would go
 

@@ -158,7 +158,10 @@ class _Search:
         unknowns = size(built)["unknowns"]
         believed = not blind.any()
         self.reached = self._limits.reached(march, errors.relative, believed)
-        self.end = self._limits.why_last(self.rounds, march, errors.relative, believed, unknowns, growth)
+        fixed = float(np.linalg.norm(errors.of_whole[given]))
+        self.end = self._limits.why_last(
+            self.rounds, march, errors.relative, believed, unknowns, growth, fixed
+        )
         known = set() if self._built is None else _meshes(self._built)
         self._clock.lap(str(len(self.rounds)))
         self.rounds.append(

@@ -16,6 +16,7 @@ from masonry_fem.summary import peak_memory
 
 STALLED = 0.9  # two rounds that each leave more of the error, with twice the unknowns, get nowhere
 MEMORY = 0.8  # of the machine's that is free may be used
+FIXED = 1.1  # of the target: error of blocks that stay as they are, beyond which others are in vain
 GROWTH = 4 / 3  # of memory with unknowns: what factors of solids take
 
 
@@ -66,10 +67,12 @@ class Limits:
         believed: bool,
         unknowns: int,
         growth: float,
+        fixed: float = 0.0,
     ) -> str:
         """Why a solution is the last, as a sentence; "" where there is to be another round.
 
-        ``growth`` is how many times the unknowns the next round would have.
+        ``growth`` is how many times the unknowns the next round would have, ``fixed`` the error that blocks
+        have whose elements stay.
         """
         if march.outcome not in ("equilibrium", "finished"):
             return f"Not refined: {march.message}"
@@ -78,17 +81,19 @@ class Limits:
             return f"{said}; {_percent(self.target)} was asked for."
         missed = f", not {_percent(self.target)}" if error > self.target else ""
         missed += "" if believed else ", and does not show that of blocks one linear element thick"
-        why = self._obstacle(before, error, unknowns, growth)
+        why = self._obstacle(before, error, unknowns, growth, fixed)
         return f"{said}{missed}: {why}" if why else ""
 
-    def _obstacle(self, before: Sequence[Round], error: float, unknowns: int, growth: float) -> str:
+    def _obstacle(
+        self, before: Sequence[Round], error: float, unknowns: int, growth: float, fixed: float
+    ) -> str:
         """Why there can be no further round; "" where there can."""
-        if growth == 1.0:
-            return "all blocks came with their elements, which stay."
+        if stay := self._staying(growth, fixed):
+            return stay
         if _stalls(before, error, unknowns):
             return (
-                "it hardly falls as elements become finer, as at sharp corners under load. Read stresses "
-                "away from them."
+                "it hardly falls as elements become finer, as under point forces and at sharp corners under "
+                "load. Spread such forces over faces, and read stresses away from them."
             )
         if len(before) + 1 >= self.rounds:
             return f"{self.rounds} rounds are made. Allow more, or begin with finer elements."
@@ -106,6 +111,16 @@ class Limits:
             f"the next round would need about {needed:.0f} MB of memory, and {there:.0f} MB are free. Take a "
             "larger machine, elements of order 2, or fewer elastic blocks."
         )
+
+    def _staying(self, growth: float, fixed: float) -> str:
+        """Whether blocks whose elements stay have too much of the error, as a sentence."""
+        advice = "Give a file with finer ones, or with ones of order 2."
+        if growth == 1.0:
+            return f"all blocks came with their elements, which stay. {advice}"
+        if fixed > FIXED * self.target:
+            alone = f"which stay, bring {_percent(fixed)} alone. {advice}"
+            return f"blocks that came with their elements, {alone}"
+        return ""
 
 
 def _stalls(before: Sequence[Round], error: float, unknowns: int) -> bool:

@@ -193,7 +193,8 @@ def test_elements_from_a_file_stay(tmp_path):
     scene = wall(dimension=3, structures=(structure,), loads=Loads(gravity=(0.0, 0.0, -9.81)))
     result = refine(scene, tmp_path / "out", tmp_path, target=0.01)
     assert not result.reached
-    assert "came with their elements" in result.message
+    assert "all blocks came with their elements" in result.message
+    assert "order 2" in result.message
     saved = load(tmp_path / "out" / "refined.toml")
     assert saved.structures[0].path == "../two.msh"
 
@@ -210,12 +211,19 @@ def test_command(tmp_path, capsys):
     file, out = tmp_path / "wall.toml", tmp_path / "out"
     save(wall(0.25), file)
     assert main(["run", str(file), "--out", str(out), "--refine-to", "15%"]) == 0
-    said = capsys.readouterr().out
+    said = " ".join(capsys.readouterr().out.split())  # lines of a table may break anywhere
     assert "round 1:" in said
     assert "was asked for" in said
     shutil.rmtree(out)
     assert main(["run", str(file), "--out", str(out), "--refine-to", "much"]) == 1
-    assert "expected" in capsys.readouterr().err
+    assert "--refine-to is 'much', expected" in capsys.readouterr().err
+    assert (
+        main(["run", str(file), "--out", str(out), "--refine-to", "1%", "--set", "solver.max_iterations=1"])
+        == 2
+    )
+    told = capsys.readouterr()
+    assert "Not refined" not in told.out  # said once, on standard error
+    assert "iteration limit" in told.err
 
 
 def test_files_of_a_scene_are_found_from_another_folder(tmp_path):
@@ -242,6 +250,8 @@ def test_stalling_is_told():
     assert limits.why_last(before(0.30, 0.20), march, 0.19, True, 4000, 2.0) == ""
     assert limits.why_last(before(0.30), march, 0.29, True, 4000, 2.0) == ""
     assert "memory" in limits.why_last([], march, 0.3, True, 4000, 1e6)
+    assert "which stay, bring 28 % alone" in limits.why_last([], march, 0.3, True, 4000, 2.0, 0.28)
+    assert "came" not in limits.why_last([], march, 0.3, True, 4000, 2.0, 0.0105)
     assert not limits.reached(march, 0.005, False)
     assert "one linear element thick: 10 rounds" in limits.why_last(
         before(*[0.9**i for i in range(9)]), march, 0.005, False, 100, 2.0

@@ -64,9 +64,9 @@ def results_folder(options: argparse.Namespace) -> Path:
     return Path("results") / str(options.scene.stem) if asked is None else asked
 
 
-def share(text: str) -> float:
-    """A share of one, written so or in per cent."""
+def share(text: str, option: str) -> float:
+    """A share of one, written so or in per cent; ``option`` is where it stands."""
     try:
         return float(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
     except ValueError:
-        raise MasonryError(f"accuracy is '{text}', expected a share such as 1% or 0.01") from None
+        raise MasonryError(f"{option} is '{text}', expected a share such as 1% or 0.01") from None

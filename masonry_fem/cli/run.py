@@ -50,7 +50,7 @@ def refine_scene(options: argparse.Namespace) -> int:
         scene,
         options.out,
         base,
-        target=share(options.refine_to),
+        target=share(options.refine_to, "--refine-to"),
         quiet=options.quiet,
         tell=None if options.quiet else lambda made: print(round_line(asdict(made)), flush=True),
     )
@@ -58,7 +58,10 @@ def refine_scene(options: argparse.Namespace) -> int:
     if not options.quiet:
         from masonry_fem.post.report import print_summary
 
-        print_summary({**found.result.summary, "message": ""} if code else found.result.summary)
+        summary = {**found.result.summary, "message": ""} if code else found.result.summary
+        if not found.reached:  # why not is said once, as above
+            summary = {**summary, "refinement": {**summary["refinement"], "message": ""}}
+        print_summary(summary)
         print_files(found.files)
     if code or not found.reached:
         complain(found.result.message if code else found.message)

@@ -26,7 +26,7 @@ def study_scene(options: argparse.Namespace) -> int:
             overrides=options.overrides,
             reference=options.reference,
             quantities=options.quantity,
-            accuracy=share(options.accuracy),
+            accuracy=share(options.accuracy, "--accuracy"),
             workers=options.workers,
             time_limit=options.time_limit,
             fresh=options.fresh,

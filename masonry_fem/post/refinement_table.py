@@ -21,10 +21,12 @@ def refinement_rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str, str]
         return
     for one in told["rounds"]:
         yield "refinement", f"round {one['round']}", _told(one)
-    yield "refinement", "", str(told["message"])
+    if told["message"]:
+        yield "refinement", "", str(told["message"])
 
 
 def _told(made: Mapping[str, Any]) -> str:
     unknowns = f"{made['unknowns']:,}".replace(",", " ")
-    meshes, error = f"{made['meshes']} meshes ({made['made']} new)", f"error {100 * made['error']:.3g} %"
-    return f"{unknowns} unknowns, {meshes}, {error}, {made['seconds']:.1f} s"
+    meshes = "1 mesh" if made["meshes"] == 1 else f"{made['meshes']} meshes"
+    error = f"error {100 * made['error']:.3g} %"
+    return f"{unknowns} unknowns, {meshes} ({made['made']} new), {error}, {made['seconds']:.1f} s"

@@ -183,8 +183,8 @@ def _stress(summary: Mapping[str, Any]) -> Rows:
 
 def _errors(summary: Mapping[str, Any]) -> Rows:
     if error := (summary.get("stress") or {}).get("error"):
-        worst = error["worst"][0]
-        yield "errors", "of stress, estimated", f"{_percent(error['relative'])} (most in {worst['block']})"
+        most = f" (most in {error['worst'][0]['block']})" if error["relative"] > 0 else ""
+        yield "errors", "of stress, estimated", f"{_percent(error['relative'])}{most}"
         if error["unjudged"]:
             blocks = _plural(error["unjudged"], "blocks")
             yield "errors", "… but more", f"{blocks} one linear element thick, whose errors do not show"
@@ -234,7 +234,8 @@ def _probes(summary: Mapping[str, Any]) -> Rows:
 def _cost(summary: Mapping[str, Any]) -> Rows:
     if solver := summary.get("solver"):
         words = [f"{value} {name.replace('_', ' ')}" for name, value in solver.items() if name != "method"]
-        yield "solver", str(solver.get("method", "")), ", ".join(words)
+        # names of methods that had turns are long, and would take their width from all lines
+        yield "solver", "", ", ".join([str(solver.get("method", "")), *words]).removeprefix(", ")
     if seconds := summary.get("seconds"):
         parts = [f"{name} {value:.2f}" for name, value in seconds.items() if isinstance(value, (int, float))]
         yield "seconds", "", ", ".join(parts)
@@ -259,7 +260,7 @@ def _vector(values: Sequence[float] | Any, unit: str) -> str:
     flat = [float(value) for value in np.ravel(np.asarray(values, float))]
     largest = max((abs(value) for value in flat), default=0.0)
     # what is rounding beside the largest component is shown as zero
-    clean = [0.0 if abs(value) < 1e-9 * largest else value for value in flat]
+    clean = [0.0 if abs(value) <= 1e-9 * largest else value for value in flat]
     names = AXES.get(len(flat), "x" * len(flat))
     return "  ".join(f"{name} {quantity(value, unit, 5)}" for name, value in zip(names, clean, strict=True))
 
@@ -274,7 +275,9 @@ def _count(value: Any) -> str:
 
 
 def _percent(share: float) -> str:
-    return f"{100 * share:.2g} %" if share >= ROUNDING or share == 0 else f"< {100 * ROUNDING:g} %"
+    if 0 < abs(share) < ROUNDING:
+        return f"< {100 * ROUNDING:g} %"
+    return f"{'−' if share < 0 else ''}{100 * abs(share):.2g} %"
 
 
 def _number(value: Any) -> str:

@@ -5,6 +5,7 @@ import io
 import pytest
 from rich.console import Console
 
+from masonry_fem.post.refinement_table import round_line
 from masonry_fem.post.report import Progress, print_summary
 from masonry_fem.post.sheet import quantity, round_down
 
@@ -106,3 +107,28 @@ def test_quantities_carry_a_prefix(value, text):
 )
 def test_scales_are_1_2_5(value, rounded):
     assert round_down(value) == pytest.approx(rounded)
+
+
+def test_nothing_and_its_rounding_are_told_as_such():
+    """No load: zeros without a sign, an error without a worst block; what joints feed back is negative."""
+    error = {"relative": 0.0, "unjudged": 0, "worst": [{"block": "arch.v3"}]}
+    text = printed({"applied": [-0.0, -0.0], "stress": {"error": error}})
+    assert "x 0 N/m  y 0 N/m" in text
+    assert "0 %" in text
+    assert "arch.v3" not in text
+    lost = printed({"errors": {"time": {"dissipated": -0.05}}})
+    assert "−5 % of the largest energy" in lost
+    assert "< 1e-06 %" in printed({"errors": {"time": {"dissipated": -1e-17}}})
+
+
+def test_one_mesh_is_one_mesh():
+    made = {
+        "round": 1,
+        "unknowns": 1234,
+        "meshes": 1,
+        "made": 1,
+        "error": 0.0896,
+        "refined": 0,
+        "seconds": 0.1,
+    }
+    assert round_line(made) == "round 1: 1 234 unknowns, 1 mesh (1 new), error 8.96 %, 0.1 s"

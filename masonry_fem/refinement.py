@@ -11,6 +11,7 @@ whose errors dominate; the others keep their elements, matrices and factors.
 from __future__ import annotations
 
 import shutil
+import tempfile
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -84,7 +85,8 @@ def refine(
         raise MasonryError(f"the error to refine to is {target:g}, expected one between 0 and 1, as 5%")
     make_folder(out)
     search = _Search(scene, base, Limits(target, most_rounds, most_unknowns))
-    folder = out / "round"
+    aside = Path(tempfile.mkdtemp(prefix=".round-", dir=out))  # a name that nobody else has
+    folder = aside / "round"
     try:
         while True:
             result = search.round(folder, quiet)
@@ -98,7 +100,7 @@ def refine(
             _lifted(folder, out)
         raise
     finally:
-        shutil.rmtree(folder, ignore_errors=True)
+        shutil.rmtree(aside, ignore_errors=True)
     result.files[:] = files
     return Refinement(result, search.solved, search.reached, search.end, tuple(search.rounds), files)
 

@@ -136,6 +136,8 @@ def test_what_stops_it_is_said(tmp_path, limits, said):
 
 def test_interruption_leaves_the_last_whole_round(tmp_path, monkeypatch):
     calls = []
+    (tmp_path / "round").mkdir()  # of the user
+    (tmp_path / "round" / "notes").write_text("keep", encoding="utf-8")
 
     def interrupted(scene, out, **keys):
         calls.append(out)
@@ -153,7 +155,10 @@ def test_interruption_leaves_the_last_whole_round(tmp_path, monkeypatch):
     assert len(summary["refinement"]["rounds"]) == 2
     assert not summary["refinement"]["reached"]
     assert "half" not in (tmp_path / "history.csv").read_text(encoding="utf-8")
-    assert not (tmp_path / "round").exists()
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "history.csv", "refined.toml", "round", "summary.json",
+    ]  # fmt: skip
+    assert (tmp_path / "round" / "notes").read_text(encoding="utf-8") == "keep"
 
 
 def test_pictures_are_of_the_last_round_only(tmp_path, monkeypatch):

@@ -16,7 +16,6 @@ from masonry_fem.summary import peak_memory
 
 STALLED = 0.9  # two rounds that each leave more of the error, with twice the unknowns, get nowhere
 MEMORY = 0.8  # of the machine's that is free may be used
-FIXED = 1.1  # of the target: error of blocks that stay as they are, beyond which others are in vain
 GROWTH = 4 / 3  # of memory with unknowns: what factors of solids take
 
 
@@ -117,7 +116,7 @@ class Limits:
         advice = "Give a file with finer ones, or with ones of order 2."
         if growth == 1.0:
             return f"all blocks came with their elements, which stay. {advice}"
-        if fixed > FIXED * self.target:
+        if fixed > self.target:
             alone = f"which stay, bring {_percent(fixed)} alone. {advice}"
             return f"blocks that came with their elements, {alone}"
         return ""

@@ -176,9 +176,9 @@ def meshed(stones: Stones, before: Stones | None = None) -> Stones:
             shape = assembly.shapes[block.shape]
             if own != "elastic":
                 shape = replace(shape, mesh=None)
-            elif shape.mesh is None:
-                mesh = _again(known, shape, wanted) or mesh_shape(shape, wanted, assembly.dimension)
-                shape = replace(shape, mesh=mesh)
+            else:
+                mesh = _again(known, shape, wanted) or shape.mesh
+                shape = replace(shape, mesh=mesh or mesh_shape(shape, wanted, assembly.dimension))
             shapes.append(shape)
         blocks.append(replace(block, shape=number[key]))
     return replace(stones, assembly=Assembly(assembly.dimension, tuple(shapes), tuple(blocks)))
@@ -187,11 +187,15 @@ def meshed(stones: Stones, before: Stones | None = None) -> Stones:
 def _again(
     known: dict[tuple[str, specs.MeshSettings], Shape], shape: Shape, wanted: specs.MeshSettings
 ) -> Mesh | None:
-    """The mesh that the same solid has already had."""
+    """The mesh that the same solid has already had, where it did not come with another one."""
     found = known.get((shape.name, wanted))
     if found is None or not np.array_equal(found.solid.vertices, shape.solid.vertices):
         return None
-    return found.mesh
+    mesh, given = found.mesh, shape.mesh
+    if mesh is None or given is None:
+        return mesh
+    same = np.array_equal(mesh.points, given.points) and np.array_equal(mesh.cells, given.cells)
+    return mesh if same else None
 
 
 def typical_length(assembly: Assembly) -> float:

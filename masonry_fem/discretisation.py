@@ -68,6 +68,8 @@ def contact_error(scene: specs.Scene, built: Built, made: March, base: Path) -> 
     clock = Clock()
     if built.model.update is not None:
         return {"note": "contacts are found anew during the march: there is no second set to compare with"}
+    if not built.model.contacts.count:
+        return {"note": "nothing touches: there are no contact points to place otherwise"}
     meshed = [
         any(
             built.model.assembly.shapes[built.model.assembly.blocks[b].shape].mesh is not None

@@ -87,6 +87,13 @@ def test_contacts_that_are_found_anew_have_no_second_set():
     assert "anew" in solve_scene(scene).summary["errors"]["contact"]["note"]
 
 
+def test_a_block_alone_has_no_contact_points_to_place_otherwise():
+    alone = BlockStructure(name="beam", material="stone", size=(1, 1, 1))
+    scene = {"mesh": MeshSettings(divisions=(2, 2, 2)), "supports": (Support(on="beam/left"),), "output": ASK}
+    found = solved(structures=(alone,), **scene).summary["errors"]
+    assert found["contact"] == {"note": "nothing touches: there are no contact points to place otherwise"}
+
+
 def test_another_outcome_is_told():
     """Gauss points stand in from the edge: a block that nodes just hold tips over."""
     corners, gauss = Rule("corners"), Rule("gauss")

@@ -21,6 +21,8 @@ from masonry_fem.study.reference import Reference, finest_of
 from masonry_fem.study.row import Row
 from masonry_fem.study.variation import Variation
 
+SINGLE, LOST = "1 value", "the best not solved"  # what keeps an order from being seen
+
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
@@ -155,10 +157,17 @@ def _orders(
     """What is observed along each key through the reference."""
     made = []
     for column, one in enumerate(vary):
+        if _lost(anchor, rows, vary, column):
+            made.append((one.key, Order(None, False, math.inf, LOST)))
+            continue
         if not (one.is_graded or _speaks(one, vary)):
             continue
         line = _line(name, anchor, rows, vary, column)
         if len(line) < 2:
+            if one.setting.role != "tolerance" and len(one.values) > 1:
+                made.append(
+                    (one.key, _beyond(_single(anchor, rows, column), anchor, name, rows, vary, column))
+                )
             continue
         values = [np.array(value.values) for _, value in line]
         if one.setting.role == "width":
@@ -175,6 +184,22 @@ def _orders(
             told = Order(None, False, float(np.linalg.norm(values[-1] - values[-2])), "difference")
         made.append((one.key, _beyond(told, anchor, name, rows, vary, column)))
     return made
+
+
+def _single(anchor: Row, rows: Sequence[Row], column: int) -> Order:
+    """What a single value shows: nothing, unless finer cells tell of a chosen reference."""
+    others = any(row is not anchor and _apart(row, anchor, column) for row in rows)
+    return Order(None, False, 0.0 if others else math.inf, SINGLE)
+
+
+def _lost(anchor: Row, rows: Sequence[Row], vary: Sequence[Variation], column: int) -> bool:
+    """Whether better values of an ordered key (elastic beside rigid) were asked for and none was solved."""
+    one = vary[column]
+    if one.setting.role != "ordered" or one.is_case or (one.setting.of and not _speaks(one, vary)):
+        return False
+    best = one.ranks[anchor.cell.places[column]]
+    better = [row for row in rows if one.ranks[row.cell.places[column]] > best]
+    return bool(better) and not any(row.solved for row in better)
 
 
 def _speaks(one: Variation, vary: Sequence[Variation]) -> bool:

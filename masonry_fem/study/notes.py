@@ -53,7 +53,7 @@ def notes(
 
 def unseen(scene: Scene, vary: Sequence[Variation], rows: Sequence[Row]) -> list[str]:
     """Discretisations that add errors which the study cannot see."""
-    told = {one.setting.of for one in vary}
+    told = {one.setting.of for one in vary if len(one.values) > 1}
     found = []
     if "mesh" not in told and any("stress.means" in row.quantities for row in rows):
         found.append("the mesh")
@@ -67,7 +67,10 @@ def _not_finest(vary: Sequence[Variation], comparisons: Sequence[Comparison]) ->
     said = []
     for made in comparisons:
         if made.reference is None:
-            said.append("no cell was solved: there is nothing to compare with")
+            of = ", ".join(
+                f"{one.key} = {made.rows[0].cell.settings[one.key]}" for one in vary if one.is_case
+            )
+            said.append(f"no cell{' of ' if of else ''}{of} was solved: there is nothing to compare with")
             continue
         pairs = zip(vary, made.reference.cell.places, strict=True)
         lower = [one.key for one, place in pairs if not one.is_case and place != one.finest]

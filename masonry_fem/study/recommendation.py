@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from masonry_fem.study.comparison import Comparison
+from masonry_fem.study.comparison import LOST, SINGLE, Comparison
 from masonry_fem.study.pareto import INSTANT, Point, gather
 from masonry_fem.study.target import Target
 from masonry_fem.study.variation import Variation
@@ -75,7 +75,7 @@ def recommend(
         chosen.bound,
         None if chosen is other else other.cpu / max(chosen.cpu, 1e-9),
         f"for {percent(accuracy)} on {target.words} use {settled(chosen.settings)}: {_gain(chosen, other)}, "
-        f"error {_told(chosen)}{_besides(unseen)}",
+        f"{_off(chosen, unseen)}",
     )
 
 
@@ -91,7 +91,7 @@ def percent(value: float) -> str:
 
 def settled(settings: dict[str, str]) -> str:
     """Settings in words."""
-    return ", ".join(f"{key} = {value}" for key, value in settings.items())
+    return ", ".join(f"{key} = {value}" for key, value in settings.items()) or "the only setting"
 
 
 def _everywhere(vary: Sequence[Variation]) -> str:
@@ -100,6 +100,13 @@ def _everywhere(vary: Sequence[Variation]) -> str:
 
 def _besides(unseen: Sequence[str]) -> str:
     return f", and what {' and '.join(unseen)} may add, not varied here" if unseen else ""
+
+
+def _off(point: Point, unseen: Sequence[str]) -> str:
+    """How far a setting is off, as far as the study sees."""
+    if point.is_reference and point.bound < TINY and unseen:
+        return f"which is the reference; what {' and '.join(unseen)} leaves is not known, as it is not varied"
+    return f"error {_told(point)}{_besides(unseen)}"
 
 
 def _told(point: Point) -> str:
@@ -157,10 +164,13 @@ def _what_lacks(
     target: Target, points: Sequence[Point], comparisons: Sequence[Comparison], vary: Sequence[Variation]
 ) -> str:
     """What keeps the best setting from being known to be good enough."""
-    best = min(points, key=lambda point: point.bound)
-    first = f"the best of this study, {settled(best.settings)}, is within {percent(best.bound)}"
-    if best.bound >= 1:
-        first += ", no less than its own size: it may as well be nothing but rounding"
+    best = min(points, key=lambda point: (point.bound, point.error))
+    if math.isfinite(best.bound):
+        first = f"the best of this study, {settled(best.settings)}, is within {percent(best.bound)}"
+    else:
+        first = f"how far {settled(best.settings)} is off is not known"
+    if 1 <= best.bound < math.inf:
+        first += ", which is no less than its own size"
     left = [
         (order.error / max(made.values[name].size, made.values[name].scale), key, order)
         for made in comparisons
@@ -171,12 +181,16 @@ def _what_lacks(
         return f"{first}; vary what is finer"
     most, key, order = max(left, key=lambda one: one[0])
     cure = {
+        SINGLE: f"of {key} one value was solved: solve another",
+        LOST: f"the best value of {key} was not solved: see the message of its cell in study.csv",
         "2 levels": f"with a third value of {key} its order would be seen, and less allowed for",
         "difference": f"give a finer {key}",
         "oscillates": f"give a finer {key}: its values do not approach a limit steadily",
         "not asymptotic": f"give a finer {key}: its values do not approach a limit at a steady rate",
     }
     words = cure.get(order.words, f"give a finer {key}, whose order is {order.words}")
-    if comparisons[0].reference is None:  # the truth is given: what is left is no part of the bound
+    if comparisons[0].reference is None or not math.isfinite(
+        most
+    ):  # the truth is given: what is left is no part of the bound
         return f"{first}; {words}"
     return f"{first}, of which {percent(most)} is what {key} may still leave; {words}"

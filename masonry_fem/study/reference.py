@@ -22,7 +22,7 @@ import numpy as np
 from masonry_fem.errors import MasonryError
 from masonry_fem.scene.misfit import listed
 from masonry_fem.scene.overrides import parsed
-from masonry_fem.study.quantity import AXES, GROUPS, Quantities, Quantity, told
+from masonry_fem.study.quantity import AXES, GROUPS, Quantities, Quantity, pick, told
 from masonry_fem.study.row import Row
 from masonry_fem.study.variation import Variation, split, written
 
@@ -72,6 +72,21 @@ class Reference:
         if isinstance(given, str | Path):
             return cls.parse([str(given)], vary)
         return cls.parse([str(one) for one in given], vary)
+
+    def check(self, rows: Sequence[Row]) -> None:
+        """Refuse numbers from outside of which no solved cell knows one.
+
+        Raises
+        ------
+        MasonryError : None of the names is a quantity of the cells, or a component of one.
+        """
+        known = list(dict.fromkeys(name for row in rows for name in row.quantities))
+        if self.given is None or not known:
+            return
+        if not any(pick(row.quantities, name) for row in rows for name in self.given):
+            raise MasonryError(
+                f"--reference: the cells have no quantity called {listed(self.given)}; known: {listed(known)}"
+            )
 
     def gather(self, vary: Sequence[Variation]) -> tuple[Variation, ...]:
         """The variations, those marked that this one reference is for: all, if it comes from outside."""

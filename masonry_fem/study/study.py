@@ -131,6 +131,7 @@ def study(
     crew = Crew(workers, time_limit)
     told, interrupted = _computed(cells, crew, base, folder / "cells", fresh, tell)
     rows = tuple(_row(cell, told) for cell in cells)
+    wanted.check(rows)
     comparisons = tuple(compare(case, varied, wanted, quantities) for case in _cases(rows, varied))
     aims = tuple(targets(comparisons, quantities)) if any(row.solved for row in rows) else ()
     made = loads(next(cell.scene for cell in cells if cell.scene), base=base)

@@ -150,6 +150,13 @@ def _error(value: float, point: Point | None) -> Any:
     return Text(words, style="bold green" if point is not None and point.best else "")
 
 
+def _left(words: str, left: float) -> str:
+    """What is seen of an order, and what is left at the finest value."""
+    if not math.isfinite(left):
+        return f"{words}, not known"
+    return f"{words}, ≤ {percent(left).removeprefix('< ')}"
+
+
 def _orders(study: Study) -> Table:
     from rich.table import Table  # noqa: PLC0415
     from rich.text import Text  # noqa: PLC0415
@@ -163,7 +170,7 @@ def _orders(study: Study) -> Table:
     rows: dict[tuple[str, str], dict[str, str]] = {}
     for case, name, key, _, words, left in found:
         label = ", ".join(f"{key} = {value}" for key, value in case.items())
-        rows.setdefault((label, name), {})[key] = f"{words}, ≤ {percent(left).removeprefix('< ')}"
+        rows.setdefault((label, name), {})[key] = _left(words, left)
     for (case_label, name), by_key in rows.items():
         table.add_row(
             Text(f"{name} ({case_label})" if case_label else name),

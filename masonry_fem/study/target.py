@@ -39,6 +39,9 @@ def targets(comparisons: Sequence[Comparison], asked: Sequence[str]) -> list[Tar
     MasonryError : Where nothing is so named.
     """
     names = next(([*made.values] for made in comparisons if made.values), [])
+    present = list(
+        dict.fromkeys(name for made in comparisons for row in made.rows for name in row.quantities)
+    )
     if not asked:
         groups = dict.fromkeys(group_of(name) for name in names)
         ordered = [group for group in WORDS if group in groups] + [g for g in groups if g not in WORDS]
@@ -53,9 +56,9 @@ def targets(comparisons: Sequence[Comparison], asked: Sequence[str]) -> list[Tar
             left = {name for one in comparisons for name in one.left_out}
             if any(matches(name, pattern) for name in left):
                 continue
-            known = listed(names) or "none, as no cell was solved"
+            known = listed(present) or "none, as no cell was solved"
             raise MasonryError(
-                f"--quantity {pattern}: no such quantity{nearest(pattern, names)}; known: {known}"
+                f"--quantity {pattern}: no such quantity{nearest(pattern, present)}; known: {known}"
             )
         made.append(Target(pattern, WORDS.get(pattern, pattern), own))
     return made

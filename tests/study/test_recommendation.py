@@ -7,8 +7,10 @@ from collections.abc import Callable
 
 import pytest
 
+from masonry_fem.errors import MasonryError
 from masonry_fem.study.cell import Cell
 from masonry_fem.study.comparison import compare, distance
+from masonry_fem.study.notes import notes
 from masonry_fem.study.pareto import gather
 from masonry_fem.study.quantity import Quantity, pick, told
 from masonry_fem.study.recommendation import recommend
@@ -146,3 +148,81 @@ def test_components_that_symmetry_makes_zero_do_no_harm() -> None:
     assert small == ["probes.still", "thrust.ground", "energy.kinetic"]
     assert pick(found, "probes.mid.z").values == (-1e-6,)
     assert pick(found, "probes.mid.w") is None
+
+
+# --- what was not solved is not known ---------------------------------------------------------------
+
+
+@pytest.mark.parametrize("solved", ["coarse", "fine"])
+def test_a_single_solved_value_tells_nothing_of_its_error(solved: str) -> None:
+    """The other cell failed or ran out of time: 'error less than 1e-06 %' was said of 15 %."""
+    vary = variations(["mesh.divisions=[2,2],[24,24]"])
+    only = [2, 2] if solved == "coarse" else [24, 24]
+    made = rows(vary, lambda n: 1.0 if n == only else None, lambda n: 1.0)
+    found, comparisons, _ = advice(vary, made, 0.5)
+    assert found.settings is None
+    assert comparisons[0].rest["probes.top"] == float("inf")
+    assert "of mesh.divisions one value was solved: solve another" in found.words
+    assert "inf" not in found.words
+
+
+def test_rigid_blocks_are_not_advised_where_the_elastic_ones_failed() -> None:
+    vary = variations(["fidelity=rigid,elastic"])
+    made = rows(vary, lambda fidelity: 1.0 if fidelity == "rigid" else None, lambda fidelity: 1.0)
+    found, _, _ = advice(vary, made, 0.5)
+    assert found.settings is None
+    assert "the best value of fidelity was not solved" in found.words
+
+
+def test_failed_quadratic_elements_leave_the_orders_of_linear_ones() -> None:
+    vary = variations(["mesh.size=0.4,0.2,0.1", "mesh.element=Q1,Q2"])
+    made = rows(vary, lambda h, e: 1 + 0.1 * h if e == "Q1" else None, lambda h, e: 1 / h)
+    found, _, _ = advice(vary, made, 0.1)
+    assert found.settings is not None
+    assert 0 < found.bound < 0.1
+
+
+def test_the_reference_itself_has_an_unknown_error_where_no_mesh_is_varied() -> None:
+    vary = variations(["fidelity=rigid,elastic"])
+    made = rows(vary, lambda fidelity: 1.0 if fidelity == "elastic" else 2.0, lambda fidelity: 1.0)
+    wanted = Reference.of(None, vary)
+    comparisons = [compare(made, wanted.gather(vary), wanted)]
+    (aim,) = targets(comparisons, ())
+    words = recommend(aim, comparisons, vary, 0.01, ("the mesh",)).words
+    assert "which is the reference; what the mesh leaves is not known" in words
+    assert "less than" not in words
+
+
+def test_one_value_is_no_choice() -> None:
+    vary = variations(["joints.0.friction=0.6"])
+    found, _, _ = advice(vary, rows(vary, lambda mu: 1.0, lambda mu: 1.0), 0.01)
+    assert "use the only setting: nothing cheaper will do" in found.words
+
+
+# --- names --------------------------------------------------------------------------------------------
+
+
+def test_a_misspelt_quantity_is_told_those_that_are_there() -> None:
+    vary = variations(["mesh.size=0.2,0.1"])
+    made = rows(vary, lambda h: 1 + h, lambda h: 1.0, "thrust.left")
+    wanted = Reference.of(None, vary)
+    comparisons = [compare(made, vary, wanted, ["thurst"])]
+    with pytest.raises(MasonryError, match=r"--quantity thurst: no such quantity.*known: 'thrust.left'"):
+        targets(comparisons, ["thurst"])
+
+
+def test_numbers_for_what_no_cell_has_are_refused() -> None:
+    vary = variations(["mesh.size=0.2,0.1"])
+    made = rows(vary, lambda h: 1 + h, lambda h: 1.0)
+    with pytest.raises(MasonryError, match=r"no quantity called 'probes.nix'; known: 'probes.top'"):
+        Reference.of({"probes.nix": 3.0}, vary).check(made)
+    Reference.of({"probes.top": 3.0}, vary).check(made)
+
+
+def test_the_case_that_failed_is_named() -> None:
+    vary = variations(["joints.0.friction=0.2,0.6"])
+    made = rows(vary, lambda mu: 1.0 if mu > 0.5 else None, lambda mu: 1.0)
+    wanted = Reference.of(None, vary)
+    comparisons = [compare([row], vary, wanted) for row in made]
+    said = notes(vary, made, comparisons, wanted)
+    assert "no cell of joints.0.friction = 0.2 was solved: there is nothing to compare with" in said

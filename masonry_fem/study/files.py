@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from masonry_fem.post.folder import make_folder
 from masonry_fem.post.summary import write_summary
 from masonry_fem.study.comparison import Comparison
+from masonry_fem.study.pareto import Point
 from masonry_fem.study.row import Row
 
 if TYPE_CHECKING:
@@ -18,14 +19,22 @@ if TYPE_CHECKING:
 
 
 def write_study(study: Study, folder: Path, *, pictures: bool) -> list[Path]:
-    """Write everything; pictures where at least two settings can be compared."""
+    """Write everything; a picture where at least two settings can be compared, and none of before is left."""
     make_folder(folder)
     paths = [_write_table(study, folder / "study.csv"), write_summary(folder / "study.json", told(study))]
-    if pictures and any(len(study.points(target)) > 1 for target in study.targets):
+    picture = folder / "pareto.png"
+    if pictures and any(_comparable(study.points(target)) for target in study.targets):
         from masonry_fem.study.plot import draw  # noqa: PLC0415 - matplotlib
 
-        paths.append(draw(study, folder / "pareto.png"))
+        paths.append(draw(study, picture))
+    else:
+        picture.unlink(missing_ok=True)
     return paths
+
+
+def _comparable(points: Sequence[Point]) -> bool:
+    """Whether there is a choice, and something is known of how far it is off."""
+    return len(points) > 1 and any(math.isfinite(point.bound) for point in points)
 
 
 def told(study: Study) -> dict[str, Any]:

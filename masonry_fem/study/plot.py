@@ -40,7 +40,10 @@ def draw(study: Study, path: Path) -> Path:
     from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415 - half a second
     from matplotlib.figure import Figure  # noqa: PLC0415
 
-    panels = [(target, study.points(target)) for target in study.targets]
+    panels = [
+        (target, [p for p in study.points(target) if math.isfinite(p.bound)]) for target in study.targets
+    ]
+    panels = [(target, points) for target, points in panels if points]
     telling = [one for one in panels if any(point.error > FLOOR for point in one[1])] or panels[:1]
     columns = min(2, len(telling))
     lines = math.ceil(len(telling) / columns)

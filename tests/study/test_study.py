@@ -199,3 +199,13 @@ def test_cases_have_references_of_their_own(scene: Path, tmp_path: Path) -> None
     assert weights == pytest.approx([WEIGHT, 1.5 * WEIGHT])
     assert "each is compared with its own finest cell" in made.notes[0]
     assert made.recommendations[0].settings.keys() == {"solver.tolerance"}
+
+
+def test_cells_left_alone_have_no_picture_and_no_advice(scene: Path, tmp_path: Path) -> None:
+    """The picture of a study before is taken away: it shows what is not in these files."""
+    (tmp_path / "pareto.png").write_bytes(b"of before")
+    made = study(scene, {"mesh.size": [0.5, -1.0], "fidelity": ["rigid", "elastic"]}, out=tmp_path)
+    assert [advice.settings for advice in made.recommendations] == [None] * len(made.recommendations)
+    made.write()
+    assert not (tmp_path / "pareto.png").exists()
+    assert json.loads((tmp_path / "study.json").read_text())["recommendations"][0]["bound"] is None

@@ -65,6 +65,8 @@ def unseen(scene: Scene, vary: Sequence[Variation], rows: Sequence[Row]) -> list
 def _not_finest(vary: Sequence[Variation], comparisons: Sequence[Comparison]) -> list[str]:
     """References that are not what one would take for the finest."""
     said = []
+    if all(made.reference is None for made in comparisons):
+        return ["no cell was solved: there is nothing to compare with"]
     for made in comparisons:
         if made.reference is None:
             of = ", ".join(

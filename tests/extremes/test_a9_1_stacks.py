@@ -24,12 +24,17 @@ def test_a9_1_stack_presses_with_its_whole_weight(count: int, analysis: Equilibr
 @pytest.mark.parametrize("fidelity", ["rigid", "elastic"])
 @pytest.mark.parametrize("count", [1, 10, 100, pytest.param(1000, marks=pytest.mark.slow)])
 def test_a9_1_the_tolerance_that_scenes_have_does(count: int, fidelity) -> None:
-    """1e-10: the base to 1e-9, the settlement to 1e-8, and the certificate says so."""
+    """1e-10 of the whole: of a block's own weight, which is 1/n of it, n times as much; A9.1 asks for 1e-6.
+
+    The certificate, which is relative to single blocks, says so.
+    """
     result = solve_scene(stack(count, fidelity))
+    of_a_block = 1e-10 * max(count, 10)
     assert result.outcome == "equilibrium"
-    assert base_force(result)[2] == pytest.approx(count * WEIGHT, rel=1e-9)
-    assert stack_error(result) < 1e-7
-    assert max(certificate(result).values()) < 1e-8
+    assert base_force(result)[2] == pytest.approx(count * WEIGHT, rel=of_a_block)
+    assert stack_error(result) < of_a_block
+    assert max(certificate(result).values()) < of_a_block
+    assert stack_error(result) < 3 * max(certificate(result).values()) + 1e-12
 
 
 def test_a9_1_unsolved_steps_say_nothing_of_what_exists() -> None:

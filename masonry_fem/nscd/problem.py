@@ -202,7 +202,8 @@ class ContactProblem:
         c, d, m = self.count, self.dimension, self.rigid_mass.shape[1]
         contact, side = np.nonzero(self.bodies >= 0)
         pointer = np.concatenate([[0], np.cumsum((self.bodies >= 0).sum(axis=1))])
-        blocks = (self.rigid_map[contact, side], self.bodies[contact, side], pointer)
+        # SciPy's products read blocks of another memory order wrongly
+        blocks = (np.ascontiguousarray(self.rigid_map[contact, side]), self.bodies[contact, side], pointer)
         matrix = sparse.bsr_array(blocks, shape=(c * d, self.body_count * m), blocksize=(d, m))
         matrix.sort_indices()
         return matrix

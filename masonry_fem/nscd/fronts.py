@@ -292,11 +292,18 @@ class FrontFactor:
             self.small_pivots += int(small.sum())
             where = np.nonzero(small)[0]
             lu[where, where] = np.where(diagonal[small] < 0, -1, 1) * max(TINY_PIVOT * scale, 1e-300)
-        swaps = _permutation(pivots)
+        swaps = row_order(pivots)
         upper = blas.dtrsm(1.0, lu, front[swaps, k:], lower=1, diag=1)
         lower = blas.dtrsm(1.0, lu, front[k:, :k], side=1)
         remainder = blas.dgemm(-1.0, lower, upper, beta=1.0, c=front[k:, k:]) if len(lower) else front[k:, k:]
         return (lu, swaps, upper, lower), remainder
+
+    def sign(self) -> int:
+        """Sign of the determinant, 1 or -1."""
+        total = 1
+        for lu, swaps, _, _ in self._factors:
+            total *= determinant_sign(lu, swaps)
+        return total
 
     def solve(self, rhs: FloatArray) -> FloatArray:
         """Solution of matrix @ x = rhs, shape (n,)."""
@@ -316,6 +323,18 @@ class FrontFactor:
         return result
 
 
+def determinant_sign(lu: FloatArray, order: NDArray[np.integer]) -> int:
+    """Sign of a determinant from its factor and the order that its rows were taken in."""
+    negative = bool((np.diagonal(lu) < 0).sum() % 2)
+    left, even = order.tolist(), True
+    for place in range(len(left)):
+        while left[place] != place:
+            other = left[place]
+            left[place], left[other] = left[other], other
+            even = not even
+    return -1 if negative == even else 1
+
+
 def _ranges(starts: IntArray, stops: IntArray) -> IntArray:
     """The integers of several half-open ranges, one after the other."""
     lengths = stops - starts
@@ -324,7 +343,7 @@ def _ranges(starts: IntArray, stops: IntArray) -> IntArray:
     return np.arange(total) + jump
 
 
-def _permutation(pivots: NDArray[np.integer]) -> IntArray:
+def row_order(pivots: NDArray[np.integer]) -> IntArray:
     """Row order that LAPACK's successive swaps make."""
     order = np.arange(len(pivots))
     for i, j in enumerate(pivots.tolist()):

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import dataclass
 from importlib import import_module
 from typing import Literal
 
@@ -21,7 +22,7 @@ from scipy import linalg, sparse
 from scipy.sparse.linalg import splu
 
 from masonry_fem.errors import InstallationError
-from masonry_fem.nscd.fronts import Elimination, FrontFactor, FrontPlan
+from masonry_fem.nscd.fronts import Elimination, FrontFactor, FrontPlan, determinant_sign, row_order
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -40,7 +41,7 @@ def factorise(
     elimination: Elimination | None = None,
     library: Library = "auto",
     plan: FrontPlan | None = None,
-) -> Solve:
+) -> Factorised:
     """Factor a square matrix; the function returned solves with iterative refinement.
 
     A singular matrix raises nothing: the solution is then huge or not finite, which the caller
@@ -60,7 +61,7 @@ def factorise(
     """
     n = matrix.shape[0]
     if n == 0:
-        return lambda rhs: rhs.copy()
+        return Factorised(matrix, np.copy, lambda: 1)
     if library in {"auto", "direct", "krylov"}:
         known = groups is not None and elimination is not None
         library = "dense" if n < DENSE_BELOW else "fronts" if known else "superlu"
@@ -68,31 +69,47 @@ def factorise(
         if groups is None or elimination is None:
             raise ValueError("library 'fronts' needs groups and their elimination order")
         plan = FrontPlan(matrix, groups, elimination) if plan is None else plan
-        return _refined(matrix, FrontFactor(plan, matrix.data).solve)
-    return _refined(matrix, {"dense": _dense, "superlu": _superlu, "mumps": _mumps}[library](matrix))
+        factor = FrontFactor(plan, matrix.data)
+        return Factorised(matrix, factor.solve, factor.sign)
+    if library == "dense":
+        return Factorised(matrix, *_dense(matrix))
+    return Factorised(matrix, {"superlu": _superlu, "mumps": _mumps}[library](matrix))
 
 
-def _refined(matrix: sparse.csr_array, solve: Solve) -> Solve:
-    def refined(rhs: FloatArray) -> FloatArray:
-        best = solve(rhs)
+@dataclass(frozen=True, slots=True)
+class Factorised:
+    """Solves with a factor and iterative refinement.
+
+    Attributes
+    ----------
+    matrix : What was factorised, shape (n, n).
+    bare : The factor's own solution.
+    sign : Gives the sign of the determinant, 1 or -1; 0 where the factor does not tell.
+    """
+
+    matrix: sparse.csr_array
+    bare: Solve
+    sign: Callable[[], int] = lambda: 0
+
+    def __call__(self, rhs: FloatArray) -> FloatArray:
+        """X with matrix @ x = rhs, shape (n,)."""
+        best = self.bare(rhs)
         size = float(np.abs(rhs).max(initial=0.0))
-        residual = rhs - matrix @ best
+        residual = rhs - self.matrix @ best
         error = float(np.abs(residual).max(initial=0.0))
         for _ in range(REFINEMENTS):
             if not REFINED * size < error < np.inf:
                 break
-            better = best + solve(residual)
-            residual = rhs - matrix @ better
+            better = best + self.bare(residual)
+            residual = rhs - self.matrix @ better
             left = float(np.abs(residual).max(initial=0.0))
             if not left < error:
                 break
             best, error = better, left
         return best
 
-    return refined
 
-
-def _dense(matrix: sparse.csr_array) -> Solve:
+def _dense(matrix: sparse.csr_array) -> tuple[Solve, Callable[[], int]]:
     factor, pivots, info = linalg.lapack.dgetrf(np.asfortranarray(matrix.toarray()), overwrite_a=True)
     if info > 0:
         tiny = 1e-300 + 1e-16 * float(np.abs(matrix.data).max(initial=0.0))
@@ -103,7 +120,7 @@ def _dense(matrix: sparse.csr_array) -> Solve:
         answer: FloatArray = linalg.lapack.dgetrs(factor, pivots, rhs)[0]
         return answer
 
-    return solve
+    return solve, lambda: determinant_sign(factor, row_order(pivots))
 
 
 def _superlu(matrix: sparse.csr_array) -> Solve:

@@ -7,7 +7,8 @@
   is local in its result, and Newton to polish it. It cannot start from the step before: there a few
   Newton steps from the bonded state come first, which is all that sticking walls need.
 - What is left goes to pivoting, where the problem is plane and small, to Newton with other weights,
-  where it is small, and to ADMM, which is slow but does not depend on a good guess of the active set.
+  where it is small, to the following of a path where rigid blocks move in a plane, and to ADMM, which is
+  slow but does not depend on a good guess of the active set.
 - Other problems are swept first, as long as the contraction seen promises an end.
 """
 
@@ -21,6 +22,7 @@ import numpy as np
 
 from masonry_fem.nscd.admissible import at_limit
 from masonry_fem.nscd.iterate import Method
+from masonry_fem.nscd.plane import followable
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.rest import Rest
 from masonry_fem.nscd.settings import SolverSettings, Start
@@ -130,6 +132,8 @@ def _thorough(problem: ContactProblem) -> Iterator[Turn]:
     if problem.count < MANY:
         for weight in WEIGHTS:
             yield Turn(_firm_newton(weight), NEWTON_STEPS, rescue=True)
+    if problem.rigid and followable(problem):
+        yield Turn(_path, origin="best", rescue=True)
     yield Turn(_splitting, origin="inside", rescue=True)
     yield Turn(_patient_newton, origin="best", rescue=True)
 
@@ -185,6 +189,12 @@ def _interior_point() -> Method:
     from masonry_fem.nscd.solvers.interior_point import InteriorPoint  # noqa: PLC0415
 
     return InteriorPoint(align=0.0)  # Newton polishes
+
+
+def _path() -> Method:
+    from masonry_fem.nscd.solvers.path import PathFollowing  # noqa: PLC0415 - Numba is slow to import
+
+    return PathFollowing()
 
 
 def _splitting() -> Method:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from masonry_fem.nscd.fronts import Elimination, FrontPlan, eliminate_order
-from masonry_fem.nscd.linear import DENSE_BELOW, Library, Solve, factorise
+from masonry_fem.nscd.linear import DENSE_BELOW, Factorised, Library, Solve, factorise
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
 from masonry_fem.nscd.solvers.body_solver import BodySolver
@@ -234,6 +234,10 @@ class NewtonFactor:
         if given is not None:
             step[gone] += given[gone]
         return step, motion
+
+    def sign(self) -> int:
+        """Sign of the determinant up to one that all factors of a problem share; 0 where unknown."""
+        return self.answer.sign() if isinstance(self.answer, Factorised) else 0
 
     def _inverted(self, force: FloatArray) -> FloatArray:
         """D⁻¹ force at contacts without compliance."""

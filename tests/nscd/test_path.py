@@ -1,0 +1,159 @@
+"""PathFollowing: kinks are exact, folds are gone round, and what tips and slides at once is solved."""
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+from masonry_fem.errors import ProblemError
+from masonry_fem.nscd import Outcome, SolverSettings, Start, assess, solve
+from masonry_fem.nscd.iterate import iterate
+from masonry_fem.nscd.linear import factorise
+from masonry_fem.nscd.solvers.kinks import Walk, next_kink, statuses
+from masonry_fem.nscd.solvers.normal_map import NormalMap
+from masonry_fem.nscd.solvers.path import Path, PathFollowing
+from tests.nscd import plane, walls
+
+
+def tipping(bricks=6, courses=6):
+    """A plane wall at the limit of friction, which tips and slides."""
+    return plane.plane_wall(bricks, courses, friction=0.6, horizontal=0.6)
+
+
+def shaken(problem, alpha, seed=0):
+    """The regularised equation about zero, and a generic start."""
+    equation = NormalMap(problem)
+    equation.hold(np.zeros_like(problem.free_velocity), alpha)
+    x = equation.start(equation.centre)
+    noise = np.random.default_rng(seed).standard_normal(x.shape)
+    return equation, x + 0.01 * np.abs(x).max() * noise
+
+
+@pytest.mark.parametrize("alpha", [1e-2, 1e-4])
+def test_each_kink_lies_on_the_path(alpha):
+    equation, x = shaken(tipping(), alpha)
+    piece = equation.at(x)
+    walk = Walk(piece, piece.residual, 1.0, forwards=True)
+    largest = np.abs(piece.residual).max()
+    for _ in range(40):
+        walk.cross()
+        here = equation.at(walk.x)
+        assert not walk.lost
+        assert here.residual == pytest.approx(walk.t * piece.residual, abs=1e-9 * largest)
+    assert (statuses(walk.x, tipping().friction) != statuses(x, tipping().friction)).any()
+
+
+def test_the_change_within_a_piece_is_exact():
+    equation, x = shaken(tipping(), 1e-2)
+    piece = equation.at(x)
+    problem = equation.problem
+    change = piece.change(piece.residual)
+    length = next_kink(x, change, statuses(x, problem.friction), problem.friction)[0]
+    ahead = equation.at(x + 0.9 * length * change)
+    expected = (1 - 0.9 * length) * piece.residual
+    assert ahead.residual == pytest.approx(expected, abs=1e-10 * np.abs(piece.residual).max())
+
+
+def followed(equation, x, kinks):
+    """The way from t = 1 to 0 in walks of a few kinks: (piece, t, forwards) at the end of each."""
+    start = equation.at(x)
+    piece, t, forwards = start, 1.0, True
+    while t > 0:
+        walk = Walk(piece, start.residual, t, forwards=forwards)
+        for _ in range(kinks):
+            walk.cross()
+            if walk.t == 0:
+                break
+        assert not walk.lost
+        if walk.t > 0:
+            walk.step_inside()
+        piece, t, forwards = equation.at(walk.x), walk.t, walk.forwards
+        yield piece, t, forwards
+
+
+def test_walks_go_round_folds_to_the_end():
+    equation, x = shaken(tipping(5, 5), 1e-5)
+    ends = list(followed(equation, x, kinks=5))
+    ts = np.array([t for _, t, _ in ends])
+    assert (np.diff(ts) > 0).any()
+    assert {forwards for _, _, forwards in ends} == {True, False}
+    piece, t, _ = ends[-1]
+    assert t == 0
+    assert equation.relative(piece.residual, piece.impulse) < 1e-11
+
+
+def test_the_sign_of_the_determinant_tells_the_way_along_the_path():
+    equation, x = shaken(tipping(5, 5), 1e-5)
+    sign = equation.at(x).sign
+    for piece, t, forwards in followed(equation, x, kinks=5):
+        assert t == 0 or (piece.sign == sign) == forwards
+
+
+@pytest.mark.parametrize(("bricks", "courses"), [(6, 6), (10, 6), (8, 10)])
+def test_plane_walls_from_a_state_that_is_near(bricks, courses):
+    problem = tipping(bricks, courses)
+    near = solve(problem, SolverSettings(method="interior_point", tolerance=1e-3))
+    assert 1e-8 < near.quality.error <= 1e-3
+    made = iterate(problem, PathFollowing(), SolverSettings(tolerance=1e-10), Start(impulse=near.impulse))
+    assert made.converged
+    assert made.method == "path"
+    assert assess(problem, made.impulse, made.rigid_velocity).error <= 1e-10
+
+
+def test_walls_in_space_are_followed_in_their_plane():
+    problem = walls.rigid_wall(10, 8, friction=0.6, horizontal=0.6)
+    near = solve(problem, SolverSettings(method="interior_point", tolerance=1e-3))
+    assert near.quality.error > 1e-8
+    made = iterate(problem, PathFollowing(), SolverSettings(tolerance=1e-9), Start(impulse=near.impulse))
+    assert made.converged
+    assert made.impulse.shape == problem.free_velocity.shape
+    # no comparison with another method's velocities: Coulomb's friction allows several
+    assert assess(problem, made.impulse, made.rigid_velocity).error <= 1e-9
+
+
+def test_it_gives_the_same_bits_again():
+    problem = tipping()
+    start = Start(impulse=solve(problem, SolverSettings(method="interior_point", tolerance=1e-3)).impulse)
+    runs = [iterate(problem, PathFollowing(), SolverSettings(tolerance=1e-10), start) for _ in range(2)]
+    assert np.array_equal(runs[0].impulse, runs[1].impulse)
+    assert runs[0].iterations == runs[1].iterations
+
+
+def test_a_path_that_never_ends_is_stalled_and_keeps_the_best():
+    problem = tipping(10, 10)
+    settings = SolverSettings(tolerance=1e-12, max_iterations=30)
+    made = iterate(problem, PathFollowing(), settings)
+    assert made.outcome in {Outcome.MAX_ITERATIONS, Outcome.STALLED}
+    assert np.isfinite(made.quality.error)
+    assert made.quality.error == pytest.approx(made.history[:, 1].min())
+
+
+def test_what_it_cannot_follow_is_said():
+    wall = walls.rigid_wall(4, 3, inertia=0.0)
+    with pytest.raises(ProblemError, match="cannot follow, expected dry ones of blocks with inertia"):
+        PathFollowing().init(wall, None)
+
+
+def test_a_path_object_ends_at_a_solution_of_the_regularised_problem():
+    equation, x = shaken(tipping(), 1e-2)
+    path = Path(equation, x)
+    while path.arrived is None and not path.lost:
+        path.advance()
+    assert path.t == 0
+    assert equation.relative(path.piece.residual, path.piece.impulse) < 1e-12
+    normal, tangent = path.arrived[:, 0], np.abs(path.arrived[:, 1])
+    assert (normal >= 0).all()
+    assert (tangent <= equation.problem.friction * normal * (1 + 1e-12)).all()
+
+
+@pytest.mark.parametrize("size", [1, 2, 7, 60, 400])
+def test_factors_tell_the_sign_of_the_determinant(size):
+    random = np.random.default_rng(size)
+    signs = set()
+    for _ in range(6):
+        matrix = random.standard_normal((size, size))
+        expected = int(np.linalg.slogdet(matrix)[0])
+        factor = factorise(sparse.csr_array(matrix), library="dense")
+        assert factor.sign() == expected
+        signs.add(expected)
+    assert signs == {1, -1}
+    assert factorise(sparse.csr_array(matrix), library="superlu").sign() == 0

@@ -40,12 +40,14 @@ class PlaneForm:
     member : Plane contact of each contact, shape (c,).
     share : What of its plane contact's impulse a contact bears, shape (c,).
     along : In-plane tangent in each contact's two tangents, shape (c, 2).
+    modes : Orthonormal motions of each body in the plane, shape (b, 6, 3).
     """
 
     problem: ContactProblem
     member: IntArray
     share: FloatArray
     along: FloatArray
+    modes: FloatArray
 
     def impulse(self, flat: FloatArray) -> FloatArray:
         """Impulses in space of impulses in the plane (k, 2), shape (c, 3)."""
@@ -59,12 +61,15 @@ class PlaneForm:
         np.add.at(total, self.member, np.stack([impulse[:, 0], tangent], axis=1))
         return total
 
+    def velocity(self, flat: FloatArray) -> FloatArray:
+        """Rigid velocities in space of those in the plane (b, 3), shape (b, 6)."""
+        velocity: FloatArray = np.einsum("bmj,bj->bm", self.modes, flat)
+        return velocity
 
-def followable(problem: ContactProblem) -> bool:
-    """True where the blocks move in a plane, with inertia and dry joints: where ``PathFollowing`` applies."""
-    if problem.cohesive or not problem.body_count or not (problem.rigid_mass > 0).all():
-        return False
-    return problem.dimension == 2 or plane_form(problem) is not None
+    def flat_velocity(self, velocity: FloatArray) -> FloatArray:
+        """The part in the plane of rigid velocities (b, 6), shape (b, 3)."""
+        flat: FloatArray = np.einsum("bmj,bm->bj", self.modes, velocity)
+        return flat
 
 
 def plane_form(problem: ContactProblem) -> PlaneForm | None:
@@ -72,28 +77,16 @@ def plane_form(problem: ContactProblem) -> PlaneForm | None:
 
     Only of rigid blocks with inertia in 3D, without cohesion.
     """
-    touched = problem.bodies >= 0
-    if problem.dimension != 3 or not problem.rigid or problem.cohesive or not touched.any(axis=1).all():
+    frames = _frames(problem) if _eligible(problem) else None
+    if frames is None or not _stays(problem, frames):
         return None
-    mass = problem.rigid_mass
-    if not (mass > 0).all() or np.ptp(mass, axis=1).max() > ZERO * mass.max():
-        return None
-    axis = _axis(problem)
-    if axis is None:
-        return None
-    along, across = _tangents(problem, axis)
-    spin = _spins(problem, across)
-    if along is None or spin is None:
-        return None
-    inside, outside = _modes(axis, spin)
+    along = frames.along
     rows = np.stack([problem.rigid_map[:, :, 0], _along(problem, along)], axis=2)
-    flat, off = _in(problem, rows, inside), _in(problem, rows, outside)
+    flat, off = _by(problem, rows, frames.inside), _by(problem, rows, frames.outside)
     free = np.stack([problem.free_velocity[:, 0], (problem.free_velocity[:, 1:] * along).sum(axis=1)], axis=1)
-    if not _stays(problem, outside, across):
-        return None
     first, member = _alike(problem, flat, free)
     share = 1.0 / np.bincount(member)[member]
-    lost = np.zeros((len(first), *off.shape[1:]))
+    lost = np.zeros((len(first), *off.shape[1:]))  # what equal impulses give out of the plane
     np.add.at(lost, member, share[:, None, None, None] * off)
     if np.abs(lost).max() > ZERO * np.abs(flat).max():
         return None
@@ -104,11 +97,40 @@ def plane_form(problem: ContactProblem) -> PlaneForm | None:
         compliance=sparse.bsr_array((2 * k, 2 * k), blocksize=(2, 2)),
         bodies=problem.bodies[first],
         rigid_map=np.ascontiguousarray(flat[first]),
-        rigid_mass=np.ascontiguousarray(mass[:, :3]),
-        rigid_impulse=np.einsum("bm,bmj->bj", problem.rigid_impulse, inside),
-        rigid_velocity=np.einsum("bm,bmj->bj", problem.rigid_velocity, inside),
+        rigid_mass=np.ascontiguousarray(problem.rigid_mass[:, :3]),
+        rigid_impulse=np.einsum("bm,bmj->bj", problem.rigid_impulse, frames.inside),
+        rigid_velocity=np.einsum("bm,bmj->bj", problem.rigid_velocity, frames.inside),
     )
-    return PlaneForm(reduced, member, share, along)
+    return PlaneForm(reduced, member, share, along, frames.inside)
+
+
+@dataclass(frozen=True, slots=True)
+class _Frames:
+    """Directions in and out of the plane: contacts' tangents (c, 2), bodies' motions (b, 6, 3)."""
+
+    along: FloatArray
+    across: FloatArray
+    inside: FloatArray
+    outside: FloatArray
+
+
+def _eligible(problem: ContactProblem) -> bool:
+    """True for dry contacts of rigid blocks, each of which resists all motions alike."""
+    if problem.dimension != 3 or not problem.count or not problem.rigid or problem.cohesive:
+        return False
+    mass = problem.rigid_mass
+    touched = (problem.bodies >= 0).any(axis=1).all()
+    return bool(touched and (mass > 0).all() and np.ptp(mass, axis=1).max() <= ZERO * mass.max())
+
+
+def _frames(problem: ContactProblem) -> _Frames | None:
+    axis = _axis(problem)
+    tangents = None if axis is None else _tangents(problem, axis)
+    if axis is None or tangents is None:
+        return None
+    along, across = tangents
+    spin = _spins(problem, across)
+    return None if spin is None else _Frames(along, across, *_modes(axis, spin))
 
 
 def _axis(problem: ContactProblem) -> FloatArray | None:
@@ -129,14 +151,14 @@ def _axis(problem: ContactProblem) -> FloatArray | None:
     return axis
 
 
-def _tangents(problem: ContactProblem, axis: FloatArray) -> tuple[FloatArray | None, FloatArray]:
+def _tangents(problem: ContactProblem, axis: FloatArray) -> tuple[FloatArray, FloatArray] | None:
     """Tangents in and out of the plane, in each contact's own two, shape (c, 2) each."""
     side = np.argmax(problem.bodies >= 0, axis=1)
     own = problem.rigid_map[np.arange(problem.count), side][:, :, :3]
     across = own[:, 1:] @ axis
     length = np.linalg.norm(across, axis=1)
     if not (length > ZERO * np.abs(own).max()).all():
-        return None, across
+        return None
     across = across / length[:, None]
     along = np.stack([across[:, 1], -across[:, 0]], axis=1)
     # the same sense for all contacts of a normal: along axis × n
@@ -178,20 +200,20 @@ def _modes(axis: FloatArray, spin: FloatArray) -> tuple[FloatArray, FloatArray]:
     return inside, outside
 
 
-def _in(problem: ContactProblem, rows: FloatArray, modes: FloatArray) -> FloatArray:
+def _by(problem: ContactProblem, rows: FloatArray, modes: FloatArray) -> FloatArray:
     """Rows (c, 2, r, m) of the rigid map by given motions of the bodies, zero at supports, (c, 2, r, j)."""
     padded = np.concatenate([modes, np.zeros((1, *modes.shape[1:]))])  # supports are numbered -1
     product: FloatArray = rows @ padded[problem.bodies]
     return product
 
 
-def _stays(problem: ContactProblem, outside: FloatArray, across: FloatArray) -> bool:
+def _stays(problem: ContactProblem, frames: _Frames) -> bool:
     """True where no load, velocity or prescribed motion leads out of the plane."""
     for given in (problem.rigid_impulse, problem.rigid_velocity):
-        if np.abs(np.einsum("bm,bmj->bj", given, outside)).max() > ZERO * np.abs(given).max():
+        if np.abs(np.einsum("bm,bmj->bj", given, frames.outside)).max() > ZERO * np.abs(given).max():
             return False
     free = problem.free_velocity
-    return bool(np.abs((free[:, 1:] * across).sum(axis=1)).max() <= ZERO * np.abs(free).max())
+    return bool(np.abs((free[:, 1:] * frames.across).sum(axis=1)).max() <= ZERO * np.abs(free).max())
 
 
 def _alike(problem: ContactProblem, flat: FloatArray, free: FloatArray) -> tuple[IntArray, IntArray]:
@@ -201,7 +223,9 @@ def _alike(problem: ContactProblem, flat: FloatArray, free: FloatArray) -> tuple
     for values in (flat.reshape(c, -1), free, problem.friction[:, None]):
         size = np.abs(values).max()
         parts.append(np.round(values / (10 * ZERO * size)) + 0.0 if size > 0 else values)
-    _, first, member = np.unique(np.concatenate(parts, axis=1), axis=0, return_index=True, return_inverse=True)
+    _, first, member = np.unique(
+        np.concatenate(parts, axis=1), axis=0, return_index=True, return_inverse=True
+    )
     order = np.argsort(first)
     rank = np.empty_like(order)
     rank[order] = np.arange(len(order))

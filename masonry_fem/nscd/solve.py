@@ -19,6 +19,7 @@ from scipy import sparse
 from masonry_fem.errors import ProblemError
 from masonry_fem.nscd.admissible import BALANCED, Admissible, admissible_impulses
 from masonry_fem.nscd.cohesion import onto_cones
+from masonry_fem.nscd.in_plane import InPlane
 from masonry_fem.nscd.iterate import Iterate, Method, iterate
 from masonry_fem.nscd.outcome import Outcome, Solution
 from masonry_fem.nscd.problem import ContactProblem
@@ -141,6 +142,8 @@ def _made(turn: Turn, problem: ContactProblem, settings: SolverSettings, start: 
 
 def _with_linear(method: Method, settings: SolverSettings) -> Method:
     """The method, its linear systems solved as the settings say, where it has any."""
+    if isinstance(method, InPlane):
+        return replace(method, inner=_with_linear(method.inner, settings))
     if settings.linear == "auto" or not hasattr(method, "library"):
         return method
     changed: Method = replace(method, library=settings.linear)  # type: ignore[type-var]

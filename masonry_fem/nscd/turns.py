@@ -21,8 +21,9 @@ from typing import Literal
 import numpy as np
 
 from masonry_fem.nscd.admissible import at_limit
+from masonry_fem.nscd.in_plane import InPlane
 from masonry_fem.nscd.iterate import Method
-from masonry_fem.nscd.plane import followable
+from masonry_fem.nscd.plane import PlaneForm, plane_form
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.rest import Rest
 from masonry_fem.nscd.settings import SolverSettings, Start
@@ -123,19 +124,27 @@ def turns(
 
 def _thorough(problem: ContactProblem) -> Iterator[Turn]:
     """What carries where joints slide and open: interior point, its polish, and some that go elsewhere."""
-    yield Turn(_interior_point, origin="cold")
+    form = plane_form(problem)
+    # few contacts need no help, and what they always did goes on giving the same bits
+    flat = form if problem.count >= MANY else None
+    yield Turn(_within(flat, _interior_point), origin="cold")
     if problem.rigid and not _static(problem):
         # where the interior point meets a fold of its path the error is local: sweeps get across
-        yield Turn(_brief_sweeps(ENDING), origin="best")
-    yield Turn(_polish, POLISH, origin="best")
+        yield Turn(_within(flat, _brief_sweeps(ENDING)), origin="best")
+    yield Turn(_within(flat, _polish), POLISH, origin="best")
     yield from _exact(problem)
     if problem.count < MANY:
         for weight in WEIGHTS:
             yield Turn(_firm_newton(weight), NEWTON_STEPS, rescue=True)
-    if problem.rigid and followable(problem):
-        yield Turn(_path, origin="best", rescue=True)
-    yield Turn(_splitting, origin="inside", rescue=True)
-    yield Turn(_patient_newton, origin="best", rescue=True)
+    if problem.rigid and _followable(problem if form is None else form.problem):
+        yield Turn(_within(form, _path), origin="best", rescue=True)
+    yield Turn(_within(flat, _splitting), origin="inside", rescue=True)
+    yield Turn(_within(flat, _patient_newton), origin="best", rescue=True)
+
+
+def _within(form: PlaneForm | None, make: Callable[[], Method]) -> Callable[[], Method]:
+    """A method's maker, in the plane that blocks move in, where there is one."""
+    return make if form is None else lambda: InPlane(make(), form)
 
 
 def _static(problem: ContactProblem) -> bool:
@@ -189,6 +198,12 @@ def _interior_point() -> Method:
     from masonry_fem.nscd.solvers.interior_point import InteriorPoint  # noqa: PLC0415
 
     return InteriorPoint(align=0.0)  # Newton polishes
+
+
+def _followable(problem: ContactProblem) -> bool:
+    from masonry_fem.nscd.solvers.path import followable  # noqa: PLC0415 - Numba is slow to import
+
+    return followable(problem)
 
 
 def _path() -> Method:

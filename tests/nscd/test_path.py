@@ -6,8 +6,10 @@ from scipy import sparse
 
 from masonry_fem.errors import ProblemError
 from masonry_fem.nscd import Outcome, SolverSettings, Start, assess, solve
+from masonry_fem.nscd.in_plane import InPlane
 from masonry_fem.nscd.iterate import iterate
 from masonry_fem.nscd.linear import factorise
+from masonry_fem.nscd.plane import plane_form
 from masonry_fem.nscd.solvers.kinks import Walk, next_kink, statuses
 from masonry_fem.nscd.solvers.normal_map import NormalMap
 from masonry_fem.nscd.solvers.path import Path, PathFollowing
@@ -103,8 +105,10 @@ def test_walls_in_space_are_followed_in_their_plane():
     problem = walls.rigid_wall(10, 8, friction=0.6, horizontal=0.6)
     near = solve(problem, SolverSettings(method="interior_point", tolerance=1e-3))
     assert near.quality.error > 1e-8
-    made = iterate(problem, PathFollowing(), SolverSettings(tolerance=1e-9), Start(impulse=near.impulse))
+    method = InPlane(PathFollowing(), plane_form(problem))
+    made = iterate(problem, method, SolverSettings(tolerance=1e-9), Start(impulse=near.impulse))
     assert made.converged
+    assert made.method == "path"
     assert made.impulse.shape == problem.free_velocity.shape
     # no comparison with another method's velocities: Coulomb's friction allows several
     assert assess(problem, made.impulse, made.rigid_velocity).error <= 1e-9
@@ -128,9 +132,10 @@ def test_a_path_that_never_ends_is_stalled_and_keeps_the_best():
 
 
 def test_what_it_cannot_follow_is_said():
-    wall = walls.rigid_wall(4, 3, inertia=0.0)
-    with pytest.raises(ProblemError, match="cannot follow, expected dry ones of blocks with inertia"):
-        PathFollowing().init(wall, None)
+    with pytest.raises(ProblemError, match="in 3D, expected one in 2D of bodies with inertia"):
+        PathFollowing().init(walls.rigid_wall(4, 3), None)
+    with pytest.raises(ProblemError, match="in 2D, expected one in 2D of bodies with inertia and dry joints"):
+        PathFollowing().init(plane.plane_wall(3, 3, mass=0.0), None)
 
 
 def test_a_path_object_ends_at_a_solution_of_the_regularised_problem():

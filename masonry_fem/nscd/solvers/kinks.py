@@ -122,7 +122,7 @@ def statuses(x: FloatArray, friction: FloatArray) -> IntArray:
 def next_kink(
     x: FloatArray, direction: FloatArray, status: IntArray, friction: FloatArray
 ) -> tuple[float, int, int]:
-    """Length to the first change of a status, the contact and its new status; infinite, -1 where none comes."""
+    """Length to the first change of a status, its contact and the new one; infinite and -1 without one."""
     least, who, new = np.inf, -1, -1
     for contact in range(len(x)):
         normal, tangent = x[contact]

@@ -102,7 +102,7 @@ class Piece:
         return impulse - equation.rho[:, None] * (missing + self._moved(impulse, motion))
 
     def response(self, contact: int, push: FloatArray) -> FloatArray:
-        """Dx where one contact's p differs by a ``push`` (2,) from its function of x, and R does not, (c, 2)."""
+        """Dx where a contact's p is a ``push`` (2,) beside its function of x, and R stays, shape (c, 2)."""
         equation, problem = self.equation, self.equation.problem
         step, force = np.zeros_like(self.x), np.zeros_like(self.x)
         if self._line.open[contact]:

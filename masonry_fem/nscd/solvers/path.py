@@ -13,7 +13,7 @@ centre moves to the round's solution, and the weight α falls.
 
     solution = iterate(problem, PathFollowing(), settings, Start(impulse=near))
 
-Problems in space are followed in their plane (``PlaneForm``); those that have none cannot be.
+Problems in space are followed in their plane, where they have one (``InPlane``).
 """
 
 from __future__ import annotations
@@ -27,7 +27,6 @@ from masonry_fem.errors import ProblemError
 from masonry_fem.nscd import graphs
 from masonry_fem.nscd.iterate import Iterate
 from masonry_fem.nscd.outcome import Outcome
-from masonry_fem.nscd.plane import followable, plane_form
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import Quality
 from masonry_fem.nscd.scaling import free_speed
@@ -49,8 +48,8 @@ CORRECTIONS = 8
 NEAR = 1e-5
 EXACT = 1e-13
 # Factor on the next stride after so many Newton steps, and after one that failed.
-STRETCH = {0: 4.0, 1: 4.0, 2: 4.0, 3: 2.0, 4: 2.0, 5: 1.4}
-SHORTEN = 0.3
+STRETCH = {0: 2.0, 1: 2.0, 2: 1.5, 3: 1.2}
+SHORTEN = 0.4
 # Kinks that are crossed one by one before strides are tried again.
 KINKS = 30
 WALK = 1 + KINKS // 10  # steps that this counts for
@@ -72,7 +71,7 @@ class PathFollowing:
     weight: float = 1e-6
     decrease: float = 1e-2
     patience: int = 3
-    round_steps: int = 5000
+    round_steps: int = 8000
     iterations: int = 15_000
 
     @property
@@ -85,9 +84,15 @@ class PathFollowing:
 
         Raises
         ------
-        ProblemError : The blocks do not move in a plane, or some have no inertia, or joints cohere.
+        ProblemError : It is one in 3D, or some bodies have no inertia, or joints cohere.
         """
         return PathRun(problem, self, start)
+
+
+def followable(problem: ContactProblem) -> bool:
+    """True where the method can be used."""
+    inert = problem.body_count > 0 and bool((problem.rigid_mass > 0).all())
+    return problem.dimension == 2 and inert and not problem.cohesive
 
 
 class PathRun:
@@ -96,18 +101,16 @@ class PathRun:
     def __init__(self, problem: ContactProblem, settings: PathFollowing, start: Start | None) -> None:
         if not followable(problem):
             raise ProblemError(
-                f"method 'path' got {problem.count} contacts that it cannot follow, expected dry ones of blocks "
-                "with inertia that move in one plane; use 'auto' or 'newton'"
+                f"method 'path' got a problem of {problem.count} contacts in {problem.dimension}D, expected "
+                "one in 2D of bodies with inertia and dry joints; use 'auto' or 'newton'"
             )
         self.problem, self.settings = problem, settings
-        self.form = plane_form(problem) if problem.dimension == 3 else None
-        flat = problem if self.form is None else self.form.problem
-        self.equation = NormalMap(flat)
+        self.equation = NormalMap(problem)
         given = np.zeros_like(problem.free_velocity)
         if start is not None and start.impulse is not None:
             given = start.impulse
-        self.centre = graphs.project_cone(self._flattened(given), flat.friction)
-        self.speed = free_speed(flat)
+        self.centre = graphs.project_cone(given, problem.friction)
+        self.speed = free_speed(problem)
         self.weight = settings.weight
         self.random = np.random.default_rng(SEED)
         self.round: Path | None = None
@@ -154,13 +157,9 @@ class PathRun:
         self.idle += 1
         return Outcome.STALLED if self.idle >= self.settings.patience else None
 
-    def _flattened(self, impulse: FloatArray) -> FloatArray:
-        return impulse if self.form is None else self.form.flat_impulse(impulse)
-
     def _offer(self, solves: int, verdict: Outcome | None) -> Iterate:
-        impulse = self.centre if self.form is None else self.form.impulse(self.centre)
-        velocity = self.problem.balanced_velocity(impulse)
-        return Iterate(impulse, velocity, iterations=solves, linear_solves=solves, verdict=verdict)
+        velocity = self.problem.balanced_velocity(self.centre)
+        return Iterate(self.centre, velocity, iterations=solves, linear_solves=solves, verdict=verdict)
 
 
 class Path:
@@ -249,5 +248,3 @@ class Path:
         self.t, self.lost = 0.0, piece is None
         self.arrived = None if piece is None else piece.impulse
         return made
-
-

@@ -36,7 +36,10 @@ from masonry_fem.nscd.solvers.normal_map import NormalMap, Piece
 
 FloatArray = NDArray[np.float64]
 
+# Error of a start that no round would mend: the first weights lead away from it, the last ones take for ever.
+CLOSE = 1e-6
 LEAST_WEIGHT = 1e-11
+LEAST_DECREASE = 0.4  # of α, for which another round is worth its price
 # Shake of x_0: a share of the error in velocities, at most so much of the speeds that matter.
 SHAKE = 1e-3
 MOST_SHAKE = 1e-2
@@ -46,7 +49,7 @@ FIRST_STRIDE = 1.0
 LEAST_STRIDE = 1e-3
 CORRECTIONS = 8
 NEAR = 1e-5
-EXACT = 1e-13
+EXACT = 1e-15
 # Factor on the next stride after so many Newton steps, and after one that failed.
 STRETCH = {0: 2.0, 1: 2.0, 2: 1.5, 3: 1.2}
 SHORTEN = 0.4
@@ -72,7 +75,7 @@ class PathFollowing:
     decrease: float = 1e-2
     patience: int = 3
     round_steps: int = 8000
-    iterations: int = 15_000
+    iterations: int = 10_000
 
     @property
     def name(self) -> str:
@@ -111,7 +114,8 @@ class PathRun:
             given = start.impulse
         self.centre = graphs.project_cone(given, problem.friction)
         self.speed = free_speed(problem)
-        self.weight = settings.weight
+        self.weight, self.decrease = settings.weight, settings.decrease
+        self.solved: float | None = None  # weight of the last round that was
         self.random = np.random.default_rng(SEED)
         self.round: Path | None = None
         self.steps = 0  # of the round
@@ -123,6 +127,8 @@ class PathRun:
 
     def step(self, quality: Quality, settings: SolverSettings) -> Iterate:
         """A stride or some kinks; the offer changes where a round ends."""
+        if self.solved is None and quality.error <= CLOSE:
+            return self._offer(0, Outcome.STALLED)
         if self.round is None:
             self.round, self.steps = self._new_round(quality), 0
         with np.errstate(all="ignore"):  # a breakdown is seen in the numbers
@@ -144,18 +150,22 @@ class PathRun:
 
     def _close_round(self, impulse: FloatArray, error: float) -> Outcome | None:
         """Move the centre to a round's solution; ``error`` is what was left before it."""
-        self.centre, self.round = impulse, None
-        self.weight = max(self.settings.decrease * self.weight, LEAST_WEIGHT)
+        self.centre, self.round, self.solved = impulse, None, self.weight
+        self.weight = max(self.decrease * self.weight, LEAST_WEIGHT)
         self.idle = 0 if error < 0.8 * self.best else self.idle + 1
         self.best = min(self.best, error)
         return Outcome.STALLED if self.idle >= self.settings.patience else None
 
     def _give_up_round(self) -> Outcome | None:
-        """Begin the round again with more regularisation."""
+        """Begin the round again with more regularisation, but less than a round that was solved had."""
         self.round = None
-        self.weight = min(self.weight / self.settings.decrease**1.25, 1.0)
-        self.idle += 1
-        return Outcome.STALLED if self.idle >= self.settings.patience else None
+        if self.solved is None:
+            self.weight = min(10.0 * self.weight, 1.0)
+            self.idle += 1
+            return Outcome.STALLED if self.idle >= self.settings.patience else None
+        self.decrease **= 0.5
+        self.weight = self.decrease * self.solved
+        return Outcome.STALLED if self.decrease > LEAST_DECREASE else None
 
     def _offer(self, solves: int, verdict: Outcome | None) -> Iterate:
         velocity = self.problem.balanced_velocity(self.centre)

@@ -15,10 +15,11 @@ import numpy as np
 from masonry_fem.bodies.base import Scheme
 from masonry_fem.dynamics.clock import Clock
 from masonry_fem.dynamics.coupling import Coupling
+from masonry_fem.dynamics.expulsion import expelling_step
 from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.renewal import renewed
 from masonry_fem.dynamics.state import SystemState
-from masonry_fem.dynamics.step import Increment, step
+from masonry_fem.dynamics.step import Increment
 from masonry_fem.nscd import Outcome, SolverSettings
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ def _parts(
     clock: Clock,
 ) -> Iterator[Increment]:
     """A step as it is, or each half of it in turn where joints give way or nothing was found."""
-    made = step(model, coupling, state, scheme, settings, until, clock)
+    made = expelling_step(model, coupling, state, scheme, settings, until, clock)
     found = made.solution.outcome is Outcome.CONVERGED and made.joint_change == 0
     doubtful = made.adhesion_loss > ABRUPT or not found
     if parts < 2 or state.joints is None or not doubtful:

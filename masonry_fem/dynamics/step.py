@@ -7,7 +7,7 @@ Statics is the same step with inertia 0 (formulation 2b).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,7 @@ from masonry_fem.dynamics.coupling import Coupling, Placement
 from masonry_fem.dynamics.loads import blend, external_forces
 from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.state import BONDED, OPEN, SLIP, STICK, SystemState
-from masonry_fem.nscd import ContactProblem, Outcome, Solution, SolverSettings, Start, solve
+from masonry_fem.nscd import ContactProblem, Solution, SolverSettings, Start, solve
 from masonry_fem.nscd.laws.state import JointState
 
 NEWTON_LIMIT = 20
@@ -119,8 +119,6 @@ def step(
     """
     end = state.time + scheme.step if until is None else until
     clock = Clock() if clock is None else clock
-    if model.expulsion > 0 and state.held[0] > 0:
-        return _held(model, coupling, state, scheme, settings, until, clock)
     before, after = external_forces(model, state.time), external_forces(model, end)
     forces = blend(before, after, scheme.theta)
     here = coupling.placement(state.bodies)
@@ -150,8 +148,6 @@ def step(
             )  # fmt: skip
             solution, problem, joints, change = taken.solution, taken.problem, taken.joints, taken.change
         clock.lap("solve")
-        if model.expulsion > 0 and solution.outcome is not Outcome.CONVERGED and (here.gap < 0).any():
-            return _held(model, coupling, state, scheme, settings, until, clock)
         solved = solution
         impulse = np.zeros_like(here.points)
         impulse[active] = solution.impulse
@@ -194,27 +190,6 @@ def step(
         state, reached, problem, solution, active, impulse, forces, scheme, free, rigid, rigid_impulse,
         nodal, here, rigid_map, change,
     )  # fmt: skip
-
-
-def _held(
-    model: Model,
-    coupling: Coupling,
-    state: SystemState,
-    scheme: Scheme,
-    settings: SolverSettings,
-    until: float | None,
-    clock: Clock,
-) -> Increment:
-    """The step with overlaps held: rigid blocks between others have no way out of them.
-
-    To find that out takes all that the solver can do; after each failure it is left alone twice as long.
-    """
-    wait, span = state.held
-    made = step(replace(model, expulsion=0.0), coupling, state, scheme, settings, until, clock)
-    held = (wait - 1, span) if wait > 0 else (max(1, 2 * span), max(1, 2 * span))
-    return replace(
-        made, after=replace(made.after, held=held), jammed=made.solution.outcome is Outcome.CONVERGED
-    )
 
 
 def _contact_problem(

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.scaling import free_speed
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -209,19 +210,25 @@ def _by(problem: ContactProblem, rows: FloatArray, modes: FloatArray) -> FloatAr
 
 def _stays(problem: ContactProblem, frames: _Frames) -> bool:
     """True where no load, velocity or prescribed motion leads out of the plane."""
-    for given in (problem.rigid_impulse, problem.rigid_velocity):
-        if np.abs(np.einsum("bm,bmj->bj", given, frames.outside)).max() > ZERO * np.abs(given).max():
+    gained, kept = problem.rigid_impulse, problem.rigid_mass * problem.rigid_velocity
+    size = max(np.abs(gained).max(), np.abs(kept).max())
+    for given in (gained, kept):
+        if np.abs(np.einsum("bm,bmj->bj", given, frames.outside)).max() > ZERO * size:
             return False
-    free = problem.free_velocity
-    return bool(np.abs((free[:, 1:] * frames.across).sum(axis=1)).max() <= ZERO * np.abs(free).max())
+    across = (problem.free_velocity[:, 1:] * frames.across).sum(axis=1)
+    return bool(np.abs(across).max() <= ZERO * free_speed(problem))
 
 
 def _alike(problem: ContactProblem, flat: FloatArray, free: FloatArray) -> tuple[IntArray, IntArray]:
     """First contact of each set that moves alike in the plane, and each contact's set."""
     c = problem.count
     parts = [problem.bodies.astype(float)]
-    for values in (flat.reshape(c, -1), free, problem.friction[:, None]):
-        size = np.abs(values).max()
+    for values, size in (
+        (flat.reshape(c, -1), np.abs(flat).max()),
+        (free, free_speed(problem)),
+        (problem.friction[:, None], problem.friction.max()),
+    ):
+        # + 0.0 as -0.0 is another number to a sort
         parts.append(np.round(values / (10 * ZERO * size)) + 0.0 if size > 0 else values)
     _, first, member = np.unique(
         np.concatenate(parts, axis=1), axis=0, return_index=True, return_inverse=True

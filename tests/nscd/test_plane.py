@@ -72,6 +72,21 @@ def test_what_leads_out_of_the_plane_has_no_plane_form():
     assert plane_form(replace(wall, free_velocity=shove)) is None
 
 
+def test_rounding_does_not_lead_out_of_the_plane():
+    """Velocities and gaps of a wall that stands are rounding, and that of one point is not another's."""
+    wall = walls.rigid_wall(5, 4)
+    random = np.random.default_rng(0)
+    speed = np.abs(wall.rigid_impulse).max()
+    noisy = replace(
+        wall,
+        rigid_velocity=1e-14 * speed * random.standard_normal(wall.rigid_velocity.shape),
+        free_velocity=1e-14 * speed * random.standard_normal(wall.free_velocity.shape),
+    )
+    form = plane_form(noisy)
+    assert form is not None
+    assert 2 * form.problem.count == wall.count
+
+
 def test_contacts_that_are_not_alike_turn_blocks_out_of_the_plane():
     wall = walls.rigid_wall(5, 4)
     gap = wall.free_velocity.copy()

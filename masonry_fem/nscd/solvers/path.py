@@ -7,7 +7,7 @@ regularised about a centre (``normal_map``) by following, from t = 1 to t = 0, t
     R(x) = t R(x_0),    x_0 = p_k − ρ v(p_k), slightly shaken so that no two contacts change at once
 
 in *strides* of t, each ended by a few Newton steps, as long as these hold, and else kink by kink
-(``kinks``), which goes round folds: t rises between two of them. The sign of the determinant tells on
+(``kinks``), which goes round folds: between two of them t rises. The sign of the determinant tells on
 which side of a fold a stride has ended; one that has jumped to the other side is not taken. Then the
 centre moves to the round's solution, and the weight α falls.
 
@@ -50,6 +50,7 @@ LEAST_STRIDE = 1e-3
 CORRECTIONS = 8
 NEAR = 1e-5
 EXACT = 1e-15
+ROUNDED = 1e-13  # what may be left where Newton's steps gain no more
 # Factor on the next stride after so many Newton steps, and after one that failed.
 STRETCH = {0: 2.0, 1: 2.0, 2: 1.5, 3: 1.2}
 SHORTEN = 0.4
@@ -217,7 +218,8 @@ class Path:
         for made in range(CORRECTIONS + 1):
             missing = piece.residual - t * self.target
             error = self.equation.relative(missing, piece.impulse)
-            if error <= near:
+            rounded = bool(errors) and 0.5 * errors[-1] < error <= ROUNDED
+            if error <= near or rounded:
                 return piece, made
             # the first step leaves the piece, and its error is the larger for it
             if not np.isfinite(error) or (len(errors) > 2 and error > errors[-2]):

@@ -7,6 +7,7 @@ import pytest
 
 from masonry_fem.nscd import Outcome, SolverSettings, Start, assess, solve
 from masonry_fem.nscd.admissible import BALANCED, admissible_impulses
+from masonry_fem.nscd.solvers.interior_point import InteriorPoint
 from masonry_fem.nscd.turns import turns
 from tests.nscd import plane, walls
 
@@ -112,3 +113,46 @@ def test_elastic_walls_at_and_about_the_limit_of_friction(share, outcome):
         assert solution.linear_solves < 150
         moving = solution.rigid_velocity[:, 0]
         assert moving.max() > 10 * np.abs(solution.rigid_velocity[:, 1]).max()  # along the push
+
+
+@pytest.mark.slow
+def test_a_wall_at_the_limit_of_friction_that_tips_is_followed_round_its_folds():
+    """Without the path it ends at an error of 1.6e-6."""
+    problem = walls.rigid_wall(24, 24, friction=0.7, horizontal=0.7)
+    solution = solve(problem, SolverSettings(tolerance=1e-8))
+    assert solution.converged
+    assert solution.method.endswith("+path")
+    assert assess(problem, solution.impulse, solution.rigid_velocity).error <= 1e-8
+
+
+def test_large_walls_are_solved_in_their_plane(monkeypatch):
+    seen = []
+    whole = InteriorPoint.init
+
+    def init(self, problem, start):
+        seen.append(problem)
+        return whole(self, problem, start)
+
+    monkeypatch.setattr(InteriorPoint, "init", init)
+    wall = walls.rigid_wall(8, 6)
+    solution = solve(wall, SolverSettings(tolerance=1e-8))
+    assert solution.converged
+    assert [problem.dimension for problem in seen] == [2]
+    assert 2 * seen[0].count == wall.count
+    sideways = wall.rigid_impulse.copy()
+    sideways[5, 1] = 0.01 * np.abs(sideways).max()
+    assert solve(replace(wall, rigid_impulse=sideways), SolverSettings(tolerance=1e-8)).converged
+    assert seen[-1].dimension == 3
+
+
+def test_a_linear_solver_asked_for_is_taken_in_the_plane_too(monkeypatch):
+    asked = []
+    whole = InteriorPoint.init
+
+    def init(self, problem, start):
+        asked.append(self.library)
+        return whole(self, problem, start)
+
+    monkeypatch.setattr(InteriorPoint, "init", init)
+    solve(walls.rigid_wall(8, 6), SolverSettings(tolerance=1e-8, linear="direct"))
+    assert asked == ["direct"]

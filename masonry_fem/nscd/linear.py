@@ -92,7 +92,7 @@ class Factorised:
     sign: Callable[[], int] = lambda: 0
 
     def __call__(self, rhs: FloatArray) -> FloatArray:
-        """X with matrix @ x = rhs, shape (n,)."""
+        """Solution x of matrix @ x = rhs, shape (n,)."""
         best = self.bare(rhs)
         size = float(np.abs(rhs).max(initial=0.0))
         residual = rhs - self.matrix @ best

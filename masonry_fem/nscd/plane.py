@@ -26,9 +26,11 @@ from masonry_fem.nscd.scaling import free_speed
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-# What is zero beside the largest of its kind, and its square.
+# What is zero beside the largest of its kind, at most; as a square where directions are sought.
 ZERO = 1e-9
 SQUARE = 1e-14
+# Share of a solver's tolerance that the part out of the plane may have.
+HIDDEN = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,23 +75,25 @@ class PlaneForm:
         return flat
 
 
-def plane_form(problem: ContactProblem) -> PlaneForm | None:
+def plane_form(problem: ContactProblem, tolerance: float = 1e-10) -> PlaneForm | None:
     """The problem's form in its plane; None where it has none.
 
-    Only of rigid blocks with inertia in 3D, without cohesion.
+    Only of rigid blocks with inertia in 3D, without cohesion. What is left out must not show in an error
+    of the ``tolerance`` that the problem is to be solved to.
     """
+    zero = min(ZERO, HIDDEN * tolerance)
     frames = _frames(problem) if _eligible(problem) else None
-    if frames is None or not _stays(problem, frames):
+    if frames is None or not _stays(problem, frames, zero):
         return None
     along = frames.along
     rows = np.stack([problem.rigid_map[:, :, 0], _along(problem, along)], axis=2)
     flat, off = _by(problem, rows, frames.inside), _by(problem, rows, frames.outside)
     free = np.stack([problem.free_velocity[:, 0], (problem.free_velocity[:, 1:] * along).sum(axis=1)], axis=1)
-    first, member = _alike(problem, flat, free)
+    first, member = _alike(problem, flat, free, 10 * zero)
     share = 1.0 / np.bincount(member)[member]
     lost = np.zeros((len(first), *off.shape[1:]))  # what equal impulses give out of the plane
     np.add.at(lost, member, share[:, None, None, None] * off)
-    if np.abs(lost).max() > ZERO * np.abs(flat).max():
+    if np.abs(lost).max() > zero * np.abs(flat).max():
         return None
     k = len(first)
     reduced = ContactProblem(
@@ -208,18 +212,20 @@ def _by(problem: ContactProblem, rows: FloatArray, modes: FloatArray) -> FloatAr
     return product
 
 
-def _stays(problem: ContactProblem, frames: _Frames) -> bool:
+def _stays(problem: ContactProblem, frames: _Frames, zero: float) -> bool:
     """True where no load, velocity or prescribed motion leads out of the plane."""
     gained, kept = problem.rigid_impulse, problem.rigid_mass * problem.rigid_velocity
     size = max(np.abs(gained).max(), np.abs(kept).max())
     for given in (gained, kept):
-        if np.abs(np.einsum("bm,bmj->bj", given, frames.outside)).max() > ZERO * size:
+        if np.abs(np.einsum("bm,bmj->bj", given, frames.outside)).max() > zero * size:
             return False
     across = (problem.free_velocity[:, 1:] * frames.across).sum(axis=1)
-    return bool(np.abs(across).max() <= ZERO * free_speed(problem))
+    return bool(np.abs(across).max() <= zero * free_speed(problem))
 
 
-def _alike(problem: ContactProblem, flat: FloatArray, free: FloatArray) -> tuple[IntArray, IntArray]:
+def _alike(
+    problem: ContactProblem, flat: FloatArray, free: FloatArray, near: float
+) -> tuple[IntArray, IntArray]:
     """First contact of each set that moves alike in the plane, and each contact's set."""
     c = problem.count
     parts = [problem.bodies.astype(float)]
@@ -229,7 +235,7 @@ def _alike(problem: ContactProblem, flat: FloatArray, free: FloatArray) -> tuple
         (problem.friction[:, None], problem.friction.max()),
     ):
         # + 0.0 as -0.0 is another number to a sort
-        parts.append(np.round(values / (10 * ZERO * size)) + 0.0 if size > 0 else values)
+        parts.append(np.round(values / (near * size)) + 0.0 if size > 0 else values)
     _, first, member = np.unique(
         np.concatenate(parts, axis=1), axis=0, return_index=True, return_inverse=True
     )

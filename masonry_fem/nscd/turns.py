@@ -97,13 +97,13 @@ def turns(
             yield Turn(Rest)
         elif not problem.cohesive:
             yield Turn(_newton, HELD_STEPS, "held")
-        yield from _thorough(problem)
+        yield from _thorough(problem, settings.tolerance)
     elif problem.body_count and not problem.rigid:
         yield Turn(_newton, BRIEF)
         if problem.count < MANY and not _coupled(problem):
             yield Turn(_brief_sweeps(HORIZON_OF_BODIES))
             yield Turn(_newton, NEWTON_STEPS, "close")
-        yield from _thorough(problem)
+        yield from _thorough(problem, settings.tolerance)
         yield Turn(_sweeps, origin="best", rescue=True)
     elif not problem.body_count:
         yield Turn(_brief_sweeps(HORIZON))
@@ -113,20 +113,19 @@ def turns(
     elif problem.count < MANY:
         yield Turn(_brief_sweeps(HORIZON_OF_BODIES))
         yield Turn(_newton, NEWTON_STEPS, "close")
-        yield from _thorough(problem)
+        yield from _thorough(problem, settings.tolerance)
     else:
         if start is not None and start.impulse is not None:
             if settings.tolerance >= LOOSE:
                 yield Turn(_few_sweeps)
             yield Turn(_newton, BRIEF)
-        yield from _thorough(problem)
+        yield from _thorough(problem, settings.tolerance)
 
 
-def _thorough(problem: ContactProblem) -> Iterator[Turn]:
+def _thorough(problem: ContactProblem, tolerance: float) -> Iterator[Turn]:
     """What carries where joints slide and open: interior point, its polish, and some that go elsewhere."""
-    form = plane_form(problem)
     # few contacts need no help, and what they always did goes on giving the same bits
-    flat = form if problem.count >= MANY else None
+    flat = plane_form(problem, tolerance) if problem.count >= MANY else None
     yield Turn(_within(flat, _interior_point), origin="cold")
     if problem.rigid and not _static(problem):
         # where the interior point meets a fold of its path the error is local: sweeps get across
@@ -136,8 +135,10 @@ def _thorough(problem: ContactProblem) -> Iterator[Turn]:
     if problem.count < MANY:
         for weight in WEIGHTS:
             yield Turn(_firm_newton(weight), NEWTON_STEPS, rescue=True)
-    if problem.rigid and _followable(problem if form is None else form.problem):
-        yield Turn(_within(form, _path), origin="best", rescue=True)
+        flat = plane_form(problem, tolerance)
+    if problem.rigid and _followable(problem if flat is None else flat.problem):
+        yield Turn(_within(flat, _path), origin="best", rescue=True)
+    flat = flat if problem.count >= MANY else None
     yield Turn(_within(flat, _splitting), origin="inside", rescue=True)
     yield Turn(_within(flat, _patient_newton), origin="best", rescue=True)
 

@@ -6,6 +6,7 @@ from scipy import sparse
 
 from masonry_fem.errors import ProblemError
 from masonry_fem.nscd import Outcome, SolverSettings, Start, assess, solve
+from masonry_fem.nscd.fronts import FrontFactor
 from masonry_fem.nscd.in_plane import InPlane
 from masonry_fem.nscd.iterate import iterate
 from masonry_fem.nscd.linear import factorise
@@ -122,20 +123,32 @@ def test_it_gives_the_same_bits_again():
     assert runs[0].iterations == runs[1].iterations
 
 
-def test_a_path_that_never_ends_is_stalled_and_keeps_the_best():
-    problem = tipping(10, 10)
-    settings = SolverSettings(tolerance=1e-12, max_iterations=30)
-    made = iterate(problem, PathFollowing(), settings)
-    assert made.outcome in {Outcome.MAX_ITERATIONS, Outcome.STALLED}
-    assert np.isfinite(made.quality.error)
-    assert made.quality.error == pytest.approx(made.history[:, 1].min())
+@pytest.mark.parametrize("weight", [1e-4, 1e-6])
+def test_a_path_that_leads_away_ends_stalled(weight):
+    """From cold it runs off backwards, where no kink stops it."""
+    method = PathFollowing(weight=weight)
+    made = iterate(tipping(), method, SolverSettings(tolerance=1e-10, max_iterations=4000))
+    assert made.outcome in {Outcome.STALLED, Outcome.MAX_ITERATIONS, Outcome.CONVERGED}
+    assert made.iterations >= len(made.history) - 2  # nothing is for nothing
+
+
+def test_a_path_that_leads_away_is_lost():
+    equation = NormalMap(tipping())
+    centre = np.zeros_like(equation.problem.free_velocity)
+    equation.hold(centre, 1e-6)
+    path = Path(equation, equation.start(centre))
+    path.t, path.forwards, path.stride = 900.0, False, 200.0
+    for _ in range(200):
+        path.advance()
+        if path.lost:
+            break
+    assert path.lost
 
 
 def test_what_it_cannot_follow_is_said():
-    with pytest.raises(ProblemError, match="in 3D, expected one in 2D of bodies with inertia"):
-        PathFollowing().init(walls.rigid_wall(4, 3), None)
-    with pytest.raises(ProblemError, match="in 2D, expected one in 2D of bodies with inertia and dry joints"):
-        PathFollowing().init(plane.plane_wall(3, 3, mass=0.0), None)
+    for problem in (walls.rigid_wall(4, 3), plane.plane_wall(3, 3, mass=0.0)):
+        with pytest.raises(ProblemError, match="expected 2D, inertia of all bodies, and dry joints"):
+            PathFollowing().init(problem, None)
 
 
 def test_a_path_object_ends_at_a_solution_of_the_regularised_problem():
@@ -162,3 +175,22 @@ def test_factors_tell_the_sign_of_the_determinant(size):
         signs.add(expected)
     assert signs == {1, -1}
     assert factorise(sparse.csr_array(matrix), library="superlu").sign() == 0
+
+
+def test_fronts_tell_the_sign_of_the_determinant():
+    problem = plane.plane_wall(12, 12, friction=0.6, horizontal=0.6)
+    signs = set()
+    for seed in range(6):
+        equation, x = shaken(problem, 1e-6, seed)
+        piece = equation.at(x)
+        answer = piece.factor.answer
+        assert isinstance(answer.bare.__self__, FrontFactor)
+        assert piece.sign == int(np.linalg.slogdet(answer.matrix.toarray())[0])
+        walk = Walk(piece, piece.residual, 1.0, forwards=True)
+        while walk.forwards:
+            walk.cross()
+        walk.step_inside()
+        beyond = equation.at(walk.x)
+        assert beyond.sign == int(np.linalg.slogdet(beyond.factor.answer.matrix.toarray())[0])
+        signs |= {piece.sign, beyond.sign}
+    assert signs == {1, -1}

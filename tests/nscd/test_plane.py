@@ -87,6 +87,17 @@ def test_rounding_does_not_lead_out_of_the_plane():
     assert 2 * form.problem.count == wall.count
 
 
+@pytest.mark.parametrize(("size", "tolerance"), [(9e-10, 1e-6), (9e-10, 1e-10), (1e-11, 1e-10)])
+def test_what_is_left_out_does_not_show(size, tolerance):
+    wall = walls.rigid_wall(8, 6)
+    noise = np.random.default_rng(0).standard_normal(wall.rigid_impulse.shape)
+    sideways = wall.rigid_impulse.copy()
+    sideways[:, 1] += size * np.abs(sideways).max() * np.sign(noise[:, 1])
+    loaded = replace(wall, rigid_impulse=sideways)
+    assert (plane_form(loaded, tolerance) is None) == (size > 0.01 * tolerance)
+    assert solve(loaded, SolverSettings(tolerance=tolerance)).converged
+
+
 def test_contacts_that_are_not_alike_turn_blocks_out_of_the_plane():
     wall = walls.rigid_wall(5, 4)
     gap = wall.free_velocity.copy()

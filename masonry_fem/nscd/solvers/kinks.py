@@ -37,7 +37,7 @@ class Walk:
     Attributes
     ----------
     x, t, forwards : Where it is, shape (c, 2), and which way it goes on.
-    lost : True where the path does not end, or where rounding hides how it goes on.
+    lost : True where the path leads away without an end, or where rounding hides how it goes on.
     """
 
     def __init__(self, piece: Piece, target: FloatArray, t: float, *, forwards: bool) -> None:

@@ -37,6 +37,7 @@ class NormalMap:
         self.problem = problem
         self.scale = contact_scale(problem)
         self.system = NewtonSystem(problem, self.scale, library)
+        self.factors = 0  # made since it was last set to zero
         self.hold(np.zeros_like(problem.free_velocity), 1.0)
 
     def hold(self, centre: FloatArray, alpha: float) -> None:
@@ -87,6 +88,7 @@ class Piece:
         own = line.by_impulse / equation.rho[:, None, None]
         own = own + equation.pull[:, None, None] * line.by_velocity
         mass = equation.problem.rigid_mass
+        equation.factors += 1
         return equation.system.factor(own, line.by_velocity, ~line.open, line.plain, mass)
 
     @cached_property
@@ -95,14 +97,14 @@ class Piece:
         return self.factor.sign()
 
     def change(self, missing: FloatArray) -> FloatArray:
-        """Dx of dR = −missing, shape (c, 2)."""
+        """The dx of dR = −missing, shape (c, 2)."""
         equation = self.equation
         force = (self._line.by_velocity @ missing[:, :, None])[:, :, 0]
         impulse, motion = self.factor.solve(force, np.zeros_like(equation.problem.rigid_mass))
         return impulse - equation.rho[:, None] * (missing + self._moved(impulse, motion))
 
     def response(self, contact: int, push: FloatArray) -> FloatArray:
-        """Dx where a contact's p is a ``push`` (2,) beside its function of x, and R stays, shape (c, 2)."""
+        """The dx where a contact's p is a ``push`` (2,) beside its function of x, R the same, (c, 2)."""
         equation, problem = self.equation, self.equation.problem
         step, force = np.zeros_like(self.x), np.zeros_like(self.x)
         if self._line.open[contact]:

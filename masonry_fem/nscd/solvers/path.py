@@ -39,10 +39,11 @@ FloatArray = NDArray[np.float64]
 # Error of a start that no round would mend: the first weights lead away from it, the last ones take for ever.
 CLOSE = 1e-6
 LEAST_WEIGHT = 1e-11
-LEAST_DECREASE = 0.4  # of α, for which another round is worth its price
-# Shake of x_0: a share of the error in velocities, at most so much of the speeds that matter.
+MILDEST_DECREASE = 0.4  # of α for which another round is worth its price
+# Shake of x_0: this share of the error in velocities, which counts as no more than the second.
 SHAKE = 1e-3
-MOST_SHAKE = 1e-2
+MOST_ERROR = 1e-2
+FARTHEST = 1e3  # t of a path that leads away
 SEED = 1
 # A stride: first and least length, Newton steps, and how exactly it ends, relative to where t was 1.
 FIRST_STRIDE = 1.0
@@ -105,8 +106,8 @@ class PathRun:
     def __init__(self, problem: ContactProblem, settings: PathFollowing, start: Start | None) -> None:
         if not followable(problem):
             raise ProblemError(
-                f"method 'path' got a problem of {problem.count} contacts in {problem.dimension}D, expected "
-                "one in 2D of bodies with inertia and dry joints; use 'auto' or 'newton'"
+                f"path following got a problem in {problem.dimension}D with {problem.body_count} bodies, "
+                "expected 2D, inertia of all bodies, and dry joints; use 'auto' or 'newton'"
             )
         self.problem, self.settings = problem, settings
         self.equation = NormalMap(problem)
@@ -146,7 +147,7 @@ class PathRun:
         equation = self.equation
         equation.hold(self.centre, self.weight)
         x = equation.start(self.centre)
-        shake = SHAKE * min(quality.natural_map_velocity, MOST_SHAKE) * self.speed
+        shake = SHAKE * min(quality.natural_map_velocity, MOST_ERROR) * self.speed
         return Path(equation, x + shake * equation.rho[:, None] * self.random.standard_normal(x.shape))
 
     def _close_round(self, impulse: FloatArray, error: float) -> Outcome | None:
@@ -166,11 +167,12 @@ class PathRun:
             return Outcome.STALLED if self.idle >= self.settings.patience else None
         self.decrease **= 0.5
         self.weight = self.decrease * self.solved
-        return Outcome.STALLED if self.decrease > LEAST_DECREASE else None
+        return Outcome.STALLED if self.decrease > MILDEST_DECREASE else None
 
-    def _offer(self, solves: int, verdict: Outcome | None) -> Iterate:
+    def _offer(self, steps: int, verdict: Outcome | None) -> Iterate:
         velocity = self.problem.balanced_velocity(self.centre)
-        return Iterate(self.centre, velocity, iterations=solves, linear_solves=solves, verdict=verdict)
+        factors, self.equation.factors = self.equation.factors, 0
+        return Iterate(self.centre, velocity, iterations=steps, linear_solves=factors, verdict=verdict)
 
 
 class Path:
@@ -195,11 +197,15 @@ class Path:
         self.sense = 0  # sign of the determinant where t falls along the path
 
     def advance(self) -> int:
-        """Go a stride on, or some kinks; the steps that it took."""
+        """Go a stride on, or some kinks; the steps that it took, at least one."""
         if not self.sense:
             self.sense = self.piece.sign
-        if self.stride < self.least:
-            return self._walk()
+        made = self._walk() if self.stride < self.least else self._stride()
+        self.lost |= not self.t < FARTHEST
+        return max(made, 1)
+
+    def _stride(self) -> int:
+        """Go a stride on, or shorten it."""
         ahead = max(self.t - self.stride, 0.0) if self.forwards else self.t + self.stride
         near = EXACT if ahead == 0 else max(EXACT, NEAR * self.first * max(ahead, 0.01))
         piece, made = self._corrected(self.piece, ahead, near)
@@ -244,7 +250,7 @@ class Path:
             return WALK + self._arrive(walk.x)
         walk.step_inside()
         travelled = abs(walk.t - self.t)
-        self.lost = walk.lost and travelled == 0
+        self.lost = walk.lost
         # strides that are no longer than this are not worth their price
         self.least = min(max(2 * travelled, 1e-6), 1e-2)
         self.stride = 10 * self.least

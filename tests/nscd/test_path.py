@@ -40,7 +40,8 @@ def test_each_kink_lies_on_the_path(alpha):
     for _ in range(40):
         walk.cross()
         here = equation.at(walk.x)
-        assert not walk.lost
+        assert not walk.endless
+        assert not walk.unsure
         assert here.residual == pytest.approx(walk.t * piece.residual, abs=1e-9 * largest)
     assert (statuses(walk.x, tipping().friction) != statuses(x, tipping().friction)).any()
 
@@ -66,7 +67,8 @@ def followed(equation, x, kinks):
             walk.cross()
             if walk.t == 0:
                 break
-        assert not walk.lost
+        assert not walk.endless
+        assert not walk.unsure
         if walk.t > 0:
             walk.step_inside()
         piece, t, forwards = equation.at(walk.x), walk.t, walk.forwards

@@ -20,7 +20,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 OPEN, STICK, PLUS, MINUS = range(4)
-# Share of its neighbours' determinant below which a piece's is lost in rounding.
+# Share of its neighbours' determinant below which an update hides a piece's in rounding: a new factor is due.
 SINGULAR = 1e-9
 
 
@@ -37,12 +37,14 @@ class Walk:
     Attributes
     ----------
     x, t, forwards : Where it is, shape (c, 2), and which way it goes on.
-    lost : True where the path leads away without an end, or where rounding hides how it goes on.
+    endless : True where the path leads away, and no kink lies ahead.
+    unsure : True behind a kink where rounding hides which way the path goes on: a new factor is needed.
     """
 
     def __init__(self, piece: Piece, target: FloatArray, t: float, *, forwards: bool) -> None:
         self.piece = piece
-        self.x, self.t, self.forwards, self.lost = piece.x.copy(), t, forwards, False
+        self.x, self.t, self.forwards = piece.x.copy(), t, forwards
+        self.endless = self.unsure = False
         self._friction = piece.equation.problem.friction
         self._status = statuses(piece.x, self._friction)
         self._direction = piece.change(target)
@@ -57,7 +59,7 @@ class Walk:
             self.x, self.t = self.x + self.t * self._direction, 0.0
             return
         if contact < 0:
-            self.lost = True
+            self.endless = True
             return
         self._go(length)
         push, by = _edge(self._status[contact], status, self._friction[contact])
@@ -67,7 +69,7 @@ class Walk:
             answer += (slope @ answer[other]) * change
         ratio = 1.0 - by @ answer[contact]  # of the determinants after and before
         if not abs(ratio) > SINGULAR:
-            self.lost = True
+            self.unsure = True
             return
         answer /= ratio
         self._crossed.append((contact, by, answer))

@@ -51,7 +51,6 @@ LEAST_STRIDE = 1e-3
 CORRECTIONS = 8
 NEAR = 1e-5
 EXACT = 1e-15
-ROUNDED = 1e-13  # what may be left where Newton's steps gain no more
 # Factor on the next stride after so many Newton steps, and after one that failed.
 STRETCH = {0: 2.0, 1: 2.0, 2: 1.5, 3: 1.2}
 SHORTEN = 0.4
@@ -224,8 +223,7 @@ class Path:
         for made in range(CORRECTIONS + 1):
             missing = piece.residual - t * self.target
             error = self.equation.relative(missing, piece.impulse)
-            rounded = bool(errors) and 0.5 * errors[-1] < error <= ROUNDED
-            if error <= near or rounded:
+            if error <= near:
                 return piece, made
             # the first step leaves the piece, and its error is the larger for it
             if not np.isfinite(error) or (len(errors) > 2 and error > errors[-2]):
@@ -244,13 +242,16 @@ class Path:
         walk = Walk(self.piece, self.target, self.t, forwards=self.forwards)
         for _ in range(KINKS):
             walk.cross()
-            if walk.lost or walk.t == 0:
+            if walk.endless or walk.unsure or walk.t == 0:
                 break
         if walk.t == 0:
             return WALK + self._arrive(walk.x)
+        if walk.endless:
+            self.lost = True
+            return WALK
         walk.step_inside()
         travelled = abs(walk.t - self.t)
-        self.lost = walk.lost
+        self.lost = walk.unsure and travelled == 0
         # strides that are no longer than this are not worth their price
         self.least = min(max(2 * travelled, 1e-6), 1e-2)
         self.stride = 10 * self.least

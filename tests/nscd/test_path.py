@@ -126,8 +126,8 @@ def test_it_gives_the_same_bits_again():
 
 
 @pytest.mark.parametrize("weight", [1e-4, 1e-6])
-def test_a_path_that_leads_away_ends_stalled(weight):
-    """From cold it runs off backwards, where no kink stops it."""
+def test_a_cold_path_comes_back_and_counts_its_steps(weight):
+    """It may run off backwards, where no kink stops it: once that took no steps, and no end."""
     method = PathFollowing(weight=weight)
     made = iterate(tipping(), method, SolverSettings(tolerance=1e-10, max_iterations=4000))
     assert made.outcome in {Outcome.STALLED, Outcome.MAX_ITERATIONS, Outcome.CONVERGED}

@@ -295,8 +295,9 @@ MEANING: dict[str, str] = {
     "DomeStructure.pier_height": "below the drum",
     "DomeStructure.pier_slices": "width of a pier in slices of the dome",
     "DomeStructure.pier_courses": "blocks of a pier",
-    "FileStructure.path": "`.msh` (2.2, 4.1), `.geo`, `.step`, `.vtu`, `.vtk`, `.stl`, `.obj`, `.ply` or "
+    "FileStructure.path": "`.msh` (2.2, 4.1), `.step`, `.geo`, `.vtu`, `.vtk`, `.stl`, `.obj`, `.ply` or "
     "COMPAS `.json`, relative to the scene file",
+    "FileStructure.trusted": "run the file where it is a program (`.geo`): you have read it",
     "FileStructure.field": "cell field of a `.vtu` or `.vtk` file whose whole numbers tell the blocks",
     "FileStructure.scale": "factor from the file's unit of length to the metre",
     "FileStructure.supports": "patterns of blocks (without `NAME.`) that are held",

@@ -45,7 +45,19 @@ def parents() -> Parents:
         "--set", action="append", default=[], dest="overrides", metavar="KEY=VALUE",
         help="change a value of the scene: structures.arch.voussoirs=21 (may be repeated)",
     )  # fmt: skip
+    scene.add_argument(
+        "--trust", action="store_true",
+        help="run the files of the scene that are programs (.geo): you have read them",
+    )  # fmt: skip
     return Parents(common, scene)
+
+
+def overrides_of(options: argparse.Namespace) -> list[str]:
+    """What the command line changes in the scene."""
+    from masonry_fem.scene.overrides import trusting  # noqa: PLC0415 - not on the path of --help
+
+    changed: list[str] = options.overrides
+    return [*changed, *trusting(options.scene, changed)] if options.trust else changed
 
 
 def read_scene(options: argparse.Namespace) -> tuple[Scene, Path]:
@@ -54,7 +66,7 @@ def read_scene(options: argparse.Namespace) -> tuple[Scene, Path]:
     from masonry_fem.scene import load  # noqa: PLC0415
 
     installation.require_python()
-    scene = load(options.scene, options.overrides)
+    scene = load(options.scene, overrides_of(options))
     return scene, options.scene.resolve().parent
 
 

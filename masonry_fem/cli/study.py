@@ -8,7 +8,7 @@ from pathlib import Path
 
 from masonry_fem.cli.console import complain, print_files
 from masonry_fem.cli.exit_codes import EXIT_CODES, INTERRUPTED
-from masonry_fem.cli.grammar import Commands, Parents, share
+from masonry_fem.cli.grammar import Commands, Parents, overrides_of, share
 
 
 def study_scene(options: argparse.Namespace) -> int:
@@ -23,7 +23,7 @@ def study_scene(options: argparse.Namespace) -> int:
             options.scene,
             options.vary,
             out=options.out,
-            overrides=options.overrides,
+            overrides=overrides_of(options),
             reference=options.reference,
             quantities=options.quantity,
             accuracy=share(options.accuracy, "--accuracy"),

@@ -21,6 +21,7 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
 from masonry_fem.errors import GeometryError
+from masonry_fem.geometry.alone import DRAWINGS, MESHES, alone
 from masonry_fem.geometry.cells import boundary_facets, corner_count, turned
 from masonry_fem.geometry.compas import read_compas
 from masonry_fem.geometry.outline import outline
@@ -29,13 +30,14 @@ from masonry_fem.geometry.skin import Skin, shape_of
 from masonry_fem.geometry.surfaces import READERS, read_surfaces
 from masonry_fem.geometry.volumes import read_volumes
 from masonry_fem.scene.specs import FileStructure, MeshSettings
+from masonry_fem.scene.structures.file import PROGRAMS
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.mesh import FACET_OF, IntArray, Mesh
 from masonry_fem.solid.pose import FloatArray, Pose
 
 logger = logging.getLogger(__name__)
 
-MESHES, GEOMETRIES = (".msh",), (".geo", ".step", ".stp")
+GEOMETRIES = (*PROGRAMS, *DRAWINGS)
 VOLUMES, SURFACES, COMPAS = (".vtu", ".vtk"), tuple(READERS), (".json",)
 UNNAMED = "joint"
 
@@ -51,8 +53,8 @@ def read(spec: FileStructure, dimension: int, base: Path, settings: MeshSettings
 
     Raises
     ------
-    GeometryError : A missing or unreadable file, no cells of the scene's dimension, mixed or
-        inverted elements.
+    GeometryError : A missing or unreadable file, a program without trust, no cells of the scene's
+        dimension, mixed or inverted elements.
     """
     path = base / spec.path
     key = f"structures.{spec.name}.path"
@@ -62,6 +64,10 @@ def read(spec: FileStructure, dimension: int, base: Path, settings: MeshSettings
         )
     kind = path.suffix.lower()
     title = f"{key} '{spec.path}'"
+    for fault, expected in spec.faults(dimension):  # a checked scene has none
+        raise GeometryError(
+            f"structures.{spec.name}.{fault} is {getattr(spec, fault)!r}, expected {expected}"
+        )
     if kind in MESHES + GEOMETRIES:
         made = _meshed(spec, path, dimension, settings, title)
     elif kind in VOLUMES:
@@ -87,8 +93,8 @@ def _meshed(
     spec: FileStructure, path: Path, dimension: int, settings: MeshSettings, title: str
 ) -> list[tuple[Shape, bool]]:
     """Blocks of a file that gmsh reads, and whether each is held."""
-    with session(title) as gmsh:
-        _open(gmsh, path, dimension, settings)
+    with alone(path, title) as place, session(title) as gmsh:
+        _open(gmsh, place, dimension, settings)
         tags, positions = node_positions(gmsh)
         bodies = _bodies(gmsh, dimension, spec)
         named = _named_facets(gmsh, dimension, spec.path)

@@ -36,7 +36,7 @@ from masonry_fem.scene.specs import (
 )
 
 GEOMETRY_FILES = (
-    ".msh", ".geo", ".step", ".stp", ".vtu", ".vtk", ".stl", ".obj", ".ply", ".json",
+    ".msh", ".geo", ".geo_unrolled", ".step", ".stp", ".vtu", ".vtk", ".stl", ".obj", ".ply", ".json",
 )  # fmt: skip
 SURVEY_FILES = (".csv", ".obj")
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Any
 
 from masonry_fem.errors import SceneError
@@ -32,6 +33,21 @@ def apply(tree: dict[str, Any], overrides: Iterable[str]) -> dict[KeyPath, str]:
             raise SceneError(f"--set {text}: expected key=value, for example analysis.step=1e-3")
         changed[_write(tree, parts, parsed(value.strip()), text)] = text
     return changed
+
+
+def trusting(scene: Path, overrides: Iterable[str]) -> list[str]:
+    """Overrides by which every file of a scene is trusted; none where the scene cannot be read."""
+    try:
+        tree = tomllib.loads(scene.read_text(encoding="utf-8-sig"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
+        return []  # whoever loads the scene says why
+    apply(tree, overrides)
+    structures = tree.get("structures")
+    return [
+        f"structures.{index}.trusted=true"
+        for index, one in enumerate(structures if isinstance(structures, list) else ())
+        if isinstance(one, dict) and one.get("kind") == "file"
+    ]
 
 
 def parsed(text: str) -> Any:

@@ -27,7 +27,7 @@ def test_ell_with_a_cube_in_its_hollow(tmp_path: Path, fidelity: str) -> None:
         materials={"stone": Material(density=2000.0, young=1e9)},
         fidelity=fidelity,
         structures=(
-            FileStructure(name="file", material="stone", path="ell.geo"),
+            FileStructure(name="file", material="stone", path="ell.geo", trusted=True),
             BlockStructure(
                 name="floor",
                 material="stone",

@@ -161,7 +161,7 @@ def test_a9_10_slivers(tmp_path: Path) -> None:
         plane="stress",
         materials={"stone": Material(density=1000.0, young=1e10, poisson=0.2)},
         structures=tuple(
-            FileStructure(name=name, material="stone", path=str(tmp_path / f"{name}.geo"))
+            FileStructure(name=name, material="stone", path=str(tmp_path / f"{name}.geo"), trusted=True)
             for name in ("lower", "upper")
         ),
         supports=(

@@ -19,7 +19,7 @@ from tests.geometry.test_meshing import check
 
 
 def reading(path: Path, dimension: int = 3, element: str = "Q1", size: float | None = None, **keys):
-    spec = FileStructure(name="f", material="s", path=path.name, **keys)
+    spec = FileStructure(name="f", material="s", path=path.name, **{"trusted": True} | keys)
     return read(spec, dimension, path.parent, MeshSettings(element=element, size=size))
 
 

@@ -101,7 +101,7 @@ def test_a2_6_edges_that_are_not_parallel(tmp_path: Path, one: str, two: str) ->
         path = cube(tmp_path / f"{name}.geo", grid, float(z))
         element = "P1" if grid == "tetrahedra" else "Q1"
         mesh = MeshSettings(element=element, size=0.7 if element == "P1" else None)
-        files.append(FileStructure(name=name, material=name, path=str(path), mesh=mesh))
+        files.append(FileStructure(name=name, material=name, path=str(path), trusted=True, mesh=mesh))
     assert_uniform(*pair(3, tuple(files), ("lower.stone", "upper.stone")), 3)
 
 

@@ -35,7 +35,7 @@ def pressed_cylinder(folder: Path, force: float, per_half_width: int = 12) -> Ru
     scene = Scene(
         dimension=2,
         materials={"stone": STONE},
-        structures=(FileStructure(name="c", material="stone", path="disc.geo"), floor),
+        structures=(FileStructure(name="c", material="stone", path="disc.geo", trusted=True), floor),
         mesh=MeshSettings(element="P1"),
         supports=(Support(on="c.disc/disc_cut", components=("x",)),),
         joints=(Joint(friction=0.0),),
@@ -85,7 +85,7 @@ def test_a2_7_ball(tmp_path: Path) -> None:
     )
     scene = Scene(
         materials={"stone": STONE},
-        structures=(FileStructure(name="c", material="stone", path="ball.geo"), floor),
+        structures=(FileStructure(name="c", material="stone", path="ball.geo", trusted=True), floor),
         mesh=MeshSettings(element="P1"),
         supports=(
             Support(on="c.ball/cut_x", components=("x",)),

@@ -57,7 +57,7 @@ def sheared(tmp_path_factory: pytest.TempPathFactory) -> Tractions:
     scene = Scene(
         dimension=2,
         materials={"stone": STONE},
-        structures=(FileStructure(name="c", material="stone", path="discs.geo"),),
+        structures=(FileStructure(name="c", material="stone", path="discs.geo", trusted=True),),
         mesh=MeshSettings(element="P1"),
         supports=(
             Support(on="c.lower/lower_flat"),

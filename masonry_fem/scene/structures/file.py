@@ -7,18 +7,23 @@ from collections.abc import Iterator
 from masonry_fem.scene.record import FilePath, Positive
 from masonry_fem.scene.structures.base import Structure
 
+PROGRAMS = (".geo", ".geo_unrolled")  # a language with loops, files and system calls
+
 
 class FileStructure(Structure, frozen=True, kw_only=True, tag="file"):
     """Blocks read from a file; its ending tells what it holds.
 
-    ``.msh``, ``.geo``, ``.step``: volume groups are blocks, surface groups name faces. ``.vtu``, ``.vtk``:
+    ``.msh``, ``.step``, ``.geo``: volume groups are blocks, surface groups name faces. ``.vtu``, ``.vtk``:
     elements, with the cell ``field`` whose whole numbers tell the blocks (``block`` where the file has it),
     or a block each connected part. ``.stl``, ``.obj``, ``.ply``: closed surfaces, a block each solid, object,
     group or connected part. ``.json``: assemblies, models and meshes of COMPAS, with the supports that they
     mark.
+
+    A ``.geo`` file is a program that may run any command of the machine: it is read where it is ``trusted``.
     """
 
     path: FilePath
+    trusted: bool = False
     scale: Positive = 1.0
     field: str | None = None
     supports: tuple[str, ...] = ()
@@ -28,7 +33,19 @@ class FileStructure(Structure, frozen=True, kw_only=True, tag="file"):
         """Whether it names supports; a file of COMPAS may mark them itself."""
         return bool(self.supports) or self.path.lower().endswith(".json")
 
+    @property
+    def runs(self) -> bool:
+        """Whether reading the file means to run it."""
+        return self.path.lower().endswith(PROGRAMS)
+
     def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
-        """A field where the file has none."""
+        """A program without trust, a field where the file has none."""
+        if self.runs and not self.trusted:
+            yield (
+                "trusted",
+                f"true: '{self.path}' is a program in gmsh's language, which may run any command of this "
+                "machine; read it, then set trusted = true at the structure or write --trust, or mesh it "
+                "with gmsh and name the .msh",
+            )
         if self.field is not None and not self.path.lower().endswith((".vtu", ".vtk")):
             yield "field", "none: only .vtu and .vtk files have cell fields"

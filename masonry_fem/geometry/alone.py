@@ -1,0 +1,63 @@
+"""Alone: a file for gmsh in a folder of its own, checked to be what its ending says.
+
+gmsh tells kinds of files by what they hold and takes whatever it does not know for a program; beside
+``wall.msh`` it reads ``wall.msh.opt``, a program too. So nothing but the file itself is shown to it.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from masonry_fem.errors import GeometryError
+from masonry_fem.scene.structures.file import PROGRAMS
+
+MESHES, DRAWINGS = (".msh",), (".step", ".stp")
+BEGINNINGS = dict.fromkeys(MESHES, b"$MeshFormat") | dict.fromkeys(DRAWINGS, b"ISO-10303-21")
+
+
+@contextmanager
+def alone(path: Path, title: str) -> Iterator[Path]:
+    """Where gmsh may open the file: a copy, or a line that includes a program where it stands.
+
+    ``title`` names the file in messages, in which the copy bears the name of the original.
+
+    Raises
+    ------
+    GeometryError : The file does not begin as its ending promises.
+    """
+    kind = path.suffix.lower()
+    with TemporaryDirectory(prefix="masonry-fem-") as folder:
+        place = Path(folder) / f"file{kind}"
+        if kind in PROGRAMS:
+            _include(path.resolve(), place, title)
+        else:
+            _check_beginning(path, title, BEGINNINGS[kind])
+            shutil.copyfile(path, place)
+        try:
+            yield place
+        except GeometryError as error:
+            raise GeometryError(str(error).replace(str(place), path.name)) from error
+
+
+def _include(path: Path, place: Path, title: str) -> None:
+    """A program that includes the one at ``path``, which so finds the files that it includes itself."""
+    if '"' in str(path) or "\\" in str(path) or not str(path).isprintable():
+        raise GeometryError(
+            f"{title} stands at {str(path)!r}, expected a path without quotation marks, backslashes and "
+            "control characters; move it"
+        )
+    place.write_text(f'Include "{path}";\n', encoding="utf-8")
+
+
+def _check_beginning(path: Path, title: str, expected: bytes) -> None:
+    with path.open("rb") as file:
+        found = file.read(len(expected))
+    if found != expected:
+        raise GeometryError(
+            f"{title} begins with {found.decode(errors='replace')!r}, expected {expected.decode()!r} as in "
+            f"every {path.suffix} file; export it again, or give it the ending of what it is"
+        )

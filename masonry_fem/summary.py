@@ -115,7 +115,7 @@ def size(built: Built) -> dict[str, int]:
     }
 
 
-def certificate(made: March) -> dict[str, float]:
+def certificate(made: March) -> dict[str, Any]:
     """How exact the last state is, by measures that no solver has a say in.
 
     ``natural_map``, ``cone_violation``, ``block_balance``, ``global_balance`` and
@@ -135,6 +135,7 @@ def certificate(made: March) -> dict[str, float]:
         "block_balance": report.block_balance,
         "global_balance": report.global_balance,
         "energy_balance": made.ledger.imbalance,
+        **({} if made.witness is None else {"written": made.witness.told}),
     }
 
 

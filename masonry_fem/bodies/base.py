@@ -137,6 +137,28 @@ class StressError:
     volume: FloatArray
 
 
+@dataclass(frozen=True, slots=True)
+class Actions:
+    """What acts on the blocks of a group beside contacts, where they balance: m is 3 in 2D, 6 in 3D.
+
+    Each is a force and a moment about the world origin, shape (b, m) [N, N m].
+
+    Attributes
+    ----------
+    load : Mean of the loads over the step. clamp : What clamped faces give.
+    inertia : Change of momentum over the step and mass damping; 0 in statics.
+    centre : Point of each block to take moments about, shape (b, d) [m].
+    displaced : Moments of loads and clamps with the points of blocks that do not turn where these
+        have gone to, shape (b, 1 or 3) [N m].
+    """
+
+    load: FloatArray
+    clamp: FloatArray
+    inertia: FloatArray
+    centre: FloatArray
+    displaced: FloatArray
+
+
 class Attachment(Protocol):
     """A group seen through its contact sides (k of them)."""
 
@@ -244,6 +266,16 @@ class BodyGroup(Protocol):
         """
         ...
 
+    def actions(
+        self, state: State, after: State, force: FloatArray, nodal: FloatArray | None, scheme: Scheme
+    ) -> Actions:
+        """What acts on the blocks in a step, where they balance.
+
+        Blocks that turn balance where they are at the end of a step of statics and at the start of one of
+        dynamics; blocks of small kinematics in the reference.
+        """
+        ...
+
     def scale_velocity(self, state: State, factor: float) -> State:
         """The state with its velocities multiplied by ``factor`` (0: velocity zeroing)."""
         ...
@@ -286,6 +318,10 @@ class BodyGroup(Protocol):
 
     def nodes(self, body: int) -> FloatArray:
         """Nodes of one block in world coordinates of the reference, shape (n, d) [m]."""
+        ...
+
+    def positions(self, state: State) -> FloatArray:
+        """Where the nodes of all blocks are, block after block, world axes, shape (all nodes, d) [m]."""
         ...
 
     def displacement_field(self, state: State, body: int) -> FloatArray:

@@ -231,7 +231,7 @@ class RigidGroup(Undeformed):
         size: FloatArray = np.sqrt(self.mass) * np.linalg.norm(residual, axis=1)
         return size
 
-    def inertial_force(self, state: RigidState, after: RigidState, scheme: Scheme) -> FloatArray:
+    def inertial_force(self, state: Placed, after: Placed, scheme: Scheme) -> FloatArray:
         """M (Δu/h + α u_θ) of the centroids, shape (b, d) [N]; zero without inertia."""
         d, theta = self.dimension, scheme.theta
         before, now = state.velocity[:, :d], after.velocity[:, :d]
@@ -239,6 +239,14 @@ class RigidGroup(Undeformed):
         gained = (now - before) / scheme.step + self.damping[:, None] * mean
         force: FloatArray = scheme.inertia * self._scale[:, :d] * gained
         return force
+
+    def momentum_change(self, state: Placed, after: Placed, scheme: Scheme) -> FloatArray:
+        """Mean force and moment about the centroids of inertia and damping, shape (b, m) [N, N m]."""
+        force = self.inertial_force(state, after, scheme)
+        before, now = self.angular_momentum(state), self.angular_momentum(after)
+        mean = (1 - scheme.theta) * before + scheme.theta * now
+        turning = scheme.inertia * ((now - before) / scheme.step + self.damping[:, None] * mean)
+        return np.concatenate([force, turning], axis=1)
 
     # --- energies and changes of state ------------------------------------------------------------
 
@@ -270,7 +278,7 @@ class RigidGroup(Undeformed):
         """½ uᵀ M u = ½ U·U, shape (b,) [J]."""
         return 0.5 * _dot(state.velocity, state.velocity)
 
-    def angular_momentum(self, state: RigidState) -> FloatArray:
+    def angular_momentum(self, state: Placed) -> FloatArray:
         """Angular momentum about the centroid, world axes, shape (b, 1 or 3) [kg m²/s]."""
         principal = self._scale[:, self.dimension :] * state.velocity[:, self.dimension :]
         world: FloatArray = np.einsum("bri,bi->br", self._current_axes(state.rotation), principal)

@@ -197,6 +197,10 @@ class SupportGroup(Undeformed):
         """Nothing: no mass, shape (b, d) [N]."""
         return np.zeros((self.count, self.dimension))
 
+    def momentum_change(self, state: Placed, after: Placed, scheme: Scheme) -> FloatArray:
+        """Nothing: no mass, shape (b, m)."""
+        return np.zeros((self.count, self.freedoms))
+
     # --- loads and energies -----------------------------------------------------------------------
 
     def acceleration_force(self, acceleration: FloatArray) -> FloatArray:

@@ -11,11 +11,20 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 
-from masonry_fem.bodies.base import FloatArray, IntArray, Scheme, Sides, StressError, StressField
+from masonry_fem.bodies.base import (
+    Actions,
+    FloatArray,
+    IntArray,
+    Scheme,
+    Sides,
+    StressError,
+    StressField,
+)
 from masonry_fem.bodies.rotation import lever, moment, spin_count
 from masonry_fem.solid.assembly import Assembly
 
@@ -107,6 +116,21 @@ class Undeformed(ABC):
         """None: only meshes have clamped faces."""
         return {}
 
+    def actions(
+        self, state: Placed, after: Placed, force: FloatArray, nodal: FloatArray | None, scheme: Scheme
+    ) -> Actions:
+        """Loads and inertia, at the end of a step of statics, at the start of one of dynamics."""
+        d, there = self.dimension, state if scheme.inertia else after
+        about_origin = self.moments(force, there.rotation) + moment(there.position, force[:, :d])
+        load = np.concatenate([force[:, :d], about_origin], axis=1)
+        taken = self.momentum_change(state, after, scheme)
+        taken[:, d:] += moment(there.position, taken[:, :d])
+        return Actions(load, np.zeros_like(load), taken, there.position, about_origin)
+
+    @abstractmethod
+    def momentum_change(self, state: Placed, after: Placed, scheme: Scheme) -> FloatArray:
+        """Mean force and moment about the centres that inertia and mass damping take, shape (b, m)."""
+
     def velocity_parts(self, state: Placed) -> tuple[FloatArray, None]:
         """The state's velocity U, shape (b, m), and no elastic part."""
         return state.velocity, None
@@ -133,6 +157,19 @@ class Undeformed(ABC):
     def nodes(self, body: int) -> FloatArray:
         """Vertices of one block in the reference configuration, shape (n, d) [m]."""
         return self.assembly.solid(int(self.blocks[body])).vertices
+
+    def positions(self, state: Placed) -> FloatArray:
+        """Where the vertices of all blocks are, block after block, shape (all vertices, d) [m]."""
+        owner, arms = self._corners
+        now: FloatArray = state.position[owner] + np.einsum("vij,vj->vi", state.rotation[owner], arms)
+        return now
+
+    @cached_property
+    def _corners(self) -> tuple[IntArray, FloatArray]:
+        """The body of each vertex, (v,), and its arm from the body's centre in the reference, (v, d) [m]."""
+        nodes = [self.nodes(body) for body in range(self.count)]
+        owner = np.repeat(np.arange(self.count), [len(own) for own in nodes])
+        return owner, np.concatenate(nodes) - self.centres[owner]
 
     def displacement_field(self, state: Placed, body: int) -> FloatArray:
         """Displacement of the vertices of one block, shape (n, d) [m]."""

@@ -17,16 +17,18 @@ from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.state import SystemState
 
 STRAIN = 0.05  # mean strain of a block from which it is no longer small: lengths are off by as much
-TURN = 0.1  # rad: lever arms are off by half of its square, and by what the turn itself adds
 
 
 def beyond_small(model: Model, state: SystemState) -> str | None:
-    """What is strained or turned too far for the kinematics of elastic blocks; None where nothing is."""
+    """What is strained or turned too far for the kinematics of elastic blocks; None where nothing is.
+
+    A block that turns by φ, and does not in its kinematics, is stretched by φ²/2.
+    """
     parts = []
     strain, strained, turn, turned = _greatest(model, state)
     if not strain <= STRAIN:
         parts.append(f"'{strained}' is strained by {strain:.2g}")
-    if not turn <= TURN:
+    if not 0.5 * turn**2 <= STRAIN:
         parts.append(f"'{turned}' has turned by {math.degrees(turn):.3g} degrees")
     return " and ".join(parts) or None
 
@@ -37,21 +39,24 @@ def _greatest(model: Model, state: SystemState) -> tuple[float, str, float, str]
     for group, own in zip(model.groups, state.bodies, strict=True):
         if group.prescribed or group.cell == "polytope":
             continue
-        for body, block in enumerate(group.blocks.tolist()):
-            gradient = _mean_gradient(group, own, body)
-            name = model.assembly.blocks[block].name
-            stretched = float(np.abs(np.linalg.eigvalsh(0.5 * (gradient + gradient.T))).max())
-            spun = float(np.linalg.norm(0.5 * (gradient - gradient.T))) / math.sqrt(2)
-            if not stretched <= strain:
-                strain, strained = stretched, name
-            if not spun <= turn:
-                turn, turned = spun, name
+        gradient = _mean_gradients(group, own)
+        across = np.swapaxes(gradient, 1, 2)
+        stretched = np.abs(np.linalg.eigvalsh(0.5 * (gradient + across))).max(axis=1)
+        spun = np.linalg.norm(0.5 * (gradient - across), axis=(1, 2)) / math.sqrt(2)
+        names = [
+            model.assembly.blocks[group.blocks[int(values.argmax())]].name for values in (stretched, spun)
+        ]
+        if not stretched.max() <= strain:
+            strain, strained = float(stretched.max()), names[0]
+        if not spun.max() <= turn:
+            turn, turned = float(spun.max()), names[1]
     return strain, strained, turn, turned
 
 
-def _mean_gradient(group: BodyGroup, state: object, body: int) -> FloatArray:
-    """Displacement gradient of the affine field nearest to a block's nodal displacements, (d, d)."""
-    nodes, moved = group.nodes(body), group.displacement_field(state, body)
-    arms = nodes - nodes.mean(axis=0)
-    gradient: FloatArray = np.linalg.lstsq(arms, moved - moved.mean(axis=0), rcond=None)[0].T
-    return gradient
+def _mean_gradients(group: BodyGroup, state: object) -> FloatArray:
+    """Displacement gradients of the affine fields nearest to the blocks' nodal displacements, (b, d, d)."""
+    shape = len(group.blocks), -1, group.nodes(0).shape[1]
+    start, now = (group.positions(one).reshape(shape) for one in (group.rest(), state))
+    arms, moved = (values - values.mean(axis=1, keepdims=True) for values in (start, now - start))
+    across = np.swapaxes(arms, 1, 2)
+    return np.swapaxes(np.linalg.solve(across @ arms, across @ moved), 1, 2)

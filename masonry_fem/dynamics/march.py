@@ -25,6 +25,7 @@ from masonry_fem.dynamics.report import StepReport
 from masonry_fem.dynamics.state import SystemState
 from masonry_fem.dynamics.step import Increment, initial_state
 from masonry_fem.dynamics.unrest import could_rest, drift
+from masonry_fem.dynamics.witness import Witness
 from masonry_fem.nscd import Outcome, SolverSettings
 from masonry_fem.nscd.solve import ROUNDED
 
@@ -35,6 +36,7 @@ Verdict = Literal["equilibrium", "finished", "no_convergence", "no_equilibrium"]
 # a transient march bears a step that missed its tolerance, up to this error
 DEEP = 0.05  # of a block's size: how far blocks may go into each other without a word
 DOUBTFUL = 1e-6  # of a block's load: what its equation of motion may miss without a word
+TURNED = 1e-2  # of a block's load times its size: moments that turns leave on elastic blocks without a word
 ROUNDING = 1e-9  # of a time
 BEARABLE = 1e-3
 
@@ -60,6 +62,7 @@ class March:
     seconds : CPU time by phase [s]: factorise, solve, step, measure and output.
     moving : Blocks that move where there is no equilibrium: (name, speed [m/s], how).
     abrupt : Times of the steps in which some joint lost more than half of its adhesion at once.
+    witness : What the written results leave open, worst over the steps.
     """
 
     outcome: Verdict
@@ -72,6 +75,7 @@ class March:
     seconds: dict[str, float]
     moving: tuple[tuple[str, float, str], ...]
     abrupt: tuple[float, ...] = ()
+    witness: Witness | None = None
 
 
 def march(
@@ -98,11 +102,12 @@ def march(
     missed: list[float] = []
     unsettled: list[float] = []
     abrupt: list[float] = []
-    jammed, deepest = 0, 0.0
-    for here, made in increments(coupling, strategy, state, settings, clock):
+    jammed, deepest, witness = 0, 0.0, Witness(model)
+    for here, step in increments(coupling, strategy, state, settings, clock):
         coupling, model = here, here.model
-        inertia = made.scheme.inertia
-        report = measure(model, coupling, made)
+        inertia = step.scheme.inertia
+        report = measure(model, coupling, step)
+        made = witness.see(model, step)
         clock.lap("measure")
         ledger = ledger.add(report, inertia)
         if keep == report.step and kept is not None:
@@ -135,6 +140,7 @@ def march(
     _warn(missed, unsettled, abrupt, report, strategy, settings)
     if verdict in {"equilibrium", "finished"}:
         _doubt(model, made, report, max(DOUBTFUL, 1e3 * settings.tolerance))
+        _tell_written(witness, max(DOUBTFUL, 1e3 * settings.tolerance), inertia == 0)
         far = drift(model, made, report, settings.tolerance)
         if far > 0:
             logger.warning(
@@ -154,7 +160,7 @@ def march(
             "give way; they were held where they are. Make room, or make the blocks elastic",
             jammed, _steps(report.step),
         )  # fmt: skip
-    return _ended(verdict, model, made, report, ledger, clock, tuple(abrupt))
+    return _ended(verdict, model, made, report, ledger, clock, tuple(abrupt), witness)
 
 
 def _warn(
@@ -213,6 +219,22 @@ def _doubt(model: Model, made: Increment, report: StepReport, bound: float) -> N
         )
 
 
+def _tell_written(witness: Witness, bound: float, static: bool) -> None:
+    """Say what the written results leave of balance, where a reader would not expect it."""
+    left, turned = witness.balance, witness.turning
+    if static and left.value > bound:
+        logger.warning(
+            "the written forces leave %.2g of its load on '%s' (step %d): it moves so far in a step that "
+            "they balance where it was before; take more load steps", left.value, *left.blocks, left.step,
+        )  # fmt: skip
+    if turned.value >= TURNED:
+        logger.warning(
+            "where '%s' is now forces leave %.2g of its load times its size (step %d): elastic blocks "
+            "balance where they were at the start, and thrusts are off by about as much; make blocks rigid "
+            "to have them turn", *turned.blocks, turned.value, turned.step,
+        )  # fmt: skip
+
+
 def _hopeless(report: StepReport, static: bool) -> Verdict | None:
     """Why the march cannot go on after a step, or None; statics bears no miss."""
     if report.outcome.moves:
@@ -233,6 +255,7 @@ def _ended(
     ledger: Ledger,
     clock: Clock,
     abrupt: tuple[float, ...],
+    witness: Witness,
 ) -> March:
     moving: tuple[tuple[str, float, str], ...] = ()
     if verdict == "equilibrium":
@@ -261,7 +284,9 @@ def _ended(
     else:
         moving = tuple(moving_blocks(model, made.after))
         message = _no_equilibrium(report, moving)
-    return March(verdict, message, made.after, report, model, made, ledger, clock.phases, moving, abrupt)
+    return March(
+        verdict, message, made.after, report, model, made, ledger, clock.phases, moving, abrupt, witness
+    )
 
 
 def _restless(report: StepReport, made: Increment, model: Model) -> str:

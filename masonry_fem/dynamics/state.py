@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
+    from masonry_fem.dynamics.acting import Acting
     from masonry_fem.nscd.laws.state import JointState
 
 FloatArray = NDArray[np.float64]
@@ -38,6 +39,7 @@ class SystemState:
     rigid_velocity : U of the solved bodies in the last step, a first guess for the next, shape (b, m);
         None before the first.
     held : Overlaps that could not be driven apart are held for so many steps more, of so many.
+    acting : What acted on the blocks in the last step beside contacts; None until a march has seen it.
     """
 
     time: float
@@ -53,3 +55,4 @@ class SystemState:
     joints: JointState | None = None
     rigid_velocity: FloatArray | None = None
     held: tuple[int, int] = (0, 0)
+    acting: Acting | None = None

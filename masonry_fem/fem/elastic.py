@@ -22,6 +22,7 @@ from functools import cached_property
 import numpy as np
 
 from masonry_fem.bodies.base import (
+    Actions,
     FloatArray,
     Free,
     IntArray,
@@ -31,6 +32,7 @@ from masonry_fem.bodies.base import (
     StressError,
     StressField,
 )
+from masonry_fem.bodies.rotation import moment
 from masonry_fem.bodies.support import Motion
 from masonry_fem.errors import GeometryError
 from masonry_fem.fem.assemble import ShapeOperators
@@ -251,6 +253,23 @@ class ElasticGroup(Meshed):
                 key = f"{name}/{face}"  # one face may be clamped twice, a component at a time
                 reactions[key] = reactions.get(key, 0.0) + wrench
         return reactions
+
+    def actions(
+        self, state: ElasticState, after: ElasticState, force: FloatArray, nodal: FloatArray | None,
+        scheme: Scheme,
+    ) -> Actions:  # fmt: skip
+        """Loads, clamps and inertia, in the reference: small kinematics balances there."""
+        clamps = np.zeros_like(force)
+        if self.holds.dofs.size:
+            held = self.holds.dofs
+            given = self.nodal_residual(state, after, force, nodal, scheme)
+            clamps[:, held] = given[:, held] / scheme.step
+        taken = self.balance.inertia(state, after, scheme) / scheme.step if scheme.inertia else clamps * 0.0
+        load, d = self.resultant(force), self.dimension
+        acting = np.einsum("bij,bnj->bni", self.rotation, (force + clamps).reshape(self.count, -1, d))
+        moved = moment(self.positions(after).reshape(acting.shape), acting).sum(axis=1)
+        centre = self.rotation @ self.modes.centroid + self.translation
+        return Actions(load, self.resultant(clamps), self.resultant(taken), centre, moved)
 
     def inertial_force(self, state: ElasticState, after: ElasticState, scheme: Scheme) -> FloatArray:
         """Resultant of M (Δu/h + α u_θ), clamped nodes among them, shape (b, d) [N]."""

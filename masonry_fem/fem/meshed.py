@@ -156,6 +156,14 @@ class Meshed:
         placed: FloatArray = self._world(self.mesh.points.ravel(), body) + self.translation[body]
         return placed
 
+    def positions(self, state: ElasticState) -> FloatArray:
+        """Where the nodes of all blocks are, block after block, world axes, shape (b · nodes, d) [m]."""
+        d = self.dimension
+        moved = state.rigid_displacement @ self.modes.modes.T + state.displacement
+        local = self.mesh.points + moved.reshape(self.count, -1, d)
+        world: FloatArray = np.einsum("bij,bnj->bni", self.rotation, local) + self.translation[:, None]
+        return world.reshape(-1, d)
+
     def displacement_field(self, state: ElasticState, body: int) -> FloatArray:
         """Displacement of the nodes of one block, world axes, shape (nodes, d) [m]."""
         rigid = self.modes.modes @ state.rigid_displacement[body]

@@ -29,6 +29,7 @@ ADHESION, JUMP = "adhesion", "jump"
 BED, CRUSHED, DILATION = "bed", "crushed", "dilation"
 SCATTER = "scatter_"  # and the parameter
 CANDIDATE, ANTAGONIST = "candidate", "antagonist"
+TANGENTS, LOCAL, ARMS = ("tangent_1", "tangent_2"), "reaction_local", ("arm_candidate", "arm_antagonist")
 
 
 def point_arrays(grid: Grid, model: Model, state: SystemState) -> Arrays:
@@ -108,9 +109,18 @@ def joint_arrays(model: Model, state: SystemState) -> Arrays:
     return arrays | ({DILATION: joints.dilation} if "rough" in layers else {})
 
 
+def _arms(state: SystemState) -> Arrays:
+    """Where reactions act on the two blocks as these balance [m]; {} where no march has said it."""
+    if state.acting is None:
+        return {}
+    return {name: three(state.acting.arms[:, side]) for side, name in enumerate(ARMS)}
+
+
 def contact_arrays(model: Model, state: SystemState) -> Arrays:
     """What contact points carry, in world axes; reactions [N] act on the candidate.
 
+    ``reaction_local`` has their components along the normal and the tangents; ``arm_candidate`` and
+    ``arm_antagonist`` are where they act on the two blocks as these balance (``dynamics.acting``).
     What joint laws remember is there where they are (``joint_arrays``).
     Properties that scatter stand as factors on the scene's values: ``scatter_cohesion``.
     """
@@ -125,7 +135,10 @@ def contact_arrays(model: Model, state: SystemState) -> Arrays:
         | {
             REACTION: reaction,
             TRACTION: np.divide(reaction, area, out=np.zeros_like(reaction), where=area > 0),
+            LOCAL: three(state.reaction),
             NORMAL: three(frame[:, 0]),
+            **{name: three(frame[:, 1 + i]) for i, name in enumerate(TANGENTS[: frame.shape[1] - 1])},
+            **_arms(state),
             SLIP: three(np.einsum("cai,ca->ci", frame, state.velocity)),
             GAP: state.gap,
             STATUS: state.status.astype(np.int64),

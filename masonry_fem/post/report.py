@@ -160,8 +160,24 @@ def _mechanism(summary: Mapping[str, Any]) -> Rows:
 def _certificate(summary: Mapping[str, Any]) -> Rows:
     units = {"max_penetration": "m", "min_normal_reaction": _force_unit(len(summary.get("applied", ())))}
     for name, value in (summary.get("certificate") or {}).items():
+        if name == "written":
+            yield from _written(value)
+            continue
         unit = units.get(name)
         yield "certificate", name.replace("_", " "), f"{_number(value)} {unit or ''}".rstrip()
+
+
+def _written(told: Mapping[str, Any]) -> Rows:
+    """What the written results leave open, worst over the steps, with its blocks."""
+    for name, words, unit in (
+        ("balance", "written balance", "of a block's load"),
+        ("turning", "… where elastic blocks are now", "of a block's load"),
+        ("overlap", "deepest overlap", "m"),
+    ):
+        part = told.get(name) or {}
+        if part.get("blocks"):
+            where = f"{' and '.join(part['blocks'])}, step {part['step']}"
+            yield "certificate", words, f"{_number(part['value'])} {unit} ({where})"
 
 
 def _stress(summary: Mapping[str, Any]) -> Rows:

@@ -5,6 +5,8 @@ One ``.vtu`` a recorded step for the blocks and one for the contact points, and 
 
     out/blocks.pvd   out/contacts.pvd   out/fields/blocks_000012.vtu   ...
 
+What acts on the blocks beside contacts stands in ``out/fields/acting_000012.csv``.
+
 Arrays are appended in raw zlib-compressed binary. Polyhedra are written in the face-stream form
 of file version 1.0, which every ParaView 5 and later reads.
 """
@@ -22,6 +24,7 @@ from numpy.typing import NDArray
 
 from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.state import SystemState
+from masonry_fem.post.acting_table import acting_table
 from masonry_fem.post.fields import Arrays, cell_arrays, contact_arrays, point_arrays
 from masonry_fem.post.folder import write_atomic
 from masonry_fem.post.grid import VERTEX, Grid, grid_of, three
@@ -62,6 +65,9 @@ class FieldFiles:
             path = self._contacts.next_path(state.index)
             write_points(path, three(state.points), contact_arrays(model, state), meta)
             self._contacts.add(path, report.time)
+        if state.acting is not None:
+            path = self._directory / "fields" / f"acting_{state.index:06d}.csv"
+            write_atomic(path, acting_table(model, state.acting))
 
     def close(self, summary: Mapping[str, Any]) -> list[Path]:
         """Name the two series."""

@@ -146,7 +146,7 @@ def _run(scene: Any, base: Path) -> dict[str, Any]:
         "message": result.message,
         "seconds": summary["seconds"],
         "size": {name: summary[name] for name in sizes if name in summary},
-        "certificate": summary["certificate"],
+        "certificate": {name: value for name, value in summary["certificate"].items() if name != "written"},
         "solver": summary["solver"],
         "quantities": {name: quantity.told() for name, quantity in measured(result).items()},
     }

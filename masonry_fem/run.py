@@ -27,6 +27,7 @@ from masonry_fem.post.recorder import Recorder, Recorders
 from masonry_fem.post.report import Progress
 from masonry_fem.post.summary import status_counts, write_summary
 from masonry_fem.scene import check, specs
+from masonry_fem.start import Start, said, started
 from masonry_fem.summary import seconds, summarise, wrench
 
 if TYPE_CHECKING:
@@ -111,8 +112,10 @@ def run(
             keep=save_contact,
             kept=kept,
         )
+        start = started(made)
+        made = said(made, start)
         clock.lap("march")
-        summary = summarise(scene, built, made) | limits
+        summary = summarise(scene, built, made) | limits | _start(start)
         summary |= {"errors": errors_of(scene, built, made, base)}
         _compare(summary)
         told = _determinacy(scene, built, made, summary)
@@ -149,11 +152,19 @@ def solve_scene(scene: specs.Scene, base: Path = Path(), observers: Sequence[Obs
     limits = _limits(scene, built)
     plan, settings = strategy(scene.analysis), solver_settings(scene.solver)
     made = march(built.model, plan, settings, bodies=built.bodies, observers=observers)
-    summary = summarise(scene, built, made) | limits | {"errors": errors_of(scene, built, made, base)}
+    start = started(made)
+    made = said(made, start)
+    summary = summarise(scene, built, made) | limits | _start(start)
+    summary |= {"errors": errors_of(scene, built, made, base)}
     _compare(summary)
     told = _determinacy(scene, built, made, summary)
     summary |= _joints(scene, made, told)
     return RunResult(made.outcome, made.message, summary, [], built, made)
+
+
+def _start(start: Start | None) -> dict[str, Any]:
+    """How an equilibrium may come about."""
+    return {} if start is None else {"start": start.told()}
 
 
 def _joints(scene: specs.Scene, made: March, told: ForceDeterminacy | None) -> dict[str, Any]:

@@ -42,7 +42,7 @@ def test_every_record_and_key_is_explained(reference):
 @pytest.mark.parametrize(
     "page",
     [
-        "index", "scene", "import", "strategies", "solvers", "results", "errors", "determinacy",
+        "index", "scene", "import", "strategies", "solvers", "results", "errors", "determinacy", "reached",
         "limit_analysis", "collapse", "study", "method", "limits", "gallery", "joints", "add_a_law",
         *(f"laws/{page.stem}" for page in LAW_PAGES),
     ],

@@ -104,9 +104,9 @@ def admissible(problem: LimitProblem, factor: float = 0.0) -> Admissible:
     share = min(max(found.value, 0.0), 1.0)
     reaction = _reaction(problem, found)
     if share >= 1.0 - AT_BOUND:
-        _trust("whether the loads can be carried", found.unbalanced)
+        trust("whether the loads can be carried", found.unbalanced)
         return Admissible(True, 1.0, reaction, found.unbalanced, None, 0.0)
-    _trust("whether the loads can be carried", found.closing)
+    trust("whether the loads can be carried", found.closing)
     motion = mechanism_of(problem, simplest(program, found))
     return Admissible(False, share, reaction, found.unbalanced, motion, found.closing)
 
@@ -121,7 +121,7 @@ def collapse_multiplier(problem: LimitProblem) -> Collapse:
         )
     least = 0.0
     if not admissible(problem).holds:
-        lowest = _maximum(_program(problem, dead, -live, 0.0))
+        lowest = maximum(_program(problem, dead, -live, 0.0))
         if lowest is None:
             return Collapse(np.nan, np.nan, nothing, None)
         least = -lowest.value
@@ -129,7 +129,7 @@ def collapse_multiplier(problem: LimitProblem) -> Collapse:
         return Collapse(np.inf, least, nothing, None)
     program = _program(problem, dead, live, np.inf)
     found = _solved(program)
-    _trust("the collapse multiplier", found.unbalanced, found.closing, found.gap)
+    trust("the collapse multiplier", found.unbalanced, found.closing, found.gap)
     return Collapse(
         multiplier=found.value,
         least=least,
@@ -174,7 +174,7 @@ def _extreme(problem: LimitProblem, resultant: FloatArray, factor: float) -> tup
         return np.inf, 0.0
     found = _solved(base)
     gap = found.gap * max(abs(found.value), 1e-3)
-    _trust("the interval of a resultant", found.unbalanced, found.closing, gap)
+    trust("the interval of a resultant", found.unbalanced, found.closing, gap)
     return found.value * size * problem.force, gap
 
 
@@ -226,12 +226,13 @@ def _carried_alone(problem: LimitProblem, load: FloatArray) -> bool:
     return found.value >= 1.0 - AT_BOUND and found.unbalanced <= EXACT
 
 
-def _maximum(program: Program) -> Optimum | None:
+def maximum(program: Program) -> Optimum | None:
+    """The optimum of a program; None where its equations have no solution."""
     return maximise_plane(program) if program.dimension == 2 else maximise_cones(program)
 
 
 def _solved(program: Program) -> Optimum:
-    found = _maximum(program)
+    found = maximum(program)
     if found is None:
         raise ProblemError(
             "limit analysis: no reactions balance the loads, although some were found before; the structure "
@@ -245,7 +246,7 @@ def _reaction(problem: LimitProblem, found: Optimum) -> FloatArray:
     return reaction
 
 
-def _trust(what: str, *errors: float) -> None:
+def trust(what: str, *errors: float) -> None:
     """Refuse an answer whose own proof does not hold."""
     worst = max((error for error in errors if np.isfinite(error)), default=0.0)
     if worst > EXACT:

@@ -115,6 +115,7 @@ def print_summary(summary: Mapping[str, Any], console: Console | None = None) ->
     for part in (
         _size,
         _mechanism,
+        _start,
         _certificate,
         _stress,
         _errors,
@@ -155,6 +156,16 @@ def _mechanism(summary: Mapping[str, Any]) -> Rows:
         yield "mechanism", "", str(found["sentence"])
         for line in mechanism_lines(found, SHOWN_LINES):
             yield "mechanism", "", line
+
+
+def _start(summary: Mapping[str, Any]) -> Rows:
+    if told := summary.get("start"):
+        ways = {True: "reached without stress", False: "stands only if pre-stressed", None: "not known"}
+        yield "start", "", ways[told["reached"]]
+        if told.get("least_thrust") is not None:
+            unit = _force_unit(len(summary.get("applied", ())))
+            where = ", ".join(" / ".join(pair) for pair in told["joints"][:SHOWN_LINES])
+            yield "start", "least thrust", f"{quantity(told['least_thrust'], unit, 4)} between {where}"
 
 
 def _certificate(summary: Mapping[str, Any]) -> Rows:

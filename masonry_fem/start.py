@@ -1,0 +1,145 @@
+"""Start: whether a run's equilibrium is reached from a start without stress, or stands only if pre-stressed.
+
+    told = started(made)
+    told.reached, told.thrust, told.sentence()
+
+Rigid blocks alone are asked: elastic ones take their stress from what moves (``nscd.unstressed``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from masonry_fem.dynamics.coupling import connect
+from masonry_fem.dynamics.loads import external_forces
+from masonry_fem.dynamics.march import March
+from masonry_fem.dynamics.mechanism import Mechanism, mechanism_of_step
+from masonry_fem.dynamics.motion import FloatArray
+from masonry_fem.errors import MasonryError
+from masonry_fem.nscd.unstressed import Unstressed, from_no_stress
+from masonry_fem.post.sheet import quantity
+
+CLOSED = 1e-6  # of a block's size: a gap that is none
+DIGITS = 4
+SHOWN = 4  # joints that are named
+
+COHESIVE = "joints with a law of their own may hold blocks without any thrust: it is not asked of them"
+UNTOLD = "no state from a start without stress was found, nor that there is none"
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """What is known of how an equilibrium may come about.
+
+    Attributes
+    ----------
+    reached : From a start without stress; False: it stands only if it is pre-stressed; None: not known.
+    note : Why it is not known.
+    thrust : Least pre-stress of a joint with which the loads are carried [N]; None: not known.
+    joints : Between which blocks it is needed.
+    mechanism : How blocks move without it.
+    plane : A plane scene, whose forces are per metre.
+    """
+
+    reached: bool | None
+    note: str = ""
+    thrust: float | None = None
+    joints: tuple[tuple[str, str], ...] = ()
+    mechanism: Mechanism | None = None
+    plane: bool = False
+
+    def sentence(self) -> str:
+        """The same in words."""
+        if self.reached:
+            return "Reached from a start without stress."
+        if self.reached is None:
+            return f"Whether it is reached from a start without stress is not known: {self.note}."
+        words = "It stands only if it is pre-stressed"
+        if self.thrust is not None:
+            words += f" by at least {quantity(self.thrust, 'N/m' if self.plane else 'N', DIGITS)}"
+        if self.joints:
+            named = ", ".join(" / ".join(pair) for pair in self.joints[:SHOWN])
+            more = f" and {len(self.joints) - SHOWN} more" if len(self.joints) > SHOWN else ""
+            words += f" between {named}{more}"
+        moves = "" if self.mechanism is None else f": {self.mechanism.sentence()}"
+        return f"{words}; from a start without stress it falls{moves}."
+
+    def told(self) -> dict[str, Any]:
+        """What ``summary.json`` holds."""
+        if self.reached is None:
+            return {"reached": None, "note": self.note}
+        if self.reached:
+            return {"reached": True}
+        return {
+            "reached": False,
+            "message": self.sentence(),
+            "least_thrust": self.thrust,
+            "joints": [list(pair) for pair in self.joints],
+            "mechanism": None if self.mechanism is None else self.mechanism.told(),
+        }
+
+
+def started(made: March) -> Start | None:
+    """How the equilibrium that a march ended with may come about; None where it ended otherwise."""
+    if made.outcome != "equilibrium":
+        return None
+    problem = made.last.problem
+    if made.model.laws is not None:
+        return Start(None, COHESIVE)
+    if not problem.rigid:
+        return Start(True)
+    step = made.last
+    closed = step.after.gap[step.contacts] <= CLOSED * made.model.length
+    closed |= step.solution.impulse[:, 0] > 0
+    found = from_no_stress(problem, closed)
+    if found.reached is None:
+        return Start(None, UNTOLD)
+    return Start(True) if found.reached else _fallen(made, found)
+
+
+def said(made: March, start: Start | None) -> March:
+    """The march, its message with what an equilibrium needs to stand."""
+    if start is None or start.reached:
+        return made
+    return replace(made, message=f"{made.message} {start.sentence()}")
+
+
+def _fallen(made: March, found: Unstressed) -> Start:
+    """What a structure needs that stands only if it is pre-stressed."""
+    motion = _mechanism(made, found.motion)
+    plane = made.model.assembly.dimension == 2
+    joints = [joint.interface for joint in motion.joints]
+    pressed = np.zeros(len(made.model.interfaces))
+    number = made.model.contacts.interface[made.last.contacts]
+    np.add.at(pressed, number, found.impulse[:, 0] / made.last.scheme.step)
+    from masonry_fem.limit import limit_problem  # noqa: PLC0415 - what is reached needs no program
+    from masonry_fem.limit.prestress import least_prestress  # noqa: PLC0415
+
+    try:
+        forces = external_forces(made.model, made.state.time)
+        problem = limit_problem(made.model, forces, bodies=made.state.bodies)
+        least = least_prestress(problem, joints, pressed[joints].tolist())
+    except MasonryError:
+        least = None
+    if least is None:
+        return Start(False, mechanism=motion, plane=plane)
+    needed = [joint for joint, rise in zip(joints, least.rises, strict=True) if rise > 1e-3 * least.thrust]
+    names = [block.name for block in made.model.assembly.blocks]
+    pairs = [made.model.interfaces[joint].blocks for joint in needed]
+    between = tuple((names[one], names[two]) for one, two in pairs)
+    return Start(False, thrust=least.thrust, joints=between, mechanism=motion, plane=plane)
+
+
+def _mechanism(made: March, velocity: FloatArray) -> Mechanism:
+    """The motion by which blocks run off."""
+    step, model = made.last, made.model
+    coupling = connect(model)
+    rigid = coupling.scatter(velocity / np.abs(velocity).max(), step.free)
+    bodies = tuple(
+        group.advance(own, free, motion, None, step.scheme)
+        for group, own, free, motion in zip(model.groups, step.before.bodies, step.free, rigid, strict=True)
+    )
+    return mechanism_of_step(replace(step, after=replace(step.after, bodies=bodies)), model)

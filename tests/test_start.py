@@ -1,0 +1,82 @@
+"""Start: what stands without ever having been pressed together, and what needs a thrust that is not there."""
+
+import json
+
+import pytest
+
+from masonry_fem.run import run, solve_scene
+from masonry_fem.scene.specs import (
+    ArchStructure,
+    BlockStructure,
+    Joint,
+    Loads,
+    Material,
+    Output,
+    Scene,
+    Statics,
+    Support,
+    WallStructure,
+)
+
+STONE = {"stone": Material(density=2000.0, young=1e10)}
+FRICTION = 0.8
+WEIGHT = 2000.0 * 10.0  # of a cubic metre [N], of a square metre of a plane structure [N/m]
+
+
+def block(name, size, position):
+    return BlockStructure(name=name, material="stone", size=size, position=position)
+
+
+def scene(structures, supports=(), **keys):
+    given = {
+        "dimension": 2,
+        "fidelity": "rigid",
+        "materials": STONE,
+        "structures": structures,
+        "supports": tuple(Support(on=name) for name in supports),
+        "joints": (Joint(friction=FRICTION),),
+        "loads": Loads(gravity=(0.0, -10.0)),
+        "analysis": Statics(),
+        "output": Output(pictures=False),
+    } | keys
+    return Scene(**given)
+
+
+def beam(count=1, **keys):
+    """Stones in a row between two vertical faces that nothing has pushed together."""
+    stones = [block(f"stone{k}", (0.5, 1.0), (0.5 * k, 0.0)) for k in range(count)]
+    ends = [block("left", (0.5, 3.0), (-0.5, -1.0)), block("right", (0.5, 3.0), (0.5 * count, -1.0))]
+    return scene((*stones, *ends), ("left", "right"), **keys)
+
+
+@pytest.mark.parametrize("count", [1, 4])
+def test_stones_between_vertical_faces_stand_only_if_pre_stressed(count):
+    # each end carries half the weight by friction under one thrust
+    found = solve_scene(beam(count))
+    told = found.summary["start"]
+    assert found.outcome == "equilibrium"
+    assert told["reached"] is False
+    assert told["least_thrust"] == pytest.approx(0.5 * count * WEIGHT / (2 * FRICTION), rel=1e-6)
+    assert "stands only if it is pre-stressed by at least" in found.message
+    assert told["mechanism"]["groups"] == [[f"stone{k}" for k in range(count)]]
+
+
+def test_the_verdict_is_written(tmp_path):
+    run(beam(), tmp_path)
+    kept = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
+    assert kept["start"]["reached"] is False
+    assert sorted(map(sorted, kept["start"]["joints"])) == [["left", "stone0"], ["right", "stone0"]]
+
+
+@pytest.mark.parametrize(
+    "structure",
+    [
+        ArchStructure(name="arch", material="stone", radius=1.0, thickness=0.2, voussoirs=11),
+        WallStructure(name="wall", material="stone", brick=(0.4, 0.2), columns=5, courses=6),
+    ],
+    ids=["arch", "wall"],
+)
+def test_arches_and_walls_are_reached(structure):
+    found = solve_scene(scene((structure,)))
+    assert found.summary["start"] == {"reached": True}
+    assert "pre-stressed" not in found.message

@@ -24,7 +24,7 @@ from masonry_fem.nscd.iterate import Iterate, Method, iterate
 from masonry_fem.nscd.outcome import Outcome, Solution
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import Quality, assess
-from masonry_fem.nscd.rest import holding_impulses
+from masonry_fem.nscd.rest import brought_to_rest, holding_impulses
 from masonry_fem.nscd.settings import SolverSettings, Start
 from masonry_fem.nscd.solvers import make_method
 from masonry_fem.nscd.threads import one_thread
@@ -63,7 +63,10 @@ def solve(
     settings = SolverSettings() if settings is None else settings
     _check_start(problem, start)
     with one_thread():
-        return _solve(problem, settings, start)
+        made = _solve(problem, settings, start)
+        if made.outcome is Outcome.CONVERGED:
+            made = brought_to_rest(problem, made, settings.least_impulse)
+        return made
 
 
 def _solve(problem: ContactProblem, settings: SolverSettings, start: Start | None) -> Solution:

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from masonry_fem.nscd import Outcome, SolverSettings, solve
+from masonry_fem.nscd import Outcome, SolverSettings, assess, solve
 from masonry_fem.nscd.iterate import iterate
 from masonry_fem.nscd.rest import Rest
 from tests.nscd.plane import plane_wall
@@ -52,3 +52,25 @@ def test_close_to_the_limit_of_a_slender_wall(pull):
     """Two bricks of 2 × 1 wide, ten courses, μ = 0.65: it falls at 0.37114 (A4.6)."""
     problem = plane_wall(2, 10, horizontal=pull, mass=0.0, friction=0.65)
     assert solve(problem, EXACT).outcome is Outcome.CONVERGED
+
+
+@pytest.mark.parametrize("method", ["newton", "auto"])
+def test_what_a_last_step_leaves_of_velocities_is_taken_out(method):
+    """Of a wall not far from tipping."""
+    problem = plane_wall(2, 10, horizontal=0.3, mass=0.0, friction=0.65)
+    loose = SolverSettings(method=method, tolerance=1e-6)
+    solution = solve(problem, loose)
+    assert solution.outcome is Outcome.CONVERGED
+    assert not solution.rigid_velocity.any()
+    assert not solution.velocity.any()
+    assert solution.quality == assess(problem, solution.impulse, solution.rigid_velocity)
+
+
+def test_blocks_that_must_follow_a_support_are_not_brought_to_rest():
+    problem = plane_wall(3, 3, horizontal=0.05, mass=0.0)
+    lifted = problem.free_velocity.copy()
+    grounded = (problem.bodies < 0).any(axis=1)
+    lifted[grounded, 0] = -1e-3
+    solution = solve(replace(problem, free_velocity=lifted), EXACT)
+    assert solution.outcome is Outcome.CONVERGED
+    assert abs(solution.rigid_velocity).max() > 1e-4

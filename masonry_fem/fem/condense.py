@@ -30,6 +30,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 DENSE_LIMIT = 1500  # dofs; below, a dense factor is as fast and needs no PETSc
+AT_ONCE = DENSE_LIMIT**2  # numbers in the columns that are solved together: more are slower, and fill memory
 
 
 def coefficients(operators: ShapeOperators, scheme: Scheme) -> tuple[float, float]:
@@ -189,10 +190,15 @@ class Compliance:
         return answer
 
     def block(self, dofs: IntArray) -> FloatArray:
-        """Dense symmetric block of (M̂⁻¹)_el on some dofs, by one solve with many columns."""
-        unit = np.zeros((self._total, len(dofs)))
-        unit[dofs, np.arange(len(dofs))] = 1.0
-        answer = np.zeros_like(unit)
-        answer[self._free] = self._factor.solve(unit[self._free])
-        part: FloatArray = answer[dofs]
+        """Dense symmetric block of (M̂⁻¹)_el on some dofs, by solves with many columns."""
+        part: FloatArray = np.empty((len(dofs), len(dofs)))
+        width = max(1, AT_ONCE // self._total)
+        for first in range(0, len(dofs), width):
+            columns = slice(first, first + width)
+            own = dofs[columns]
+            unit = np.zeros((self._total, len(own)))
+            unit[own, np.arange(len(own))] = 1.0
+            answer = np.zeros_like(unit)
+            answer[self._free] = self._factor.solve(unit[self._free])
+            part[:, columns] = answer[dofs]
         return 0.5 * (part + part.T)

@@ -144,6 +144,7 @@ COMMON = {
 }
 MEANING: dict[str, str] = {
     "Scene.title": "stands on pictures and in tables",
+    "Scene.large": "build it whatever its [size](limits.md#sizes); `--yes` sets it",
     "Scene.dimension": "of space",
     "Scene.plane": "plane strain or plane stress in 2D",
     "Scene.fidelity": "what blocks are where nothing else says so",

@@ -64,7 +64,7 @@ def analyse(
     MasonryError : The scene cannot be built, a joint has no constant strength, or nothing is so named.
     """
     scene = check(scene, base=base)
-    return cross_check(scene, build(scene, base), dead=dead, tilt=tilt)
+    return cross_check(scene, build(scene, base, solved=False), dead=dead, tilt=tilt)
 
 
 def cross_check(

@@ -3,7 +3,10 @@
 import json
 import logging
 from pathlib import Path
+from types import SimpleNamespace
 
+import msgspec
+import psutil
 import pytest
 
 from masonry_fem.errors import MasonryError, SceneError
@@ -79,8 +82,8 @@ def test_check_counts_the_steps():
 def test_check_tells_what_this_machine_cannot_hold(monkeypatch, caplog):
     check_scene(scene())
     assert caplog.text == ""
-    monkeypatch.setattr("masonry_fem.inspection.present_memory", lambda: 1.0)
-    check_scene(scene())
+    monkeypatch.setattr(psutil, "virtual_memory", lambda: SimpleNamespace(total=1e6))
+    check_scene(msgspec.structs.replace(scene(), large=True))
     assert "this machine has 1 MB" in caplog.text
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from masonry_fem.build.foresight import foresee_points
 from masonry_fem.build.laws import joint_laws
 from masonry_fem.build.scatter import scatter_factors
 from masonry_fem.build.stones import Stones, block_names
@@ -97,6 +98,7 @@ def contacts_and_joints(
     Last the factors by which properties of the points scatter, by parameter.
     """
     chosen = joint_of_interfaces(scene, stones, interfaces)
+    foresee_points(scene, [scene.joints[joint].density for joint in chosen])
     contacts = place(stones.assembly, interfaces, rules_of(scene, stones, interfaces, chosen))
     return contacts, *joints_at(scene, interfaces, contacts, chosen, base)
 

@@ -14,6 +14,7 @@ from scipy import sparse
 from masonry_fem import installation
 from masonry_fem.bodies.base import BodyGroup
 from masonry_fem.bodies.rigid import RigidGroup
+from masonry_fem.build.foresight import foresee_blocks, foresee_memory, foresee_meshes, memory_of_run
 from masonry_fem.build.joints import contacts_and_joints
 from masonry_fem.build.loads import loads
 from masonry_fem.build.overlaps import refuse_overlaps
@@ -54,15 +55,25 @@ class Built:
     seconds: dict[str, float]
 
 
-def build(scene: specs.Scene, base: Path, before: Built | None = None) -> Built:
-    """Compose the model of a scene; ``base`` is the folder its file paths are relative to.
+def build(scene: specs.Scene, base: Path, before: Built | None = None, *, solved: bool = True) -> Built:
+    """Compose the model of a scene.
 
-    Meshes, matrices and factors of ``before``, the same structures built with other meshes, are used again
-    where they fit.
+    Parameters
+    ----------
+    scene : What to build. base : Folder its file paths are relative to.
+    before : The same structures built with other meshes: meshes, matrices and factors are used again
+        where they fit.
+    solved : Whether it is going to be solved: then the memory of that is foreseen, too.
+
+    Raises
+    ------
+    MasonryError : Contradictions, and scenes too large for this machine that do not say that they are.
     """
     clock = Clock()
+    foresee_blocks(scene)
     stones = lay(scene, base)
     check_places(stones)
+    foresee_meshes(scene, stones)
     clock.lap("build")
     stones = meshed(stones, None if before is None else before.stones)
     clock.lap("mesh" if stones.of_role("elastic") else "build")
@@ -74,6 +85,9 @@ def build(scene: specs.Scene, base: Path, before: Built | None = None) -> Built:
     _tell_gaps(stones, interfaces)
     contacts, joints, laws, scatter = contacts_and_joints(scene, stones, interfaces, base)
     clock.lap("detect")
+    if solved:
+        points = np.bincount(contacts.blocks.ravel(), minlength=len(stones.assembly.blocks))
+        foresee_memory(scene, memory_of_run(stones, points))
     if stones.of_role("elastic"):
         _load_fenicsx()
         clock.lap("import")

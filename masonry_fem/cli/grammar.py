@@ -49,6 +49,10 @@ def parents() -> Parents:
         "--trust", action="store_true",
         help="run the files of the scene that are programs (.geo): you have read them",
     )  # fmt: skip
+    scene.add_argument(
+        "--yes", action="store_true",
+        help="build the scene however many blocks and elements it asks for, and whatever memory a run needs",
+    )  # fmt: skip
     return Parents(common, scene)
 
 
@@ -56,7 +60,7 @@ def overrides_of(options: argparse.Namespace) -> list[str]:
     """What the command line changes in the scene."""
     from masonry_fem.scene.overrides import trusting  # noqa: PLC0415 - not on the path of --help
 
-    changed: list[str] = options.overrides
+    changed: list[str] = [*options.overrides, *(["large=true"] if options.yes else [])]
     return [*changed, *trusting(options.scene, changed)] if options.trust else changed
 
 

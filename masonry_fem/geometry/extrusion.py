@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from masonry_fem.geometry.cells import HEXAHEDRON, QUAD, boundary_facets, turned
+from masonry_fem.geometry.meshing import DIVISIONS
 from masonry_fem.geometry.session import elements_of, node_positions, session
-from masonry_fem.geometry.unstructured import DIVISIONS
 from masonry_fem.scene.specs import MeshSettings
 from masonry_fem.solid.assembly import Shape
 from masonry_fem.solid.mesh import IntArray, Mesh

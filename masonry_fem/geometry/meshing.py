@@ -20,6 +20,7 @@ from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import FloatArray
 
 DEFAULT_DIVISIONS = 2
+DIVISIONS = 4  # elements along the longest side of what is not structured, where the scene gives no size
 MOST = 1e7  # elements of one shape: their matrices would take some ten gigabytes
 CONCAVE = 0.05  # of its size: how far a corner of a six-sided solid stands out of a face to be concave
 
@@ -33,15 +34,33 @@ def refuse_many(shape: Shape, count: float) -> None:
         )
 
 
+def foreseen_cells(shape: Shape, settings: MeshSettings) -> float:
+    """Quadrilaterals or hexahedra, or as many as its simplices would fill, that a shape will have.
+
+    Raises
+    ------
+    GeometryError : More than any memory holds.
+    """
+    if _is_structured(shape):
+        count = float(math.prod(_counts(shape, _corners(shape), settings)))
+    else:
+        longest = float(np.ptp(shape.solid.vertices, axis=0).max())
+        size = settings.size or longest / (max(settings.divisions) if settings.divisions else DIVISIONS)
+        count = float(shape.solid.mass_properties().volume)
+        for _ in range(shape.solid.dimension):
+            count /= size
+    refuse_many(shape, count)
+    return count
+
+
 def mesh_shape(shape: Shape, settings: MeshSettings, dimension: int) -> Mesh:
     """Elements of one shape; the nodes on its arcs lie on the true arcs.
 
     Prisms that are not six-sided get hexahedra all the same where they are wanted; other solids (in 2D those
     without four sides) get simplices from gmsh.
     """
+    foreseen_cells(shape, settings)
     if not _is_structured(shape):
-        if settings.size is not None:
-            refuse_many(shape, shape.solid.mass_properties().volume / settings.size**dimension)
         if settings.element[0] == "Q":
             from masonry_fem.geometry.extrusion import hexahedra_of, prism_of  # noqa: PLC0415  brings gmsh
 
@@ -54,7 +73,6 @@ def mesh_shape(shape: Shape, settings: MeshSettings, dimension: int) -> Mesh:
     order, simplices = int(settings.element[1]), settings.element[0] == "P"
     corners = _corners(shape)
     counts = _counts(shape, corners, settings)
-    refuse_many(shape, math.prod(counts))
     cells, grid = _cells(counts, order, simplices)
     points = _mapped(shape, corners, grid)
     used, inverse = np.unique(cells, return_inverse=True)

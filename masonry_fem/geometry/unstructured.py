@@ -8,14 +8,13 @@ from typing import Any
 import numpy as np
 
 from masonry_fem.geometry.cells import boundary_facets, corner_count
+from masonry_fem.geometry.meshing import DIVISIONS
 from masonry_fem.geometry.session import elements_of, node_positions, session
 from masonry_fem.scene.specs import MeshSettings
 from masonry_fem.solid.assembly import Shape
 from masonry_fem.solid.mesh import IntArray, Mesh
 
 logger = logging.getLogger(__name__)
-
-DIVISIONS = 4  # elements along the longest side where the scene gives no size
 
 
 def simplices_of(shape: Shape, settings: MeshSettings) -> Mesh:

@@ -357,6 +357,7 @@ class Scene(Spec, frozen=True, kw_only=True):
     """A whole problem: read it with ``masonry_fem.scene.load``, write it with ``save``."""
 
     title: str = ""
+    large: bool = False
     dimension: Literal[2, 3] = 3
     plane: Literal["strain", "stress"] = "strain"
     fidelity: Fidelity = "elastic"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from masonry_fem.scene.record import Angle, Count, Length, Point
-from masonry_fem.scene.structures.base import Structure
+from masonry_fem.scene.structures.base import Foreseen, Structure
 from masonry_fem.scene.structures.voussoirs import Cut
 
 
@@ -30,6 +30,10 @@ class ArchStructure(Structure, frozen=True, kw_only=True, tag="arch"):
     def carries(self) -> bool:
         """Whether it brings its springings."""
         return self.springings
+
+    def foreseen(self, dimension: int) -> Foreseen:
+        """Its voussoirs, and two springings."""
+        return Foreseen(self.voussoirs + 2 * self.springings, ("voussoirs",))
 
     def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
         """Stones without an intrados, or of more than half a circle; upright joints that miss a face."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from masonry_fem.scene.record import Angle, Count, Length
+from masonry_fem.scene.structures.base import Foreseen
 from masonry_fem.scene.structures.voussoirs import VoussoirStructure
 
 
@@ -19,6 +20,12 @@ class BarrelVaultStructure(VoussoirStructure, frozen=True, kw_only=True, tag="ba
     embrace: Angle = 180.0
     stones: Count
     staggered: bool = True
+
+    def foreseen(self, dimension: int) -> Foreseen:
+        """Its stones, in every other staggered course one more, and two springings."""
+        more = self.voussoirs // 2 if self.staggered else 0
+        blocks = self.voussoirs * self.stones + more + 2 * self.springings
+        return Foreseen(blocks, ("voussoirs", "stones"))
 
     def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
         """Stones without an intrados, or of more than half a circle."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 from masonry_fem.scene.record import Divisions, Element, Fidelity, Length, Name, Spec
 
@@ -13,6 +14,22 @@ class MeshSettings(Spec, frozen=True, kw_only=True):
     element: Element = "Q1"
     size: Length | None = None
     divisions: Divisions | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Foreseen:
+    """What a structure will be made of, told from its keys before anything is built.
+
+    Attributes
+    ----------
+    blocks : How many, supports among them; exact, or within half as much again where bricks are cut.
+    keys : The keys that this number grows with.
+    sides : Faces of a block, those that most of them have; 0: six, in 2D four.
+    """
+
+    blocks: float
+    keys: tuple[str, ...]
+    sides: float = 0
 
 
 class Structure(Spec, frozen=True, kw_only=True, tag_field="kind"):
@@ -27,6 +44,10 @@ class Structure(Spec, frozen=True, kw_only=True, tag_field="kind"):
     def carries(self) -> bool:
         """True where it brings supports of its own."""
         return False
+
+    def foreseen(self, dimension: int) -> Foreseen | None:
+        """How many blocks its keys ask for; None where a file tells."""
+        return None
 
     def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
         """Keys whose values do not go together, or not with the dimension: (key, what was expected).

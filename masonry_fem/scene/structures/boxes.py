@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from masonry_fem.scene.record import Axis, Count, Degrees, Distance, Metres, Point, Sizes
-from masonry_fem.scene.structures.base import Structure
+from masonry_fem.scene.structures.base import Foreseen, Structure
 
 
 class BlockStructure(Structure, frozen=True, kw_only=True, tag="block"):
@@ -24,6 +24,10 @@ class BlockStructure(Structure, frozen=True, kw_only=True, tag="block"):
     def carries(self) -> bool:
         """Whether it is a support."""
         return self.support
+
+    def foreseen(self, dimension: int) -> Foreseen:
+        """One."""
+        return Foreseen(1, ())
 
     def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
         """An axis that means nothing, or that lacks."""
@@ -49,3 +53,7 @@ class StackStructure(Structure, frozen=True, kw_only=True, tag="stack"):
     def carries(self) -> bool:
         """Whether it brings its ground."""
         return self.ground
+
+    def foreseen(self, dimension: int) -> Foreseen:
+        """Its boxes, and the ground."""
+        return Foreseen(self.count + self.ground, ("count",))

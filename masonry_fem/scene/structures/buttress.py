@@ -8,7 +8,7 @@ from typing import Annotated
 from msgspec import Meta
 
 from masonry_fem.scene.record import Count, Length, Point
-from masonry_fem.scene.structures.base import Structure
+from masonry_fem.scene.structures.base import Foreseen, Structure
 
 
 class ButtressStructure(Structure, frozen=True, kw_only=True, tag="buttress"):
@@ -34,6 +34,10 @@ class ButtressStructure(Structure, frozen=True, kw_only=True, tag="buttress"):
     def carries(self) -> bool:
         """Whether it brings its ground."""
         return self.ground
+
+    def foreseen(self, dimension: int) -> Foreseen:
+        """Its courses, all as long as that at the foot, and the ground."""
+        return Foreseen(self.courses * self.stones + self.ground, ("courses", "stones"))
 
     def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
         """A top wider than the foot, stages that do not differ or have no course."""

@@ -8,7 +8,7 @@ from typing import Annotated
 from msgspec import Meta
 
 from masonry_fem.scene.record import Count, Distance, Length, Point
-from masonry_fem.scene.structures.base import Structure
+from masonry_fem.scene.structures.base import Foreseen, Structure
 
 
 class ColumnStructure(Structure, frozen=True, kw_only=True, tag="column"):
@@ -35,6 +35,12 @@ class ColumnStructure(Structure, frozen=True, kw_only=True, tag="column"):
     def carries(self) -> bool:
         """Whether it brings its ground."""
         return self.ground
+
+    def foreseen(self, dimension: int) -> Foreseen:
+        """Its drums, prisms of so many sides, and what lies above and below them."""
+        added = (self.plinth is not None) + (self.capital is not None) + self.ground
+        sides = 4 if dimension == 2 else self.sides + 2
+        return Foreseen(self.drums + added, ("drums", "sides"), sides=sides)
 
     def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
         """A projection of nothing, more drums than tell an entasis apart."""

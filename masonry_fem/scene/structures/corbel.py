@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Literal
 
 from masonry_fem.scene.record import Count, Metres, Point, Sizes
-from masonry_fem.scene.structures.base import Structure
+from masonry_fem.scene.structures.base import Foreseen, Structure
 
 
 class CorbelStructure(Structure, frozen=True, kw_only=True, tag="corbel"):
@@ -30,6 +30,10 @@ class CorbelStructure(Structure, frozen=True, kw_only=True, tag="corbel"):
     def carries(self) -> bool:
         """Whether it brings its ground."""
         return self.ground
+
+    def foreseen(self, dimension: int) -> Foreseen:
+        """Its boxes, and the ground."""
+        return Foreseen(self.count + self.ground, ("count",))
 
     def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
         """Boxes that do not lie on one another, a table without ground."""

@@ -8,7 +8,7 @@ from typing import Annotated
 from msgspec import Meta
 
 from masonry_fem.scene.record import Angle, Count, Length, Point
-from masonry_fem.scene.structures.base import Structure
+from masonry_fem.scene.structures.base import Foreseen, Structure
 
 
 class DomeStructure(Structure, frozen=True, kw_only=True, tag="dome"):
@@ -57,6 +57,15 @@ class DomeStructure(Structure, frozen=True, kw_only=True, tag="dome"):
     def stones(self) -> int:
         """In a course of the drum."""
         return self.slices if self.drum_stones is None else self.drum_stones
+
+    def foreseen(self, dimension: int) -> Foreseen:
+        """The stones of its rings, drum and piers, and what carries them."""
+        crown = 0 if self.oculus else 1
+        under = self.piers or (self.stones if self.drum_courses else self.slices)
+        blocks = self.rings * self.slices + crown + self.drum_courses * self.stones
+        blocks += self.piers * self.pier_courses + self.base * under + 2 * self.sides
+        keys = ("rings", "slices", "drum_courses", "drum_stones", "piers", "pier_courses")
+        return Foreseen(blocks, keys)
 
     def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
         """Drums and piers without a height, under slopes, or out of step with the dome's stones."""

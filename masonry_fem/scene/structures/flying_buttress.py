@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 from msgspec import Meta
 
 from masonry_fem.scene.record import Count, Distance, Length, Point
-from masonry_fem.scene.structures.base import Structure
+from masonry_fem.scene.structures.base import Foreseen, Structure
 
 
 class FlyingButtressStructure(Structure, frozen=True, kw_only=True, tag="flying_buttress"):
@@ -52,6 +52,10 @@ class FlyingButtressStructure(Structure, frozen=True, kw_only=True, tag="flying_
     def opening(self) -> float:
         """Half the angle of the axis [deg], 0 where it is straight."""
         return degrees(asin(self.chord / (2 * self.radius))) if self.camber else 0.0
+
+    def foreseen(self, dimension: int) -> Foreseen:
+        """Its voussoirs, and a support at either end."""
+        return Foreseen(self.voussoirs + self.head + self.foot, ("voussoirs",))
 
     def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
         """More than half a circle, stones without an intrados, vertical ends of a vertical axis."""

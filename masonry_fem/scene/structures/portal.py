@@ -7,7 +7,7 @@ from math import isclose
 from typing import Literal
 
 from masonry_fem.scene.record import Count, Length, Point
-from masonry_fem.scene.structures.base import Structure
+from masonry_fem.scene.structures.base import Foreseen, Structure
 from masonry_fem.scene.structures.pointed_arch import PointedArchStructure
 
 
@@ -35,6 +35,11 @@ class PortalStructure(Structure, frozen=True, kw_only=True, tag="portal"):
     def carries(self) -> bool:
         """Whether it brings the ground below its piers."""
         return self.ground
+
+    def foreseen(self, dimension: int) -> Foreseen:
+        """Its voussoirs and the blocks of two piers, each with its ground."""
+        blocks = self.voussoirs + 2 * (self.courses + self.ground)
+        return Foreseen(blocks, ("voussoirs", "courses"))
 
     @property
     def pointed(self) -> PointedArchStructure:

@@ -8,7 +8,7 @@ from typing import Annotated
 from msgspec import Meta
 
 from masonry_fem.scene.record import Count, Distance, Point, Positive, Sizes
-from masonry_fem.scene.structures.base import Structure
+from masonry_fem.scene.structures.base import Foreseen, Structure
 
 
 class RubbleStructure(Structure, frozen=True, kw_only=True, tag="rubble"):
@@ -43,6 +43,10 @@ class RubbleStructure(Structure, frozen=True, kw_only=True, tag="rubble"):
         for length in self.size:
             volume *= length
         return float((volume / self.stones) ** (1 / len(self.size)))
+
+    def foreseen(self, dimension: int) -> Foreseen:
+        """Its stones, of some 14 faces in space, and the ground."""
+        return Foreseen(self.stones + self.ground, ("stones",), sides=6 if dimension == 2 else 14)
 
     def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
         """Joints that leave no stones between them."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from masonry_fem.scene.record import Count, Length, Point
-from masonry_fem.scene.structures.base import Structure
+from masonry_fem.scene.structures.base import Foreseen, Structure
 
 
 class StaircaseStructure(Structure, frozen=True, kw_only=True, tag="staircase"):
@@ -29,6 +29,10 @@ class StaircaseStructure(Structure, frozen=True, kw_only=True, tag="staircase"):
     def carries(self) -> bool:
         """Always: the stones of its wall."""
         return True
+
+    def foreseen(self, dimension: int) -> Foreseen:
+        """Its steps, and the stones of the wall below and above each."""
+        return Foreseen(3 * self.steps, ("steps",))
 
     def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
         """A plane staircase, a lap as long as a step."""

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from msgspec import Meta
 
 from masonry_fem.scene.record import Count, Length, Point
-from masonry_fem.scene.structures.base import Structure
+from masonry_fem.scene.structures.base import Foreseen, Structure
 
 Cut = Literal["radial", "vertical"]
 Slope = Annotated[float, Meta(ge=0, lt=90, extra={"unit": "deg"})]
@@ -26,3 +26,7 @@ class VoussoirStructure(Structure, frozen=True, kw_only=True):
     def carries(self) -> bool:
         """Whether it brings its springings."""
         return self.springings
+
+    def foreseen(self, dimension: int) -> Foreseen:
+        """Its voussoirs, and two springings."""
+        return Foreseen(self.voussoirs + 2 * self.springings, ("voussoirs",))

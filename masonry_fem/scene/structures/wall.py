@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from msgspec import Meta
 
 from masonry_fem.scene.record import Count, Degrees, Point, Sizes
-from masonry_fem.scene.structures.base import Structure
+from masonry_fem.scene.structures.base import Foreseen, Structure
 from masonry_fem.scene.structures.opening import ROUNDING, Opening, Span, solid_stretches
 
 Bond = Literal["running", "stack", "header", "english", "flemish"]
@@ -72,6 +72,28 @@ class WallStructure(Structure, frozen=True, kw_only=True, tag="wall"):
             Span.of(one, length=length, height=height, courses=self.courses) for one in self.openings
         )
 
+    def foreseen(self, dimension: int) -> Foreseen:
+        """Its bricks as if there were no openings, whole ones where they are cut at the ends."""
+        added = self.ground + sum(one.lintel for one in self.openings)
+        if self.pattern:
+            row = sum(length > 0 for lengths in self.pattern for length in lengths) / len(self.pattern)
+            keys: tuple[str, ...] = ("courses", "wythes")
+        else:
+            row, keys = self.columns or 0.0, ("columns", "courses", "wythes")
+        through = self.through or self.wythes <= 2
+        headers = 2 * row if through else row * self.wythes  # a header is half as long, and two wythes thick
+        course = row * self.wythes
+        match self.bond:
+            case "header":
+                course = headers
+            case "english":
+                course = (course + headers) / 2
+            case "flemish":
+                course = (course + row) / 1.5
+            case _ if self.header_courses is not None:
+                course += (headers - course) / self.header_courses
+        return Foreseen(self.courses * course * (1 + self.cut) + added, keys)
+
     def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
         """A bond that its keys contradict, openings off the courses or too near to each other."""
         yield from self._pattern_faults()
@@ -119,7 +141,10 @@ class WallStructure(Structure, frozen=True, kw_only=True, tag="wall"):
         if misplaced:
             yield misplaced[0]
             return
-        for course in range(self.courses):
+        # courses between the lower and upper ends of openings and lintels are alike
+        changes = {span.bottom for span in spans} | {span.top for span in spans}
+        changes |= {span.top + span.lintel for span in spans}
+        for course in sorted(one for one in {0, *changes} if one < self.courses):
             for a, b in solid_stretches(spans, course, (0.0, self.length), rounding):
                 if b - a < SLIVER * self.brick[0] - rounding:
                     yield (

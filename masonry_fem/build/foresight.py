@@ -1,0 +1,168 @@
+"""Foresight: how large a scene will be, told before anything large is made of it.
+
+    foresee_blocks(scene)               # from the keys alone
+    foresee_meshes(scene, stones)       # from the stones as they were laid, before they are meshed
+    foresee_points(scene, counts)       # from the common faces, before points are placed on them
+    foresee_memory(scene, ...)          # from the points, before anything is factorised
+
+Each refuses what is larger than the limits below unless ``scene.large`` says that it is meant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import psutil
+
+from masonry_fem.build.stones import Stones
+from masonry_fem.errors import SceneError
+from masonry_fem.geometry.meshing import foreseen_cells
+from masonry_fem.scene import specs
+from masonry_fem.scene.misfit import shown
+from masonry_fem.solid.assembly import Shape
+
+BLOCKS = 1e5  # a rigid wall of so many is built in about a minute
+SHARE = 0.9  # of this machine's memory that a scene may be foreseen to need
+
+# measured on walls of rigid bricks and on cubes of up to 30³ elements, in bytes
+START = 3.5e8  # libraries, DOLFINx among them
+A_POINT = 13e3  # a contact point of rigid blocks: its row of the solver's factor, its state
+COPIES = 4  # of the compliance of an elastic block's contact points, in factors of the contact system
+DENSE = 1500  # unknowns of a shape that is factorised densely
+FACTOR = {2: 4e3, 3: 400.0}  # a sparse factor and its matrices: times n log₂ n / 16 in 2D, n^(4/3) in 3D
+
+
+def foresee_blocks(scene: specs.Scene) -> None:
+    """Refuse a scene whose keys ask for more blocks than are built without asking.
+
+    Raises
+    ------
+    SceneError : Names the structure that has most of them, its keys and the numbers.
+    """
+    told = [(structure, structure.foreseen(scene.dimension)) for structure in scene.structures]
+    sized = [(structure, found) for structure, found in told if found is not None]
+    if scene.large or not sized:
+        return
+    usual = 2 * scene.dimension
+    blocks = sum(found.blocks for _, found in sized)
+    # two sides meet at a joint, which has two points in 2D and four in space
+    points = sum(found.blocks * (found.sides or usual) for _, found in sized) * (scene.dimension - 1)
+    memory = START + A_POINT * points
+    structure, most = max(sized, key=lambda pair: pair[1].blocks * (pair[1].sides or usual))
+    keys = ", ".join(f"{key} = {shown(getattr(structure, key))}" for key in most.keys)
+    asked = f"structures.{structure.name} with {keys} brings the scene to some {blocks:.2g} blocks"
+    if not blocks <= BLOCKS:
+        raise _refused(asked, f"expected at most {BLOCKS:.0f}", "take fewer")
+    if not memory <= _room():
+        raise _refused(
+            f"{asked} and {points:.2g} contact points, {_size(memory)} of memory", _expected(), "take fewer"
+        )
+
+
+def foresee_meshes(scene: specs.Scene, stones: Stones) -> None:
+    """Refuse elements whose factor has no room in this machine's memory."""
+    if scene.large:
+        return
+    total = START
+    worst: tuple[float, int, float] = (0.0, -1, 0.0)
+    for block, cells in _elastic_shapes(stones):
+        shape = stones.assembly.shapes[stones.assembly.blocks[block].shape]
+        memory = factor_memory(unknowns_of(shape, cells, stones.mesh[block]), scene.dimension)
+        total += memory
+        worst = max(worst, (memory, block, cells))
+    if total <= _room():
+        return
+    _, block, cells = worst
+    name, settings = stones.assembly.blocks[block].name, stones.mesh[block]
+    key, value = ("size", settings.size) if settings.divisions is None else ("divisions", settings.divisions)
+    shape = stones.assembly.shapes[stones.assembly.blocks[block].shape]
+    raise _refused(
+        f"mesh.{key} = {shown(value)} makes some {cells:.2g} elements and "
+        f"{unknowns_of(shape, cells, settings):.2g} unknowns of block '{name}', and all of it takes "
+        f"{_size(total)} of memory",
+        _expected(),
+        "take larger elements, or make blocks rigid",
+    )
+
+
+def foresee_points(scene: specs.Scene, density: Sequence[int]) -> None:
+    """Refuse more Gauss points than there is memory for; ``density`` is the subdivision of each interface."""
+    total = float((np.array(density, dtype=float) ** (scene.dimension - 1)).sum())
+    if not scene.large and not A_POINT * total <= _room():
+        raise _refused(
+            f"joints with density = {max(density)} have more than {total:.2g} contact points, "
+            f"{_size(A_POINT * total)} of memory",
+            _expected(),
+            "lower joints.density",
+        )
+
+
+def foresee_memory(scene: specs.Scene, memory: float) -> None:
+    """Refuse a run that needs more memory [bytes] than this machine has."""
+    if not scene.large and not memory <= _room():
+        raise _refused(
+            f"a run of this scene needs some {_size(memory)} of memory",
+            _expected(),
+            "take larger elements, fewer elastic blocks, or rigid ones where stresses are not asked for",
+        )
+
+
+def memory_of_run(stones: Stones, points: np.ndarray) -> float:
+    """Peak of a run [bytes].
+
+    Parameters
+    ----------
+    stones : As they are meshed. points : Contact points of each block, shape (blocks,).
+    """
+    d = stones.assembly.dimension
+    elastic = np.array([role == "elastic" for role in stones.role])
+    compliance = COPIES * 8.0 * float(((d * points[elastic].astype(float)) ** 2).sum())
+    shapes = {stones.assembly.blocks[block].shape for block in stones.of_role("elastic")}
+    meshes = [stones.assembly.shapes[shape].mesh for shape in shapes]
+    factors = sum(factor_memory(float(mesh.points.size), d) for mesh in meshes if mesh is not None)
+    return START + A_POINT * float(points.sum()) / 2 + compliance + factors
+
+
+def factor_memory(unknowns: float, dimension: int) -> float:
+    """Of a shape's matrices and the factor of its stiffness [bytes]."""
+    if unknowns <= DENSE:
+        return 24.0 * unknowns**2
+    if dimension == 2:
+        return float(FACTOR[2] * unknowns * np.log2(unknowns) / 16)
+    return float(FACTOR[3] * unknowns ** (4 / 3))
+
+
+def unknowns_of(shape: Shape, cells: float, settings: specs.MeshSettings) -> float:
+    """Displacements at the nodes of so many quadrilaterals or hexahedra."""
+    d = shape.solid.dimension
+    per_side = int(settings.element[1])
+    return float(d * (per_side * cells ** (1 / d) + 1) ** d)
+
+
+def _elastic_shapes(stones: Stones) -> Iterator[tuple[int, float]]:
+    """A block of each distinct shape and mesh that is still to be meshed, and its elements."""
+    seen: set[tuple[int, specs.MeshSettings]] = set()
+    for block in stones.of_role("elastic"):
+        key = (stones.assembly.blocks[block].shape, stones.mesh[block])
+        shape = stones.assembly.shapes[key[0]]
+        if key not in seen and shape.mesh is None:
+            seen.add(key)
+            yield block, foreseen_cells(shape, stones.mesh[block])
+
+
+def _room() -> float:
+    """Memory that a scene may take on this machine [bytes]."""
+    return SHARE * float(psutil.virtual_memory().total)
+
+
+def _expected() -> str:
+    return f"expected at most {_size(_room())}, {SHARE:.0%} of what this machine has"
+
+
+def _size(memory: float) -> str:
+    return f"{memory / 1e9:.2g} GB"
+
+
+def _refused(said: str, expected: str, cure: str) -> SceneError:
+    return SceneError(f"{said}, {expected}; {cure}, or confirm it with --yes (large = true in the scene)")

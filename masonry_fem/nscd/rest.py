@@ -95,7 +95,9 @@ def brought_to_rest(problem: ContactProblem, made: Solution, least_impulse: floa
     quality = assess(problem, made.impulse, still, least_impulse=least_impulse)
     if not quality.error <= made.quality.error:
         return made
-    return replace(made, rigid_velocity=still, velocity=problem.velocity(made.impulse, still), quality=quality)
+    return replace(
+        made, rigid_velocity=still, velocity=problem.velocity(made.impulse, still), quality=quality
+    )
 
 
 def _balanced(problem: ContactProblem, impulse: FloatArray) -> FloatArray:

@@ -162,8 +162,9 @@ MEANING: dict[str, str] = {
     "Scene.contact": "which faces touch",
     "Scene.probes": "points to follow",
     "Scene.output": "what is written",
-    "MeshSettings.element": "Q: quadrangles, hexahedra; P: triangles, tetrahedra; 1 linear, 2 quadratic",
-    "MeshSettings.size": "wanted edge of an element",
+    "MeshSettings.element": "Q: quadrangles, hexahedra; P: triangles, tetrahedra; 1 linear, 2 quadratic. "
+    "Q1 where not given, in a `.geo` or `.step` the order that the file asks for",
+    "MeshSettings.size": "wanted edge of an element [m], whatever the unit of a file",
     "MeshSettings.divisions": "elements along the block's axes (arch: along the arc, depth, thickness; "
     "dome: along the parallel, the meridian, the thickness)",
     "Material.density": "mass density",

@@ -50,7 +50,7 @@ def halved(settings: specs.MeshSettings, mesh: Mesh, volume: float) -> specs.Mes
     """
     d = mesh.dimension
     if settings.size is None and settings.divisions is None:
-        simplices = 1 if settings.element[0] == "Q" else math.factorial(d)
+        simplices = 1 if settings.elements[0] == "Q" else math.factorial(d)
         if len(mesh.cells) == 2**d * simplices:  # the two divisions that a box has by itself
             return msgspec.structs.replace(settings, divisions=(4,) * d)
         return msgspec.structs.replace(

@@ -136,7 +136,7 @@ def factor_memory(unknowns: float, dimension: int) -> float:
 def unknowns_of(shape: Shape, cells: float, settings: specs.MeshSettings) -> float:
     """Displacements at the nodes of so many quadrilaterals or hexahedra."""
     d = shape.solid.dimension
-    per_side = int(settings.element[1])
+    per_side = int(settings.elements[1])
     return float(d * (per_side * cells ** (1 / d) + 1) ** d)
 
 

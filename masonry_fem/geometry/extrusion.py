@@ -85,7 +85,7 @@ def _swept(solid: Polytope, base: int, own: set[int]) -> Prism | None:
 
 def hexahedra_of(shape: Shape, body: Prism, settings: MeshSettings) -> Mesh:
     """Hexahedra of a prism: quadrilaterals of its base by gmsh, drawn out in layers."""
-    order = int(settings.element[1])
+    order = int(settings.elements[1])
     size, layers = _sizes(shape.solid, body, settings)
     origin = shape.solid.vertices[body.loop[0]]
     plane = _plane(shape.solid, body)

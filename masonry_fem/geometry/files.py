@@ -94,7 +94,7 @@ def _meshed(
 ) -> list[tuple[Shape, bool]]:
     """Blocks of a file that gmsh reads, and whether each is held."""
     with alone(path, title) as place, session(title) as gmsh:
-        _open(gmsh, place, dimension, settings)
+        _open(gmsh, place, dimension, settings, spec.scale)
         tags, positions = node_positions(gmsh)
         bodies = _bodies(gmsh, dimension, spec)
         named = _named_facets(gmsh, dimension, spec.path)
@@ -135,17 +135,18 @@ def _flat(positions: FloatArray, dimension: int, title: str) -> FloatArray:
     return positions[:, :dimension]
 
 
-def _open(gmsh: Any, path: Path, dimension: int, settings: MeshSettings) -> None:
-    """Load the file; mesh it where it is a geometry."""
+def _open(gmsh: Any, path: Path, dimension: int, settings: MeshSettings, scale: float) -> None:
+    """Load the file; mesh it where it is a geometry, in elements of its own order where none is asked for."""
     gmsh.option.setString("Geometry.OCCTargetUnit", "M")
     gmsh.option.setNumber("Mesh.SecondOrderIncomplete", 0)
     gmsh.open(str(path))
     if path.suffix.lower() in MESHES:
         return
     if settings.size is not None:
-        gmsh.option.setNumber("Mesh.MeshSizeMax", settings.size)
+        gmsh.option.setNumber("Mesh.MeshSizeMax", settings.size / scale)
     gmsh.model.mesh.generate(dimension)
-    gmsh.model.mesh.setOrder(int(settings.element[1]))
+    if settings.element is not None:
+        gmsh.model.mesh.setOrder(int(settings.element[1]))
 
 
 def _bodies(gmsh: Any, dimension: int, spec: FileStructure) -> list[_Body]:

@@ -61,7 +61,7 @@ def mesh_shape(shape: Shape, settings: MeshSettings, dimension: int) -> Mesh:
     """
     foreseen_cells(shape, settings)
     if not _is_structured(shape):
-        if settings.element[0] == "Q":
+        if settings.elements[0] == "Q":
             from masonry_fem.geometry.extrusion import hexahedra_of, prism_of  # noqa: PLC0415  brings gmsh
 
             body = prism_of(shape.solid)
@@ -70,7 +70,7 @@ def mesh_shape(shape: Shape, settings: MeshSettings, dimension: int) -> Mesh:
         from masonry_fem.geometry.unstructured import simplices_of  # noqa: PLC0415  brings gmsh
 
         return simplices_of(shape, settings)
-    order, simplices = int(settings.element[1]), settings.element[0] == "P"
+    order, simplices = int(settings.elements[1]), settings.elements[0] == "P"
     corners = _corners(shape)
     counts = _counts(shape, corners, settings)
     cells, grid = _cells(counts, order, simplices)

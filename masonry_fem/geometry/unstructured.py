@@ -20,12 +20,12 @@ logger = logging.getLogger(__name__)
 def simplices_of(shape: Shape, settings: MeshSettings) -> Mesh:
     """Triangles or tetrahedra of a shape; Q elements are replaced, with a warning."""
     solid, d = shape.solid, shape.solid.dimension
-    if settings.element.startswith("Q"):
+    if settings.elements.startswith("Q"):
         logger.warning(
             "shape '%s' is not six-sided, so it is meshed with P%s instead of %s elements",
             shape.name,
-            settings.element[1],
-            settings.element,
+            settings.elements[1],
+            settings.elements,
         )
     longest = float(np.ptp(solid.vertices, axis=0).max())
     divisions = max(settings.divisions) if settings.divisions else DIVISIONS
@@ -35,7 +35,7 @@ def simplices_of(shape: Shape, settings: MeshSettings) -> Mesh:
         for name in ("Mesh.MeshSizeMin", "Mesh.MeshSizeMax"):
             gmsh.option.setNumber(name, size)
         gmsh.model.mesh.generate(d)
-        gmsh.model.mesh.setOrder(int(settings.element[1]))
+        gmsh.model.mesh.setOrder(int(settings.elements[1]))
         cells = elements_of(gmsh, d, [tag for _, tag in gmsh.model.getEntities(d)], shape.name)
         assert cells is not None  # gmsh fails rather than leave a solid empty
         tags, points = node_positions(gmsh)

@@ -38,10 +38,10 @@ def material_doubts(scene: Scene) -> Iterator[str]:
 def _elastic(scene: Scene) -> dict[str, set[str]]:
     """Elements of the blocks that deform, by material; overrides may have any of them."""
     users: dict[str, set[str]] = {}
-    elements = {(structure.mesh or scene.mesh).element for structure in scene.structures}
+    elements = {(structure.mesh or scene.mesh).elements for structure in scene.structures}
     for structure in scene.structures:
         if (structure.fidelity or scene.fidelity) == "elastic" and not getattr(structure, "support", False):
-            users.setdefault(structure.material, set()).add((structure.mesh or scene.mesh).element)
+            users.setdefault(structure.material, set()).add((structure.mesh or scene.mesh).elements)
     for override in scene.overrides:
         if override.material is not None and (override.fidelity or scene.fidelity) == "elastic":
             users.setdefault(override.material, set()).update(elements)

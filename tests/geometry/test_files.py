@@ -18,7 +18,7 @@ from masonry_fem.scene.specs import FileStructure, MeshSettings
 from tests.geometry.test_meshing import check
 
 
-def reading(path: Path, dimension: int = 3, element: str = "Q1", size: float | None = None, **keys):
+def reading(path: Path, dimension: int = 3, element: str | None = "Q1", size: float | None = None, **keys):
     spec = FileStructure(name="f", material="s", path=path.name, **{"trusted": True} | keys)
     return read(spec, dimension, path.parent, MeshSettings(element=element, size=size))
 
@@ -101,6 +101,37 @@ def test_step_is_read_in_metres(tmp_path: Path) -> None:
 def test_scale(tmp_path: Path) -> None:
     made = reading(two_boxes(tmp_path / "two.msh"), scale=1e-3)
     assert made.shapes[0].solid.mass_properties().volume == pytest.approx(1e-9)
+
+
+MILLIMETRES = """
+SetFactory("OpenCASCADE");
+Box(1) = {0, 0, 0, 400, 300, 200};
+Physical Volume("stone") = {1};
+Mesh.ElementOrder = 2;
+"""
+
+
+def test_size_is_in_metres_whatever_the_unit_of_the_file(tmp_path: Path) -> None:
+    """Half the size has some eight times as many tetrahedra; a size larger than the box changes nothing."""
+    path = tmp_path / "millimetres.geo"
+    path.write_text(MILLIMETRES)
+    count = {
+        size: len(reading(path, element="P1", size=size, scale=1e-3).shapes[0].mesh.cells)
+        for size in (None, 1.0, 0.04, 0.02)
+    }
+    assert count[None] == count[1.0]
+    assert 5 < count[0.02] / count[0.04] < 12
+
+
+@pytest.mark.parametrize(
+    ("element", "cell"), [(None, "tetra10"), ("Q1", "tetra"), ("P1", "tetra"), ("P2", "tetra10")]
+)
+def test_order_of_the_file_is_kept_unless_the_scene_names_one(
+    tmp_path: Path, element: str | None, cell: str
+) -> None:
+    path = tmp_path / "quadratic.geo"
+    path.write_text(MILLIMETRES)
+    assert reading(path, element=element, scale=1e-3).shapes[0].mesh.cell == cell
 
 
 def test_plane_figure(tmp_path: Path) -> None:

@@ -11,9 +11,14 @@ from masonry_fem.scene.record import Divisions, Element, Fidelity, Length, Name,
 class MeshSettings(Spec, frozen=True, kw_only=True):
     """Elements of elastic blocks: an element kind and either a size or numbers of divisions."""
 
-    element: Element = "Q1"
+    element: Element | None = None
     size: Length | None = None
     divisions: Divisions | None = None
+
+    @property
+    def elements(self) -> Element:
+        """The element that is asked for, Q1 where none is."""
+        return self.element or "Q1"
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,3 +29,7 @@ class LawError(MasonryError):
 
 class InstallationError(MasonryError):
     """A library, compiler or driver that this machine lacks."""
+
+
+class OutputError(MasonryError):
+    """A file or a folder that cannot be written."""

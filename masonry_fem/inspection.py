@@ -12,7 +12,7 @@ import psutil
 
 from masonry_fem.build import build, strategy
 from masonry_fem.build.foresight import memory_of_run
-from masonry_fem.post.folder import make_folder
+from masonry_fem.post.folder import Folder
 from masonry_fem.scene import check, specs
 from masonry_fem.summary import size
 
@@ -48,5 +48,5 @@ def write_mesh(scene: specs.Scene, out: Path, base: Path = Path()) -> list[Path]
     from masonry_fem.post.mesh_picture import write_mesh_files  # noqa: PLC0415
 
     built = build(check(scene, base=base), base, solved=False)
-    make_folder(out)
-    return write_mesh_files(built.model, out, scene.title)
+    with Folder(out, "mesh"):
+        return write_mesh_files(built.model, out, scene.title)

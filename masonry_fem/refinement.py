@@ -11,7 +11,6 @@ whose errors dominate; the others keep their elements, matrices and factors.
 from __future__ import annotations
 
 import shutil
-import tempfile
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -20,17 +19,18 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from masonry_fem.atomic import announce
 from masonry_fem.build import Built
 from masonry_fem.dynamics.clock import Clock
 from masonry_fem.dynamics.march import March
 from masonry_fem.errors import MasonryError
 from masonry_fem.marking import halved, marked, mesh_overrides
-from masonry_fem.post.folder import make_folder
+from masonry_fem.post.folder import OWN, Folder
 from masonry_fem.post.stress_error import block_errors, unjudged
 from masonry_fem.post.summary import write_summary
 from masonry_fem.refinement_limits import Limits, Round
 from masonry_fem.run import RunResult, run
-from masonry_fem.scene import save, specs
+from masonry_fem.scene import check, save, specs
 from masonry_fem.scene.moved import moved
 from masonry_fem.solid.mesh import Mesh
 from masonry_fem.summary import size
@@ -83,26 +83,37 @@ def refine(
     """
     if not 0 < target < 1:
         raise MasonryError(f"the error to refine to is {target:g}, expected one between 0 and 1, as 5%")
-    make_folder(out)
-    search = _Search(scene, base, Limits(target, most_rounds, most_unknowns))
-    aside = Path(tempfile.mkdtemp(prefix=".round-", dir=out))  # a name that nobody else has
-    folder = aside / "round"
+    search = _Search(check(scene, base=base), base, Limits(target, most_rounds, most_unknowns))
+    with Folder(out, "run", title=scene.title, clears=("view",)):
+        files = _rounds(search, out, quiet, tell)
+        result = search.result
+        assert result is not None
+        result.files[:] = [*files, write_summary(out / "summary.json", result.summary)]
+    return Refinement(
+        result, search.solved, search.reached, search.end, tuple(search.rounds), list(result.files)
+    )
+
+
+def _rounds(search: _Search, out: Path, quiet: bool, tell: Callable[[Round], None] | None) -> list[Path]:
+    """Solve round by round, each in a folder of its own; files of the last whole one."""
+    folder = out / ".round"
+    announce(folder)
+    files: list[Path] = []
     try:
-        while True:
-            result = search.round(folder, quiet)
-            files = [*_lifted(folder, out), *_written(search, result, out)]
+        while not search.end:
+            search.round(folder, quiet)
+            files = [*_lifted(folder, out), _written(search, out)]
             if tell is not None:
                 tell(search.rounds[-1])
-            if search.end:
-                break
     except BaseException:  # Ctrl-C too: what there is of the first round is kept, else the last whole one
-        if not search.rounds:
-            _lifted(folder, out)
+        if search.result is None:
+            _lifted(folder, out, summary=True)
+        else:
+            write_summary(out / "summary.json", search.result.summary)
         raise
     finally:
-        shutil.rmtree(aside, ignore_errors=True)
-    result.files[:] = files
-    return Refinement(result, search.solved, search.reached, search.end, tuple(search.rounds), files)
+        shutil.rmtree(folder, ignore_errors=True)
+    return files
 
 
 class _Search:
@@ -114,11 +125,12 @@ class _Search:
         self.end = ""  # why there is no further round
         self.reached = False
         self._first, self._next, self._limits = scene, scene, limits
+        self.result: RunResult | None = None  # of the last whole round
         self._built: Built | None = None
         self._finer: dict[str, specs.MeshSettings] = {}
         self._clock = Clock()
 
-    def round(self, folder: Path, quiet: bool) -> RunResult:
+    def round(self, folder: Path, quiet: bool) -> None:
         """Solve, judge, and refine where there is to be another round."""
         shutil.rmtree(folder, ignore_errors=True)
         chosen: list[int] = []
@@ -130,10 +142,9 @@ class _Search:
 
         result = run(self._next, folder, base=self.base, quiet=quiet, before=self._built, draws=is_last)
         result.summary["refinement"] = self.told()
-        self._built, self.solved = result.built, self._next
+        self.result, self._built, self.solved = result, result.built, self._next
         if not self.end:
             self._refine(result.built, chosen)
-        return result
 
     def told(self) -> dict[str, Any]:
         """What ``summary.json`` says."""
@@ -203,19 +214,21 @@ def _meshes(built: Built) -> set[int]:
     return {id(shape.mesh) for shape in built.model.assembly.shapes if shape.mesh is not None}
 
 
-def _lifted(folder: Path, out: Path) -> list[Path]:
+def _lifted(folder: Path, out: Path, *, summary: bool = False) -> list[Path]:
     """Move a round's files to where they belong; those of the round before are replaced."""
     files = []
     for path in sorted(folder.rglob("*")):
-        if path.is_file():
-            place = out / path.relative_to(folder)
+        inner = path.relative_to(folder)
+        if path.is_file() and inner.parts[0] != OWN and (summary or inner.name != "summary.json"):
+            place = out / inner
             place.parent.mkdir(parents=True, exist_ok=True)
+            announce(place)
             files.append(path.replace(place))
-    return [path for path in files if path.name != "summary.json" and path.parent == out]
+    return [path for path in files if path.parent == out]
 
 
-def _written(search: _Search, result: RunResult, out: Path) -> list[Path]:
-    """The scene of the round, to be run again, and the summary with the rounds so far."""
+def _written(search: _Search, out: Path) -> Path:
+    """The scene of the round, to be run again."""
     scene = out / "refined.toml"
     save(moved(search.solved, search.base, out), scene)
-    return [scene, write_summary(out / "summary.json", result.summary)]
+    return scene

@@ -8,6 +8,7 @@ result.outcome, result.summary["supports"], result.files
 
 from __future__ import annotations
 
+import contextlib
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -19,9 +20,9 @@ from masonry_fem.discretisation import errors_of
 from masonry_fem.dynamics.clock import Clock
 from masonry_fem.dynamics.march import March, Observer, march
 from masonry_fem.dynamics.step import Increment
-from masonry_fem.errors import MasonryError
+from masonry_fem.errors import MasonryError, OutputError
 from masonry_fem.nscd import save_problem
-from masonry_fem.post.folder import make_folder
+from masonry_fem.post.folder import Folder, ended_by, refuse_busy
 from masonry_fem.post.history import History
 from masonry_fem.post.recorder import Recorder, Recorders
 from masonry_fem.post.report import Progress
@@ -87,25 +88,36 @@ def run(
     """
     clock = Clock()
     scene = check(scene, base=base)
-    plan = strategy(scene.analysis)
-    _check_step(save_contact, plan.steps)
+    _check_step(save_contact, strategy(scene.analysis).steps)
+    refuse_busy(out)  # before the work of building
     built = build(scene, base, before)
     clock.lap("build")
     limits = _limits(scene, built)
-    make_folder(out)
+    with Folder(out, "run", title=scene.title, clears=("view",)):
+        return _recorded(scene, built, limits, out, base, save_contact, quiet, draws, clock)
+
+
+def _recorded(
+    scene: specs.Scene,
+    built: Built,
+    limits: dict[str, Any],
+    out: Path,
+    base: Path,
+    save_contact: int | None,
+    quiet: bool,
+    draws: Callable[[Built, March], bool] | None,
+    clock: Clock,
+) -> RunResult:
+    """March, and write what is seen; ``summary.json`` says how it ended when all else is written."""
     table = _table(scene, out)
     recorders = _recorders(scene, out, quiet, table)
-    recorders.start(built.model)
     kept: list[Increment] = []
-    summary: dict[str, Any] = {
-        "title": scene.title,
-        "outcome": "interrupted",
-        "message": "Ended before it was done; history.csv and the field files hold the steps so far.",
-    }
+    summary: dict[str, Any] = {"title": scene.title}
     try:
+        recorders.start(built.model)
         made = march(
             built.model,
-            plan,
+            strategy(scene.analysis),
             solver_settings(scene.solver),
             bodies=built.bodies,
             observers=(recorders,),
@@ -115,7 +127,7 @@ def run(
         start = started(made)
         made = said(made, start)
         clock.lap("march")
-        summary = summarise(scene, built, made) | limits | _start(start)
+        summary |= summarise(scene, built, made) | limits | _start(start)
         summary |= {"errors": errors_of(scene, built, made, base)}
         _compare(summary)
         told = _determinacy(scene, built, made, summary)
@@ -126,22 +138,28 @@ def run(
         summary |= _joints(scene, made, told)
         if draws is not None and not draws(built, made):
             recorders.undrawn()
-    finally:  # Ctrl-C too leaves what was written so far readable
         files = recorders.close(summary)
-        write_summary(out / "summary.json", summary)
-    clock.lap("output")
-    summary["seconds"] = seconds(built, made, clock)
-    if kept:
-        files.append(_save_problem(out, save_contact, kept))
-    elif save_contact is not None:
-        logger.warning("step %d was not reached: its contact problem is not saved", save_contact)
-    if made.outcome == "no_equilibrium" and scene.output.pictures:
-        files += _picture(scene, made, out)
-    if told is not None:
-        from masonry_fem.post.determinacy import write_determinacy  # noqa: PLC0415
+        if kept:
+            files.append(_save_problem(out, save_contact, kept))
+        elif save_contact is not None:
+            logger.warning("step %d was not reached: its contact problem is not saved", save_contact)
+        if made.outcome == "no_equilibrium" and scene.output.pictures:
+            files += _picture(scene, made, out)
+        if told is not None:
+            from masonry_fem.post.determinacy import write_determinacy  # noqa: PLC0415
 
-        files.append(write_determinacy(out / "determinacy.csv", made.model, told))
-    files.append(write_summary(out / "summary.json", summary))
+            files.append(write_determinacy(out / "determinacy.csv", made.model, told))
+        clock.lap("output")
+        summary["seconds"] = seconds(built, made, clock)
+        files.append(write_summary(out / "summary.json", summary))
+    except BaseException as error:  # what was written so far is left readable, and says what it is
+        ending = ended_by(error)
+        so_far = "; history.csv and the field files hold the steps so far."
+        summary |= ending | {"message": ending["message"].removesuffix(".") + so_far}
+        with contextlib.suppress(OutputError):  # where even that has no place it goes on saying "running"
+            write_summary(out / "summary.json", summary)
+            recorders.close(summary)
+        raise
     return RunResult(made.outcome, made.message, summary, files, built, made)
 
 

@@ -51,6 +51,10 @@ def wall(size=0.125, courses=4, **keys) -> Scene:
     return Scene(**(given | keys))
 
 
+def seen(folder):
+    return sorted(path.name for path in folder.glob("[!.]*"))
+
+
 @pytest.fixture(scope="module")
 def found(tmp_path_factory):
     out = tmp_path_factory.mktemp("refined")
@@ -66,7 +70,7 @@ def test_the_error_asked_for_is_reached(found):
     assert errors == sorted(errors, reverse=True)
     assert result.result.summary["stress"]["error"]["relative"] == errors[-1]
     assert result.result.summary["certificate"]["natural_map"] <= 1e-9
-    assert sorted(path.name for path in out.iterdir()) == ["history.csv", "refined.toml", "summary.json"]
+    assert seen(out) == ["history.csv", "refined.toml", "summary.json"]
     assert all(path.exists() for path in result.files)
 
 
@@ -156,7 +160,7 @@ def test_interruption_leaves_the_last_whole_round(tmp_path, monkeypatch):
     assert len(summary["refinement"]["rounds"]) == 2
     assert not summary["refinement"]["reached"]
     assert "half" not in (tmp_path / "history.csv").read_text(encoding="utf-8")
-    assert sorted(path.name for path in tmp_path.iterdir()) == [
+    assert seen(tmp_path) == [
         "history.csv", "refined.toml", "round", "summary.json",
     ]  # fmt: skip
     assert (tmp_path / "round" / "notes").read_text(encoding="utf-8") == "keep"

@@ -1,11 +1,12 @@
 """Command line ``masonry-fem``: one file a command, each a few calls into the package.
 
-Exit codes: 0 finished or equilibrium, 1 bad input, 2 no convergence, 3 no equilibrium,
-130 interrupted. Nothing heavy is loaded before a command needs it, hence the imports in functions.
+What exit codes say stands in ``exit_codes``. Nothing heavy is loaded before a command needs it, hence the
+imports in functions.
 """
 
 from __future__ import annotations
 
+import argparse
 import logging
 import os
 import sys
@@ -13,9 +14,10 @@ from collections.abc import Sequence
 
 import masonry_fem
 from masonry_fem.cli import check, collapse, contact, info, limit, mesh, run, study, view
-from masonry_fem.cli.console import complain
-from masonry_fem.cli.exit_codes import BAD_INPUT, INTERRUPTED, PIPE_CLOSED
+from masonry_fem.cli.console import complain, speak_readably
+from masonry_fem.cli.exit_codes import BAD_INPUT, INTERRUPTED, PIPE_CLOSED, WORDS
 from masonry_fem.cli.grammar import Parser, parents
+from masonry_fem.cli.signals import answered
 from masonry_fem.errors import MasonryError
 
 __all__ = ["main", "parser"]
@@ -25,6 +27,7 @@ COMMANDS = (run, check, limit, collapse, study, mesh, view, contact, info)
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code; errors become one line on standard error."""
+    speak_readably()
     options = parser().parse_args(arguments)
     # PETSc would answer a closed pipe or a kill with a crash report of its own
     asked = os.environ.get("PETSC_OPTIONS", "").split()
@@ -32,14 +35,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
         os.environ["PETSC_OPTIONS"] = " ".join([*asked, "-no_signal_handler"])
     logging.basicConfig(format="%(levelname)s: %(message)s")
     logging.getLogger("masonry_fem").setLevel(logging.DEBUG if options.debug else logging.WARNING)
+    with answered() as received:
+        code = _answer(options)
+    return 128 + received.number if code == INTERRUPTED else code
+
+
+def _answer(options: argparse.Namespace) -> int:
+    """Run the command; its exit code."""
     try:
         code: int = options.command(options)
         sys.stdout.flush()
         return code
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as error:
         out = getattr(options, "out", None)
         kept = f"; what was written so far is in {out}" if out and out.exists() else ""
-        complain(f"interrupted{kept}")
+        complain(f"interrupted{f' by {error}' if str(error) else ''}{kept}")
         return INTERRUPTED
     # who read our output has had enough, as in "masonry-fem run ... | head"; rich ends the program itself
     except (BrokenPipeError, SystemExit):
@@ -65,11 +75,13 @@ def parser() -> Parser:
     top = Parser(
         prog="masonry-fem",
         description="Mechanics of block masonry: finite-element stones, true frictional joints.",
-        epilog="Exit codes: 0 equilibrium or finished, 1 bad input, 2 no convergence, 3 no equilibrium.",
+        epilog=WORDS,
     )
     top.add_argument("--version", action="version", version=f"masonry-fem {masonry_fem.__version__}")
     commands = top.add_subparsers(required=True, metavar="COMMAND")
     shared = parents()
     for command in COMMANDS:
         command.add(commands, shared)
+    for own in commands.choices.values():
+        own.epilog = WORDS
     return top

@@ -17,25 +17,26 @@ def collapse_scene(options: argparse.Namespace) -> int:
     scene, base = read_scene(options)
     from masonry_fem.collapse import collapse
     from masonry_fem.post.collapse_table import Watch, print_collapse
-    from masonry_fem.post.folder import make_folder
+    from masonry_fem.post.folder import Folder
 
     options.out = results_folder(options)
-    make_folder(options.out)  # before the search, lest its findings have no place to go
-    with Watch(quiet=options.quiet) as watch:
-        found = collapse(
-            scene,
-            base,
-            tilt=options.tilt,
-            acceleration=options.acceleration,
-            dead=options.dead,
-            tolerance=options.tolerance,
-            start=options.start,
-            at_once=options.at_once,
-            limit=not options.no_limit,
-            tell=watch.tell,
-        )
-    told, stopped = found.told(), found.outcome == "interrupted"
-    files = found.write(options.out, pictures=scene.output.pictures and not stopped)
+    # before the search, lest its findings have no place to go
+    with Folder(options.out, "collapse", title=scene.title):
+        with Watch(quiet=options.quiet) as watch:
+            found = collapse(
+                scene,
+                base,
+                tilt=options.tilt,
+                acceleration=options.acceleration,
+                dead=options.dead,
+                tolerance=options.tolerance,
+                start=options.start,
+                at_once=options.at_once,
+                limit=not options.no_limit,
+                tell=watch.tell,
+            )
+        told, stopped = found.told(), found.outcome == "interrupted"
+        files = found.write(options.out, pictures=scene.output.pictures and not stopped)
     if options.json:
         from masonry_fem.post.summary import plain
 

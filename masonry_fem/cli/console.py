@@ -2,10 +2,44 @@
 
 from __future__ import annotations
 
+import codecs
 import sys
+import unicodedata
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
+
+PLAIN = {
+    "–": "-", "—": "-", "−": "-", "×": "x", "·": ".", "•": "*", "…": "...", "°": " deg", "∞": "inf",
+    "≤": "<=", "≥": ">=", "≈": "~", "±": "+-", "→": "->", "√": "sqrt", "µ": "u", "“": '"', "”": '"',
+    "‘": "'", "’": "'", "ß": "ss", "ø": "o", "Ø": "O", "æ": "ae", "œ": "oe", "ł": "l", "đ": "d",
+}  # fmt: skip  # what Unicode does not take apart itself
+
+
+def speak_readably() -> None:
+    """Let output go to terminals of any encoding: what one has no sign for is written with plain ones."""
+    codecs.register_error("readable", _plain)
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="readable")
+
+
+def _plain(error: UnicodeError) -> tuple[str, int]:
+    """Plain signs in the place of those that an encoding lacks."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    signs = error.object[error.start : error.end]
+    return "".join(map(_plain_sign, signs)), error.end
+
+
+def _plain_sign(sign: str) -> str:
+    apart = unicodedata.normalize("NFKD", PLAIN.get(sign, sign))
+    plain = "".join(part for part in apart if part.isascii())
+    if plain or not sign.isprintable():
+        return plain or "?"
+    # GREEK SMALL LETTER MU: its last word is what one would say
+    name = unicodedata.name(sign, "")
+    return name.rpartition(" ")[2].lower() if name.startswith("GREEK") else "?"
 
 
 def complain(sentence: str) -> None:

@@ -28,9 +28,15 @@ def solve_contact(options: argparse.Namespace) -> int:
 
         impulse, determinacy = summarise_contacts(problem, solution)
     if options.reaction is not None:
+        import io
+
         import numpy as np
 
-        np.save(options.reaction, impulse.ravel())
+        from masonry_fem.atomic import write_atomic
+
+        content = io.BytesIO()
+        np.save(content, impulse.ravel())
+        write_atomic(options.reaction, content.getvalue())
     facts = {
         "file": str(options.file),
         "outcome": solution.outcome.value,

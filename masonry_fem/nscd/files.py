@@ -7,6 +7,7 @@ Plain files hold W (CSR: ``W_data``, ``W_indices``, ``W_indptr``, ``shape``), ``
 
 from __future__ import annotations
 
+import io
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from masonry_fem.atomic import write_atomic
 from masonry_fem.errors import ProblemError
 from masonry_fem.nscd.problem import COHESION, ContactProblem
 
@@ -30,15 +32,16 @@ def save_problem(problem: ContactProblem, path: str | Path) -> None:
     parts = {name: getattr(problem, name) for name in ARRAYS}
     parts |= {name: getattr(problem, name) for name in COHESION if getattr(problem, name) is not None}
     compliance = problem.compliance
-    with Path(path).open("wb") as file:  # a name without .npz stays as it is
-        np.savez_compressed(
-            file,
-            format=np.array(FORMAT),
-            compliance_data=compliance.data,
-            compliance_indices=compliance.indices,
-            compliance_indptr=compliance.indptr,
-            **parts,
-        )
+    content = io.BytesIO()
+    np.savez_compressed(
+        content,
+        format=np.array(FORMAT),
+        compliance_data=compliance.data,
+        compliance_indices=compliance.indices,
+        compliance_indptr=compliance.indptr,
+        **parts,
+    )
+    write_atomic(Path(path), content.getvalue())
 
 
 def load_problem(path: str | Path) -> ContactProblem:

@@ -6,10 +6,12 @@ write_collapse(folder, told, model, state, mechanism)     # collapse.json, trial
 from __future__ import annotations
 
 import csv
+import io
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from masonry_fem.atomic import write_atomic
 from masonry_fem.dynamics.mechanism import Mechanism
 from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.state import SystemState
@@ -29,15 +31,15 @@ def write_collapse(
     pictures: bool = True,
 ) -> list[Path]:
     """Write what is told, its trials as a table and, where this machine can draw, the mechanism."""
-    directory.mkdir(parents=True, exist_ok=True)
-    paths = [write_summary(directory / "collapse.json", told), directory / "trials.csv"]
-    with paths[1].open("w", newline="", encoding="utf-8") as file:
-        table = csv.writer(file)
-        table.writerow(("multiplier", "verdict", "outcome", "steps", "seconds"))
-        for trial in told["trials"]:
-            row = (trial["multiplier"], trial["verdict"], trial["outcome"], trial["steps"], trial["seconds"])
-            table.writerow(row)
+    columns = ("multiplier", "verdict", "outcome", "steps", "seconds")
+    text = io.StringIO()
+    table = csv.writer(text)
+    table.writerow(columns)
+    table.writerows([trial[name] for name in columns] for trial in told["trials"])
+    paths = [directory / "collapse.json", directory / "trials.csv"]
+    write_atomic(paths[1], text.getvalue().encode())
     if pictures and mechanism is not None and mechanism.parts and state is not None and can_render():
         scenery = Scenery.of(model, state, title=str(told.get("title") or ""))
         paths.append(draw_mechanism(scenery, mechanism, directory / "mechanism.png"))
+    write_summary(paths[0], told)  # last: until then it says "running"
     return paths

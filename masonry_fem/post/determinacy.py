@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from masonry_fem.atomic import write_atomic
 from masonry_fem.dynamics.determinacy import COMPONENTS, ForceDeterminacy
 from masonry_fem.dynamics.model import Model
-from masonry_fem.post.folder import write_atomic
 
 SHOWN = 50  # interfaces that a summary names
 # Components of a support's wrench, in the axes of the scene

@@ -2,20 +2,24 @@
 
 The first columns are time and step; then every number of the step's report, in its order:
 scalars under their name, vectors with a suffix (``applied_fx`` ... ``applied_mz``), named ones with
-the name between (``support_resultants.ground_fx``, ``probes.top_x``). Lines are flushed at once.
+the name between (``support_resultants.ground_fx``, ``probes.top_x``).
+Each line is written at once and whole: what does not end in a line break is no line.
 """
 
 from __future__ import annotations
 
 import csv
 import dataclasses
-from collections.abc import Iterator, Mapping
+import io
+from collections.abc import Iterable, Iterator, Mapping
 from enum import Enum
+from io import FileIO
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 import numpy as np
 
+from masonry_fem.atomic import announce, unwritten
 from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.state import SystemState
 from masonry_fem.post.recorder import StepReport
@@ -32,25 +36,27 @@ class History:
 
     def __init__(self, directory: Path) -> None:
         self.path = Path(directory) / "history.csv"
-        self._file: TextIO | None = None
-        self._writer: Any = None
+        self._file: FileIO | None = None
+        self._columns: list[str] = []
 
     def start(self, model: Model) -> None:
         """Open the file; what an earlier run left there is replaced."""
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        self._file = self.path.open("w", newline="", encoding="utf-8")
-        self._writer = None
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            announce(self.path)
+            self._file = FileIO(self.path, "w")
+        except OSError as error:
+            raise unwritten(self.path, error) from error
+        self._columns = []
 
     def record(self, model: Model, state: SystemState, report: StepReport) -> None:
         """Write the line of one step; the first one also fixes the columns."""
-        if self._file is None:
-            return
         row = dict(columns(report))
-        if self._writer is None:
-            self._writer = csv.DictWriter(self._file, list(row), restval="", extrasaction="ignore")
-            self._writer.writeheader()
-        self._writer.writerow(row)
-        self._file.flush()
+        if self._columns:
+            self._write([row.get(name, "") for name in self._columns])
+        else:
+            self._columns = list(row)
+            self._write(self._columns, row.values())
 
     def close(self, summary: Mapping[str, Any]) -> list[Path]:
         """Close the file."""
@@ -58,6 +64,20 @@ class History:
             self._file.close()
             self._file = None
         return [self.path] if self.path.exists() else []
+
+    def _write(self, *rows: Iterable[Any]) -> None:
+        """Write whole lines at once; a line that found no room is taken back."""
+        if self._file is None:
+            return
+        text = io.StringIO()
+        csv.writer(text).writerows(rows)
+        content, before = text.getvalue().encode(), self._file.tell()
+        try:
+            while content:
+                content = content[self._file.write(content) :]
+        except OSError as error:
+            self._file.truncate(before)
+            raise unwritten(self.path, error) from error
 
 
 def columns(report: Any) -> Iterator[tuple[str, float | int | str]]:

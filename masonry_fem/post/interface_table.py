@@ -16,11 +16,11 @@ from typing import Any
 
 import numpy as np
 
+from masonry_fem.atomic import write_atomic
 from masonry_fem.dynamics.determinacy import COMPONENTS, ForceDeterminacy
 from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.state import SystemState
 from masonry_fem.post.determinacy import interface_name
-from masonry_fem.post.folder import write_atomic
 from masonry_fem.post.interface_fields import InterfaceFields
 from masonry_fem.post.interfaces import STATUS_WORDS, InterfaceForces, interface_forces
 from masonry_fem.post.joint_faces import JointFaces
@@ -44,9 +44,7 @@ class InterfaceTable:
         self._determined: ForceDeterminacy | None = None
 
     def start(self, model: Model) -> None:
-        """Make room for the series."""
-        if self._fields:
-            (self.path.parent / "fields").mkdir(parents=True, exist_ok=True)
+        """Nothing is written before the first step."""
 
     def record(self, model: Model, state: SystemState, report: StepReport) -> None:
         """Keep the state for the table and write the step of the series."""

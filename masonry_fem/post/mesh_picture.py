@@ -29,7 +29,6 @@ SHOWN = 6
 def write_mesh_files(model: Model, directory: Path, title: str = "") -> list[Path]:
     """Write ``mesh.vtu`` and, where this machine can draw, ``mesh.png`` and ``interfaces.png``."""
     directory = Path(directory)
-    directory.mkdir(parents=True, exist_ok=True)
     grid = grid_of(model)
     shape = np.array([block.shape for block in model.assembly.blocks])
     arrays: fields.Arrays = {

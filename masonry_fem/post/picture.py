@@ -80,7 +80,7 @@ class Pictures:
         """Draw, where this machine can."""
         last, self._last = self._last, None
         # who has pressed Ctrl-C does not want to wait for pictures
-        if last is None or summary.get("outcome") == "interrupted" or not can_render():
+        if last is None or summary.get("outcome") in ("interrupted", "failed") or not can_render():
             return []
         scenery = Scenery.of(*last, title=self._title, joints=self._joints)
         paths = draw_all(scenery, self._directory, self._amplification)

@@ -6,6 +6,7 @@ structure, and scales are true: a metre or a newton on the page is what the capt
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from masonry_fem.atomic import write_atomic
 from masonry_fem.post.render import Stage, View
 
 WIDTH = 1600
@@ -78,8 +80,9 @@ class Sheet:
         pen.legend(x + 44, self.keys)
         if self.bar:
             pen.bar(self.bar, SIDE + width + 40, BOTTOM, height)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, dpi=100)
+        content = io.BytesIO()
+        figure.savefig(content, dpi=100)
+        write_atomic(path, content.getvalue())
         return path
 
 

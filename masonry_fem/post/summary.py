@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from masonry_fem.atomic import write_atomic
 from masonry_fem.bodies.stress import principal, von_mises
 from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.state import STATUS_NAMES, SystemState
-from masonry_fem.post.folder import write_atomic
 from masonry_fem.post.stress_error import block_errors, told
 
 FloatArray = NDArray[np.float64]
@@ -79,7 +79,6 @@ def weighted_quantile(values: FloatArray, weight: FloatArray, fraction: float) -
 
 def write_summary(path: Path, summary: Mapping[str, Any]) -> Path:
     """Write a summary as JSON; arrays become lists, infinities and NaN null. The file is replaced whole."""
-    path.parent.mkdir(parents=True, exist_ok=True)
     text = json.dumps(plain(summary), indent=2, allow_nan=False, ensure_ascii=False)
     write_atomic(path, (text + "\n").encode())
     return path

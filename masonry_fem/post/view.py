@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import os
 import sys
 import xml.etree.ElementTree as ET
@@ -11,10 +12,13 @@ from typing import Any
 
 from masonry_fem.errors import InstallationError, SceneError
 from masonry_fem.post import fields
+from masonry_fem.post.folder import RUNNING, Folder, unfinished
 from masonry_fem.post.picture import draw_all
 from masonry_fem.post.render import can_render
 from masonry_fem.post.scenery import Scenery, amplification_of
 from masonry_fem.post.sheet import STRESS_COLOURS
+
+logger = logging.getLogger(__name__)
 
 
 def view(directory: Path, png: Path | None = None) -> list[Path]:
@@ -30,6 +34,8 @@ def view(directory: Path, png: Path | None = None) -> list[Path]:
     InstallationError
         This machine has no screen, or cannot draw at all.
     """
+    if said := unfinished(Path(directory)):
+        logger.warning("%s", said)
     scenery = read_scenery(directory)
     if png is not None:
         if not can_render():
@@ -37,7 +43,8 @@ def view(directory: Path, png: Path | None = None) -> list[Path]:
                 "cannot draw pictures: neither libEGL nor libOSMesa can be loaded; "
                 "install one of them (Debian: apt install libegl1 libgl1-mesa-dri)"
             )
-        return draw_all(scenery, Path(png))
+        with Folder(png, "view"):
+            return draw_all(scenery, Path(png))
     if sys.platform.startswith("linux") and not (
         os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     ):
@@ -84,10 +91,14 @@ def last_file(collection: Path) -> Path:
 
 
 def _title(directory: Path) -> str:
-    summary = directory / "summary.json"
-    if summary.exists():
-        return str(json.loads(summary.read_text(encoding="utf-8")).get("title") or directory.resolve().name)
-    return directory.resolve().name
+    """Of the scene; where its run did not come to its end it says so."""
+    try:
+        told = json.loads((directory / "summary.json").read_text(encoding="utf-8"))
+        title = str(told.get("title") or "") or directory.resolve().name
+        outcome = told.get("outcome")
+    except (OSError, ValueError, AttributeError):
+        return directory.resolve().name
+    return f"{title} ({outcome})" if outcome in (RUNNING, "interrupted", "failed") else title
 
 
 def _show(scenery: Scenery) -> None:

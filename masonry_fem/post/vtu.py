@@ -22,11 +22,11 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 from numpy.typing import NDArray
 
+from masonry_fem.atomic import write_atomic
 from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.state import SystemState
 from masonry_fem.post.acting_table import acting_table
 from masonry_fem.post.fields import Arrays, cell_arrays, contact_arrays, point_arrays
-from masonry_fem.post.folder import write_atomic
 from masonry_fem.post.grid import VERTEX, Grid, grid_of, three
 from masonry_fem.post.interface_fields import InterfaceFields
 from masonry_fem.post.recorder import StepReport
@@ -51,7 +51,6 @@ class FieldFiles:
 
     def start(self, model: Model) -> None:
         """Fix the grid, which serves all steps."""
-        (self._directory / "fields").mkdir(parents=True, exist_ok=True)
         self._grid = grid_of(model)
 
     def record(self, model: Model, state: SystemState, report: StepReport) -> None:

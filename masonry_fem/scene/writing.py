@@ -10,6 +10,7 @@ from typing import Any
 import msgspec
 import tomli_w
 
+from masonry_fem.atomic import write_atomic
 from masonry_fem.scene.specs import Scene
 
 # a list without lists in it; only an opened list ends a line with a bracket
@@ -23,7 +24,7 @@ def dumps(scene: Scene) -> str:
 
 def save(scene: Scene, path: str | Path) -> None:
     """Write the scene to a TOML file; relative paths in it stay as they are."""
-    Path(path).write_text(dumps(scene), encoding="utf-8")
+    write_atomic(Path(path), dumps(scene).encode())
 
 
 def plain(value: Any) -> Any:

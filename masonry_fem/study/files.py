@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from masonry_fem.post.folder import make_folder
+from masonry_fem.atomic import write_atomic
+from masonry_fem.post.folder import Folder
 from masonry_fem.post.summary import write_summary
 from masonry_fem.study.comparison import Comparison
 from masonry_fem.study.pareto import Point
@@ -20,15 +22,15 @@ if TYPE_CHECKING:
 
 def write_study(study: Study, folder: Path, *, pictures: bool) -> list[Path]:
     """Write everything; a picture where at least two settings can be compared, and none of before is left."""
-    make_folder(folder)
-    paths = [_write_table(study, folder / "study.csv"), write_summary(folder / "study.json", told(study))]
-    picture = folder / "pareto.png"
-    if pictures and any(_comparable(study.points(target)) for target in study.targets):
-        from masonry_fem.study.plot import draw  # noqa: PLC0415 - matplotlib
+    with Folder(folder, "study"):
+        paths = [_write_table(study, folder / "study.csv"), write_summary(folder / "study.json", told(study))]
+        picture = folder / "pareto.png"
+        if pictures and any(_comparable(study.points(target)) for target in study.targets):
+            from masonry_fem.study.plot import draw  # noqa: PLC0415 - matplotlib
 
-        paths.append(draw(study, picture))
-    else:
-        picture.unlink(missing_ok=True)
+            paths.append(draw(study, picture))
+        else:
+            picture.unlink(missing_ok=True)
     return paths
 
 
@@ -120,8 +122,9 @@ def _number(value: float) -> float | None:
 def _write_table(study: Study, path: Path) -> Path:
     records = list(lines(study))
     columns = dict.fromkeys(name for record in records for name in record)
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, list(columns), restval="")
-        writer.writeheader()
-        writer.writerows(records)
+    text = io.StringIO()
+    writer = csv.DictWriter(text, list(columns), restval="")
+    writer.writeheader()
+    writer.writerows(records)
+    write_atomic(path, text.getvalue().encode())
     return path

@@ -7,11 +7,13 @@ tells are hollow.
 
 from __future__ import annotations
 
+import io
 import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from masonry_fem.atomic import write_atomic
 from masonry_fem.study.pareto import Point
 from masonry_fem.study.target import Target
 from masonry_fem.study.variation import Variation
@@ -61,8 +63,9 @@ def draw(study: Study, path: Path) -> Path:
     figure.canvas.draw()
     for axis, (_, points) in zip(axes, telling, strict=False):
         _label(axis, points, marks)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path)
+    content = io.BytesIO()
+    figure.savefig(content)
+    write_atomic(path, content.getvalue())
     return path
 
 

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from masonry_fem.errors import MasonryError
+from masonry_fem.post.folder import unfinished
 from masonry_fem.scene.misfit import listed
 from masonry_fem.scene.overrides import parsed
 from masonry_fem.study.quantity import AXES, GROUPS, Quantities, Quantity, pick, told
@@ -156,7 +157,9 @@ def _from_file(path: Path) -> Quantities:
         tree = tomllib.loads(text) if path.suffix == ".toml" else json.loads(text)
     except ValueError as error:
         raise MasonryError(f"--reference {path}: not valid: {error}") from error
-    if isinstance(tree, dict) and "outcome" in tree and "supports" in tree:
+    if isinstance(tree, dict) and "outcome" in tree:
+        if said := unfinished(path.parent, path.name):
+            raise MasonryError(f"--reference {said}")
         if tree["outcome"] not in ("equilibrium", "finished"):
             raise MasonryError(
                 f"--reference {path}: its outcome is '{tree['outcome']}', expected a run that was solved"

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from masonry_fem.errors import MasonryError, SceneError
-from masonry_fem.post.folder import make_folder
+from masonry_fem.post.folder import Folder, make_folder
 from masonry_fem.scene import Scene, dumps, loads
 from masonry_fem.study.cell import Cell, plan
 from masonry_fem.study.comparison import Comparison, compare
@@ -127,9 +127,10 @@ def study(
     varied = wanted.gather(varied)
     cells = plan(text, varied, overrides, base=base, source=source)
     folder = Path("results") / f"{name}-study" if out is None else Path(out)
-    make_folder(folder / "cells")
     crew = Crew(workers, time_limit)
-    told, interrupted = _computed(cells, crew, base, folder / "cells", fresh, tell)
+    with Folder(folder, "study"):  # what an earlier study told is removed, its cells are not
+        make_folder(folder / "cells")
+        told, interrupted = _computed(cells, crew, base, folder / "cells", fresh, tell)
     rows = tuple(_row(cell, told) for cell in cells)
     wanted.check(rows)
     comparisons = tuple(compare(case, varied, wanted, quantities) for case in _cases(rows, varied))

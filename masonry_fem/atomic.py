@@ -1,0 +1,64 @@
+"""Atomic: files that are whole or not there, however a program ends.
+
+write_atomic(path, content)        # a reader finds the old file or the new one, never a part of it
+
+While it is written a file is called NAME.part. Who keeps a list of what is written (a results folder, so
+that the next run can remove it) stands in ``watchers`` and is told of each file before it is begun.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from masonry_fem.errors import OutputError
+
+PART = ".part"
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+FORBIDDEN = (errno.EACCES, errno.EPERM, errno.EROFS)
+
+watchers: list[Callable[[Path], None]] = []
+
+
+def announce(path: Path) -> None:
+    """Tell the watchers that a file is about to be written."""
+    for watcher in list(watchers):
+        watcher(path)
+
+
+def write_atomic(path: Path, content: bytes) -> None:
+    """Replace a file so that a reader, or an interruption, finds the old or the new one whole.
+
+    Raises
+    ------
+    OutputError : The disk is full, or the place may not be written to.
+    """
+    part = path.with_name(path.name + PART)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        announce(path)
+        try:
+            part.write_bytes(content)
+            os.replace(part, path)
+        except BaseException:
+            with contextlib.suppress(OSError):
+                part.unlink(missing_ok=True)
+            raise
+    except (OSError, UnicodeEncodeError) as error:
+        raise unwritten(path, error) from error
+
+
+def unwritten(path: Path, error: OSError | UnicodeEncodeError) -> OutputError:
+    """The sentence that says why a file could not be written, and what helps."""
+    if isinstance(error, UnicodeEncodeError):
+        reason, cure = "its name has letters that this locale lacks", "set LC_ALL=C.UTF-8"
+    elif error.errno in FULL:
+        reason, cure = error.strerror or "no space", "free some space, or choose another place"
+    elif error.errno in FORBIDDEN:
+        reason, cure = error.strerror or "not allowed", "choose a place that you may write to"
+    else:
+        reason, cure = error.strerror or str(error), "choose another place"
+    return OutputError(f"{path} cannot be written: {reason}; {cure}")

@@ -1,0 +1,44 @@
+"""Signals: SIGTERM and SIGHUP end a command as Ctrl-C does, with what was written so far left readable."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import threading
+from collections.abc import Iterator
+from types import FrameType
+
+ANSWERED = (signal.SIGTERM, signal.SIGHUP)
+
+
+class Ended(KeyboardInterrupt):
+    """A signal that asks for the end; its number tells which."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(signal.Signals(number).name)
+        self.number = number
+
+
+class Received:
+    """Number of the signal that came; SIGINT where none of the others did."""
+
+    number: int = signal.SIGINT
+
+
+@contextlib.contextmanager
+def answered() -> Iterator[Received]:
+    """Raise ``Ended`` for these signals; those that are ignored (nohup) or answered otherwise stay so."""
+    received = Received()
+
+    def end(number: int, _: FrameType | None) -> None:
+        received.number = number
+        raise Ended(number)
+
+    kept = {}
+    if threading.current_thread() is threading.main_thread():
+        kept = {one: signal.signal(one, end) for one in ANSWERED if signal.getsignal(one) == signal.SIG_DFL}
+    try:
+        yield received
+    finally:
+        for one, before in kept.items():
+            signal.signal(one, before)

@@ -107,6 +107,7 @@ TABLES: dict[type[msgspec.Struct], str] = {
     specs.Contact: "`[contact]`",
     specs.Probe: "`[[probes]]`",
     specs.Output: "`[output]`",
+    specs.Reading: "`[reading]`",
     specs.Cut: "`[[output.cuts]]`",
 }
 COMMON = {
@@ -162,6 +163,7 @@ MEANING: dict[str, str] = {
     "Scene.contact": "which faces touch",
     "Scene.probes": "points to follow",
     "Scene.output": "what is written",
+    "Scene.reading": "what files may take to be read",
     "MeshSettings.element": "Q: quadrangles, hexahedra; P: triangles, tetrahedra; 1 linear, 2 quadratic. "
     "Q1 where not given, in a `.geo` or `.step` the order that the file asks for",
     "MeshSettings.size": "wanted edge of an element [m], whatever the unit of a file",
@@ -400,6 +402,8 @@ MEANING: dict[str, str] = {
     "Contact.expulsion": "speed at which initial overlaps are driven out, in the gap form",
     "Contact.update": "whether contacts stay as they are, move with the blocks, or are found anew",
     "Contact.every": "steps between two detections",
+    "Reading.time": "wall-clock time for all of them",
+    "Reading.memory": "beyond what an idle process has",
     "Output.fields": "`.vtu` and `.pvd` files",
     "Output.pictures": "PNG pictures of the last state",
     "Output.every": "steps between field files; the first and the last are always written",

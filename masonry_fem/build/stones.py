@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from masonry_fem.errors import SceneError
-from masonry_fem.geometry import assemble, build_structure
+from masonry_fem.geometry import assemble, build_structures
 from masonry_fem.scene import specs
 from masonry_fem.scene.selector import select, split_face
 from masonry_fem.solid.assembly import Assembly, Shape
@@ -79,8 +79,8 @@ def block_names(assembly: Assembly) -> list[tuple[str, ...]]:
 
 def lay(scene: specs.Scene, base: Path) -> Stones:
     """Generate or read all structures and give each block its role."""
-    parts = [build_structure(structure, scene.dimension, base, _mesh_of(scene, structure))
-             for structure in scene.structures]  # fmt: skip
+    meshes = [_mesh_of(scene, structure) for structure in scene.structures]
+    parts = build_structures(scene.structures, scene.dimension, base, meshes, scene.reading)
     owner = [structure for structure, part in zip(scene.structures, parts, strict=True) for _ in part.blocks]
     assembly = assemble(parts)
     role = [

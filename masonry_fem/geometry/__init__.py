@@ -13,7 +13,7 @@ from masonry_fem.errors import GeometryError, SceneError
 from masonry_fem.scene import specs
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 
-__all__ = ["assemble", "build_structure"]
+__all__ = ["assemble", "build_structure", "build_structures"]
 
 # the module of this folder whose ``build`` makes a structure; a scene loads those of its own structures
 BUILDERS: dict[type[specs.Structure], str] = {
@@ -52,6 +52,29 @@ def build_structure(
     builder = import_module(f"masonry_fem.geometry.{BUILDERS[type(spec)]}")
     made: Assembly = builder.build(spec, dimension)
     return made
+
+
+def build_structures(
+    structures: Sequence[specs.AnyStructure],
+    dimension: int,
+    base: Path,
+    meshes: Sequence[specs.MeshSettings],
+    reading: specs.Reading,
+) -> list[Assembly]:
+    """The blocks of each structure; those of files are read in another process, within its limits."""
+    wanted = [(one, dimension, base.resolve(), mesh) for one, mesh in zip(structures, meshes, strict=True)]
+    foreign = {
+        at: f"structures.{one.name}.path '{one.path}'"
+        for at, one in enumerate(structures)
+        if isinstance(one, specs.FileStructure | specs.SurveyStructure)
+    }
+    read: dict[int, Assembly] = {}
+    if foreign:
+        from masonry_fem.geometry.apart import Errand, done_apart  # noqa: PLC0415  files are rare
+
+        errands = [Errand(title, build_structure, wanted[at]) for at, title in foreign.items()]
+        read = dict(zip(foreign, done_apart(errands, reading), strict=True))
+    return [read[at] if at in read else build_structure(*one) for at, one in enumerate(wanted)]
 
 
 def assemble(parts: Sequence[Assembly]) -> Assembly:

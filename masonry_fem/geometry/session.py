@@ -49,9 +49,12 @@ def session(title: str) -> Iterator[Any]:
         if type(error) is not Exception:  # gmsh raises bare ones; a defect of ours is not its failure
             raise
         said = [line.split(":", 1)[-1].strip() for line in gmsh.logger.get() if line.startswith("Error")]
+        words = [one for one in (*said, str(error)) if one]
         raise GeometryError(
-            f"{title}: gmsh stopped with: {said[0] if said else error}; open the geometry in gmsh and "
-            "correct it there"
+            f"{title}: gmsh stopped with: {words[0]}; open the geometry in gmsh and correct it there"
+            if words
+            else f"{title}: gmsh stopped without a word, mostly for want of memory; give it more "
+            "(reading.memory), or make the file smaller"
         ) from error
     finally:
         gmsh.logger.stop()  # or what one file did wrong is told of the next one too

@@ -28,10 +28,12 @@ NOUNS = {
     "N": "a force",
     "N/m": "a force per length",
     "1/s": "a rate",
+    "B": "an amount of memory",
 }
 COMMON_UNITS = (
     "Pa", "kPa", "MPa", "GPa", "N/mm^2", "m", "cm", "mm", "km", "s", "ms", "min", "Hz", "N", "kN", "MN",
     "kN/m", "N/m", "kg/m^3", "g/cm^3", "t/m^3", "m/s", "mm/s", "m/s^2", "mm/s^2", "deg", "rad", "rad/s",
+    "MB", "GB",
 )  # fmt: skip
 _NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 _EXPONENT = re.compile(r"(?<=[A-Za-z])([23])(?![\w.])")  # kg/m3 is how many write kg/m^3

@@ -52,6 +52,7 @@ from masonry_fem.scene.record import (
     Fraction,
     Inclination,
     Length,
+    Memory,
     Name,
     NonNegative,
     Point,
@@ -138,6 +139,7 @@ __all__ = [
     "PortalStructure",
     "Probe",
     "PythonLaw",
+    "Reading",
     "Record",
     "RubbleStructure",
     "Scatter",
@@ -353,6 +355,16 @@ class Output(Spec, frozen=True, kw_only=True):
     amplification: Positive | None = None
 
 
+class Reading(Spec, frozen=True, kw_only=True):
+    """What the files of all structures may take to be read, and meshed where they are geometries.
+
+    They are read in a process of its own, which is ended where it takes more.
+    """
+
+    time: Seconds = 120.0
+    memory: Memory = 4e9
+
+
 class Scene(Spec, frozen=True, kw_only=True):
     """A whole problem: read it with ``masonry_fem.scene.load``, write it with ``save``."""
 
@@ -375,3 +387,4 @@ class Scene(Spec, frozen=True, kw_only=True):
     contact: Contact = Contact()
     probes: tuple[Probe, ...] = ()
     output: Output = Output()
+    reading: Reading = Reading()

@@ -118,7 +118,7 @@ def fingerprint(scene: Scene, base: Path) -> str:
     tree = plain(scene)
     if _wholly_rigid(scene):
         tree.pop("mesh", None)
-    for unseen in ("title", "output", "large"):
+    for unseen in ("title", "output", "large", "reading"):
         tree.pop(unseen, None)
     if scene.output.determinacy:  # its reactions are others
         tree["output"] = {"determinacy": True}

@@ -19,7 +19,8 @@ from masonry_fem.dynamics.march import March
 from masonry_fem.dynamics.mechanism import Mechanism, mechanism_of_step
 from masonry_fem.dynamics.motion import FloatArray
 from masonry_fem.errors import MasonryError
-from masonry_fem.nscd.unstressed import Unstressed, from_no_stress
+from masonry_fem.nscd import Outcome
+from masonry_fem.nscd.unstressed import from_no_stress
 from masonry_fem.post.sheet import quantity
 
 CLOSED = 1e-6  # of a block's size: a gap that is none
@@ -40,7 +41,7 @@ class Start:
     note : Why it is not known.
     thrust : Least pre-stress of a joint with which the loads are carried [N]; None: not known.
     joints : Between which blocks it is needed.
-    mechanism : How blocks move without it.
+    mechanism : How blocks move without it, where the march does not say so itself.
     plane : A plane scene, whose forces are per metre.
     """
 
@@ -64,8 +65,9 @@ class Start:
             named = ", ".join(" / ".join(pair) for pair in self.joints[:SHOWN])
             more = f" and {len(self.joints) - SHOWN} more" if len(self.joints) > SHOWN else ""
             words += f" between {named}{more}"
-        moves = "" if self.mechanism is None else f": {self.mechanism.sentence()}"
-        return f"{words}; from a start without stress it falls{moves}."
+        if self.mechanism is not None:
+            words += f"; from a start without stress it falls: {self.mechanism.sentence()}"
+        return f"{words}."
 
     def told(self) -> dict[str, Any]:
         """What ``summary.json`` holds."""
@@ -78,15 +80,16 @@ class Start:
             "message": self.sentence(),
             "least_thrust": self.thrust,
             "joints": [list(pair) for pair in self.joints],
-            "mechanism": None if self.mechanism is None else self.mechanism.told(),
-        }
+        } | ({} if self.mechanism is None else {"mechanism": self.mechanism.told()})
 
 
 def started(made: March) -> Start | None:
-    """How the equilibrium that a march ended with may come about; None where it ended otherwise."""
+    """How an equilibrium may come about; None where a march ended without and none is thinkable."""
+    problem = made.last.problem
+    if made.last.solution.outcome is Outcome.UNSTRESSED:
+        return _needing(made, mechanism_of_step(made.last, made.model), made.last.solution.impulse)
     if made.outcome != "equilibrium":
         return None
-    problem = made.last.problem
     if made.model.laws is not None:
         return Start(None, COHESIVE)
     if not problem.rigid:
@@ -97,7 +100,7 @@ def started(made: March) -> Start | None:
     found = from_no_stress(problem, closed)
     if found.reached is None:
         return Start(None, UNTOLD)
-    return Start(True) if found.reached else _fallen(made, found)
+    return Start(True) if found.reached else _needing(made, _mechanism(made, found.motion), found.impulse)
 
 
 def said(made: March, start: Start | None) -> March:
@@ -107,30 +110,35 @@ def said(made: March, start: Start | None) -> March:
     return replace(made, message=f"{made.message} {start.sentence()}")
 
 
-def _fallen(made: March, found: Unstressed) -> Start:
-    """What a structure needs that stands only if it is pre-stressed."""
-    motion = _mechanism(made, found.motion)
+def _needing(made: March, motion: Mechanism, impulse: FloatArray) -> Start:
+    """What a structure needs that stands only if it is pre-stressed.
+
+    ``motion`` is how it falls without, ``impulse`` what the loads alone press its joints by, (k, d).
+    """
     plane = made.model.assembly.dimension == 2
+    falls = motion if made.outcome == "equilibrium" else None  # else it is the march's own
     joints = [joint.interface for joint in motion.joints]
     pressed = np.zeros(len(made.model.interfaces))
     number = made.model.contacts.interface[made.last.contacts]
-    np.add.at(pressed, number, found.impulse[:, 0] / made.last.scheme.step)
+    np.add.at(pressed, number, impulse[:, 0] / made.last.scheme.step)
     from masonry_fem.limit import limit_problem  # noqa: PLC0415 - what is reached needs no program
     from masonry_fem.limit.prestress import least_prestress  # noqa: PLC0415
 
     try:
         forces = external_forces(made.model, made.state.time)
-        problem = limit_problem(made.model, forces, bodies=made.state.bodies)
+        # what runs off is looked at where it was
+        bodies = made.state.bodies if made.outcome == "equilibrium" else made.last.before.bodies
+        problem = limit_problem(made.model, forces, bodies=bodies)
         least = least_prestress(problem, joints, pressed[joints].tolist())
     except MasonryError:
         least = None
     if least is None:
-        return Start(False, mechanism=motion, plane=plane)
+        return Start(False, mechanism=falls, plane=plane)
     needed = [joint for joint, rise in zip(joints, least.rises, strict=True) if rise > 1e-3 * least.thrust]
     names = [block.name for block in made.model.assembly.blocks]
     pairs = [made.model.interfaces[joint].blocks for joint in needed]
     between = tuple((names[one], names[two]) for one, two in pairs)
-    return Start(False, thrust=least.thrust, joints=between, mechanism=motion, plane=plane)
+    return Start(False, thrust=least.thrust, joints=between, mechanism=falls, plane=plane)
 
 
 def _mechanism(made: March, velocity: FloatArray) -> Mechanism:

@@ -11,6 +11,7 @@ from masonry_fem.scene.specs import (
     Joint,
     Loads,
     Material,
+    MeshSettings,
     Output,
     Scene,
     Statics,
@@ -59,6 +60,15 @@ def test_stones_between_vertical_faces_stand_only_if_pre_stressed(count):
     assert told["least_thrust"] == pytest.approx(0.5 * count * WEIGHT / (2 * FRICTION), rel=1e-6)
     assert "stands only if it is pre-stressed by at least" in found.message
     assert told["mechanism"]["groups"] == [[f"stone{k}" for k in range(count)]]
+
+
+def test_elastic_stones_between_vertical_faces_fall():
+    found = solve_scene(beam(fidelity="elastic", mesh=MeshSettings(size=0.25)))
+    assert found.outcome == "no_equilibrium"
+    assert found.message.startswith("No equilibrium from a start without stress")
+    assert found.summary["mechanism"]["groups"] == [["stone0"]]
+    assert found.summary["moving"][0]["how"] == "falls"
+    assert found.summary["start"]["least_thrust"] == pytest.approx(0.5 * WEIGHT / (2 * FRICTION), rel=1e-6)
 
 
 def test_the_verdict_is_written(tmp_path):

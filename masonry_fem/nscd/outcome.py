@@ -25,13 +25,14 @@ class Outcome(Enum):
     TIME_LIMIT = "time_limit"
     NO_EQUILIBRIUM = "no_equilibrium"
     AT_LIMIT = "at_limit"
+    UNSTRESSED = "unstressed"
     UNDECIDED = "undecided"
     FAILED = "failed"
 
     @property
     def moves(self) -> bool:
         """True where the velocities of a static problem show a mechanism."""
-        return self in {Outcome.NO_EQUILIBRIUM, Outcome.AT_LIMIT}
+        return self in {Outcome.NO_EQUILIBRIUM, Outcome.AT_LIMIT, Outcome.UNSTRESSED}
 
     @property
     def sentence(self) -> str:
@@ -67,6 +68,12 @@ _TEXTS = {
         "The loads can just be carried: with 0.1 % less friction no impulses balance them, and the blocks, "
         "as they deform, find no rest at any finite slip.",
         "Look at the rigid velocities: they show what is about to move. Lower a load, or raise friction.",
+    ),
+    Outcome.UNSTRESSED: (
+        "Impulses within the friction cones balance the loads, but nothing that the loads do brings them "
+        "about: from a start without stress the blocks run off.",
+        "Look at the rigid velocities: they show the mechanism. Press the joints together, or support the "
+        "blocks.",
     ),
     Outcome.UNDECIDED: (
         "Impulses within the friction cones can balance the loads, yet no state of sticking and sliding that "

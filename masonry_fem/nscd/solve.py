@@ -29,6 +29,7 @@ from masonry_fem.nscd.settings import SolverSettings, Start
 from masonry_fem.nscd.solvers import make_method
 from masonry_fem.nscd.threads import one_thread
 from masonry_fem.nscd.turns import Turn, turns
+from masonry_fem.nscd.unstressed import from_no_stress
 
 FloatArray = NDArray[np.float64]
 
@@ -85,8 +86,10 @@ def _solve(problem: ContactProblem, settings: SolverSettings, start: Start | Non
         return _judged(iterate(problem, method, settings, start), stands)
     made = _choose(problem, settings, start, stands)
     ended = made.outcome.moves or made.outcome in {Outcome.CONVERGED, Outcome.TIME_LIMIT}
-    if ended or (problem.rigid_mass > 0).all() or stands():
+    if ended or (problem.rigid_mass > 0).all():
         return made
+    if stands():
+        return made if problem.rigid or problem.cohesive else _unstressed(problem, settings, made)
     return _proven(problem, settings, made, balance().motion)
 
 
@@ -206,6 +209,22 @@ def _joined(first: Solution, second: Solution) -> Solution:
     if first.outcome is Outcome.UNDECIDED:
         return replace(first, **counted)
     return replace(first, outcome=second.outcome, **counted)
+
+
+def _unstressed(problem: ContactProblem, settings: SolverSettings, made: Solution) -> Solution:
+    """The verdict that elastic blocks run off from where they are, although impulses could hold them."""
+    found = from_no_stress(problem)
+    speed = float(np.linalg.norm(found.motion))
+    if found.reached is not False or speed == 0:
+        return made
+    # fast enough to be seen: what the loads give to blocks of unit mass
+    motion = float(np.linalg.norm(problem.rigid_impulse)) / speed * found.motion
+    quality = assess(problem, found.impulse, motion, least_impulse=settings.least_impulse)
+    velocity = problem.velocity(found.impulse, motion)
+    return replace(
+        made, impulse=found.impulse, velocity=velocity, rigid_velocity=motion, quality=quality,
+        outcome=Outcome.UNSTRESSED,
+    )  # fmt: skip
 
 
 def _check_start(problem: ContactProblem, start: Start | None) -> None:

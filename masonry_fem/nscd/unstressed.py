@@ -16,30 +16,39 @@ blocks come to rest. Where they do not, they run off as 1/δ, and the share stay
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from masonry_fem.nscd.graphs import lengths
 from masonry_fem.nscd.linear import Library
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.scaling import contact_scale
-from masonry_fem.nscd.settings import SolverSettings, Start
+from masonry_fem.nscd.settings import MethodName, SolverSettings, Start
 from masonry_fem.nscd.solvers.linearisation import Linearisation, bonded_contacts, linearise
 from masonry_fem.nscd.solvers.newton_system import NewtonSystem
 from masonry_fem.nscd.threads import one_thread
 
 FloatArray = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+State = tuple[FloatArray, FloatArray]  # impulses and rigid velocities
+Solve = Callable[[float, State | None], tuple[State, float] | None]  # at a drag: the share that is lacking
 
-# The drag over what the contacts resist a body's motion by. A stack of n blocks, or a wedge of the angle
-# 1/n, lacks some n² times it; what n = 1e4 lacks of the last is a hundredth. Angles of 1e-7, the rounding
-# of surveyed shapes, hold nothing at the last.
+# The drag over what the contacts resist a body's motion by. A stack of n blocks lacks some n² times it.
 DRAGS = (1e-6, 1e-8, 1e-10)
+# Times what the impulses give a contact: what slides farther is held by faces that close in by their rounding
+# as coordinates (1e-7 in files of single precision), and by less friction than that not at all.
+FAR = 1e6
+FIRM = 1e-2  # a drag with which such faces carry nothing
 FALLS = 0.2  # from one drag to the next: the share then vanishes with the drag, which falls by 0.01
 STAYS = 0.95  # the share does not vanish at all
+EASIER = tuple(10.0**power for power in range(6, -1, -1))  # times a drag too small to begin with
 TOLERANCE = 1e-6
+USABLE = 1e-5  # error of a state that shows the share: a fifth or all of it is left
+METHODS: tuple[MethodName, ...] = ("interior_point", "auto")
 STEPS = 40  # Newton steps before another method is asked
 FULL = 6  # steps without line search: the active set settles in few of them
 
@@ -74,56 +83,35 @@ def from_no_stress(problem: ContactProblem, closed: Mask | None = None) -> Unstr
     mask = np.ones(problem.count, dtype=bool) if closed is None else closed
     part = _touching(problem, np.flatnonzero(mask))
     with one_thread():
-        told = _rigid(part) if problem.rigid else _elastic(part)
+        told = _asked(part, _Soft(part).solve if problem.rigid else _elastic(part))
     impulse = np.zeros_like(problem.free_velocity)
     impulse[mask] = told.impulse
     return replace(told, impulse=impulse)
 
 
-def _rigid(problem: ContactProblem) -> Unstressed:
-    solver = _Soft(problem)
-    start: Start | None = None
+def _asked(problem: ContactProblem, solve: Solve) -> Unstressed:
+    """What states at falling drags tell."""
+    state: State | None = None
     shares: list[float] = []
     for drag in DRAGS:
-        found = solver.solve(drag, start)
+        found = solve(drag, state)
         if found is None:
             break
-        start, share = found
+        state, share = found
         shares.append(share)
         if _vanishes(shares):
             break
-    return _told(problem, start, shares)
-
-
-def _elastic(problem: ContactProblem) -> Unstressed:
-    """Elastic bodies have a compliance of their own."""
-    start: Start | None = None
-    shares: list[float] = []
-    resistance = _resistance(problem, contact_scale(problem))
-    for drag in DRAGS:
-        found = _solved(replace(problem, rigid_mass=drag * resistance), start)
-        if found is None:
-            break
-        start = found
-        assert start.impulse is not None
-        assert start.rigid_velocity is not None
-        held = drag * resistance * (start.rigid_velocity - problem.rigid_velocity)
-        shares.append(_lacking(problem, start.impulse, held))
-        if _vanishes(shares):
-            break
-    return _told(problem, start, shares)
-
-
-def _told(problem: ContactProblem, start: Start | None, shares: list[float]) -> Unstressed:
-    impulse, motion = np.zeros_like(problem.free_velocity), np.zeros_like(problem.rigid_velocity)
-    if start is not None and start.impulse is not None and start.rigid_velocity is not None:
-        impulse, motion = start.impulse, start.rigid_velocity
     reached: bool | None = None
-    if _vanishes(shares):
-        reached = True
+    if state is not None and _vanishes(shares):
+        reached = _slide(problem, *state) <= FAR
+        if not reached:  # what the loads press without the faces' rounding
+            firm = solve(FIRM, None)
+            state = state if firm is None else (firm[0][0], state[1])
     elif len(shares) == len(DRAGS) and shares[-1] > STAYS * shares[-2]:
         reached = False
-    return Unstressed(reached, impulse, motion, tuple(shares))
+    if state is None:
+        state = np.zeros_like(problem.free_velocity), np.zeros_like(problem.rigid_velocity)
+    return Unstressed(reached, *state, tuple(shares))
 
 
 def _vanishes(shares: list[float]) -> bool:
@@ -172,12 +160,43 @@ def _touching(problem: ContactProblem, contacts: NDArray[np.int64]) -> ContactPr
     )
 
 
-def _solved(problem: ContactProblem, start: Start | None) -> Start | None:
-    """A solution by the usual methods; None where none of them finds one."""
+def _slide(problem: ContactProblem, impulse: FloatArray, motion: FloatArray) -> float:
+    """Farthest slide of a contact over what the greatest impulse on its blocks gives it."""
+    scale = contact_scale(problem)
+    slip = lengths(problem.velocity(impulse, motion)[:, 1:])
+    pressed = np.full(problem.body_count, 0.0)
+    for side in (0, 1):
+        own = problem.bodies[:, side] >= 0
+        np.maximum.at(pressed, problem.bodies[own, side], impulse[own, 0])
+    least = np.append(pressed, np.inf)[problem.bodies].min(axis=1)
+    slides = (impulse[:, 0] > 0) & np.isfinite(least)
+    return float((slip[slides] / (scale * least)[slides]).max(initial=0.0))
+
+
+def _usual(problem: ContactProblem, drag: FloatArray, state: State | None) -> State | None:
+    """The state with a drag (b, m) by the usual methods; None where none of them finds one."""
     from masonry_fem.nscd.solve import solve  # noqa: PLC0415 - which asks this module for a verdict
 
-    made = solve(problem, SolverSettings(tolerance=TOLERANCE), start)
-    return Start(made.impulse, made.rigid_velocity) if made.converged else None
+    held, start = replace(problem, rigid_mass=drag), None if state is None else Start(*state)
+    for method in METHODS:
+        made = solve(held, SolverSettings(method=method, tolerance=TOLERANCE), start)
+        if made.quality.error <= USABLE:
+            return made.impulse, made.rigid_velocity
+    return None
+
+
+def _elastic(problem: ContactProblem) -> Solve:
+    """How bodies that are elastic are solved for: these have a compliance of their own."""
+    resistance = _resistance(problem, contact_scale(problem))
+
+    def solve(drag: float, state: State | None) -> tuple[State, float] | None:
+        found = _usual(problem, drag * resistance, state)
+        if found is None:
+            return None
+        held = drag * resistance * (found[1] - problem.rigid_velocity)
+        return found, _lacking(problem, found[0], held)
+
+    return solve
 
 
 class _Soft:
@@ -193,36 +212,41 @@ class _Soft:
         self.resistance = _resistance(problem, self.scale)
         self.system = NewtonSystem(problem, self.scale, library)
 
-    def solve(self, drag: float, start: Start | None) -> tuple[Start, float] | None:
+    def solve(self, drag: float, state: State | None) -> tuple[State, float] | None:
         """Impulses and motion at a drag, and the largest share of its loads that a body lacks."""
         mass = drag * self.resistance
-        found = self._newton(mass, start) or self._other(mass)
+        found = self._newton(mass, state) or self._stepwise(mass) or self._other(mass)
         if found is None:
             return None
-        impulse, motion = found
-        return Start(impulse, motion), _lacking(self.problem, impulse, mass * motion)
+        return found, _lacking(self.problem, found[0], mass * found[1])
 
-    def _other(self, mass: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+    def _stepwise(self, mass: FloatArray) -> State | None:
+        """From more drag to less: the first states stick and are near to each other."""
+        state: State | None = None
+        for factor in EASIER:
+            state = self._newton(factor * mass, state)
+            if state is None:
+                return None
+        return state
+
+    def _other(self, mass: FloatArray) -> State | None:
         """By the usual methods, which take the compliance for that of elastic blocks."""
         c, d = self.problem.free_velocity.shape
         blocks = self.scale[:, None, None] * np.eye(d)
         compliance = sparse.bsr_array(
             (blocks, np.arange(c), np.arange(c + 1)), shape=(c * d, c * d), blocksize=(d, d)
         )
-        found = _solved(replace(self.problem, compliance=compliance, rigid_mass=mass), None)
-        if found is None or found.impulse is None or found.rigid_velocity is None:
-            return None
-        return found.impulse, found.rigid_velocity
+        return _usual(replace(self.problem, compliance=compliance), mass, None)
 
-    def _newton(self, mass: FloatArray, start: Start | None) -> tuple[FloatArray, FloatArray] | None:
+    def _newton(self, mass: FloatArray, state: State | None) -> State | None:
         problem = self.problem
         impulse, motion = np.zeros_like(problem.free_velocity), np.zeros_like(problem.rigid_velocity)
-        if start is not None and start.impulse is not None and start.rigid_velocity is not None:
-            impulse, motion = start.impulse, start.rigid_velocity
+        if state is not None:
+            impulse, motion = state
         residuals: list[float] = []
         with np.errstate(all="ignore"):
             for count in range(STEPS):
-                line = self._line(impulse, motion, bonded=start is None and count == 0)
+                line = self._line(impulse, motion, bonded=state is None and count == 0)
                 left = self._left(impulse, motion, mass)
                 residual = self._size(line, left, impulse)
                 if not np.isfinite(residual):

@@ -1,0 +1,94 @@
+"""Unstressed: a stone between two faces comes to rest where these lean under it, and else runs off."""
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+from masonry_fem.nscd import Outcome, solve
+from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.unstressed import from_no_stress
+from tests.nscd import walls
+
+
+def wedge(angle, *, friction=0.8, mass=1.0, length=1.0, load=10.0, compliance=None):
+    """A stone of unit half width and height on two faces that lean by an angle [rad] under it."""
+    normal = np.array([[np.cos(angle), np.sin(angle)], [-np.cos(angle), np.sin(angle)]])
+    maps = []
+    for x, n in zip((-1.0, 1.0), normal, strict=True):
+        tangent = np.array([-n[1], n[0]])
+        for y in (-0.5, 0.5):
+            arm = length * np.array([x, y])
+            rows = [[*axis, arm[0] * axis[1] - arm[1] * axis[0]] for axis in (n, tangent)]
+            maps.append(np.array(rows) / np.sqrt(mass) / [1, 1, length * np.sqrt(5 / 12)])
+    count = len(maps)
+    rigid_map = np.zeros((count, 2, 2, 3))
+    rigid_map[:, 0] = maps
+    matrix = sparse.bsr_array((2 * count, 2 * count), blocksize=(2, 2))
+    if compliance is not None:
+        matrix = sparse.bsr_array(compliance * np.eye(2 * count), blocksize=(2, 2))
+    return ContactProblem(
+        friction=np.full(count, friction),
+        free_velocity=np.zeros((count, 2)),
+        compliance=matrix,
+        bodies=np.tile([0, -1], (count, 1)),
+        rigid_map=rigid_map,
+        rigid_mass=np.zeros((1, 3)),
+        rigid_impulse=np.array([[0.0, -np.sqrt(mass) * load, 0.0]]),
+        rigid_velocity=np.zeros((1, 3)),
+    )
+
+
+@pytest.mark.parametrize("angle", [1.2, 0.5, 0.1, 1e-2])
+def test_a_stone_in_a_notch_is_reached(angle):
+    problem = wedge(angle)
+    told = from_no_stress(problem)
+    assert told.reached is True
+    left = problem.body_impulse(told.impulse) + problem.rigid_impulse
+    assert np.linalg.norm(left) < 1e-3 * np.linalg.norm(problem.rigid_impulse)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-8, -1e-8, -0.1, -0.5])
+def test_a_stone_that_widens_downwards_runs_off(angle):
+    # friction of 0.8 holds faces up to 0.67 rad, once they are pressed
+    problem = wedge(angle)
+    told = from_no_stress(problem)
+    assert told.reached is False
+    if angle <= 0:  # else the faces' closing in by rounding holds it at last
+        assert told.lacking == pytest.approx([1.0, 1.0, 1.0], abs=1e-6)
+    assert told.motion[0, 1] < 0
+    assert np.abs(told.motion[0, [0, 2]]).max() < 1e-6 * abs(told.motion[0, 1])
+
+
+@pytest.mark.parametrize(("mass", "length", "load"), [(1e6, 1.0, 1.0), (1e-6, 1e-3, 1e4), (1.0, 1e3, 1e-9)])
+@pytest.mark.parametrize("angle", [0.3, -0.3])
+def test_units_do_not_decide(angle, mass, length, load):
+    assert from_no_stress(wedge(angle, mass=mass, length=length, load=load)).reached is (angle > 0)
+
+
+def test_without_loads_nothing_is_lacking():
+    assert from_no_stress(wedge(0.0, load=0.0)).reached is True
+
+
+def test_open_contacts_take_no_part():
+    closed = np.array([True, True, False, False])
+    assert from_no_stress(wedge(1.2), closed).reached is False
+
+
+def test_a_wall_is_reached_and_its_impulses_are_within_the_cones():
+    problem = walls.rigid_wall(4, 5)
+    told = from_no_stress(problem)
+    assert told.reached is True
+    tangent = np.linalg.norm(told.impulse[:, 1:], axis=1)
+    size = np.abs(told.impulse).max()
+    assert (tangent - problem.friction * told.impulse[:, 0]).max() < 1e-5 * size
+
+
+@pytest.mark.parametrize(
+    ("angle", "outcome"), [(0.3, Outcome.CONVERGED), (0.0, Outcome.UNSTRESSED), (-0.3, Outcome.UNSTRESSED)]
+)
+def test_elastic_blocks_that_only_pre_stress_would_hold_have_no_equilibrium(angle, outcome):
+    problem = wedge(angle, compliance=1e-6)
+    found = solve(problem)
+    assert found.outcome is outcome
+    if outcome.moves:
+        assert found.rigid_velocity[0, 1] < 0

@@ -75,12 +75,15 @@ class Free:
     rigid_mass : Diagonal of M_r, shape (b, m).
     elastic : Elastic free velocity u_el,free at the end of the step, the group's own array
         (nodal, shape (b, n)); None for groups without elastic part.
+    origin : State from which U − (its velocity) leads on, in whose axes and arms the rigid part is
+        written; None: the one at the start of the step, with velocity 0 in statics.
     """
 
     rigid_velocity: FloatArray
     rigid_impulse: FloatArray
     rigid_mass: FloatArray
     elastic: FloatArray | None
+    origin: State | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,6 +173,10 @@ class Attachment(Protocol):
         """How the blocks have turned since the reference configuration, shape (k, d, d)."""
         ...
 
+    def takes_at(self, points: FloatArray) -> FloatArray:
+        """Where the blocks take reactions that act at ``points``, both of shape (k, d) [m]."""
+        ...
+
     def rigid_map(self, state: State, points: FloatArray, frames: FloatArray) -> FloatArray:
         """Velocity, in the frames, of the block at ``points`` for unit U, shape (k, d, m); unsigned."""
         ...
@@ -231,7 +238,8 @@ class BodyGroup(Protocol):
     def free(self, state: State, guess: State, force: FloatArray, scheme: Scheme) -> Free:
         """The step without contact, linearised at ``guess`` (linear groups ignore it).
 
-        ``force`` is F_θ = (1−θ) F_i + θ F_{i+1}.
+        ``force`` is F_θ = (1−θ) F_i + θ F_{i+1}. Statics (inertia 0) balances at the end of the step:
+        there blocks that turn take axes and arms of ``guess``.
         """
         ...
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from masonry_fem.bodies.base import FloatArray, Free, IntArray, Scheme, StepEnergy
 from masonry_fem.bodies.inertia import inertia_of
-from masonry_fem.bodies.rotation import exponential, orthonormalised
+from masonry_fem.bodies.rotation import exponential, logarithm, orthonormalised
 from masonry_fem.bodies.undeformed import Placed, Undeformed, translation_and_spin
 from masonry_fem.solid.assembly import Assembly
 
@@ -54,6 +54,7 @@ class RigidGroup(Undeformed):
     blocks : Their numbers in it, shape (b,).
     density : One for all, or one a block, shape (b,) [kg/m³].
     damping : Mass-proportional damping α, one for all or one a block, shape (b,) [1/s].
+    turns : False keeps axes and lever arms those of the reference, as small kinematics has it.
 
     Attributes
     ----------
@@ -65,9 +66,10 @@ class RigidGroup(Undeformed):
     Notes
     -----
     Loads are dead: a force keeps its direction and its material point, so that its lever arm turns
-    with the block; a step takes the arm that it starts with. Impulses too act along the principal
-    axes at the start of the step, whereas U⁺ lies along those at its end: of a block that turns by
-    φ in a step the direction of an angular impulse is known to φ. Nothing is lost where nothing acts.
+    with the block; a step with inertia takes the arm that it starts with. Impulses too act along the
+    principal axes at its start, whereas U⁺ lies along those at its end: of a block that turns by φ in a
+    step the direction of an angular impulse is known to φ. Nothing is lost where nothing acts. Statics
+    takes arms and axes of the state that it is linearised at, and goes on until that is the end.
 
     Raises
     ------
@@ -83,6 +85,8 @@ class RigidGroup(Undeformed):
         blocks: Sequence[int] | IntArray,
         density: float | FloatArray,
         damping: float | FloatArray = 0.0,
+        *,
+        turns: bool = True,
     ) -> None:
         numbers = np.asarray(blocks, dtype=np.int64)
         inertia = inertia_of(assembly, numbers, density)
@@ -94,6 +98,7 @@ class RigidGroup(Undeformed):
         # √ of the diagonal of the mass matrix in (v, ω about principal axes), shape (b, m)
         mass_columns = np.repeat(self.mass[:, None], self.dimension, axis=1)
         self._scale: FloatArray = np.sqrt(np.concatenate([mass_columns, self.inertia], axis=1))
+        self._turns = turns
 
     def rest(self) -> RigidState:
         """The state of reference: in place, at rest."""
@@ -111,7 +116,7 @@ class RigidGroup(Undeformed):
 
     def _current_axes(self, rotation: FloatArray) -> FloatArray:
         """Principal axes now, as columns of world components, shape (b, 1 or 3, 1 or 3)."""
-        return self.axes if self.dimension == 2 else rotation @ self.axes
+        return rotation @ self.axes if self._turns and self.dimension == 3 else self.axes
 
     def velocity_map(self, state: Placed, bodies: IntArray, points: FloatArray) -> FloatArray:
         """Velocity at current points of ``bodies`` for unit U, world axes, shape (k, d, m)."""
@@ -148,25 +153,29 @@ class RigidGroup(Undeformed):
 
     def _generalised(self, state: RigidState, force: FloatArray) -> FloatArray:
         """Φᵀ F of a force array, shape (b, m)."""
-        d, moments = self.dimension, self.moments(force, state.rotation)
+        d = self.dimension
+        rotation = state.rotation if self._turns else np.broadcast_to(np.eye(d), state.rotation.shape)
+        moments = self.moments(force, rotation)
         principal = np.einsum("bri,br->bi", self._current_axes(state.rotation), moments)
         return np.concatenate([force[:, :d], principal], axis=1) / self._scale
 
     # --- the step ---------------------------------------------------------------------------------
 
     def free(self, state: RigidState, guess: RigidState, force: FloatArray, scheme: Scheme) -> Free:
-        """The step without contact impulses; the gyroscopic term stands in U_0.
+        """The step without contact impulses; the gyroscopic term stands in U_0, the arms are of ``guess``.
 
         ``rigid_velocity`` is the velocity with which the block would end the step if nothing acted
         on it: spatial angular momentum conserved, components along the axes that have turned.
         """
         velocity, h = self._coasting_velocity(state, scheme), scheme.step
+        at = state if scheme.inertia else guess
         damping = np.repeat(scheme.inertia * h * self.damping[:, None], self.freedoms, axis=1)
         return Free(
             rigid_velocity=velocity,
-            rigid_impulse=h * self._generalised(state, force) - damping * velocity,
+            rigid_impulse=h * self._generalised(at, force) - damping * velocity,
             rigid_mass=scheme.inertia + scheme.theta * damping,
             elastic=None,
+            origin=None if at is state else at,
         )
 
     def _coasting_velocity(self, state: RigidState, scheme: Scheme) -> FloatArray:
@@ -207,6 +216,8 @@ class RigidGroup(Undeformed):
         scheme: Scheme,
     ) -> RigidState:
         """The state at the end of the step: q⁺ = q + h[(1−θ) u + θ u⁺], rotations by exponential."""
+        if free.origin is not None:
+            return self._led_on(state, free.origin, rigid_velocity, scheme.step)
         d, h, theta = self.dimension, scheme.step, scheme.theta
         mean = (1 - theta) * state.velocity[:, :d] + theta * rigid_velocity[:, :d]
         axes = self._current_axes(state.rotation)
@@ -217,6 +228,18 @@ class RigidGroup(Undeformed):
             velocity=rigid_velocity,
         )
 
+    def _led_on(self, state: RigidState, origin: RigidState, end: FloatArray, h: float) -> RigidState:
+        """Where U − (the velocity of ``origin``) leads from there, with the U that leads there at once."""
+        d, scale = self.dimension, self._scale
+        move = h * (end - origin.velocity) / scale
+        turn = exponential(np.einsum("bri,bi->br", self._current_axes(origin.rotation), move[:, d:]))
+        position, rotation = origin.position + move[:, :d], orthonormalised(turn @ origin.rotation)
+        whole = logarithm(rotation @ np.swapaxes(state.rotation, 1, 2))
+        # the axis of a turn has the same components along the axes before and after it
+        principal = np.einsum("bri,br->bi", self._current_axes(state.rotation), whole)
+        mean = np.concatenate([position - state.position, principal], axis=1) / h
+        return RigidState(position, rotation, scale * mean)
+
     def imbalance(
         self, state: RigidState, after: RigidState, force: FloatArray, impulse: FloatArray,
         nodal: FloatArray | None, scheme: Scheme,
@@ -226,7 +249,7 @@ class RigidGroup(Undeformed):
         The part about the principal axes counts by the momentum that it has at the radius of
         gyration, √(J/m): both parts are then √m times a residual in U.
         """
-        free = self.free(state, state, force, scheme)
+        free = self.free(state, after, force, scheme)
         residual = free.rigid_mass * (after.velocity - free.rigid_velocity) - impulse - free.rigid_impulse
         size: FloatArray = np.sqrt(self.mass) * np.linalg.norm(residual, axis=1)
         return size
@@ -269,7 +292,7 @@ class RigidGroup(Undeformed):
         change = after.velocity - state.velocity
         gyroscopic = _dot(mean, coasting - state.velocity)
         return StepEnergy(
-            external=h * _dot(self._generalised(state, force), mean),
+            external=h * _dot(self._generalised(state if inertia else after, force), mean),
             damping=inertia * h * self.damping * _dot(mean, damped),
             numerical=inertia * ((theta - 0.5) * _dot(change, change) - gyroscopic),
         )

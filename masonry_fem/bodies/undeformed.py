@@ -217,6 +217,10 @@ class UndeformedAttachment:
         """How the blocks have turned since the reference configuration, shape (k, d, d)."""
         return state.rotation[self.sides.body]
 
+    def takes_at(self, points: FloatArray) -> FloatArray:
+        """Reactions act on these blocks where they are, shape (k, d) [m]."""
+        return points
+
     def rigid_map(self, state: Placed, points: FloatArray, frames: FloatArray) -> FloatArray:
         """Velocity, in the frames, at current points for unit U, shape (k, d, m)."""
         turned: FloatArray = frames @ self.group.velocity_map(state, self.sides.body, points)

@@ -164,7 +164,8 @@ def body_groups(
         materials = [scene.materials[stones.material[block]] for block in rigid]
         density = np.array([material.density for material in materials])
         damping = np.array([material.damping.mass for material in materials])
-        groups.append(RigidGroup(stones.assembly, rigid, density, damping))
+        turns = scene.contact.update != "fixed"
+        groups.append(RigidGroup(stones.assembly, rigid, density, damping, turns=turns))
     if stones.of_role("elastic"):
         groups.extend(_load_fenicsx()(scene, stones, base, before))
     return tuple(groups)

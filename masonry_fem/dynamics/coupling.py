@@ -33,11 +33,14 @@ class Placement:
     frame : Rows (n, t1[, t2]); they follow the antagonist, shape (c, d, d).
     points : Where the candidates' points are, shape (c, d) [m].
     gap : Signed distance to the antagonist's face, shape (c,) [m].
+    offset : Candidate's point from the antagonist's, in the frames, shape (c, d) [m]: its derivative is
+        the kinematic map G, however far blocks turn.
     """
 
     frame: FloatArray
     points: FloatArray
     gap: FloatArray
+    offset: FloatArray
 
 
 @dataclass(slots=True)
@@ -80,11 +83,24 @@ class Coupling:
             of_antagonist = sides.side == 1
             turn[sides.contact[of_antagonist]] = attachment.rotations(state)[of_antagonist]
         frame = contacts.frame if self.model.fixed else contacts.frame @ turn.transpose(0, 2, 1)
-        gap = np.einsum("ca,ca->c", frame[:, 0], points[:, 0] - points[:, 1])
+        offset = np.einsum("cia,ca->ci", frame, points[:, 0] - points[:, 1])
+        gap = offset[:, 0].copy()
         # The difference of two coordinates is rounding below this. As data it would be gaps that
         # contradict each other, 1e-10 of an elastic displacement: 24 linear solves instead of 4.
         gap[np.abs(gap) <= ROUNDING * np.abs(points).max(initial=0.0)] = 0.0
-        return Placement(frame, contacts.points[:, 0] if self.model.fixed else points[:, 0], gap)
+        return Placement(frame, contacts.points[:, 0] if self.model.fixed else points[:, 0], gap, offset)
+
+    def arms(self, here: Placement) -> FloatArray:
+        """Points at which the two blocks of each contact take its reaction, shape (c, 2, d) [m].
+
+        Blocks that turn take it where the candidate's point is, elastic ones, whose kinematics are small,
+        at their own point of the reference: about these points forces and moments of every block balance.
+        """
+        c, d = here.points.shape
+        points = np.empty((c, 2, d))
+        for sides, attachment in zip(self.sides, self.attachments, strict=True):
+            points[sides.contact, sides.side] = attachment.takes_at(here.points[sides.contact])
+        return points
 
     def rigid_map(self, states: tuple[Any, ...], here: Placement) -> FloatArray:
         """B by contact and side, signs included, supports too, shape (c, 2, d, m)."""

@@ -102,7 +102,8 @@ def _energy(model: Model, coupling: Coupling, made: Increment) -> dict[str, floa
     """Energy ledger of the step; exact for linear blocks, so its error is a check."""
     theta, inertia = made.scheme.theta, made.scheme.inertia
     start = relative_velocity(model, coupling, made.before.bodies, made.here, made.rigid_map)
-    velocity = (1 - theta) * start + theta * made.after.velocity
+    end = relative_velocity(model, coupling, made.after.bodies, made.here, made.rigid_map)
+    velocity = (1 - theta) * start + theta * end
     work = made.impulse * velocity
     external = damping = numerical = support = 0.0
     for group, before, after, force, push in zip(

@@ -68,6 +68,8 @@ def _carried(
         status=status,
         frame=here.frame,
         points=here.points,
+        acting_frame=here.frame,
+        acting_points=coupling.arms(here),
         jump=jump,
         joints=_joints(found, state, old),
     )

@@ -7,7 +7,7 @@ Statics is the same step with inertia 0 (formulation 2b).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from scipy import sparse
 from masonry_fem.bodies.base import FloatArray, Free, Scheme
 from masonry_fem.dynamics.clock import Clock
 from masonry_fem.dynamics.cohesion import JointStep, solve_with_laws
+from masonry_fem.dynamics.coupling import ROUNDING as COORDINATES
 from masonry_fem.dynamics.coupling import Coupling, Placement
 from masonry_fem.dynamics.loads import blend, external_forces
 from masonry_fem.dynamics.model import Model
@@ -26,6 +27,7 @@ from masonry_fem.nscd.laws.state import JointState
 
 NEWTON_LIMIT = 20
 NEWTON_TOLERANCE = 1e-9  # of a block's impulse, on the volume residual
+PATIENCE = 4  # rounds of statics that bring impulses no nearer to balance where blocks have gone
 ROUNDING = 1e-12  # of the model's length: a gap that is none
 SLIGHT = 1e-6  # of the model's length: an overlap that is not driven apart
 DRIFT = 1e-6  # of the model's length: how far a pressed contact of the velocity form may drift
@@ -45,7 +47,8 @@ class Increment:
     forces : F_θ by group. scheme : Its coefficients.
     free : Steps of the groups without contact. rigid : U⁺ by group.
     rigid_impulse, nodal_impulse : Bᵀ p and Gᵀ p by group.
-    here : Contact geometry of the step. rigid_map : B of all contacts, supports too.
+    here : Contact geometry that the impulses balance in: of the end in statics, of the start where
+        there is inertia (or a mechanism). rigid_map : B there, of all contacts, supports too.
     joint_change : What the joint laws' turns left open of the joints' state; 0 where they settled.
     jammed : Overlaps were held that ``expulsion`` was to drive apart, as no motion does that.
     """
@@ -89,6 +92,8 @@ def initial_state(model: Model, coupling: Coupling, bodies: tuple[Any, ...], at:
         status=np.full(model.contacts.count, STICK, dtype=np.int8),
         frame=here.frame,
         points=here.points,
+        acting_frame=here.frame,
+        acting_points=coupling.arms(here),
         jump=None if laws is None else np.zeros_like(here.points),
         joints=None if laws is None else laws.initial(*here.points.shape),
     )
@@ -121,10 +126,12 @@ def step(
     clock = Clock() if clock is None else clock
     before, after = external_forces(model, state.time), external_forces(model, end)
     forces = blend(before, after, scheme.theta)
-    here = coupling.placement(state.bodies)
+    start = here = coupling.placement(state.bodies)
     rigid_map = coupling.rigid_map(state.bodies, here)
+    static, least, idle = scheme.inertia == 0, np.inf, 0
     clock.lap("step")
-    guess, last, joints = state.bodies, np.inf, state.joints
+    guess, joints = state.bodies, state.joints
+    bend = np.zeros_like(here.points)
     solved: Solution | None = None
     change = 0.0
     for _ in range(NEWTON_LIMIT):
@@ -134,21 +141,23 @@ def step(
             group.free(own, at, force, scheme)
             for group, own, at, force in zip(model.groups, state.bodies, guess, forces, strict=True)
         )
-        problem, active = _contact_problem(model, coupling, state, scheme, free, here, rigid_map, compliance)
+        problem, active = _contact_problem(
+            model, coupling, state, scheme, free, (start, here), rigid_map, compliance, bend
+        )
         clock.lap("step")
-        start = _start(state, scheme, active)
+        first = _start(state, scheme, active)
         if solved is not None:  # blocks that are linear after all keep it as it is
-            start = Start(solved.impulse, solved.rigid_velocity)
+            first = Start(solved.impulse, solved.rigid_velocity)
         if model.laws is None or state.joints is None or joints is None:
-            solution = solve(problem, settings, start)
+            solution = solve(problem, settings, first)
         else:
             taken = solve_with_laws(
-                model.laws, state.joints, _joint_step(model, state, scheme, here, active, joints), problem,
-                settings, start,
+                model.laws, state.joints, _joint_step(model, state, scheme, start, active, joints), problem,
+                settings, first,
             )  # fmt: skip
             solution, problem, joints, change = taken.solution, taken.problem, taken.joints, taken.change
         clock.lap("solve")
-        solved = solution
+        solution = solved = solution if solved is None else _summed(solved, solution)
         impulse = np.zeros_like(here.points)
         impulse[active] = solution.impulse
         rigid = coupling.scatter(solution.rigid_velocity, free)
@@ -159,14 +168,39 @@ def step(
                 model.groups, state.bodies, free, rigid, nodal, strict=True
             )
         )
-        rigid_impulse = coupling.rigid_impulses(impulse, rigid_map)
-        residual = _volume_residual(model, state.bodies, bodies, forces, rigid_impulse, nodal, scheme)
+        elastic = tuple(
+            group.velocity_parts(moved)[1] for group, moved in zip(model.groups, bodies, strict=True)
+        )
+        velocity = bend + coupling.rigid_velocity(rigid, rigid_map) + coupling.elastic_velocity(elastic, here)
+        there = coupling.placement(bodies)
+        if solution.outcome.moves:
+            break
+        if static and solution.converged:  # the impulses are to balance where the step ends
+            map_there = coupling.rigid_map(bodies, there)
+            left = _turning(
+                model, coupling, state.bodies, bodies, free, forces, scheme, impulse, map_there - rigid_map
+            )
+            way = there.offset - start.offset - scheme.step * velocity
+            missed = float(np.abs(way).max(initial=0.0)) / model.length
+            holds = left <= settings.tolerance and missed <= ROUNDING
+            left = max(left, missed)
+            guess, here, rigid_map = bodies, there, map_there
+        elif guess is not state.bodies:
+            break
+        else:
+            rigid_impulse = coupling.rigid_impulses(impulse, rigid_map)
+            left = _volume_residual(model, state.bodies, bodies, forces, rigid_impulse, nodal, scheme)
+            holds = left <= NEWTON_TOLERANCE
         clock.lap("step")
-        if residual <= NEWTON_TOLERANCE or residual > 0.5 * last:
+        idle = 0 if left <= 0.5 * least else idle + 1
+        least = min(left, least)
+        if holds or idle > PATIENCE * static:
             break  # holds, or as far as rounding lets it go
-        guess, last = bodies, residual
-    velocity = relative_velocity(model, coupling, bodies, here, rigid_map)
-    there = coupling.placement(bodies)
+        if static and solution.converged:
+            bend = _bend(model, coupling, scheme, (start, here), bodies, rigid_map)
+    rigid_impulse = coupling.rigid_impulses(impulse, rigid_map)
+    if static:
+        nodal = coupling.nodal_impulses(impulse, here)
     pressed = np.zeros_like(impulse)  # what Signorini and Coulomb hold for
     pressed[active] = problem.contact_part(solution.impulse, solution.velocity)
     friction = _friction(model, state)
@@ -181,6 +215,8 @@ def step(
         status=contact_status(pressed, friction, impulse),
         frame=there.frame,
         points=there.points,
+        acting_frame=here.frame,
+        acting_points=coupling.arms(here),
         jump=None if state.jump is None else _jump(state, scheme) + scheme.step * scheme.theta * velocity,
         joints=None if joints is None else joints.committed(),
         rigid_velocity=solution.rigid_velocity,
@@ -192,17 +228,82 @@ def step(
     )  # fmt: skip
 
 
+def _turning(
+    model: Model,
+    coupling: Coupling,
+    before: tuple[Any, ...],
+    after: tuple[Any, ...],
+    free: tuple[Free, ...],
+    forces: tuple[FloatArray, ...],
+    scheme: Scheme,
+    impulse: FloatArray,
+    change: FloatArray,
+) -> float:
+    """What blocks that went on to ``after`` leave of a balance, relative to the largest load of any.
+
+    ``change`` is that of B. Loads on blocks that turn change their moments, too.
+    """
+    worst, scale, d = 0.0, 0.0, model.assembly.dimension
+    for group, old, new, part, force, push in zip(
+        model.groups, before, after, free, forces, coupling.rigid_impulses(impulse, change), strict=True
+    ):
+        if group.prescribed:
+            continue
+        moments = np.zeros_like(push)
+        if part.elastic is None:
+            moments = group.free(old, new, force, scheme).rigid_impulse - part.rigid_impulse
+        size = np.sqrt(group.mass) * np.linalg.norm(push + moments, axis=1)
+        worst = max(worst, float(size.max(initial=0.0)))
+        given = scheme.step * np.linalg.norm(group.resultant(force)[:, :d], axis=1)
+        scale = max(scale, float(given.max(initial=0.0)))
+    return worst / scale if scale > 0 else worst
+
+
+def _summed(first: Solution, second: Solution) -> Solution:
+    """The second of two rounds, with the efforts of both."""
+    return replace(
+        second,
+        iterations=first.iterations + second.iterations,
+        linear_solves=first.linear_solves + second.linear_solves,
+        seconds=first.seconds + second.seconds,
+    )
+
+
+def _bend(
+    model: Model,
+    coupling: Coupling,
+    scheme: Scheme,
+    ends: tuple[Placement, Placement],
+    bodies: tuple[Any, ...],
+    rigid_map: FloatArray,
+) -> FloatArray:
+    """What velocities miss of the way between two placements, as points that turn go on arcs, (c, d) [m/s].
+
+    With it the velocity at the contacts is exact at ``bodies``, and its derivative is G there.
+    """
+    start, here = ends
+    bend = here.offset - start.offset
+    bend -= scheme.step * relative_velocity(model, coupling, bodies, here, rigid_map)
+    bend[np.abs(bend) <= COORDINATES * np.abs(here.points).max(initial=0.0)] = 0.0
+    return bend / scheme.step
+
+
 def _contact_problem(
     model: Model,
     coupling: Coupling,
     state: SystemState,
     scheme: Scheme,
     free: tuple[Free, ...],
-    here: Placement,
+    ends: tuple[Placement, Placement],
     rigid_map: FloatArray,
     compliance: sparse.bsr_array,
+    bend: FloatArray,
 ) -> tuple[ContactProblem, NDArray[np.int64]]:
-    """The step's contact problem on the contacts that take part, and their numbers."""
+    """The step's contact problem on the contacts that take part, and their numbers.
+
+    ``ends`` are where the step begins, and where it is linearised.
+    """
+    start, here = ends
     q = coupling.elastic_velocity(tuple(part.elastic for part in free), here)
     q += coupling.rigid_velocity(
         tuple(
@@ -211,8 +312,8 @@ def _contact_problem(
         ),
         rigid_map,
     )
-    q += _gap_term(model, state, scheme, here)
-    takes_part = ~model.joints.velocity_form | _closed(model, state, scheme, here)
+    q += _gap_term(model, state, scheme, start) + bend
+    takes_part = ~model.joints.velocity_form | _closed(model, state, scheme, start)
     if state.joints is not None:
         takes_part |= ~state.joints.broken  # cohesion acts across a gap, too
     active = np.flatnonzero(takes_part)

@@ -146,8 +146,13 @@ def _mechanism(made: March, velocity: FloatArray) -> Mechanism:
     step, model = made.last, made.model
     coupling = connect(model)
     rigid = coupling.scatter(velocity / np.abs(velocity).max(), step.free)
-    bodies = tuple(
-        group.advance(own, free, motion, None, step.scheme)
-        for group, own, free, motion in zip(model.groups, step.before.bodies, step.free, rigid, strict=True)
+    before = tuple(
+        own if free.origin is None else free.origin
+        for own, free in zip(step.before.bodies, step.free, strict=True)
     )
-    return mechanism_of_step(replace(step, after=replace(step.after, bodies=bodies)), model)
+    bodies = tuple(
+        group.advance(own, replace(free, origin=None), motion, None, step.scheme)
+        for group, own, free, motion in zip(model.groups, before, step.free, rigid, strict=True)
+    )
+    start, end = replace(step.before, bodies=before), replace(step.after, bodies=bodies)
+    return mechanism_of_step(replace(step, before=start, after=end), model)

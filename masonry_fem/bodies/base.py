@@ -173,10 +173,6 @@ class Attachment(Protocol):
         """How the blocks have turned since the reference configuration, shape (k, d, d)."""
         ...
 
-    def takes_at(self, points: FloatArray) -> FloatArray:
-        """Where the blocks take reactions that act at ``points``, both of shape (k, d) [m]."""
-        ...
-
     def rigid_map(self, state: State, points: FloatArray, frames: FloatArray) -> FloatArray:
         """Velocity, in the frames, of the block at ``points`` for unit U, shape (k, d, m); unsigned."""
         ...

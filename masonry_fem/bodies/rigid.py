@@ -118,6 +118,11 @@ class RigidGroup(Undeformed):
         """Principal axes now, as columns of world components, shape (b, 1 or 3, 1 or 3)."""
         return rotation @ self.axes if self._turns and self.dimension == 3 else self.axes
 
+    def arm_rotation(self, state: Placed) -> FloatArray:
+        """How the lever arms of loads have turned, shape (b, d, d)."""
+        d = self.dimension
+        return state.rotation if self._turns else np.broadcast_to(np.eye(d), (self.count, d, d))
+
     def velocity_map(self, state: Placed, bodies: IntArray, points: FloatArray) -> FloatArray:
         """Velocity at current points of ``bodies`` for unit U, world axes, shape (k, d, m)."""
         d = self.dimension
@@ -154,8 +159,7 @@ class RigidGroup(Undeformed):
     def _generalised(self, state: RigidState, force: FloatArray) -> FloatArray:
         """Φᵀ F of a force array, shape (b, m)."""
         d = self.dimension
-        rotation = state.rotation if self._turns else np.broadcast_to(np.eye(d), state.rotation.shape)
-        moments = self.moments(force, rotation)
+        moments = self.moments(force, self.arm_rotation(state))
         principal = np.einsum("bri,br->bi", self._current_axes(state.rotation), moments)
         return np.concatenate([force[:, :d], principal], axis=1) / self._scale
 

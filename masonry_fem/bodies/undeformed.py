@@ -85,6 +85,10 @@ class Undeformed(ABC):
     def velocity_map(self, state: Placed, bodies: IntArray, points: FloatArray) -> FloatArray:
         """Velocity at current points of ``bodies`` for unit U, world axes, shape (k, d, m)."""
 
+    def arm_rotation(self, state: Placed) -> FloatArray:
+        """How the lever arms of loads have turned, shape (b, d, d)."""
+        return state.rotation
+
     # --- loads ------------------------------------------------------------------------------------
 
     # A force array has, by block, the force F and the dyadic Σ r ⊗ f of arms from the centre in
@@ -121,7 +125,7 @@ class Undeformed(ABC):
     ) -> Actions:
         """Loads and inertia, at the end of a step of statics, at the start of one of dynamics."""
         d, there = self.dimension, state if scheme.inertia else after
-        about_origin = self.moments(force, there.rotation) + moment(there.position, force[:, :d])
+        about_origin = self.moments(force, self.arm_rotation(there)) + moment(there.position, force[:, :d])
         load = np.concatenate([force[:, :d], about_origin], axis=1)
         taken = self.momentum_change(state, after, scheme)
         taken[:, d:] += moment(there.position, taken[:, :d])
@@ -216,10 +220,6 @@ class UndeformedAttachment:
     def rotations(self, state: Placed) -> FloatArray:
         """How the blocks have turned since the reference configuration, shape (k, d, d)."""
         return state.rotation[self.sides.body]
-
-    def takes_at(self, points: FloatArray) -> FloatArray:
-        """Reactions act on these blocks where they are, shape (k, d) [m]."""
-        return points
 
     def rigid_map(self, state: Placed, points: FloatArray, frames: FloatArray) -> FloatArray:
         """Velocity, in the frames, at current points for unit U, shape (k, d, m)."""

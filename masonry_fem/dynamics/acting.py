@@ -59,7 +59,7 @@ class Acting:
 def acting_on(model: Model, made: Increment, size: FloatArray) -> Acting:
     """What acts in a step; ``size`` are the blocks' extents, shape (b,) [m]."""
     count, d = len(size), model.assembly.dimension
-    m, static = 3 if d == 2 else 6, made.scheme.inertia == 0
+    m = 3 if d == 2 else 6
     load, clamp, inertia = np.zeros((3, count, m))
     displaced, centre = np.zeros((count, m - d)), np.zeros((count, d))
     solved, elastic = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
@@ -77,9 +77,8 @@ def acting_on(model: Model, made: Increment, size: FloatArray) -> Acting:
         own = group.actions(*ends, force, nodal, made.scheme)
         load[group.blocks], clamp[group.blocks], inertia[group.blocks] = own.load, own.clamp, own.inertia
         displaced[group.blocks], centre[group.blocks] = own.displaced, own.centre
-    points = made.after.points if static else made.here.points
     reference = elastic[model.contacts.blocks]
-    arms = np.where(reference[:, :, None], model.contacts.points, points[:, None])
+    arms = np.where(reference[:, :, None], model.contacts.points, made.here.points[:, None])
     return Acting(load, clamp, inertia, displaced, centre, size, arms, solved, elastic)
 
 

@@ -90,18 +90,6 @@ class Coupling:
         gap[np.abs(gap) <= ROUNDING * np.abs(points).max(initial=0.0)] = 0.0
         return Placement(frame, contacts.points[:, 0] if self.model.fixed else points[:, 0], gap, offset)
 
-    def arms(self, here: Placement) -> FloatArray:
-        """Points at which the two blocks of each contact take its reaction, shape (c, 2, d) [m].
-
-        Blocks that turn take it where the candidate's point is, elastic ones, whose kinematics are small,
-        at their own point of the reference: about these points forces and moments of every block balance.
-        """
-        c, d = here.points.shape
-        points = np.empty((c, 2, d))
-        for sides, attachment in zip(self.sides, self.attachments, strict=True):
-            points[sides.contact, sides.side] = attachment.takes_at(here.points[sides.contact])
-        return points
-
     def rigid_map(self, states: tuple[Any, ...], here: Placement) -> FloatArray:
         """B by contact and side, signs included, supports too, shape (c, 2, d, m)."""
         c, d = here.points.shape

@@ -16,11 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.bodies.base import FloatArray
+from masonry_fem.dynamics.conditions import contact_status
 from masonry_fem.dynamics.coupling import connect
 from masonry_fem.dynamics.measure import support_resultants
 from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.state import SystemState
-from masonry_fem.dynamics.step import Increment, contact_status
+from masonry_fem.dynamics.step import Increment
 from masonry_fem.nscd.determinacy import determined_resultants, least_norm_reaction
 from masonry_fem.nscd.solution_set import SolutionSet, solution_set
 

@@ -11,9 +11,10 @@ from masonry_fem.bodies.base import FloatArray, Scheme
 from masonry_fem.dynamics.coupling import Coupling
 from masonry_fem.dynamics.loads import external_forces, resultant
 from masonry_fem.dynamics.model import Model
+from masonry_fem.dynamics.place import relative_velocity
 from masonry_fem.dynamics.report import StepReport
 from masonry_fem.dynamics.state import BONDED, OPEN, SLIP, STICK, SystemState
-from masonry_fem.dynamics.step import Increment, relative_velocity
+from masonry_fem.dynamics.step import Increment
 
 ROUNDING = 1e-14  # of the work of all impulses at the speed of the loads, in the energy ledger
 

@@ -13,8 +13,8 @@ from masonry_fem.bodies.base import FloatArray, Scheme
 from masonry_fem.contact.update import partners
 from masonry_fem.dynamics.coupling import Coupling, Placement, connect
 from masonry_fem.dynamics.model import Model
+from masonry_fem.dynamics.place import relative_velocity
 from masonry_fem.dynamics.state import STICK, SystemState
-from masonry_fem.dynamics.step import relative_velocity
 from masonry_fem.nscd.laws.state import JointState
 
 NEAR = 0.25  # of the model's length: how far a contact goes on from an old one of the same blocks
@@ -68,8 +68,7 @@ def _carried(
         status=status,
         frame=here.frame,
         points=here.points,
-        acting_frame=here.frame,
-        acting_points=coupling.arms(here),
+        reaction_frame=here.frame,
         jump=jump,
         joints=_joints(found, state, old),
     )

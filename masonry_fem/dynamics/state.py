@@ -34,10 +34,8 @@ class SystemState:
     status : OPEN, STICK, SLIP or BONDED, shape (c,).
     frame : Current contact frames, shape (c, d, d).
     points : Current contact points (on the candidate), world, shape (c, d) [m].
-    acting_frame : Frames in which ``reaction`` and ``velocity`` are given, shape (c, d, d): those of the
+    reaction_frame : Frames in which ``reaction`` and ``velocity`` are given, shape (c, d, d): those of the
         end of the last step in statics, of its start where there is inertia.
-    acting_points : Where candidate and antagonist took the reaction, shape (c, 2, d) [m]: in the same
-        geometry, and for elastic blocks the material point of the reference.
     jump : Displacement jump since bonding ũ, as the joint laws see it [m], shape (c, d); None: no laws.
     joints : What the joint laws remember; None: all joints are dry.
     rigid_velocity : U of the solved bodies in the last step, a first guess for the next, shape (b, m);
@@ -55,8 +53,7 @@ class SystemState:
     status: NDArray[np.int8]
     frame: FloatArray
     points: FloatArray
-    acting_frame: FloatArray
-    acting_points: FloatArray
+    reaction_frame: FloatArray
     jump: FloatArray | None = None
     joints: JointState | None = None
     rigid_velocity: FloatArray | None = None

@@ -1,8 +1,9 @@
 """Step: one θ-step of all blocks with contact, written as Newton-Raphson on the blocks.
 
-Each iteration linearises the blocks at the last guess, condenses them to the contacts, solves the
-contact problem and feeds the impulses back (formulation 3). Linear blocks end after one iteration.
-Statics is the same step with inertia 0 (formulation 2b).
+Each round linearises the blocks, condenses them to the contacts, solves the contact problem and feeds the
+impulses back (formulation 3). With inertia forces balance where the step begins, and one round is all.
+Statics is the same step with inertia 0 (formulation 2b), and forces balance where it ends: rounds go on
+until they do, each linearised where the last one led (formulation 3b). Where nothing turns one is all.
 """
 
 from __future__ import annotations
@@ -12,25 +13,31 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 
 from masonry_fem.bodies.base import FloatArray, Free, Scheme
 from masonry_fem.dynamics.clock import Clock
-from masonry_fem.dynamics.cohesion import JointStep, solve_with_laws
-from masonry_fem.dynamics.coupling import ROUNDING as COORDINATES
+from masonry_fem.dynamics.cohesion import solve_with_laws
+from masonry_fem.dynamics.conditions import (
+    contact_problem,
+    contact_status,
+    first_guess,
+    friction_of,
+    joint_step,
+    shifted_jump,
+)
 from masonry_fem.dynamics.coupling import Coupling, Placement
 from masonry_fem.dynamics.loads import blend, external_forces
 from masonry_fem.dynamics.model import Model
-from masonry_fem.dynamics.state import BONDED, OPEN, SLIP, STICK, SystemState
+from masonry_fem.dynamics.place import Place, begun, reached, relative_velocity, rounding, turning
+from masonry_fem.dynamics.state import STICK, SystemState
 from masonry_fem.nscd import ContactProblem, Solution, SolverSettings, Start, solve
 from masonry_fem.nscd.laws.state import JointState
 
-NEWTON_LIMIT = 20
+ROUNDS = 20
 NEWTON_TOLERANCE = 1e-9  # of a block's impulse, on the volume residual
-PATIENCE = 4  # rounds of statics that bring impulses no nearer to balance where blocks have gone
-ROUNDING = 1e-12  # of the model's length: a gap that is none
-SLIGHT = 1e-6  # of the model's length: an overlap that is not driven apart
-DRIFT = 1e-6  # of the model's length: how far a pressed contact of the velocity form may drift
+PATIENCE = 4  # rounds that bring forces no nearer to balance
+BALANCED = 1e-6  # of a block's load: what rounds that come no nearer may leave
+ROUNDING = 1e-12  # of the model's length: a way that is none
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,17 +47,18 @@ class Increment:
     Attributes
     ----------
     before, after : System states at both ends.
-    problem : The contact problem of the last iteration.
-    solution : Its solution.
+    problem : The contact problem of the last round.
+    solution : Its solution, with the efforts of all rounds.
     contacts : Numbers of the contacts that took part in it, shape (k,).
     impulse : Contact impulses of all contacts, local frames [N s], shape (c, d).
     forces : F_θ by group. scheme : Its coefficients.
     free : Steps of the groups without contact. rigid : U⁺ by group.
     rigid_impulse, nodal_impulse : Bᵀ p and Gᵀ p by group.
-    here : Contact geometry that the impulses balance in: of the end in statics, of the start where
-        there is inertia (or a mechanism). rigid_map : B there, of all contacts, supports too.
+    here : Contact geometry that the impulses balance in: that of the end in statics; of the start where
+        there is inertia, or no equilibrium. rigid_map : B there, of all contacts, supports too.
     joint_change : What the joint laws' turns left open of the joints' state; 0 where they settled.
     jammed : Overlaps were held that ``expulsion`` was to drive apart, as no motion does that.
+    strayed : Impulses balance where the step begins, and none were found that do where it leads.
     """
 
     before: SystemState
@@ -69,6 +77,7 @@ class Increment:
     rigid_map: FloatArray
     joint_change: float = 0.0
     jammed: bool = False
+    strayed: bool = False
 
     @property
     def adhesion_loss(self) -> float:
@@ -81,31 +90,22 @@ class Increment:
 
 def initial_state(model: Model, coupling: Coupling, bodies: tuple[Any, ...], at: float = 0.0) -> SystemState:
     """The system in given body states, before any step: no reactions yet."""
-    here, laws = coupling.placement(bodies), model.laws
+    start, laws = begun(coupling, bodies), model.laws
+    here = start.contact
     return SystemState(
         time=at,
         index=0,
         bodies=bodies,
         reaction=np.zeros_like(here.points),
-        velocity=relative_velocity(model, coupling, bodies, here, coupling.rigid_map(bodies, here)),
+        velocity=relative_velocity(model, coupling, bodies, here, start.rigid_map),
         gap=here.gap,
         status=np.full(model.contacts.count, STICK, dtype=np.int8),
         frame=here.frame,
         points=here.points,
-        acting_frame=here.frame,
-        acting_points=coupling.arms(here),
+        reaction_frame=here.frame,
         jump=None if laws is None else np.zeros_like(here.points),
         joints=None if laws is None else laws.initial(*here.points.shape),
     )
-
-
-def relative_velocity(
-    model: Model, coupling: Coupling, bodies: tuple[Any, ...], here: Placement, rigid_map: FloatArray
-) -> FloatArray:
-    """Relative velocity of the contact points in the local frames, shape (c, d) [m/s]."""
-    parts = [group.velocity_parts(state) for group, state in zip(model.groups, bodies, strict=True)]
-    rigid = coupling.rigid_velocity(tuple(part[0] for part in parts), rigid_map)
-    return rigid + coupling.elastic_velocity(tuple(part[1] for part in parts), here)
 
 
 def step(
@@ -123,45 +123,97 @@ def step(
     gathers the CPU time of the phases.
     """
     end = state.time + scheme.step if until is None else until
-    clock = Clock() if clock is None else clock
     before, after = external_forces(model, state.time), external_forces(model, end)
-    forces = blend(before, after, scheme.theta)
-    start = here = coupling.placement(state.bodies)
-    rigid_map = coupling.rigid_map(state.bodies, here)
-    static, least, idle = scheme.inertia == 0, np.inf, 0
-    clock.lap("step")
-    guess, joints = state.bodies, state.joints
-    bend = np.zeros_like(here.points)
-    solved: Solution | None = None
-    change = 0.0
-    for _ in range(NEWTON_LIMIT):
-        compliance = coupling.compliance(here, scheme)
-        clock.lap("factorise" if compliance.nnz else "step")  # rigid blocks have no compliance
+    work = _Work(
+        model, coupling, state, scheme, settings, blend(before, after, scheme.theta), end,
+        Clock() if clock is None else clock, begun(coupling, state.bodies),
+    )  # fmt: skip
+    first = work.first()
+    if scheme.inertia == 0 and first.solution.converged and not model.fixed:
+        return work.turned(first)
+    return work.ended(first, work.start)
+
+
+@dataclass(frozen=True, slots=True)
+class _Round:
+    """One solve of the contacts, linearised at ``place``, and where it leads.
+
+    Attributes
+    ----------
+    velocity : At the contacts, local frames, (c, d) [m/s]. joints : Their state; change : Left open of it.
+    impulse : Of all contacts, (c, d) [N s]. nodal : Gᵀ p by group. bodies : States at the end.
+    """
+
+    place: Place
+    problem: ContactProblem
+    solution: Solution
+    active: NDArray[np.int64]
+    joints: JointState | None
+    change: float
+    free: tuple[Free, ...]
+    impulse: FloatArray
+    rigid: tuple[FloatArray, ...]
+    nodal: tuple[FloatArray | None, ...]
+    bodies: tuple[Any, ...]
+    velocity: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class _Work:
+    """A step and what it is made with; ``end`` is its time at the end, ``start`` where it begins."""
+
+    model: Model
+    coupling: Coupling
+    state: SystemState
+    scheme: Scheme
+    settings: SolverSettings
+    forces: tuple[FloatArray, ...]
+    end: float
+    clock: Clock
+    start: Place
+
+    def first(self) -> _Round:
+        """The round that is linearised where the step begins; more only where blocks are not linear."""
+        made, last = self.solved(self.start, None), np.inf
+        for _ in range(ROUNDS):
+            if made.solution.outcome.moves:
+                break
+            left = self.residual(made)
+            if left <= NEWTON_TOLERANCE or left > 0.5 * last:
+                break  # holds, or as far as rounding lets it go
+            made, last = self.solved(self.start, made), left
+        return made
+
+    def solved(self, place: Place, last: _Round | None) -> _Round:
+        """The contact problem at ``place``, from where the ``last`` round ended."""
+        model, coupling, state, scheme = self.model, self.coupling, self.state, self.scheme
+        self.clock.lap("step")
+        compliance = coupling.compliance(place.contact, scheme)
+        self.clock.lap("factorise" if compliance.nnz else "step")  # rigid blocks have no compliance
         free = tuple(
             group.free(own, at, force, scheme)
-            for group, own, at, force in zip(model.groups, state.bodies, guess, forces, strict=True)
+            for group, own, at, force in zip(
+                model.groups, state.bodies, place.bodies, self.forces, strict=True
+            )
         )
-        problem, active = _contact_problem(
-            model, coupling, state, scheme, free, (start, here), rigid_map, compliance, bend
+        problem, active = contact_problem(
+            model, coupling, state, scheme, free, self.start.contact, place, compliance
         )
-        clock.lap("step")
-        first = _start(state, scheme, active)
-        if solved is not None:  # blocks that are linear after all keep it as it is
-            first = Start(solved.impulse, solved.rigid_velocity)
+        self.clock.lap("step")
+        guess, joints, change = first_guess(state, scheme, active), state.joints, 0.0
+        if last is not None:
+            guess, joints = Start(last.impulse[active], last.solution.rigid_velocity), last.joints
         if model.laws is None or state.joints is None or joints is None:
-            solution = solve(problem, settings, first)
+            solution = solve(problem, self.settings, guess)
         else:
-            taken = solve_with_laws(
-                model.laws, state.joints, _joint_step(model, state, scheme, start, active, joints), problem,
-                settings, first,
-            )  # fmt: skip
+            conditions = joint_step(model, state, scheme, self.start.contact, active, joints)
+            taken = solve_with_laws(model.laws, state.joints, conditions, problem, self.settings, guess)
             solution, problem, joints, change = taken.solution, taken.problem, taken.joints, taken.change
-        clock.lap("solve")
-        solution = solved = solution if solved is None else _summed(solved, solution)
-        impulse = np.zeros_like(here.points)
+        self.clock.lap("solve")
+        impulse = np.zeros_like(place.contact.points)
         impulse[active] = solution.impulse
         rigid = coupling.scatter(solution.rigid_velocity, free)
-        nodal = coupling.nodal_impulses(impulse, here)
+        nodal = coupling.nodal_impulses(impulse, place.contact)
         bodies = tuple(
             group.advance(own, part, velocity, push, scheme)
             for group, own, part, velocity, push in zip(
@@ -171,92 +223,119 @@ def step(
         elastic = tuple(
             group.velocity_parts(moved)[1] for group, moved in zip(model.groups, bodies, strict=True)
         )
-        velocity = bend + coupling.rigid_velocity(rigid, rigid_map) + coupling.elastic_velocity(elastic, here)
-        there = coupling.placement(bodies)
-        if solution.outcome.moves:
-            break
-        if static and solution.converged:  # the impulses are to balance where the step ends
-            map_there = coupling.rigid_map(bodies, there)
-            left = _turning(
-                model, coupling, state.bodies, bodies, free, forces, scheme, impulse, map_there - rigid_map
-            )
-            way = there.offset - start.offset - scheme.step * velocity
-            missed = float(np.abs(way).max(initial=0.0)) / model.length
-            holds = left <= settings.tolerance and missed <= ROUNDING
-            left = max(left, missed)
-            guess, here, rigid_map = bodies, there, map_there
-        elif guess is not state.bodies:
-            break
-        else:
-            rigid_impulse = coupling.rigid_impulses(impulse, rigid_map)
-            left = _volume_residual(model, state.bodies, bodies, forces, rigid_impulse, nodal, scheme)
-            holds = left <= NEWTON_TOLERANCE
-        clock.lap("step")
-        idle = 0 if left <= 0.5 * least else idle + 1
-        least = min(left, least)
-        if holds or idle > PATIENCE * static:
-            break  # holds, or as far as rounding lets it go
-        if static and solution.converged:
-            bend = _bend(model, coupling, scheme, (start, here), bodies, rigid_map)
-    rigid_impulse = coupling.rigid_impulses(impulse, rigid_map)
-    if static:
-        nodal = coupling.nodal_impulses(impulse, here)
-    pressed = np.zeros_like(impulse)  # what Signorini and Coulomb hold for
-    pressed[active] = problem.contact_part(solution.impulse, solution.velocity)
-    friction = _friction(model, state)
-    friction[active] = problem.friction
-    reached = SystemState(
-        time=end,
-        index=state.index + 1,
-        bodies=bodies,
-        reaction=impulse / scheme.step,
-        velocity=velocity,
-        gap=there.gap,
-        status=contact_status(pressed, friction, impulse),
-        frame=there.frame,
-        points=there.points,
-        acting_frame=here.frame,
-        acting_points=coupling.arms(here),
-        jump=None if state.jump is None else _jump(state, scheme) + scheme.step * scheme.theta * velocity,
-        joints=None if joints is None else joints.committed(),
-        rigid_velocity=solution.rigid_velocity,
-    )
-    clock.lap("step")
-    return Increment(
-        state, reached, problem, solution, active, impulse, forces, scheme, free, rigid, rigid_impulse,
-        nodal, here, rigid_map, change,
-    )  # fmt: skip
+        velocity = place.bend + coupling.rigid_velocity(rigid, place.rigid_map)
+        velocity += coupling.elastic_velocity(elastic, place.contact)
+        if last is not None:
+            solution = _summed(last.solution, solution)
+        return _Round(
+            place, problem, solution, active, joints, change, free, impulse, rigid, nodal, bodies, velocity
+        )
+
+    def turned(self, first: _Round) -> Increment:
+        """Rounds until impulses balance where the step ends, each linearised where the last one led."""
+        made, least, idle, rounds = first, np.inf, 0, 0
+        while True:
+            there = reached(self.coupling, self.start, made.bodies, self.scheme.step)
+            left, missed = self._left(made, there)
+            nothing = max(ROUNDING, rounding(there.contact) / self.model.length)
+            rest = max(left / self.settings.tolerance, missed / nothing)
+            idle, rounds = 0 if rest <= 0.5 * least else idle + 1, rounds + 1
+            least = min(least, rest)
+            if rest <= 1 or idle > PATIENCE or rounds > ROUNDS:
+                break  # holds, or as far as rounding lets it go, or round in circles
+            following = self.solved(there, made)
+            if not following.solution.converged:
+                return self._strayed(following)
+            made = following
+        return replace(self.ended(made, there), strayed=max(left, missed) > BALANCED)
+
+    def _left(self, made: _Round, there: Place) -> tuple[float, float]:
+        """What the impulses of a round leave of balance where it leads, and how far velocities miss that.
+
+        The first relative to a block's load, the second to the model's length.
+        """
+        unbalanced = self.coupling.rigid_impulses(made.impulse, there.rigid_map - made.place.rigid_map)
+        left = turning(self.coupling, self.start, there, made.free, self.forces, self.scheme, unbalanced)
+        way = there.contact.offset - self.start.contact.offset - self.scheme.step * made.velocity
+        return left, float(np.abs(way).max(initial=0.0)) / self.model.length
+
+    def _strayed(self, made: _Round) -> Increment:
+        """A round that found nothing; a mechanism is told by how it goes on from where the round began."""
+        if not made.solution.outcome.moves:
+            there = reached(self.coupling, self.start, made.bodies, self.scheme.step)
+            return replace(self.ended(made, there), strayed=True)
+        bodies = tuple(
+            _departing(own, rigid, at)
+            for own, rigid, at in zip(made.bodies, made.rigid, made.place.bodies, strict=True)
+        )
+        return replace(self.ended(replace(made, bodies=bodies), self.start), strayed=True)
+
+    def ended(self, made: _Round, place: Place) -> Increment:
+        """The step, its impulses written at ``place``."""
+        state, scheme, coupling = self.state, self.scheme, self.coupling
+        there = place.contact if place.bodies is made.bodies else coupling.placement(made.bodies)
+        pressed = np.zeros_like(made.impulse)  # what Signorini and Coulomb hold for
+        pressed[made.active] = made.problem.contact_part(made.solution.impulse, made.solution.velocity)
+        friction = friction_of(self.model, state)
+        friction[made.active] = made.problem.friction
+        jump = None
+        if state.jump is not None:
+            jump = shifted_jump(state, scheme) + scheme.step * scheme.theta * made.velocity
+        after = SystemState(
+            time=self.end,
+            index=state.index + 1,
+            bodies=made.bodies,
+            reaction=made.impulse / scheme.step,
+            velocity=made.velocity,
+            gap=there.gap,
+            status=contact_status(pressed, friction, made.impulse),
+            frame=there.frame,
+            points=there.points,
+            reaction_frame=place.contact.frame,
+            jump=jump,
+            joints=None if made.joints is None else made.joints.committed(),
+            rigid_velocity=made.solution.rigid_velocity,
+        )
+        rigid_impulse = coupling.rigid_impulses(made.impulse, place.rigid_map)
+        nodal = made.nodal
+        if place is not made.place:
+            nodal = coupling.nodal_impulses(made.impulse, place.contact)
+        self.clock.lap("step")
+        return Increment(
+            state, after, made.problem, made.solution, made.active, made.impulse, self.forces, scheme,
+            made.free, made.rigid, rigid_impulse, nodal, place.contact, place.rigid_map, made.change,
+        )  # fmt: skip
+
+    def residual(self, made: _Round) -> float:
+        """Largest momentum residual of a block relative to the largest impulse on any."""
+        worst, scale, d = 0.0, 0.0, self.model.assembly.dimension
+        pushes = self.coupling.rigid_impulses(made.impulse, made.place.rigid_map)
+        arms = made.place.bodies if self.scheme.inertia == 0 else made.bodies
+        for group, old, new, at, force, push, field in zip(
+            self.model.groups,
+            self.state.bodies,
+            made.bodies,
+            arms,
+            self.forces,
+            pushes,
+            made.nodal,
+            strict=True,
+        ):
+            if group.prescribed:
+                continue
+            turned = at if group.cell == "polytope" else new
+            residual = group.imbalance(old, turned, force, push, field, self.scheme)
+            worst = max(worst, float(np.abs(residual).max(initial=0.0)))
+            given = self.scheme.step * np.linalg.norm(group.resultant(force)[:, :d], axis=1)
+            scale = max(scale, float(given.max(initial=0.0)))
+        return worst / scale if scale > 0 else worst
 
 
-def _turning(
-    model: Model,
-    coupling: Coupling,
-    before: tuple[Any, ...],
-    after: tuple[Any, ...],
-    free: tuple[Free, ...],
-    forces: tuple[FloatArray, ...],
-    scheme: Scheme,
-    impulse: FloatArray,
-    change: FloatArray,
-) -> float:
-    """What blocks that went on to ``after`` leave of a balance, relative to the largest load of any.
-
-    ``change`` is that of B. Loads on blocks that turn change their moments, too.
-    """
-    worst, scale, d = 0.0, 0.0, model.assembly.dimension
-    for group, old, new, part, force, push in zip(
-        model.groups, before, after, free, forces, coupling.rigid_impulses(impulse, change), strict=True
-    ):
-        if group.prescribed:
-            continue
-        moments = np.zeros_like(push)
-        if part.elastic is None:
-            moments = group.free(old, new, force, scheme).rigid_impulse - part.rigid_impulse
-        size = np.sqrt(group.mass) * np.linalg.norm(push + moments, axis=1)
-        worst = max(worst, float(size.max(initial=0.0)))
-        given = scheme.step * np.linalg.norm(group.resultant(force)[:, :d], axis=1)
-        scale = max(scale, float(given.max(initial=0.0)))
-    return worst / scale if scale > 0 else worst
+def _departing(own: Any, rigid: FloatArray, at: Any) -> Any:
+    """A state with the velocities at which it leaves another one of its group, where it was ``at``."""
+    if hasattr(own, "rigid_velocity"):
+        return replace(own, rigid_velocity=rigid - at.rigid_velocity, velocity=own.velocity - at.velocity)
+    return replace(own, velocity=rigid - at.velocity)
 
 
 def _summed(first: Solution, second: Solution) -> Solution:
@@ -267,184 +346,3 @@ def _summed(first: Solution, second: Solution) -> Solution:
         linear_solves=first.linear_solves + second.linear_solves,
         seconds=first.seconds + second.seconds,
     )
-
-
-def _bend(
-    model: Model,
-    coupling: Coupling,
-    scheme: Scheme,
-    ends: tuple[Placement, Placement],
-    bodies: tuple[Any, ...],
-    rigid_map: FloatArray,
-) -> FloatArray:
-    """What velocities miss of the way between two placements, as points that turn go on arcs, (c, d) [m/s].
-
-    With it the velocity at the contacts is exact at ``bodies``, and its derivative is G there.
-    """
-    start, here = ends
-    bend = here.offset - start.offset
-    bend -= scheme.step * relative_velocity(model, coupling, bodies, here, rigid_map)
-    bend[np.abs(bend) <= COORDINATES * np.abs(here.points).max(initial=0.0)] = 0.0
-    return bend / scheme.step
-
-
-def _contact_problem(
-    model: Model,
-    coupling: Coupling,
-    state: SystemState,
-    scheme: Scheme,
-    free: tuple[Free, ...],
-    ends: tuple[Placement, Placement],
-    rigid_map: FloatArray,
-    compliance: sparse.bsr_array,
-    bend: FloatArray,
-) -> tuple[ContactProblem, NDArray[np.int64]]:
-    """The step's contact problem on the contacts that take part, and their numbers.
-
-    ``ends`` are where the step begins, and where it is linearised.
-    """
-    start, here = ends
-    q = coupling.elastic_velocity(tuple(part.elastic for part in free), here)
-    q += coupling.rigid_velocity(
-        tuple(
-            part.rigid_velocity if group.prescribed else np.zeros_like(part.rigid_velocity)
-            for group, part in zip(model.groups, free, strict=True)
-        ),
-        rigid_map,
-    )
-    q += _gap_term(model, state, scheme, start) + bend
-    takes_part = ~model.joints.velocity_form | _closed(model, state, scheme, start)
-    if state.joints is not None:
-        takes_part |= ~state.joints.broken  # cohesion acts across a gap, too
-    active = np.flatnonzero(takes_part)
-    if len(active) < len(q):
-        d = q.shape[1]
-        dofs = (active[:, None] * d + np.arange(d)).ravel()
-        compliance = sparse.bsr_array(compliance.tocsr()[dofs][:, dofs], blocksize=(d, d))
-    problem = ContactProblem(
-        friction=_friction(model, state)[active],
-        free_velocity=q[active],
-        compliance=compliance,
-        bodies=coupling.bodies[active],
-        rigid_map=np.where(coupling.bodies[active][:, :, None, None] >= 0, rigid_map[active], 0.0),
-        rigid_mass=coupling.gather(free, "rigid_mass"),
-        rigid_impulse=coupling.gather(free, "rigid_impulse"),
-        rigid_velocity=coupling.gather(free, "rigid_velocity"),
-    )
-    return problem, active
-
-
-def _closed(model: Model, state: SystemState, scheme: Scheme, here: Placement) -> NDArray[np.bool_]:
-    """Contacts that the velocity form takes for closed, shape (c,).
-
-    A gap of rounding size is closed, and so is what was pressed to rest: the solver's tolerance lets its
-    gap drift, and a step without the contact would end in a second impact.
-    """
-    shifted = here.gap + scheme.step * (1 - scheme.theta) * state.velocity[:, 0]
-    pressed = (state.reaction[:, 0] > 0) & (state.status != OPEN) & (model.joints.restitution == 0)
-    closed: NDArray[np.bool_] = shifted <= np.where(pressed, DRIFT, ROUNDING) * model.length
-    return closed
-
-
-def _gap_term(
-    model: Model, state: SystemState, scheme: Scheme, here: Placement, closure: FloatArray | float = 0.0
-) -> FloatArray:
-    """What gaps and impacts add to the free velocity, shape (c, d) [m/s].
-
-    ``closure`` is the gap at which the faces touch [m].
-    """
-    joints, h = model.joints, scheme.step
-    shifted = here.gap + h * (1 - scheme.theta) * state.velocity[:, 0] - closure
-    impact = joints.velocity_form & _closed(model, state, scheme, here)
-    term = np.empty_like(state.velocity)
-    # an overlap is held, or driven apart slowly; one that is all but rounding is no overlap
-    driven = np.where(shifted < -SLIGHT * model.length, model.expulsion, 0.0)
-    approach = np.maximum(shifted / h, -driven)
-    # cohesion across a gap in the velocity form: contact is for the step that finds it closed
-    approach += np.where(joints.velocity_form & ~impact, 2.0 * np.abs(state.velocity[:, 0]), 0.0)
-    term[:, 0] = np.where(impact, joints.restitution * state.velocity[:, 0], approach)
-    slides_back = np.where(impact, joints.tangential_restitution, 0.0)
-    term[:, 1:] = slides_back[:, None] * state.velocity[:, 1:]
-    return term
-
-
-def _jump(state: SystemState, scheme: Scheme) -> FloatArray:
-    """ũ, the jump shifted as gaps are, shape (c, d) [m]."""
-    assert state.jump is not None  # the model has laws
-    shifted: FloatArray = state.jump + scheme.step * (1 - scheme.theta) * state.velocity
-    return shifted
-
-
-def _joint_step(
-    model: Model,
-    state: SystemState,
-    scheme: Scheme,
-    here: Placement,
-    active: NDArray[np.int64],
-    trial: JointState,
-) -> JointStep:
-    return JointStep(
-        active=active,
-        trial=trial,
-        jump=_jump(state, scheme),
-        area=model.contacts.area,
-        gap_term=lambda closure: _gap_term(model, state, scheme, here, closure),
-        length=scheme.step,
-    )
-
-
-def _start(state: SystemState, scheme: Scheme, active: NDArray[np.int64]) -> Start | None:
-    """Last step's reactions as a first guess; none before the first step.
-
-    Statics goes on as it went: its velocities are displacements per load factor, whatever the step.
-    """
-    if not state.reaction.any():
-        return None
-    goes_on = state.rigid_velocity if scheme.inertia == 0 else None
-    return Start(impulse=scheme.step * state.reaction[active], rigid_velocity=goes_on)
-
-
-def _friction(model: Model, state: SystemState) -> FloatArray:
-    joints = model.joints
-    return np.where(state.status == SLIP, joints.dynamic_friction, joints.friction)
-
-
-def contact_status(
-    pressed: FloatArray, friction: FloatArray, impulse: FloatArray | None = None
-) -> NDArray[np.int8]:
-    """Open, stick, slip or bonded, to 1e-8 of the largest.
-
-    ``pressed`` is what contact and friction carry; with cohesion ``impulse`` is what acts on the blocks.
-    """
-    normal, tangent = pressed[:, 0], np.linalg.norm(pressed[:, 1:], axis=1)
-    small = 1e-8 * np.abs(normal).max(initial=0.0)
-    status = np.full(len(pressed), STICK, dtype=np.int8)
-    status[tangent >= friction * normal * (1 - 1e-8)] = SLIP
-    status[normal <= small] = OPEN
-    if impulse is not None:
-        held = np.linalg.norm(impulse, axis=1)
-        status[(status == OPEN) & (held > 1e-8 * held.max(initial=0.0))] = BONDED
-    return status
-
-
-def _volume_residual(
-    model: Model,
-    before: tuple[Any, ...],
-    after: tuple[Any, ...],
-    forces: tuple[FloatArray, ...],
-    rigid_impulse: tuple[FloatArray, ...],
-    nodal: tuple[FloatArray | None, ...],
-    scheme: Scheme,
-) -> float:
-    """Largest momentum residual of a block relative to the largest impulse on any."""
-    worst, scale = 0.0, 0.0
-    for group, old, new, force, push, field in zip(
-        model.groups, before, after, forces, rigid_impulse, nodal, strict=True
-    ):
-        if group.prescribed:
-            continue
-        residual = group.imbalance(old, new, force, push, field, scheme)
-        worst = max(worst, float(np.abs(residual).max(initial=0.0)))
-        given = scheme.step * np.linalg.norm(group.resultant(force)[:, : model.assembly.dimension], axis=1)
-        scale = max(scale, float(given.max(initial=0.0)))
-    return worst / scale if scale > 0 else worst

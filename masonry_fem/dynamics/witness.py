@@ -61,7 +61,7 @@ class Witness:
     def see(self, model: Model, made: Increment) -> Increment:
         """Judge a step; the same with what acts on the blocks in its state."""
         acting, state = acting_on(model, made, self._size), made.after
-        force = np.einsum("cij,ci->cj", state.frame, state.reaction)
+        force = np.einsum("cij,ci->cj", state.reaction_frame, state.reaction)
         blocks, d = model.contacts.blocks, force.shape[1]
         left = relative(imbalance(blocks, acting.arms, force, acting.given, acting.centre), acting, force)
         self.balance = self._worse(self.balance, left, state.index)

@@ -109,10 +109,6 @@ class ElasticAttachment:
         d = self.group.dimension
         return np.tile(np.eye(d), (len(self.sides.body), 1, 1))
 
-    def takes_at(self, points: FloatArray) -> FloatArray:
-        """Small kinematics: blocks take reactions at their points of the reference, shape (k, d) [m]."""
-        return self.sides.point
-
     def rigid_map(self, state: ElasticState, points: FloatArray, frames: FloatArray) -> FloatArray:
         """B = G Φ at the material points, shape (k, d, m); ``points`` makes no difference here."""
         turned: FloatArray = self._local(frames) @ self.modes

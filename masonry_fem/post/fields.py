@@ -124,7 +124,7 @@ def contact_arrays(model: Model, state: SystemState) -> Arrays:
     What joint laws remember is there where they are (``joint_arrays``).
     Properties that scatter stand as factors on the scene's values: ``scatter_cohesion``.
     """
-    contacts, frame = model.contacts, state.frame
+    contacts, frame = model.contacts, state.reaction_frame
     reaction = three(np.einsum("cai,ca->ci", frame, state.reaction))
     area = contacts.area[:, None]  # nothing belongs to the corner nodes of quadratic triangles
     cohesion = joint_arrays(model, state)

@@ -106,7 +106,7 @@ def interface_forces(
     points = both_points(model, state)
     faces = moved_faces(model, state, reference, points)
     sign = signs(model)
-    world = sign[number, None] * np.einsum("cai,ca->ci", state.frame, state.reaction)
+    world = sign[number, None] * np.einsum("cai,ca->ci", state.reaction_frame, state.reaction)
     force = sum_by(world, number, count)
     arm = state.points - faces.centroid[number]
     moment = sum_by(_cross(arm, world), number, count)

@@ -186,7 +186,7 @@ def wall_state(model: Model, index: int = 3) -> SystemState:
     status[-1], reaction[-1] = 0, 0.0
     return SystemState(
         0.1 * index, index, tuple(bodies), reaction, 0.01 * reaction, contacts.gap, status.astype(np.int8),
-        contacts.frame, contacts.points[:, 0], contacts.frame, contacts.points,
+        contacts.frame, contacts.points[:, 0], contacts.frame,
     )  # fmt: skip
 
 

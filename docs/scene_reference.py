@@ -360,7 +360,7 @@ MEANING: dict[str, str] = {
     "Support.motion": "prescribed motion",
     "Motion.displacement": "at `time` = 1",
     "Motion.rotation": "vector in 3D, angle in 2D, at `time` = 1",
-    "Motion.pivot": "that it turns about",
+    "Motion.pivot": "that it turns about; the middle of the block, or of the face, where it is one",
     "Loads.gravity": "acceleration of everything; none where it is not given",
     "Loads.gravity_time": "its factor in time",
     "Loads.accelerations": "further ones",

@@ -285,3 +285,10 @@ def test_petsc_leaves_signals_alone(scene, runner, monkeypatch):
     monkeypatch.setenv("PETSC_OPTIONS", "-log_view")
     cli.main(["run", str(scene), "--quiet"])
     assert os.environ["PETSC_OPTIONS"] == "-log_view -no_signal_handler"
+
+
+def test_yes_confirms_what_is_large(scene, monkeypatch, capsys):
+    monkeypatch.setattr("masonry_fem.build.foresight.BLOCKS", 2)
+    assert cli.main(["check", str(scene)]) == 1
+    assert "structures.pier with count = 2 brings the scene to some 3 blocks" in capsys.readouterr().err
+    assert cli.main(["check", str(scene), "--yes"]) == 0

@@ -12,7 +12,7 @@ from masonry_fem.build.stones import Stones, block_names, faces_of
 from masonry_fem.dynamics.model import Load
 from masonry_fem.errors import SceneError
 from masonry_fem.scene import specs
-from masonry_fem.scene.selector import select, split_face
+from masonry_fem.scene.selector import only, select, split_face
 from masonry_fem.scene.time_function import evaluator
 
 LINE_POINTS = 20  # equal pieces of a line force, each at its middle
@@ -62,10 +62,10 @@ class Patterns:
     ) -> tuple[FloatArray | None, ...]:
         """The same force at each of the points of one block (None: its centroid)."""
         total: list[FloatArray | None] = [None] * len(self.groups)
-        for number in self._free(block, f"{key}.block"):
-            group, body = self.place[number]
-            for point in points:
-                _add(total, group, self.groups[group].point_force(body, point, force))
+        what = f"{key}.block"
+        group, body = self.place[only(self._free(block, what), block, self.names, what)]
+        for point in points:
+            _add(total, group, self.groups[group].point_force(body, point, force))
         return tuple(total)
 
     def _carrying(self, block: int, faces: list[int]) -> list[int]:

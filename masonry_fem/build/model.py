@@ -27,7 +27,7 @@ from masonry_fem.dynamics.clock import Clock
 from masonry_fem.dynamics.model import Model, Probe
 from masonry_fem.errors import MasonryError, SceneError
 from masonry_fem.scene import specs
-from masonry_fem.scene.selector import select
+from masonry_fem.scene.selector import only, select
 
 if TYPE_CHECKING:
     from masonry_fem.build.redetection import Redetection
@@ -232,12 +232,8 @@ def _probes(scene: specs.Scene, stones: Stones, groups: tuple[BodyGroup, ...]) -
     names = block_names(stones.assembly)
     made = []
     for index, probe in enumerate(scene.probes):
-        chosen = select(probe.block, names, f"probes.{index}.block")
-        if len(chosen) > 1:
-            raise SceneError(
-                f"probes.{index}.block = '{probe.block}' selects {len(chosen)} blocks, expected one; name it"
-            )
-        group, body = _owner(groups, chosen[0])
+        key = f"probes.{index}.block"
+        group, body = _owner(groups, only(select(probe.block, names, key), probe.block, names, key))
         point = np.array(probe.point, dtype=float)
         try:
             groups[group].displacement(groups[group].rest(), body, point)

@@ -119,7 +119,9 @@ def _supports(
     for index, support in enumerate(scene.supports):
         key = f"supports.{index}.on"
         blocks, face = split_face(support.on)
-        for block in select(blocks, names, key):
+        chosen = select(blocks, names, key)
+        _refuse_turns(support, len(chosen), index)
+        for block in chosen:
             if face is None or role[block] != "elastic":
                 _refuse_partial(assembly, block, support, key)
                 role[block] = "support"
@@ -138,6 +140,16 @@ def _refuse_partial(assembly: Assembly, block: int, support: specs.Support, key:
             f"{key}: block '{assembly.blocks[block].name}' is not elastic, so it is held as a whole and "
             f"components = {list(support.components)} means nothing; leave components out, or make "
             "the block elastic and hold a face of it"
+        )
+
+
+def _refuse_turns(support: specs.Support, count: int, index: int) -> None:
+    """Several blocks that turn each about its own middle are not one support that turns."""
+    motion = support.motion
+    if count > 1 and motion is not None and motion.rotation is not None and motion.pivot is None:
+        raise SceneError(
+            f"supports.{index}.motion turns {count} blocks of '{support.on}' and has no pivot, expected one "
+            "[m] that they share; give it, or a [[supports]] for each block that turns about its own middle"
         )
 
 

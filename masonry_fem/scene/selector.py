@@ -47,6 +47,23 @@ def select(selector: str, candidates: Sequence[Iterable[str]], what: str, noun: 
     return chosen
 
 
+def only(chosen: Sequence[int], selector: str, candidates: Sequence[Iterable[str]], what: str) -> int:
+    """The one candidate that was selected where one block is meant.
+
+    Raises
+    ------
+    SceneError : Where there are several; it names the first.
+    """
+    if len(chosen) > 1:
+        names = [next(iter(candidates[index])) for index in chosen[:SHOWN]]
+        more = ", ..." if len(chosen) > SHOWN else ""
+        raise SceneError(
+            f"{what} = '{selector}' selects {len(chosen)} blocks ({listed(names)}{more}), expected one; "
+            "name it"
+        )
+    return chosen[0]
+
+
 def nothing_selected(selector: str, names: Iterable[str], what: str, noun: str = "block") -> str:
     """The sentence for a selector that names nothing, with the nearest of the names there are."""
     known = list(dict.fromkeys(name for name in names if name))

@@ -11,7 +11,6 @@ import pytest
 
 from masonry_fem.build import build
 from masonry_fem.build.foresight import foresee_blocks, foresee_points
-from masonry_fem.cli import main
 from masonry_fem.errors import MasonryError, SceneError
 from masonry_fem.geometry import build_structure
 from masonry_fem.geometry.meshing import foreseen_cells, mesh_shape
@@ -177,13 +176,3 @@ def test_elements_are_foreseen(element: str, settings: dict[str, Any]) -> None:
     box = Shape("box", Polytope.box((0.0,) * 3, (1.0, 0.5, 0.3)))
     count = len(mesh_shape(box, wanted, 3).cells)
     assert foreseen_cells(box, wanted) * (6 if element == "P1" else 1) == count
-
-
-def test_yes_confirms(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch) -> None:
-    monkeypatch.setattr("masonry_fem.build.foresight.BLOCKS", 6)
-    from masonry_fem.scene import save
-
-    save(arch(), tmp_path / "arch.toml")
-    assert main(["check", str(tmp_path / "arch.toml")]) == 1
-    assert "voussoirs = 5 brings the scene to some 7 blocks" in capsys.readouterr().err
-    assert main(["check", str(tmp_path / "arch.toml"), "--yes"]) == 0

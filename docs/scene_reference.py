@@ -389,7 +389,7 @@ MEANING: dict[str, str] = {
     "Equilibrium.tolerance": "on static balance, contact error and speed, all relative",
     "Solver.method": "NSGS sweeps, proximal Newton, interior point, ADMM, pivoting "
     "(plane scenes, up to 400 contacts), or the choice by the problem",
-    "Solver.tolerance": "on the natural map, relative",
+    "Solver.tolerance": "on the error, relative; not given: 1e-10 is aimed at",
     "Solver.max_iterations": "sweeps, Newton steps or ADMM iterations",
     "Solver.time_limit": "wall-clock time for the contact problem of a step",
     "Solver.relaxation": "how far a sweep takes a contact towards its own solution",

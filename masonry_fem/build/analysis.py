@@ -10,6 +10,7 @@ from masonry_fem.dynamics.equilibrium import (
     numerical_viscosity,
 )
 from masonry_fem.nscd import SolverSettings
+from masonry_fem.nscd.settings import ACCEPTABLE
 from masonry_fem.scene import specs
 
 
@@ -40,7 +41,8 @@ def solver_settings(solver: specs.Solver) -> SolverSettings:
     """The contact solver's settings."""
     return SolverSettings(
         method=solver.method,
-        tolerance=solver.tolerance,
+        tolerance=solver.aim,
+        acceptable=ACCEPTABLE if solver.tolerance is None else 0.0,
         max_iterations=solver.max_iterations,
         time_limit=solver.time_limit,
         relaxation=solver.relaxation,

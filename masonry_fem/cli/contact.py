@@ -40,7 +40,7 @@ def solve_contact(options: argparse.Namespace) -> int:
     facts = {
         "file": str(options.file),
         "outcome": solution.outcome.value,
-        "message": f"{solution.outcome.sentence} {solution.outcome.advice}".strip(),
+        "message": f"{solution.outcome.sentence} {solution.outcome.advice(settings)}".strip(),
         "method": solution.method,
         "contacts": problem.count,
         "dimension": problem.dimension,

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from masonry_fem.nscd import ContactProblem, Outcome, Solution, SolverSettings, Start, solve
+from masonry_fem.nscd import ContactProblem, Solution, SolverSettings, Start, solve
 from masonry_fem.nscd.laws.law import Law
 from masonry_fem.nscd.laws.reduction import Reduction
 from masonry_fem.nscd.laws.state import JointState
@@ -153,7 +153,7 @@ class _Turns:
         self._roughest = ROUGH
         self._bare = self._gap_term(np.zeros(committed.count))
         if settings.method == "auto":  # what is not solved at once is not worth the thorough methods
-            self._brief = replace(settings, method="newton", max_iterations=STEPS)
+            self._brief = replace(settings, method="newton", max_iterations=STEPS, acceptable=0.0)
 
     def settled(self, turn: _Turn) -> bool:
         exact = turn.tolerance <= self._settings.tolerance  # asked for, whether or not it was reached
@@ -178,7 +178,7 @@ class _Turns:
                 self._step.area, self._step.length,
             )  # fmt: skip
             found = self._taken(reduction, self._rough(self._brief, at), at.trial, at.start)
-            if found.solution.outcome is not Outcome.CONVERGED:
+            if not found.solution.solved:
                 return None
             at = found
             since += 1

@@ -13,7 +13,7 @@ from masonry_fem.dynamics.coupling import Coupling
 from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.state import SystemState
 from masonry_fem.dynamics.step import Increment, step
-from masonry_fem.nscd import Outcome, SolverSettings
+from masonry_fem.nscd import SolverSettings
 
 
 def expelling_step(
@@ -34,9 +34,9 @@ def expelling_step(
     if model.expulsion <= 0 or wait == 0:
         made = step(model, coupling, state, scheme, settings, until, clock)
         overlaps = model.expulsion > 0 and bool((made.here.gap < 0).any())
-        if made.solution.outcome is Outcome.CONVERGED or not overlaps:
+        if made.solution.solved or not overlaps:
             return made
     made = step(replace(model, expulsion=0.0), coupling, state, scheme, settings, until, clock)
     held = (wait - 1, span) if wait > 0 else (max(1, 2 * span), max(1, 2 * span))
-    jammed = made.solution.outcome is Outcome.CONVERGED
+    jammed = made.solution.solved
     return replace(made, after=replace(made.after, held=held), jammed=jammed)

@@ -20,7 +20,7 @@ from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.renewal import renewed
 from masonry_fem.dynamics.state import SystemState
 from masonry_fem.dynamics.step import Increment
-from masonry_fem.nscd import Outcome, SolverSettings
+from masonry_fem.nscd import SolverSettings
 
 if TYPE_CHECKING:
     from masonry_fem.dynamics.equilibrium import Strategy
@@ -51,7 +51,7 @@ def increments(
         clock.lap("step" if coupling is before else "detect")
         measured = replace(settings, least_impulse=share * largest)
         for made in _parts(model, coupling, strategy, state, scheme, until, strategy.parts, measured, clock):
-            if made.solution.outcome is Outcome.CONVERGED:  # what was not solved may be any size
+            if made.solution.solved:  # what was not solved may be any size
                 largest = max(largest, float(np.linalg.norm(made.impulse)))
             state = _rested(model, made.after, strategy.velocity_factor)
             yield coupling, made
@@ -70,7 +70,7 @@ def _parts(
 ) -> Iterator[Increment]:
     """A step as it is, or each half of it in turn where joints give way or nothing was found."""
     made = expelling_step(model, coupling, state, scheme, settings, until, clock)
-    found = made.solution.outcome is Outcome.CONVERGED and made.joint_change == 0
+    found = made.solution.solved and made.joint_change == 0
     doubtful = made.adhesion_loss > ABRUPT or not found
     if parts < 2 or state.joints is None or not doubtful:
         yield made

@@ -100,6 +100,7 @@ def march(
     state = start
     ledger, clock = Ledger(), Clock()
     missed: list[float] = []
+    inexact: list[float] = []
     unsettled: list[float] = []
     abrupt: list[float] = []
     jammed, deepest, witness = 0, 0.0, Witness(model)
@@ -115,11 +116,16 @@ def march(
         for observer in observers:
             observer.record(model, made.after, report)
         clock.lap("output")
+        reached = settings.tolerance
+        if report.outcome is Outcome.INEXACT:
+            reached = max(reached, report.quality.error)
         verdict = _hopeless(report, inertia == 0)
         if verdict is not None:
             break
-        if report.outcome is not Outcome.CONVERGED:
+        if not report.outcome.solved:
             missed.append(report.quality.error)
+        elif report.outcome is Outcome.INEXACT:
+            inexact.append(report.quality.error)
         jammed += made.jammed
         deepest = max(deepest, report.max_penetration)
         if report.joint_change > 0:
@@ -132,16 +138,14 @@ def march(
     else:
         verdict = "no_equilibrium" if strategy.seeks_equilibrium else "finished"
         # a step that was not solved says nothing of what exists, nor does a march that was too short
-        unsolved = report.outcome is not Outcome.CONVERGED
-        if strategy.seeks_equilibrium and (
-            unsolved or could_rest(model, start, made, report, settings.tolerance)
-        ):
+        unsolved = not report.outcome.solved
+        if strategy.seeks_equilibrium and (unsolved or could_rest(model, start, made, report, reached)):
             verdict = "no_convergence"
-    _warn(missed, unsettled, abrupt, report, strategy, settings)
+    _warn(missed, inexact, unsettled, abrupt, report, strategy, settings)
     if verdict in {"equilibrium", "finished"}:
-        _doubt(model, made, report, max(DOUBTFUL, 1e3 * settings.tolerance))
-        _tell_written(witness, max(DOUBTFUL, 1e3 * settings.tolerance), inertia == 0)
-        far = drift(model, made, report, settings.tolerance)
+        _doubt(model, made, report, max(DOUBTFUL, 1e3 * reached))
+        _tell_written(witness, max(DOUBTFUL, 1e3 * reached), inertia == 0)
+        far = drift(model, made, report, reached)
         if far > 0:
             logger.warning(
                 "a step of %g s is so long that speeds below the solver's tolerance carry blocks %.1e m away "
@@ -160,11 +164,12 @@ def march(
             "give way; they were held where they are. Make room, or make the blocks elastic",
             jammed, _steps(report.step),
         )  # fmt: skip
-    return _ended(verdict, model, made, report, ledger, clock, tuple(abrupt), witness)
+    return _ended(verdict, model, made, report, settings, ledger, clock, tuple(abrupt), witness)
 
 
 def _warn(
     missed: list[float],
+    inexact: list[float],
     unsettled: list[float],
     abrupt: list[float],
     report: StepReport,
@@ -172,10 +177,17 @@ def _warn(
     settings: SolverSettings,
 ) -> None:
     if missed:
+        cure = "" if settings.acceptable > 0 else ", and loosen solver.tolerance where that is exact enough"
         logger.warning(
             "%d of %d steps missed the solver's tolerance %g, the worst with an error of %.1e; "
-            "look at the certificate, and loosen solver.tolerance where that is exact enough",
-            len(missed), report.step, settings.tolerance, max(missed),
+            "look at the certificate%s",
+            len(missed), report.step, settings.tolerance, max(missed), cure,
+        )  # fmt: skip
+    if inexact:
+        logger.warning(
+            "%d of %s ended at an error of up to %.1e, where no method came nearer to the %g aimed at: that "
+            "much is left by rounding, of the arithmetic or of the geometry",
+            len(inexact), _steps(report.step), max(inexact), settings.tolerance,
         )  # fmt: skip
     if unsettled:
         logger.warning(
@@ -239,7 +251,7 @@ def _hopeless(report: StepReport, static: bool) -> Verdict | None:
     """Why the march cannot go on after a step, or None; statics bears no miss."""
     if report.outcome.moves:
         return "no_equilibrium"
-    if report.outcome is Outcome.CONVERGED:
+    if report.outcome.solved:
         return None
     # by impulses alone a tall stack's error looks 1e-5 where two thirds of its weight are missing
     if static or not report.quality.error <= BEARABLE:
@@ -252,6 +264,7 @@ def _ended(
     model: Model,
     made: Increment,
     report: StepReport,
+    settings: SolverSettings,
     ledger: Ledger,
     clock: Clock,
     abrupt: tuple[float, ...],
@@ -262,7 +275,7 @@ def _ended(
         message = f"Equilibrium after {_steps(report.step)}."
     elif verdict == "finished":
         message = f"Reached t = {report.time:.6g} s in {_steps(report.step)}."
-    elif verdict == "no_convergence" and report.outcome is Outcome.CONVERGED:
+    elif verdict == "no_convergence" and report.outcome.solved:
         message = (
             f"Step {report.step}: the joint laws did not settle, the joints' state still changed by "
             f"{report.joint_change:.1e}. Take more load steps, or analysis.substeps."
@@ -272,7 +285,7 @@ def _ended(
     elif verdict == "no_convergence":
         message = (
             f"Step {report.step}: the contact solver stopped at an error of {report.quality.error:.1e}. "
-            f"{report.outcome.sentence} {report.outcome.advice}"
+            f"{report.outcome.sentence} {report.outcome.advice(settings)}"
         )
         if made.problem.rigid and (made.problem.free_velocity[:, 0] < 0).any():
             message += (

@@ -1,7 +1,8 @@
 """Admissible impulses: whether any impulses within the friction cones balance the loads.
 
     found = admissible_impulses(problem)
-    found.unbalanced        # ~0: there are some; else no equilibrium exists, whatever the motion
+    found.stands            # there are some
+    found.falls             # there are none, whatever the motion: found.motion proves it
     at_limit(problem)       # true: with a little less friction there are none
 
 min ½‖Bᵀp + f_r‖² over the cones is convex. Where the minimum is zero the loads can be carried, by p;
@@ -19,6 +20,7 @@ problem without the friction term, for which the interior-point method is made.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,9 +28,9 @@ from scipy import sparse
 
 from masonry_fem.nscd import graphs
 from masonry_fem.nscd.cohesion import onto_cones, sprung_directions, without_offset
-from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.problem import COHESION, ContactProblem
 from masonry_fem.nscd.residuals import assess
-from masonry_fem.nscd.scaling import rigid_diagonal
+from masonry_fem.nscd.scaling import free_speed, rigid_diagonal
 from masonry_fem.nscd.settings import SolverSettings
 from masonry_fem.nscd.solvers.interior_point import InteriorPoint
 
@@ -36,12 +38,17 @@ FloatArray = NDArray[np.float64]
 
 # Unbalanced part of the loads below which they can be carried.
 BALANCED = 1e-5
+# Unbalanced part that a convex problem does not end at for want of accuracy. Springs that are far firmer than
+# all else leave no exact mechanism.
+FAR = 1e-2
 # Share of friction without which a structure at its limit cannot carry its loads; they then lack some
 # tenth of it, well above what counts as balanced.
 MARGIN = 1e-3
 ITERATIONS = 60
 # Ratio of the bodies' largest motions by a unit impulse from which they are brought to one scale.
 UNEVEN = 100.0
+# Of the speed that the loads give: what gaps of rounding size, closed in a step, come to.
+CLOSED = 1e-12
 # Stiffness that springs get, over that by which a unit mass resists: they then give way by its inverse.
 FIRM = 1e8
 
@@ -61,6 +68,17 @@ class Admissible:
     impulse: FloatArray
     unbalanced: float
     motion: FloatArray | None = None
+
+    @property
+    def stands(self) -> bool:
+        """True where the impulses balance the loads."""
+        return self.unbalanced <= BALANCED
+
+    @property
+    def falls(self) -> bool:
+        """True where a mechanism proves that none do, or much is left; where neither holds, nobody knows."""
+        proven = self.motion is not None
+        return (proven and not self.stands) or self.unbalanced > FAR
 
 
 def admissible_impulses(
@@ -143,7 +161,39 @@ def at_limit(problem: ContactProblem) -> bool:
     direction it is needed in, the less the farther they slide, and balance is reached at infinity only.
     """
     weaker = replace(problem, friction=(1 - MARGIN) * problem.friction)
-    return admissible_impulses(weaker).unbalanced > BALANCED
+    return admissible_impulses(weaker).falls
+
+
+def falling(problem: ContactProblem, impulse: FloatArray) -> FloatArray | None:
+    """A mechanism of the contacts that close within the step, where they carry no loads, shape (b, m).
+
+    A contact counts whose gap is at most as large as the motions that supports, free blocks and the
+    ``impulse`` make at any contact: what lies farther off, only a fall can reach.
+    """
+    asked = np.maximum(-problem.free_velocity[:, 0], graphs.tangential_norm(problem.free_velocity))
+    reach = max(asked.max(initial=0.0), graphs.lengths(problem.elastic_velocity(impulse)).max(initial=0.0))
+    reach = max(float(reach), CLOSED * free_speed(problem))
+    near = problem.free_velocity[:, 0] <= reach
+    if problem.cohesion_stiffness is not None:  # springs pull across any gap
+        near |= problem.cohesion_stiffness.any(axis=(1, 2))
+    found = admissible_impulses(closed_part(problem, np.flatnonzero(near)))
+    return found.motion if found.falls else None
+
+
+def closed_part(problem: ContactProblem, contacts: np.ndarray) -> ContactProblem:
+    """The problem with these contacts alone, its blocks rigid."""
+    d = problem.dimension
+    size = len(contacts) * d
+    cohesion: dict[str, Any] = {name: getattr(problem, name) for name in COHESION}
+    return replace(
+        problem,
+        friction=problem.friction[contacts],
+        free_velocity=problem.free_velocity[contacts],
+        compliance=sparse.bsr_array((size, size), blocksize=(d, d) if size else (1, 1)),
+        bodies=problem.bodies[contacts],
+        rigid_map=problem.rigid_map[contacts],
+        **{name: values[contacts] for name, values in cohesion.items() if values is not None},
+    )
 
 
 def _twin(problem: ContactProblem) -> ContactProblem:

@@ -5,6 +5,7 @@ Not converging is an answer, not an exception: the caller decides what to do wit
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
 
@@ -12,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.nscd.residuals import Quality
+from masonry_fem.nscd.settings import SolverSettings
 
 FloatArray = NDArray[np.float64]
 
@@ -20,6 +22,7 @@ class Outcome(Enum):
     """How a solution ended; each has a sentence for the user and advice."""
 
     CONVERGED = "converged"
+    INEXACT = "inexact"
     STALLED = "stalled"
     MAX_ITERATIONS = "max_iterations"
     TIME_LIMIT = "time_limit"
@@ -30,6 +33,11 @@ class Outcome(Enum):
     FAILED = "failed"
 
     @property
+    def solved(self) -> bool:
+        """True where the state is an answer."""
+        return self in {Outcome.CONVERGED, Outcome.INEXACT}
+
+    @property
     def moves(self) -> bool:
         """True where the velocities of a static problem show a mechanism."""
         return self in {Outcome.NO_EQUILIBRIUM, Outcome.AT_LIMIT, Outcome.UNSTRESSED}
@@ -37,54 +45,58 @@ class Outcome(Enum):
     @property
     def sentence(self) -> str:
         """What happened, in a sentence."""
-        return _TEXTS[self][0]
+        return _SENTENCES[self]
 
-    @property
-    def advice(self) -> str:
-        """What to do next ("" where there is nothing to do)."""
-        return _TEXTS[self][1]
+    def advice(self, settings: SolverSettings) -> str:
+        """What to do next that was not done already ("" where there is nothing to do)."""
+        return " ".join(_advice(self, settings))
 
 
-_TEXTS = {
-    Outcome.CONVERGED: ("All measures of the contact problem are within the tolerance.", ""),
-    Outcome.STALLED: (
-        "The iteration no longer improves; the best state found is returned.",
-        "Compare the error reached with what you need; set the tolerance above it, or try method 'auto' or "
-        "one that has not run.",
-    ),
-    Outcome.MAX_ITERATIONS: (
-        "The iteration limit was reached before the tolerance.",
-        "Raise max_iterations, loosen the tolerance, or try method 'auto' or one that has not run.",
-    ),
-    Outcome.TIME_LIMIT: (
-        "The time limit was reached before the tolerance.",
-        "Raise time_limit, loosen the tolerance, or use fewer contact points.",
-    ),
-    Outcome.NO_EQUILIBRIUM: (
-        "No impulses within the friction cones balance the loads: a part slides, tips or falls.",
-        "Look at the rigid velocities: they show the mechanism. Add supports or friction, or run dynamics.",
-    ),
-    Outcome.AT_LIMIT: (
-        "The loads can just be carried: with 0.1 % less friction no impulses balance them, and the blocks, "
-        "as they deform, find no rest at any finite slip.",
-        "Look at the rigid velocities: they show what is about to move. Lower a load, or raise friction.",
-    ),
-    Outcome.UNSTRESSED: (
-        "Impulses within the friction cones balance the loads, but nothing that the loads do brings them "
-        "about: from a start without stress the blocks run off.",
-        "Look at the rigid velocities: they show the mechanism. Press the joints together, or support the "
-        "blocks.",
-    ),
-    Outcome.UNDECIDED: (
-        "Impulses within the friction cones can balance the loads, yet no state of sticking and sliding that "
-        "does was found.",
-        "Apply the loads in more steps (analysis.load_steps), or march by a damped strategy.",
-    ),
-    Outcome.FAILED: (
-        "The numbers broke down (not finite, or a singular linear system).",
-        "Check masses, stiffnesses and units; save the problem (run --save-contact) and report it.",
-    ),
+_SENTENCES = {
+    Outcome.CONVERGED: "All measures of the contact problem are within the tolerance.",
+    Outcome.INEXACT: "The measures of the contact problem end above the tolerance; nothing improves them.",
+    Outcome.STALLED: "The iteration no longer improves; the best state found is returned.",
+    Outcome.MAX_ITERATIONS: "The iteration limit was reached before the tolerance.",
+    Outcome.TIME_LIMIT: "The time limit was reached before the tolerance.",
+    Outcome.NO_EQUILIBRIUM: "No impulses within the friction cones of contacts that close within the step"
+    " balance the loads: a part slides, tips or falls.",
+    Outcome.AT_LIMIT: "The loads can just be carried: with 0.1 % less friction no impulses balance them,"
+    " and the blocks, as they deform, find no rest at any finite slip.",
+    Outcome.UNSTRESSED: "Impulses within the friction cones balance the loads, but nothing that the loads do"
+    " brings them about: from a start without stress the blocks run off.",
+    Outcome.UNDECIDED: "Impulses within the friction cones can balance the loads, yet no state of sticking"
+    " and sliding that does was found.",
+    Outcome.FAILED: "The numbers broke down (not finite, or a singular linear system).",
 }
+
+
+def _advice(outcome: Outcome, settings: SolverSettings) -> Iterator[str]:
+    """Sentences on what may still be tried."""
+    see = "Look at the rigid velocities: they show"
+    if outcome is Outcome.NO_EQUILIBRIUM:
+        yield f"{see} the mechanism. Add supports or friction, or run dynamics."
+    elif outcome is Outcome.AT_LIMIT:
+        yield f"{see} what is about to move. Lower a load, or raise friction."
+    elif outcome is Outcome.UNSTRESSED:
+        yield f"{see} the mechanism. Press the joints together, or support the blocks."
+    elif outcome is Outcome.FAILED:
+        yield "Check masses, stiffnesses and units; save the problem (run --save-contact) and report it."
+    elif outcome is Outcome.TIME_LIMIT:
+        yield f"Raise time_limit ({settings.time_limit} s), or use fewer contact points."
+    elif not outcome.solved:
+        yield from _more_effort(outcome, settings)
+
+
+def _more_effort(outcome: Outcome, settings: SolverSettings) -> Iterator[str]:
+    """What may bring a solution that ended too early nearer."""
+    if settings.method != "auto":
+        yield f"Try method 'auto', which goes on where '{settings.method}' ends."
+    if outcome is Outcome.MAX_ITERATIONS and settings.max_iterations is not None:
+        yield f"Raise max_iterations ({settings.max_iterations})."
+    elif settings.method == "auto":
+        yield "Apply the loads in more steps (analysis.load_steps), or march by a damped strategy."
+    if settings.acceptable == 0:
+        yield f"Loosen the tolerance ({settings.tolerance:g}) where the error reached is small enough."
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,3 +131,8 @@ class Solution:
     def converged(self) -> bool:
         """True where all measures are within the tolerance."""
         return self.outcome is Outcome.CONVERGED
+
+    @property
+    def solved(self) -> bool:
+        """True where this is an answer, within the tolerance or as near to it as anything comes."""
+        return self.outcome.solved

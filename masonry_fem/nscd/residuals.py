@@ -123,6 +123,30 @@ def assess(
     )
 
 
+def rounding(
+    problem: ContactProblem,
+    impulse: FloatArray,
+    rigid_velocity: FloatArray,
+    scale: FloatArray,
+    least_impulse: float = 0.0,
+) -> float:
+    """Error that rounding of W_el p + q + B U alone may make, where that cancels; see ``assess``.
+
+    Slender blocks bend far under single impulses and hardly at all under all of them together.
+    """
+    size = float(np.linalg.norm(impulse))
+    reference = max(size, least_impulse)
+    if problem.rigid or size == 0:
+        return 0.0
+    compliance = problem.compliance.copy()
+    compliance.data = np.abs(compliance.data)
+    bent = (compliance @ np.abs(impulse).ravel()).reshape(impulse.shape)
+    lost = np.finfo(float).eps * _parts(problem, bent, rigid_velocity)
+    elastic = problem.elastic_velocity(impulse)
+    speed = _velocity_scale(problem, impulse, elastic, scale) * (reference / size)
+    return max(float(np.linalg.norm(lost / scale)) / reference, _ratio(_largest(lost), speed))
+
+
 def _rounding_of_slip(velocity: FloatArray, friction: FloatArray, parts: FloatArray) -> FloatArray:
     """What rounding of v_T has made of μ‖v_T‖ at very rough contacts, (c,) [m/s].
 

@@ -15,7 +15,7 @@ A solution that another method came to is brought to rest by ``brought_to_rest``
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -24,7 +24,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from masonry_fem.nscd import graphs
-from masonry_fem.nscd.admissible import BALANCED, admissible_impulses, static_part
+from masonry_fem.nscd.admissible import BALANCED, CLOSED, admissible_impulses, closed_part, static_part
 from masonry_fem.nscd.iterate import Iterate
 from masonry_fem.nscd.outcome import Outcome, Solution
 from masonry_fem.nscd.problem import ContactProblem
@@ -39,8 +39,6 @@ EXACT = 1e-14
 CORRECTIONS = 4
 LIGHT = 1e-6  # least weight of a contact, of the largest impulse: it may carry something after all
 SOFT = 1e-14  # of the largest stiffness: what corrections take for the blocks that nothing holds
-# Of the speed that the loads give: what gaps of rounding size, closed in a step, come to. Measures decide.
-CLOSED = 1e-12
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +66,7 @@ class RestRun:
         at_rest, least = problem.free_velocity, CLOSED * free_speed(problem)
         closed = at_rest[:, 0] <= least
         if problem.cohesion_stiffness is None and not (np.abs(at_rest[closed]) > least).any():
-            impulse[closed] = holding_impulses(_closed_part(problem, np.flatnonzero(closed)))
+            impulse[closed] = holding_impulses(closed_part(problem, np.flatnonzero(closed)))
         return Iterate(impulse, np.zeros_like(problem.rigid_velocity), verdict=Outcome.STALLED)
 
     def step(self, quality: Quality, settings: SolverSettings) -> Iterate:
@@ -133,17 +131,3 @@ def _balanced(problem: ContactProblem, impulse: FloatArray) -> FloatArray:
 
 def _unbalanced(transposed: sparse.csr_array, load: FloatArray, impulse: FloatArray) -> float:
     return float(np.linalg.norm(transposed @ impulse.ravel() + load))
-
-
-def _closed_part(problem: ContactProblem, contacts: np.ndarray) -> ContactProblem:
-    """The problem without the open contacts, its blocks rigid."""
-    d = problem.dimension
-    size = len(contacts) * d
-    return replace(
-        problem,
-        friction=problem.friction[contacts],
-        free_velocity=problem.free_velocity[contacts],
-        compliance=sparse.bsr_array((size, size), blocksize=(d, d) if size else (1, 1)),
-        bodies=problem.bodies[contacts],
-        rigid_map=problem.rigid_map[contacts],
-    )

@@ -16,6 +16,9 @@ from masonry_fem.errors import ProblemError
 MethodName = Literal["auto", "nsgs", "newton", "interior_point", "admm", "pivoting"]
 LinearName = Literal["auto", "direct", "krylov"]
 
+TARGET = 1e-10  # the tolerance where nobody asks for one
+ACCEPTABLE = 1e-6  # error up to which a state that misses it, and that nothing improves, is an answer
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SolverSettings:
@@ -26,6 +29,8 @@ class SolverSettings:
     method : "nsgs", "newton", "interior_point", "admm", "pivoting", or "auto": those that suit the
         problem, in turns.
     tolerance : Bound on ``Quality.error``, unit-free.
+    acceptable : Error up to which a state is an answer, too, that nothing improves, be it for rounding or
+        because no method comes nearer (outcome INEXACT); 0: none is. The tolerance then is a target.
     max_iterations : Sweeps or Newton steps; None: the method's own limit.
     time_limit : Wall-clock seconds after which the best state so far is returned; None: no limit.
         Only a run that is cut short by it can differ from the next one.
@@ -39,7 +44,8 @@ class SolverSettings:
     """
 
     method: MethodName = "auto"
-    tolerance: float = 1e-10
+    tolerance: float = TARGET
+    acceptable: float = 0.0
     max_iterations: int | None = None
     time_limit: float | None = None
     least_impulse: float = 0.0
@@ -57,6 +63,8 @@ class SolverSettings:
             raise ProblemError(f"linear is {self.linear!r}, expected one of {expected}")
         if not 0 < self.tolerance < 1:
             raise ProblemError(f"tolerance is {self.tolerance}, expected a number between 0 and 1")
+        if not 0 <= self.acceptable < 1:
+            raise ProblemError(f"acceptable is {self.acceptable}, expected a number from 0 to 1")
         if self.max_iterations is not None and self.max_iterations < 1:
             raise ProblemError(f"max_iterations is {self.max_iterations}, expected at least 1")
         if self.time_limit is not None and not self.time_limit > 0:

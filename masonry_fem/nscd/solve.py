@@ -1,7 +1,9 @@
 """Solve: the one public way into the contact solver, and the choice of a method.
 
 "auto" takes turns (``turns``): methods one after another, each from the best state so far, until one
-converges. A verdict of no equilibrium stands only where no impulses at all can balance the loads.
+converges. Only a proof ends the turns early or makes a verdict of no equilibrium: that no impulses can
+balance the loads, be it at all contacts, or at those that are closed or close within the step. A state that
+none of the turns improves, and that is near enough, is an answer of the accuracy it has.
 """
 
 from __future__ import annotations
@@ -17,7 +19,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from masonry_fem.errors import ProblemError
-from masonry_fem.nscd.admissible import BALANCED, Admissible, admissible_impulses
+from masonry_fem.nscd.admissible import Admissible, admissible_impulses, falling
 from masonry_fem.nscd.cohesion import onto_cones
 from masonry_fem.nscd.in_plane import InPlane
 from masonry_fem.nscd.iterate import Iterate, Method, iterate
@@ -38,6 +40,14 @@ CLOSE = 1e-2
 CLOSE_OF_BODIES = 1e-5
 # Error that is rounding wherever a problem is large or badly scaled: no other method would do better.
 ROUNDED = 1e-12
+# What ends the turns.
+_ENDED = {
+    Outcome.CONVERGED,
+    Outcome.INEXACT,
+    Outcome.TIME_LIMIT,
+    Outcome.NO_EQUILIBRIUM,
+    Outcome.AT_LIMIT,
+}
 # Share of friction with which a structure at its limit moves fast enough to be seen.
 WEAK = 0.97
 
@@ -65,7 +75,7 @@ def solve(
     _check_start(problem, start)
     with one_thread():
         made = _solve(problem, settings, start)
-        if made.outcome is Outcome.CONVERGED:
+        if made.solved:
             made = brought_to_rest(problem, made, settings.least_impulse)
         return made
 
@@ -75,42 +85,63 @@ def _solve(problem: ContactProblem, settings: SolverSettings, start: Start | Non
         return iterate(problem, _Free(), settings, start)
 
     @cache
-    def balance() -> Admissible:
+    def loads() -> Admissible:
         return admissible_impulses(problem)
-
-    def stands() -> bool:
-        return balance().unbalanced <= BALANCED
 
     if settings.method != "auto":
         method = _with_linear(make_method(settings.method), settings)
-        return _judged(iterate(problem, method, settings, start), stands)
-    made = _choose(problem, settings, start, stands)
-    ended = made.outcome.moves or made.outcome in {Outcome.CONVERGED, Outcome.TIME_LIMIT}
-    if ended or (problem.rigid_mass > 0).all():
+        made = _judged(iterate(problem, method, settings, start), loads)
+        return _near_enough(made, settings) if made.outcome is Outcome.STALLED else made
+    made = _choose(problem, settings, start, loads)
+    if made.outcome in _ENDED:
         return made
-    if stands():
-        return made if problem.rigid or problem.cohesive else _unstressed(problem, settings, made)
-    return _proven(problem, settings, made, balance().motion)
+    static = bool((problem.rigid_mass <= 0).any())
+    motion = loads().motion if static and loads().falls else None
+    if motion is None and not _limited(made, settings):
+        made = _near_enough(made, settings)
+        if made.outcome is Outcome.INEXACT or not static:
+            return made
+        motion = falling(problem, made.impulse)
+    if motion is not None:
+        return _proven(problem, settings, made, motion)
+    if not static or not loads().stands:
+        return made
+    made = replace(made, outcome=Outcome.UNDECIDED)
+    return made if problem.rigid or problem.cohesive else _unstressed(problem, settings, made)
+
+
+def _limited(made: Solution, settings: SolverSettings) -> bool:
+    """True where it was the user's limit that ended the turns."""
+    return settings.max_iterations is not None and made.iterations >= settings.max_iterations
+
+
+def _near_enough(made: Solution, settings: SolverSettings) -> Solution:
+    """A state that nothing improves, as an answer where its error is acceptable."""
+    near = made.quality.error <= settings.acceptable
+    return replace(made, outcome=Outcome.INEXACT if near else Outcome.STALLED)
 
 
 def _choose(
-    problem: ContactProblem, settings: SolverSettings, start: Start | None, stands: Callable[[], bool]
+    problem: ContactProblem,
+    settings: SolverSettings,
+    start: Start | None,
+    loads: Callable[[], Admissible],
 ) -> Solution:
     """Turns until one converges; the best of their states."""
     began = time.monotonic()
     total: Solution | None = None
     inside: Solution | None = None
-    for turn in turns(problem, settings, start, stands):
+    for turn in turns(problem, settings, start, loads):
         if turn.rescue and total is not None and total.quality.error <= ROUNDED:
             return replace(total, outcome=Outcome.STALLED)
         own = _share(turn, settings, 0 if total is None else total.iterations, time.monotonic() - began)
         if own is None:
             break
         state = inside if turn.origin == "inside" else total
-        made = _judged(_made(turn, problem, own, _origin(turn, problem, state, start)), stands)
+        made = _judged(_made(turn, problem, own, _origin(turn, problem, state, start)), loads)
         inside = made if made.method == "interior_point" else inside
         total = made if total is None else _joined(total, made)
-        if total.outcome.moves or total.outcome in {Outcome.CONVERGED, Outcome.TIME_LIMIT}:
+        if total.outcome in _ENDED:
             break
     assert total is not None  # there is always a first turn
     return total
@@ -140,7 +171,7 @@ def _made(turn: Turn, problem: ContactProblem, settings: SolverSettings, start: 
     velocity = problem.velocity(made.impulse, made.rigid_velocity)
     quality = assess(problem, made.impulse, made.rigid_velocity, least_impulse=settings.least_impulse)
     # a verdict holds for both, convergence does not
-    outcome = Outcome.STALLED if made.outcome is Outcome.CONVERGED else made.outcome
+    outcome = Outcome.STALLED if made.solved else made.outcome
     if turn.weak and outcome is Outcome.NO_EQUILIBRIUM:
         outcome = Outcome.AT_LIMIT
     return replace(made, velocity=velocity, quality=quality, outcome=outcome)
@@ -174,19 +205,17 @@ def _origin(turn: Turn, problem: ContactProblem, state: Solution | None, start: 
     return Start(onto_cones(problem, state.impulse, state.velocity), state.rigid_velocity)
 
 
-def _judged(made: Solution, stands: Callable[[], bool]) -> Solution:
-    """The solution, its verdict withdrawn where impulses that balance the loads exist after all."""
-    if made.outcome is Outcome.NO_EQUILIBRIUM and stands():
+def _judged(made: Solution, loads: Callable[[], Admissible]) -> Solution:
+    """The solution, its verdict withdrawn where nothing proves that the loads cannot be balanced."""
+    if made.outcome is Outcome.NO_EQUILIBRIUM and not loads().falls:
         return replace(made, outcome=Outcome.UNDECIDED)
     return made
 
 
 def _proven(
-    problem: ContactProblem, settings: SolverSettings, made: Solution, motion: FloatArray | None
+    problem: ContactProblem, settings: SolverSettings, made: Solution, motion: FloatArray
 ) -> Solution:
     """The verdict that a mechanism proves where no method came to its velocities."""
-    if motion is None:
-        return made
     quality = assess(problem, made.impulse, motion, least_impulse=settings.least_impulse)
     velocity = problem.velocity(made.impulse, motion)
     return replace(

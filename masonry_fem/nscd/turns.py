@@ -1,7 +1,7 @@
 """Turn: one method's go at a problem; "auto" is a list of them.
 
-- Static problems and elastic blocks: a few Newton steps, which is all that most need; where nothing
-  can balance the loads, or could with a little less friction, as many as show what moves; else rigid
+- Static problems and elastic blocks: a few Newton steps, which is all that most need; where it is proven that
+  nothing can balance the loads, or could with a little less friction, as many as show what moves; else rigid
   blocks at rest, elastic ones from the impulses of that rest, and what is done for many rigid blocks.
 - Many rigid blocks: the interior-point method, which nothing stops but rounding, sweeps that mend what
   is local in its result, and Newton to polish it. It cannot start from the step before: there a few
@@ -20,7 +20,7 @@ from typing import Literal
 
 import numpy as np
 
-from masonry_fem.nscd.admissible import at_limit
+from masonry_fem.nscd.admissible import Admissible, at_limit
 from masonry_fem.nscd.in_plane import InPlane
 from masonry_fem.nscd.iterate import Method
 from masonry_fem.nscd.plane import PlaneForm, plane_form
@@ -76,15 +76,18 @@ class Turn:
 
 
 def turns(
-    problem: ContactProblem, settings: SolverSettings, start: Start | None, stands: Callable[[], bool]
+    problem: ContactProblem,
+    settings: SolverSettings,
+    start: Start | None,
+    loads: Callable[[], Admissible],
 ) -> Iterator[Turn]:
     """Who has a go at a problem, in order; what a turn needs is found out only when it comes.
 
-    ``stands`` tells whether any impulses balance the loads.
+    ``loads`` tells whether any impulses balance the loads.
     """
     if _static(problem):
         yield Turn(_newton, BRIEF)
-        if not stands():
+        if loads().falls:
             # what moves, it shows as rigid blocks at a hundredth of the cost
             if not problem.rigid:
                 yield Turn(_newton, stiff=True)

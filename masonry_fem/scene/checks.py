@@ -181,10 +181,10 @@ def _analysis(scene: Scene) -> None:
         expected = f"a time not shorter than the step ({analysis.step:g} s)"
         raise wrong(("analysis", "duration"), analysis.duration, expected)
 
-    if isinstance(analysis, Equilibrium) and scene.solver.tolerance > analysis.tolerance:
+    if isinstance(analysis, Equilibrium) and scene.solver.aim > analysis.tolerance:
         # contacts that are solved no better never pass for at rest: the march would end as if blocks slid
         expected = f"at most the tolerance of the equilibrium (analysis.tolerance = {analysis.tolerance:g})"
-        raise wrong(("solver", "tolerance"), scene.solver.tolerance, f"{expected}; tighten it or loosen that")
+        raise wrong(("solver", "tolerance"), scene.solver.aim, f"{expected}; tighten it or loosen that")
 
 
 def _solver(scene: Scene) -> None:

@@ -65,7 +65,7 @@ def _contrast(scene: Scene, users: dict[str, set[str]]) -> Iterator[str]:
         return
     (soft, softer), (stiff, stiffer) = min(known), max(known)
     tolerance = TOLERATED * soft / stiff / MAGNIFIED
-    if scene.solver.tolerance > tolerance:
+    if scene.solver.aim > tolerance:
         cure = f"make '{stiffer}' rigid"
         if tolerance >= FINEST:
             cure += f", or solver.tolerance at most {tolerance:.0e}"

@@ -270,21 +270,32 @@ class Initial(Spec, frozen=True, kw_only=True):
     spin: SpinVector | AngularVelocity | None = None
 
 
+AIM = 1e-10  # of a contact solution whose tolerance nobody set
+
+
 class Solver(Spec, frozen=True, kw_only=True):
     """How the contact problem of a step is solved, and how well.
 
     ``relaxation`` and ``threads`` are of method "nsgs" alone. Any number of threads gives the same results.
     ``linear`` tells how the linear systems of rigid blocks are solved: "direct" by factors, "krylov" by
     iterations with multigrid, which thick masonry of ten thousands of contacts wants.
+
+    Without a ``tolerance`` the solver aims at 1e-10; an error up to 1e-6 that nothing improves is an answer,
+    too, with a warning that tells it. A ``tolerance`` that is given is held to.
     """
 
     method: Literal["auto", "nsgs", "newton", "interior_point", "admm", "pivoting"] = "auto"
-    tolerance: Annotated[float, Meta(gt=0, lt=1)] = 1e-10
+    tolerance: Annotated[float, Meta(gt=0, lt=1)] | None = None
     max_iterations: Count | None = None
     time_limit: Seconds | None = None
     relaxation: Annotated[float, Meta(gt=0, lt=2)] = 1.0
     threads: Count | None = None
     linear: Literal["auto", "direct", "krylov"] = "auto"
+
+    @property
+    def aim(self) -> float:
+        """The tolerance that is asked for, or aimed at."""
+        return AIM if self.tolerance is None else self.tolerance
 
 
 class Contact(Spec, frozen=True, kw_only=True):

@@ -1,5 +1,7 @@
 """The loop: who stops it, what it keeps."""
 
+from importlib import import_module
+
 import numpy as np
 import pytest
 
@@ -94,12 +96,36 @@ def test_flight_needs_no_method(name):
     assert not solution.impulse.any()
 
 
-def test_every_outcome_speaks():
-    for outcome in Outcome:
-        assert outcome.sentence.endswith(".")
-        assert outcome.advice or outcome is Outcome.CONVERGED
-        # any of the methods may have been the one that ran
-        assert not [name for name in NAMES if f"'{name}'" in outcome.advice]
+@pytest.mark.parametrize("outcome", list(Outcome))
+@pytest.mark.parametrize("method", ["auto", "newton", "admm"])
+def test_every_outcome_speaks(outcome, method):
+    """And advises nothing that was done, nor to change what nobody has set."""
+    assert outcome.sentence.endswith(".")
+    aimed = outcome.advice(SolverSettings(method=method, acceptable=1e-6))
+    held = outcome.advice(SolverSettings(method=method, tolerance=1e-12, max_iterations=7))
+    assert bool(aimed) == bool(held) == (not outcome.solved)
+    assert "tolerance" not in aimed
+    assert "max_iterations" not in aimed
+    if outcome in {Outcome.STALLED, Outcome.MAX_ITERATIONS, Outcome.UNDECIDED}:
+        assert "1e-12" in held
+        assert ("method 'auto'" in aimed) == (method != "auto")
+    assert ("(7)" in held) == (outcome is Outcome.MAX_ITERATIONS)
+    assert not [name for name in NAMES if f"ry method '{name}'" in aimed + held]
+
+
+@pytest.mark.parametrize(
+    ("acceptable", "outcome"), [(0.0, Outcome.STALLED), (1e-6, Outcome.INEXACT), (1e-9, Outcome.STALLED)]
+)
+def test_a_state_that_nothing_improves_is_an_answer_where_its_error_is_acceptable(
+    acceptable, outcome, monkeypatch
+):
+    stalls = Scripted(0.9, 1 + 1e-8, verdict=Outcome.STALLED)
+    monkeypatch.setattr(import_module("masonry_fem.nscd.solve"), "make_method", lambda name: stalls)
+    made = solve(PROBLEM, SolverSettings(method="newton", acceptable=acceptable))
+    assert made.quality.error == pytest.approx(1e-8, rel=1e-6)
+    assert made.outcome is outcome
+    assert made.solved == (outcome is Outcome.INEXACT)
+    assert not made.converged
 
 
 def test_a_mechanism_is_shown_by_the_last_state():

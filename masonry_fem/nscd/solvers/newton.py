@@ -357,6 +357,7 @@ _ANY = 1e300  # of a solved round
 _HOLD = 0.1  # error of a solved round from which a first guess is kept
 _CHEAP, _DEAR = 2, 4  # steps of a round up to which an adaptive α falls, above which it rises
 _SETTLED = 2  # steps of a round before its contacts' swinging means anything
+_SLENDER = 100.0  # scales of elastic contacts over the least; among blocks of one kind ten
 _FIRM = 1e-2  # ε from which a mechanism moves slowly enough to be followed
 
 
@@ -375,14 +376,17 @@ def _usual_weights(problem: ContactProblem) -> tuple[float, float, float]:
 
 
 def _newton_scale(problem: ContactProblem, *, fold: bool = True) -> FloatArray:
-    """Scale w of each contact; among elastic contacts the rigid ones take the elastic mean.
+    """Scale w of each contact; of elastic ones at most ``_SLENDER`` times the least, of others their mean.
 
-    The rigid scale 1/m lies many orders above 1/(h² k): a proximal weight in proportion to it would
-    hold the impulses of rigid contacts to their centre.
+    What holds an impulse back is to be small beside how far *joined* blocks give way. A slender block alone
+    bends 10⁴ to 10⁹ times as far as between its neighbours, and the rigid scale 1/m lies many orders above
+    1/(h² k): proximal weights in proportion to these would hold impulses to their centres.
     """
     scale = contact_scale(problem, fold=fold)
     elastic = np.zeros(problem.count, dtype=bool)
     elastic[block_rows(problem.compliance)] = True
-    if elastic.any() and not elastic.all():
+    if elastic.any():
+        unbonded = scale if not fold else contact_scale(problem, fold=False)
+        scale = np.minimum(scale, _SLENDER * unbonded[elastic].min())
         scale[~elastic] = scale[elastic].mean()
     return scale

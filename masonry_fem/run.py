@@ -218,7 +218,7 @@ def _determinacy(
     """What is determined, where the scene asks for it; it goes to the summary, with its reactions."""
     if not scene.output.determinacy:
         return None
-    if not made.last.solution.converged:
+    if not made.last.solution.solved:
         summary["determinacy"] = {
             "reactions": "as solved, which is not to the tolerance: nothing is determined"
         }

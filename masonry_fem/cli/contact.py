@@ -16,14 +16,16 @@ from masonry_fem.cli.grammar import Commands, Parents
 def solve_contact(options: argparse.Namespace) -> int:
     """Solve a contact problem from a file; prints JSON."""
     from masonry_fem.nscd import SolverSettings, load_problem, solve
+    from masonry_fem.nscd.settings import ACCEPTABLE
 
     given = {"tolerance": options.tol, "relaxation": options.relaxation, "threads": options.threads}
     chosen = {name: value for name, value in given.items() if value is not None}
-    settings = SolverSettings(method=options.solver, **chosen)
+    acceptable = ACCEPTABLE if options.tol is None else 0.0
+    settings = SolverSettings(method=options.solver, acceptable=acceptable, **chosen)
     problem = load_problem(options.file)
     solution = solve(problem, settings)
     impulse, determinacy = solution.impulse, None
-    if options.least_norm and solution.converged:
+    if options.least_norm and solution.solved:
         from masonry_fem.nscd.determinacy import summarise_contacts
 
         impulse, determinacy = summarise_contacts(problem, solution)
@@ -54,7 +56,7 @@ def solve_contact(options: argparse.Namespace) -> int:
     if options.least_norm:
         facts["determinacy"] = determinacy
     print(json.dumps(facts, indent=2))
-    if solution.converged:
+    if solution.solved:
         return 0
     return EXIT_CODES["no_equilibrium" if solution.outcome.moves else "no_convergence"]
 

@@ -15,7 +15,7 @@ A solution that another method came to is brought to rest by ``brought_to_rest``
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np

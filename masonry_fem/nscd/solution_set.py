@@ -133,7 +133,7 @@ def solution_set(problem: ContactProblem, solution: Solution, tolerance: float |
     ------
     ProblemError : The solution is none.
     """
-    if not solution.converged:
+    if not solution.solved:
         raise ProblemError(
             f"the solution ended as '{solution.outcome.value}' at an error of {solution.quality.error:.1e}; "
             "what is determined can be told of a converged one only: solve to a tolerance that is reached"

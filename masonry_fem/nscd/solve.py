@@ -96,15 +96,22 @@ def _solve(problem: ContactProblem, settings: SolverSettings, start: Start | Non
     if made.outcome in _ENDED:
         return made
     static = bool((problem.rigid_mass <= 0).any())
-    motion = loads().motion if static and loads().falls else None
-    if motion is None and not _limited(made, settings):
+    if static and loads().falls:
+        motion = loads().motion
+        return made if motion is None else _proven(problem, settings, made, motion)
+    if not _limited(made, settings):
         made = _near_enough(made, settings)
-        if made.outcome is Outcome.INEXACT or not static:
-            return made
-        motion = falling(problem, made.impulse)
+    return _without_proof(problem, settings, made, loads) if static and not made.solved else made
+
+
+def _without_proof(
+    problem: ContactProblem, settings: SolverSettings, made: Solution, loads: Callable[[], Admissible]
+) -> Solution:
+    """What can be said of static bodies that no turn has found a state of, and that not all contacts fail."""
+    motion = falling(problem, made.impulse)
     if motion is not None:
         return _proven(problem, settings, made, motion)
-    if not static or not loads().stands:
+    if not loads().stands:
         return made
     made = replace(made, outcome=Outcome.UNDECIDED)
     return made if problem.rigid or problem.cohesive else _unstressed(problem, settings, made)

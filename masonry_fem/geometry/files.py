@@ -26,7 +26,7 @@ from masonry_fem.geometry.cells import boundary_facets, corner_count, turned
 from masonry_fem.geometry.compas import read_compas
 from masonry_fem.geometry.outline import outline
 from masonry_fem.geometry.session import Elements, elements_of, node_positions, session
-from masonry_fem.geometry.skin import Skin, shape_of
+from masonry_fem.geometry.skin import Skin, once, shape_of
 from masonry_fem.geometry.surfaces import READERS, read_surfaces
 from masonry_fem.geometry.volumes import read_volumes
 from masonry_fem.scene.specs import FileStructure, MeshSettings
@@ -120,6 +120,13 @@ def _volumes(spec: FileStructure, path: Path, dimension: int, title: str) -> lis
 def _skins(spec: FileStructure, skins: list[Skin], title: str) -> list[tuple[Shape, bool]]:
     """Blocks of closed surfaces."""
     made = []
+    skins = [once(skin) for skin in skins]
+    doubled = [skin for skin in skins if skin.doubles]
+    if doubled:
+        logger.warning(
+            "%s has %d faces a second time (in %d blocks, '%s' the first); they are left out",
+            title, sum(skin.doubles for skin in doubled), len(doubled), doubled[0].name,
+        )  # fmt: skip
     for skin in skins:
         scaled = replace(skin, points=spec.scale * skin.points)
         made.append((shape_of(scaled, spec.name, title), skin.support or _is_support(spec, skin.name)))

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import logging
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -45,6 +45,7 @@ class Skin:
     loops : Polygons, counter-clockwise seen from outside.
     names : Of the polygons ("" for none); () where none has one. Also the joint labels of the faces.
     support : Whether the file says that the block is held.
+    doubles : Polygons that the file has a second time, the same way round; they are left out.
     """
 
     name: str
@@ -52,10 +53,35 @@ class Skin:
     loops: tuple[tuple[int, ...], ...]
     names: tuple[str, ...] = ()
     support: bool = False
+    doubles: int = 0
+
+
+def once(skin: Skin) -> Skin:
+    """The skin without polygons that stand in it a second time, the same way round."""
+    _, loops = _welded(skin)
+    seen: dict[tuple[int, ...], int] = {}
+    for row, loop in enumerate(loops):
+        seen.setdefault(_from_least(loop), row)
+    if len(seen) == len(loops):
+        return skin
+    rows = list(seen.values())
+    return replace(
+        skin,
+        loops=tuple(skin.loops[row] for row in rows),
+        names=tuple(skin.names[row] for row in rows) if skin.names else (),
+        doubles=skin.doubles + len(loops) - len(rows),
+    )
+
+
+def _from_least(loop: tuple[int, ...]) -> tuple[int, ...]:
+    """The same loop, begun at its least corner."""
+    first = loop.index(min(loop))
+    return loop[first:] + loop[:first]
 
 
 def parts_of(skin: Skin, mark: str) -> list[Skin]:
     """The bodies of a surface, each a skin ``name``, ``mark`` and its number; one stays as it is."""
+    skin = once(skin)
     corner, loops = _welded(skin)
     owner = bodies_of(_places(skin, corner), loops).tolist()
     numbers = list(dict.fromkeys(owner))
@@ -74,6 +100,7 @@ def parts_of(skin: Skin, mark: str) -> list[Skin]:
                 tuple(tuple(place[vertex] for vertex in skin.loops[row]) for row in rows),
                 tuple(names[row] for row in rows),
                 skin.support,
+                skin.doubles if count == 1 else 0,
             )
         )
     return made

@@ -55,7 +55,13 @@ def read_survey(path: Path, title: str) -> list[Measured]:
 
 
 def _csv(path: Path, title: str) -> list[Measured]:
-    rows = list(_rows(path.read_text(encoding="utf-8-sig"), title))
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise GeometryError(
+            f"{title} is no text in UTF-8 ({error.reason} at byte {error.start}); save it as UTF-8"
+        ) from error
+    rows = list(_rows(text, title))
     stones: dict[str, dict[int, tuple[FloatArray, int]]] = {}
     for line, name, number, corner in rows:
         known = stones.setdefault(name, {})

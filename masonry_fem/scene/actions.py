@@ -39,7 +39,10 @@ class Sine(Spec, frozen=True, kw_only=True, tag_field="kind", tag="sine"):
 
 
 class Record(Spec, frozen=True, kw_only=True, tag_field="kind", tag="record"):
-    """Two columns (time, value) of a CSV file, linear between; path relative to the scene."""
+    """Two columns (time, value) of a CSV file, linear between; path relative to the scene.
+
+    One line of titles may come first; ``#`` begins a remark. Any other line has two finite numbers.
+    """
 
     path: FilePath
     scale: float = 1.0

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.errors import SceneError
+from masonry_fem.scene.misfit import shown
 from masonry_fem.scene.specs import Record, Sine, Table, TimeFunction
 
 
@@ -122,8 +123,14 @@ def evaluator(function: TimeFunction | None, base: str | Path = ".") -> Factor:
 
 
 def read_record(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Times [s] and values of a CSV file of two columns; ``#`` and one line of titles are skipped."""
+    """Times [s] and values of a CSV file of two columns; ``#`` and one line of titles are skipped.
+
+    Raises
+    ------
+    SceneError : A file that is no text, any other line that is not two numbers, times that do not increase.
+    """
     rows: list[tuple[float, float]] = []
+    titled = False
     try:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
@@ -133,8 +140,11 @@ def read_record(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         if not cells:
             continue
         row = _row(cells)
-        if row is None and rows:
-            raise SceneError(f"{path}, line {number}: '{line}', expected two numbers: time [s] and value")
+        if row is None:
+            if rows or titled or _is_number(cells[0]):
+                expected = "two finite numbers: time [s] and value"
+                raise SceneError(f"{path}, line {number}: {shown(line)}, expected {expected}; correct it")
+            titled = True
         if row is not None and rows and row[0] <= rows[-1][0]:
             raise SceneError(f"{path}, line {number}: time {row[0]:g} s after {rows[-1][0]:g} s, "
                              "expected increasing times")  # fmt: skip
@@ -144,6 +154,15 @@ def read_record(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         raise SceneError(f"{path}: holds no numbers; expected two columns, time [s] and value")
     times, values = np.array(rows).T
     return times, values
+
+
+def _is_number(word: str) -> bool:
+    """Whether a word is meant as a number, 'nan' among them: then its line is no line of titles."""
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
 
 
 def _row(cells: list[str]) -> tuple[float, float] | None:

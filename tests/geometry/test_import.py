@@ -27,6 +27,7 @@ from masonry_fem.scene.specs import (
 )
 from masonry_fem.solid.assembly import Assembly, Shape
 from masonry_fem.solid.polytope import Polytope
+from masonry_fem.solid.pose import Pose
 from tests.geometry.test_meshing import check
 
 WALL = WallStructure(name="w", material="s", brick=(0.4, 0.2, 0.2), columns=3, courses=4, ground=False)
@@ -34,6 +35,7 @@ ARCH = ArchStructure(
     name="w", material="s", radius=2.0, thickness=0.3, voussoirs=7, embrace=150, depth=0.5,
     springings=False, straight=True,
 )  # fmt: skip
+CUBE = Polytope.box((0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
 RUBBLE = RubbleStructure(name="w", material="s", size=(1.0, 0.5, 0.8), stones=15, seed=3, ground=False)
 
 
@@ -225,9 +227,27 @@ def test_scale_and_a_surface_turned_inside_out(tmp_path: Path) -> None:
     same(reading(tmp_path / "a.obj", scale=1e-3), solids)
 
 
-# --- what is broken ---------------------------------------------------------------------------
+def test_faces_written_twice_count_once(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """From another corner on they are the same faces; turned round they are not (see below)."""
+    path = tmp_path / "a.obj"
+    write_obj(path, [CUBE, CUBE.moved(Pose(np.eye(3), np.array([2.0, 0.0, 0.0])))])
+    lines = path.read_text().splitlines()
+    face = next(line.split() for line in lines if line.startswith("f "))
+    lines.insert(lines.index(" ".join(face)), " ".join(["f", *face[2:], face[1]]))
+    path.write_text("\n".join(lines))
+    made = reading(path)
+    assert [len(shape.solid.faces) for shape in made.shapes] == [6, 6]
+    assert [shape.solid.mass_properties().volume for shape in made.shapes] == pytest.approx([1.0, 1.0])
+    assert "has 1 faces a second time (in 1 blocks, 'stone_0' the first)" in caplog.text
 
-CUBE = Polytope.box((0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
+
+def test_dome_of_compas_with_every_face_twice(shared_data: Path, caplog: pytest.LogCaptureFixture) -> None:
+    made = reading(shared_data / "compas" / "dem_dome.obj")
+    assert len(made.blocks) == 90
+    assert "has 720 faces a second time (in 90 blocks" in caplog.text
+
+
+# --- what is broken ---------------------------------------------------------------------------
 
 
 def broken(tmp_path: Path, name: str) -> Path:
@@ -242,7 +262,7 @@ def broken(tmp_path: Path, name: str) -> Path:
         case "flipped":
             lines[faces[2]] = "f " + " ".join(lines[faces[2]].split()[:0:-1])
         case "twice":
-            lines.append(lines[faces[2]])
+            lines.append("f " + " ".join(lines[faces[2]].split()[:0:-1]))
         case "nan":
             lines[corner] = "v nan 0 0"
         case "comma":

@@ -286,6 +286,15 @@ def test_what_is_wrong_is_said_with_its_line(tmp_path: Path, text: str, said: st
         read(tmp_path, text)
 
 
+def test_a_survey_in_another_encoding_is_told(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_bytes(SQUARE.replace("a,", "é,").encode("latin-1"))
+    spec = SurveyStructure(name="f", material="s", path="a.csv", depth=0.3)
+    with pytest.raises(
+        GeometryError, match=r"'a\.csv' is no text in UTF-8 .* at byte 19\); save it as UTF-8"
+    ):
+        build_structure(spec, 3, tmp_path, MeshSettings())
+
+
 def test_the_scene_is_checked_before_the_file_is_read(tmp_path: Path) -> None:
     def scene(**keys) -> Scene:
         spec = SurveyStructure(**({"name": "f", "material": "s", "path": "a.csv", "depth": 0.3} | keys))

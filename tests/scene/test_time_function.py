@@ -43,11 +43,15 @@ def test_a_record_is_read_beside_the_scene(tmp_path):
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("0 0\n1 x\n", r"quake.csv, line 2: '1 x', expected two numbers"),
+        ("0 0\n1 x\n", r"quake.csv, line 2: '1 x', expected two finite numbers"),
         ("0 0\n1 1\n1 2\n", r"quake.csv, line 3: time 1 s after 1 s, expected increasing times"),
         ("t,a\n", r"quake.csv: holds no numbers"),
-        ("0 0\n1 nan\n", r"line 2: '1 nan', expected two numbers"),
-        ("0 0 0\n", r"holds no numbers"),
+        ("0 0\n1 nan\n", r"line 2: '1 nan', expected two finite numbers"),
+        ("0 0 0\n", r"line 1: '0 0 0', expected two finite numbers"),
+        ("nan 0\n0 0\n", r"line 1: 'nan 0', expected two finite numbers"),
+        ("time value\ns m\n0 0\n", r"line 2: 's m', expected two finite numbers"),
+        ("time value\n0,0\n1;2,5\n", r"line 3: '1;2,5', expected two finite numbers"),
+        ("x" * 500 + "\n" + "y" * 500, r"line 2: 'y{56}\.\.\., expected two"),
     ],
 )
 def test_a_bad_record_is_named(tmp_path, text, expected):

@@ -239,15 +239,22 @@ def test_cohesion_holds_across_a_gap_in_the_velocity_form():
     assert fine.min() > -1e-2 * sag
 
 
-@pytest.mark.parametrize("steps", [3, 30])
-def test_the_parts_of_the_energy_are_its_work(steps):
-    """Springs that soften in series with glue, and friction: nothing of the work is in no item."""
+def parts_of_the_energy(steps: int) -> dict[str, float]:
+    """Springs that soften in series with glue, and friction; supports pull."""
     u0 = np.sqrt(50.0 / 1e10)
     motion = specs.Support(on="top", motion=specs.Motion(displacement=(2 * u0, 0.0, 3 * u0)))
     scene = cubes(RCC, top=True, supports=(motion,), analysis=specs.Statics(load_steps=steps))
-    energy = solve_scene(check(scene)).summary["energy"]
-    work = energy["external_work"] + energy["support_work"]
-    kept = energy["kinetic"] + energy["strain"] + energy["joints"]
-    lost = sum(value for name, value in energy.items() if name.endswith(("dissipation", "viscosity")))
-    assert work == pytest.approx(kept + lost, rel=1e-9)
-    assert energy["numerical_dissipation"] < (0.3 if steps == 3 else 0.05) * work
+    result = solve_scene(check(scene))
+    assert "missing from its ledger" in result.message  # softening is not resolved to 1e-6
+    energy = result.summary["energy"]
+    given = sum(energy[name] for name in ("start", "external_work", "support_work", "unaccounted"))
+    kept = sum(energy[name] for name in ("kinetic", "strain", "joints"))
+    lost = sum(v for k, v in energy.items() if k.endswith(("dissipation", "viscosity")) or "impact" in k)
+    assert given == pytest.approx(kept + lost, rel=1e-12)
+    return energy | {"given": given}
+
+
+def test_the_parts_of_the_energy_are_its_work():
+    """Nothing is in no item, and what the laws cannot name vanishes as steps shorten."""
+    missing = [abs(one["unaccounted"]) / one["given"] for one in map(parts_of_the_energy, (30, 120, 480))]
+    assert missing[2] < 0.02 * missing[0] < 1e-4

@@ -91,16 +91,18 @@ class StepEnergy:
     """Energy of one step by block, each of shape (b,) [J].
 
     With u_θ = (1−θ)u + θu⁺ and Δq = h u_θ, a linear block's step gives exactly
-    Δ(½uᵀMu) + Δ(½qᵀKq) = external − damping − numerical + (contact work).
+    Δ(½uᵀMu) + Δ(½qᵀKq) = external + support − damping − numerical + (contact work).
 
     Attributes
     ----------
     external : F_θ · Δq.
+    support : Work of clamped faces that move.
     damping : h u_θᵀ C u_θ.
     numerical : (θ − ½)(Δuᵀ M Δu + Δqᵀ K Δq); with inertia 0 the first term is absent.
     """
 
     external: FloatArray
+    support: FloatArray
     damping: FloatArray
     numerical: FloatArray
 
@@ -299,8 +301,13 @@ class BodyGroup(Protocol):
         """
         ...
 
-    def step_energy(self, state: State, after: State, force: FloatArray, scheme: Scheme) -> StepEnergy:
-        """Work of F_θ and what damping and the θ-scheme took over one step (exact for linear blocks)."""
+    def step_energy(
+        self, state: State, after: State, force: FloatArray, nodal: FloatArray | None, scheme: Scheme
+    ) -> StepEnergy:
+        """Work of F_θ and of moving clamps, what damping and the θ-scheme took (exact for linear blocks).
+
+        ``nodal`` are the contact impulses Gᵀ p (b, n), which clamped nodes may bear, too.
+        """
         ...
 
     def kinetic_energy(self, state: State) -> FloatArray:

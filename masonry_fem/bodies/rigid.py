@@ -282,8 +282,9 @@ class RigidGroup(Undeformed):
         return replace(state, velocity=factor * state.velocity)
 
     def step_energy(
-        self, state: RigidState, after: RigidState, force: FloatArray, scheme: Scheme
-    ) -> StepEnergy:
+        self, state: RigidState, after: RigidState, force: FloatArray, nodal: FloatArray | None,
+        scheme: Scheme,
+    ) -> StepEnergy:  # fmt: skip
         """Work of F_θ and what damping and the θ-scheme took over one step, exactly.
 
         The gyroscopic term does no work in nature; what its time discretisation gives or takes is
@@ -297,6 +298,7 @@ class RigidGroup(Undeformed):
         gyroscopic = _dot(mean, coasting - state.velocity)
         return StepEnergy(
             external=h * _dot(self._generalised(state if inertia else after, force), mean),
+            support=np.zeros(self.count),
             damping=inertia * h * self.damping * _dot(mean, damped),
             numerical=inertia * ((theta - 0.5) * _dot(change, change) - gyroscopic),
         )

@@ -224,11 +224,12 @@ class SupportGroup(Undeformed):
         return np.zeros(self.count)
 
     def step_energy(
-        self, state: SupportState, after: SupportState, force: FloatArray, scheme: Scheme
-    ) -> StepEnergy:
-        """Nothing: no mass, no loads, each of shape (b,) [J]."""
+        self, state: SupportState, after: SupportState, force: FloatArray, nodal: FloatArray | None,
+        scheme: Scheme,
+    ) -> StepEnergy:  # fmt: skip
+        """Nothing: no mass, no loads, each of shape (b,) [J]; its work is that of its contacts."""
         nothing = np.zeros(self.count)
-        return StepEnergy(nothing, nothing, nothing)
+        return StepEnergy(nothing, nothing, nothing, nothing)
 
     def with_velocity(
         self, state: SupportState, body: int, velocity: FloatArray, spin: FloatArray

@@ -37,6 +37,7 @@ Verdict = Literal["equilibrium", "finished", "no_convergence", "no_equilibrium"]
 DEEP = 0.05  # of a block's size: how far blocks may go into each other without a word
 DOUBTFUL = 1e-6  # of a block's load: what its equation of motion may miss without a word
 TURNED = 1e-2  # of a block's load times its size: moments that turns leave on elastic blocks without a word
+UNACCOUNTED = 1e-6  # of the largest energy: what may be missing from the ledger of an equilibrium
 ROUNDING = 1e-9  # of a time
 BEARABLE = 1e-3
 
@@ -110,7 +111,7 @@ def march(
         report = measure(model, coupling, step)
         made = witness.see(model, step)
         clock.lap("measure")
-        ledger = ledger.add(report, inertia)
+        ledger = ledger.add(report)
         if keep == report.step and kept is not None:
             kept.append(made)
         for observer in observers:
@@ -272,7 +273,7 @@ def _ended(
 ) -> March:
     moving: tuple[tuple[str, float, str], ...] = ()
     if verdict == "equilibrium":
-        message = f"Equilibrium after {_steps(report.step)}."
+        message = f"Equilibrium after {_steps(report.step)}{_missing(ledger, model)}."
     elif verdict == "finished":
         message = f"Reached t = {report.time:.6g} s in {_steps(report.step)}."
     elif verdict == "no_convergence" and report.outcome.solved:
@@ -299,6 +300,19 @@ def _ended(
         message = _no_equilibrium(report, moving)
     return March(
         verdict, message, made.after, report, model, made, ledger, clock.phases, moving, abrupt, witness
+    )
+
+
+def _missing(ledger: Ledger, model: Model) -> str:
+    """What the energy ledger of an equilibrium leaves open, as the end of its sentence; "" where it closes."""
+    if ledger.imbalance <= UNACCOUNTED:
+        return ""
+    where = "what joints did between two steps is not known: smaller steps tell"
+    if model.laws is None:
+        where = "the way there is not to be relied on; take smaller steps"
+    return (
+        f", but {ledger.imbalance:.1e} of the largest energy is missing from its ledger "
+        f"({ledger.unaccounted:.3g} J unaccounted for): {where}"
     )
 
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from masonry_fem.bodies.base import FloatArray, Scheme
 from masonry_fem.dynamics.coupling import Coupling
+from masonry_fem.dynamics.energy import energies, stored_energy
 from masonry_fem.dynamics.loads import external_forces, resultant
 from masonry_fem.dynamics.model import Model
-from masonry_fem.dynamics.place import relative_velocity
 from masonry_fem.dynamics.report import StepReport
 from masonry_fem.dynamics.state import BONDED, OPEN, SLIP, STICK, SystemState
 from masonry_fem.dynamics.step import Increment
@@ -22,9 +22,8 @@ ROUNDING = 1e-14  # of the work of all impulses at the speed of the loads, in th
 def measure(model: Model, coupling: Coupling, made: Increment) -> StepReport:
     """Everything worth telling of a step."""
     state, quality = made.after, made.solution.quality
-    kinetic, strain = stored_energy(model, state)
-    kinetic *= made.scheme.inertia  # in statics velocities are increments a unit of load factor
-    energy = _energy(model, coupling, made)
+    stored = stored_energy(model, state, made.scheme.inertia)
+    energy = energies(model, coupling, made, stored)
     supports = support_resultants(model, coupling, made)
     applied = resultant(model, external_forces(model, state.time))
     mass = sum(float(group.mass.sum()) for group in model.groups if not group.prescribed)
@@ -36,8 +35,9 @@ def measure(model: Model, coupling: Coupling, made: Increment) -> StepReport:
     return StepReport(
         step=state.index,
         time=state.time,
-        kinetic_energy=kinetic,
-        strain_energy=strain,
+        kinetic_energy=stored.kinetic,
+        strain_energy=stored.strain,
+        joint_energy=stored.joints,
         iterations=made.solution.iterations,
         linear_solves=made.solution.linear_solves,
         method=made.solution.method,
@@ -60,7 +60,7 @@ def measure(model: Model, coupling: Coupling, made: Increment) -> StepReport:
         stick=int((state.status == STICK).sum()),
         slip=int((state.status == SLIP).sum()),
         bonded=int((state.status == BONDED).sum()),
-        speed=float(np.sqrt(2 * kinetic / mass)) if mass > 0 else 0.0,
+        speed=float(np.sqrt(2 * stored.kinetic / mass)) if mass > 0 else 0.0,
         load_acceleration=acceleration,
         adhesion_loss=made.adhesion_loss,
         joint_change=made.joint_change,
@@ -87,64 +87,6 @@ def _load(model: Model, made: Increment) -> float:
         for group, force in zip(model.groups, made.forces, strict=True)
         if not group.prescribed
     )
-
-
-def stored_energy(model: Model, state: SystemState) -> tuple[float, float]:
-    """Kinetic and strain energy of all free blocks [J]."""
-    kinetic = strain = 0.0
-    for group, own in zip(model.groups, state.bodies, strict=True):
-        if not group.prescribed:
-            kinetic += float(group.kinetic_energy(own).sum())
-            strain += float(group.strain_energy(own).sum())
-    return kinetic, strain
-
-
-def _energy(model: Model, coupling: Coupling, made: Increment) -> dict[str, float]:
-    """Energy ledger of the step; exact for linear blocks, so its error is a check."""
-    theta, inertia = made.scheme.theta, made.scheme.inertia
-    start = relative_velocity(model, coupling, made.before.bodies, made.here, made.rigid_map)
-    end = relative_velocity(model, coupling, made.after.bodies, made.here, made.rigid_map)
-    velocity = (1 - theta) * start + theta * end
-    work = made.impulse * velocity
-    external = damping = numerical = support = 0.0
-    for group, before, after, force, push in zip(
-        model.groups, made.before.bodies, made.after.bodies, made.forces, made.rigid_impulse, strict=True
-    ):
-        if group.prescribed:
-            moved = (1 - theta) * group.velocity_parts(before)[0] + theta * group.velocity_parts(after)[0]
-            support -= float((push * moved).sum())
-            continue
-        spent = group.step_energy(before, after, force, made.scheme)
-        external += float(spent.external.sum())
-        damping += float(spent.damping.sum())
-        numerical += float(spent.numerical.sum())
-    old, new = stored_energy(model, made.before), stored_energy(model, made.after)
-    gained = inertia * (new[0] - old[0]) + new[1] - old[1]
-    contact = float(work.sum())
-    rubbed = -work[:, 1:].sum(axis=1)
-    stored = damaged = delayed = lost = 0.0
-    before, after = made.before.joints, made.after.joints
-    if model.laws is not None and before is not None and after is not None:
-        rubbed = after.rubbed - before.rubbed  # the rest of the work is cohesion's
-        area = model.contacts.area
-        stored = float(model.laws.stored(after, area).sum())
-        # the joints' work by the step's mean force, less what they did with it by their laws
-        lost = float(model.laws.stored(before, area).sum()) - stored - contact
-        lost -= float((after.dissipated - before.dissipated).sum() + rubbed.sum())
-        delayed = float((after.delayed - before.delayed).sum())
-        damaged = float((after.dissipated - before.dissipated).sum()) - delayed
-    return {
-        "joint_energy": stored,
-        "joint_dissipation": damaged,
-        "joint_viscosity": delayed,
-        "external_work": external,
-        "support_work": support,
-        "contact_work": contact,
-        "friction_dissipation": float(rubbed.sum()),
-        "damping_dissipation": damping,
-        "numerical_dissipation": numerical + lost,
-        "energy_error": gained - (external + support + contact - damping - numerical),
-    }
 
 
 def support_resultants(model: Model, coupling: Coupling, made: Increment) -> dict[str, FloatArray]:

@@ -21,13 +21,16 @@ class StepReport:
     Attributes
     ----------
     step, time : Number of the step and time at its end [s] (load factor in statics).
-    kinetic_energy, strain_energy : At the end of the step [J].
-    external_work, support_work : Work of the loads and of moving supports in the step [J].
-    contact_work : Work of the reactions on the relative motion [J]; −friction dissipation.
+    kinetic_energy, strain_energy : At the end of the step [J]; no kinetic energy in statics.
+    kinetic_before, strain_before, joint_energy_before : What the step began with [J].
+    external_work, support_work : Work of the loads, and of moving supports and clamped faces in the step [J].
+    contact_work : Work of the reactions on the relative motion [J].
     friction_dissipation : Energy spent by sliding in the step [J].
-    damping_dissipation, numerical_dissipation : By Rayleigh damping and by θ > ½ [J]; the latter has what
-        the step's mean force takes from cohesive joints beside their laws, negative where they snap.
-    energy_error : What is missing in the balance of the step [J].
+    impact_normal, impact_tangential : What points that hit lost across the faces and along them [J]; in
+        statics the loads' work on gaps that close.
+    damping_dissipation, numerical_dissipation : By Rayleigh damping, and by steps of a finite length [J]:
+        θ > ½ in bodies, forces of the step's end in joints.
+    energy_error : Energy that appears in the step from nowhere, < 0 where it is lost without a name [J].
     iterations, linear_solves : Of the contact solver.
     method : Contact solver that ran.
     outcome : Its outcome.
@@ -78,6 +81,11 @@ class StepReport:
     slip: int
     speed: float
     load_acceleration: float
+    kinetic_before: float = 0.0
+    strain_before: float = 0.0
+    joint_energy_before: float = 0.0
+    impact_normal: float = 0.0
+    impact_tangential: float = 0.0
     bonded: int = 0
     joint_energy: float = 0.0
     joint_dissipation: float = 0.0

@@ -82,15 +82,18 @@ class Balance:
         return dot(rigid, rigid) + 2 * crossed + dot(elastic @ self.operators.mass, elastic)
 
     def energy(
-        self, before: ElasticState, after: ElasticState, force: FloatArray, scheme: Scheme, moving: bool
-    ) -> StepEnergy:
-        """Work of F_θ and, where clamps move, of theirs; what damping and the θ-scheme took."""
+        self, before: ElasticState, after: ElasticState, force: FloatArray, given: FloatArray | None,
+        scheme: Scheme,
+    ) -> StepEnergy:  # fmt: skip
+        """Work of F_θ and of the impulses that moving clamps give (b, n); what damping and θ took.
+
+        ``given`` is read at held dofs only; None: no clamp moves.
+        """
         h, theta, inertia, own = scheme.step, scheme.theta, scheme.inertia, self.operators
         rigid, elastic = mean_velocity(before, after, theta)
         external = h * (dot(force @ self.modes.modes, rigid) + dot(force, elastic))
-        if moving:
-            held = self.holds.dofs
-            external = external + dot(self.residual(before, after, force, scheme)[:, held], elastic[:, held])
+        held = self.holds.dofs
+        support = np.zeros(len(force)) if given is None else dot(given[:, held], elastic[:, held])
         stretch = after.displacement - before.displacement
         numerical = dot(stretch @ own.stiffness, stretch)
         damping = np.zeros(len(force))
@@ -99,7 +102,7 @@ class Balance:
             numerical = numerical + inertia * self.mass_square(*change)
             damping = own.material.mass_damping * self.mass_square(rigid, elastic)
             damping += own.material.stiffness_damping * dot(elastic @ own.stiffness, elastic)
-        return StepEnergy(external, inertia * h * damping, (theta - 0.5) * numerical)
+        return StepEnergy(external, support, inertia * h * damping, (theta - 0.5) * numerical)
 
 
 def mean_velocity(before: ElasticState, after: ElasticState, theta: float) -> tuple[FloatArray, FloatArray]:

@@ -277,13 +277,14 @@ class ElasticGroup(Meshed):
         return self.resultant(nodal)[:, : self.operators.mesh.dimension]
 
     def step_energy(
-        self, state: ElasticState, after: ElasticState, force: FloatArray, scheme: Scheme
-    ) -> StepEnergy:
-        """Work of F_θ and of moving clamps, and what damping and the θ-scheme took, exactly.
-
-        A contact on a node of a moving clamp would count twice: its impulse is not known here.
-        """
-        return self.balance.energy(state, after, force, scheme, self.clamping.moving)
+        self, state: ElasticState, after: ElasticState, force: FloatArray, nodal: FloatArray | None,
+        scheme: Scheme,
+    ) -> StepEnergy:  # fmt: skip
+        """Work of F_θ and of moving clamps, and what damping and the θ-scheme took, exactly."""
+        given = None
+        if self.clamping.moving:
+            given = self.nodal_residual(state, after, force, nodal, scheme)
+        return self.balance.energy(state, after, force, given, scheme)
 
     def kinetic_energy(self, state: ElasticState) -> FloatArray:
         """½ uᵀ M u, shape (b,) [J]."""

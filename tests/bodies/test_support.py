@@ -119,7 +119,7 @@ def test_supports_take_loads_and_impulses_without_an_answer():
     push = np.ones((2, 6))
     assert not group.imbalance(state, state, group.no_force(), push, None, scheme).any()
     assert not group.kinetic_energy(state).any()
-    assert not group.step_energy(state, state, group.no_force(), scheme).external.any()
+    assert not group.step_energy(state, state, group.no_force(), None, scheme).external.any()
     assert group.attach(sides_of(group, assembly)).compliance(scheme, np.zeros((8, 3, 3))) == ()
 
 

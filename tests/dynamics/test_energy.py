@@ -1,0 +1,115 @@
+"""The energy ledger closes from the summary alone, and each term is what the mechanics says."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from masonry_fem.scene import specs
+from tests.validation.scenes import G, solved
+
+LOST = ("dissipation", "viscosity", "impact_normal", "impact_tangential")
+
+
+def ledger(result) -> dict[str, float]:
+    """The energy terms of a summary, once they have been found to add up."""
+    told = result.summary["energy"]
+    given = told["start"] + told["external_work"] + told["support_work"] + told["unaccounted"]
+    kept = told["kinetic"] + told["strain"] + told["joints"]
+    lost = sum(value for name, value in told.items() if name.endswith(LOST))
+    largest = max(map(abs, told.values()))
+    assert given == pytest.approx(kept + lost, abs=1e-12 * largest)
+    assert abs(told["unaccounted"]) <= result.summary["certificate"]["energy_balance"] * largest
+    return dict(told)
+
+
+def brick(**keys):
+    """A stone in the plane, of 4 × 4 linear elements where it is elastic."""
+    given = {
+        "dimension": 2,
+        "mesh": specs.MeshSettings(element="Q1", divisions=(4, 4)),
+        "joints": (specs.Joint(friction=0.6),),
+        "analysis": specs.Statics(),
+    }
+    return solved(**(given | keys))
+
+
+def moved(on: str, vector: tuple[float, float], components=None) -> specs.Support:
+    return specs.Support(on=on, components=components, motion=specs.Motion(displacement=vector))
+
+
+def test_a_moved_face_whose_nodes_are_contacts_gives_the_work_that_is_spent():
+    """The face's lower node lies on the ground: its friction is overcome by the face, and by nothing else."""
+    stone = specs.StackStructure(name="st", material="stone", size=(1.0, 0.5), count=1)
+    push = moved("st.b1/left", (1e-4, 0.0), components=("x",))
+    result = brick(fidelity="elastic", structures=(stone,), supports=(push,))
+    told = ledger(result)
+    assert result.summary["certificate"]["energy_balance"] < 1e-9
+    force = result.summary["supports"]["st.b1/left"]["force"][0]
+    assert told["support_work"] == pytest.approx(force * 1e-4, rel=1e-9)
+    assert told["friction_dissipation"] > 0.5 * told["support_work"]
+
+
+def test_work_of_a_clamped_face_is_that_of_its_support():
+    """A block pressed by δ between its faces stores half of the end force times δ."""
+    stone = specs.BlockStructure(name="b", material="stone", size=(1.0, 1.0))
+    supports = (specs.Support(on="b/bottom"), moved("b/top", (0.0, -1e-4)))
+    result = brick(
+        fidelity="elastic", structures=(stone,), supports=supports, loads=specs.Loads(gravity=(0.0, 0.0))
+    )
+    told = ledger(result)
+    force = -result.summary["supports"]["b/top"]["force"][1]
+    assert told["support_work"] == pytest.approx(force * 1e-4, rel=1e-12)
+    assert told["strain"] == pytest.approx(0.5 * force * 1e-4, rel=1e-12)
+    assert told["external_work"] == 0.0
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.5])
+def test_what_an_impact_takes_is_told_by_direction(restitution):
+    """A cube thrown aside at 2 m/s onto a floor that it sticks to: normal and tangential energy are lost apart.
+
+    In one step of the velocity form the fall is stopped, or turned into e times its speed, and the cube held.
+    """
+    height, speed = 0.05, 2.0
+    stone = specs.BlockStructure(name="b", material="stone", size=(1.0, 0.02), position=(0.0, height))
+    floor = specs.BlockStructure(
+        name="floor", material="stone", size=(9.0, 1.0), position=(-4.0, -1.0), support=True
+    )
+    result = brick(
+        fidelity="rigid",
+        structures=(floor, stone),
+        contact=specs.Contact(reach=0.06),
+        joints=(specs.Joint(friction=50.0, form="velocity", restitution=restitution),),
+        initial=(specs.Initial(blocks="b", velocity=(speed, 0.0)),),
+        analysis=specs.Dynamics(step=1e-4, duration=0.1035, theta=0.5),
+    )
+    told, mass = ledger(result), 2400.0 * 0.02
+    assert told["start"] == pytest.approx(0.5 * mass * speed**2, rel=1e-12)
+    fall = mass * G * height
+    assert told["impact_normal"] == pytest.approx((1 - restitution**2) * fall, rel=5e-3)
+    # it sticks, so that its run becomes a turn about its edge as far as the thin plate can
+    assert told["impact_tangential"] + told["kinetic"] - restitution**2 * fall == pytest.approx(
+        told["start"], rel=5e-2
+    )
+    assert told["impact_tangential"] > 0.9 * told["start"]
+    assert abs(told["friction_dissipation"]) < 1e-3 * told["start"]
+
+
+def test_velocities_that_are_set_to_zero_between_steps_are_damping():
+    """Of two stones the upper one is shoved, in a march that takes velocities away: all is lost."""
+    stone = specs.StackStructure(name="st", material="stone", size=(1.0, 0.5), count=2)
+    result = brick(
+        fidelity="rigid",
+        structures=(stone,),
+        loads=specs.Loads(gravity=(0.0, -G)),
+        initial=(specs.Initial(blocks="st.b2", velocity=(1.0, 0.0)),),
+        analysis=specs.Equilibrium(strategy="brutal_damping", step=1e-2),
+    )
+    told = ledger(result)
+    assert result.outcome == "equilibrium"
+    assert told["start"] == pytest.approx(600.0, rel=1e-12)
+    assert told["kinetic"] < 1e-9
+    assert told["friction_dissipation"] > 0.0
+    assert told["friction_dissipation"] + told["damping_dissipation"] + told["numerical_dissipation"] == (
+        pytest.approx(600.0, rel=1e-9)
+    )

@@ -92,7 +92,7 @@ def started(made: March) -> Start | None:
         return None
     if made.model.laws is not None:
         return Start(None, COHESIVE)
-    if not problem.rigid:
+    if not problem.count or not problem.rigid:
         return Start(True)
     step = made.last
     closed = step.after.gap[step.contacts] <= CLOSED * made.model.length

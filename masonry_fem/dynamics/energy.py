@@ -140,11 +140,15 @@ def _joints(model: Model, made: Increment) -> tuple[float, float, dict[str, floa
     damaged = float((after.dissipated - before.dissipated).sum()) - delayed
     closing = -float((pressed[:, 0] * stretch[:, 0]).sum()) / h
     rubbed = float((after.rubbed - before.rubbed).sum())
-    return closing, rubbed, {
-        "joint_dissipation": damaged,
-        "joint_viscosity": delayed,
-        "numerical": excess,
-    }
+    return (
+        closing,
+        rubbed,
+        {
+            "joint_dissipation": damaged,
+            "joint_viscosity": delayed,
+            "numerical": excess,
+        },
+    )
 
 
 LOSSES = (

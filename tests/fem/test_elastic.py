@@ -194,7 +194,9 @@ def test_partial_moving_clamp_pushes_the_rigid_modes():
         spent = group.step_energy(state, after, force, None, scheme)
         before = group.kinetic_energy(state) + group.strain_energy(state)
         gain = group.kinetic_energy(after) + group.strain_energy(after) - before
-        np.testing.assert_allclose(gain, spent.external + spent.support - spent.numerical, atol=1e-9 * abs(gain).max())
+        np.testing.assert_allclose(
+            gain, spent.external + spent.support - spent.numerical, atol=1e-9 * abs(gain).max()
+        )
         state = after
     fall = group.velocity_field(state, 0)[:, 2].mean()
     assert fall == pytest.approx(-9.81 * state.time, rel=1e-3)

@@ -285,22 +285,25 @@ class RigidGroup(Undeformed):
         self, state: RigidState, after: RigidState, force: FloatArray, nodal: FloatArray | None,
         scheme: Scheme,
     ) -> StepEnergy:  # fmt: skip
-        """Work of F_θ and what damping and the θ-scheme took over one step, exactly.
+        """Work of F_θ on the way of its material points; what damping and finite steps took, exactly.
 
-        The gyroscopic term does no work in nature; what its time discretisation gives or takes is
-        counted as numerical.
+        The gyroscopic term does no work in nature, and the points of a block that turns go on arcs, whereas
+        the step's impulses work along velocities: what the discretisation gives or takes there is numerical.
         """
-        h, theta, inertia = scheme.step, scheme.theta, scheme.inertia
+        h, theta, inertia, d = scheme.step, scheme.theta, scheme.inertia, self.dimension
         coasting = self._coasting_velocity(state, scheme)
         mean = (1 - theta) * state.velocity + theta * after.velocity
         damped = (1 - theta) * coasting + theta * after.velocity
         change = after.velocity - state.velocity
         gyroscopic = _dot(mean, coasting - state.velocity)
+        straight = h * _dot(self._generalised(state if inertia else after, force), mean)
+        turned = np.einsum("bki,bik->b", after.rotation - state.rotation, force[:, d:].reshape(-1, d, d))
+        external = _dot(force[:, :d], after.position - state.position) + turned
         return StepEnergy(
-            external=h * _dot(self._generalised(state if inertia else after, force), mean),
+            external=external,
             support=np.zeros(self.count),
             damping=inertia * h * self.damping * _dot(mean, damped),
-            numerical=inertia * ((theta - 0.5) * _dot(change, change) - gyroscopic),
+            numerical=inertia * ((theta - 0.5) * _dot(change, change) - gyroscopic) + external - straight,
         )
 
     def kinetic_energy(self, state: RigidState) -> FloatArray:

@@ -57,18 +57,21 @@ def energies(model: Model, coupling: Coupling, made: Increment, after: Stored) -
     -----
     Reactions work on v_θ = v⁺ − (1 − θ)(v⁺ − v⁻). At the end velocity v⁺ they close gaps, rub, and strain the
     joints; what is left acts on the jump of the velocity. At points that hit in this step that is what an
-    impact takes, elsewhere the tangential part is friction of a sliding that speeds up or slows down.
+    impact takes, elsewhere the tangential part is friction of a sliding that speeds up or slows down. Points of
+    stones that turn in a static step go on arcs; what impulses do beside the chord is a matter of the step.
     """
     before = stored_energy(model, made.before, made.scheme.inertia)
     start = relative_velocity(model, coupling, made.before.bodies, made.here, made.rigid_map)
-    end = relative_velocity(model, coupling, made.after.bodies, made.here, made.rigid_map)
-    jolt = (1 - made.scheme.theta) * made.impulse * (end - start)
+    straight = relative_velocity(model, coupling, made.after.bodies, made.here, made.rigid_map)
+    end = made.after.velocity
+    jolt = (1 - made.scheme.theta) * made.impulse * (straight - start)
     contact = float((made.impulse * end).sum() - jolt.sum())
     hits = (start[:, 0] < 0) & ((made.before.status == OPEN) | (made.before.index == 0))
     aside = jolt[:, 1:].sum(axis=1)
-    closing, rubbed, joints = _dry(made, end) if model.laws is None else _joints(model, made)
+    closing, rubbed, joints = _dry(made) if model.laws is None else _joints(model, made)
     terms = _bodies(model, made)
     terms["numerical_dissipation"] += joints.pop("numerical", 0.0)
+    terms["numerical_dissipation"] += float((made.impulse * (end - straight)).sum())
     terms |= {
         "friction_dissipation": rubbed + float(aside[~hits].sum()),
         "impact_normal": closing + float(jolt[:, 0].sum()),
@@ -112,9 +115,9 @@ def _bodies(model: Model, made: Increment) -> dict[str, float]:
     }
 
 
-def _dry(made: Increment, end: FloatArray) -> tuple[float, float, dict[str, float]]:
+def _dry(made: Increment) -> tuple[float, float, dict[str, float]]:
     """What dry contacts take at the end velocity: by gaps that close, by friction, and no more [J]."""
-    work = -(made.impulse * end)
+    work = -(made.impulse * made.after.velocity)
     return float(work[:, 0].sum()), float(work[:, 1:].sum()), {}
 
 

@@ -66,7 +66,7 @@ def test_work_of_a_clamped_face_is_that_of_its_support():
 
 @pytest.mark.parametrize("restitution", [0.0, 0.5])
 def test_what_an_impact_takes_is_told_by_direction(restitution):
-    """A cube thrown aside at 2 m/s onto a floor that it sticks to: normal and tangential energy are lost apart.
+    """A plate thrown aside onto a floor that it sticks to: what it loses is told across and along the floor.
 
     In one step of the velocity form the fall is stopped, or turned into e times its speed, and the cube held.
     """

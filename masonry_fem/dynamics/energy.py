@@ -11,18 +11,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from masonry_fem.bodies.base import FloatArray
 from masonry_fem.dynamics.coupling import Coupling
 from masonry_fem.dynamics.model import Model
-from masonry_fem.dynamics.state import OPEN, SystemState
 from masonry_fem.dynamics.place import relative_velocity
+from masonry_fem.dynamics.state import OPEN, SystemState
 from masonry_fem.dynamics.step import Increment
 from masonry_fem.nscd.laws.adhesive import held
 
 
 @dataclass(frozen=True, slots=True)
 class Stored:
-    """Energy of a state [J]: ``kinetic`` (0 in statics), ``strain`` of the stones, ``joints`` with cohesion."""
+    """Energy of a state [J]: ``kinetic`` (0 in statics), ``strain`` of stones, ``joints`` with cohesion."""
 
     kinetic: float
     strain: float
@@ -57,8 +56,8 @@ def energies(model: Model, coupling: Coupling, made: Increment, after: Stored) -
     -----
     Reactions work on v_θ = v⁺ − (1 − θ)(v⁺ − v⁻). At the end velocity v⁺ they close gaps, rub, and strain the
     joints; what is left acts on the jump of the velocity. At points that hit in this step that is what an
-    impact takes, elsewhere the tangential part is friction of a sliding that speeds up or slows down. Points of
-    stones that turn in a static step go on arcs; what impulses do beside the chord is a matter of the step.
+    impact takes, elsewhere the tangential part is friction of a sliding that speeds up or slows down.
+    Points of stones that turn in a static step go on arcs: what impulses do beside the chord is numerical.
     """
     before = stored_energy(model, made.before, made.scheme.inertia)
     start = relative_velocity(model, coupling, made.before.bodies, made.here, made.rigid_map)

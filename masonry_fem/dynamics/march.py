@@ -304,7 +304,7 @@ def _ended(
 
 
 def _missing(ledger: Ledger, model: Model) -> str:
-    """What the energy ledger of an equilibrium leaves open, as the end of its sentence; "" where it closes."""
+    """What the energy ledger of an equilibrium leaves open, as the end of its sentence; "" if it closes."""
     if ledger.imbalance <= UNACCOUNTED:
         return ""
     where = "what joints did between two steps is not known: smaller steps tell"

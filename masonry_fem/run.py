@@ -110,7 +110,7 @@ def _recorded(
 ) -> RunResult:
     """March, and write what is seen; ``summary.json`` says how it ended when all else is written."""
     table = _table(scene, out)
-    recorders = _recorders(scene, out, quiet, table)
+    recorders = _recorders(scene, built, out, quiet, table)
     kept: list[Increment] = []
     summary: dict[str, Any] = {"title": scene.title}
     try:
@@ -249,12 +249,15 @@ def _table(scene: specs.Scene, out: Path) -> InterfaceTable | None:
     return InterfaceTable(out, fields=scene.output.fields)
 
 
-def _recorders(scene: specs.Scene, out: Path, quiet: bool, table: InterfaceTable | None) -> Recorders:
+def _recorders(
+    scene: specs.Scene, built: Built, out: Path, quiet: bool, table: InterfaceTable | None
+) -> Recorders:
     members: list[Recorder] = [_progress(scene, quiet), History(out)]
     if scene.output.fields:
         from masonry_fem.post.vtu import FieldFiles  # noqa: PLC0415
 
-        members.append(FieldFiles(out))
+        statics = isinstance(scene.analysis, specs.Statics)
+        members.append(FieldFiles(out, materials=built.stones.material, statics=statics))
     if table is not None:
         members.append(table)
     if scene.output.pictures:

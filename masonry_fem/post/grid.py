@@ -1,7 +1,8 @@
 """Grid: the cells of all blocks of a model as one unstructured mesh in VTK's terms. NumPy only.
 
 Blocks share no nodes: a grid is their disjoint union, ordered by group and by block within the
-group, so that a group's fields drop into one slice.
+group, so that a group's fields drop into one slice. Rigid blocks are cells of VTK's where they have the
+form of one; else polyhedra or, as few programs read these beside other cells, the polygons of their faces.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 from masonry_fem.bodies.base import BodyGroup
 from masonry_fem.dynamics.model import Model
+from masonry_fem.post.cell import standard_cell
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -25,6 +27,7 @@ VTK_TYPE = {
     "triangle6": 22, "tetra10": 24, "quad9": 28, "hexahedron27": 29,
 }  # fmt: skip
 SUPPORT, RIGID, ELASTIC = 0, 1, 2
+FIDELITY_NAMES = ("support", "rigid", "elastic")
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,8 +74,8 @@ class _Cells:
     stream: IntArray
 
 
-def grid_of(model: Model) -> Grid:
-    """The grid of a model; walks over its blocks once."""
+def grid_of(model: Model, *, shells: bool = False) -> Grid:
+    """The grid of a model; walks over its blocks once. With ``shells`` it has no polyhedra."""
     points, blocks, parts, starts = [], [], [], [0]
     cell_group, cell_fidelity, group_points, group_cells = [], [], [], []
     cell_count = 0
@@ -80,7 +83,7 @@ def grid_of(model: Model) -> Grid:
         first = starts[-1], cell_count
         for body, block in enumerate(group.blocks):
             nodes = three(group.nodes(body))
-            part = _cells(group, body)
+            part = _cells(group, body, shells)
             points.append(nodes)
             parts.append(part)
             blocks.append(int(block))
@@ -131,7 +134,7 @@ def _fidelity(group: BodyGroup) -> int:
     return RIGID if group.cell == "polytope" else ELASTIC
 
 
-def _cells(group: BodyGroup, body: int) -> _Cells:
+def _cells(group: BodyGroup, body: int, shells: bool) -> _Cells:
     nothing = np.zeros(0, dtype=np.int64)
     cells = group.cells(body)
     if group.cell != "polytope":
@@ -140,6 +143,12 @@ def _cells(group: BodyGroup, body: int) -> _Cells:
     if group.nodes(body).shape[1] == 2:
         loop = polygon_of(cells)
         return _Cells(np.array([len(loop)]), loop, POLYGON, nothing)
+    faces = tuple(map(tuple, cells))
+    if (found := standard_cell(faces)) is not None:
+        kind, nodes = found
+        return _Cells(np.array([len(nodes)]), np.array(nodes), kind, nothing)
+    if shells:
+        return _Cells(np.array([*map(len, faces)]), np.concatenate(faces), POLYGON, nothing)
     corners = np.unique(np.concatenate([np.asarray(face) for face in cells]))
     stream = np.concatenate([[len(cells)], *([len(face), *face] for face in cells)])
     return _Cells(np.array([len(corners)]), corners, POLYHEDRON, stream)

@@ -21,6 +21,12 @@ IntArray = NDArray[np.int64]
 LINE = 3  # VTK's
 FORCE, CENTRE, ECCENTRICITY = "force", "centre_of_pressure", "eccentricity_ratio"
 OPENING, SLIDING, SLIDES, KERN, PRESSURE = "opening", "sliding", "slides", "kern", "pressure"
+LABEL = "label"
+
+
+def labels_of(model: Model) -> list[str]:
+    """Label of each joint; their numbers are those of the sorted labels."""
+    return [interface.label for interface in model.interfaces]
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +68,7 @@ class InterfaceFields:
             },
             {
                 INTERFACE: np.arange(len(blocks)),
+                LABEL: np.unique(labels_of(model), return_inverse=True)[1],
                 CANDIDATE: blocks[:, 0],
                 ANTAGONIST: blocks[:, 1],
                 STATUS: told.status,

@@ -21,11 +21,11 @@ from masonry_fem.dynamics.determinacy import COMPONENTS, ForceDeterminacy
 from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.state import SystemState
 from masonry_fem.post.determinacy import interface_name
-from masonry_fem.post.interface_fields import InterfaceFields
+from masonry_fem.post.interface_fields import InterfaceFields, labels_of
 from masonry_fem.post.interfaces import STATUS_WORDS, InterfaceForces, interface_forces
 from masonry_fem.post.joint_faces import JointFaces
 from masonry_fem.post.recorder import StepReport
-from masonry_fem.post.vtu import Series, field_data, write_faces
+from masonry_fem.post.vtu import Series, field_data, named, write_faces
 
 Columns = dict[str, list[Any]]
 
@@ -52,7 +52,8 @@ class InterfaceTable:
         if self._fields and model.interfaces:
             told = interface_forces(model, state, self._faces_of(model))
             path = self._series.next_path(state.index)
-            write_faces(path, InterfaceFields.of(model, told), field_data(model, state))
+            meta = {"status_names": named(STATUS_WORDS), "label_names": named(np.unique(labels_of(model)))}
+            write_faces(path, InterfaceFields.of(model, told), field_data(model, state) | meta)
             self._series.add(path, report.time)
 
     def determine(self, told: ForceDeterminacy) -> None:

@@ -12,11 +12,11 @@ from masonry_fem.contact.contacts import Interface
 from masonry_fem.dynamics.model import Model
 from masonry_fem.post import fields
 from masonry_fem.post.backdrop import draw_pale, title_of
-from masonry_fem.post.grid import ELASTIC, Grid, grid_of, three
+from masonry_fem.post.grid import ELASTIC, FIDELITY_NAMES, Grid, grid_of, three
 from masonry_fem.post.render import Stage, View, can_render
 from masonry_fem.post.scenery import element_edges_of, outline_of, pyvista_grid, surface_of
 from masonry_fem.post.sheet import LINE, Key, Sheet
-from masonry_fem.post.vtu import write_vtu
+from masonry_fem.post.vtu import named, write_vtu
 
 FloatArray = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ SHOWN = 6
 def write_mesh_files(model: Model, directory: Path, title: str = "") -> list[Path]:
     """Write ``mesh.vtu`` and, where this machine can draw, ``mesh.png`` and ``interfaces.png``."""
     directory = Path(directory)
-    grid = grid_of(model)
+    grid = grid_of(model, shells=True)
     shape = np.array([block.shape for block in model.assembly.blocks])
     arrays: fields.Arrays = {
         fields.BLOCK: grid.cell_block,
@@ -38,11 +38,16 @@ def write_mesh_files(model: Model, directory: Path, title: str = "") -> list[Pat
         "shape": shape[grid.cell_block],
     }
     paths = [directory / "mesh.vtu"]
-    write_vtu(paths[0], grid, {fields.BLOCK: grid.point_block}, arrays)
+    names: fields.Arrays = {
+        "block_names": named([block.name for block in model.assembly.blocks]),
+        "shape_names": named([one.name for one in model.assembly.shapes]),
+        "fidelity_names": named(FIDELITY_NAMES),
+    }
+    write_vtu(paths[0], grid, {fields.BLOCK: grid.point_block}, arrays, names)
     if can_render():
-        paths.append(draw_mesh(model, directory / "mesh.png", title, grid))
+        paths.append(draw_mesh(model, directory / "mesh.png", title))
         if model.interfaces:
-            paths.append(draw_interfaces(model, directory / "interfaces.png", title, grid))
+            paths.append(draw_interfaces(model, directory / "interfaces.png", title))
     return paths
 
 

@@ -13,6 +13,7 @@ from typing import Any
 from masonry_fem.errors import InstallationError, SceneError
 from masonry_fem.post import fields
 from masonry_fem.post.folder import RUNNING, Folder, unfinished
+from masonry_fem.post.masks import with_nan
 from masonry_fem.post.picture import draw_all
 from masonry_fem.post.render import can_render
 from masonry_fem.post.scenery import Scenery, amplification_of
@@ -57,16 +58,15 @@ def view(directory: Path, png: Path | None = None) -> list[Path]:
 
 def read_scenery(directory: Path) -> Scenery:
     """What pictures show, from the last step in a results folder."""
-    import pyvista as pv  # noqa: PLC0415
-
     directory = Path(directory)
-    blocks = pv.read(last_file(directory / "blocks.pvd"))
+    blocks = _read(last_file(directory / "blocks.pvd"))
     contacts = None
     if (directory / "contacts.pvd").exists():
-        contacts = pv.read(last_file(directory / "contacts.pvd"))
+        contacts = _read(last_file(directory / "contacts.pvd"))
+        contacts.points = contacts.points + contacts.point_data[fields.DISPLACEMENT]
     faces = None
     if (directory / "interfaces.pvd").exists():
-        faces = pv.read(last_file(directory / "interfaces.pvd"))
+        faces = _read(last_file(directory / "interfaces.pvd"))
     return Scenery(
         blocks,
         contacts,
@@ -75,6 +75,15 @@ def read_scenery(directory: Path) -> Scenery:
         _title(directory),
         faces,
     )
+
+
+def _read(path: Path) -> Any:
+    import pyvista as pv  # noqa: PLC0415
+
+    grid = pv.read(path)
+    for arrays in (grid.point_data, grid.cell_data):
+        with_nan(arrays)
+    return grid
 
 
 def last_file(collection: Path) -> Path:

@@ -7,14 +7,17 @@ One ``.vtu`` a recorded step for the blocks and one for the contact points, and 
 
 What acts on the blocks beside contacts stands in ``out/fields/acting_000012.csv``.
 
-Arrays are appended in raw zlib-compressed binary. Polyhedra are written in the face-stream form
-of file version 1.0, which every ParaView 5 and later reads.
+Points are those of the reference, of blocks, contact points and faces of joints alike; ``displacement`` leads
+to where they are. Arrays are compressed and in base64. VTK, ParaView and meshio read all of it: as some of
+them take neither polyhedra beside other cells nor texts, rigid blocks are no polyhedra, and names stand as
+bytes in the field data (``named``).
 """
 
 from __future__ import annotations
 
+import base64
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
@@ -24,11 +27,21 @@ from numpy.typing import NDArray
 
 from masonry_fem.atomic import write_atomic
 from masonry_fem.dynamics.model import Model
-from masonry_fem.dynamics.state import SystemState
+from masonry_fem.dynamics.state import STATUS_NAMES, SystemState
 from masonry_fem.post.acting_table import acting_table
-from masonry_fem.post.fields import Arrays, cell_arrays, contact_arrays, point_arrays
-from masonry_fem.post.grid import VERTEX, Grid, grid_of, three
+from masonry_fem.post.fields import (
+    DISPLACEMENT,
+    MATERIAL,
+    SLIP,
+    VELOCITY,
+    Arrays,
+    cell_arrays,
+    contact_arrays,
+    point_arrays,
+)
+from masonry_fem.post.grid import FIDELITY_NAMES, VERTEX, Grid, grid_of, three
 from masonry_fem.post.interface_fields import InterfaceFields
+from masonry_fem.post.masks import without_nan
 from masonry_fem.post.recorder import StepReport
 
 BLOCK_BYTES = 1 << 20
@@ -43,26 +56,39 @@ class FieldFiles:
     dense = False
     amendable = True  # a second record of a step replaces the first
 
-    def __init__(self, directory: Path) -> None:
+    def __init__(self, directory: Path, *, materials: Sequence[str] = (), statics: bool = False) -> None:
+        """Prepare files; ``materials`` by block. In ``statics`` velocities are none, and left out."""
         self._directory = Path(directory)
+        self._materials, self._statics = materials, statics
         self._blocks = Series(self._directory, "blocks")
         self._contacts = Series(self._directory, "contacts")
         self._grid: Grid | None = None
 
     def start(self, model: Model) -> None:
         """Fix the grid, which serves all steps."""
-        self._grid = grid_of(model)
+        self._grid = grid_of(model, shells=True)
 
     def record(self, model: Model, state: SystemState, report: StepReport) -> None:
         """Write one step and bring the two series up to date."""
-        grid = self._grid or grid_of(model)
-        meta = field_data(model, state)
+        grid = self._grid or grid_of(model, shells=True)
+        points, cells, meta = point_arrays(grid, model, state), cell_arrays(grid, model, state), {}
+        if self._materials:
+            names, number = np.unique(self._materials, return_inverse=True)
+            cells[MATERIAL], meta["material_names"] = number[grid.cell_block], named(names)
+        meta |= field_data(model, state) | {"fidelity_names": named(FIDELITY_NAMES)}
+        if self._statics:
+            points.pop(VELOCITY)
         path = self._blocks.next_path(state.index)
-        write_vtu(path, grid, point_arrays(grid, model, state), cell_arrays(grid, model, state), meta)
+        write_vtu(path, grid, points, cells, meta)
         self._blocks.add(path, report.time)
         if model.contacts.count:
             path = self._contacts.next_path(state.index)
-            write_points(path, three(state.points), contact_arrays(model, state), meta)
+            reference = three(model.contacts.points[:, 0])
+            arrays = {DISPLACEMENT: three(state.points) - reference} | contact_arrays(model, state)
+            if self._statics:
+                arrays.pop(SLIP)
+            meta = field_data(model, state) | {"status_names": named(STATUS_NAMES)}
+            write_points(path, reference, arrays, meta)
             self._contacts.add(path, report.time)
         if state.acting is not None:
             path = self._directory / "fields" / f"acting_{state.index:06d}.csv"
@@ -100,12 +126,18 @@ class Series:
 
 
 def field_data(model: Model, state: SystemState) -> Arrays:
-    """What a reader must know besides the fields: time, dimension, a typical block size [m]."""
+    """What a reader must know besides the fields: time, dimension, a typical size [m], names of blocks."""
     return {
+        "block_names": named([block.name for block in model.assembly.blocks]),
         "TimeValue": np.array([state.time]),
         "dimension": np.array([model.assembly.dimension]),
         "length": np.array([model.length]),
     }
+
+
+def named(names: Iterable[str]) -> NDArray[np.generic]:
+    """Names, number by number, as the bytes of lines of UTF-8."""
+    return np.frombuffer("".join(f"{name}\n" for name in names).encode(), np.uint8)
 
 
 def write_vtu(path: Path, grid: Grid, points: Arrays, cells: Arrays, meta: Arrays | None = None) -> None:
@@ -137,51 +169,40 @@ def write_faces(path: Path, faces: InterfaceFields, meta: Arrays | None = None) 
 def _write(
     path: Path, points: NDArray[np.float64], topology: Arrays, nodal: Arrays, cells: Arrays, meta: Arrays
 ) -> None:
-    data = _Appended()
-    sections = (
-        f"    <FieldData>{data.list(meta, tuples=True)}</FieldData>\n"
-        f'    <Piece NumberOfPoints="{len(points)}" NumberOfCells="{len(topology["types"])}">\n'
-        f"      <PointData>{data.list(nodal)}</PointData>\n      <CellData>{data.list(cells)}</CellData>\n"
-        f"      <Points>{data.list({'Points': points})}</Points>\n"
-        f"      <Cells>{data.list(topology)}</Cells>\n"
-        "    </Piece>\n"
-    )
-    head = (
+    lines = (
         '<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" '
-        'header_type="UInt64" compressor="vtkZLibDataCompressor">\n  <UnstructuredGrid>\n'
-        f'{sections}  </UnstructuredGrid>\n  <AppendedData encoding="raw">_'
+        'header_type="UInt64" compressor="vtkZLibDataCompressor">\n  <UnstructuredGrid>',
+        f"    <FieldData>{_list(meta, tuples=True)}</FieldData>",
+        f'    <Piece NumberOfPoints="{len(points)}" NumberOfCells="{len(topology["types"])}">',
+        f"      <PointData>{_list(without_nan(nodal))}</PointData>",
+        f"      <CellData>{_list(without_nan(cells))}</CellData>",
+        f"      <Points>{_list({'Points': points})}</Points>",
+        f"      <Cells>{_list(topology)}</Cells>",
+        "    </Piece>\n  </UnstructuredGrid>\n</VTKFile>\n",
     )
-    write_atomic(path, head.encode() + b"".join(data.chunks) + b"</AppendedData>\n</VTKFile>\n")
+    write_atomic(path, "\n".join(lines).encode())
 
 
-class _Appended:
-    """The binary tail of a file, and the XML elements that point into it."""
-
-    def __init__(self) -> None:
-        self.chunks: list[bytes] = []
-        self._length = 0
-
-    def list(self, arrays: Arrays, *, tuples: bool = False) -> str:
-        return "".join(self._element(name, array, tuples) for name, array in arrays.items())
-
-    def _element(self, name: str, array: NDArray[np.generic], tuples: bool) -> str:
-        flat = np.ascontiguousarray(array)
-        attributes = f'type="{VTK_NAMES[flat.dtype.str[1:]]}" Name={quoteattr(name)}'
-        if flat.ndim > 1:
-            attributes += f' NumberOfComponents="{flat.shape[1]}"'
-            if flat.shape[1] == 6:
-                attributes += "".join(f' ComponentName{i}="{c}"' for i, c in enumerate(COMPONENTS))
-        if tuples:
-            attributes += f' NumberOfTuples="{len(flat)}"'
-        element = f'\n        <DataArray {attributes} format="appended" offset="{self._length}"/>'
-        chunk = _compressed(flat.astype(flat.dtype.newbyteorder("<"), copy=False).tobytes())
-        self.chunks.append(chunk)
-        self._length += len(chunk)
-        return element
+def _list(arrays: Arrays, *, tuples: bool = False) -> str:
+    return "".join(_element(name, array, tuples) for name, array in arrays.items())
 
 
-def _compressed(data: bytes) -> bytes:
-    """Header (blocks, block size, size of the last, compressed sizes) and the zlib blocks."""
+def _element(name: str, array: NDArray[np.generic], tuples: bool) -> str:
+    flat = np.ascontiguousarray(array)
+    attributes = f'type="{VTK_NAMES[flat.dtype.str[1:]]}" Name={quoteattr(name)}'
+    if flat.ndim > 1 and flat.shape[1] > 1:
+        attributes += f' NumberOfComponents="{flat.shape[1]}"'
+        if flat.shape[1] == 6:
+            attributes += "".join(f' ComponentName{i}="{c}"' for i, c in enumerate(COMPONENTS))
+    if tuples:
+        attributes += f' NumberOfTuples="{len(flat)}"'
+    text = _encoded(flat.astype(flat.dtype.newbyteorder("<"), copy=False).tobytes())
+    return f'\n        <DataArray {attributes} format="binary">{text}</DataArray>'
+
+
+def _encoded(data: bytes) -> str:
+    """Base64 of a header (blocks, block size, size of the last, compressed sizes) and of the blocks."""
     blocks = [zlib.compress(data[i : i + BLOCK_BYTES], LEVEL) for i in range(0, len(data), BLOCK_BYTES)]
     header = [len(blocks), BLOCK_BYTES, len(data) % BLOCK_BYTES, *map(len, blocks)]
-    return np.array(header, "<u8").tobytes() + b"".join(blocks)
+    parts = np.array(header, "<u8").tobytes(), b"".join(blocks)
+    return "".join(base64.b64encode(part).decode() for part in parts)

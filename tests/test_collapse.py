@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -182,6 +183,24 @@ def test_what_was_not_solved_is_no_fall(pier: Path) -> None:
     assert found.outcome == "undecided"
     assert found.falls is None or found.falls >= 0.4
     assert any("undecided" in note for note in found.notes)
+
+
+def test_it_does_without_a_first_trial_that_is_not_solved(pier: Path, monkeypatch) -> None:
+    """What grows may be what lets a structure be solved: a wall without weight, before it is pressed."""
+    real, count = module.march, []
+
+    def starved(model, strategy, settings, **keys):
+        count.append(keys)
+        if len(count) == 1:
+            settings = replace(settings, method="newton", max_iterations=1, tolerance=1e-15)
+        return real(model, strategy, settings, **keys)
+
+    monkeypatch.setattr(module, "march", starved)
+    found = collapse(load(pier, ["structures.pier.count=3"]), acceleration="x")
+    assert found.trials[0].multiplier == 0
+    assert found.trials[0].verdict == "undecided"
+    assert found.outcome == "bracketed"
+    assert within(found, 1 / 3)  # it tips
 
 
 def test_warnings_of_trials_are_told_once(pier: Path, caplog) -> None:

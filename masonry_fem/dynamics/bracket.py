@@ -19,6 +19,7 @@ Ending = Literal["bracketed", "undecided", "unlimited", "falls at the start", "i
 
 GREATEST = 1e4  # times the first stride: what grows so far has no limit
 MOST = 60  # trials
+EARLY = 4  # trials after which a search ends in which none has stood
 NEAR = 0.4  # of the tolerance: how near to a guess the first trials are
 SMALLEST = 1e-9  # of the first stride: a bracket that narrow is none
 
@@ -54,10 +55,12 @@ class Bracket:
         return sorted(value for value in self._undecided if low < value < high)
 
     def search(self, start: float, guess: float | None, *, sharp: bool = False) -> None:
-        """Try ``start``, then the ``guess`` (both sides of it, if it is ``sharp``), and close in."""
-        begun = self.attempt(start)
-        if begun != "stands":
-            self.ending = "falls at the start" if begun == "falls" else "undecided"
+        """Try ``start``, then the ``guess`` (both sides of it, if it is ``sharp``), and close in.
+
+        A start that is undecided does not end it: what grows may be what lets a structure be solved.
+        """
+        if self.attempt(start) == "falls":
+            self.ending = "falls at the start"
             return
         self._expand(start, guess, sharp)
         if self.falls is None and not self.doubtful:
@@ -92,17 +95,19 @@ class Bracket:
             if fell:
                 return
         end = here + GREATEST * max(stride, self._first)
-        while self.falls is None and here < end and self.trials < MOST:
+        most = MOST if self.stands is not None else EARLY
+        while self.falls is None and here < end and self.trials < most:
             here, stride = here + stride, 2 * stride
-            self.attempt(here)
+            most = MOST if self.attempt(here) == "stands" else most
 
     def _gaps(self) -> list[tuple[float, float]]:
         """Ranges of multipliers, wider than the tolerance, that nothing is known of."""
-        if self.stands is None:
+        ends = [*([] if self.stands is None else [self.stands]), *self.doubtful]
+        ends += [] if self.falls is None else [self.falls]
+        if len(ends) < 2:
             return []
-        ends = [self.stands, *self.doubtful] + ([] if self.falls is None else [self.falls])
         # between two undecided ones nothing would be gained
-        found = {(ends[0], ends[1])} if len(ends) > 1 else set()
+        found = {(ends[0], ends[1])} if self.stands is not None else set()
         if self.falls is not None:
             found.add((ends[-2], ends[-1]))
         least = max(self._tolerance * ends[-1], SMALLEST * self._first)

@@ -7,13 +7,14 @@ told["message"], told["multiplier"], told["supports"]["arch.springing_left"]["x"
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from masonry_fem.dynamics.mechanism import Mechanism
+from masonry_fem.errors import ProblemError
 from masonry_fem.limit.problem import LimitProblem
 from masonry_fem.limit.questions import (
     Admissible,
@@ -38,21 +39,36 @@ def answers(problem: LimitProblem, tilt: str | None = None) -> dict[str, Any]:
     """
     present = float(tilt is None)
     carried = admissible(problem, present)
-    collapse = collapse_multiplier(problem) if problem.live.any() else None
+    collapse, missing = _collapse(problem)
     motion = carried.mechanism
     if collapse is not None and collapse.mechanism is not None:
         motion = collapse.mechanism
+    thrusts = _thrusts(problem, present) if carried.holds else {}
     return {
-        "message": _sentence(carried, collapse, motion, tilt),
+        "message": " ".join([_sentence(carried, collapse, motion, tilt), *missing]),
         "blocks": len(problem.blocks),
         "contacts": int(problem.active.sum()),
         "admissible": carried.holds,
         "share": carried.share,
         **_multipliers(collapse),
         "mechanism": None if motion is None else _motion(problem, motion),
-        "supports": _thrusts(problem, present) if carried.holds else {},
-        "certificate": _certificate(carried, collapse),
+        "supports": {
+            name: {axis: [_finite(end.low), _finite(end.high)] for axis, end in ends.items()}
+            for name, ends in thrusts.items()
+        },
+        "inexact": _inexact(thrusts),
+        "certificate": _certificate(carried, collapse, thrusts),
     }
+
+
+def _collapse(problem: LimitProblem) -> tuple[Collapse | None, list[str]]:
+    """How far the loads may grow, or why that is not known: what else is known is told all the same."""
+    if not problem.live.any():
+        return None, []
+    try:
+        return collapse_multiplier(problem), []
+    except ProblemError as error:
+        return None, [f"How far loads may grow is not known: {error}."]
 
 
 def _multipliers(collapse: Collapse | None) -> dict[str, Any]:
@@ -83,15 +99,21 @@ def _sentence(
 
 def _growth(collapse: Collapse, tilt: str | None) -> str:
     """How far the loads may grow."""
+    digits = _digits(collapse.gap)
     what, unit = ("Those that grow", "times their value") if tilt is None else (f"A tilt to {tilt}", "g")
     if math.isnan(collapse.multiplier):
         return f"{what} cannot be carried to any degree"
-    least = f" from {collapse.least:.6g}" if collapse.least > LEAST else ""
-    needs = f", and must have {collapse.least:.6g}" if least else ""
+    least = f" from {collapse.least:.{digits}g}" if collapse.least > LEAST else ""
+    needs = f", and must have {collapse.least:.{digits}g}" if least else ""
     if math.isinf(collapse.multiplier):
         return f"{what} may grow without limit{f'{least} {unit} on' if least else ''}"
     angle = "" if tilt is None else f", {math.degrees(math.atan(collapse.multiplier)):.4g} degrees"
-    return f"{what} may reach {collapse.multiplier:.6g} {unit}{angle}{needs}"
+    return f"{what} may reach {collapse.multiplier:.{digits}g} {unit}{angle}{needs}"
+
+
+def _digits(error: float) -> int:
+    """Digits of a value that its relative error leaves, six at most."""
+    return 6 if error < 1e-6 else max(1, int(-math.log10(error)))
 
 
 def _motion(problem: LimitProblem, motion: Mechanism) -> dict[str, Any]:
@@ -108,13 +130,25 @@ def _motion(problem: LimitProblem, motion: Mechanism) -> dict[str, Any]:
     }
 
 
-def _thrusts(problem: LimitProblem, present: float) -> dict[str, dict[str, list[float | None]]]:
-    """Least and greatest force of each support along each axis [N]; None where nothing bounds it."""
-    axes, count = "xyz"[: problem.dimension], range(problem.dimension)
+def _thrusts(problem: LimitProblem, present: float) -> dict[str, dict[str, Interval]]:
+    """Least and greatest force of each support along each axis."""
+    axes = "xyz"[: problem.dimension]
     return {
-        name: _intervals(problem, [resultant(axis) for axis in count], axes, present)
+        name: {
+            axis: interval(problem, resultant(number), present, carried=True)
+            for number, axis in enumerate(axes)
+        }
         for name, resultant in list(supports_of(problem).items())[:MOST]
     }
+
+
+def _inexact(thrusts: Mapping[str, Mapping[str, Interval]]) -> dict[str, dict[str, float | None]]:
+    """How far the ends of intervals may be off that miss what is asked of answers [N]; None: not found."""
+    found = {
+        name: {axis: _finite(end.error) for axis, end in ends.items() if not end.exact}
+        for name, ends in thrusts.items()
+    }
+    return {name: axes for name, axes in found.items() if axes}
 
 
 def supports_of(problem: LimitProblem) -> dict[str, Callable[[int], np.ndarray]]:
@@ -132,20 +166,16 @@ def supports_of(problem: LimitProblem) -> dict[str, Callable[[int], np.ndarray]]
     return found
 
 
-def _intervals(
-    problem: LimitProblem, rows: Sequence[np.ndarray], axes: str, present: float
-) -> dict[str, list[float | None]]:
-    ends: list[Interval] = [interval(problem, row, present, carried=True) for row in rows]
-    return {axis: [_finite(end.low), _finite(end.high)] for axis, end in zip(axes, ends, strict=True)}
-
-
-def _certificate(carried: Admissible, collapse: Collapse | None) -> dict[str, float]:
+def _certificate(
+    carried: Admissible, collapse: Collapse | None, thrusts: Mapping[str, Mapping[str, Interval]]
+) -> dict[str, float | None]:
     """How exact the answers are, by measures that the solvers have no say in; all relative."""
     unbalanced, closing, gap = carried.unbalanced, carried.closing, 0.0
     if collapse is not None:
         unbalanced, closing = max(unbalanced, collapse.unbalanced), max(closing, collapse.closing)
         gap = collapse.gap
-    return {"unbalanced": unbalanced, "closing": closing, "gap": gap}
+    worst = max((end.gap for ends in thrusts.values() for end in ends.values()), default=0.0)
+    return {"unbalanced": unbalanced, "closing": closing, "gap": gap, "intervals": _finite(worst)}
 
 
 def outside(told: Mapping[str, Any], forces: Mapping[str, Any], applied: np.ndarray) -> list[dict[str, Any]]:
@@ -153,10 +183,11 @@ def outside(told: Mapping[str, Any], forces: Mapping[str, Any], applied: np.ndar
 
     None does in an equilibrium, unless the blocks have moved so far that their shape counts.
     """
-    slack = OUTSIDE * float(np.linalg.norm(applied))
     found = []
     for name, axes in told.get("supports", {}).items():
         for (axis, (low, high)), force in zip(axes.items(), forces[name]["force"], strict=True):
+            slack = OUTSIDE * float(np.linalg.norm(applied))
+            slack += told.get("inexact", {}).get(name, {}).get(axis) or 0.0
             above = high is not None and force > high + slack
             if above or (low is not None and force < low - slack):
                 found.append({"support": name, "axis": axis, "force": float(force)})

@@ -82,13 +82,21 @@ class Interval:
 
     Attributes
     ----------
-    low, high : [N]; infinite where nothing bounds them, nan where the loads cannot be carried.
-    gap : Difference of the bounds that forces and motions prove, relative to the loads.
+    low, high : [N]; infinite where nothing bounds them, nan where the loads cannot be carried, or where the
+        program was not solved.
+    gap : Difference of the bounds that forces and motions prove, and their errors, relative to the loads.
+    error : The same as a force: how far an end may be off [N]; inf where one was not found.
     """
 
     low: float
     high: float
     gap: float = 0.0
+    error: float = 0.0
+
+    @property
+    def exact(self) -> bool:
+        """False where the ends' own proof misses what other answers must hold."""
+        return self.gap <= EXACT
 
 
 # --- questions --------------------------------------------------------------------------------
@@ -147,17 +155,19 @@ def interval(
     """Least and greatest value of a resultant under dead and ``factor`` times live load.
 
     ``resultant`` has a coefficient for each contact force component and hold, shape (c d + h,);
-    ``carried`` tells whether the loads can be carried, where the caller knows.
+    ``carried`` tells whether the loads can be carried, where the caller knows. An end that is not exact is
+    told with its error: that others are is worth knowing.
     """
     if not (admissible(problem, factor).holds if carried is None else carried):
         return Interval(np.nan, np.nan, np.nan)
     low, below = _extreme(problem, -resultant, factor)
     high, above = _extreme(problem, resultant, factor)
-    return Interval(-low, high, max(below, above))
+    gap = max(below, above)
+    return Interval(-low, high, gap, gap * float(np.abs(resultant).max(initial=0.0)) * problem.force)
 
 
 def _extreme(problem: LimitProblem, resultant: FloatArray, factor: float) -> tuple[float, float]:
-    """Greatest value of a resultant [N], and its gap relative to the unit of forces."""
+    """Greatest value of a resultant [N], and its error relative to the unit of forces; nan, inf: not found."""
     size = float(np.abs(resultant).max(initial=0.0))
     if size == 0:
         return 0.0, 0.0
@@ -170,12 +180,14 @@ def _extreme(problem: LimitProblem, resultant: FloatArray, factor: float) -> tup
     base = replace(base, matrix=matrix)
     friction = base.strength.without_cohesion()
     loose = replace(base, fixed=np.zeros_like(load), strength=friction, upper=1.0)
-    if _solved(loose).value >= 1.0 - AT_BOUND:
-        return np.inf, 0.0
-    found = _solved(base)
+    try:
+        if _solved(loose).value >= 1.0 - AT_BOUND:
+            return np.inf, 0.0
+        found = _solved(base)
+    except ProblemError:
+        return np.nan, np.inf
     gap = found.gap * max(abs(found.value), 1e-3)
-    trust("the interval of a resultant", found.unbalanced, found.closing, gap)
-    return found.value * size * problem.force, gap
+    return found.value * size * problem.force, max(gap, found.unbalanced, found.closing)
 
 
 # --- resultants -------------------------------------------------------------------------------

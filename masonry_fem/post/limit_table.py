@@ -35,7 +35,7 @@ def print_limits(told: Mapping[str, Any], dimension: int, console: Console | Non
     for part in (
         _model(told),
         _loads(told),
-        support_rows(told["supports"], dimension),
+        support_rows(told, dimension),
         _certificate(told),
         _notes(told),
     ):
@@ -61,19 +61,21 @@ def _loads(told: Mapping[str, Any]) -> Rows:
         yield "loads", "least multiplier", f"{told['least_multiplier']:.{DIGITS}g}"
 
 
-def support_rows(supports: Mapping[str, Any], dimension: int) -> Rows:
+def support_rows(told: Mapping[str, Any], dimension: int) -> Rows:
     """Least and greatest force of each support on the blocks, by axis."""
     unit = "N/m" if dimension == 2 else "N"
+    supports: Mapping[str, Any] = told.get("supports", {})
+    inexact: Mapping[str, Any] = told.get("inexact", {})
     ends = [abs(end) for axes in supports.values() for pair in axes.values() for end in pair if end]
     least = NOTHING * max(ends, default=0.0)
     for name, axes in supports.items():
         for axis, (low, high) in axes.items():
-            section = f"support {name}"
-            yield (
-                section,
-                f"force {axis}",
-                f"{_end(low, '−∞', unit, least)} to {_end(high, '∞', unit, least)}",
-            )
+            error = inexact.get(name, {}).get(axis, 0.0)
+            below, above = ("−∞", "∞") if error is not None else ("not found", "not found")
+            words = f"{_end(low, below, unit, least)} to {_end(high, above, unit, least)}"
+            if error:
+                words += f", ± {quantity(error, unit, 2)}"
+            yield f"support {name}", f"force {axis}", words
 
 
 def _end(value: float | None, unbounded: str, unit: str, least: float) -> str:
@@ -84,7 +86,7 @@ def _end(value: float | None, unbounded: str, unit: str, least: float) -> str:
 
 def _certificate(told: Mapping[str, Any]) -> Rows:
     for name, value in told["certificate"].items():
-        yield "certificate", name, f"{value:.1e}"
+        yield "certificate", name, "–" if value is None else f"{value:.1e}"
 
 
 def _notes(told: Mapping[str, Any]) -> Rows:

@@ -237,7 +237,7 @@ def _limits(summary: Mapping[str, Any]) -> Rows:
         return
     yield "limit analysis", "", str(told["message"])
     dimension = len(summary.get("applied", ())) or 3
-    for section, name, value in support_rows(told.get("supports", {}), dimension):
+    for section, name, value in support_rows(told, dimension):
         yield "limit analysis", f"{section}, {name}", value
 
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from masonry_fem.dynamics.bracket import MOST, Bracket
+from masonry_fem.dynamics.bracket import EARLY, MOST, Bracket
 
 
 def verdicts(limit: float, doubt: tuple[float, float] = (0.0, 0.0)):
@@ -66,11 +66,26 @@ def test_what_never_falls_has_no_limit() -> None:
     assert bracket.falls is None
 
 
-@pytest.mark.parametrize(("verdict", "ending"), [("falls", "falls at the start"), ("undecided", "undecided")])
-def test_it_must_stand_at_the_start(verdict: str, ending: str) -> None:
-    bracket = Bracket(lambda _: verdict, tolerance=0.01, first=0.1)
+def test_it_must_not_fall_at_the_start() -> None:
+    bracket = Bracket(lambda _: "falls", tolerance=0.01, first=0.1)
     bracket.search(0.0, 1.0, sharp=True)
-    assert (bracket.ending, bracket.trials, bracket.stands) == (ending, 1, None)
+    assert (bracket.ending, bracket.trials, bracket.stands) == ("falls at the start", 1, None)
+
+
+def test_where_nothing_is_decided_the_search_ends_soon() -> None:
+    bracket = Bracket(lambda _: "undecided", tolerance=0.01, first=0.1)
+    bracket.search(0.0, 1.0, sharp=True)
+    assert (bracket.ending, bracket.stands, bracket.falls) == ("undecided", None, None)
+    assert bracket.trials <= EARLY
+
+
+@pytest.mark.parametrize(("guess", "sharp"), [(0.65, True), (0.7, False), (None, False)])
+def test_it_does_without_a_start_that_is_undecided(guess: float | None, sharp: bool) -> None:
+    bracket = Bracket(verdicts(0.65, (-1e-9, 1e-9)), tolerance=0.01, first=0.1)
+    bracket.search(0.0, guess, sharp=sharp)
+    assert bracket.ending == "bracketed"
+    assert bracket.stands < 0.65 <= bracket.falls
+    assert bracket.falls - bracket.stands <= 0.01 * bracket.falls
 
 
 def test_nothing_but_the_start_stands() -> None:

@@ -16,11 +16,13 @@ from masonry_fem.limit import (
     collapse_multiplier,
     interface_resultant,
     interval,
+    questions,
     support_resultant,
 )
+from masonry_fem.limit.answers import answers
 from masonry_fem.limit.conic import maximise_cones
 from masonry_fem.limit.linear import maximise_plane
-from masonry_fem.limit.program import Program
+from masonry_fem.limit.program import Program, judged
 from masonry_fem.nscd.graphs import lengths
 from masonry_fem.scene.specs import (
     ArchStructure,
@@ -254,6 +256,46 @@ def test_answers_do_not_hang_on_units(scale: float, density: float) -> None:
     assert collapse_multiplier(made).multiplier == pytest.approx(0.2955562630, rel=1e-8)
     found = interval(made, support_resultant(made, number(made, "arch.springing_left"), axis=0))
     assert found.low / weight(made) == pytest.approx(0.0942471723 / (0.2 * np.pi), rel=1e-7)
+
+
+class Blurred:
+    """A solver whose answers to intervals are off by a share, or not there at all."""
+
+    def __init__(self, share: float | None) -> None:
+        self.share = share
+
+    def __call__(self, program: Program):
+        found = maximise_plane(program)
+        if len(program.fixed) % 3 == 0 or found is None:  # three equations a block: no interval
+            return found
+        if self.share is None:
+            raise ProblemError("limit analysis: no optimum")
+        force = found.force.copy()
+        force[::2] *= 1 + self.share
+        return judged(program, found.value * (1 + self.share), force, found.velocity)
+
+
+@pytest.mark.parametrize("share", [8e-4, None])
+def test_an_interval_that_is_inexact_says_so_and_the_rest_is_told(share, monkeypatch) -> None:
+    made = problem(arch(0.2, 11, 0.6), pushed("arch.v05", (0.0, -100.0)))
+    exact = answers(made)
+    assert exact["inexact"] == {}
+    monkeypatch.setattr(questions, "maximise_plane", Blurred(share))
+    told = answers(made)
+    assert told["multiplier"] == pytest.approx(exact["multiplier"], rel=1e-9)
+    assert told["admissible"] is True
+    assert set(told["inexact"]) == {"arch.springing_left", "arch.springing_right"}
+    for name, axes in told["inexact"].items():
+        for axis, error in axes.items():
+            if share is None:
+                assert (error, told["supports"][name][axis]) == (None, [None, None])
+                continue
+            off = np.abs(np.array(told["supports"][name][axis]) - exact["supports"][name][axis]).max()
+            assert off <= error <= 0.1 * weight(made)
+    if share is None:
+        assert told["certificate"]["intervals"] is None
+    else:
+        assert told["certificate"]["intervals"] > 1e-4
 
 
 @pytest.mark.parametrize("turn", [0.0, 30.0, 90.0, 200.0])

@@ -167,7 +167,7 @@ def interval(
 
 
 def _extreme(problem: LimitProblem, resultant: FloatArray, factor: float) -> tuple[float, float]:
-    """Greatest value of a resultant [N], and its error relative to the unit of forces; nan, inf: not found."""
+    """Greatest value of a resultant [N], its error relative to the unit of forces; nan, inf: not found."""
     size = float(np.abs(resultant).max(initial=0.0))
     if size == 0:
         return 0.0, 0.0

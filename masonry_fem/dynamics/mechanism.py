@@ -19,6 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from masonry_fem.bodies.rotation import lever
+from masonry_fem.dynamics.macroblocks import ALIKE, macroblocks
 from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.motion import BlockMotion, PointMotion
 from masonry_fem.dynamics.step import Increment
@@ -32,6 +34,7 @@ RIGID, DEFORMED = 1e-3, 1e-2
 BLURRED = 0.05  # of a joint's fastest point: a hinge of blocks that deform is no point
 OPEN = 1e-3  # of the typical size: a contact point that stands further apart takes no part
 FEW = 3  # joints alike that are told together
+MANY = 12  # parts from which those that move nearly alike are told together
 SHOWN = 8  # joints or blocks that a sentence names
 STRAIGHT = 0.02  # a part that turns less than this, over its size, for its speed moves straight on
 
@@ -81,16 +84,34 @@ class Part:
 
     def sentence(self) -> str:
         """The part and its motion in words."""
+        return f"{_spans(self.numbers, self.blocks)} {self.way()}"
+
+    def brief(self) -> str:
+        """The same of many blocks: their number and where they are."""
+        speed = float(np.linalg.norm(self.velocity))
+        return f"{len(self.blocks)} around {_place(self.at)} {self.way()}, {speed:.2g} of the greatest speed"
+
+    def told(self) -> dict[str, Any]:
+        """Everything for a summary."""
+        return {
+            "blocks": list(self.blocks),
+            "at": self.at,
+            "velocity": self.velocity,
+            "spin": self.spin,
+            "pole": self.pole,
+        }
+
+    def way(self) -> str:
+        """Its motion in words."""
         one = len(self.blocks) == 1
-        who = _spans(self.numbers, self.blocks)
         if self.pole is not None:
             way = "counter-clockwise" if self.spin[0] > 0 else "clockwise"
-            return f"{who} turn{'s' if one else ''} {way} about {_place(self.pole)}"
+            return f"turn{'s' if one else ''} {way} about {_place(self.pole)}"
         speed = float(np.linalg.norm(self.velocity))
         if len(self.spin) == 3 and float(np.linalg.norm(self.spin)) > STRAIGHT * speed:
             axis = self.spin / np.linalg.norm(self.spin)
-            return f"{who} turn{'s' if one else ''} about the axis {_vector(axis)}"
-        return f"{who} move{'s' if one else ''} along {_vector(self.velocity / (speed or 1.0))}"
+            return f"turn{'s' if one else ''} about the axis {_vector(axis)}"
+        return f"move{'s' if one else ''} along {_vector(self.velocity / (speed or 1.0))}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,6 +125,7 @@ class Mechanism:
     velocity : shape (b, d) [m/s]. spin : shape (b, 1 or 3) [rad/s].
     contact : Relative velocity at the contact points, local frames, shape (c, d) [m/s].
     joints : Joints that do not stay closed. parts : Blocks that move as one.
+    macroblocks : Parts that move nearly as one, the largest group first; () where there are few parts.
     speed : What the fastest corner's was, of a simulation [m/s].
     """
 
@@ -114,6 +136,7 @@ class Mechanism:
     contact: FloatArray
     joints: tuple[Joint, ...]
     parts: tuple[Part, ...]
+    macroblocks: tuple[Part, ...] = ()
     speed: float = 1.0
 
     @property
@@ -141,19 +164,32 @@ class Mechanism:
             found = self.of(how)
             if found:
                 plural = "" if len(found) == 1 else "s"
-                words.append(f"{len(found)} {name}{plural}: {_listed(found)}")
+                named = "" if self.macroblocks else f": {_listed(found)}"
+                words.append(f"{len(found)} {name}{plural}{named}")
+        if self.macroblocks:
+            alike = "; ".join(part.brief() for part in self.macroblocks)
+            words[0] += f", nearly so in {len(self.macroblocks)}: {alike}"
+            alone = self.moving - sum(len(part.blocks) for part in self.macroblocks)
+            words[0] += f"; {alone} by themselves" if alone else ""
         return "; ".join(words)
 
     def words(self) -> tuple[str, ...]:
-        """Part by part and joint by joint, where and how; many joints between two parts together."""
+        """Part by part and joint by joint, where and how; many joints between two parts together.
+
+        Of many parts the macro-blocks are told, and the joints between these.
+        """
+        if self.macroblocks:
+            seams = sorted(self._seams(self.macroblocks), key=len, reverse=True)
+            lines = [f"{part.brief()}: {_spans(part.numbers, part.blocks)}" for part in self.macroblocks]
+            return (*lines, *(_seam(found) if len(found) > 1 else _told(found[0]) for found in seams))
         lines = [part.sentence() for part in self.parts]
-        for found in self._seams():
+        for found in self._seams(self.parts):
             lines += [_told(joint) for joint in found] if len(found) < FEW else [_seam(found)]
         return tuple(lines)
 
-    def _seams(self) -> list[list[Joint]]:
+    def _seams(self, parts: Sequence[Part]) -> list[list[Joint]]:
         """Joints between the same two parts that move alike."""
-        part = {number: rank for rank, one in enumerate(self.parts) for number in one.numbers}
+        part = {number: rank for rank, one in enumerate(parts) for number in one.numbers}
         found: dict[Any, list[Joint]] = {}
         for joint in self.joints:
             sides = frozenset(part.get(number, -1) for number in joint.numbers)
@@ -166,11 +202,8 @@ class Mechanism:
             "sentence": self.sentence(),
             "words": list(self.words()),
             "groups": [list(group) for group in self.groups],
-            "parts": [
-                {"blocks": list(part.blocks), "at": part.at, "velocity": part.velocity,
-                 "spin": part.spin, "pole": part.pole}
-                for part in self.parts
-            ],
+            "parts": [part.told() for part in self.parts],
+            "macroblocks": [part.told() for part in self.macroblocks],
             "joints": [
                 {"between": list(joint.blocks), "how": joint.how, "label": joint.label, "at": joint.at,
                  "turn": joint.turn, "slip": joint.slip}
@@ -207,6 +240,7 @@ def recognise(
     part.sort(key=lambda index: sorted((motion.held[b], b) for b in model.interfaces[index].blocks))
     joints = tuple(_joint(model, motion, points, index, how[index], resting) for index in part)
     shown = np.flatnonzero(~motion.held | moves)
+    parts = _parts(model, motion, how, moves)
     return Mechanism(
         blocks=shown,
         centre=motion.centre[shown],
@@ -214,7 +248,8 @@ def recognise(
         spin=motion.spin[shown],
         contact=np.where(points.active[:, None], contact, 0.0),
         joints=joints,
-        parts=_parts(model, motion, how, moves),
+        parts=parts,
+        macroblocks=_macroblocks(model, motion, parts) if len(parts) > MANY else (),
         speed=fastest,
     )
 
@@ -303,15 +338,38 @@ def _parts(model: Model, motion: BlockMotion, how: list[str], moves: NDArray[np.
 def _part(names: list[str], motion: BlockMotion, numbers: IntArray) -> Part:
     at = motion.centre[numbers].mean(axis=0)
     velocity = motion.at(numbers, np.broadcast_to(at, (len(numbers), len(at)))).mean(axis=0)
-    spin = motion.spin[numbers].mean(axis=0)
+    return _moving(names, motion, numbers, at, velocity, motion.spin[numbers].mean(axis=0))
+
+
+def _moving(
+    names: list[str], motion: BlockMotion, numbers: IntArray, at: FloatArray, velocity: FloatArray,
+    spin: FloatArray, straight: float = STRAIGHT,
+) -> Part:  # fmt: skip
+    """The part of some blocks with a velocity ``at`` a point, and its pole where it is not ``straight``."""
     pole = None
     if len(at) == 2:
         corners = np.concatenate([motion.corners[block] for block in numbers.tolist()]) - at
         turning = float(abs(spin[0]) * np.linalg.norm(corners, axis=1).max())
-        if turning > STRAIGHT * float(np.linalg.norm(velocity)):
+        if turning > straight * float(np.linalg.norm(velocity)):
             pole = at + np.array([-velocity[1], velocity[0]]) / spin[0]
     who = tuple(names[block] for block in numbers.tolist())
     return Part(tuple(numbers.tolist()), who, at, velocity, spin, pole)
+
+
+def _macroblocks(model: Model, motion: BlockMotion, parts: Sequence[Part]) -> tuple[Part, ...]:
+    """The parts in groups that move nearly as one."""
+    names = [block.name for block in model.assembly.blocks]
+    numbers = np.array(sorted(number for part in parts for number in part.numbers))
+    corners = [motion.corners[number] for number in numbers.tolist()]
+    owner = np.repeat(np.arange(len(numbers)), [len(own) for own in corners])
+    points = np.concatenate(corners)
+    found = macroblocks(points, motion.at(numbers[owner], points), owner)
+    made = []
+    for group, (velocity, spin) in enumerate(zip(found.velocity, found.spin, strict=True)):
+        own = numbers[found.member == group]
+        at = motion.centre[own].mean(axis=0)
+        made.append(_moving(names, motion, own, at, velocity + lever(at) @ spin, spin, ALIKE))
+    return tuple(made)
 
 
 # --- words ------------------------------------------------------------------------------------

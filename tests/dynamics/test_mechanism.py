@@ -130,3 +130,31 @@ def test_a_block_in_space_tells_its_axis() -> None:
     assert joint.how == "hinge"
     np.testing.assert_allclose(joint.at, [0.5, 0.6, 0.0], atol=1e-9)
     assert "about the axis (-1, 0, 0)" in found.words()[0]
+
+
+def test_many_parts_are_told_as_macro_blocks() -> None:
+    """The left half of a wall slides, its right half turns, and every brick wobbles a little."""
+    model = model_of(WallStructure(name="w", material="stone", brick=(0.4, 0.2), columns=8, courses=8))
+    random = np.random.default_rng(1)
+    velocity, spin = {}, {}
+    for block in model.assembly.blocks:
+        if "ground" in block.name:
+            continue
+        middle = model.assembly.solid(model.assembly.blocks.index(block)).vertices.mean(axis=0)
+        right = middle[0] > 1.6
+        turned = -0.4 * np.array([-middle[1], middle[0] - 3.2])
+        moved = turned if right else np.array([0.5, 0.0])
+        velocity[block.name] = tuple(moved + 0.01 * random.uniform(-1, 1, 2))
+        spin[block.name] = (-0.4 if right else 0.0) + 0.01 * random.uniform(-1, 1)
+    found = seen(model, velocity, spin)
+    assert len(found.parts) > 50
+    assert len(found.macroblocks) == 2
+    for part in found.macroblocks:
+        rights = {name for name in part.blocks if velocity[name][1] > 0.02}
+        assert len(rights) in {0, len(part.blocks)}
+    turning = max(found.macroblocks, key=lambda part: abs(part.spin[0]))
+    assert turning.spin[0] * found.speed == pytest.approx(-0.4, rel=0.05)
+    assert turning.pole == pytest.approx([3.2, 0.0], abs=0.1)
+    assert "nearly so in 2: " in found.sentence()
+    assert len(found.words()) < 30
+    assert len(found.told()["parts"]) == len(found.parts)

@@ -304,6 +304,7 @@ MEANING: dict[str, str] = {
     "FileStructure.trusted": "run the file where it is a program (`.geo`): you have read it",
     "FileStructure.field": "cell field of a `.vtu` or `.vtk` file whose whole numbers tell the blocks",
     "FileStructure.scale": "factor from the file's unit of length to the metre",
+    "FileStructure.conditions": "take [supports, friction and loads](import.md#files) of a COMPAS problem",
     "FileStructure.supports": "patterns of blocks (without `NAME.`) that are held",
     "SurveyStructure.path": "`.csv` or `.obj`, relative to the scene file",
     "SurveyStructure.depth": "of the stones behind the wall's plane; no meaning in 2D",

@@ -5,8 +5,9 @@
 Read without compas: a mesh is a record of ``vertex`` (x, y, z by key) and ``face`` (keys of its corners), in
 wrappings that changed: ``{"dtype", "value"}`` (compas 0 and 1), ``{"dtype", "data"}`` (1 and 2). Blocks are
 the ``block`` or ``part`` of the nodes of an assembly's graph, the ``blocks`` of an old assembly, the
-``geometry`` of the elements of a model, or meshes, one or a list. They are called ``b`` and their key in the
-file, a list's ``b1``, ``b2`` ... Those that the file marks ``is_support`` are held.
+``geometry`` of the elements of a model (or of that of a problem), or meshes, one or a list. They are called
+``b`` and their key in the file, a list's ``b1``, ``b2`` ... Those that the file marks ``is_support`` are
+held.
 """
 
 from __future__ import annotations
@@ -77,6 +78,8 @@ def _blocks(record: Any) -> Iterator[_Found]:
         return
     elif _is_mesh(record):
         yield _Found("1", record)
+    elif isinstance(record.get("model"), dict) and "boundary_conditions" in record:
+        yield from _blocks(_unwrapped(record["model"]))
     elif isinstance(record.get("elements"), dict | list):
         yield from _of_elements(record)
     elif isinstance(record.get("blocks"), dict):

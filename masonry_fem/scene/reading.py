@@ -26,6 +26,7 @@ from masonry_fem.scene.fitting import fitted
 from masonry_fem.scene.lines import KeyPath, key_lines, line_of
 from masonry_fem.scene.misfit import MisfitError, path_text
 from masonry_fem.scene.overrides import apply
+from masonry_fem.scene.problem_file import with_conditions
 from masonry_fem.scene.specs import Scene
 from masonry_fem.scene.writing import plain
 
@@ -79,10 +80,14 @@ def loads(
 def check(scene: Scene, *, base: str | Path = ".", source: str = "scene") -> Scene:
     """The same scene, checked as a file would be, with quantities and lists converted.
 
-    A scene built in Python may hold ``"10 GPa"``, lists and NumPy values; the result does not.
+    A scene built in Python may hold ``"10 GPa"``, lists and NumPy values; the result does not. It says
+    itself what problem files that it names say of supports, friction and loads.
     What is allowed but seldom meant is logged as a warning.
     """
     checked = _scene(plain(scene), _Origin(source), Path(base))
+    completed = with_conditions(checked, Path(base))
+    if completed is not checked:
+        checked = _scene(plain(completed), _Origin(source), Path(base))
     for doubt in doubts(checked):
         logger.warning("%s: %s", source, doubt)
     return checked

@@ -19,6 +19,9 @@ class FileStructure(Structure, frozen=True, kw_only=True, tag="file"):
     group or connected part. ``.json``: assemblies, models and meshes of COMPAS, with the supports that they
     mark.
 
+    Of a ``Problem`` of compas_dem supports, friction and loads are taken too, unless ``conditions`` are
+    not wanted; what the scene says itself stands.
+
     A ``.geo`` file is a program that may run any command of the machine: it is read where it is ``trusted``.
     """
 
@@ -27,6 +30,7 @@ class FileStructure(Structure, frozen=True, kw_only=True, tag="file"):
     scale: Positive = 1.0
     field: str | None = None
     supports: tuple[str, ...] = ()
+    conditions: bool = True
 
     @property
     def carries(self) -> bool:

@@ -1,0 +1,203 @@
+"""Problem file: supports, friction and loads that a COMPAS file has beside its blocks, as records of a scene.
+
+    scene = with_conditions(scene, base)        # a scene that says what its problem files say
+
+A ``Problem`` of compas_dem holds a model, boundary conditions by the numbers of its blocks, and one contact
+model. What the scene says itself stands: its gravity, its joints, and the motion of a block that both hold.
+A structure whose conditions were taken says ``conditions = false``, so that they are taken once.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+from msgspec.structs import replace
+
+from masonry_fem.errors import SceneError
+from masonry_fem.scene import specs
+
+logger = logging.getLogger(__name__)
+
+IGNORED = ("c", "t_c", "k_n", "k_t")  # of a contact model: cohesion, tension, stiffnesses
+
+
+def with_conditions(scene: specs.Scene, base: Path) -> specs.Scene:
+    """The scene with the conditions of its problem files; the same one where there are none.
+
+    Raises
+    ------
+    SceneError : A condition that cannot be read, or that the program does not have.
+    """
+    for index, structure in enumerate(scene.structures):
+        if not isinstance(structure, specs.FileStructure) or not structure.conditions:
+            continue
+        problem = _problem(base / structure.path)
+        if problem is None:
+            continue
+        title = f"structures.{structure.name}.path '{structure.path}'"
+        try:
+            found = _Conditions.of(problem, structure.name, structure.scale, title)
+        except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
+            raise SceneError(
+                f"{title}: its boundary conditions cannot be read ({type(error).__name__}: {error}), "
+                "expected those of compas_dem 0.5; save it again, or set conditions = false and give them "
+                "in the scene"
+            ) from error
+        taken = replace(structure, conditions=False)
+        rest = (*scene.structures[:index], taken, *scene.structures[index + 1 :])
+        scene = found.joined(replace(scene, structures=rest), structure, title)
+    return scene
+
+
+def _problem(path: Path) -> dict[str, Any] | None:
+    """Content of a problem; None for other files: reading blocks tells those that are no JSON."""
+    if path.suffix.lower() != ".json":
+        return None
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return None
+    inner = _data(record)
+    return inner if isinstance(inner, dict) and "model" in inner and "boundary_conditions" in inner else None
+
+
+def _data(record: Any) -> Any:
+    """What a COMPAS record wraps."""
+    return record.get("data", record) if isinstance(record, dict) and "dtype" in record else record
+
+
+@dataclass(frozen=True, slots=True)
+class _Conditions:
+    """What a problem says of its blocks, as records of a scene."""
+
+    supports: tuple[specs.Support, ...]
+    points: tuple[specs.PointForce, ...]
+    accelerations: tuple[specs.Acceleration, ...]
+    gravity: float | None
+    friction: float | None
+    passed: tuple[str, ...]
+
+    @classmethod
+    def of(cls, problem: dict[str, Any], name: str, scale: float, title: str) -> _Conditions:
+        """Read the conditions of structure ``name``; lengths are multiplied by ``scale``."""
+        told = _data(problem["boundary_conditions"]) or {}
+        held: dict[Any, dict[str, Any]] = {}
+        for one in told.get("displacements") or ():
+            own = held.setdefault(one["block_index"], {})
+            own |= {key: one[key] for key in ("translation", "rotation") if one.get(key) is not None}
+        friction, passed = _friction(problem)
+        return cls(
+            supports=tuple(_support(f"{name}.b{key}", own, scale) for key, own in held.items()),
+            points=tuple(_forces(told, name, scale, title)),
+            accelerations=tuple(
+                specs.Acceleration(vector=tuple(map(float, one))) for one in told.get("body_forces") or ()
+            ),
+            gravity=float(told.get("g", 9.81)) if told.get("gravity") else None,
+            friction=friction,
+            passed=passed,
+        )
+
+    def joined(self, scene: specs.Scene, structure: specs.FileStructure, title: str) -> specs.Scene:
+        """The scene with these conditions where it has none of its own; says what was taken."""
+        said = [f"{len(self.supports)} supports", f"{len(self.points)} forces"]
+        stands = [f"its {key} is passed over" for key in self.passed]
+        loads = replace(
+            scene.loads,
+            points=(*scene.loads.points, *self.points),
+            accelerations=(*scene.loads.accelerations, *self.accelerations),
+        )
+        if self.accelerations:
+            said.append(f"{len(self.accelerations)} accelerations")
+        if self.gravity is not None and loads.gravity is None:
+            loads = replace(loads, gravity=(0.0, 0.0, -self.gravity))
+            said.append(f"gravity {self.gravity:g} m/s²")
+        elif self.gravity is not None:
+            stands.append("gravity is that of the scene")
+        joints = scene.joints
+        if self.friction is not None and joints == (specs.Joint(),):
+            between = (structure.name, structure.name)
+            joints = (*joints, specs.Joint(friction=self.friction, between=between))
+            said.append(f"friction {self.friction:g}")
+        elif self.friction is not None:
+            stands.append(f"friction is that of the scene's joints, not {self.friction:g}")
+        logger.warning(
+            "%s is a problem of compas_dem: %s are taken from it%s; conditions = false takes the blocks "
+            "alone",
+            title,
+            ", ".join(said),
+            "".join(f", {one}" for one in (*stands, "materials are those of the scene")),
+        )
+        supports = (*self.supports, *scene.supports)
+        return replace(scene, supports=supports, loads=loads, joints=joints)
+
+
+def _support(block: str, told: dict[str, Any], scale: float) -> specs.Support:
+    """A block that is held, or moved as it is told."""
+    moved = [scale * float(x) for x in told.get("translation") or (0.0,) * 3]
+    turned = [float(x) for x in told.get("rotation") or (0.0,) * 3]
+    if not any(moved) and not any(turned):
+        return specs.Support(on=block)
+    motion = specs.Motion(displacement=tuple(moved), rotation=tuple(turned) if any(turned) else None)
+    return specs.Support(on=block, motion=motion)
+
+
+def _forces(told: dict[str, Any], name: str, scale: float, title: str) -> Iterator[specs.PointForce]:
+    """Forces at points, and resultants of pressures at the middles of their polygons."""
+    for one in told.get("point_loads") or ():
+        if any(one.get("moment") or ()):
+            raise SceneError(
+                f"{title}: the load on block {one['block_index']} has a moment, expected a force at a point; "
+                "give it as two forces in the scene, with conditions = false here"
+            )
+        at = one.get("point")
+        yield specs.PointForce(
+            block=f"{name}.b{one['block_index']}",
+            vector=tuple(map(float, one["force"])),
+            point=None if at is None else tuple(scale * float(x) for x in _data(at)),
+        )
+    for one in told.get("surface_loads") or ():
+        corners = [[scale * float(x) for x in _data(point)] for point in _data(one["polygon"])["points"]]
+        area, middle = _area(corners)
+        size = math.hypot(*area)
+        given = one.get("direction")
+        along = [x / size for x in area] if given is None else [float(x) for x in _data(given)]
+        yield specs.PointForce(
+            block=f"{name}.b{one['block_index']}",
+            vector=tuple(float(one["magnitude"]) * size * x for x in along),
+            point=middle,
+        )
+
+
+def _area(corners: Sequence[Sequence[float]]) -> tuple[list[float], tuple[float, ...]]:
+    """Area vector of a plane polygon [m²] and its centroid [m]."""
+    first, total, middle = corners[0], [0.0] * 3, [0.0] * 3
+    pieces = []
+    for a, b in pairwise(corners[1:]):
+        u, v = ([x - y for x, y in zip(one, first, strict=True)] for one in (a, b))
+        cross = [u[i - 2] * v[i - 1] - u[i - 1] * v[i - 2] for i in range(3)]
+        pieces.append((cross, [sum(xs) / 3 for xs in zip(first, a, b, strict=True)]))
+        total = [x + y / 2 for x, y in zip(total, cross, strict=True)]
+    size = math.hypot(*total)
+    for cross, place in pieces:  # of a polygon that is not convex some count off
+        share = sum(x * y for x, y in zip(cross, total, strict=True)) / (2 * size * size)
+        middle = [x + share * y for x, y in zip(middle, place, strict=True)]
+    return total, tuple(middle)
+
+
+def _friction(problem: dict[str, Any]) -> tuple[float | None, tuple[str, ...]]:
+    """Coefficient of the contact model, and what else it and the joint model say."""
+    properties = _data(problem.get("contact_properties")) or {}
+    model = _data(properties.get("contact_model")) or {}
+    passed = tuple(f"{key} = {model[key]:g}" for key in IGNORED if model.get(key))
+    if properties.get("joint_model"):
+        passed = (*passed, "joint model")
+    if model.get("mu") is not None:
+        return float(model["mu"]), passed
+    return (None if model.get("phi") is None else math.tan(math.radians(float(model["phi"])))), passed

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from masonry_fem.scene import specs
@@ -112,3 +114,29 @@ def test_velocities_that_are_set_to_zero_between_steps_are_damping():
     assert told["friction_dissipation"] + told["damping_dissipation"] + told["numerical_dissipation"] == (
         pytest.approx(600.0, rel=1e-9)
     )
+
+
+def test_a_rocking_block_loses_what_housner_says_in_its_first_impact():
+    """Let go at half its critical tilt: the fall of its centroid less (1 − r²) of it, r = 1 − 3/2 sin² α."""
+    slope, half_diagonal = math.atan(0.25), math.hypot(0.25, 1.0)
+    result = brick(
+        fidelity="rigid",
+        structures=(
+            specs.BlockStructure(
+                name="ground", material="stone", size=(4.0, 0.5), position=(-2.0, -0.5), support=True
+            ),
+            specs.BlockStructure(
+                name="post", material="stone", size=(0.5, 2.0), rotation=math.degrees(0.5 * slope)
+            ),
+        ),
+        contact=specs.Contact(reach=0.3, angle=15.0),
+        joints=(specs.Joint(friction=5.0, form="velocity"),),
+        analysis=specs.Dynamics(step=5e-4, duration=0.55, theta=0.5),
+    )
+    told, weight = ledger(result), 2400.0 * G
+    fall = weight * half_diagonal * (math.cos(0.5 * slope) - math.cos(slope))
+    loss = 1 - (1 - 1.5 * math.sin(slope) ** 2) ** 2
+    assert told["impact_normal"] + told["impact_tangential"] == pytest.approx(loss * fall, rel=2e-2)
+    assert told["start"] == 0.0
+    assert abs(told["numerical_dissipation"]) < 1e-3 * fall
+    assert abs(told["friction_dissipation"]) < 1e-3 * fall

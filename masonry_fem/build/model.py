@@ -17,12 +17,13 @@ from masonry_fem.bodies.rigid import RigidGroup
 from masonry_fem.build.foresight import foresee_blocks, foresee_memory, foresee_meshes, memory_of_run
 from masonry_fem.build.joints import contacts_and_joints
 from masonry_fem.build.loads import loads
+from masonry_fem.build.meeting import Meeting
 from masonry_fem.build.overlaps import refuse_overlaps
 from masonry_fem.build.places import check_places
 from masonry_fem.build.stones import Stones, block_names, lay, meshed, typical_length
 from masonry_fem.build.supports import last_change, support_group
 from masonry_fem.contact.contacts import Interface
-from masonry_fem.contact.detection import detect
+from masonry_fem.contact.detection import REACH, detect
 from masonry_fem.dynamics.clock import Clock
 from masonry_fem.dynamics.model import Model, Probe
 from masonry_fem.errors import MasonryError, SceneError
@@ -108,6 +109,8 @@ def build(scene: specs.Scene, base: Path, before: Built | None = None, *, solved
         update=_update(scene, stones, base),
         fixed=scene.contact.update == "fixed",
         changing=_changing(scene, base),
+        meet=_meet(scene, stones, base),
+        reach=REACH * typical_length(stones.assembly) if reach is None else reach,
     )
     bodies = _initial(scene, stones, groups)
     clock.lap("build")
@@ -146,6 +149,16 @@ def _update(scene: specs.Scene, stones: Stones, base: Path) -> Redetection | Non
     from masonry_fem.build.redetection import Redetection  # noqa: PLC0415 - few scenes ask for it
 
     return Redetection.of(scene, stones, base)
+
+
+def _meet(scene: specs.Scene, stones: Stones, base: Path) -> Meeting | None:
+    """What makes contacts of blocks that meet on the way.
+
+    None where the scene wants its contacts fixed, or where the draws of scatter belong to those of the start.
+    """
+    if scene.contact.update == "fixed" or any(joint.scatter is not None for joint in scene.joints):
+        return None
+    return Meeting(scene, stones, base)
 
 
 def body_groups(

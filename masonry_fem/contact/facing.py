@@ -35,14 +35,14 @@ class FacePairs:
 def facing(faces: PosedFaces, pairs: IntArray, far: float, angle: float) -> tuple[IntArray, IntArray]:
     """Pieces of near blocks that look at each other and have near boxes: rows (m,), (m,)."""
     low, high = faces.points.min(axis=1), faces.points.max(axis=1)
-    rows: IntArray = _facing_rows(
+    rows: IntArray = facing_rows(
         faces.normal, low, high, faces.first, pairs, -math.cos(math.radians(angle)), far
     )
     return rows[:, 0], rows[:, 1]
 
 
 @njit(cache=True)
-def _facing_rows(
+def facing_rows(
     normal: FloatArray,
     low: FloatArray,
     high: FloatArray,

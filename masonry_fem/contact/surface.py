@@ -85,7 +85,7 @@ class Surface:
         normals = np.array([solid.normal(face) for face in range(len(solid.faces))])
         loops, face = [], []
         for number in range(len(solid.faces)):
-            for loop in _convex_pieces(solid, number, normals[number]):
+            for loop in convex_pieces(solid, number, normals[number]):
                 loops.append(solid.vertices[loop])
                 face.append(number)
         most = max(len(loop) for loop in loops)
@@ -208,7 +208,7 @@ def _is_convex(solid: Polytope, normals: FloatArray) -> bool:
     return bool(max(heights) <= 1e-6 * size)
 
 
-def _convex_pieces(solid: Polytope, face: int, normal: FloatArray) -> list[list[int]]:
+def convex_pieces(solid: Polytope, face: int, normal: FloatArray) -> list[list[int]]:
     """Vertex loops of the convex pieces of a face: itself, or its triangles by cutting ears."""
     loop = list(solid.faces[face])
     if solid.dimension == 2:

@@ -1,6 +1,7 @@
 """Deformation: by how much elastic blocks are strained and turned as a whole, and whether that is small.
 
     beyond = beyond_small(model, state)       # a sentence, or None
+    share = second_order(model, bodies)       # what is not known of places, of a block's size
 
 Elastic blocks are computed for small strains and small turns. Where a stiffness is given in MPa for Pa, or a
 mechanism runs on, equations hold to rounding and mean nothing; no other measure tells.
@@ -51,6 +52,19 @@ def _greatest(model: Model, state: SystemState) -> tuple[float, str, float, str]
         if not spun.max() <= turn:
             turn, turned = float(spun.max()), names[1]
     return strain, strained, turn, turned
+
+
+def second_order(model: Model, bodies: tuple[object, ...]) -> float:
+    """Square of the greatest mean displacement gradient of elastic blocks.
+
+    Small kinematics knows places to this share of a block's size, and no better.
+    """
+    greatest = 0.0
+    for group, own in zip(model.groups, bodies, strict=True):
+        if not group.prescribed and group.cell != "polytope":
+            norms = np.linalg.norm(_mean_gradients(group, own), ord=2, axis=(1, 2))
+            greatest = max(greatest, float(norms.max()))
+    return greatest**2
 
 
 def _mean_gradients(group: BodyGroup, state: object) -> FloatArray:

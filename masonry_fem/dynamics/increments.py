@@ -15,7 +15,8 @@ import numpy as np
 from masonry_fem.bodies.base import Scheme
 from masonry_fem.dynamics.clock import Clock
 from masonry_fem.dynamics.coupling import Coupling
-from masonry_fem.dynamics.expulsion import expelling_step
+from masonry_fem.dynamics.encounter import meeting_step
+from masonry_fem.dynamics.lookout import Lookout
 from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.renewal import renewed
 from masonry_fem.dynamics.state import SystemState
@@ -39,26 +40,28 @@ def increments(
     state: SystemState,
     settings: SolverSettings,
     clock: Clock,
+    lookout: Lookout,
 ) -> Iterator[tuple[Coupling, Increment]]:
     """Every step that ``strategy`` schedules from ``state`` on, each from where the last one ended.
 
-    With the coupling that it was made with: contacts may be found anew on the way.
+    With the coupling that it was made with: contacts may be found anew on the way, and ``lookout`` sees
+    blocks that meet.
     """
     share, largest = min(ROUNDING / settings.tolerance, LEAST_SHARE), 0.0
     for scheme, until in strategy.schedule():
         before, (coupling, state) = coupling, renewed(coupling, state, scheme)
-        model = coupling.model
         clock.lap("step" if coupling is before else "detect")
         measured = replace(settings, least_impulse=share * largest)
-        for made in _parts(model, coupling, strategy, state, scheme, until, strategy.parts, measured, clock):
+        parts = _parts(coupling, strategy, state, scheme, until, strategy.parts, measured, clock, lookout)
+        for met, made in parts:
+            coupling = met
             if made.solution.solved:  # what was not solved may be any size
                 largest = max(largest, float(np.linalg.norm(made.impulse)))
-            state = _rested(model, made.after, strategy.velocity_factor)
+            state = _rested(coupling.model, made.after, strategy.velocity_factor)
             yield coupling, made
 
 
 def _parts(
-    model: Model,
     coupling: Coupling,
     strategy: Strategy,
     state: SystemState,
@@ -67,19 +70,21 @@ def _parts(
     parts: int,
     settings: SolverSettings,
     clock: Clock,
-) -> Iterator[Increment]:
+    lookout: Lookout,
+) -> Iterator[tuple[Coupling, Increment]]:
     """A step as it is, or each half of it in turn where joints give way or nothing was found."""
-    made = expelling_step(model, coupling, state, scheme, settings, until, clock)
+    met, made = meeting_step(coupling, state, scheme, settings, until, clock, lookout)
     found = made.solution.solved and made.joint_change == 0
     doubtful = made.adhesion_loss > ABRUPT or not found
     if parts < 2 or state.joints is None or not doubtful:
-        yield made
+        yield met, made
         return
-    half = replace(scheme, step=0.5 * scheme.step)
+    half, met = replace(scheme, step=0.5 * scheme.step), coupling
     for end in (until - half.step, until):
-        for part in _parts(model, coupling, strategy, state, half, end, parts // 2, settings, clock):
-            yield part
-            state = _rested(model, part.after, strategy.velocity_factor)
+        for now, part in _parts(met, strategy, state, half, end, parts // 2, settings, clock, lookout):
+            met = now
+            yield met, part
+            state = _rested(met.model, part.after, strategy.velocity_factor)
 
 
 def _rested(model: Model, state: SystemState, factor: float) -> SystemState:

@@ -24,7 +24,7 @@ from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.report import StepReport
 from masonry_fem.dynamics.state import SystemState
 from masonry_fem.dynamics.step import Increment, initial_state
-from masonry_fem.dynamics.unrest import could_rest, drift
+from masonry_fem.dynamics.unrest import could_rest, drift, within_tolerance
 from masonry_fem.dynamics.witness import Witness
 from masonry_fem.nscd import Outcome, SolverSettings
 from masonry_fem.nscd.solve import ROUNDED
@@ -39,6 +39,7 @@ DOUBTFUL = 1e-6  # of a block's load: what its equation of motion may miss witho
 TURNED = 1e-2  # of a block's load times its size: moments that turns leave on elastic blocks without a word
 UNACCOUNTED = 1e-6  # of the largest energy: what may be missing from the ledger of an equilibrium
 ROUNDING = 1e-9  # of a time
+APART = "Take more load steps, widen contact.reach, or move the blocks apart."
 BEARABLE = 1e-3
 
 
@@ -104,8 +105,8 @@ def march(
     inexact: list[float] = []
     unsettled: list[float] = []
     abrupt: list[float] = []
-    jammed, deepest, witness = 0, 0.0, Witness(model)
-    for here, step in increments(coupling, strategy, state, settings, clock):
+    jammed, deepest, witness = 0, 0.0, Witness(model, state.bodies)
+    for here, step in increments(coupling, strategy, state, settings, clock, witness.lookout):
         coupling, model = here, here.model
         inertia = step.scheme.inertia
         report = measure(model, coupling, step)
@@ -142,10 +143,14 @@ def march(
         unsolved = not report.outcome.solved
         if strategy.seeks_equilibrium and (unsolved or could_rest(model, start, made, report, reached)):
             verdict = "no_convergence"
+    witness.end(model, made.after)
+    objection = witness.objection(within_tolerance(made, report, reached))
+    if verdict == "equilibrium" and objection:
+        verdict = "no_convergence"
     _warn(missed, inexact, unsettled, abrupt, report, strategy, settings)
     if verdict in {"equilibrium", "finished"}:
         _doubt(model, made, report, max(DOUBTFUL, 1e3 * reached))
-        _tell_written(witness, max(DOUBTFUL, 1e3 * reached), inertia == 0)
+        _tell_written(witness, objection, max(DOUBTFUL, 1e3 * reached), inertia == 0)
         far = drift(model, made, report, reached)
         if far > 0:
             logger.warning(
@@ -165,7 +170,7 @@ def march(
             "give way; they were held where they are. Make room, or make the blocks elastic",
             jammed, _steps(report.step),
         )  # fmt: skip
-    return _ended(verdict, model, made, report, settings, ledger, clock, tuple(abrupt), witness)
+    return _ended(verdict, model, made, report, settings, ledger, clock, tuple(abrupt), witness, objection)
 
 
 def _warn(
@@ -232,9 +237,11 @@ def _doubt(model: Model, made: Increment, report: StepReport, bound: float) -> N
         )
 
 
-def _tell_written(witness: Witness, bound: float, static: bool) -> None:
+def _tell_written(witness: Witness, objection: str, bound: float, static: bool) -> None:
     """Say what the written results leave of balance, where a reader would not expect it."""
     left, turned = witness.balance, witness.turning
+    if objection:
+        logger.warning("%s. %s", objection, APART)
     if static and left.value > bound:
         logger.warning(
             "the written forces leave %.2g of its load on '%s' (step %d): it moves so far in a step that "
@@ -270,6 +277,7 @@ def _ended(
     clock: Clock,
     abrupt: tuple[float, ...],
     witness: Witness,
+    objection: str,
 ) -> March:
     moving: tuple[tuple[str, float, str], ...] = ()
     if verdict == "equilibrium":
@@ -283,6 +291,8 @@ def _ended(
         )
         if report.joint_change == 0:
             message = _restless(report, made, model)
+        if objection:
+            message = f"No equilibrium in what is written: {objection}. {APART}"
     elif verdict == "no_convergence":
         message = (
             f"Step {report.step}: the contact solver stopped at an error of {report.quality.error:.1e}. "

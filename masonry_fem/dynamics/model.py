@@ -82,6 +82,16 @@ class Update(Protocol):
         ...
 
 
+class Meet(Protocol):
+    """How blocks that meet become contacts."""
+
+    def __call__(
+        self, model: Model, before: tuple[Any, ...], after: tuple[Any, ...], pairs: NDArray[np.int64]
+    ) -> Model:
+        """The model with contacts of ``pairs`` (m, 2) of blocks, which met between two states, added."""
+        ...
+
+
 @dataclass(frozen=True, slots=True)
 class Model:
     """Blocks, contacts and loads, ready to march.
@@ -100,6 +110,8 @@ class Model:
     scatter : Factors by which joint properties differ from place to place, by parameter, shape (c,).
     expulsion : Speed at which overlaps are driven apart in the gap form [m/s]; 0 holds them.
     update : What finds the contacts anew during a march; None: they stay.
+    meet : What makes contacts of blocks that meet on the way; None: they go through each other.
+    reach : Gap that is a contact at the start [m].
     changing : Time until which loads or supports change: rest before that is no end of a march [s].
     fixed : Whether frames and lever arms stay those of the start, too (small kinematics).
     """
@@ -118,3 +130,5 @@ class Model:
     update: Update | None = None
     changing: float = 0.0
     fixed: bool = False
+    meet: Meet | None = None
+    reach: float = 0.0

@@ -30,10 +30,10 @@ def renewed(coupling: Coupling, state: SystemState, scheme: Scheme) -> tuple[Cou
     anew = connect(found)
     here = anew.placement(state.bodies)
     old = partners(model.contacts, state.points, found.contacts, here.points, NEAR * model.length)
-    return anew, _carried(model, found, anew, here, state, old)
+    return anew, carried(model, found, anew, here, state, old)
 
 
-def _carried(
+def carried(
     model: Model,
     found: Model,
     coupling: Coupling,

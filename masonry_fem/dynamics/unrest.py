@@ -21,6 +21,7 @@ from masonry_fem.nscd.admissible import BALANCED, admissible_impulses
 MOVED = 1e-2  # of a block's size: what has gone so far is no settlement
 DRIFT = 1e-3  # of a block's size, in a step of what counts as rest
 CREEP = 1e4  # times the solver's tolerance, of free fall: rigid blocks that are faster are on their way
+SLACK = 10.0  # times the tolerance, of free fall: what steps within the tolerance may carry blocks
 
 
 def could_rest(
@@ -52,3 +53,9 @@ def drift(model: Model, made: Increment, report: StepReport, tolerance: float) -
         return 0.0
     shift = greatest_shift(model, made.before.bodies, made.after.bodies)
     return shift if shift > DRIFT * model.length and made.problem.rigid else 0.0
+
+
+def within_tolerance(made: Increment, report: StepReport, tolerance: float) -> float:
+    """How far speeds below the solver's tolerance may carry a block in a step [m]; 0 in statics."""
+    step = made.scheme.step
+    return made.scheme.inertia * SLACK * tolerance * report.load_acceleration * step**2

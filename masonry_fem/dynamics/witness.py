@@ -1,7 +1,8 @@
 """Witness: sees every step of a march, and keeps the worst of what its written results leave open.
 
-witness = Witness(model)
+witness = Witness(model, bodies)
 made = witness.see(model, made)          # each step; its state has what acts on the blocks
+witness.end(model, state)                # looks once more at what has moved a little
 witness.told                             # for the certificate
 """
 
@@ -14,17 +15,23 @@ import numpy as np
 
 from masonry_fem.bodies.base import FloatArray
 from masonry_fem.dynamics.acting import acting_on, imbalance, relative
+from masonry_fem.dynamics.deformation import second_order
+from masonry_fem.dynamics.lookout import Lookout
 from masonry_fem.dynamics.model import Model
+from masonry_fem.dynamics.state import SystemState
 from masonry_fem.dynamics.step import Increment
+
+OVERLAP = 1e-3  # of the smaller block's least extent, as what a scene takes for touching is of a block's size
 
 
 @dataclass(frozen=True, slots=True)
 class Worst:
-    """The worst value of a figure, of which blocks, and in which step."""
+    """The worst value of a figure, of which blocks, and in which step; ``share`` is what ranks it."""
 
     value: float = 0.0
     blocks: tuple[str, ...] = ()
     step: int = 0
+    share: float = 0.0
 
     def told(self) -> dict[str, Any]:
         """For ``summary.json``."""
@@ -36,27 +43,44 @@ class Witness:
 
     Parameters
     ----------
-    model : Of the start.
+    model : Of the start. bodies : Its states.
 
     Attributes
     ----------
     balance : What forces and moments leave, relative to a block's load.
     turning : The same about the points that elastic blocks have gone to: they balance in the reference.
+    overlap : Deepest overlap of two blocks [m] beyond that of the start and what beds give way; its share is
+        of the smaller block's least extent, less what small kinematics does not know of places.
     """
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: Model, bodies: tuple[Any, ...]) -> None:
         assembly = model.assembly
         extent = np.array(
             [float(np.linalg.norm(np.ptp(shape.solid.vertices, axis=0))) for shape in assembly.shapes]
         )
         self._size: FloatArray = extent[[block.shape for block in assembly.blocks]]
         self._names = [block.name for block in assembly.blocks]
-        self.balance, self.turning = Worst(), Worst()
+        self.balance, self.turning, self.overlap = Worst(), Worst(), Worst()
+        self.lookout = Lookout(model, bodies)
 
     @property
     def told(self) -> dict[str, Any]:
         """The figures for the certificate."""
-        return {"balance": self.balance.told(), "turning": self.turning.told()}
+        figures = {"balance": self.balance, "turning": self.turning, "overlap": self.overlap}
+        return {name: worst.told() for name, worst in figures.items()}
+
+    def objection(self, drift: float = 0.0) -> str:
+        """Why a state is no equilibrium whatever its equations say; empty where nothing speaks against it.
+
+        ``drift`` is how far speeds below the solver's tolerance may carry blocks in a step [m].
+        """
+        if self.overlap.share <= OVERLAP or drift >= self.overlap.value:
+            return ""
+        first, second = self.overlap.blocks
+        return (
+            f"'{first}' and '{second}' are in each other by {self.overlap.value:.3g} m (step "
+            f"{self.overlap.step}), which no contact between them has kept from happening"
+        )
 
     def see(self, model: Model, made: Increment) -> Increment:
         """Judge a step; the same with what acts on the blocks in its state."""
@@ -71,10 +95,28 @@ class Witness:
             arms = np.repeat(state.points[:, None], 2, axis=1)
             turned = relative(imbalance(blocks, arms, force, moved, acting.centre), acting, force)
             self.turning = self._worse(self.turning, np.where(acting.elastic, turned, 0.0), state.index)
+        self._overlaps(model, state)
         return replace(made, after=replace(state, acting=acting))
+
+    def end(self, model: Model, state: SystemState) -> None:
+        """Look at the last state, too, where anything has moved since the last look."""
+        self.lookout.last_look(state.bodies)
+        self._overlaps(model, state)
+
+    def _overlaps(self, model: Model, state: SystemState) -> None:
+        found = self.lookout.found
+        if found is None or len(found.depth) == 0:
+            return
+        beyond = found.depth - self.lookout.known(model, state, found.pairs)
+        share = beyond / self.lookout.sizes(found.pairs) - second_order(model, state.bodies)
+        at = int(share.argmax())
+        if share[at] > self.overlap.share:
+            names = tuple(self._names[block] for block in found.pairs[at])
+            self.overlap = Worst(float(beyond[at]), names, state.index, float(share[at]))
 
     def _worse(self, known: Worst, values: FloatArray, step: int) -> Worst:
         block = int(values.argmax()) if len(values) else 0
-        if not len(values) or values[block] <= known.value:
+        if not len(values) or values[block] <= known.share:
             return known
-        return Worst(float(values[block]), (self._names[block],), step)
+        value = float(values[block])
+        return Worst(value, (self._names[block],), step, value)

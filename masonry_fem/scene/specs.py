@@ -304,8 +304,9 @@ class Contact(Spec, frozen=True, kw_only=True):
     Blocks that overlap at the start are held where they are; with an ``expulsion`` speed the gap form
     drives them apart, no faster than that.
 
-    With ``update`` "moving" contacts are those of the start: their frames and lever arms follow the blocks,
-    however far these go. "fixed" leaves those where they were, as small kinematics has it. "redetect" finds
+    With ``update`` "moving" contacts are those of the start and of blocks that meet later: their frames and
+    lever arms follow the blocks, however far these go. "fixed" leaves those of the start where they were, as
+    small kinematics has it, and blocks go through each other. "redetect" finds
     contacts anew ``every`` so many steps: rigid blocks may slide off each other, tumble and fall.
     """
 

@@ -1,0 +1,150 @@
+"""Meeting: contacts of blocks that were found in each other after a step, where they were before it.
+
+    meeting = Meeting(scene, stones, base)
+    model = meeting(model, before, after, pairs)
+
+Blocks of any kind: where elastic ones are deformed, faces are looked for on the solids that come nearest to
+them, and gaps are those of the deformed meshes.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from masonry_fem.bodies.undeformed import Undeformed
+from masonry_fem.build.joints import joint_of_interfaces, joints_at, rules_of
+from masonry_fem.build.stones import Stones
+from masonry_fem.contact.contacts import Contacts, Interface
+from masonry_fem.contact.detection import default_reach, detect
+from masonry_fem.contact.placement import place
+from masonry_fem.contact.surface import Surface, surfaces_of
+from masonry_fem.contact.update import joined, returned, returned_faces
+from masonry_fem.dynamics.model import FloatArray, Model
+from masonry_fem.scene import specs
+from masonry_fem.solid.assembly import Assembly
+from masonry_fem.solid.mesh import IntArray
+from masonry_fem.solid.pose import Pose
+
+STEEPEST = 40.0  # degrees between faces that may come to lie on each other
+AHEAD = 2.0  # times the way that blocks went in the step: how far they may have been apart
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """How blocks that meet during a march become contacts.
+
+    Attributes
+    ----------
+    scene, stones, base : What the model was built from.
+    """
+
+    scene: specs.Scene
+    stones: Stones
+    base: Path
+
+    def __call__(
+        self, model: Model, before: tuple[Any, ...], after: tuple[Any, ...], pairs: IntArray
+    ) -> Model:
+        """The model with contacts of ``pairs`` (m, 2) of blocks, which met between two states, added.
+
+        The same model where these have no faces, edges or corners that look at each other.
+        """
+        motion, later = nearest_motions(model, before), nearest_motions(model, after)
+        used = np.unique(pairs)
+        trace = np.einsum("bij,bij->b", motion[0][used], later[0][used])  # 1 + 2 cos φ, in 2D 2 cos φ
+        cosine = np.clip(0.5 * (trace - (model.assembly.dimension - 2)), -1.0, 1.0)
+        angle = math.degrees(math.acos(float(cosine.min())))
+        way = np.concatenate(
+            [
+                group.positions(end) - group.positions(start)
+                for group, start, end in zip(model.groups, before, after, strict=True)
+            ]
+        )
+        far = default_reach(self.stones.assembly) + AHEAD * float(
+            np.linalg.norm(way, axis=1).max(initial=0.0)
+        )
+        placed = _moved(self.stones.assembly, motion, used)
+        fresh = self._faces(placed, used, pairs, far, angle)
+        if not fresh:
+            return model
+        stones = replace(self.stones, assembly=placed)
+        records = joint_of_interfaces(self.scene, stones, fresh, tell=False)
+        contacts = place(placed, fresh, rules_of(self.scene, stones, fresh, records), self._surfaces)
+        turned = np.zeros(len(placed.blocks), dtype=bool)
+        for group in model.groups:
+            turned[group.blocks] = isinstance(group, Undeformed)
+        back = _unturned(returned(contacts, *motion), contacts, turned)
+        old = joint_of_interfaces(self.scene, self.stones, model.interfaces, tell=False)
+        interfaces, contacts = joined(
+            (model.interfaces, model.contacts), (returned_faces(fresh, *motion), back)
+        )
+        # gaps that arise on the way are no matter of how the structure was built
+        closed = replace(contacts, gap=np.zeros(contacts.count))
+        joints, laws, scatter = joints_at(self.scene, interfaces, closed, old + records, self.base)
+        return replace(
+            model, interfaces=interfaces, contacts=contacts, joints=joints, laws=laws, scatter=scatter
+        )
+
+    @cached_property
+    def _surfaces(self) -> tuple[Surface, ...]:
+        return surfaces_of(self.stones.assembly)
+
+    def _faces(
+        self, placed: Assembly, used: IntArray, pairs: IntArray, far: float, turned: float
+    ) -> tuple[Interface, ...]:
+        """Common faces of the pairs among the blocks in use."""
+        angle = self.scene.contact.angle
+        few = replace(placed, blocks=tuple(placed.blocks[block] for block in used))
+        found = detect(
+            few, reach=far, overlap=far, angle=max(angle, min(STEEPEST, angle + turned)),
+            surfaces=self._surfaces, tell=False,
+        )  # fmt: skip
+        wanted = {tuple(pair) for pair in pairs.tolist()}
+        named = [replace(one, blocks=(int(used[one.blocks[0]]), int(used[one.blocks[1]]))) for one in found]
+        return tuple(one for one in named if tuple(sorted(one.blocks)) in wanted)
+
+
+def nearest_motions(model: Model, bodies: tuple[Any, ...]) -> tuple[FloatArray, FloatArray]:
+    """The rigid motions x = R X + t that come nearest to what blocks have done, (b, d, d), (b, d) [m]."""
+    count, d = len(model.assembly.blocks), model.assembly.dimension
+    rotation, translation = np.tile(np.eye(d), (count, 1, 1)), np.zeros((count, d))
+    for group, state in zip(model.groups, bodies, strict=True):
+        if isinstance(group, Undeformed):
+            turn, shift = (
+                state.rotation,
+                state.position - np.einsum("bij,bj->bi", state.rotation, group.centres),
+            )
+        else:
+            start, now = (
+                group.positions(one).reshape(len(group.blocks), -1, d) for one in (group.rest(), state)
+            )
+            middles = start.mean(axis=1), now.mean(axis=1)
+            spread = np.einsum("bni,bnj->bij", now - middles[1][:, None], start - middles[0][:, None])
+            left, _, right = np.linalg.svd(spread)
+            left[:, :, -1] *= np.sign(np.linalg.det(left @ right))[:, None]
+            turn = left @ right
+            shift = middles[1] - np.einsum("bij,bj->bi", turn, middles[0])
+        rotation[group.blocks], translation[group.blocks] = turn, shift
+    return rotation, translation
+
+
+def _moved(assembly: Assembly, motion: tuple[FloatArray, FloatArray], used: IntArray) -> Assembly:
+    """The assembly with the blocks in use where they are."""
+    blocks = list(assembly.blocks)
+    for number in used.tolist():
+        pose, turn = blocks[number].pose, motion[0][number]
+        moved = Pose(turn @ pose.rotation, turn @ pose.translation + motion[1][number])
+        blocks[number] = replace(blocks[number], pose=moved)
+    return replace(assembly, blocks=tuple(blocks))
+
+
+def _unturned(back: Contacts, found: Contacts, turned: np.ndarray) -> Contacts:
+    """Contacts in the reference with the frames as found on antagonists that do not turn."""
+    keeps = turned[found.blocks[:, 1]]
+    return replace(back, frame=np.where(keeps[:, None, None], back.frame, found.frame))

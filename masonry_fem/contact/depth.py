@@ -1,0 +1,216 @@
+"""Depth: how deep blocks are in each other, wherever they have gone and however they are deformed.
+
+    found = overlaps(skin, points)
+    found.pairs, found.depth
+
+Blocks that keep their shape: by separating axes, exactly where they are convex; a hollow counts as filled. Of
+deformed ones the least distance of two faces that look at each other, facet by facet.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from masonry_fem.contact.boxes import near_pairs
+from masonry_fem.contact.clipping import clip, polygon_area
+from masonry_fem.contact.facing import facing_rows
+from masonry_fem.contact.kinematics import height, local_frames
+from masonry_fem.contact.skin import Skin
+from masonry_fem.solid.mesh import IntArray
+from masonry_fem.solid.pose import FloatArray
+
+ROUNDING = 1e-6  # of the smaller block's least extent: an overlap below it is none
+STEEPEST = -0.5  # cosine of the normals of facets that look at each other
+SLIVER = 1e-4  # of the smaller of two faces: a common part below it says nothing
+PARALLEL = 1e-6  # sine of the angle of two edges that give no axis
+
+
+@dataclass(frozen=True, slots=True)
+class Overlaps:
+    """Pairs of blocks in each other (lower number first), shape (m, 2), and how deep (m,) [m]."""
+
+    pairs: IntArray
+    depth: FloatArray
+
+
+def overlaps(skin: Skin, points: FloatArray) -> Overlaps:
+    """Blocks that overlap by more than rounding, for nodes at ``points`` (n, d) [m]; supports may."""
+    low, high = skin.boxes(points)
+    pairs = near_pairs(low, high, 0.0)
+    pairs = pairs[~skin.support[pairs].all(axis=1)]
+    allowed = ROUNDING * skin.size[pairs].min(axis=1) + skin.hollow[pairs].sum(axis=1)
+    inside = np.minimum(high[pairs[:, 0]] - low[pairs[:, 1]], high[pairs[:, 1]] - low[pairs[:, 0]]).min(
+        axis=1
+    )
+    pairs, allowed = pairs[inside > allowed], allowed[inside > allowed]
+    areas = skin.areas(points)
+    faces = skin.face_areas(areas)
+    axes = faces / np.maximum(np.linalg.norm(faces, axis=1), 1e-300)[:, None]
+    depth = _by_axes(points, skin.nodes, axes, skin.first_face, skin.edges, skin.first_edge, pairs, allowed)
+    deep = depth > allowed
+    pairs, depth, allowed = pairs[deep], depth[deep], allowed[deep]
+    soft = np.flatnonzero(skin.meshed[pairs].any(axis=1))
+    if len(soft):
+        depth[soft] = np.minimum(
+            depth[soft], _by_facets(skin, points, areas, faces, pairs[soft], depth[soft])
+        )
+    deep = depth > allowed
+    return Overlaps(pairs[deep], depth[deep] - skin.hollow[pairs[deep]].sum(axis=1))
+
+
+@njit(cache=True)
+def _by_axes(
+    points: FloatArray,
+    nodes: IntArray,
+    axes: FloatArray,
+    first_face: IntArray,
+    edges: IntArray,
+    first_edge: IntArray,
+    pairs: IntArray,
+    allowed: FloatArray,
+) -> FloatArray:
+    """Least overlap of the blocks' hulls along face normals and across edges, shape (m,) [m].
+
+    Once no more than ``allowed`` a pair is looked at no further.
+    """
+    d = points.shape[1]
+    result = np.full(len(pairs), np.inf)
+    axis = np.empty(d)
+    for m in range(len(pairs)):
+        one, two = pairs[m, 0], pairs[m, 1]
+        for side in range(2):
+            block = pairs[m, side]
+            for face in range(first_face[block], first_face[block + 1]):
+                if (axes[face] ** 2).sum() < 0.5:
+                    continue  # a face without facets
+                depth = _along(points, nodes, one, two, axes[face])
+                result[m] = min(result[m], depth)
+                if result[m] <= allowed[m]:
+                    break
+            if result[m] <= allowed[m]:
+                break
+        if d == 2:
+            continue
+        for e in range(first_edge[one], first_edge[one + 1]):
+            if result[m] <= allowed[m]:
+                break
+            for f in range(first_edge[two], first_edge[two + 1]):
+                a = points[edges[e, 1]] - points[edges[e, 0]]
+                b = points[edges[f, 1]] - points[edges[f, 0]]
+                axis[0] = a[1] * b[2] - a[2] * b[1]
+                axis[1] = a[2] * b[0] - a[0] * b[2]
+                axis[2] = a[0] * b[1] - a[1] * b[0]
+                length = np.sqrt((axis**2).sum())
+                if length <= PARALLEL * np.sqrt((a**2).sum() * (b**2).sum()):
+                    continue
+                result[m] = min(result[m], _along(points, nodes, one, two, axis / length))
+                if result[m] <= allowed[m]:
+                    break
+    return result
+
+
+@njit(cache=True)
+def _along(points: FloatArray, nodes: IntArray, one: int, two: int, axis: FloatArray) -> float:
+    """Overlap of two blocks' shadows on an axis [m]."""
+    ends = np.empty((2, 2))
+    for k, block in enumerate((one, two)):
+        low, high = np.inf, -np.inf
+        for v in range(nodes[block, 0], nodes[block, 1]):
+            at = 0.0
+            for c in range(points.shape[1]):
+                at += points[v, c] * axis[c]
+            low, high = min(low, at), max(high, at)
+        ends[k, 0], ends[k, 1] = low, high
+    return min(ends[0, 1] - ends[1, 0], ends[1, 1] - ends[0, 0])  # type: ignore[no-any-return]
+
+
+def _by_facets(
+    skin: Skin, points: FloatArray, areas: FloatArray, faces: FloatArray, pairs: IntArray, depth: FloatArray
+) -> FloatArray:
+    """Least depth over the faces of each pair that look at each other, facet by facet, shape (m,) [m].
+
+    Infinite where none do.
+    """
+    size = np.linalg.norm(areas, axis=1)
+    normal = areas / np.maximum(size, 1e-300)[:, None]
+    at = points[skin.corners]
+    rows = facing_rows(
+        normal, at.min(axis=1), at.max(axis=1), skin.first, pairs, STEEPEST, float(depth.max())
+    )
+    lower, upper = rows[:, 0], rows[:, 1]
+    mean = normal[lower] - normal[upper]
+    frame = local_frames(mean / np.linalg.norm(mean, axis=1)[:, None])
+    gap, area = _gaps(skin, at, normal, lower, upper, frame)
+    face = np.stack([skin.face[lower], skin.face[upper]], axis=1)
+    both, number = np.unique(face[area > 0], axis=0, return_inverse=True)
+    if len(both) == 0:
+        return np.full(len(pairs), np.inf)
+    number = number.ravel()
+    deepest = np.full(len(both), -np.inf)
+    np.maximum.at(deepest, number, -gap[area > 0])
+    common = np.bincount(number, area[area > 0], len(both))
+    whole = np.linalg.norm(faces, axis=1)[both].min(axis=1)
+    says = common > SLIVER * whole
+    # the pair that two faces belong to: pairs are sorted, and blocks hold faces in their order
+    owner = np.searchsorted(skin.first_face, both, side="right") - 1
+    count = len(skin.first)
+    place = np.searchsorted(pairs @ [count, 1], owner @ [count, 1])
+    result = np.full(len(pairs), np.inf)
+    np.minimum.at(result, place[says], deepest[says])
+    return result
+
+
+def _gaps(
+    skin: Skin, at: FloatArray, normal: FloatArray, lower: IntArray, upper: IntArray, frame: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Least gap over the common part of pairs of facets, and its area; (m,), (m,); area 0: none."""
+    if len(lower) == 0:
+        return np.zeros(0), np.zeros(0)
+    origin = at[lower, 0]
+    corners, count, area = _common(at, skin.count, lower, upper, origin, frame)
+    shown = np.arange(corners.shape[1]) < count[:, None]
+    across = np.broadcast_to(frame[:, :1], corners.shape)
+    above = height(corners, across, at[upper, :1], normal[upper, None])
+    below = height(corners, across, at[lower, :1], normal[lower, None])
+    gap: FloatArray = np.where(shown, above - below, np.inf).min(axis=1)
+    return gap, np.where(np.isfinite(gap), area, 0.0)
+
+
+def _common(
+    at: FloatArray, count: IntArray, lower: IntArray, upper: IntArray, origin: FloatArray, frame: FloatArray
+) -> tuple[FloatArray, IntArray, FloatArray]:
+    """Corners of the common part of facets seen along the normal, (m, k, d), how many (m,), and area (m,)."""
+    if at.shape[2] == 2:
+        along = [np.einsum("mkd,md->mk", at[rows] - origin[:, None], frame[:, 1]) for rows in (lower, upper)]
+        low = np.maximum(along[0].min(axis=1), along[1].min(axis=1))
+        high = np.minimum(along[0].max(axis=1), along[1].max(axis=1))
+        ends = np.stack([low, high], axis=1)[:, :, None] * frame[:, None, 1] + origin[:, None]
+        return ends, np.where(high > low, 2, 0), np.maximum(high - low, 0.0)
+    flat, corners, area = _polygons(at, count, lower, upper, origin, frame)
+    return origin[:, None] + np.einsum("mkp,mpd->mkd", flat, frame[:, 1:]), corners, area
+
+
+@njit(cache=True)
+def _polygons(
+    at: FloatArray, count: IntArray, lower: IntArray, upper: IntArray, origin: FloatArray, frame: FloatArray
+) -> tuple[FloatArray, IntArray, FloatArray]:
+    pairs = len(lower)
+    result = np.zeros((pairs, 2 * at.shape[1], 2))
+    corners, area = np.zeros(pairs, dtype=np.int64), np.zeros(pairs)
+    for m in range(pairs):
+        c, a = lower[m], upper[m]
+        window, subject = np.empty((count[c], 2)), np.empty((count[a], 2))
+        for p in range(2):
+            for k in range(count[c]):
+                window[k, p] = ((at[c, k] - origin[m]) * frame[m, 1 + p]).sum()
+            for k in range(count[a]):  # outward of the upper is against the normal: turn round
+                subject[count[a] - 1 - k, p] = ((at[a, k] - origin[m]) * frame[m, 1 + p]).sum()
+        extent = max(np.abs(window).max(), 1e-300)
+        polygon = clip(subject, window, 1e-9 * extent)
+        corners[m] = len(polygon)
+        result[m, : len(polygon)] = polygon
+        area[m] = polygon_area(polygon)
+    return result, corners, area

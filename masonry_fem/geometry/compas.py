@@ -21,8 +21,8 @@ from typing import Any
 import numpy as np
 
 from masonry_fem.errors import GeometryError
+from masonry_fem.geometry.naming import tell_renamed, tidy_name, unlike
 from masonry_fem.geometry.skin import Skin
-from masonry_fem.geometry.surfaces import tidy_name, unlike
 
 GEOMETRIES = ("block", "part", "geometry", "shape", "mesh")  # keys that hold a block's mesh
 
@@ -56,6 +56,8 @@ def read_compas(path: Path, title: str) -> list[Skin]:
             "'vertex' and 'face'; convert other geometry (Brep, polyhedron) to meshes there"
         )
     names = unlike([f"b{tidy_name(one.key)}" for one in found])
+    pairs = zip(found, names, strict=True)
+    tell_renamed(title, {one.key: name for one, name in pairs if name != f"b{one.key}"})
     return [_skin(name, one, title) for name, one in zip(names, found, strict=True)]
 
 

@@ -24,6 +24,7 @@ from masonry_fem.errors import GeometryError
 from masonry_fem.geometry.alone import DRAWINGS, MESHES, alone
 from masonry_fem.geometry.cells import boundary_facets, corner_count, turned
 from masonry_fem.geometry.compas import read_compas
+from masonry_fem.geometry.naming import UNSELECTABLE, Names, tell_renamed
 from masonry_fem.geometry.outline import outline
 from masonry_fem.geometry.session import Elements, elements_of, node_positions, session
 from masonry_fem.geometry.skin import Skin, once, shape_of
@@ -161,8 +162,9 @@ def _bodies(gmsh: Any, dimension: int, spec: FileStructure) -> list[_Body]:
     bodies: list[_Body] = []
     if groups:
         _doubt_ungrouped(gmsh, dimension, spec)
+    names = _group_names(gmsh, dimension, f"structures.{spec.name}.path '{spec.path}'")
     for _, tag in groups:
-        name = gmsh.model.getPhysicalName(dimension, tag) or f"group{tag}"
+        name = names[tag]
         entities = [int(entity) for entity in gmsh.model.getEntitiesForPhysicalGroup(dimension, tag)]
         elements = elements_of(gmsh, dimension, entities, f"'{spec.path}', group '{name}'")
         if elements is not None:
@@ -181,6 +183,15 @@ def _bodies(gmsh: Any, dimension: int, spec: FileStructure) -> list[_Body]:
             f"{dimension}D model; mesh it in {dimension}D and save all elements or groups"
         )
     return bodies
+
+
+def _group_names(gmsh: Any, dimension: int, title: str) -> dict[int, str]:
+    """Name of each physical group by its tag, one that selectors can use."""
+    names = Names(UNSELECTABLE)
+    tags = [int(tag) for _, tag in gmsh.model.getPhysicalGroups(dimension)]
+    made = {tag: names.of(gmsh.model.getPhysicalName(dimension, tag)) or f"group{tag}" for tag in tags}
+    tell_renamed(title, names.changed)
+    return made
 
 
 def _doubt_ungrouped(gmsh: Any, dimension: int, spec: FileStructure) -> None:
@@ -223,8 +234,9 @@ def _split(name: str, mark: str, elements: Elements, always: bool = False) -> li
 def _named_facets(gmsh: Any, dimension: int, path: str) -> dict[tuple[int, ...], str]:
     """Name of each facet in a physical group, by its sorted corner tags."""
     named: dict[tuple[int, ...], str] = {}
+    names = _group_names(gmsh, dimension - 1, f"'{path}'")
     for _, tag in gmsh.model.getPhysicalGroups(dimension - 1):
-        name = gmsh.model.getPhysicalName(dimension - 1, tag) or f"group{tag}"
+        name = names[tag]
         for entity in gmsh.model.getEntitiesForPhysicalGroup(dimension - 1, tag):
             found = elements_of(gmsh, dimension - 1, [int(entity)], f"'{path}', group '{name}'")
             if found is not None:

@@ -9,7 +9,6 @@ A solid, object or group that holds several bodies gives one block each, ``name_
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +17,7 @@ import numpy as np
 
 from masonry_fem.errors import GeometryError
 from masonry_fem.geometry.meshio_reading import quietly_read
+from masonry_fem.geometry.naming import UNSPACED, Names, tell_renamed, unlike
 from masonry_fem.geometry.skin import Skin, parts_of
 from masonry_fem.solid.pose import FloatArray
 
@@ -38,25 +38,6 @@ def read_surfaces(path: Path, title: str) -> list[Skin]:
     return skins
 
 
-def tidy_name(text: str) -> str:
-    """A name that selectors can use: letters, digits, ``_``, ``-`` and ``.``; "" where none are left."""
-    return re.sub(r"[^\w.-]+", "_", text.strip()).strip("_.")
-
-
-def unlike(names: list[str]) -> list[str]:
-    """The names, with ``_2``, ``_3`` ... behind those that came before."""
-    seen: set[str] = set()
-    made = []
-    for name in names:
-        new, count = name, 1
-        while new in seen:
-            count += 1
-            new = f"{name}_{count}"
-        seen.add(new)
-        made.append(new)
-    return made
-
-
 def _stl(path: Path, title: str) -> list[Skin]:
     data = path.read_bytes()
     count = int.from_bytes(data[80:84], "little") if len(data) >= HEAD else -1
@@ -69,7 +50,7 @@ def _stl(path: Path, title: str) -> list[Skin]:
             f"{title} has {len(data)} bytes, expected text that begins with 'solid' or "
             f"{HEAD + RECORD * count} bytes of triangles; the file is cut off or no STL: export it again"
         )
-    return _named(list(_solids(data.decode(errors="replace"), title)))
+    return _named(list(_solids(data.decode(errors="replace"), title)), title)
 
 
 def _solids(text: str, title: str) -> Iterator[tuple[str, FloatArray]]:
@@ -96,11 +77,14 @@ def _solids(text: str, title: str) -> Iterator[tuple[str, FloatArray]]:
         )
 
 
-def _named(solids: list[tuple[str, FloatArray]]) -> list[Skin]:
-    filled = [(tidy_name(name), corners) for name, corners in solids if len(corners)]
+def _named(solids: list[tuple[str, FloatArray]], title: str) -> list[Skin]:
+    filled = [(name, corners) for name, corners in solids if len(corners)]
     if len(filled) == 1:  # mostly the name of the program, or of all that was exported
         return parts_of(_soup(ANY, filled[0][1]), "")
-    names = unlike([name or f"{ANY}{number}" for number, (name, _) in enumerate(filled, start=1)])
+    tidy = Names(UNSPACED)
+    names = unlike([tidy.of(name) or f"{ANY}{number}" for number, (name, _) in enumerate(filled, start=1)])
+    said = [name for name, _ in filled]
+    tell_renamed(title, {one: own for one, own in zip(said, names, strict=True) if one not in ("", own)})
     return [
         part
         for name, (_, corners) in zip(names, filled, strict=True)
@@ -138,6 +122,7 @@ def faces_of_obj(path: Path, title: str) -> tuple[FloatArray, list[ObjFace]]:
     points: list[list[float]] = []
     faces: list[ObjFace] = []
     word = {"o": "", "g": "", "usemtl": ""}
+    names = {key: Names(UNSPACED) for key in word}
     for number, line in enumerate(_joined(path.read_text(encoding="utf-8", errors="replace")), start=1):
         words = line.split("#")[0].split()
         if not words:
@@ -145,7 +130,7 @@ def faces_of_obj(path: Path, title: str) -> tuple[FloatArray, list[ObjFace]]:
         if words[0] == "v":
             points.append(_numbers(words[1:4], 3, title, number))
         elif words[0] in word:
-            word[words[0]] = tidy_name(" ".join(words[1:]))
+            word[words[0]] = names[words[0]].of(" ".join(words[1:]))
         elif words[0] == "f":
             corners = tuple(_corner(one, len(points), title, number) for one in words[1:])
             if len(corners) < 3:
@@ -154,6 +139,7 @@ def faces_of_obj(path: Path, title: str) -> tuple[FloatArray, list[ObjFace]]:
                     "correct the file"
                 )
             faces.append(ObjFace(word["o"], word["g"], word["usemtl"], corners))
+    tell_renamed(title, names["o"].changed | names["g"].changed | names["usemtl"].changed)
     return np.array(points, dtype=float).reshape(-1, 3), faces
 
 

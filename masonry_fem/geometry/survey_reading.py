@@ -21,7 +21,8 @@ from pathlib import Path
 import numpy as np
 
 from masonry_fem.errors import GeometryError
-from masonry_fem.geometry.surfaces import faces_of_obj, tidy_name, unlike
+from masonry_fem.geometry.naming import UNSPACED, Names, tell_renamed, unlike
+from masonry_fem.geometry.surfaces import faces_of_obj
 from masonry_fem.solid.pose import FloatArray
 
 COLUMNS = ("stone", "vertex", "x", "y", "z")
@@ -61,7 +62,9 @@ def _csv(path: Path, title: str) -> list[Measured]:
         raise GeometryError(
             f"{title} is no text in UTF-8 ({error.reason} at byte {error.start}); save it as UTF-8"
         ) from error
-    rows = list(_rows(text, title))
+    names = Names(UNSPACED)
+    rows = list(_rows(text, title, names))
+    tell_renamed(title, names.changed)
     stones: dict[str, dict[int, tuple[FloatArray, int]]] = {}
     for line, name, number, corner in rows:
         known = stones.setdefault(name, {})
@@ -77,7 +80,7 @@ def _csv(path: Path, title: str) -> list[Measured]:
     ]
 
 
-def _rows(text: str, title: str) -> Iterator[tuple[int, str, int, FloatArray]]:
+def _rows(text: str, title: str, stones: Names) -> Iterator[tuple[int, str, int, FloatArray]]:
     """Line, stone, number of the corner and its place."""
     separator, place = "", {}
     for line, full in enumerate(text.splitlines(), start=1):
@@ -109,7 +112,7 @@ def _rows(text: str, title: str) -> Iterator[tuple[int, str, int, FloatArray]]:
                 f"{title}, line {line}: vertex is {number:g}, expected a whole number; number the corners"
             )
         corner = np.array([_number(cells[place[axis]], axis, title, line) for axis in "xyz"])
-        yield line, _called(cells[place["stone"]], title, line), int(number), corner
+        yield line, _called(cells[place["stone"]], stones, title, line), int(number), corner
 
 
 def _number(word: str, column: str, title: str, line: int) -> float:
@@ -123,11 +126,11 @@ def _number(word: str, column: str, title: str, line: int) -> float:
     return value
 
 
-def _called(word: str, title: str, line: int) -> str:
-    name = tidy_name(word)
+def _called(word: str, names: Names, title: str, line: int) -> str:
+    name = names.of(word, prefix="s" if re.match(r"[\W_]*\d", word) else "")
     if not name:
         raise GeometryError(f"{title}, line {line}: stone is '{word}', expected a name; number the stones")
-    return f"s{name}" if re.match(r"\d", name) else name
+    return name
 
 
 def _obj(path: Path, title: str) -> list[Measured]:

@@ -103,6 +103,13 @@ def test_scale(tmp_path: Path) -> None:
     assert made.shapes[0].solid.mass_properties().volume == pytest.approx(1e-9)
 
 
+def test_groups_whose_names_selectors_would_misread(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    path = tmp_path / "a.geo"
+    path.write_text(MILLIMETRES.replace('"stone"', '"left/[right] one"'))
+    assert reading(path, scale=1e-3).blocks[0].name == "f.left__right_ one"
+    assert "'left/[right] one' is 'left__right_ one'" in caplog.text
+
+
 MILLIMETRES = """
 SetFactory("OpenCASCADE");
 Box(1) = {0, 0, 0, 400, 300, 200};

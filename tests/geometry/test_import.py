@@ -247,6 +247,20 @@ def test_dome_of_compas_with_every_face_twice(shared_data: Path, caplog: pytest.
     assert "has 720 faces a second time (in 90 blocks" in caplog.text
 
 
+def test_names_that_were_changed_are_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """Names that the file tells apart stay apart, though selectors know them as the same."""
+    path = tmp_path / "a.obj"
+    write_obj(path, [CUBE.moved(Pose(np.eye(3), np.array([2.0 * k, 0.0, 0.0]))) for k in range(3)])
+    text = path.read_text().replace("stone 1", "stone*0").replace("stone 2", "plinth")
+    path.write_text(text)
+    made = reading(path)
+    assert [block.name for block in made.blocks] == ["f.stone_0", "f.stone_0_2", "f.plinth"]
+    assert (
+        "structures.f.path 'a.obj': 2 names were changed for selectors, or to tell them apart: "
+        "'stone 0' is 'stone_0', 'stone*0' is 'stone_0_2'" in caplog.text
+    )
+
+
 # --- what is broken ---------------------------------------------------------------------------
 
 

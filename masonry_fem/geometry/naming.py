@@ -1,0 +1,73 @@
+"""Naming: names of blocks and faces that selectors can use, from those that files have.
+
+    names = Names(UNSPACED)
+    names.of("Mesh 0"), names.of("Mesh/0"), names.of("Mesh 0")     # "Mesh_0", "Mesh_0_2", "Mesh_0"
+    tell_renamed("structures.d.path 'dome.obj'", names.changed)
+
+Names that a file tells apart stay apart; whatever was changed is told.
+"""
+
+from __future__ import annotations
+
+import logging
+import re
+from collections.abc import Mapping
+
+UNSPACED = r"[^\w.-]+"  # all but letters, digits, "_", "-" and "."
+UNSELECTABLE = r"[/*?\[\]]"  # what means something in a selector
+SHOWN = 5  # names that a message shows
+
+logger = logging.getLogger(__name__)
+
+
+class Names:
+    """Names by what a file calls them, all different."""
+
+    def __init__(self, forbidden: str) -> None:
+        self._forbidden = forbidden
+        self._known: dict[str, str] = {"": ""}
+
+    def of(self, text: str, prefix: str = "") -> str:
+        """The name of what the file calls ``text``; "" where nothing of that is left."""
+        if text not in self._known:
+            tidy = tidy_name(text, self._forbidden)
+            self._known[text] = _unlike(prefix + tidy, set(self._known.values())) if tidy else ""
+        return self._known[text]
+
+    @property
+    def changed(self) -> dict[str, str]:
+        """Those that are not as in the file, by what they are called there."""
+        return {text: name for text, name in self._known.items() if name and name != text}
+
+
+def tidy_name(text: str, forbidden: str = UNSPACED) -> str:
+    """The text with ``_`` for what is forbidden; "" where nothing else is left."""
+    return re.sub(forbidden, "_", text.strip()).strip("_.")
+
+
+def unlike(names: list[str]) -> list[str]:
+    """The names, with ``_2``, ``_3`` ... behind those that came before."""
+    seen: set[str] = set()
+    made = []
+    for name in names:
+        made.append(_unlike(name, seen))
+        seen.add(made[-1])
+    return made
+
+
+def tell_renamed(title: str, changed: Mapping[str, str]) -> None:
+    """Warn of names that are not as in the file."""
+    if changed:
+        some = ", ".join(f"'{text}' is '{name}'" for text, name in list(changed.items())[:SHOWN])
+        logger.warning(
+            "%s: %d names were changed for selectors, or to tell them apart: %s%s",
+            title, len(changed), some, ", ..." if len(changed) > SHOWN else "",
+        )  # fmt: skip
+
+
+def _unlike(name: str, seen: set[str]) -> str:
+    new, count = name, 1
+    while new in seen:
+        count += 1
+        new = f"{name}_{count}"
+    return new

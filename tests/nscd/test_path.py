@@ -196,3 +196,33 @@ def test_fronts_tell_the_sign_of_the_determinant():
         assert beyond.sign == int(np.linalg.slogdet(beyond.factor.answer.matrix.toarray())[0])
         signs |= {piece.sign, beyond.sign}
     assert signs == {1, -1}
+
+
+def test_where_no_weaker_round_can_be_followed_the_centre_moves_on_with_the_last_weight():
+    """Rounding decides whether a weak round gets through; a solved one again gets closer, too."""
+    problem = tipping(6, 6)
+    near = solve(problem, SolverSettings(method="interior_point", tolerance=1e-3))
+    run = PathFollowing(weight=1e-3).init(problem, Start(impulse=near.impulse))
+    settings, verdicts = SolverSettings(tolerance=1e-10), []
+
+    def solve_round():
+        centre = run.centre
+        for _ in range(500):
+            verdicts.append(run.step(near.quality, settings).verdict)
+            if run.centre is not centre:
+                break
+        offer = run.guess()
+        return assess(problem, offer.impulse, offer.rigid_velocity).error
+
+    first = solve_round()
+    weight = run.solved
+    for _ in range(2):  # two that are lost, the second of them milder
+        assert run._give_up_round() is None
+        assert run.weight < weight
+    assert run._give_up_round() is None
+    assert run.weight == weight
+    again = solve_round()
+    assert run.solved == weight
+    assert again < first
+    assert verdicts[-1] is None
+    assert run._give_up_round() is Outcome.STALLED

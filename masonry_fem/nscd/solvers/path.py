@@ -39,7 +39,7 @@ FloatArray = NDArray[np.float64]
 # Error of a start that no round would mend: the first weights lead away from it, the last ones take for ever.
 CLOSE = 1e-6
 LEAST_WEIGHT = 1e-11
-MILDEST_DECREASE = 0.4  # of α for which another round is worth its price
+MILDEST_DECREASE = 0.4  # of α that is worth a round that may fail
 # Shake of x_0: this share of the error in velocities, which counts as no more than the second.
 SHAKE = 1e-3
 MOST_ERROR = 1e-2
@@ -158,15 +158,22 @@ class PathRun:
         return Outcome.STALLED if self.idle >= self.settings.patience else None
 
     def _give_up_round(self) -> Outcome | None:
-        """Begin the round again with more regularisation, but less than a round that was solved had."""
+        """Begin the round again with more regularisation: at most as much as one that was solved had.
+
+        With that it costs little, as the centre is close, and brings it closer. With less, rounding decides
+        in the end whether a path can be followed.
+        """
         self.round = None
         if self.solved is None:
             self.weight = min(10.0 * self.weight, 1.0)
             self.idle += 1
             return Outcome.STALLED if self.idle >= self.settings.patience else None
-        self.decrease **= 0.5
+        if self.decrease == 1.0:
+            return Outcome.STALLED
+        milder = self.decrease**0.5
+        self.decrease = milder if milder <= MILDEST_DECREASE else 1.0
         self.weight = self.decrease * self.solved
-        return Outcome.STALLED if self.decrease > MILDEST_DECREASE else None
+        return None
 
     def _offer(self, steps: int, verdict: Outcome | None) -> Iterate:
         velocity = self.problem.balanced_velocity(self.centre)

@@ -118,9 +118,8 @@ def _needing(made: March, motion: Mechanism, impulse: FloatArray) -> Start:
     plane = made.model.assembly.dimension == 2
     falls = motion if made.outcome == "equilibrium" else None  # else it is the march's own
     joints = [joint.interface for joint in motion.joints]
-    pressed = np.zeros(len(made.model.interfaces))
-    number = made.model.contacts.interface[made.last.contacts]
-    np.add.at(pressed, number, impulse[:, 0] / made.last.scheme.step)
+    pressed = np.zeros(made.model.contacts.count)
+    pressed[made.last.contacts] = impulse[:, 0] / made.last.scheme.step
     from masonry_fem.limit import limit_problem  # noqa: PLC0415 - what is reached needs no program
     from masonry_fem.limit.prestress import least_prestress  # noqa: PLC0415
 
@@ -129,7 +128,7 @@ def _needing(made: March, motion: Mechanism, impulse: FloatArray) -> Start:
         # what runs off is looked at where it was
         bodies = made.state.bodies if made.outcome == "equilibrium" else made.last.before.bodies
         problem = limit_problem(made.model, forces, bodies=bodies)
-        least = least_prestress(problem, joints, pressed[joints].tolist())
+        least = least_prestress(problem, joints, pressed)
     except MasonryError:
         least = None
     if least is None:

@@ -149,6 +149,12 @@ class Mechanism:
         """Number of blocks that move."""
         return sum(len(part.blocks) for part in self.parts)
 
+    @property
+    def bodies(self) -> tuple[Part, ...]:
+        """What one sees moving: the parts, or where there are many macro-blocks and those by themselves."""
+        taken = {number for part in self.macroblocks for number in part.numbers}
+        return (*self.macroblocks, *(part for part in self.parts if not taken.intersection(part.numbers)))
+
     def of(self, how: str) -> tuple[Joint, ...]:
         """Joints that move in a way: ``hinge``, ``slides`` or ``opens``."""
         return tuple(joint for joint in self.joints if joint.how == how)

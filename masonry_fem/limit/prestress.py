@@ -1,10 +1,10 @@
 """Prestress: the least that joints must be pressed beforehand for the loads to be carried.
 
-    found = least_prestress(problem, joints=[3, 4], pressed=[0.0, 0.0])
+    found = least_prestress(problem, joints=[3, 4], pressed=normal)
     found.thrust            # N: with less in every one of these joints no reactions balance the loads
 
-Of all reactions within the cones that balance the loads, those whose greatest rise of a joint's normal
-force above what presses it already is least. One program, like every question of limit analysis.
+Of all reactions within the cones that balance the loads, those for which the greatest thrust that a joint
+bears on top of what presses it already is least. One program, like every question of limit analysis.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ class Prestress:
 
     Attributes
     ----------
-    thrust : Greatest rise of a joint's normal force, as small as it can be [N].
-    rises : Of each joint, shape (j,) [N].
+    thrust : Greatest thrust on top of what is there in a joint, as small as it can be [N].
+    rises : Of each joint, summed over the points that are pressed more than before, shape (j,) [N].
     unbalanced : What the reactions leave of the loads, relative to the largest.
     """
 
@@ -37,56 +37,59 @@ class Prestress:
     unbalanced: float
 
 
-def least_prestress(
-    problem: LimitProblem, joints: Sequence[int], pressed: Sequence[float]
-) -> Prestress | None:
-    """The least rise of normal forces with which the dead loads are carried; None where nothing carries them.
+def least_prestress(problem: LimitProblem, joints: Sequence[int], pressed: FloatArray) -> Prestress | None:
+    """The least thrust on top with which the dead loads are carried; None where nothing carries them.
 
     Parameters
     ----------
     problem : Its dead loads count.
     joints : Numbers of the model's interfaces that may be pressed, (j,).
-    pressed : Normal force of each that is there already, (j,) [N].
+    pressed : Normal force that is there already at each contact point, shape (c,) [N].
 
     Raises
     ------
     ProblemError : The program was not solved well enough to tell.
     """
-    d, count = problem.dimension, len(joints)
-    contacts, number = len(problem.points), problem.model.contacts.interface
-    normal = problem.equilibrium.shape[1] - d * contacts
-    # a joint's normal force less what is there, and what it lacks of the thrust: a contact without friction
+    c, d = problem.points.shape
     rank = np.full(len(problem.model.interfaces), -1)
-    rank[list(joints)] = np.arange(count)
-    own = np.flatnonzero((rank[number] >= 0) & problem.active)
-    sums = sparse.csr_array((np.ones(len(own)), (rank[number[own]], d * own)), shape=(count, d * contacts))
-    slack = sparse.csr_array(
-        (np.ones(count), (np.arange(count), d * np.arange(count))), shape=(count, d * count)
-    )
-    balance = problem.equilibrium[:, : d * contacts]
-    rest = problem.equilibrium[:, d * contacts :]
+    rank[list(joints)] = np.arange(len(joints))
+    joint = rank[problem.model.contacts.interface]
+    own = np.flatnonzero((joint >= 0) & problem.active)
+    k, j = len(own), len(joints)
+    # r_N = what is there + rise − fall at each point; the rises of a joint and what they lack make the thrust.
+    # Rises, falls and lacks are the normal forces of contacts without friction.
+    point = np.arange(k)
+    normal = _ones(point, d * own, (k, c * d))
+    above = _ones(point, d * point, (k, k * d))
+    sums = _ones(joint[own], d * point, (j, k * d))
+    lacks = _ones(np.arange(j), d * np.arange(j), (j, j * d))
+    balance, held = problem.equilibrium[:, : c * d], problem.equilibrium[:, c * d :]
     matrix = sparse.block_array(
-        [[balance, None, rest], [sums, slack, sparse.csr_array((count, normal))]], format="csr"
+        [
+            [balance, None, None, None, held],
+            [normal, -above, above, None, None],
+            [None, sums, None, lacks, None],
+        ],
+        format="csr",
     )
-    strength = problem.strength
-    nothing = np.zeros(count)
-    found = maximum(
-        Program(
-            matrix=sparse.csr_array(matrix),
-            fixed=np.concatenate([problem.dead, -np.asarray(pressed, float) / problem.force]),
-            growing=np.concatenate([np.zeros_like(problem.dead), np.ones(count)]),
-            strength=Strength(
-                *(
-                    np.concatenate([part, nothing])
-                    for part in (strength.friction, strength.apex, strength.tension)
-                )
-            ),
-            dimension=d,
-            upper=0.0,
-        )
+    strength, others = problem.strength, np.zeros(2 * k + j)
+    given = (strength.friction, strength.apex, strength.tension)
+    program = Program(
+        matrix=sparse.csr_array(matrix),
+        fixed=np.concatenate([problem.dead, -pressed[own] / problem.force, np.zeros(j)]),
+        growing=np.concatenate([np.zeros(len(problem.dead) + k), np.ones(j)]),
+        strength=Strength(*(np.concatenate([part, others]) for part in given)),
+        dimension=d,
+        upper=0.0,
     )
+    found = maximum(program)
     if found is None:
         return None
     trust("the least pre-stress", found.unbalanced)
-    rises = problem.force * (sums @ found.force[: d * contacts]) - np.asarray(pressed, float)
+    rises = problem.force * (sums @ found.force[c * d : (c + k) * d])
     return Prestress(max(-found.value, 0.0) * problem.force, rises, found.unbalanced)
+
+
+def _ones(rows: FloatArray, columns: FloatArray, shape: tuple[int, int]) -> sparse.csr_array:
+    """The matrix that has a one at each of some places."""
+    return sparse.csr_array((np.ones(len(rows)), (rows, columns)), shape=shape)

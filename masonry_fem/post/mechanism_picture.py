@@ -93,9 +93,9 @@ def _arrows(mechanism: Mechanism, carried: _Carried) -> tuple[FloatArray, FloatA
     """Where arrows start and the velocities there, one a block, or one a part where there are many."""
     moving = {number for part in mechanism.parts for number in part.numbers}
     if len(moving) > MANY:
-        at = np.stack([part.at for part in mechanism.parts])
-        blocks = np.array([part.numbers[0] for part in mechanism.parts])
-        velocity = np.stack([part.velocity for part in mechanism.parts])
+        at = np.stack([part.at for part in mechanism.bodies])
+        blocks = np.array([part.numbers[0] for part in mechanism.bodies])
+        velocity = np.stack([part.velocity for part in mechanism.bodies])
     else:
         rows = np.array([r for r, b in enumerate(mechanism.blocks.tolist()) if b in moving], dtype=int)
         at, blocks, velocity = mechanism.centre[rows], mechanism.blocks[rows], mechanism.velocity[rows]
@@ -105,7 +105,7 @@ def _arrows(mechanism: Mechanism, carried: _Carried) -> tuple[FloatArray, FloatA
 def _draw_parts(stage: Stage, surface: Any, mechanism: Mechanism) -> None:
     block = np.asarray(surface.cell_data[fields.BLOCK])
     left = np.ones(len(block), dtype=bool)
-    for rank, part in enumerate(mechanism.parts):
+    for rank, part in enumerate(mechanism.bodies):
         own = np.isin(block, part.numbers)
         left &= ~own
         if own.any():
@@ -157,7 +157,7 @@ def _keys(mechanism: Mechanism) -> list[Key]:
         Key("opens", OPENING) if mechanism.of("opens") else None,
     ]
     keys = [key for key in told if key is not None]
-    for rank, part in enumerate(mechanism.parts[:KEYS]):
+    for rank, part in enumerate(mechanism.bodies[:KEYS]):
         one = part.blocks[0] if len(part.blocks) == 1 else f"{part.blocks[0]} … {part.blocks[-1]}"
         keys.append(Key(one, PART_COLOURS[rank % len(PART_COLOURS)]))
     return [*keys, Key("fixed", FIXED)]

@@ -8,6 +8,7 @@ from masonry_fem.run import run, solve_scene
 from masonry_fem.scene.specs import (
     ArchStructure,
     BlockStructure,
+    FileStructure,
     Joint,
     Loads,
     Material,
@@ -69,6 +70,56 @@ def test_elastic_stones_between_vertical_faces_fall():
     assert found.summary["mechanism"]["groups"] == [["stone0"]]
     assert found.summary["moving"][0]["how"] == "falls"
     assert found.summary["start"]["least_thrust"] == pytest.approx(0.5 * WEIGHT / (2 * FRICTION), rel=1e-6)
+
+
+def test_an_elastic_beam_that_is_slender_braces_itself():
+    # as it sags its lower edges push the faces apart; four times as long as deep it still falls
+    for length, outcome in ((2.0, "no_equilibrium"), (3.0, "equilibrium")):
+        stone = block("stone", (length, 0.5), (0.0, 0.0))
+        ends = [block("left", (0.5, 1.5), (-0.5, -0.5)), block("right", (0.5, 1.5), (length, -0.5))]
+        mesh = MeshSettings(size=0.125)
+        found = solve_scene(scene((stone, *ends), ("left", "right"), fidelity="elastic", mesh=mesh))
+        assert found.outcome == outcome
+    assert found.summary["start"] == {"reached": True}
+
+
+@pytest.mark.parametrize(
+    ("name", "gravity", "thrust"),
+    [
+        ("H", (0.0, 0.0, -9.81), 16817.0),
+        ("A", (0.0, 0.0, -9.81), 63740.0),
+        ("type-a", (0.0, 0.0, -9.81), None),
+        ("type-b", (0.0, 0.0, -9.81), None),
+        ("type-a", (0.0, 0.0, 9.81), 30036.0),
+        ("type-b", (9.81, 0.0, 0.0), None),
+        ("type-b", (0.0, 9.81, 0.0), 48922.0),
+    ],
+)
+def test_cases_of_coupled_rigid_block_analysis(shared_data, name, gravity, thrust):
+    """Wedges between two held stones; the least thrusts of H and A follow from the angle of their faces."""
+    path = str(shared_data / f"compas/cra_{name}.json")
+    stones = FileStructure(name="s", material="stone", path=path, scale=1.0, supports=("b0", "b1"))
+    found = solve_scene(
+        scene((stones,), dimension=3, joints=(Joint(friction=0.84),), loads=Loads(gravity=gravity))
+    )
+    assert found.outcome == "equilibrium"
+    assert found.summary["start"]["reached"] is (thrust is None)
+    assert found.summary["start"].get("least_thrust") == (thrust and pytest.approx(thrust, rel=1e-4))
+
+
+@pytest.mark.parametrize("name", ["H", "A"])
+def test_elastic_cases_of_coupled_rigid_block_analysis_fall(shared_data, name):
+    path = str(shared_data / f"compas/cra_{name}.json")
+    stones = FileStructure(name="s", material="stone", path=path, scale=1.0, supports=("b0", "b1"))
+    found = solve_scene(
+        scene(
+            (stones,), dimension=3, fidelity="elastic", mesh=MeshSettings(size=0.4),
+            joints=(Joint(friction=0.84),), loads=Loads(gravity=(0.0, 0.0, -9.81)),
+        )
+    )  # fmt: skip
+    assert found.outcome == "no_equilibrium"
+    assert found.summary["mechanism"]["groups"] == [["s.b2"]]
+    assert found.summary["start"]["least_thrust"] > 0
 
 
 def test_the_verdict_is_written(tmp_path):

@@ -92,7 +92,7 @@ def test_an_elastic_beam_that_is_slender_braces_itself():
         ("type-b", (0.0, 0.0, -9.81), None),
         ("type-a", (0.0, 0.0, 9.81), 30036.0),
         ("type-b", (9.81, 0.0, 0.0), None),
-        ("type-b", (0.0, 9.81, 0.0), 48922.0),
+        ("type-b", (0.0, 9.81, 0.0), 48915.2),
     ],
 )
 def test_cases_of_coupled_rigid_block_analysis(shared_data, name, gravity, thrust):

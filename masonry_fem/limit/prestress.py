@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from masonry_fem.limit.problem import FloatArray, LimitProblem
+from masonry_fem.limit.problem import FloatArray, IntArray, LimitProblem
 from masonry_fem.limit.program import Program
 from masonry_fem.limit.questions import maximum, trust
 from masonry_fem.limit.strength import Strength
@@ -90,6 +90,6 @@ def least_prestress(problem: LimitProblem, joints: Sequence[int], pressed: Float
     return Prestress(max(-found.value, 0.0) * problem.force, rises, found.unbalanced)
 
 
-def _ones(rows: FloatArray, columns: FloatArray, shape: tuple[int, int]) -> sparse.csr_array:
+def _ones(rows: IntArray, columns: IntArray, shape: tuple[int, int]) -> sparse.csr_array:
     """The matrix that has a one at each of some places."""
     return sparse.csr_array((np.ones(len(rows)), (rows, columns)), shape=shape)

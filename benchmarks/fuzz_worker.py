@@ -35,7 +35,7 @@ CHANGES = {
     "shutil.rmtree",
 }
 WITHIN = {"os.mkdir", "os.remove", "os.rmdir"}  # whose last argument is an open folder, or -1
-CACHES = ("/__pycache__", "/.cache/", "/dev/")
+CACHES = ("/__pycache__", "/.cache/", "/.config/matplotlib", "/dev/")
 
 
 class Watch:

@@ -257,6 +257,11 @@ def _shape(
     points = positions[np.searchsorted(tags, used)]
     cells = _upright(cells.reshape(body.elements.nodes.shape), points, kind, f"{spec.name}.{body.name}")
     facets = boundary_facets(cells, kind)
+    if not len(facets):
+        raise GeometryError(
+            f"block '{spec.name}.{body.name}' of '{spec.path}' has no outer face, as each of its elements "
+            "stands in the file twice; export it again"
+        )
     corners = np.sort(used[facets[:, : corner_count(FACET_OF[kind])]], axis=1).tolist()
     names = [named.get(tuple(row), "") for row in corners]
     solid, owner = outline(points, kind, facets, names, UNNAMED)

@@ -7,6 +7,8 @@ import io
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from masonry_fem.errors import GeometryError
 
 
@@ -15,17 +17,32 @@ def quietly_read(path: Path, title: str) -> Any:
 
     Raises
     ------
-    GeometryError : meshio cannot read it.
+    GeometryError : meshio cannot read it, or it has cells with corners that are not there.
     """
     import meshio  # noqa: PLC0415  foreign files are rare
 
     said = io.StringIO()
     try:
         with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
-            return meshio.read(path)
+            mesh = meshio.read(path)
     except (Exception, SystemExit) as error:  # its readers raise whatever a damaged file brings about
         first = [*str(error).strip().splitlines(), type(error).__name__][0]
         raise GeometryError(
             f"{title}: meshio cannot read it ({first}); open the file in the "
             "program that wrote it and export it again"
         ) from error
+    _check_corners(mesh, title)
+    return mesh
+
+
+def _check_corners(mesh: Any, title: str) -> None:
+    """Refuse cells with corners that the file does not have."""
+    for block in mesh.cells:
+        rows = block.data if isinstance(block.data, np.ndarray) else [np.asarray(row) for row in block.data]
+        corners = np.concatenate([np.ravel(row) for row in rows]) if len(rows) else np.zeros(0)
+        known = (corners >= 0) & (corners < len(mesh.points)) & (corners == np.round(corners))
+        if not known.all():
+            raise GeometryError(
+                f"{title}: a {block.type} has the corner {corners[~known][0]}, expected the number of one of "
+                f"the {len(mesh.points)} points, from 0 on; export the file again"
+            )

@@ -45,6 +45,10 @@ def session(title: str) -> Iterator[Any]:
         gmsh.option.setNumber("General.NumThreads", 1)  # the same mesh each time
         gmsh.logger.start()
         yield gmsh
+    except UnicodeDecodeError as error:  # names that the module hands over
+        raise GeometryError(
+            f"{title} holds a name that is not in UTF-8 ({error}), expected names in it; save the file so"
+        ) from error
     except Exception as error:
         if type(error) is not Exception:  # gmsh raises bare ones; a defect of ours is not its failure
             raise

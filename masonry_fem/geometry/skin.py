@@ -81,6 +81,8 @@ def _from_least(loop: tuple[int, ...]) -> tuple[int, ...]:
 
 def parts_of(skin: Skin, mark: str) -> list[Skin]:
     """The bodies of a surface, each a skin ``name``, ``mark`` and its number; one stays as it is."""
+    if not np.isfinite(skin.points).all():
+        return [skin]  # which ``shape_of`` refuses
     skin = once(skin)
     corner, loops = _welded(skin)
     owner = bodies_of(_places(skin, corner), loops).tolist()

@@ -8,7 +8,6 @@ Plain files hold W (CSR: ``W_data``, ``W_indices``, ``W_indptr``, ``shape``), ``
 from __future__ import annotations
 
 import io
-import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -56,32 +55,68 @@ def load_problem(path: str | Path) -> ContactProblem:
             arrays = {name: file[name] for name in file.files}
     except FileNotFoundError as error:
         raise ProblemError(f"{path}: no such file") from error
-    except (OSError, ValueError, zipfile.BadZipFile, AttributeError, EOFError) as error:
+    except Exception as error:  # zip files that are damaged raise errors of many kinds
         raise ProblemError(f"{path}: not an .npz file of a contact problem") from error
-    if str(arrays.get("format", "")) == FORMAT:
-        return _own(arrays)
-    if arrays.keys() >= PLAIN_KEYS:
-        return _plain(arrays)
-    missing = ", ".join(sorted(PLAIN_KEYS - arrays.keys()))
-    raise ProblemError(
-        f"{path}: holds {', '.join(sorted(arrays))}; expected a problem written by --save-contact, "
-        f"or the plain format, which also has {missing}"
-    )
+    own = str(arrays.pop("format", "")) == FORMAT
+    if not own and not arrays.keys() >= PLAIN_KEYS:
+        missing = ", ".join(sorted(PLAIN_KEYS - arrays.keys()))
+        raise ProblemError(
+            f"{path}: holds {', '.join(sorted(arrays))}; expected a problem written by --save-contact, "
+            f"or the plain format, which also has {missing}"
+        )
+    try:
+        return _own(arrays) if own else _plain(arrays)
+    except ProblemError as error:
+        raise ProblemError(f"{path}: {error}") from error
+    except KeyError as error:
+        raise ProblemError(f"{path}: lacks the array {error}; save the problem again") from error
+    except (ValueError, TypeError, IndexError, OverflowError) as error:
+        raise ProblemError(
+            f"{path}: its arrays do not fit together ({error}); save the problem again"
+        ) from error
 
 
 def _own(arrays: dict[str, NDArray[Any]]) -> ContactProblem:
-    parts = {name: arrays[name] for name in ARRAYS}
-    parts |= {name: arrays[name] for name in COHESION if name in arrays}
+    bodies = _whole(arrays, "bodies")
+    parts = {name: _real(arrays, name) for name in ARRAYS if name != "bodies"}
+    parts |= {name: _real(arrays, name) for name in COHESION if name in arrays}
     c, d = parts["free_velocity"].shape
-    blocks = (arrays["compliance_data"], arrays["compliance_indices"], arrays["compliance_indptr"])
-    compliance = sparse.bsr_array(blocks, shape=(c * d, c * d)) if c else _empty()
-    return ContactProblem(compliance=compliance, **parts)
+    compliance = sparse.bsr_array(_blocks(arrays, "compliance"), shape=(c * d, c * d)) if c else _empty()
+    compliance.check_format(full_check=True)  # an index beyond the ends would be read there
+    return ContactProblem(compliance=compliance, bodies=bodies, **parts)
 
 
 def _plain(arrays: dict[str, NDArray[Any]]) -> ContactProblem:
-    shape = (int(arrays["shape"][0]), int(arrays["shape"][1]))
-    W = sparse.csr_array((arrays["W_data"], arrays["W_indices"], arrays["W_indptr"]), shape=shape)
-    return ContactProblem.plain(W, arrays["q"].reshape(-1, int(arrays["dim"])), arrays["mu"])
+    rows, columns = _whole(arrays, "shape").tolist()
+    q = _real(arrays, "q").reshape(-1, int(_whole(arrays, "dim")))
+    if (rows, columns) != (q.size, q.size):
+        raise ProblemError(f"shape is {(rows, columns)}, expected {(q.size, q.size)} for q of that size")
+    W = sparse.csr_array(_blocks(arrays, "W"), shape=(rows, columns))
+    W.check_format(full_check=True)
+    return ContactProblem.plain(W, q, _real(arrays, "mu"))
+
+
+def _blocks(arrays: dict[str, NDArray[Any]], name: str) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+    return (
+        _real(arrays, f"{name}_data"),
+        _whole(arrays, f"{name}_indices"),
+        _whole(arrays, f"{name}_indptr"),
+    )
+
+
+def _real(arrays: dict[str, NDArray[Any]], name: str) -> NDArray[Any]:
+    values = arrays[name]
+    if values.dtype.kind not in "fiub":
+        raise ProblemError(f"the array '{name}' holds {values.dtype}, expected real numbers")
+    return values.astype(float, copy=False)
+
+
+def _whole(arrays: dict[str, NDArray[Any]], name: str) -> NDArray[Any]:
+    if arrays[name].dtype.kind not in "iu" and not np.array_equal(
+        _real(arrays, name), np.round(arrays[name])
+    ):
+        raise ProblemError(f"the array '{name}' holds {arrays[name].dtype}, expected whole numbers")
+    return arrays[name] if arrays[name].dtype.kind == "i" else arrays[name].astype(np.int64)
 
 
 def _empty() -> sparse.bsr_array:

@@ -259,3 +259,30 @@ def test_what_gmsh_refuses_is_told_with_its_words() -> None:
     said = r"^wall\.geo: gmsh stopped with: .+; open"
     with pytest.raises(GeometryError, match=said), session("wall.geo") as own:
         own.model.occ.addBox(0, 0, 0, 0, 0, 0)
+
+
+def test_elements_that_stand_in_the_file_twice(tmp_path: Path) -> None:
+    """They have no outer face: each is the other's neighbour all around."""
+    path = tmp_path / "twice.msh"
+    lines = [
+        "$MeshFormat",
+        "2.2 0 8",
+        "$EndMeshFormat",
+        "$Nodes",
+        "4",
+        "1 0 0 0",
+        "2 1 0 0",
+        "3 0 1 0",
+        "4 0 0 1",
+    ]
+    lines += ["$EndNodes", "$Elements", "2", "1 4 2 1 1 1 2 3 4", "2 4 2 1 1 1 2 3 4", "$EndElements", ""]
+    path.write_text("\n".join(lines))
+    with pytest.raises(GeometryError, match="no outer face"):
+        reading(path)
+
+
+def test_names_that_are_not_in_utf8(tmp_path: Path) -> None:
+    text = 'SetFactory("OpenCASCADE");\nBox(1) = {0, 0, 0, 1, 1, 1};\nPhysical Volume("Gewölbe") = {1};\n'
+    (tmp_path / "latin.geo").write_bytes(text.encode("latin-1"))
+    with pytest.raises(GeometryError, match=r"latin\.geo' holds a name that is not in UTF-8"):
+        reading(tmp_path / "latin.geo", element="P1")

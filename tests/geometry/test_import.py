@@ -409,3 +409,26 @@ def test_bodies_that_share_an_edge_or_a_face_are_told_apart() -> None:
     found = bodies_of(corners, [loops[i] for i in order])
     assert len(set(found)) == 3
     assert {frozenset(order[found == body] // 6) for body in range(3)} == {frozenset({i}) for i in range(3)}
+
+
+def test_ply_with_corners_that_are_not_there(tmp_path: Path) -> None:
+    head = (
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\nproperty double z\n"
+    )
+    head += "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n"
+    (tmp_path / "bad.ply").write_text(head + "3 0 1 7\n")
+    with pytest.raises(GeometryError, match="has the corner 7, expected the number of one of the 3 points"):
+        reading(tmp_path / "bad.ply")
+
+
+@pytest.mark.parametrize("word", ["nan", "inf", "1e400"])
+def test_ply_with_coordinates_that_are_none(tmp_path: Path, word: str) -> None:
+    points = ["0 0 0", "1 0 0", "0 1 0", f"0 0 {word}"]
+    head = (
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty double x\nproperty double y\nproperty double z\n"
+    )
+    head += "element face 4\nproperty list uchar int vertex_indices\nend_header\n"
+    faces = ["3 0 2 1", "3 0 1 3", "3 1 2 3", "3 0 3 2"]
+    (tmp_path / "bad.ply").write_text("\n".join([head.strip(), *points, *faces, ""]))
+    with pytest.raises(GeometryError, match="a corner that is no number"):
+        reading(tmp_path / "bad.ply")

@@ -138,3 +138,38 @@ def test_files_that_are_no_problem(tmp_path):
     np.savez(tmp_path / "other.npz", a=1)
     with pytest.raises(ProblemError, match="holds a; expected"):
         load_problem(tmp_path / "other.npz")
+
+
+@pytest.fixture
+def saved(bricks, tmp_path):
+    """Arrays of a problem on disk, in the own and in the plain form."""
+    save_problem(bricks, tmp_path / "own.npz")
+    with np.load(tmp_path / "own.npz") as file:
+        own = {name: file[name] for name in file.files}
+    plain = {
+        "W_data": np.array([2.0, 1.0]), "W_indices": np.array([0, 1]), "W_indptr": np.array([0, 1, 2]),
+        "shape": np.array([2, 2]), "q": np.array([-1.0, 0.3]), "mu": np.array([0.5]), "dim": np.array(2),
+    }  # fmt: skip
+    return {"own": own, "plain": plain}
+
+
+@pytest.mark.parametrize("form", ["own", "plain"])
+@pytest.mark.parametrize("other", [
+    None, np.zeros(0), np.array(7), np.array("text"), np.full((2, 2, 2), np.nan), np.array([10**9, -5]),
+    1j * np.ones(3),
+])  # fmt: skip
+def test_arrays_that_are_missing_or_ill_shaped_are_refused(saved, form, other, tmp_path):
+    """Whatever one array is replaced by: an error that names the file, or a problem that holds together."""
+    arrays, refused = saved[form], 0
+    for name in arrays:
+        changed = {key: values for key, values in arrays.items() if key != name or other is not None}
+        if other is not None:
+            changed[name] = other
+        np.savez(tmp_path / "changed.npz", **changed)
+        try:
+            load_problem(tmp_path / "changed.npz").compliance.check_format(full_check=True)
+        except ProblemError as error:
+            refused += "changed.npz: " in str(error)
+        else:
+            refused += 1  # it happens to fit, as a zero-dimensional mu does
+    assert refused == len(arrays)

@@ -45,8 +45,14 @@ class Placement:
 
 @dataclass(slots=True)
 class _Cached:
-    """The last compliance matrix with what it was made for: frames rarely turn."""
+    """What was made last, with what it was made for: a step begins where the last one ended.
 
+    Frames rarely turn, so that the compliance matrix is kept for longer.
+    """
+
+    states: tuple[Any, ...] | None = None
+    placement: Placement | None = None
+    rigid_map: FloatArray | None = None
     scheme: Scheme | None = None
     frame: FloatArray | None = None
     matrix: sparse.bsr_array | None = None
@@ -74,6 +80,12 @@ class Coupling:
 
     def placement(self, states: tuple[Any, ...]) -> Placement:
         """Frames, points and gaps of all contacts in the given body states."""
+        cached = self._cached
+        if cached.placement is None or cached.states is not states:
+            cached.states, cached.placement, cached.rigid_map = states, self._placed(states), None
+        return cached.placement
+
+    def _placed(self, states: tuple[Any, ...]) -> Placement:
         contacts = self.model.contacts
         d = contacts.dimension
         points = np.empty((contacts.count, 2, d))
@@ -92,6 +104,14 @@ class Coupling:
 
     def rigid_map(self, states: tuple[Any, ...], here: Placement) -> FloatArray:
         """B by contact and side, signs included, supports too, shape (c, 2, d, m)."""
+        cached = self._cached
+        if cached.placement is not here or cached.states is not states:
+            return self._mapped(states, here)
+        if cached.rigid_map is None:
+            cached.rigid_map = self._mapped(states, here)
+        return cached.rigid_map
+
+    def _mapped(self, states: tuple[Any, ...], here: Placement) -> FloatArray:
         c, d = here.points.shape
         m = 3 if d == 2 else 6
         rigid_map = np.zeros((c, 2, d, m))

@@ -32,6 +32,8 @@ ROUNDING = 1e-12
 LEAST_SHARE = 1e-2
 # a contact that loses more adhesion than this in one step gave way between two known states
 ABRUPT = 0.5
+# into how many parts at most a step is divided that leads to where nothing balances
+PIECES = 32
 
 
 def increments(
@@ -52,7 +54,8 @@ def increments(
         before, (coupling, state) = coupling, renewed(coupling, state, scheme)
         clock.lap("step" if coupling is before else "detect")
         measured = replace(settings, least_impulse=share * largest)
-        parts = _parts(coupling, strategy, state, scheme, until, strategy.parts, measured, clock, lookout)
+        most = strategy.parts, PIECES
+        parts = _parts(coupling, strategy, state, scheme, until, most, measured, clock, lookout)
         for met, made in parts:
             coupling = met
             if made.solution.solved:  # what was not solved may be any size
@@ -67,24 +70,51 @@ def _parts(
     state: SystemState,
     scheme: Scheme,
     until: float,
-    parts: int,
+    parts: tuple[int, int],
     settings: SolverSettings,
     clock: Clock,
     lookout: Lookout,
 ) -> Iterator[tuple[Coupling, Increment]]:
-    """A step as it is, or each half of it in turn where joints give way or nothing was found."""
+    """A step as it is, or each half of it in turn where joints give way or nothing was found.
+
+    ``parts`` is into how many it may be divided for the joints' sake, and for that of blocks that turn.
+    """
     met, made = meeting_step(coupling, state, scheme, settings, until, clock, lookout)
     found = made.solution.solved and made.joint_change == 0
-    doubtful = made.adhesion_loss > ABRUPT or not found
-    if parts < 2 or state.joints is None or not doubtful:
+    doubtful = state.joints is not None and (made.adhesion_loss > ABRUPT or not found)
+    divided = _halves(coupling, strategy, state, scheme, until, parts, settings, clock, lookout)
+    if doubtful and parts[0] > 1:
+        yield from divided
+    elif made.strayed and parts[1] > 1:
+        halves = list(divided)
+        last = halves[-1][1].solution
+        # too near to where nothing balances for any verdict: that of the whole stands
+        undecided = not (last.solved or last.outcome.moves)
+        yield from [(met, made)] if undecided and made.solution.outcome.moves else halves
+    else:
         yield met, made
-        return
-    half, met = replace(scheme, step=0.5 * scheme.step), coupling
+
+
+def _halves(
+    coupling: Coupling,
+    strategy: Strategy,
+    state: SystemState,
+    scheme: Scheme,
+    until: float,
+    parts: tuple[int, int],
+    settings: SolverSettings,
+    clock: Clock,
+    lookout: Lookout,
+) -> Iterator[tuple[Coupling, Increment]]:
+    """Both halves of a step, and their halves."""
+    half, fewer = replace(scheme, step=0.5 * scheme.step), (parts[0] // 2, parts[1] // 2)
     for end in (until - half.step, until):
-        for now, part in _parts(met, strategy, state, half, end, parts // 2, settings, clock, lookout):
-            met = now
-            yield met, part
-            state = _rested(met.model, part.after, strategy.velocity_factor)
+        for now, part in _parts(coupling, strategy, state, half, end, fewer, settings, clock, lookout):
+            coupling = now
+            yield now, part
+            if scheme.inertia == 0 and not part.solution.solved:
+                return  # statics ends there
+            state = _rested(now.model, part.after, strategy.velocity_factor)
 
 
 def _rested(model: Model, state: SystemState, factor: float) -> SystemState:

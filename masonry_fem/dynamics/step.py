@@ -129,7 +129,7 @@ def step(
         Clock() if clock is None else clock, begun(coupling, state.bodies),
     )  # fmt: skip
     first = work.first()
-    if scheme.inertia == 0 and first.solution.converged and not model.fixed:
+    if scheme.inertia == 0 and first.solution.solved and not model.fixed:
         return work.turned(first)
     return work.ended(first, work.start)
 
@@ -238,13 +238,14 @@ class _Work:
             there = reached(self.coupling, self.start, made.bodies, self.scheme.step)
             left, missed = self._left(made, there)
             nothing = max(ROUNDING, rounding(there.contact) / self.model.length)
-            rest = max(left / self.settings.tolerance, missed / nothing)
+            asked = max(self.settings.tolerance, made.solution.quality.error)
+            rest = max(left / asked, missed / nothing)
             idle, rounds = 0 if rest <= 0.5 * least else idle + 1, rounds + 1
             least = min(least, rest)
             if rest <= 1 or idle > PATIENCE or rounds > ROUNDS:
                 break  # holds, or as far as rounding lets it go, or round in circles
             following = self.solved(there, made)
-            if not following.solution.converged:
+            if not following.solution.solved:
                 return self._strayed(following)
             made = following
         return replace(self.ended(made, there), strayed=max(left, missed) > BALANCED)

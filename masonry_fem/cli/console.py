@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import codecs
+import os
+import shutil
 import sys
 import unicodedata
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+NARROW = 72  # columns: tables below that would lose their figures
 PLAIN = {
     "–": "-", "—": "-", "−": "-", "×": "x", "·": ".", "•": "*", "…": "...", "°": " deg", "∞": "inf",
     "≤": "<=", "≥": ">=", "≈": "~", "±": "+-", "→": "->", "√": "sqrt", "µ": "u", "“": '"', "”": '"',
@@ -17,8 +20,11 @@ PLAIN = {
 
 
 def speak_readably() -> None:
-    """Let output go to terminals of any encoding: what one has no sign for is written with plain ones."""
+    """Let output go to any terminal: signs that it lacks become plain, a narrow one wraps lines."""
     codecs.register_error("readable", _plain)
+    width = shutil.get_terminal_size().columns
+    if "COLUMNS" in os.environ or width < NARROW:
+        os.environ["COLUMNS"] = str(max(width, NARROW))
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="readable")

@@ -183,3 +183,18 @@ def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
         write_atomic(path, b"new")
     assert path.read_bytes() == b"old"
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_view_and_study_say_that_a_run_was_killed(tmp_path, caplog):
+    pytest.importorskip("pyvista")
+    from masonry_fem.errors import MasonryError
+    from masonry_fem.post.view import view
+    from masonry_fem.study.reference import Reference
+
+    with Folder(tmp_path, "run", title="pier"):  # a kill leaves what this leaves
+        pass
+    with pytest.raises(MasonryError, match=r"blocks.pvd: no such file"):
+        view(tmp_path, tmp_path)
+    assert "was killed before its end" in caplog.text
+    with pytest.raises(MasonryError, match=r"--reference .* was killed before its end; .* run it again"):
+        Reference.parse([str(tmp_path)], ())

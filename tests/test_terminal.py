@@ -1,0 +1,110 @@
+"""Terminals of any encoding and width, and signals: what a command says and how it ends."""
+
+import os
+import signal
+import subprocess
+import sys
+from types import SimpleNamespace
+
+import pytest
+
+from masonry_fem import cli
+from masonry_fem.cli import console, exit_codes
+
+SCENE = """
+title = "Gewölbe μ = ½ – σ₁"
+dimension = 2
+fidelity = "rigid"
+materials = { stone = { density = 2400 } }
+structures = [{ kind = "stack", name = "säule", material = "stone", size = [1.0, 0.5], count = 2 }]
+loads = { gravity = [0, -9.81] }
+output = { pictures = false, fields = false }
+"""
+
+
+@pytest.mark.parametrize(
+    ("settings", "title"),
+    [
+        ({"PYTHONIOENCODING": "ascii", "COLUMNS": "1"}, "Gewolbe mu = 12 - sigma1"),
+        ({"LC_ALL": "POSIX", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "COLUMNS": "0"}, "Gewolbe mu"),
+        ({"PYTHONIOENCODING": "latin-1", "COLUMNS": "none"}, "Gewölbe mu = ½ - sigma1"),
+    ],
+    ids=["ascii", "POSIX", "latin-1"],
+)
+def test_any_encoding_and_width(settings, title, tmp_path):
+    (tmp_path / "scene.toml").write_text(SCENE, encoding="utf-8")
+    line = [sys.executable, "-m", "masonry_fem.cli", "run", "scene.toml", "--out", "out"]
+    encoding = settings.get("PYTHONIOENCODING", "ascii")
+    done = subprocess.run(
+        line, capture_output=True, encoding=encoding, check=False, timeout=120, cwd=tmp_path,
+        env=os.environ | settings,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "")
+    assert title in done.stdout
+    assert "equilibrium" in done.stdout
+    assert "min normal reaction" in done.stdout  # not cut, however narrow
+    line[-3:] = ["scene.toml", "--set", "structures.säule.count=0"]
+    done = subprocess.run(
+        line, capture_output=True, encoding=encoding, check=False, timeout=120, cwd=tmp_path,
+        env=os.environ | settings,
+    )  # fmt: skip
+    assert done.returncode == 1
+    assert done.stderr.count("\n") == 1
+    assert "Error" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("sign", "plain"),
+    [
+        ("ü", "u"),
+        ("²", "2"),
+        ("→", "->"),
+        ("µ", "u"),
+        ("Σ", "sigma"),
+        ("‰", "?"),
+        ("\udcff", "?"),
+        ("\x85", "?"),
+    ],
+)
+def test_signs_become_plain(sign, plain):
+    console.speak_readably()
+    assert sign.encode("ascii", errors="readable") == plain.encode()
+
+
+def test_help_tells_all_exit_codes():
+    told = {0, 1, 2, 3, exit_codes.INTERRUPTED, exit_codes.PIPE_CLOSED, 128 + 15, 128 + 1}
+    top = cli.parser()
+    pages = [top, *top._subparsers._group_actions[0].choices.values()]
+    assert len(pages) == 10
+    for page in pages:
+        words = page.format_help().partition("Exit codes:")[2].replace(",", " ").split()
+        assert told <= {int(word) for word in words if word.isdigit()}
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_signals_end_as_an_interrupt_does(number, monkeypatch, capsys):
+    before = signal.getsignal(number)
+
+    def command(options):
+        os.kill(os.getpid(), number)
+        return 0
+
+    options = SimpleNamespace(command=command, debug=False)
+    monkeypatch.setattr(cli, "parser", lambda: SimpleNamespace(parse_args=lambda _: options))
+    assert cli.main([]) == 128 + number
+    assert capsys.readouterr().err == f"masonry-fem: interrupted by {signal.Signals(number).name}\n"
+    assert signal.getsignal(number) == before
+
+
+def test_a_command_that_keeps_what_it_knows_has_the_signals_code(monkeypatch):
+    """A search for a collapse ends by itself, with the code of an interrupt."""
+
+    def command(options):
+        try:
+            os.kill(os.getpid(), signal.SIGTERM)
+        except KeyboardInterrupt:
+            return exit_codes.INTERRUPTED
+
+    options = SimpleNamespace(command=command, debug=False)
+    monkeypatch.setattr(cli, "parser", lambda: SimpleNamespace(parse_args=lambda _: options))
+    assert cli.main([]) == 143

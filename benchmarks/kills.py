@@ -89,6 +89,7 @@ class Prepared:
 
     kind: str
     command: tuple[str, ...]
+    again: tuple[str, ...]
     scene: Path
     last: Path
     old: Path
@@ -112,7 +113,9 @@ def prepare(kind: str, folder: Path) -> Prepared:
         os.utime(path, (LONG_AGO, LONG_AGO))
     (folder / "old" / NOTE).write_text("mine", encoding="utf-8")
     (folder / "last.toml").write_text(LAST, encoding="utf-8")
-    return Prepared(kind, command, scenes[1], folder / "last.toml", folder / "old", time.monotonic() - begun)
+    seconds = time.monotonic() - begun
+    again = command if command[0] == "collapse" else command[:1]
+    return Prepared(kind, command, again, scenes[1], folder / "last.toml", folder / "old", seconds)
 
 
 def start(command: tuple[str, ...], scene: Path, out: Path) -> subprocess.Popen[str]:
@@ -122,13 +125,26 @@ def start(command: tuple[str, ...], scene: Path, out: Path) -> subprocess.Popen[
     )
 
 
-def kill_one(made: Prepared, number: signal.Signals, moment: float, folder: Path) -> Found:
-    """Kill a run at a moment, as a share of the time that it takes, and look at what is there."""
+def outcome(made: Prepared, out: Path) -> tuple[str, str]:
+    """Title and outcome that the summary of a folder tells."""
+    summary = out / ("collapse.json" if made.command[0] == "collapse" else "summary.json")
+    told = json.loads(summary.read_text(encoding="utf-8"))
+    return told["title"], told["outcome"]
+
+
+def kill_one(made: Prepared, number: signal.Signals, moment: float, taken: bool, folder: Path) -> Found:
+    """Kill a run and look at what is there.
+
+    ``moment`` is a share of the time that it takes, from its start or from when it has ``taken`` its folder.
+    """
     out = folder / "out"
     shutil.rmtree(out, ignore_errors=True)
     shutil.copytree(made.old, out)
     process = start(made.command, made.scene, out)
     try:
+        if taken:
+            while outcome(made, out) != ("new", "running"):
+                process.wait(0.01)  # which is over where it has ended
         process.wait(moment * made.seconds)
     except subprocess.TimeoutExpired:
         process.send_signal(number)
@@ -139,7 +155,7 @@ def kill_one(made: Prepared, number: signal.Signals, moment: float, folder: Path
         found.other.append(f"exit code {process.returncode}: {said}")
     if "Traceback" in said and process.returncode not in ENDED[number][-1:]:
         found.other.append(said)
-    again = start(made.command[:1], made.last, out)
+    again = start(made.again, made.last, out)
     said = again.communicate(timeout=300)[1]
     last = look(made, number, out)
     if again.returncode not in (0, 3) or last.part or last.unreadable or last.stale:
@@ -149,9 +165,8 @@ def kill_one(made: Prepared, number: signal.Signals, moment: float, folder: Path
 
 def look(made: Prepared, number: signal.Signals, out: Path) -> Found:
     """Read every file of a folder, and find those of the older run that pass for new ones."""
-    summary = out / ("collapse.json" if made.command[0] == "collapse" else "summary.json")
-    told = json.loads(summary.read_text(encoding="utf-8"))
-    found = Found(made.kind, number, 0, f"{told['outcome']}" if told["title"] == "new" else "not begun")
+    title, said = outcome(made, out)
+    found = Found(made.kind, number, 0, said if title == "new" else "not begun")
     for path in sorted(out.rglob("*")):
         name = path.relative_to(out).as_posix()
         if not path.is_file() or name.startswith(".masonry-fem/"):
@@ -164,7 +179,7 @@ def look(made: Prepared, number: signal.Signals, out: Path) -> Found:
         except Exception as error:
             found.unreadable.append(f"{name}: {type(error).__name__}: {error}")
         old = path.stat().st_mtime == LONG_AGO
-        if name != NOTE and old != (told["title"] == "old") and told["outcome"] != "running":
+        if name != NOTE and old != (title == "old") and said != "running":
             found.stale.append(name)
     if not (out / NOTE).exists() or (out / NOTE).read_text(encoding="utf-8") != "mine":
         found.other.append("the user's file is gone or changed")
@@ -204,7 +219,7 @@ def read(path: Path) -> None:
 
 def kills(runs: int, seed: int, kinds: tuple[str, ...] = tuple(KINDS), workers: int = 2) -> list[Found]:
     """Kill so many runs, kind after kind and signal after signal, at random moments."""
-    moments = np.random.default_rng(seed).uniform(0.3, 1.1, runs)
+    moments = np.random.default_rng(seed).uniform(0.0, 1.0, runs)
     with tempfile.TemporaryDirectory() as place:
         made = []
         for number, kind in enumerate(kinds):
@@ -214,7 +229,9 @@ def kills(runs: int, seed: int, kinds: tuple[str, ...] = tuple(KINDS), workers: 
 
         def kill(number: int) -> Found:
             one, ended = made[number % len(made)], SIGNALS[number // len(made) % len(SIGNALS)]
-            found = kill_one(one, ended, float(moments[number]), Path(place) / f"killed {number}")
+            taken = number // 12 % 4 != 0  # a quarter at any time, the others while they write
+            moment = float(moments[number]) * (0.5 if taken else 1.1)
+            found = kill_one(one, ended, moment, taken, Path(place) / f"killed {number}")
             print(number, found, flush=True)
             return found
 

@@ -261,15 +261,11 @@ class _Work:
         return left, float(np.abs(way).max(initial=0.0)) / self.model.length
 
     def _strayed(self, made: _Round) -> Increment:
-        """A round that found nothing; a mechanism is told by how it goes on from where the round began."""
+        """A round that found nothing; the velocities of a mechanism are its own, whatever came before."""
+        there = self.start
         if not made.solution.outcome.moves:
             there = reached(self.coupling, self.start, made.bodies, self.scheme.step)
-            return replace(self.ended(made, there), strayed=True)
-        bodies = tuple(
-            _departing(own, rigid, at)
-            for own, rigid, at in zip(made.bodies, made.rigid, made.place.bodies, strict=True)
-        )
-        return replace(self.ended(replace(made, bodies=bodies), self.start), strayed=True)
+        return replace(self.ended(made, there), strayed=True)
 
     def ended(self, made: _Round, place: Place) -> Increment:
         """The step, its impulses written at ``place``."""
@@ -330,13 +326,6 @@ class _Work:
             given = self.scheme.step * np.linalg.norm(group.resultant(force)[:, :d], axis=1)
             scale = max(scale, float(given.max(initial=0.0)))
         return worst / scale if scale > 0 else worst
-
-
-def _departing(own: Any, rigid: FloatArray, at: Any) -> Any:
-    """A state with the velocities at which it leaves another one of its group, where it was ``at``."""
-    if hasattr(own, "rigid_velocity"):
-        return replace(own, rigid_velocity=rigid - at.rigid_velocity, velocity=own.velocity - at.velocity)
-    return replace(own, velocity=rigid - at.velocity)
 
 
 def _summed(first: Solution, second: Solution) -> Solution:

@@ -1,0 +1,248 @@
+"""Verdicts: every scene that limit analysis carries is solved, every other one told to fall, with a mechanism."""
+
+import logging
+
+import numpy as np
+import pytest
+
+from masonry_fem.run import RunResult, solve_scene
+from masonry_fem.scene.reading import loads
+
+LUNE = """
+dimension = 3
+fidelity = "rigid"
+loads.gravity = [0, 0, -9.81]
+joints = [{{ friction = {friction} }}, {{ friction = 0.0, interface = "meridian" }}]
+[materials.stone]
+density = 2400
+[[structures]]
+kind = "dome"
+name = "dome"
+material = "stone"
+radius = 5.0
+thickness = {thickness}
+rings = 18
+slices = 1
+sweep = 5.0
+sides = true
+"""
+SPREAD = """
+dimension = 2
+fidelity = "rigid"
+joints = [{{ friction = {friction} }}]
+[materials.stone]
+density = 2400
+[loads]
+gravity = [0, -9.81]
+gravity_time = {{ kind = "table", points = [[0, 1]] }}
+[[structures]]
+kind = "arch"
+name = "arch"
+material = "stone"
+radius = 1.0
+thickness = 0.2
+voussoirs = 10
+[[supports]]
+on = "arch.springing_right"
+motion = {{ displacement = [0.112837, 0], time = {{ kind = "table", points = [[0, 0], [0.5, 0.9], [1, 1]] }} }}
+[[supports]]
+on = "arch.springing_left"
+motion = {{ displacement = [-0.112837, 0], time = {{ kind = "table", points = [[0, 0], [0.5, 0.9], [1, 1]] }} }}
+[analysis]
+kind = "statics"
+load_steps = 20
+"""
+LAYER = """
+dimension = 3
+fidelity = "elastic"
+joints = [{{ friction = 0.6 }}]
+loads.gravity = [0, 0, -9.81]
+loads.tractions = [{{ on = "upper/top", vector = [1e5, 0, -1e6] }}]
+probes = [{{ name = "top", block = "upper", point = [0.11, 0.05, {top}] }}]
+[materials.brick]
+young = 1e10
+poisson = 0.2
+density = 2400
+[materials.mortar]
+young = 1e9
+poisson = 0.2
+density = 2400
+[[structures]]
+kind = "block"
+name = "floor"
+material = "brick"
+size = [2, 2, 0.1]
+position = [-0.5, -0.5, -0.1]
+support = true
+fidelity = "rigid"
+[[structures]]
+kind = "block"
+name = "lower"
+material = "brick"
+size = [0.22, 0.1, 0.06]
+mesh.divisions = [6, 3, 2]
+[[structures]]
+kind = "block"
+name = "layer"
+material = "mortar"
+size = [0.22, 0.1, {thickness}]
+position = [0, 0, 0.06]
+mesh.divisions = [6, 3, 1]
+[[structures]]
+kind = "block"
+name = "upper"
+material = "brick"
+size = [0.22, 0.1, 0.06]
+position = [0, 0, {upper}]
+mesh.divisions = [6, 3, 2]
+[solver]
+{solver}
+"""
+OUT_OF_PLANE = """
+dimension = 3
+fidelity = "rigid"
+probes = [{ name = "top", block = "wall.c5.b2", point = [0.8, 0.1, 1.0] }]
+[materials.brick]
+density = 1900
+[[structures]]
+kind = "wall"
+name = "wall"
+material = "brick"
+brick = ["40 cm", "20 cm", "20 cm"]
+columns = 4
+courses = 5
+[[joints]]
+friction = 0.7
+[joints.law]
+kind = "bilinear"
+normal_stiffness = "1e10 N/m^3"
+tangential_stiffness = "1e10 N/m^3"
+normal_strength = "0.1 MPa"
+tangential_strength = "0.2 MPa"
+normal_energy = "10 J/m^2"
+tangential_energy = "50 J/m^2"
+[loads]
+gravity = [0, 0, -9.81]
+gravity_time = { kind = "table", points = [[0, 0], [0.2, 1]] }
+[[loads.tractions]]
+on = "wall.*/front"
+vector = [0, "6 kPa", 0]
+time = { kind = "table", points = [[0.2, 0], [1, 1]] }
+[[loads.points]]
+block = "wall.c5.b2"
+vector = ["1 kN", 0, 0]
+[analysis]
+kind = "statics"
+load_steps = 10
+"""
+
+
+@pytest.mark.parametrize(("friction", "ratio"), [(0.25, 0.1), (0.3, 0.07), (0.4, 0.08), (0.6, 0.05)])
+def test_thin_lunes_stand(friction: float, ratio: float) -> None:
+    """Newton's method cycles on them, and the balance of their loads is hard to compute."""
+    result = solve_scene(loads(LUNE.format(friction=friction, thickness=5 * ratio)))
+    assert result.outcome == "equilibrium"
+    assert result.summary["solver"]["linear_solves"] < 50
+    assert result.summary["certificate"]["natural_map"] <= 1e-10
+    held = sum(support["force"][2] for support in result.summary["supports"].values())
+    assert held == pytest.approx(-result.summary["applied"][2], rel=1e-9)
+
+
+def upwards(result: RunResult) -> dict[str, float]:
+    """Velocity upwards of each block's middle, over the largest."""
+    model, state = result.march.model, result.march.state
+    found = {}
+    for group, own in zip(model.groups, state.bodies, strict=True):
+        for body, block in enumerate(group.blocks):
+            found[model.assembly.blocks[block].name] = float(group.velocity_field(own, body).mean(axis=0)[1])
+    largest = max(np.abs(list(found.values())))
+    return {name: value / largest for name, value in found.items()}
+
+
+@pytest.mark.parametrize("friction", ['"no slip"', 100, 10, 5, 1, 0.6])
+def test_an_arch_whose_springings_part_too_far_falls_whatever_its_friction(friction: float | str) -> None:
+    """Hinges that are wide open could carry its weight where friction is large; nothing leads there."""
+    result = solve_scene(loads(SPREAD.format(friction=friction)))
+    assert result.outcome == "no_equilibrium"
+    assert result.summary["steps"] == 18
+    assert "can balance the loads" not in result.message
+    way = upwards(result)
+    assert min(way["arch.v05"], way["arch.v06"]) == pytest.approx(-1.0, abs=1e-3)  # the crown comes down
+    assert way["arch.v05"] == pytest.approx(way["arch.v06"], abs=1e-3)
+    assert "hinge" in result.summary["mechanism"]["sentence"]
+
+
+def layered(millimetres: float, solver: str = "") -> RunResult:
+    thickness = 1e-3 * millimetres
+    keys = {"thickness": thickness, "upper": 0.06 + thickness, "top": 0.12 + thickness}
+    return solve_scene(loads(LAYER.format(solver=solver, **keys)))
+
+
+def test_layers_of_mortar_of_any_thinness_take_a_few_linear_solves() -> None:
+    settlement = {}
+    for millimetres in (10, 3, 1, 0.3, 0.1):
+        result = layered(millimetres)
+        assert result.outcome == "equilibrium", millimetres
+        assert result.summary["solver"]["linear_solves"] <= 20, millimetres
+        assert result.summary["certificate"]["natural_map"] <= 1e-6
+        settlement[millimetres] = -result.summary["probes"]["top"][2]
+    # a thin layer between stiff bricks is compressed with its sides held: σ (1 − ν − 2ν²) / (E (1 − ν))
+    held = 1e6 / 1e9 * (1 - 0.2 - 2 * 0.2**2) / (1 - 0.2)
+    for thick, thin in ((3, 1), (1, 0.3), (0.3, 0.1)):
+        compressed = (settlement[thick] - settlement[thin]) / (1e-3 * (thick - thin))
+        assert compressed == pytest.approx(held, rel=0.1), thick
+
+
+def test_an_answer_that_misses_the_aim_by_rounding_is_one_unless_the_tolerance_was_set(caplog) -> None:
+    """A layer of 1 mm bends alone a million times as far as between bricks: 1e-9 is what numbers hold."""
+    with caplog.at_level(logging.WARNING):
+        aimed = layered(1)
+    assert aimed.outcome == "equilibrium"
+    error = aimed.march.report.quality.error
+    assert 1e-10 < error < 1e-8
+    assert f"1 of 1 step ended at an error of up to {error:.1e}" in caplog.text
+    caplog.clear()
+    held = layered(1, "tolerance = 1e-10")
+    assert held.outcome == "no_convergence"
+    assert "Loosen the tolerance (1e-10)" in held.message
+    assert "method" not in held.message
+    assert layered(1, "tolerance = 1e-7").outcome == "equilibrium"
+    assert not caplog.text
+
+
+@pytest.mark.slow
+def test_a_wall_with_mortar_goes_on_to_its_mechanism_past_steps_that_rounding_spoils() -> None:
+    result = solve_scene(loads(OUT_OF_PLANE))
+    assert result.outcome == "no_equilibrium"
+    assert result.summary["steps"] == 9
+    assert len(result.summary["moving"]) > 10
+
+
+@pytest.mark.parametrize(("fidelity", "outcome"), [("rigid", "equilibrium"), ("elastic", "no_equilibrium")])
+def test_a_wedge_that_opens_downwards_gets_one_verdict(shared_data, fidelity: str, outcome: str) -> None:
+    """It is held by pre-stress only: thinkable among rigid blocks, nowhere among elastic ones."""
+    mesh = "mesh.size = 0.3\n" if fidelity == "elastic" else ""
+    result = solve_scene(
+        loads(
+            f"""
+dimension = 3
+fidelity = "{fidelity}"
+joints = [{{ friction = 0.84 }}]
+loads.gravity = [0, 0, -9.81]
+{mesh}
+[materials.stone]
+density = 2000
+young = 1e10
+poisson = 0.2
+[[structures]]
+kind = "file"
+name = "s"
+path = "{shared_data / "compas" / "cra_A.json"}"
+scale = 1
+material = "stone"
+supports = ["b0", "b1"]
+"""
+        )
+    )
+    assert result.outcome == outcome
+    assert "only if it is pre-stressed" in result.message

@@ -1,4 +1,4 @@
-"""Verdicts: every scene that limit analysis carries is solved, every other one told to fall, with a mechanism."""
+"""Verdicts: what limit analysis carries is solved, all else is told to fall, with its mechanism."""
 
 import logging
 
@@ -44,10 +44,12 @@ thickness = 0.2
 voussoirs = 10
 [[supports]]
 on = "arch.springing_right"
-motion = {{ displacement = [0.112837, 0], time = {{ kind = "table", points = [[0, 0], [0.5, 0.9], [1, 1]] }} }}
+motion.displacement = [0.112837, 0]
+motion.time = {{ kind = "table", points = [[0, 0], [0.5, 0.9], [1, 1]] }}
 [[supports]]
 on = "arch.springing_left"
-motion = {{ displacement = [-0.112837, 0], time = {{ kind = "table", points = [[0, 0], [0.5, 0.9], [1, 1]] }} }}
+motion.displacement = [-0.112837, 0]
+motion.time = {{ kind = "table", points = [[0, 0], [0.5, 0.9], [1, 1]] }}
 [analysis]
 kind = "statics"
 load_steps = 20
@@ -167,8 +169,8 @@ def test_an_arch_whose_springings_part_too_far_falls_whatever_its_friction(frict
     assert result.summary["steps"] == 18
     assert "can balance the loads" not in result.message
     way = upwards(result)
-    assert min(way["arch.v05"], way["arch.v06"]) == pytest.approx(-1.0, abs=1e-3)  # the crown comes down
-    assert way["arch.v05"] == pytest.approx(way["arch.v06"], abs=1e-3)
+    assert way["arch.v05"] == pytest.approx(way["arch.v06"], rel=1e-2)
+    assert way["arch.v05"] < -0.9  # the crown comes down
     assert "hinge" in result.summary["mechanism"]["sentence"]
 
 

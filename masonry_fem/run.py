@@ -19,6 +19,7 @@ from masonry_fem.build import Built, build, solver_settings, strategy
 from masonry_fem.discretisation import errors_of
 from masonry_fem.dynamics.clock import Clock
 from masonry_fem.dynamics.march import March, Observer, march
+from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.step import Increment
 from masonry_fem.errors import MasonryError, OutputError
 from masonry_fem.nscd import save_problem
@@ -111,7 +112,7 @@ def _recorded(
     """March, and write what is seen; ``summary.json`` says how it ended when all else is written."""
     table = _table(scene, out)
     recorders = _recorders(scene, built, out, quiet, table)
-    kept: list[Increment] = []
+    kept: list[tuple[Model, Increment]] = []
     summary: dict[str, Any] = {"title": scene.title}
     try:
         recorders.start(built.model)
@@ -140,7 +141,7 @@ def _recorded(
             recorders.undrawn()
         files = recorders.close(summary)
         if kept:
-            files.append(_save_problem(out, save_contact, kept))
+            files.append(_save_problem(out, save_contact, *kept[0]))
         elif save_contact is not None:
             logger.warning("step %d was not reached: its contact problem is not saved", save_contact)
         if made.outcome == "no_equilibrium" and scene.output.pictures:
@@ -279,9 +280,11 @@ def _progress(scene: specs.Scene, quiet: bool) -> Progress:
     return Progress(plan.steps, quiet=quiet)
 
 
-def _save_problem(out: Path, step: int | None, kept: list[Increment]) -> Path:
+def _save_problem(out: Path, step: int | None, model: Model, made: Increment) -> Path:
+    from masonry_fem.post.contact_file import found_arrays  # noqa: PLC0415
+
     path = out / f"contact_{step}.npz"
-    save_problem(kept[0].problem, path)
+    save_problem(made.problem, path, found_arrays(made, model))
     return path
 
 

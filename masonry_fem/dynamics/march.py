@@ -89,11 +89,11 @@ def march(
     start: SystemState | None = None,
     observers: Sequence[Observer] = (),
     keep: int | None = None,
-    kept: list[Increment] | None = None,
+    kept: list[tuple[Model, Increment]] | None = None,
 ) -> March:
     """Run ``strategy`` from rest, from the given body states, or from where another march ended.
 
-    ``keep`` names a step whose increment is appended to ``kept`` (for replay of its problem).
+    ``keep`` names a step that is appended to ``kept`` with its model (for replay of its problem).
     """
     coupling = connect(model)
     if start is None:
@@ -114,7 +114,7 @@ def march(
         clock.lap("measure")
         ledger = ledger.add(report)
         if keep == report.step and kept is not None:
-            kept.append(made)
+            kept.append((model, made))
         for observer in observers:
             observer.record(model, made.after, report)
         clock.lap("output")

@@ -1,13 +1,15 @@
 """Contact problems on disk: the project's own .npz, and the plain one of public collections.
 
-Own files hold every array of the split form under its name, the compliance in block-sparse parts;
-those of cohesion only where there is some.
+Own files hold every array of the split form under its name, the compliance in block-sparse parts; those of
+cohesion only where there is some. Those of a run have more, which readers may do without: where there is a
+plain form, its arrays, and what the step found (``post.contact_file``).
 Plain files hold W (CSR: ``W_data``, ``W_indices``, ``W_indptr``, ``shape``), ``q``, ``mu``, ``dim``.
 """
 
 from __future__ import annotations
 
 import io
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -26,10 +28,13 @@ ARRAYS = (
 PLAIN_KEYS = frozenset({"W_data", "W_indices", "W_indptr", "shape", "q", "mu", "dim"})
 
 
-def save_problem(problem: ContactProblem, path: str | Path) -> None:
-    """Write a problem to an .npz file that ``load_problem`` reads back bit for bit."""
+def save_problem(
+    problem: ContactProblem, path: str | Path, more: Mapping[str, NDArray[Any]] | None = None
+) -> None:
+    """Write a problem to an .npz file that ``load_problem`` reads back bit for bit; ``more`` beside it."""
     parts = {name: getattr(problem, name) for name in ARRAYS}
     parts |= {name: getattr(problem, name) for name in COHESION if getattr(problem, name) is not None}
+    parts |= plain_arrays(problem) | dict(more or {})
     compliance = problem.compliance
     content = io.BytesIO()
     np.savez_compressed(
@@ -41,6 +46,22 @@ def save_problem(problem: ContactProblem, path: str | Path) -> None:
         **parts,
     )
     write_atomic(Path(path), content.getvalue())
+
+
+def plain_arrays(problem: ContactProblem) -> dict[str, Any]:
+    """W, q and μ of the plain form; {} in statics and with cohesion, which have none."""
+    if problem.cohesive or not problem.count or (problem.rigid_mass <= 0).any():
+        return {}
+    W = sparse.csr_array(problem.delassus())
+    return {
+        "W_data": W.data,
+        "W_indices": W.indices,
+        "W_indptr": W.indptr,
+        "shape": np.array(W.shape),
+        "q": problem.plain_velocity().ravel(),
+        "mu": problem.friction,
+        "dim": np.array(problem.dimension),
+    }
 
 
 def load_problem(path: str | Path) -> ContactProblem:

@@ -142,9 +142,8 @@ def kill_one(made: Prepared, number: signal.Signals, moment: float, taken: bool,
     shutil.copytree(made.old, out)
     process = start(made.command, made.scene, out)
     try:
-        if taken:
-            while outcome(made, out) != ("new", "running"):
-                process.wait(0.01)  # which is over where it has ended
+        while taken and process.poll() is None and outcome(made, out) != ("new", "running"):
+            time.sleep(0.01)
         process.wait(moment * made.seconds)
     except subprocess.TimeoutExpired:
         process.send_signal(number)

@@ -15,7 +15,7 @@ import fcntl
 import json
 import logging
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Any, Self
 
@@ -50,6 +50,7 @@ class Folder:
         self.path, self._command, self._title, self._clears = Path(path), command, title, clears
         self._list = self.path / OWN / command
         self._names: set[str] = set()
+        self._theirs: dict[Path, list[str]] = {}  # lists of other commands
         self._lock = -1
 
     def __enter__(self) -> Self:
@@ -87,8 +88,10 @@ class Folder:
         self._remove(name for name in old if name != summary)
         for other in lists[1:]:
             other.unlink(missing_ok=True)
+        others = set((self.path / OWN).iterdir()) - {self._list, self.path / LOCK}
+        self._theirs = {one: listed(one) for one in sorted(others) if not one.name.endswith(PART)}
         self._names = {summary} if summary is not None else set()
-        write_atomic(self._list, "".join(f"{name}\n" for name in self._names).encode())
+        write_atomic(self._list, _lines(self._names))
 
     def _remove(self, names: Iterator[str]) -> None:
         """Remove listed files, what was left of them half-written, and folders that are empty then."""
@@ -108,12 +111,16 @@ class Folder:
         if not path.is_relative_to(self.path):
             return
         name = path.relative_to(self.path).as_posix()
-        if name in self._names or name.startswith(LASTING) or path == self._list:
+        if name in self._names or name.startswith((LASTING, f"{OWN}/")):
             return
         self._names.add(name)
+        for other, theirs in self._theirs.items():
+            if name in theirs:  # what it was is overwritten: it is ours from here on
+                theirs.remove(name)
+                write_atomic(other, _lines(theirs))
         try:
             with self._list.open("ab", buffering=0) as file:
-                file.write(f"{name}\n".encode(errors="surrogateescape"))
+                file.write(_lines([name]))
         except OSError as error:
             raise unwritten(self._list, error) from error
 
@@ -218,6 +225,10 @@ def ended_by(error: BaseException) -> dict[str, str]:
         return {"outcome": "interrupted", "message": "Ended from outside before it was done."}
     said = str(error) if isinstance(error, MasonryError) else f"unexpected {type(error).__name__}: {error}"
     return {"outcome": "failed", "message": f"{said}."}
+
+
+def _lines(names: Iterable[str]) -> bytes:
+    return "".join(f"{name}\n" for name in names).encode(errors="surrogateescape")
 
 
 def _outcome(summary: Path) -> Any:

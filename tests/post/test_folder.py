@@ -86,6 +86,16 @@ def test_own_old_files_go_and_a_users_stay(tmp_path):
     assert not (tmp_path / "fields").exists()
 
 
+def test_a_file_belongs_to_who_wrote_it_last(tmp_path):
+    for command in ("run", "collapse"):
+        with Folder(tmp_path, command):
+            write_atomic(tmp_path / "mechanism.png", command.encode())
+    with Folder(tmp_path, "run"):
+        assert (tmp_path / "mechanism.png").read_bytes() == b"collapse"
+    with Folder(tmp_path, "collapse"):
+        assert not (tmp_path / "mechanism.png").exists()
+
+
 def test_a_list_leads_nowhere_else(tmp_path):
     out, other = tmp_path / "out", tmp_path / "other"
     other.write_text("not here")

@@ -1,10 +1,11 @@
 # make demo    an arch comes to equilibrium; everything needed is installed into .venv first
 # make test    the whole test suite (PYTEST_ARGS="-m 'not slow'" leaves the slow tests out)
+# make test-kernels  tests that rounding could decide, once more with other machine code of OpenBLAS
 # make lint    what CI checks besides the tests
 # make format  put the sources in the house format
 # make clean   remove results and caches;  make distclean: .venv too
 
-.PHONY: help demo test lint format clean distclean
+.PHONY: help demo test test-kernels lint format clean distclean
 
 BIN := .venv/bin
 PYTEST_ARGS ?=
@@ -29,6 +30,17 @@ demo: .venv/.demo
 
 test: .venv/.test
 	$(ONE_THREAD) $(BIN)/python -m pytest -n 2 $(PYTEST_ARGS)
+
+# The suite runs with the code that OpenBLAS picks for the processor; this selection with another one,
+# where there is one that the processor can run.
+ROUNDED := tests/validation tests/extremes tests/nscd/test_turns.py
+
+test-kernels: .venv/.test
+	@$(BIN)/python -m tests.kernels
+	@other=$$($(BIN)/python -m tests.kernels --other) && \
+	if [ -z "$$other" ]; then echo "test-kernels: skipped, no second kernel can be had here"; else \
+	echo "test-kernels: $(ROUNDED) with OPENBLAS_CORETYPE=$$other" && \
+	OPENBLAS_CORETYPE=$$other $(ONE_THREAD) $(BIN)/python -m pytest -n 2 $(PYTEST_ARGS) $(ROUNDED); fi
 
 lint: .venv/.test
 	$(BIN)/ruff check .

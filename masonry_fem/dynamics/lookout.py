@@ -25,7 +25,7 @@ from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.state import SystemState
 
 SHARE = 0.25  # of the reach: how far something moves in dynamics until blocks are looked at anew
-STILL = 1e-9  # of the model's length: what has moved no farther has not moved
+STILL = 5e-7  # of the model's length: what has moved no farther has not got into anything
 
 
 class Lookout:

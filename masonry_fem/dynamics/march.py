@@ -39,7 +39,7 @@ DOUBTFUL = 1e-6  # of a block's load: what its equation of motion may miss witho
 TURNED = 1e-2  # of a block's load times its size: moments that turns leave on elastic blocks without a word
 UNACCOUNTED = 1e-6  # of the largest energy: what may be missing from the ledger of an equilibrium
 ROUNDING = 1e-9  # of a time
-APART = "Take more load steps, widen contact.reach, or move the blocks apart."
+APART = "Take more or shorter steps, widen contact.reach, or move the blocks apart."
 BEARABLE = 1e-3
 
 
@@ -144,13 +144,15 @@ def march(
         if strategy.seeks_equilibrium and (unsolved or could_rest(model, start, made, report, reached)):
             verdict = "no_convergence"
     witness.end(model, made.after)
-    objection = witness.objection(within_tolerance(made, report, reached))
+    objection = witness.objection(
+        max(DOUBTFUL, 1e3 * reached), within_tolerance(made, report, reached), static=inertia == 0
+    )
     if verdict == "equilibrium" and objection:
         verdict = "no_convergence"
     _warn(missed, inexact, unsettled, abrupt, report, strategy, settings)
     if verdict in {"equilibrium", "finished"}:
         _doubt(model, made, report, max(DOUBTFUL, 1e3 * reached))
-        _tell_written(witness, objection, max(DOUBTFUL, 1e3 * reached), inertia == 0)
+        _tell_written(witness, objection)
         far = drift(model, made, report, reached)
         if far > 0:
             logger.warning(
@@ -237,16 +239,11 @@ def _doubt(model: Model, made: Increment, report: StepReport, bound: float) -> N
         )
 
 
-def _tell_written(witness: Witness, objection: str, bound: float, static: bool) -> None:
-    """Say what the written results leave of balance, where a reader would not expect it."""
-    left, turned = witness.balance, witness.turning
+def _tell_written(witness: Witness, objection: str) -> None:
+    """Say what the written results leave open, where a reader would not expect it."""
     if objection:
         logger.warning("%s. %s", objection, APART)
-    if static and left.value > bound:
-        logger.warning(
-            "the written forces leave %.2g of its load on '%s' (step %d): it moves so far in a step that "
-            "they balance where it was before; take more load steps", left.value, *left.blocks, left.step,
-        )  # fmt: skip
+    turned = witness.turning
     if turned.value >= TURNED:
         logger.warning(
             "where '%s' is now forces leave %.2g of its load times its size (step %d): elastic blocks "

@@ -61,6 +61,7 @@ class Witness:
         self._size: FloatArray = extent[[block.shape for block in assembly.blocks]]
         self._names = [block.name for block in assembly.blocks]
         self.balance, self.turning, self.overlap = Worst(), Worst(), Worst()
+        self._last = Worst()
         self.lookout = Lookout(model, bodies)
 
     @property
@@ -69,11 +70,16 @@ class Witness:
         figures = {"balance": self.balance, "turning": self.turning, "overlap": self.overlap}
         return {name: worst.told() for name, worst in figures.items()}
 
-    def objection(self, drift: float = 0.0) -> str:
+    def objection(self, bound: float, drift: float, *, static: bool) -> str:
         """Why a state is no equilibrium whatever its equations say; empty where nothing speaks against it.
 
-        ``drift`` is how far speeds below the solver's tolerance may carry blocks in a step [m].
+        ``bound`` is on the balance, of all steps of statics, of the last one of dynamics. ``drift`` is how
+        far speeds below the solver's tolerance may carry blocks in a step [m].
         """
+        left = self.balance if static else self._last
+        if left.value > bound:
+            name, step = left.blocks[0], left.step
+            return f"the written forces leave {left.value:.2g} of its load on '{name}' (step {step})"
         if self.overlap.share <= OVERLAP or drift >= self.overlap.value:
             return ""
         first, second = self.overlap.blocks
@@ -88,6 +94,7 @@ class Witness:
         force = np.einsum("cij,ci->cj", state.reaction_frame, state.reaction)
         blocks, d = model.contacts.blocks, force.shape[1]
         left = relative(imbalance(blocks, acting.arms, force, acting.given, acting.centre), acting, force)
+        self._last = self._worse(Worst(), left, state.index)
         self.balance = self._worse(self.balance, left, state.index)
         if acting.elastic.any():
             moved = acting.given.copy()

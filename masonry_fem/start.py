@@ -28,6 +28,7 @@ DIGITS = 4
 SHOWN = 4  # joints that are named
 
 COHESIVE = "joints with a law of their own may hold blocks without any thrust: it is not asked of them"
+MIXED = "as rigid stones it would not be, and how those that are elastic brace the others is not asked"
 UNTOLD = "no state from a start without stress was found, nor that there is none"
 
 
@@ -92,14 +93,15 @@ def started(made: March) -> Start | None:
         return None
     if made.model.laws is not None:
         return Start(None, COHESIVE)
-    if not problem.count or not problem.rigid:
+    soft = np.diff(problem.compliance.indptr) > 0
+    if soft.all():  # stresses come from deformation, or there are no contacts
         return Start(True)
     step = made.last
     closed = step.after.gap[step.contacts] <= CLOSED * made.model.length
     closed |= step.solution.impulse[:, 0] > 0
-    found = from_no_stress(problem, closed)
-    if found.reached is None:
-        return Start(None, UNTOLD)
+    found = from_no_stress(problem.without_compliance(), closed)
+    if found.reached is None or (soft.any() and not found.reached):
+        return Start(None, MIXED if soft.any() else UNTOLD)
     return Start(True) if found.reached else _needing(made, _mechanism(made, found.motion), found.impulse)
 
 

@@ -125,6 +125,44 @@ def test_forces_outside_their_intervals_are_named() -> None:
     assert outside({"message": "no answer"}, {}, np.zeros(2)) == []
 
 
+def test_an_equilibrium_that_it_denies_is_explained(tmp_path: Path) -> None:
+    """A block that hangs 5 mm above the ground rests on it in the end, and nothing carries it at first."""
+    path = tmp_path / "hanging.toml"
+    path.write_text(
+        """
+dimension = 2
+fidelity = "rigid"
+[materials.stone]
+density = 2400
+[[structures]]
+kind = "block"
+name = "stone"
+material = "stone"
+size = [1.0, 1.0]
+position = [0.0, 0.005]
+[[structures]]
+kind = "block"
+name = "ground"
+material = "stone"
+size = [3.0, 1.0]
+position = [-1.0, -1.0]
+[[supports]]
+on = "ground"
+[contact]
+reach = 0.01
+[loads]
+gravity = [0, -9.81]
+[output]
+limit_analysis = true
+"""
+    )
+    found = solve_scene(load(path))
+    assert found.outcome == "equilibrium"
+    told = found.summary["limit_analysis"]
+    assert told["admissible"] is False
+    assert any("equilibrium all the same" in note for note in told["notes"])
+
+
 def test_it_is_told_where_asked_for_only(scene: Path) -> None:
     assert "limit_analysis" not in solve_scene(load(scene)).summary
 

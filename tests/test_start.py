@@ -13,8 +13,11 @@ from masonry_fem.scene.specs import (
     Loads,
     Material,
     MeshSettings,
+    MohrCoulomb,
     Output,
+    Override,
     Scene,
+    StackStructure,
     Statics,
     Support,
     WallStructure,
@@ -70,6 +73,24 @@ def test_elastic_stones_between_vertical_faces_fall():
     assert found.summary["mechanism"]["groups"] == [["stone0"]]
     assert found.summary["moving"][0]["how"] == "falls"
     assert found.summary["start"]["least_thrust"] == pytest.approx(0.5 * WEIGHT / (2 * FRICTION), rel=1e-6)
+
+
+@pytest.mark.parametrize(("where", "reached"), [("on the ground", True), ("between faces", None)])
+def test_rigid_stones_beside_elastic_ones_are_asked_as_rigid(where, reached):
+    pile = StackStructure(name="pile", material="stone", size=(1.0, 0.5), count=3, position=(5.0, 0.0))
+    soft = (Override(blocks="pile.b1", fidelity="elastic"),)
+    stones = (pile,) if reached else (pile, *beam().structures)
+    held = () if reached else ("left", "right")
+    found = solve_scene(scene(stones, held, overrides=soft, mesh=MeshSettings(size=0.25)))
+    assert found.outcome == "equilibrium"
+    assert found.summary["start"]["reached"] is reached
+
+
+def test_joints_with_a_law_are_not_asked():
+    law = Joint(friction=FRICTION, law=MohrCoulomb(cohesion=1e5, tension_strength=1e4))
+    told = solve_scene(beam(joints=(law,))).summary["start"]
+    assert told["reached"] is None
+    assert "law of their own" in told["note"]
 
 
 def test_an_elastic_beam_that_is_slender_braces_itself():

@@ -145,6 +145,11 @@ class ContactProblem:
         """True where some contact has cohesion."""
         return self.cohesion_offset is not None or self.cohesion_stiffness is not None
 
+    def without_compliance(self) -> ContactProblem:
+        """The same of rigid bodies."""
+        nothing = sparse.bsr_array(self.compliance.shape, blocksize=self.compliance.blocksize)
+        return replace(self, compliance=nothing)
+
     def elastic_velocity(self, impulse: FloatArray) -> FloatArray:
         """W_el p, shape (c, d) [m/s]."""
         if self.rigid:

@@ -213,8 +213,8 @@ def _compare(summary: dict[str, Any]) -> None:
         told["outside"] = outside(told, summary["supports"], summary["applied"])
         if not told.get("admissible", True):
             told["notes"].append(
-                "the run found an equilibrium all the same, of blocks where they came to rest: this is of rigid "
-                "blocks where they stood at the start"
+                "the run found an equilibrium all the same, of blocks where they came to rest: this is of "
+                "rigid blocks where they stood at the start"
             )
 
 

@@ -226,7 +226,7 @@ def _retreed(data: bytes, random: Random) -> bytes:
 def _programmed(data: bytes, random: Random) -> bytes:
     """Statements that a program may hold."""
     line = random.choice((
-        "For i In {1:1e12} a = i; EndFor", 'SystemCall "touch ran";', "Exit;", "Abort;", "Error('x');",
+        "For i In {1:1e12}\n  a = i;\nEndFor", 'SystemCall "touch ran";', "Exit;", "Abort;", "Error('x');",
         "Mesh 3;",
         'Merge "nothing.msh";', 'Include "nothing.geo";', 'Save "ran.msh";', "Mesh.Algorithm3D = 99;",
         "Delete All;",

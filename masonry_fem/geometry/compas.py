@@ -46,9 +46,14 @@ def read_compas(path: Path, title: str) -> list[Skin]:
     """
     try:
         record = json.loads(path.read_text(encoding="utf-8"))
+        found = list(_blocks(_unwrapped(record)))
     except (json.JSONDecodeError, UnicodeDecodeError) as error:
         raise GeometryError(f"{title} is no JSON ({error}); save it again with compas.json_dump") from error
-    found = list(_blocks(_unwrapped(record)))
+    except RecursionError as error:
+        raise GeometryError(
+            f"{title} nests lists or records hundreds deep, expected an assembly, a model or meshes of "
+            "compas; save it again with compas.json_dump"
+        ) from error
     if not found:
         kind = record.get("dtype", "a record") if isinstance(record, dict) else "a list"
         raise GeometryError(

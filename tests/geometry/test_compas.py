@@ -172,3 +172,9 @@ def test_coplanar_faces_become_one_and_float32_is_flat_enough(tmp_path: Path) ->
 def test_what_is_no_block_is_said(tmp_path: Path, record: Any, said: str) -> None:
     with pytest.raises(GeometryError, match=said):
         reading(tmp_path, record)
+
+
+@pytest.mark.parametrize("depth", [950, 100_000])
+def test_a_file_that_nests_without_end(tmp_path: Path, depth: int) -> None:
+    with pytest.raises(GeometryError, match="hundreds deep|without blocks"):
+        reading(tmp_path, "[" * depth + "]" * depth)

@@ -13,10 +13,8 @@ import meshio
 import numpy as np
 
 from benchmarks.mutation import Tree
-from masonry_fem.build import build, solver_settings, strategy
-from masonry_fem.dynamics.march import march
 from masonry_fem.geometry.session import session
-from masonry_fem.nscd import save_problem
+from masonry_fem.run import run
 from masonry_fem.scene import loads
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -210,14 +208,10 @@ def _survey() -> str:
 
 
 def _contact() -> bytes:
-    scene = loads(SMALL["rigid_arch"])
-    built, kept = build(scene, Path()), []
-    plan, settings = strategy(scene.analysis), solver_settings(scene.solver)
-    march(built.model, plan, settings, bodies=built.bodies, keep=1, kept=kept)
+    """What ``run --save-contact 1`` leaves."""
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "contact.npz"
-        save_problem(kept[0].problem, path)
-        return path.read_bytes()
+        run(loads(SMALL["rigid_arch"]), Path(folder) / "out", save_contact=1)
+        return (Path(folder) / "out" / "contact_1.npz").read_bytes()
 
 
 def _plain() -> bytes:

@@ -176,5 +176,5 @@ def test_what_is_no_block_is_said(tmp_path: Path, record: Any, said: str) -> Non
 
 @pytest.mark.parametrize("depth", [950, 100_000])
 def test_a_file_that_nests_without_end(tmp_path: Path, depth: int) -> None:
-    with pytest.raises(GeometryError, match="hundreds deep|without blocks"):
+    with pytest.raises(GeometryError, match=r"hundreds deep|without blocks"):
         reading(tmp_path, "[" * depth + "]" * depth)

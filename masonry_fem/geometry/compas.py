@@ -23,6 +23,7 @@ import numpy as np
 from masonry_fem.errors import GeometryError
 from masonry_fem.geometry.naming import tell_renamed, tidy_name, unlike
 from masonry_fem.geometry.skin import Skin
+from masonry_fem.solid.pose import FloatArray
 
 GEOMETRIES = ("block", "part", "geometry", "shape", "mesh")  # keys that hold a block's mesh
 
@@ -47,12 +48,17 @@ def read_compas(path: Path, title: str) -> list[Skin]:
     try:
         record = json.loads(path.read_text(encoding="utf-8"))
         found = list(_blocks(_unwrapped(record)))
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
-        raise GeometryError(f"{title} is no JSON ({error}); save it again with compas.json_dump") from error
     except RecursionError as error:
         raise GeometryError(
             f"{title} nests lists or records hundreds deep, expected an assembly, a model or meshes of "
             "compas; save it again with compas.json_dump"
+        ) from error
+    except ValueError as error:  # bad JSON or UTF-8, numbers of thousands of digits
+        raise GeometryError(f"{title} is no JSON ({error}); save it again with compas.json_dump") from error
+    except (AttributeError, TypeError) as error:
+        raise GeometryError(
+            f"{title} is laid out as no file of compas is ({error}), expected an assembly, a model or "
+            "meshes; save it again with compas.json_dump"
         ) from error
     if not found:
         kind = record.get("dtype", "a record") if isinstance(record, dict) else "a list"
@@ -146,12 +152,12 @@ def _of_node(key: str, node: Any) -> Iterator[_Found]:
 
 def _skin(name: str, found: _Found, title: str) -> Skin:
     mesh = found.mesh
-    defaults = {"x": 0.0, "y": 0.0, "z": 0.0} | (
-        mesh.get("default_vertex_attributes") or mesh.get("dva") or {}
-    )
     rows = {str(key): row for row, key in enumerate(mesh["vertex"])}
     faces = mesh["face"]
     try:
+        defaults = {"x": 0.0, "y": 0.0, "z": 0.0} | (
+            mesh.get("default_vertex_attributes") or mesh.get("dva") or {}
+        )
         points = np.array(
             [
                 [float(vertex.get(axis, defaults[axis])) for axis in "xyz"]
@@ -162,12 +168,24 @@ def _skin(name: str, found: _Found, title: str) -> Skin:
             tuple(rows[str(key)] for key in face)
             for face in (faces.values() if isinstance(faces, dict) else faces)
         )
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
         raise GeometryError(
             f"{title}, block '{name}': its mesh has the corner {error}, expected numbers x, y, z and faces "
             "of known corners; save it again with compas.json_dump"
         ) from error
     if found.matrix is not None:
-        matrix = np.array(found.matrix, dtype=float)
-        points = points @ matrix[:3, :3].T + matrix[:3, 3]
+        points = _moved(points, found.matrix, f"{title}, block '{name}'")
     return Skin(name, points.reshape(-1, 3), loops, support=found.support)
+
+
+def _moved(points: FloatArray, given: Any, title: str) -> FloatArray:
+    """Points where an element's transformation puts them."""
+    try:
+        matrix = np.array(given, dtype=float).reshape(4, 4)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise GeometryError(
+            f"{title}: its transformation is no matrix ({error}), expected 4 rows of 4 numbers; save it "
+            "again with compas.json_dump"
+        ) from error
+    moved: FloatArray = points @ matrix[:3, :3].T + matrix[:3, 3]
+    return moved

@@ -28,6 +28,7 @@ from masonry_fem.geometry.naming import UNSELECTABLE, Names, tell_renamed
 from masonry_fem.geometry.outline import outline
 from masonry_fem.geometry.session import Elements, elements_of, node_positions, session
 from masonry_fem.geometry.skin import Skin, once, shape_of
+from masonry_fem.geometry.soundness import check_points
 from masonry_fem.geometry.surfaces import READERS, read_surfaces
 from masonry_fem.geometry.volumes import read_volumes
 from masonry_fem.scene.specs import FileStructure, MeshSettings
@@ -99,7 +100,7 @@ def _meshed(
         tags, positions = node_positions(gmsh)
         bodies = _bodies(gmsh, dimension, spec)
         named = _named_facets(gmsh, dimension, spec.path)
-    points = _flat(spec.scale * positions, dimension, title)
+    points = _placed(spec, positions, dimension, title)
     shapes = [_shape(spec, body, tags, points, named) for body in bodies]
     return [(shape, _is_support(spec, body.name)) for shape, body in zip(shapes, bodies, strict=True)]
 
@@ -107,7 +108,7 @@ def _meshed(
 def _volumes(spec: FileStructure, path: Path, dimension: int, title: str) -> list[tuple[Shape, bool]]:
     """Blocks of a file of elements with a field, or of connected parts."""
     found = read_volumes(path, dimension, spec.field, title)
-    points = _flat(spec.scale * found.points, dimension, title)
+    points = _placed(spec, found.points, dimension, title)
     bodies: list[_Body] = []
     for name, elements in found.parts:
         bodies += _split(name, "_", elements) if name else _split("b", "", elements, always=True)
@@ -129,13 +130,17 @@ def _skins(spec: FileStructure, skins: list[Skin], title: str) -> list[tuple[Sha
             title, sum(skin.doubles for skin in doubled), len(doubled), doubled[0].name,
         )  # fmt: skip
     for skin in skins:
-        scaled = replace(skin, points=spec.scale * skin.points)
+        with np.errstate(over="ignore"):  # told by the check
+            scaled = replace(skin, points=spec.scale * skin.points)
         made.append((shape_of(scaled, spec.name, title), skin.support or _is_support(spec, skin.name)))
     return made
 
 
-def _flat(positions: FloatArray, dimension: int, title: str) -> FloatArray:
-    """The positions in the scene's dimension."""
+def _placed(spec: FileStructure, found: FloatArray, dimension: int, title: str) -> FloatArray:
+    """The points of a file in metres, in the scene's dimension."""
+    with np.errstate(over="ignore"):  # told by the check
+        positions = spec.scale * found
+    check_points(positions, title)
     if dimension == 2 and np.ptp(positions[:, 2]) > 1e-9 * np.ptp(positions, axis=0).max():
         raise GeometryError(
             f"{title} is not flat in z, expected a plane figure; set dimension = 3 or flatten it"

@@ -21,6 +21,7 @@ from scipy.spatial import cKDTree
 from masonry_fem.errors import GeometryError
 from masonry_fem.geometry.outline import outline
 from masonry_fem.geometry.sewing import bodies_of
+from masonry_fem.geometry.soundness import LARGEST, SMALLEST, check_points
 from masonry_fem.geometry.triangles import area_vector, triangles_of
 from masonry_fem.solid.assembly import Shape
 from masonry_fem.solid.mesh import IntArray
@@ -75,7 +76,7 @@ def once(skin: Skin) -> Skin:
 
 def _from_least(loop: tuple[int, ...]) -> tuple[int, ...]:
     """The same loop, begun at its least corner."""
-    first = loop.index(min(loop))
+    first = loop.index(min(loop)) if loop else 0
     return loop[first:] + loop[:first]
 
 
@@ -116,10 +117,7 @@ def shape_of(skin: Skin, structure: str, file: str) -> Shape:
     GeometryError : The surface is open, crossed by itself, turned inconsistently, or bounds no volume.
     """
     title = f"{file}, block '{skin.name}'"
-    if not np.isfinite(skin.points).all():
-        raise GeometryError(
-            f"{title} has a corner that is no number, expected finite x y z; correct the file"
-        )
+    check_points(skin.points, title)
     corner, loops = _welded(skin)
     points = _places(skin, corner)
     named = [
@@ -152,7 +150,7 @@ def shape_of(skin: Skin, structure: str, file: str) -> Shape:
 def _welded(skin: Skin) -> tuple[IntArray, list[tuple[int, ...]]]:
     """Number of the place of each corner, and the loops by these."""
     size = float(np.ptp(skin.points, axis=0).max()) if len(skin.points) else 0.0
-    if not np.isfinite(size):
+    if not SMALLEST <= size <= LARGEST:  # whoever places the skin says so
         return np.arange(len(skin.points)), list(skin.loops)
     pairs = cKDTree(skin.points).query_pairs(COINCIDENT * size, output_type="ndarray")
     links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(skin.points),) * 2)

@@ -16,6 +16,7 @@ import numpy as np
 from masonry_fem.errors import GeometryError
 from masonry_fem.geometry.prism import prism
 from masonry_fem.geometry.snapping import crosses_itself, snapped
+from masonry_fem.geometry.soundness import check_points
 from masonry_fem.geometry.survey_reading import Measured, read_survey
 from masonry_fem.geometry.triangles import area_vector
 from masonry_fem.geometry.wall_plane import WallPlane
@@ -48,6 +49,7 @@ def build(spec: SurveyStructure, dimension: int, base: Path) -> Assembly:
         )
     title = f"{key} '{spec.path}'"
     stones = [Measured(one.name, spec.scale * one.corners) for one in read_survey(path, title)]
+    check_points(np.concatenate([stone.corners for stone in stones]), title)
     plane, outlines = _laid(stones, spec, title)
     names = [stone.name for stone in stones]
     if spec.ground:

@@ -21,6 +21,7 @@ from masonry_fem.solid.mesh import NODES_OF, IntArray
 from masonry_fem.solid.pose import FloatArray
 
 FIELD = "block"
+LARGEST = 2**53  # whole number of a block: up to here all of them are floats, too
 CELLS = {
     2: ("triangle", "quad", "triangle6", "quad9"),
     3: ("tetra", "hexahedron", "tetra10", "hexahedron27"),
@@ -92,7 +93,7 @@ def _field(mesh: Any, numbers: list[int], field: str | None, title: str) -> list
             )
         return [np.zeros(len(mesh.cells[number].data), dtype=np.int64) for number in numbers]
     values = [np.asarray(mesh.cell_data[name][number]) for number in numbers]
-    if any(one.ndim != 1 or (one != np.round(one)).any() for one in values):
+    if any(one.ndim != 1 or not (np.abs(one) < LARGEST).all() or (one % 1 != 0).any() for one in values):
         raise GeometryError(
             f"{title}: the cell field '{name}' is not one whole number a cell, expected the number of its "
             "block; name another field"

@@ -41,6 +41,7 @@ GEOMETRY_FILES = (
 SURVEY_FILES = (".csv", ".obj")
 
 SHORTEST, LONGEST = 1e-100, 1e30  # steps [s]
+MOST_STEPS = 1e9  # a thousandth of a second each: two weeks of computing
 
 
 def cross_check(scene: Scene, base: Path) -> None:
@@ -179,6 +180,9 @@ def _analysis(scene: Scene) -> None:
         raise wrong(("analysis", "step"), analysis.step, expected)
     if isinstance(analysis, Dynamics) and analysis.duration < analysis.step:
         expected = f"a time not shorter than the step ({analysis.step:g} s)"
+        raise wrong(("analysis", "duration"), analysis.duration, expected)
+    if isinstance(analysis, Dynamics) and not analysis.duration / analysis.step <= MOST_STEPS:
+        expected = f"at most {MOST_STEPS:.0e} steps of {analysis.step:g} s; shorten it or take longer steps"
         raise wrong(("analysis", "duration"), analysis.duration, expected)
 
     if isinstance(analysis, Equilibrium) and scene.solver.aim > analysis.tolerance:

@@ -19,7 +19,9 @@ from masonry_fem.scene.lines import KeyPath
 from masonry_fem.scene.misfit import MisfitError, braced, listed, nearest, wrong
 from masonry_fem.scene.quantity import QuantityError, si_value
 
-LARGEST = sys.float_info.max
+SMALLEST = sys.float_info.min  # of numbers: below it they lose their digits
+LARGEST = 1e100  # squares and most products of such are numbers, too
+LARGEST_COUNT = 2**63 - 1  # what TOML promises
 
 
 def fitted(value: Any, kind: inspect.Type, path: KeyPath, dimension: int | None) -> Any:
@@ -46,16 +48,22 @@ def _fit_number(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, _: 
             number = si_value(value, extra.get("unit"))
         except QuantityError as error:
             raise wrong(path, value, expected, str(error)) from error
-    if isinstance(number, bool) or not isinstance(number, int | float) or not _in_range(number, kind):
+    if isinstance(number, bool) or not isinstance(number, int | float):
         raise wrong(path, value, expected)
-    if not abs(number) <= LARGEST:  # also refuses nan
+    if not abs(number) <= sys.float_info.max or not _in_range(number, kind):  # the first also refuses nan
         raise wrong(path, value, expected)
+    if number and not SMALLEST <= abs(number) <= LARGEST:
+        raise wrong(
+            path, value, f"{expected}, where it is not 0 from {SMALLEST:.0e} to {LARGEST:.0e} in size"
+        )
     return float(number)
 
 
 def _fit_count(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, _: int | None) -> Any:
     if isinstance(value, bool) or not isinstance(value, int) or not _in_range(value, kind):
         raise wrong(path, value, expectation(inspect.Metadata(kind, extra=extra)))
+    if abs(value) > LARGEST_COUNT:
+        raise wrong(path, value, f"a whole number up to {LARGEST_COUNT:.0e}")
     return value
 
 

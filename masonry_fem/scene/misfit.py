@@ -10,6 +10,7 @@ from typing import Any
 from masonry_fem.scene.lines import KeyPath
 
 LONGEST_VALUE = 60
+LONGEST_NUMBER = 1000  # binary digits of a whole number that is shown
 
 
 class MisfitError(Exception):
@@ -49,6 +50,8 @@ def shown(value: Any) -> str:
         return str(float(value))
     if isinstance(value, dict):
         return "a table"
+    if isinstance(value, int) and value.bit_length() > LONGEST_NUMBER:  # Python refuses to write some
+        return f"a number of {value.bit_length() * math.log10(2):.0f} digits"
     if isinstance(value, list | tuple):
         text = "[" + ", ".join(shown(item) for item in value) + "]"
     else:

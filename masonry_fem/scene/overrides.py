@@ -39,7 +39,7 @@ def trusting(scene: Path, overrides: Iterable[str]) -> list[str]:
     """Overrides by which every file of a scene is trusted; none where the scene cannot be read."""
     try:
         tree = tomllib.loads(scene.read_text(encoding="utf-8-sig"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
+    except (OSError, ValueError, RecursionError):
         return []  # whoever loads the scene says why
     apply(tree, overrides)
     structures = tree.get("structures")
@@ -54,7 +54,7 @@ def parsed(text: str) -> Any:
     """The TOML value that a text is, else the text itself."""
     try:
         document = tomllib.loads(f"value = {text}")
-    except tomllib.TOMLDecodeError:
+    except ValueError:  # TOMLDecodeError, and numbers of thousands of digits
         return text
     return document["value"] if list(document) == ["value"] else text
 
@@ -75,7 +75,7 @@ def _write(tree: Any, parts: list[str], value: Any, text: str) -> KeyPath:
         if following is None:
             tree[key] = value
         elif isinstance(tree, dict) and key not in tree:
-            tree[key] = [] if following.isdigit() else {}
+            tree[key] = [] if following.isdecimal() else {}
         tree = tree[key]
     return path
 
@@ -83,7 +83,7 @@ def _write(tree: Any, parts: list[str], value: Any, text: str) -> KeyPath:
 def _index(items: list[Any], part: str, path: KeyPath, text: str) -> int:
     """Index of the list item that ``part`` names; the list's length is a new item."""
     place = ".".join(map(str, path))
-    if part.isdigit():
+    if part.isdecimal():
         if int(part) > len(items):
             raise SceneError(f"--set {text}: '{place}' has {len(items)} items, expected an index up to that")
         return int(part)

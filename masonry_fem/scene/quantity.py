@@ -36,6 +36,8 @@ COMMON_UNITS = (
     "MB", "GB",
 )  # fmt: skip
 _NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
+_UNIT = r"[^\W\d]+(?:(?:\^|\*\*) ?-?\d|[²³])?"  # letters, and one digit of an exponent
+_UNITS = re.compile(rf" *(?:1 ?/ ?)?(?:{_UNIT}(?: ?[*/·] ?| |(?= *$)))* *|%")
 _EXPONENT = re.compile(r"(?<=[A-Za-z])([23])(?![\w.])")  # kg/m3 is how many write kg/m^3
 
 
@@ -61,6 +63,8 @@ def si_value(text: str, unit: str | None) -> float:
     number, written = float(match[1]), _EXPONENT.sub(r"^\1", match[2])
     if not written and unit is not None:
         raise QuantityError(f"; give it a unit ('{text.strip()} {unit}') or write it without quotes")
+    if not _UNITS.fullmatch(re.sub(r"[()\s]+", " ", written)):  # the library evaluates any expression
+        raise QuantityError(f"; '{written}' is no known unit{nearest(written, COMMON_UNITS)}")
     registry = _registry()
     try:
         quantity = registry.Quantity(number, registry.parse_units(written))

@@ -10,6 +10,7 @@ of the scene against each other (``checks``).
 from __future__ import annotations
 
 import logging
+import re
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -29,6 +30,9 @@ from masonry_fem.scene.overrides import apply
 from masonry_fem.scene.problem_file import with_conditions
 from masonry_fem.scene.specs import Scene
 from masonry_fem.scene.writing import plain
+
+DEEPEST = 100  # tables and lists within one another, of which a scene has a handful
+_DEEP_KEY = re.compile(rf"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
 
 logger = logging.getLogger(__name__)
 
@@ -69,12 +73,17 @@ def loads(
     base : Folder that relative paths in the scene start from.
     source : What messages call the text.
     """
+    deep = f"{source}: tables or lists within one another, expected at most {DEEPEST}; write it plainly"
+    if _DEEP_KEY.search(text):  # which tomllib would take minutes for
+        raise SceneError(deep)
     try:
         tree = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+        changed = apply(tree, overrides)
+        return _scene(tree, _Origin(source, text, changed), Path(base))
+    except RecursionError as error:
+        raise SceneError(deep) from error
+    except ValueError as error:  # TOMLDecodeError, and numbers of thousands of digits
         raise SceneError(f"{source}: not valid TOML: {error}") from error
-    changed = apply(tree, overrides)
-    return _scene(tree, _Origin(source, text, changed), Path(base))
 
 
 def check(scene: Scene, *, base: str | Path = ".", source: str = "scene") -> Scene:

@@ -61,7 +61,7 @@ def test_more_elements_than_memory_where_gmsh_makes_them(element: str) -> None:
         mesh_shape(Shape("stone", solid), MeshSettings(element=element, size=1e-8), 2)
 
 
-@pytest.mark.parametrize("place", [1e13, 1e15, 1e17, 1e300])
+@pytest.mark.parametrize("place", [1e13, 1e15, 1e17, 1e100])
 def test_places_that_coordinates_cannot_draw(place: float) -> None:
     stack = StackStructure(name="cube", material="stone", size=(0.3, 0.3), count=2, position=(place, 0.0))
     with pytest.raises(

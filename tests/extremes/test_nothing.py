@@ -165,7 +165,7 @@ def test_a_march_that_is_too_short_says_so(strategy, step: float) -> None:
     assert np.isfinite(list(certificate(result).values())).all()
 
 
-@pytest.mark.parametrize("step", [1e-300, 1e31, 1e300])
+@pytest.mark.parametrize("step", [1e-300, 1e31, 1e100])
 def test_steps_beyond_what_numbers_can_hold_are_refused(step: float) -> None:
     with pytest.raises(SceneError, match=r"analysis\.step .* expected a time from 1e-100 to 1e\+30 s"):
         solve_scene(stack(2, "rigid", Dynamics(step=step, duration=step)))

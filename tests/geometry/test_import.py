@@ -301,7 +301,7 @@ def broken(tmp_path: Path, name: str) -> Path:
         ("open", r"block 'stone_0' is not closed: 4 edges have one face, the first at \(.*fill the holes"),
         ("flipped", r"block 'stone_0': the faces on the two sides of 4 edges.*turned against each other"),
         ("twice", r"block 'stone_0(_2)?'(: more than two faces meet|.* no mere lines, expected a closed)"),
-        ("nan", r"block 'stone_0' has a corner that is no number"),
+        ("nan", r"block 'stone_0' has a point that is no number, .nan, 0, 0., 1 of 8"),
         ("comma", r"line 3: '0,5 0 0' are no coordinates, expected 3 numbers; write decimal points"),
         (
             "unknown corner",
@@ -430,5 +430,5 @@ def test_ply_with_coordinates_that_are_none(tmp_path: Path, word: str) -> None:
     head += "element face 4\nproperty list uchar int vertex_indices\nend_header\n"
     faces = ["3 0 2 1", "3 0 1 3", "3 1 2 3", "3 0 3 2"]
     (tmp_path / "bad.ply").write_text("\n".join([head.strip(), *points, *faces, ""]))
-    with pytest.raises(GeometryError, match="a corner that is no number"):
+    with pytest.raises(GeometryError, match="a point that is no number"):
         reading(tmp_path / "bad.ply")

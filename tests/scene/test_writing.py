@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from msgspec import inspect
 
 from masonry_fem.scene import check, dumps, load, loads, save
-from masonry_fem.scene.fitting import fitted
+from masonry_fem.scene.fitting import LARGEST, fitted
 from masonry_fem.scene.specs import Scene
 
 
@@ -58,9 +58,10 @@ def numbers(kind: inspect.FloatType) -> st.SearchStrategy[float]:
     high = kind.lt if kind.lt is not None else kind.le
     if kind.multiple_of is not None:
         return st.integers(math.ceil(low / kind.multiple_of), 99).map(lambda n: n * kind.multiple_of)
+    low, high = -LARGEST if low is None else low, LARGEST if high is None else high
     return st.floats(
         low, high, exclude_min=kind.gt is not None, exclude_max=kind.lt is not None,
-        allow_nan=False, allow_infinity=False,
+        allow_nan=False, allow_infinity=False, allow_subnormal=False,
     )  # fmt: skip
 
 

@@ -73,14 +73,17 @@ def turning(
     free: tuple[Free, ...],
     forces: tuple[FloatArray, ...],
     scheme: Scheme,
-    unbalanced: tuple[FloatArray, ...],
+    impulse: FloatArray,
+    change: FloatArray,
 ) -> float:
-    """What impulses leave of balance ``there``, relative to the largest load of any block.
+    """What impulses that balance in ``free`` leave of balance ``there``.
 
-    ``unbalanced`` is by how much Bᵀ p is another there, by group, (b, m): they balance in ``free``.
+    Relative to the largest load of a block or impulse of a contact; ``change`` is that of B on the way.
     Loads on blocks that turn have other moments there, too.
     """
-    worst, scale, d = 0.0, 0.0, coupling.model.assembly.dimension
+    d = impulse.shape[1]
+    worst, scale = 0.0, float(np.linalg.norm(impulse, axis=1).max(initial=0.0))
+    unbalanced = coupling.rigid_impulses(impulse, change)
     for group, old, new, part, force, push in zip(
         coupling.model.groups, start.bodies, there.bodies, free, forces, unbalanced, strict=True
     ):

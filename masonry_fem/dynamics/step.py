@@ -36,7 +36,7 @@ from masonry_fem.nscd.laws.state import JointState
 ROUNDS = 20
 NEWTON_TOLERANCE = 1e-9  # of a block's impulse, on the volume residual
 PATIENCE = 4  # rounds that bring forces no nearer to balance
-BALANCED = 1e-6  # of a block's load: what rounds that come no nearer may leave
+BALANCED = 1e-6  # of the largest load or impulse: what rounds that come no nearer may leave
 ROUNDING = 1e-12  # of the model's length: a way that is none
 
 
@@ -253,10 +253,12 @@ class _Work:
     def _left(self, made: _Round, there: Place) -> tuple[float, float]:
         """What the impulses of a round leave of balance where it leads, and how far velocities miss that.
 
-        The first relative to a block's load, the second to the model's length.
+        The first relative to the largest load or impulse, the second to the model's length.
         """
-        unbalanced = self.coupling.rigid_impulses(made.impulse, there.rigid_map - made.place.rigid_map)
-        left = turning(self.coupling, self.start, there, made.free, self.forces, self.scheme, unbalanced)
+        change = there.rigid_map - made.place.rigid_map
+        left = turning(
+            self.coupling, self.start, there, made.free, self.forces, self.scheme, made.impulse, change
+        )
         way = there.contact.offset - self.start.contact.offset - self.scheme.step * made.velocity
         return left, float(np.abs(way).max(initial=0.0)) / self.model.length
 

@@ -24,7 +24,7 @@ class RubbleStructure(Structure, frozen=True, kw_only=True, tag="rubble"):
     size: Sizes
     stones: Count
     seed: Annotated[int, Meta(ge=0)] = 0
-    relaxation: Annotated[int, Meta(ge=0)] = 2
+    relaxation: Annotated[int, Meta(ge=0, le=100)] = 2
     shortest: Annotated[float, Meta(ge=0, le=0.2)] = 0.1
     elongation: Positive = 1.0
     joint: Distance = 0.0

@@ -183,6 +183,12 @@ def _by_group(points: FloatArray, faces: list[ObjFace]) -> list[Skin]:
 
 
 def _ply(path: Path, title: str) -> list[Skin]:
+    if not any(line.strip() == b"end_header" for line in path.read_bytes().split(b"\n")):
+        # meshio would look for it without end
+        raise GeometryError(
+            f"{title} has no line 'end_header', expected a header that ends so; the file is cut off: "
+            "export it again"
+        )
     mesh = quietly_read(path, title)
     loops = [
         tuple(int(vertex) for vertex in row)

@@ -334,7 +334,7 @@ def test_a_triangle_that_is_missing_or_turned_in_a_binary_file(tmp_path: Path) -
         ("a.stl", b"\0" * 80 + struct.pack("<I", 5) + b"\0" * 60, "has 144 bytes, expected .* 334 bytes"),
         ("a.stl", b"solid a\nfacet\nouter loop\nvertex 0 0 0\n", "ends within solid 'a'"),
         ("a.stl", b"solid a\nfacet\nouter loop\nvertex 0 0 0\nendloop\n", "not three corners"),
-        ("a.ply", b"ply\nformat nonsense\n", "meshio cannot read it"),
+        ("a.ply", b"ply\nformat nonsense\n", r"has no line .end_header"),
         ("a.vtu", b"<VTKFile>", "meshio cannot read it"),
         ("a.json", b"{", "is no JSON"),
     ],
@@ -432,3 +432,13 @@ def test_ply_with_coordinates_that_are_none(tmp_path: Path, word: str) -> None:
     (tmp_path / "bad.ply").write_text("\n".join([head.strip(), *points, *faces, ""]))
     with pytest.raises(GeometryError, match="a point that is no number"):
         reading(tmp_path / "bad.ply")
+
+
+@pytest.mark.parametrize(
+    "text", ["", "ply\nformat ascii 1.0\nelement vertex 8\nproperty list uchar int vertex_ind"]
+)
+def test_ply_whose_header_has_no_end(tmp_path: Path, text: str) -> None:
+    """It would be looked for without end."""
+    (tmp_path / "cut.ply").write_text(text)
+    with pytest.raises(GeometryError, match="has no line 'end_header'"):
+        reading(tmp_path / "cut.ply")

@@ -118,11 +118,10 @@ def _plain(arrays: dict[str, NDArray[Any]]) -> ContactProblem:
 
 
 def _blocks(arrays: dict[str, NDArray[Any]], name: str) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
-    return (
-        _real(arrays, f"{name}_data"),
-        _whole(arrays, f"{name}_indices"),
-        _whole(arrays, f"{name}_indptr"),
-    )
+    ends = _whole(arrays, f"{name}_indptr")
+    if (np.diff(ends) < 0).any():  # which SciPy overlooks where there are no entries
+        raise ProblemError(f"the array '{name}_indptr' falls, expected numbers that do not")
+    return _real(arrays, f"{name}_data"), _whole(arrays, f"{name}_indices"), ends
 
 
 def _real(arrays: dict[str, NDArray[Any]], name: str) -> NDArray[Any]:

@@ -173,3 +173,12 @@ def test_arrays_that_are_missing_or_ill_shaped_are_refused(saved, form, other, t
         else:
             refused += 1  # it happens to fit, as a zero-dimensional mu does
     assert refused == len(arrays)
+
+
+def test_row_pointers_that_fall_are_refused(saved, tmp_path):
+    """Also where there is no entry, so that nothing stands between them."""
+    pointer = saved["own"]["compliance_indptr"].copy()
+    pointer[1] = -1
+    np.savez(tmp_path / "changed.npz", **saved["own"] | {"compliance_indptr": pointer})
+    with pytest.raises(ProblemError, match=r"changed\.npz: the array 'compliance_indptr' falls"):
+        load_problem(tmp_path / "changed.npz")

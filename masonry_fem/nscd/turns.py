@@ -26,6 +26,7 @@ from masonry_fem.nscd.iterate import Method
 from masonry_fem.nscd.plane import PlaneForm, plane_form
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.rest import Rest
+from masonry_fem.nscd.scaling import contact_scale
 from masonry_fem.nscd.settings import SolverSettings, Start
 from masonry_fem.nscd.solvers import make_method
 
@@ -87,6 +88,8 @@ def turns(
     """
     if _static(problem):
         yield Turn(_newton, BRIEF)
+        if _uneven(problem):
+            yield Turn(_slender_newton, BRIEF, "cold")
         if loads().falls:
             # what moves, it shows as rigid blocks at a hundredth of the cost
             if not problem.rigid:
@@ -157,6 +160,17 @@ def _static(problem: ContactProblem) -> bool:
     return bool((problem.rigid_mass[touched] <= 0).any())
 
 
+def _uneven(problem: ContactProblem) -> bool:
+    """True where elastic contacts lie so far apart in scale that some block may be slender."""
+    from masonry_fem.nscd.solvers.newton import SLENDER  # noqa: PLC0415
+    from masonry_fem.nscd.solvers.newton_system import block_rows  # noqa: PLC0415
+
+    if problem.rigid:
+        return False
+    scale = contact_scale(problem, fold=False)[block_rows(problem.compliance)]
+    return bool(scale.max() > SLENDER * scale.min())
+
+
 def _coupled(problem: ContactProblem) -> bool:
     """True where blocks deform; beds of mortar soften their own contacts alone, which sweeps like."""
     compliance = problem.compliance
@@ -174,6 +188,12 @@ def _exact(problem: ContactProblem) -> Iterator[Turn]:
 
 def _newton() -> Method:
     return make_method("newton")
+
+
+def _slender_newton() -> Method:
+    from masonry_fem.nscd.solvers.newton import ProximalNewton  # noqa: PLC0415
+
+    return ProximalNewton(slender=True)
 
 
 def _polish() -> Method:

@@ -37,6 +37,9 @@ from masonry_fem.nscd.solvers.newton_system import NewtonSystem, block_rows
 FloatArray = NDArray[np.float64]
 
 
+SLENDER = 100.0  # scale of an elastic contact over the least; among blocks of one kind it is ten
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProximalNewton:
     """Settings of the proximal Newton method.
@@ -56,6 +59,7 @@ class ProximalNewton:
     round_steps : Newton steps after which a round is given up.
     patience : Rounds without progress after which it is stalled.
     iterations : Newton steps in all.
+    slender : Blocks may be so slender that their own compliance says nothing of that of the whole.
     library : Linear factor, see ``linear``.
     """
 
@@ -69,6 +73,7 @@ class ProximalNewton:
     round_steps: int = 40
     patience: int = 20
     iterations: int = 400
+    slender: bool = False
     library: Library = "auto"
 
     @property
@@ -111,9 +116,13 @@ class NewtonRun:
 
     def __init__(self, problem: ContactProblem, settings: ProximalNewton, start: Start | None) -> None:
         self.problem, self.settings = problem, settings
-        self.scale = _newton_scale(problem)
+        self.scale = _newton_scale(problem, slender=settings.slender)
         # where stiff cohesion bonds elastic blocks, they give way as they would without a joint
-        whole = self.scale if problem.cohesion_stiffness is None else _newton_scale(problem, fold=False)
+        whole = (
+            self.scale
+            if problem.cohesion_stiffness is None
+            else _newton_scale(problem, fold=False, slender=settings.slender)
+        )
         self.system = NewtonSystem(problem, whole, settings.library)
         self.static = problem.rigid_mass <= 0
         weight, decrease, least = _usual_weights(problem)
@@ -357,7 +366,6 @@ _ANY = 1e300  # of a solved round
 _HOLD = 0.1  # error of a solved round from which a first guess is kept
 _CHEAP, _DEAR = 2, 4  # steps of a round up to which an adaptive α falls, above which it rises
 _SETTLED = 2  # steps of a round before its contacts' swinging means anything
-_SLENDER = 100.0  # scales of elastic contacts over the least; among blocks of one kind ten
 _FIRM = 1e-2  # ε from which a mechanism moves slowly enough to be followed
 
 
@@ -375,18 +383,19 @@ def _usual_weights(problem: ContactProblem) -> tuple[float, float, float]:
     return (1e-4, 0.1, 1e-5) if all_elastic else (1e-3, 0.3, 1e-5)
 
 
-def _newton_scale(problem: ContactProblem, *, fold: bool = True) -> FloatArray:
-    """Scale w of each contact; of elastic ones at most ``_SLENDER`` times the least, of others their mean.
+def _newton_scale(problem: ContactProblem, *, fold: bool = True, slender: bool = False) -> FloatArray:
+    """Scale w of each contact; among elastic contacts the rigid ones take the elastic mean.
 
-    What holds an impulse back is to be small beside how far *joined* blocks give way. A slender block alone
-    bends 10⁴ to 10⁹ times as far as between its neighbours, and the rigid scale 1/m lies many orders above
-    1/(h² k): proximal weights in proportion to these would hold impulses to their centres.
+    What holds an impulse back is to be small beside how far *joined* blocks give way. The rigid scale 1/m
+    lies many orders above 1/(h² k). A ``slender`` block alone bends 10⁴ to 10⁹ times as far as between
+    its neighbours: then no scale exceeds ``SLENDER`` times the least.
     """
     scale = contact_scale(problem, fold=fold)
     elastic = np.zeros(problem.count, dtype=bool)
     elastic[block_rows(problem.compliance)] = True
-    if elastic.any():
-        unbonded = scale if not fold else contact_scale(problem, fold=False)
-        scale = np.minimum(scale, _SLENDER * unbonded[elastic].min())
+    if elastic.any() and slender:
+        unbonded = contact_scale(problem, fold=False)
+        scale = np.minimum(scale, SLENDER * unbonded[elastic].min())
+    if elastic.any() and not elastic.all():
         scale[~elastic] = scale[elastic].mean()
     return scale

@@ -64,12 +64,13 @@ def test_wall_of_soft_and_stiff_bricks(alternate: str, ratio: float) -> None:
 
 @pytest.mark.parametrize("ratio", [1e-8, 1e8])
 @pytest.mark.parametrize("alternate", ["courses", "columns"])
-def test_wall_at_the_end_of_the_range(alternate: str, ratio: float) -> None:
-    """At 1e8 the law of contact holds to 1e-8; where that misses the tolerance, the run says so."""
-    result = solve_scene(wall(ratio=ratio, alternate=alternate))
+def test_wall_at_the_end_of_the_range(alternate: str, ratio: float, caplog: pytest.LogCaptureFixture) -> None:
+    """At 1e8 the law of contact holds to 1e-8; where that misses what is aimed at, the run says so."""
+    with caplog.at_level(logging.WARNING):
+        result = solve_scene(wall(ratio=ratio, alternate=alternate))
     told = certificate(result)
-    assert result.outcome in {"equilibrium", "no_convergence"}
-    assert (result.outcome == "equilibrium") == (told["natural_map"] <= 1e-10)
+    assert result.outcome == "equilibrium"
+    assert ("ended at an error of up to" in caplog.text) == (told["natural_map"] > 1e-10)
     assert max(told.values()) < 1e-7
     assert wall_error(result) < 1e-9
 

@@ -218,6 +218,8 @@ def read(path: Path) -> None:
 
 def kills(runs: int, seed: int, kinds: tuple[str, ...] = tuple(KINDS), workers: int = 2) -> list[Found]:
     """Kill so many runs, kind after kind and signal after signal, at random moments."""
+    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:  # in a background job: inherited by runs
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     moments = np.random.default_rng(seed).uniform(0.0, 1.0, runs)
     with tempfile.TemporaryDirectory() as place:
         made = []

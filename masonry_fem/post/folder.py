@@ -62,8 +62,8 @@ class Folder:
         self._lock = _locked(self.path)
         try:
             self._begin()
-        except BaseException:
-            os.close(self._lock)
+        except BaseException as error:
+            self._end(error)
             raise
         watchers.append(self._enter)
         return self
@@ -71,6 +71,9 @@ class Folder:
     def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
         """Let others write there; a summary that still says "running" then says what came instead."""
         watchers.remove(self._enter)
+        self._end(error)
+
+    def _end(self, error: BaseException | None) -> None:
         summary = SUMMARY.get(self._command)
         if error is not None and summary is not None and _outcome(self.path / summary) == RUNNING:
             with contextlib.suppress(OutputError):  # where there is no room it goes on saying so

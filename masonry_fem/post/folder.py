@@ -62,8 +62,8 @@ class Folder:
         self._lock = _locked(self.path)
         try:
             self._begin()
-        except BaseException as error:
-            self._end(error)
+        except BaseException:  # old files may be left: it goes on saying "running"
+            os.close(self._lock)
             raise
         watchers.append(self._enter)
         return self

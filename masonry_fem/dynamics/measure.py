@@ -16,7 +16,7 @@ from masonry_fem.dynamics.report import StepReport
 from masonry_fem.dynamics.state import BONDED, OPEN, SLIP, STICK, SystemState
 from masonry_fem.dynamics.step import Increment
 
-ROUNDING = 1e-14  # of the work of all impulses at the speed of the loads, in the energy ledger
+ROUNDING = 1e-14  # of the work of all impulses at the speed of the loads, or on a block's size in statics
 
 
 def measure(model: Model, coupling: Coupling, made: Increment) -> StepReport:
@@ -28,8 +28,11 @@ def measure(model: Model, coupling: Coupling, made: Increment) -> StepReport:
     applied = resultant(model, external_forces(model, state.time))
     mass = sum(float(group.mass.sum()) for group in model.groups if not group.prescribed)
     acceleration = _load(model, made) / mass if mass > 0 else 0.0
-    # where nothing moves, speeds and what they do are rounding of what the loads would give in a step
-    still = float(np.abs(made.impulse).sum()) * made.scheme.inertia * made.scheme.step * acceleration
+    # where nothing moves, speeds and what they do are rounding of what the loads would give in a step, and
+    # in statics displacements are rounding of places
+    inertia, h = made.scheme.inertia, made.scheme.step
+    rounded = inertia * h * acceleration + (1 - inertia) * model.length / h
+    still = float(np.abs(made.impulse).sum()) * rounded
     if abs(energy["energy_error"]) <= ROUNDING * still:
         energy["energy_error"] = 0.0
     return StepReport(

@@ -89,7 +89,8 @@ def brought_to_rest(problem: ContactProblem, made: Solution, least_impulse: floa
     """
     if not problem.rigid or problem.cohesive or (problem.rigid_mass > 0).any():
         return made
-    still = np.zeros_like(made.rigid_velocity)
+    still = made.rigid_velocity.copy()
+    still[np.unique(problem.bodies[problem.bodies >= 0])] = 0.0  # what touches nothing flies on
     quality = assess(problem, made.impulse, still, least_impulse=least_impulse)
     if not quality.error <= made.quality.error:
         return made

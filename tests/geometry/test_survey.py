@@ -137,7 +137,7 @@ def test_noise_moves_joints_but_opens_none(tmp_path_factory: pytest.TempPathFact
 def test_what_was_moved_is_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     rng = np.random.default_rng(1)
     noisy = {name: face + rng.normal(scale=0.002, size=face.shape) for name, face in faces()[1].items()}
-    with caplog.at_level(logging.INFO):
+    with caplog.at_level(logging.INFO, logger="masonry_fem"):
         surveyed(tmp_path, noisy)
     assert "corners moved by at most" in caplog.text
     assert "stay open" not in caplog.text

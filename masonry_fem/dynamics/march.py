@@ -193,8 +193,8 @@ def _warn(
         )  # fmt: skip
     if inexact:
         logger.warning(
-            "%d of %s ended at an error of up to %.1e, where no method came nearer to the %g aimed at; that is "
-            "mostly rounding, of the arithmetic or of the coordinates in a file. Compare it with what you need",
+            "%d of %s ended at an error of up to %.1e, where no method came nearer to the %g aimed at; that "
+            "is mostly rounding, of the arithmetic or of a file's coordinates. Compare it with what you need",
             len(inexact), _steps(report.step), max(inexact), settings.tolerance,
         )  # fmt: skip
     if unsettled:

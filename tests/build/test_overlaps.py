@@ -48,6 +48,6 @@ def test_deeper_overlap_is_refused_with_what_is_allowed() -> None:
 
 
 def test_open_joints_are_told(caplog: pytest.LogCaptureFixture) -> None:
-    with caplog.at_level(logging.INFO):
+    with caplog.at_level(logging.INFO, logger="masonry_fem"):
         build(two_cubes(5e-4), Path())
     assert "1 of 1 joints are open at the start, by up to 0.0005 m ('high' and 'low')" in caplog.text

@@ -167,6 +167,6 @@ def test_a_thrown_block_bounces_off_a_wall_that_it_did_not_know() -> None:
 
 
 def test_who_meets_whom_is_told(caplog: pytest.LogCaptureFixture) -> None:
-    with caplog.at_level(logging.INFO):
+    with caplog.at_level(logging.INFO, logger="masonry_fem"):
         cantilever(3e-3, analysis=Equilibrium(strategy="large_step", step=1.0, max_steps=10))
     assert "'arm' and 'below' meet" in caplog.text

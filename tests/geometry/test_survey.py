@@ -170,7 +170,7 @@ def test_cracks_wider_than_the_tolerance_stay(
         "left": np.array([[0, 0, 0], [1, 0, 0], [1, 0, 1], [0, 0, 1]], float),
         "right": np.array([[1 + width, 0, 0], [2, 0, 0], [2, 0, 1], [1 + width, 0, 1]], float),
     }
-    with caplog.at_level(logging.INFO):
+    with caplog.at_level(logging.INFO, logger="masonry_fem"):
         made = surveyed(tmp_path, boxes)
     assert ("1 joints stay open: 'left' and 'right' by 30 mm" in caplog.text) == stays
     assert volume(made) == pytest.approx(0.3 * (2 - width * stays), rel=1e-9)
@@ -374,7 +374,7 @@ def test_the_window_bay_has_full_joints_but_for_its_crack(
         spec = SurveyStructure(name="bay", material="s", path=path.name, depth=0.5, **keys)
         return build_structure(spec, 3, path.parent, MeshSettings())
 
-    with caplog.at_level(logging.INFO):
+    with caplog.at_level(logging.INFO, logger="masonry_fem"):
         made = bay(repository / "meshes/window_bay.csv")
     assert len(made.blocks) == 285
     assert overlapping(made) == []

@@ -5,6 +5,11 @@
 
 The environment variable OPENBLAS_CORETYPE asks for one, of NumPy's and SciPy's libraries alike. Nothing keeps
 it from asking for instructions that the processor has not: whether a kernel runs is tried in a process.
+
+OpenBLAS 0.3.34 cuts products into larger parts on AMD's Zen 4 and 5 (a second-level cache of 1 MB, AVX-512),
+those of a kernel that was asked for, too: Haswell's and Zen's then write beyond their buffer, and crash where
+more than some 380 terms are summed (OpenMathLib/OpenBLAS, issues 6013, 6021, 6026). Told of a smaller one it
+leaves them as they are: who asks for a kernel gives both variables.
 """
 
 from __future__ import annotations
@@ -17,6 +22,7 @@ from dataclasses import dataclass
 from functools import cache
 
 VARIABLE = "OPENBLAS_CORETYPE"
+CACHE, SMALL = "OPENBLAS_L2_SIZE", "512"  # [kB]
 NAMES = ("Haswell", "SkylakeX", "Zen", "Sandybridge")
 
 _TRY = """
@@ -25,7 +31,7 @@ import numpy as np
 import scipy.linalg
 from threadpoolctl import threadpool_info
 
-matrix = np.random.default_rng(1).standard_normal((300, 300))
+matrix = np.random.default_rng(1).standard_normal((700, 700))
 np.linalg.solve(matrix, matrix @ matrix)
 scipy.linalg.lu_factor(matrix)
 scipy.linalg.eigh(matrix @ matrix.T)
@@ -53,7 +59,7 @@ class Kernel:
 def environment(name: str | None) -> dict[str, str]:
     """Of a process that runs a kernel."""
     kept = {key: value for key, value in os.environ.items() if key != VARIABLE}
-    return kept if name is None else {**kept, VARIABLE: name}
+    return kept if name is None else {CACHE: SMALL, **kept, VARIABLE: name}
 
 
 @cache

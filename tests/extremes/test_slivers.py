@@ -57,15 +57,16 @@ def test_elastic_needles(aspect: float, worst: float) -> None:
 
 
 @pytest.mark.parametrize(("aspect", "worst"), [(1e1, 1e-10), (1e2, 1e-10), (1e3, 1e-8), (1e4, 1e-6)])
-def test_elastic_plates(aspect: float, worst: float) -> None:
-    """Plates bend a million times as easily as they are squeezed: from 1e3 on rounding of W p may exceed the
-    tolerance, and then the run says so. What joints carry is exact all the same.
+def test_elastic_plates(aspect: float, worst: float, caplog: pytest.LogCaptureFixture) -> None:
+    """Plates bend a million times as easily as they are squeezed: from 1e3 on rounding of W p may exceed what
+    is aimed at, and then the run says so. What joints carry is exact all the same.
     """
     result = solve_scene(slender(aspect))
     told = certificate(result)
-    assert result.outcome in {"equilibrium", "no_convergence"}
-    assert (result.outcome == "equilibrium") == (told["natural_map"] <= 1e-10)
-    assert result.outcome == "equilibrium" or aspect >= 1e3
+    assert result.outcome == "equilibrium"
+    inexact = "no method came nearer" in caplog.text
+    assert inexact == (told["natural_map"] > 1e-10)
+    assert not inexact or aspect >= 1e3
     assert max(told.values()) < worst
     assert carried_error(result) < 1e-9
 

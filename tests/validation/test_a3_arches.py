@@ -165,14 +165,12 @@ def test_a3_7_supports_that_spread(thickness: float) -> None:
     """Three hinges until the thrust reaches the springings: collapse within 1 % of the expected spread.
 
     Where it stands the displaced arch is statically determinate: limit analysis on the joints that are
-    closed leaves no interval, and gives the thrust of the last step (at whose start its forces balance).
+    closed leaves no interval, and gives the thrust of the last step (at whose end its forces balance).
     """
     result = spread(thickness, 0.99)
     assert result.outcome == "equilibrium"
     model = result.built.model
-    problem = limit_problem(
-        model, group_forces(model, {"gravity": 1.0}), bodies=result.march.last.before.bodies
-    )
+    problem = limit_problem(model, group_forces(model, {"gravity": 1.0}), bodies=result.march.state.bodies)
     left = [block.name for block in model.assembly.blocks].index("arch.springing_left")
     found = interval(problem, support_resultant(problem, left, axis=0))
     assert found.high == pytest.approx(found.low, rel=1e-6)

@@ -96,9 +96,9 @@ def imbalance(
     centre : Points of the blocks to take moments about, shape (b, d) [m].
     """
     total, d = given.copy(), centre.shape[1]
-    for side, sign in ((0, 1.0), (1, -1.0)):
-        wrench = np.concatenate([force, moment(arms[:, side], force)], axis=1)
-        np.add.at(total, blocks[:, side], sign * wrench)
+    both = np.stack([force, -force], axis=1).reshape(-1, d)
+    wrench = np.concatenate([both, moment(arms.reshape(-1, d), both)], axis=1)
+    np.add.at(total, blocks.ravel(), wrench)
     total[:, d:] -= moment(centre, total[:, :d])
     return total
 

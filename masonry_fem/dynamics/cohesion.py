@@ -112,7 +112,8 @@ class _Turn:
     Attributes
     ----------
     solution, problem : Of the contacts. reaction, velocity : Of all contacts, (c, d) [N], [m/s].
-    trial : State of the joints after it. loss : Adhesion that it took from the trial state before, (c,).
+    given : State of the joints that it was made with. trial : The state after it.
+    loss : Adhesion that it took from the given state, (c,).
     change : Distance between the two states. tolerance : That the contacts were asked to be solved to.
     """
 
@@ -120,6 +121,7 @@ class _Turn:
     problem: ContactProblem
     reaction: FloatArray
     velocity: FloatArray
+    given: JointState
     trial: JointState
     loss: FloatArray
     change: float
@@ -164,8 +166,13 @@ class _Turns:
         return self._secant(self._step.trial, start, self._settings)
 
     def exact(self, at: _Turn) -> _Turn:
-        """One more secant, to the tolerance that is asked for."""
-        return self._secant(at.trial, at.start, self._settings)
+        """One more secant, to the tolerance that is asked for.
+
+        Where nothing stood with what was left of the joints, it is made with that again: the speeds of a
+        mechanism are of any size, and joints that they are too slow to open would hold once more.
+        """
+        trial = at.given if at.solution.outcome.moves else at.trial
+        return self._secant(trial, at.start, self._settings)
 
     def by_tangents(self, at: _Turn) -> _Turn | None:
         """Where tangents from ``at`` on settle; None where they do not come nearer for some turns."""
@@ -236,7 +243,7 @@ class _Turns:
         )  # fmt: skip
         loss = trial.adhesion - after.adhesion
         change = after.distance(trial)
-        return _Turn(solution, problem, reaction, velocity, after, loss, change, settings.tolerance)
+        return _Turn(solution, problem, reaction, velocity, trial, after, loss, change, settings.tolerance)
 
 
 def _cohesive(

@@ -17,7 +17,6 @@ import psutil
 
 from masonry_fem.build.stones import Stones
 from masonry_fem.errors import SceneError
-from masonry_fem.geometry.meshing import foreseen_cells
 from masonry_fem.scene import specs
 from masonry_fem.scene.misfit import shown
 from masonry_fem.solid.assembly import Shape
@@ -142,8 +141,12 @@ def unknowns_of(shape: Shape, cells: float, settings: specs.MeshSettings) -> flo
 
 def _elastic_shapes(stones: Stones) -> Iterator[tuple[int, float]]:
     """A block of each distinct shape and mesh that is still to be meshed, and its elements."""
+    if not (elastic := stones.of_role("elastic")):
+        return
+    from masonry_fem.geometry.meshing import foreseen_cells  # noqa: PLC0415 - rigid stones need no meshes
+
     seen: set[tuple[int, specs.MeshSettings]] = set()
-    for block in stones.of_role("elastic"):
+    for block in elastic:
         key = (stones.assembly.blocks[block].shape, stones.mesh[block])
         shape = stones.assembly.shapes[key[0]]
         if key not in seen and shape.mesh is None:

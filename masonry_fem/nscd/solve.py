@@ -101,8 +101,9 @@ def _solve(problem: ContactProblem, settings: SolverSettings, start: Start | Non
     if static and loads().falls:
         motion = loads().motion
         return made if motion is None else _proven(problem, settings, made, motion)
-    if not _limited(made, settings):
-        made = _near_enough(problem, made, settings)
+    if _limited(made, settings):
+        return made
+    made = _near_enough(problem, made, settings)
     return _without_proof(problem, settings, made, loads) if static and not made.solved else made
 
 

@@ -1,7 +1,7 @@
 """Fuzz: scenes and files changed at random; what becomes of them, counted.
 
-    python -m benchmarks.fuzz --scenes 10000 --files 1000 --seed 0 --out /tmp/fuzz    # docs/robustness.md
-    python -m benchmarks.fuzz --only scene:4711 --out /tmp/fuzz    # one case, kept in that folder
+    python -m benchmarks.fuzz --scenes 10000 --files 1000 --seed 0 --out results/fuzz    # docs/robustness.md
+    python -m benchmarks.fuzz --only scene:4711 --out results/fuzz    # one case, kept in that folder
 
 Each case is one command of masonry-fem, in a worker that runs hundreds of them (``fuzz_worker``). One that
 kills the worker, or is not done in ``LIMIT`` s of CPU time, is run again as users run it, and Ctrl-C is

@@ -119,6 +119,24 @@ def test_steps_of_dynamics_leave_what_is_told(check: Check, tmp_path: Path) -> N
     assert found["balance"] == pytest.approx(told["balance"], rel=1e-6, abs=1e-12)
 
 
+def test_a_block_that_nothing_touches(check: Check, tmp_path: Path) -> None:
+    """It flies: there is no file of contact points, and nothing to fail for."""
+    scene = Scene(
+        dimension=3,
+        fidelity="rigid",
+        materials=STONE,
+        structures=(BlockStructure(name="b", material="stone", size=(1.0, 1.0, 1.0)),),
+        loads=Loads(gravity=UPWARDS[3]),
+        analysis=Dynamics(step=1e-2, duration=0.05),
+        output=FIELDS,
+    )
+    found, told, outcome = both(check, scene, tmp_path)
+    assert outcome == "finished"
+    assert not list(tmp_path.glob("fields/contacts_*"))
+    assert found["balance"] == pytest.approx(told["balance"], abs=1e-12)
+    assert found["balance"] < 1e-12
+
+
 def test_a_wall_of_rigid_and_elastic_stones_with_a_clamp(check: Check, tmp_path: Path) -> None:
     wall = WallStructure(name="w", material="stone", brick=(0.5, 0.25, 0.25), courses=3, columns=3)
     scene = Scene(

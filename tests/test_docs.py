@@ -11,7 +11,8 @@ from masonry_fem.run import solve_scene
 from masonry_fem.scene import specs
 from masonry_fem.scene.specs import Loads, Material, Scene, StackStructure
 
-LAW_PAGES = sorted((Path(__file__).parents[1] / "docs/laws").glob("*.md"))
+ROOT = Path(__file__).parents[1]
+PAGES = [str(page.relative_to(ROOT)) for page in sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")])]
 
 
 @pytest.fixture(scope="module")
@@ -39,19 +40,31 @@ def test_every_record_and_key_is_explained(reference):
     assert set(reference.MEANING) <= known
 
 
-@pytest.mark.parametrize(
-    "page",
-    [
-        "index", "scene", "import", "strategies", "solvers", "results", "errors", "determinacy", "reached",
-        "limit_analysis", "collapse", "study", "method", "limits", "gallery", "joints", "add_a_law",
-        *(f"laws/{page.stem}" for page in LAW_PAGES),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize("page", PAGES)
 def test_links_of_a_page_lead_somewhere(page, repository):
-    file = repository / "docs" / f"{page}.md"
-    text = file.read_text(encoding="utf-8")
-    links = [link for link in re.findall(r"\]\(([^)#]+)\)", text) if "://" not in link]
-    assert [link for link in links if not (file.parent / link).exists()] == []
+    """To a file, and in it to a heading or an anchor."""
+    file = repository / page
+    lost = []
+    for link in re.findall(r"\]\(([^)\s]+)\)", without_code(file)):
+        name, _, place = link.partition("#")
+        target = file.parent / name if name else file
+        known = "://" in link or (target.exists() and (not place or place in anchors(target)))
+        lost += [] if known else [link]
+    assert lost == []
+
+
+def without_code(page):
+    return re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+
+
+def anchors(page):
+    """Places of a page that links can name."""
+    text = without_code(page)
+    plain = [
+        re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", line) for line in re.findall(r"^#+ (.*)$", text, re.MULTILINE)
+    ]
+    headings = [re.sub(r"[^\w\- ]", "", line.strip().lower()).replace(" ", "-") for line in plain]
+    return {*headings, *re.findall(r'id="([^"]+)"', text)}
 
 
 def test_results_page_lists_every_key_of_the_summary(repository):

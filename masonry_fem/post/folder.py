@@ -27,7 +27,7 @@ logger = logging.getLogger(__name__)
 OWN = ".masonry-fem"
 LOCK = f"{OWN}/lock"
 RUNNING = "running"
-SUMMARY = {"run": "summary.json", "collapse": "collapse.json"}
+SUMMARY = {"run": "summary.json", "collapse": "collapse.json", "study": "study.json"}
 LASTING = "cells/"  # of a study: a second one goes on with them
 
 
@@ -69,15 +69,18 @@ class Folder:
         return self
 
     def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
-        """Let others write there; a summary that still says "running" then says what came instead."""
+        """Let others write there; a summary that still says "running" says what came instead, or goes."""
         watchers.remove(self._enter)
         self._end(error)
 
     def _end(self, error: BaseException | None) -> None:
         summary = SUMMARY.get(self._command)
-        if error is not None and summary is not None and _outcome(self.path / summary) == RUNNING:
-            with contextlib.suppress(OutputError):  # where there is no room it goes on saying so
-                write_atomic(self.path / summary, _json({"title": self._title} | ended_by(error)))
+        if summary is not None and _outcome(self.path / summary) == RUNNING:
+            with contextlib.suppress(OutputError, OSError):  # where there is no room it goes on saying so
+                if error is None:  # what is told is written later
+                    (self.path / summary).unlink()
+                else:
+                    write_atomic(self.path / summary, _json({"title": self._title} | ended_by(error)))
         os.close(self._lock)
 
     def _begin(self) -> None:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 def write_study(study: Study, folder: Path, *, pictures: bool) -> list[Path]:
     """Write everything; a picture where at least two settings can be compared, and none of before is left."""
-    with Folder(folder, "study"):
+    with Folder(folder, "study", title=study.title):
         paths = [_write_table(study, folder / "study.csv"), write_summary(folder / "study.json", told(study))]
         picture = folder / "pareto.png"
         if pictures and any(_comparable(study.points(target)) for target in study.targets):
@@ -43,10 +43,10 @@ def told(study: Study) -> dict[str, Any]:
     """What ``study.json`` holds."""
     return {
         "title": study.title,
+        "outcome": "interrupted" if study.interrupted else "finished",
         "varied": {one.key: [one.text(i) for i in range(len(one.values))] for one in study.vary},
         "reference": study.reference.words,
         "accuracy": study.accuracy,
-        "interrupted": study.interrupted,
         "recommendations": [advice.told() for advice in study.recommendations],
         "orders": [dict(zip(ORDERS, entry, strict=True)) for entry in orders(study)],
         "pareto": {

@@ -128,14 +128,16 @@ def study(
     cells = plan(text, varied, overrides, base=base, source=source)
     folder = Path("results") / f"{name}-study" if out is None else Path(out)
     crew = Crew(workers, time_limit)
-    with Folder(folder, "study"):  # what an earlier study told is removed, its cells are not
+    made = loads(next(cell.scene for cell in cells if cell.scene), base=base)
+    with Folder(
+        folder, "study", title=made.title
+    ):  # what an earlier study told is removed, its cells are not
         make_folder(folder / "cells")
         told, interrupted = _computed(cells, crew, base, folder / "cells", fresh, tell)
     rows = tuple(_row(cell, told) for cell in cells)
     wanted.check(rows)
     comparisons = tuple(compare(case, varied, wanted, quantities) for case in _cases(rows, varied))
     aims = tuple(targets(comparisons, quantities)) if any(row.solved for row in rows) else ()
-    made = loads(next(cell.scene for cell in cells if cell.scene), base=base)
     blind = unseen(made, varied, rows) if wanted.given is None else []
     advice = tuple(recommend(aim, comparisons, varied, accuracy, blind) for aim in aims)
     said = (*replaced(text, varied, overrides), *notes(varied, rows, comparisons, wanted))

@@ -63,6 +63,17 @@ def test_an_end_before_the_end_is_told(tmp_path, error, said):
     assert outcome(tmp_path) == said
 
 
+def test_a_study_says_running_until_its_cells_are_computed(tmp_path):
+    with Folder(tmp_path, "study", title="arch"):
+        told = json.loads((tmp_path / "study.json").read_text(encoding="utf-8"))
+        assert (told["title"], told["outcome"]) == ("arch", "running")
+        assert "is still writing" in unfinished(tmp_path, "study.json")
+    assert not (tmp_path / "study.json").exists()  # Study.write tells it later
+    with pytest.raises(OutputError), Folder(tmp_path, "study"):
+        raise OutputError("no room")
+    assert json.loads((tmp_path / "study.json").read_text(encoding="utf-8"))["outcome"] == "failed"
+
+
 def test_an_end_while_old_files_go_leaves_the_word_running(tmp_path, monkeypatch):
     with Folder(tmp_path, "run"):
         write_atomic(tmp_path / "history.csv", b"old")

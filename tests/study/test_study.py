@@ -125,6 +125,7 @@ def test_files(made, tmp_path: Path) -> None:
     errors = [float(line["error.probes.top"]) for line in lines if line["outcome"] == "equilibrium"]
     assert len(errors) == 8
     assert min(errors) == 0.0
+    assert json.loads(told.read_text())["outcome"] == "finished"
     assert json.loads(told.read_text())["recommendations"][0]["words"]
     assert picture.read_bytes()[:4] == b"\x89PNG"
 

@@ -94,6 +94,7 @@ def test_own_old_files_go_and_a_users_stay(tmp_path):
         write_atomic(tmp_path / "deformed.png", b"old")
     with Folder(tmp_path, "collapse"):
         write_atomic(tmp_path / "trials.csv", b"of another command")
+        write_atomic(tmp_path / "collapse.json", b"{}")
     (tmp_path / "notes.txt").write_text("mine")
     (tmp_path / "fields" / "mine.vtu").write_text("mine")
     (tmp_path / "history.csv.part").write_bytes(b"half")
@@ -224,8 +225,9 @@ def test_view_and_study_say_that_a_run_was_killed(tmp_path, caplog):
     from masonry_fem.post.view import view
     from masonry_fem.study.reference import Reference
 
-    with Folder(tmp_path, "run", title="pier"):  # a kill leaves what this leaves
-        pass
+    dies = "import os, sys\nfrom pathlib import Path\nfrom masonry_fem.post.folder import Folder\n"
+    dies += "with Folder(Path(sys.argv[1]), 'run', title='pier'):\n    os.kill(os.getpid(), 9)\n"
+    assert subprocess.run([sys.executable, "-c", dies, str(tmp_path)], check=False).returncode == -9
     with pytest.raises(MasonryError, match=r"blocks.pvd: no such file"):
         view(tmp_path, tmp_path)
     assert "was killed before its end" in caplog.text

@@ -35,7 +35,7 @@ def check_scene(scene: specs.Scene, base: Path = Path()) -> Mapping[str, Any]:
         labels[interface.label or "unnamed"] = labels.get(interface.label or "unnamed", 0) + 1
     return {
         "title": scene.title,
-        **size(built),
+        **size(built.model),
         "roles": {role: built.stones.role.count(role) for role in ("support", "rigid", "elastic")},
         "interfaces_by_label": labels,
         "most_steps": strategy(scene.analysis).steps,

@@ -168,7 +168,7 @@ class _Search:
         chosen |= blind
         d = built.model.assembly.dimension
         growth = 1.0 + (2**d - 1) * float(cells[chosen].sum() / cells.sum())
-        unknowns = size(built)["unknowns"]
+        unknowns = size(built.model)["unknowns"]
         believed = not blind.any()
         self.reached = self._limits.reached(march, errors.relative, believed)
         fixed = float(np.linalg.norm(errors.of_whole[given]))

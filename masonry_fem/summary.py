@@ -17,6 +17,7 @@ from masonry_fem import __version__
 from masonry_fem.build import Built
 from masonry_fem.dynamics.clock import Clock
 from masonry_fem.dynamics.march import March
+from masonry_fem.dynamics.model import Model
 from masonry_fem.post.summary import status_counts, stress_summary
 from masonry_fem.scene import specs
 
@@ -36,7 +37,7 @@ def summarise(scene: specs.Scene, built: Built, made: March) -> dict[str, Any]:
         "message": made.message,
         "time": report.time,
         "steps": report.step,
-        **size(built),
+        **size(made.model),
         "factorisations": sum(group.factorisations for group in built.model.groups),
         **_scatter(scene, built),
         **_abrupt(made),
@@ -86,9 +87,8 @@ def _scatter(scene: specs.Scene, built: Built) -> dict[str, Any]:
     return {"scatter": {"seeds": seeds, "factors": ends}}
 
 
-def size(built: Built) -> dict[str, int]:
+def size(model: Model) -> dict[str, int]:
     """How large a model is: blocks, shapes, interfaces, contacts, unknowns."""
-    model = built.model
     d = model.assembly.dimension
     free = [group for group in model.groups if not group.prescribed]
     unknowns = sum(group.nodes(0).size * len(group.blocks) for group in free if group.cell != "polytope")

@@ -158,7 +158,9 @@ def draw_principal(scenery: Scenery, path: Path) -> Path:
     """Principal stresses of the blocks' mean stress, as crosses at their centres."""
     import pyvista as pv  # noqa: PLC0415
 
-    centres, stress = _block_means(scenery.blocks)
+    blocks = scenery.blocks.copy()
+    blocks.points = blocks.points + blocks.point_data[fields.DISPLACEMENT]
+    centres, stress = _block_means(blocks)
     arrays = fields.stress_arrays(stress)
     values = np.asarray(arrays[fields.PRINCIPAL], float)
     directions = np.stack([np.asarray(arrays[name], float) for name in fields.DIRECTIONS], axis=1)
@@ -201,7 +203,7 @@ def draw_reactions(scenery: Scenery, path: Path) -> Path:
     counts = ", ".join(f"{int((status == s).sum())} {STATUS_WORDS[s]}" for s in told)
     sheet = Sheet(
         title_of(scenery.title, "contact reactions"),
-        f"{len(force)} contact points: {counts}; structure undeformed; "
+        f"{len(force)} contact points: {counts}; displacements × 1; "
         f"greatest {quantity(_top(force), scenery.force_unit)}",
     )
     parts = [(STATUS_COLOURS[s], status == s) for s in told[:-1]]
@@ -215,7 +217,7 @@ def draw_resultants(scenery: Scenery, path: Path) -> Path:
     joints = "the loaded interface" if len(force) == 1 else f"each of {len(force)} loaded interfaces"
     sheet = Sheet(
         title_of(scenery.title, "joint resultants"),
-        f"Resultant of {joints} at its centre of pressure, on the candidate block, structure undeformed; "
+        f"Resultant of {joints} at its centre of pressure, on the candidate block, displacements × 1; "
         f"greatest {quantity(_top(force), scenery.force_unit)}",
     )
     return _draw_arrows(
@@ -224,7 +226,7 @@ def draw_resultants(scenery: Scenery, path: Path) -> Path:
 
 
 def draw_damage(scenery: Scenery, path: Path) -> Path:
-    """Damage 1 − β of the joints at their contact points, dry ones left out, on the undeformed structure."""
+    """Damage 1 − β of the joints at their contact points, dry ones left out."""
     import pyvista as pv  # noqa: PLC0415
 
     contacts = scenery.contacts

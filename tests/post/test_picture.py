@@ -79,6 +79,17 @@ def test_rigid_structures_get_shape_and_reactions(rigid, report, tmp_path):
 
 
 @draws
+def test_crosses_of_principal_stresses_go_along_with_the_blocks(elastic, tmp_path):
+    scenery = Scenery.of(*elastic, title="Wall")
+    seen = []
+    for name, away in (("here", 0.0), ("away", 3.0 * scenery.length)):
+        scenery.blocks.point_data["displacement"] = np.full((scenery.blocks.n_points, 3), [away, 0.0, 0.0])
+        seen.append(pixels(picture.draw_principal(scenery, tmp_path / f"{name}.png")))
+    assert seen[0].shape == seen[1].shape
+    assert np.mean(np.abs(seen[0] - seen[1]).max(axis=-1) > 0.1) < 1e-3
+
+
+@draws
 @pytest.mark.parametrize("known", [True, False])
 def test_damage_is_drawn_where_there_is_cohesion(rigid, tmp_path, known):
     """Mortar or roughness alone has a state, and adhesion nowhere."""

@@ -39,7 +39,7 @@ def summarise(scene: specs.Scene, built: Built, made: March) -> dict[str, Any]:
         "steps": report.step,
         **size(made.model),
         "factorisations": sum(group.factorisations for group in built.model.groups),
-        **_scatter(scene, built),
+        **_scatter(scene, made.model),
         **_abrupt(made),
         "supports": {name: wrench(value, d) for name, value in report.support_resultants.items()},
         "applied": report.applied[:d],
@@ -77,9 +77,9 @@ def _abrupt(made: March) -> dict[str, Any]:
     return {"abrupt": {"steps": len(made.abrupt), "first": made.abrupt[0], "last": made.abrupt[-1]}}
 
 
-def _scatter(scene: specs.Scene, built: Built) -> dict[str, Any]:
+def _scatter(scene: specs.Scene, model: Model) -> dict[str, Any]:
     """Seeds of the joints' random fields and how far their properties went; nothing where none scatters."""
-    factors = built.model.scatter
+    factors = model.scatter
     if not factors:
         return {}
     seeds = [joint.scatter.seed for joint in scene.joints if joint.scatter is not None]

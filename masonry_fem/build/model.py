@@ -152,13 +152,8 @@ def _update(scene: specs.Scene, stones: Stones, base: Path) -> Redetection | Non
 
 
 def _meet(scene: specs.Scene, stones: Stones, base: Path) -> Meeting | None:
-    """What makes contacts of blocks that meet on the way.
-
-    None where the scene wants its contacts fixed, or where the draws of scatter belong to those of the start.
-    """
-    if scene.contact.update == "fixed" or any(joint.scatter is not None for joint in scene.joints):
-        return None
-    return Meeting(scene, stones, base)
+    """What makes contacts of blocks that meet on the way; None where the scene wants its contacts fixed."""
+    return None if scene.contact.update == "fixed" else Meeting(scene, stones, base)
 
 
 def body_groups(

@@ -21,6 +21,7 @@ from masonry_fem.scene.specs import (
     Motion,
     Override,
     Probe,
+    Scatter,
     Statics,
     Support,
     Table,
@@ -28,6 +29,7 @@ from masonry_fem.scene.specs import (
 from tests.validation.scenes import G, solved
 
 DENSITY, YOUNG, LENGTH, THICK = 2400.0, 1e9, 2.0, 0.2
+BEAM = MeshSettings(element="Q2", divisions=(20, 4))
 
 
 def written(result: RunResult) -> dict[str, Any]:
@@ -36,25 +38,26 @@ def written(result: RunResult) -> dict[str, Any]:
 
 def cantilever(gap: float, *, below: str = "support", **keys: Any) -> RunResult:
     """A clamped beam over a block at its tip, farther away than contact reaches."""
-    arm = BlockStructure(
-        name="arm", material="soft", size=(LENGTH, THICK), mesh=MeshSettings(element="Q2", divisions=(20, 4))
-    )
+    arm = BlockStructure(name="arm", material="soft", size=(LENGTH, THICK), mesh=BEAM)
     rest = BlockStructure(
         name="below", material="soft", size=(0.5, 0.5), position=(1.5, -0.5 - gap), support=below == "support"
     )
-    return solved(
-        dimension=2,
-        materials={"soft": Material(density=DENSITY, young=YOUNG, poisson=0.0)},
-        structures=(arm, rest),
-        mesh=MeshSettings(divisions=(4, 4)),
-        overrides=(Override(blocks="below", fidelity="rigid"),) if below != "elastic" else (),
-        supports=(
+    given = {
+        "structures": (arm, rest),
+        "supports": (
             Support(on="arm/left"),
             *((Support(on="below/bottom"),) if below == "elastic" else ()),
         ),
-        joints=(Joint(friction=0.0),),
+        "joints": (Joint(friction=0.0),),
+        "analysis": Statics(),
+    }
+    return solved(
+        dimension=2,
+        materials={"soft": Material(density=DENSITY, young=YOUNG, poisson=0.0)},
+        mesh=MeshSettings(divisions=(4, 4)),
+        overrides=(Override(blocks="below", fidelity="rigid"),) if below != "elastic" else (),
         probes=(Probe(name="tip", block="arm", point=(LENGTH, 0.0)),),
-        **{"analysis": Statics()} | keys,
+        **given | keys,
     )
 
 
@@ -144,7 +147,29 @@ def test_a_pushed_block_meets_the_next_one(dimension: int, fidelity: str) -> Non
     weight = 2400.0 * G
     assert result.summary["supports"]["hand"]["force"][0] == pytest.approx(2 * 0.5 * weight, rel=1e-5)
     assert result.summary["probes"]["second"][0] == pytest.approx(0.01, rel=1e-2)
+    assert result.summary["contacts"] == sum(result.summary["status"].values())  # those of the meeting, too
     assert written(result)["overlap"]["value"] < 1e-6
+
+
+@pytest.mark.parametrize("length", [None, 0.5])
+def test_joints_of_the_start_keep_what_they_drew(length: float | None) -> None:
+    """Where friction scatters the new joint draws its own, and the one that was there its own again."""
+    scatter = Scatter(seed=7, variation={"friction": 0.2}, correlation_length=length)
+    result = cantilever(
+        2e-3,
+        joints=(Joint(friction=0.5, scatter=scatter),),
+        supports=(Support(on="arm/left"), Support(on="below/bottom")),
+        structures=(
+            BlockStructure(name="arm", material="soft", size=(LENGTH, THICK), mesh=BEAM),
+            BlockStructure(name="top", material="soft", size=(0.2, 0.1), position=(0.1, THICK)),
+            BlockStructure(name="below", material="soft", size=(0.5, 0.5), position=(1.5, -0.502)),
+        ),
+    )
+    assert result.outcome == "equilibrium"
+    start, end = result.built.model.scatter["friction"], result.march.model.scatter["friction"]
+    assert len(end) > len(start) > 0
+    assert end[: len(start)] == pytest.approx(start, rel=1e-12)
+    assert abs(end[-1] - start[0]) > 1e-3
 
 
 def test_a_thrown_block_bounces_off_a_wall_that_it_did_not_know() -> None:

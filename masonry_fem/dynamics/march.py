@@ -7,6 +7,7 @@ made.outcome, made.message, made.state, made.report
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
@@ -33,14 +34,12 @@ logger = logging.getLogger(__name__)
 
 Verdict = Literal["equilibrium", "finished", "no_convergence", "no_equilibrium"]
 
-# a transient march bears a step that missed its tolerance, up to this error
 DEEP = 0.05  # of a block's size: how far blocks may go into each other without a word
 DOUBTFUL = 1e-6  # of a block's load: what its equation of motion may miss without a word
-TURNED = 1e-2  # of a block's load times its size: moments that turns leave on elastic blocks without a word
+TURNED = 1e-2  # of a block's load: what turning may leave of balance in what is written without a word
 UNACCOUNTED = 1e-6  # of the largest energy: what may be missing from the ledger of an equilibrium
 ROUNDING = 1e-9  # of a time
-APART = "Take more or shorter steps, widen contact.reach, or move the blocks apart."
-BEARABLE = 1e-3
+BEARABLE = 1e-3  # error up to which a transient march bears a step that missed its tolerance
 
 
 class Observer(Protocol):
@@ -144,15 +143,17 @@ def march(
         if strategy.seeks_equilibrium and (unsolved or could_rest(model, start, made, report, reached)):
             verdict = "no_convergence"
     witness.end(model, made.after)
-    objection = witness.objection(
-        max(DOUBTFUL, 1e3 * reached), within_tolerance(made, report, reached), static=inertia == 0
-    )
+    static, bound = inertia == 0, max(DOUBTFUL, 1e3 * reached)
+    still = within_tolerance(made, report, reached)
+    buried = witness.objection(math.inf, still, static=static)  # blocks that are in each other
+    objection = witness.objection(bound, still, static=static)
+    objection = _with_cure(objection, model, static=static, buried=objection == buried)
     if verdict == "equilibrium" and objection:
         verdict = "no_convergence"
     _warn(missed, inexact, unsettled, abrupt, report, strategy, settings)
     if verdict in {"equilibrium", "finished"}:
-        _doubt(model, made, report, max(DOUBTFUL, 1e3 * reached))
-        _tell_written(witness, objection)
+        _doubt(model, made, report, bound)
+        _tell_written(witness, _with_cure(buried, model, static=static, buried=True), made.scheme.step)
         far = drift(model, made, report, reached)
         if far > 0:
             logger.warning(
@@ -239,10 +240,30 @@ def _doubt(model: Model, made: Increment, report: StepReport, bound: float) -> N
         )
 
 
-def _tell_written(witness: Witness, objection: str) -> None:
+def _with_cure(objection: str, model: Model, *, static: bool, buried: bool) -> str:
+    """An objection to what is written, and what may help; ``buried``: blocks are in each other."""
+    if not objection:
+        return ""
+    cure = "Take more load steps" if static else "Take shorter steps"
+    if buried and model.meet is None:
+        cure = "With contact.update = 'fixed' blocks go through each other: leave it out"
+    elif buried and model.update is None:
+        cure += ", or contact.update = 'redetect' for rigid blocks that come to touch with other faces"
+    elif buried:
+        cure += ", or move the blocks apart"
+    return f"{objection}. {cure}."
+
+
+def _tell_written(witness: Witness, buried: str, step: float) -> None:
     """Say what the written results leave open, where a reader would not expect it."""
-    if objection:
-        logger.warning("%s. %s", objection, APART)
+    if buried:
+        logger.warning("%s", buried)
+    left = witness.balance
+    if left.value >= TURNED:
+        logger.warning(
+            "blocks move so far in a step of %g s that the written forces leave %.2g of its load on '%s' "
+            "(step %d): take shorter steps", step, left.value, *left.blocks, left.step,
+        )  # fmt: skip
     turned = witness.turning
     if turned.value >= TURNED:
         logger.warning(
@@ -289,7 +310,7 @@ def _ended(
         if report.joint_change == 0:
             message = _restless(report, made, model)
         if objection:
-            message = f"No equilibrium in what is written: {objection}. {APART}"
+            message = f"No equilibrium in what is written: {objection}"
     elif verdict == "no_convergence":
         message = (
             f"Step {report.step}: the contact solver stopped at an error of {report.quality.error:.1e}. "

@@ -10,7 +10,10 @@ from masonry_fem.run import RunResult
 from masonry_fem.scene.specs import (
     ArchStructure,
     BlockStructure,
+    Contact,
     Dynamics,
+    Initial,
+    Joint,
     Loads,
     MeshSettings,
     Motion,
@@ -113,3 +116,26 @@ def test_stones_that_should_turn_are_told_by_what_it_does(
     assert 0.5 * lost < turning["value"] < 2.0 * lost
     assert (turning["value"] > 0.01) == told == ("elastic blocks balance where they were" in caplog.text)
     assert written(rigid)["turning"]["value"] == 0
+
+
+@pytest.mark.parametrize(
+    ("update", "cure"),
+    [("moving", "contact.update = 'redetect'"), ("fixed", "leave it out"), ("redetect", "")],
+)
+def test_a_block_that_falls_over_into_the_ground_is_told_with_what_helps(
+    update: str, cure: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Contacts of the start are those of its foot; its side finds the ground where they are found anew."""
+    result = solved(
+        dimension=2,
+        fidelity="rigid",
+        structures=(StackStructure(name="s", material="stone", size=(0.2, 1.0), count=1),),
+        initial=(Initial(blocks="s.b1", spin=5.0),),
+        joints=(Joint(friction=0.8),),
+        contact=Contact(update=update),
+        analysis=Dynamics(step=5e-3, duration=1.0, theta=1.0),
+    )
+    assert result.outcome == "finished"
+    assert (written(result)["overlap"]["value"] > 0.01) == bool(cure)
+    assert ("'s.ground' and 's.b1' are in each other" in caplog.text) == bool(cure)
+    assert cure in caplog.text

@@ -4,7 +4,8 @@
     found.pairs, found.depth
 
 Blocks that keep their shape: by separating axes, exactly where they are convex; a hollow counts as filled. Of
-deformed ones the least distance of two faces that look at each other, facet by facet.
+two with very many edges what parts them at least: the diameter of a ball in both. Of deformed ones the
+least distance of two faces that look at each other, facet by facet.
 """
 
 from __future__ import annotations
@@ -13,7 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
+from masonry_fem.contact.ball import ball_in_both
 from masonry_fem.contact.boxes import near_pairs
 from masonry_fem.contact.clipping import clip, polygon_area
 from masonry_fem.contact.facing import facing_rows
@@ -25,6 +28,7 @@ from masonry_fem.solid.pose import FloatArray
 ROUNDING = 1e-6  # of the smaller block's least extent: an overlap below it is none
 STEEPEST = -0.5  # cosine of the normals of facets that look at each other
 SLIVER = 1e-4  # of the smaller of two faces: a common part below it says nothing
+MANY = 20_000  # pairs of edges up to which each gives an axis to try
 PARALLEL = 1e-6  # sine of the angle of two edges that give no axis
 
 
@@ -49,7 +53,13 @@ def overlaps(skin: Skin, points: FloatArray) -> Overlaps:
     areas = skin.areas(points)
     faces = skin.face_areas(areas)
     axes = faces / np.maximum(np.linalg.norm(faces, axis=1), 1e-300)[:, None]
-    depth = _by_axes(points, skin.nodes, axes, skin.first_face, skin.edges, skin.first_edge, pairs, allowed)
+    many = np.diff(skin.first_edge)[pairs].prod(axis=1) > MANY
+    depth = _by_axes(
+        points, skin.nodes, axes, skin.first_face, skin.edges, skin.first_edge, pairs, allowed, many
+    )
+    for round_ in np.flatnonzero(many & (depth > allowed)):
+        one, two = (points[slice(*skin.nodes[block])] for block in pairs[round_])
+        depth[round_] = min(depth[round_], ball_in_both(one, two))
     deep = depth > allowed
     pairs, depth, allowed = pairs[deep], depth[deep], allowed[deep]
     soft = np.flatnonzero(skin.meshed[pairs].any(axis=1))
@@ -71,10 +81,12 @@ def _by_axes(
     first_edge: IntArray,
     pairs: IntArray,
     allowed: FloatArray,
+    many: NDArray[np.bool_],
 ) -> FloatArray:
     """Least overlap of the blocks' hulls along face normals and across edges, shape (m,) [m].
 
-    Once no more than ``allowed`` a pair is looked at no further.
+    Pairs with too ``many`` edges are looked at along face normals alone. Once no more than ``allowed``
+    a pair is looked at no further.
     """
     d = points.shape[1]
     result = np.full(len(pairs), np.inf)
@@ -92,7 +104,7 @@ def _by_axes(
                     break
             if result[m] <= allowed[m]:
                 break
-        if d == 2:
+        if d == 2 or many[m]:
             continue
         for e in range(first_edge[one], first_edge[one + 1]):
             if result[m] <= allowed[m]:

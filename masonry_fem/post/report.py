@@ -160,7 +160,11 @@ def _mechanism(summary: Mapping[str, Any]) -> Rows:
 
 def _start(summary: Mapping[str, Any]) -> Rows:
     if told := summary.get("start"):
-        ways = {True: "reached without stress", False: "stands only if pre-stressed", None: "not known"}
+        ways = {
+            True: "reached from a start without stress",
+            False: "stands only if pre-stressed",
+            None: "not known",
+        }
         yield "start", "", ways[told["reached"]]
         if told.get("least_thrust") is not None:
             unit = _force_unit(len(summary.get("applied", ())))

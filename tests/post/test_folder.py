@@ -132,22 +132,27 @@ def test_a_list_leads_nowhere_else(tmp_path):
     assert other.read_text() == "not here"
 
 
-def _hold(out, ready, done):
+def _hold(out, pipe):
     with Folder(out, "run"):
-        ready.set()
-        done.wait(60)
+        pipe.send("holds")
+        pipe.poll(60)
 
 
 @pytest.fixture
 def holder(tmp_path):
-    """Another process that writes to a folder."""
+    """Another process that writes to a folder, until the pipe to it is closed.
+
+    A test may kill it: whoever sets an event waits for ever for the dead who waited for it.
+    """
     context = multiprocessing.get_context("spawn")
-    ready, done = context.Event(), context.Event()
-    process = context.Process(target=_hold, args=(tmp_path / "out", ready, done))
+    ours, theirs = context.Pipe()
+    process = context.Process(target=_hold, args=(tmp_path / "out", theirs))
     process.start()
-    assert ready.wait(60)
+    theirs.close()
+    assert ours.poll(60)
+    assert ours.recv() == "holds"
     yield tmp_path / "out", process
-    done.set()
+    ours.close()
     process.join()
 
 

@@ -301,6 +301,7 @@ MEANING: dict[str, str] = {
     "DomeStructure.pier_courses": "blocks of a pier",
     "FileStructure.path": "`.msh` (2.2, 4.1), `.step`, `.geo`, `.vtu`, `.vtk`, `.stl`, `.obj`, `.ply` or "
     "COMPAS `.json`, relative to the scene file",
+    "PythonLaw.trusted": "run the file: you have read it",
     "FileStructure.trusted": "run the file where it is a program (`.geo`): you have read it",
     "FileStructure.field": "cell field of a `.vtu` or `.vtk` file whose whole numbers tell the blocks",
     "FileStructure.scale": "factor from the file's unit of length to the metre",

@@ -47,7 +47,7 @@ def parents() -> Parents:
     )  # fmt: skip
     scene.add_argument(
         "--trust", action="store_true",
-        help="run the files of the scene that are programs (.geo): you have read them",
+        help="run the files of the scene that are programs (.geo, .py): you have read them",
     )  # fmt: skip
     scene.add_argument(
         "--yes", action="store_true",

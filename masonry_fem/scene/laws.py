@@ -119,11 +119,13 @@ class PythonLaw(Spec, frozen=True, kw_only=True, tag_field="kind", tag="python")
     """A law of the user's own: a class of a Python file beside the scene.
 
     The class derives from `masonry_fem.nscd.laws.Law`; it gets the `parameters` as keywords, in SI
-    units, and the joint's `friction` where it takes one. The file is run: take scenes from people you trust.
+    units, and the joint's `friction` where it takes one. The file is a program that may do anything on the
+    machine: it is run where it is `trusted`, `masonry-fem check` included.
     """
 
     file: FilePath
     law: Name
+    trusted: bool = False
     parameters: dict[Name, float | bool | str] | None = None
 
 

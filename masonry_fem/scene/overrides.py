@@ -42,12 +42,22 @@ def trusting(scene: Path, overrides: Iterable[str]) -> list[str]:
     except (OSError, ValueError, RecursionError):
         return []  # whoever loads the scene says why
     apply(tree, overrides)
-    structures = tree.get("structures")
-    return [
-        f"structures.{index}.trusted=true"
-        for index, one in enumerate(structures if isinstance(structures, list) else ())
-        if isinstance(one, dict) and one.get("kind") == "file"
+    programs = [
+        f"structures.{index}" for index, one in _tables(tree, "structures") if one.get("kind") == "file"
     ]
+    programs += [
+        f"joints.{index}.law"
+        for index, one in _tables(tree, "joints")
+        if isinstance(one.get("law"), dict) and one["law"].get("kind") == "python"
+    ]
+    return [f"{program}.trusted=true" for program in programs]
+
+
+def _tables(tree: dict[str, Any], key: str) -> list[tuple[int, dict[str, Any]]]:
+    """The tables of a list, with their indices."""
+    items = tree.get(key)
+    found = enumerate(items if isinstance(items, list) else ())
+    return [(index, one) for index, one in found if isinstance(one, dict)]
 
 
 def parsed(text: str) -> Any:

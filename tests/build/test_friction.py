@@ -137,7 +137,7 @@ def test_dynamic_friction_beside_a_law_without_any(tmp_path):
         "    def __init__(self):\n"
         "        super().__init__(friction=0.0)\n"
     )
-    law = specs.PythonLaw(file="slick.py", law="Slick")
+    law = specs.PythonLaw(file="slick.py", law="Slick", trusted=True)
     joint = specs.Joint(law=law, dynamic_friction=0.2)
     stack = specs.StackStructure(name="s", material="m", size=(1.0, 1.0), count=1)
     scene = specs.Scene(dimension=2, fidelity="rigid", materials={"m": specs.Material(density=2e3)},

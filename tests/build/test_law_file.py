@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from masonry_fem import cli
 from masonry_fem.build import build
 from masonry_fem.errors import SceneError
 from masonry_fem.run import solve_scene
@@ -80,6 +81,7 @@ friction = 0.75
 kind = "python"
 file = "laws/cork.py"
 law = "Cork"
+trusted = true
 [joints.law.parameters]
 stiffness = 1e9
 [[loads.tractions]]
@@ -133,10 +135,31 @@ def test_files_of_the_same_name_are_two(folder):
         kind = "python"
         file = "other/cork.py"
         law = "Cork"
+        trusted = true
         parameters = {stiffness = 2e9}
         """)
     laws = build(loads(both, base=folder), folder).model.laws
     assert [(law.stiffness, hasattr(law, "friction")) for law, _ in laws.parts] == [(1e9, True), (2e9, False)]
+
+
+@pytest.mark.parametrize("command", ["check", "run", "limit", "collapse"])
+def test_no_command_runs_it_unasked(command, folder, capsys):
+    """Law files are programs: not even a check runs one that the user has not said to trust."""
+    mark, scene = folder / "ran", folder / "scene.toml"
+    with (folder / "laws" / "cork.py").open("a") as file:
+        file.write(f"open({str(mark)!r}, 'w').close()\n")
+    asked = SCENE.replace("trusted = true\n", "")
+    scene.write_text(asked)
+    out = [] if command in ("check", "limit") else ["--out", str(folder / "out")]
+    assert cli.main([command, str(scene), *out, "--quiet"]) == 1
+    told = capsys.readouterr().err
+    assert not mark.exists()
+    assert "joints.0.law.trusted is false, expected true: 'laws/cork.py' is a program" in told
+    assert "--trust" in told
+    assert cli.main(["check", str(scene), "--quiet", "--trust"]) == 0
+    assert mark.exists()
+    with pytest.raises(SceneError, match=r"law\.trusted is false"):
+        loads(asked, base=folder)
 
 
 def test_a_scene_with_it_is_written_and_read(folder):
@@ -144,7 +167,7 @@ def test_a_scene_with_it_is_written_and_read(folder):
     save(scene, folder / "again.toml")
     assert load(folder / "again.toml") == scene
     assert scene.joints[0].law == specs.PythonLaw(
-        file="laws/cork.py", law="Cork", parameters={"stiffness": 1e9}
+        file="laws/cork.py", law="Cork", trusted=True, parameters={"stiffness": 1e9}
     )
 
 
@@ -197,7 +220,7 @@ def test_a_file_that_does_not_run(folder, code, words):
 
 
 def test_from_python_the_file_must_be_there_too():
-    law = specs.PythonLaw(file="nowhere.py", law="Cork")
+    law = specs.PythonLaw(file="nowhere.py", law="Cork", trusted=True)
     block = specs.StackStructure(name="s", material="m", size=(1.0, 1.0), count=1)
     scene = specs.Scene(dimension=2, materials={"m": specs.Material(density=2000.0)}, structures=(block,),
                         joints=(specs.Joint(law=law),), fidelity="rigid")  # fmt: skip

@@ -28,7 +28,7 @@ material = "stone"
 size = [1.0, 1.0]
 count = 1
 [[joints]]
-law = { kind = "python", file = "fine.py", law = "Fine" }
+law = { kind = "python", file = "fine.py", law = "Fine", trusted = true }
 [loads]
 gravity = [0, -10.0]
 """

@@ -91,7 +91,7 @@ def test_rigid_blocks_are_computed_once_for_all_meshes(tmp_path) -> None:
 
 def test_a_file_that_a_scene_names_counts(tmp_path) -> None:
     text = RIGID.replace(
-        "[mesh]", '[[joints]]\nlaw = { kind = "python", file = "law.py", law = "A" }\n[mesh]'
+        "[mesh]", '[[joints]]\nlaw = { kind = "python", file = "law.py", law = "A", trusted = true }\n[mesh]'
     )
     keys = []
     for words in ("x = 1", "x = 2"):

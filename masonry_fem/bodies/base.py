@@ -294,13 +294,6 @@ class BodyGroup(Protocol):
         """One block set moving at ``velocity`` (d,) [m/s], turning at ``spin`` (1,) or (3,) [rad/s]."""
         ...
 
-    def inertial_force(self, state: State, after: State, scheme: Scheme) -> FloatArray:
-        """Mean force over the step that inertia and mass damping take, world axes, shape (b, d) [N].
-
-        Change of momentum over h, plus α M u_θ; zero without inertia.
-        """
-        ...
-
     def step_energy(
         self, state: State, after: State, force: FloatArray, nodal: FloatArray | None, scheme: Scheme
     ) -> StepEnergy:

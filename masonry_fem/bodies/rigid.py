@@ -258,22 +258,16 @@ class RigidGroup(Undeformed):
         size: FloatArray = np.sqrt(self.mass) * np.linalg.norm(residual, axis=1)
         return size
 
-    def inertial_force(self, state: Placed, after: Placed, scheme: Scheme) -> FloatArray:
-        """M (Δu/h + α u_θ) of the centroids, shape (b, d) [N]; zero without inertia."""
-        d, theta = self.dimension, scheme.theta
-        before, now = state.velocity[:, :d], after.velocity[:, :d]
-        mean = (1 - theta) * before + theta * now
-        gained = (now - before) / scheme.step + self.damping[:, None] * mean
-        force: FloatArray = scheme.inertia * self._scale[:, :d] * gained
-        return force
-
     def momentum_change(self, state: Placed, after: Placed, scheme: Scheme) -> FloatArray:
-        """Mean force and moment about the centroids of inertia and damping, shape (b, m) [N, N m]."""
-        force = self.inertial_force(state, after, scheme)
-        before, now = self.angular_momentum(state), self.angular_momentum(after)
-        mean = (1 - scheme.theta) * before + scheme.theta * now
-        turning = scheme.inertia * ((now - before) / scheme.step + self.damping[:, None] * mean)
-        return np.concatenate([force, turning], axis=1)
+        """Mean M (Δu/h + α u_θ) of the centroids and the same of spins about them, shape (b, m) [N, N m]."""
+        d, theta = self.dimension, scheme.theta
+        before, now = (
+            np.concatenate([self._scale[:, :d] * own.velocity[:, :d], self.angular_momentum(own)], axis=1)
+            for own in (state, after)
+        )
+        mean = (1 - theta) * before + theta * now
+        change: FloatArray = scheme.inertia * ((now - before) / scheme.step + self.damping[:, None] * mean)
+        return change
 
     # --- energies and changes of state ------------------------------------------------------------
 

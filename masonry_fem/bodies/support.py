@@ -193,10 +193,6 @@ class SupportGroup(Undeformed):
         """Nothing: a support takes whatever it is given, shape (b,) [N s]."""
         return np.zeros(self.count)
 
-    def inertial_force(self, state: SupportState, after: SupportState, scheme: Scheme) -> FloatArray:
-        """Nothing: no mass, shape (b, d) [N]."""
-        return np.zeros((self.count, self.dimension))
-
     def momentum_change(self, state: Placed, after: Placed, scheme: Scheme) -> FloatArray:
         """Nothing: no mass, shape (b, m)."""
         return np.zeros((self.count, self.freedoms))

@@ -175,18 +175,6 @@ class Coupling:
             result.append(total)
         return tuple(result)
 
-    def body_forces(self, reaction: FloatArray, here: Placement) -> tuple[FloatArray, ...]:
-        """Resultant force and moment about the origin of the contacts on each block, (b, d+1 | 6)."""
-        d = here.points.shape[1]
-        world = np.einsum("cij,ci->cj", here.frame, reaction)
-        wrench = np.concatenate([world, moment(here.points, world)], axis=1)
-        result = []
-        for sides, group in zip(self.sides, self.model.groups, strict=True):
-            total = np.zeros((len(group.blocks), 3 if d == 2 else 6))
-            np.add.at(total, sides.body, SIGN[sides.side, None] * wrench[sides.contact])
-            result.append(total)
-        return tuple(result)
-
     def gather(self, frees: tuple[Free, ...], name: str) -> FloatArray:
         """One rigid array (``rigid_mass`` ...) of all solved bodies in their order, (b, m)."""
         parts = [
@@ -201,13 +189,6 @@ class Coupling:
             free.rigid_velocity if first < 0 else solved[first : first + len(free.rigid_velocity)]
             for free, first in zip(frees, self.first_body, strict=True)
         )
-
-
-def moment(points: FloatArray, forces: FloatArray) -> FloatArray:
-    """Moments about the origin of forces at points, shape (k, 1) in 2D, (k, 3) in 3D."""
-    if points.shape[1] == 2:
-        return (points[:, 0] * forces[:, 1] - points[:, 1] * forces[:, 0])[:, None]
-    return np.cross(points, forces)
 
 
 def connect(model: Model) -> Coupling:

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.bodies.base import FloatArray
+from masonry_fem.dynamics.acting import contact_wrenches
 from masonry_fem.dynamics.conditions import contact_status
-from masonry_fem.dynamics.coupling import connect
 from masonry_fem.dynamics.measure import support_resultants
 from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.state import SystemState
@@ -78,7 +78,9 @@ def determine(model: Model, made: Increment) -> ForceDeterminacy:
     unique[active] = known.unique
     resultant = np.zeros(determined.shape)
     np.add.at(resultant, number, (rows @ reaction[:, :, None])[:, :, 0])
-    supports = support_resultants(model, connect(model), replace(made, after=state))
+    assert state.acting is not None
+    contact = contact_wrenches(model.contacts.blocks, state.acting.arms, state.force, len(state.acting.size))
+    supports = support_resultants(model, made, contact)
     return ForceDeterminacy(
         state,
         resultant,

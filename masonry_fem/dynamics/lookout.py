@@ -92,11 +92,11 @@ class Lookout:
         held = _looked_up(keys, self._keys(self._at_start.pairs), self._at_start.depth)
         if state.joints is None:
             return held
+        # whoever slides off its own bed lies on a neighbour's, with which it has no contacts
         given = -np.minimum(state.joints.bed[:, 0] + state.joints.dilation, 0.0)
-        own, number = np.unique(self._keys(np.sort(model.contacts.blocks, axis=1)), return_inverse=True)
-        most = np.zeros(len(own))
-        np.maximum.at(most, number, given)
-        return held + _looked_up(keys, own, most)
+        most = np.zeros(len(model.assembly.blocks))
+        np.maximum.at(most, model.contacts.blocks.ravel(), np.repeat(given, 2))
+        return held + most[pairs].min(axis=1)
 
     def sizes(self, pairs: IntArray) -> FloatArray:
         """Least extent of the smaller block of each pair, shape (m,) [m]."""

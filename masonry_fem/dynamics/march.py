@@ -14,6 +14,7 @@ from typing import Any, Literal, Protocol
 
 import numpy as np
 
+from masonry_fem.dynamics.acting import acted, extents
 from masonry_fem.dynamics.clock import Clock
 from masonry_fem.dynamics.coupling import connect
 from masonry_fem.dynamics.deformation import beyond_small
@@ -105,11 +106,13 @@ def march(
     unsettled: list[float] = []
     abrupt: list[float] = []
     jammed, deepest, witness = 0, 0.0, Witness(model, state.bodies)
+    size = extents(model.assembly)
     for here, step in increments(coupling, strategy, state, settings, clock, witness.lookout):
         coupling, model = here, here.model
         inertia = step.scheme.inertia
-        report = measure(model, coupling, step)
-        made = witness.see(model, step)
+        made = acted(model, step, size)
+        report = measure(model, coupling, made)
+        witness.see(model, made.after)
         clock.lap("measure")
         ledger = ledger.add(report)
         if keep == report.step and kept is not None:

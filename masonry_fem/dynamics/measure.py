@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from masonry_fem.bodies.base import FloatArray, Scheme
+from masonry_fem.dynamics.acting import Acting
 from masonry_fem.dynamics.coupling import Coupling
 from masonry_fem.dynamics.energy import energies, stored_energy
 from masonry_fem.dynamics.loads import external_forces, resultant
@@ -20,14 +21,15 @@ ROUNDING = 1e-14  # of the work of all impulses at the speed of the loads, or on
 
 
 def measure(model: Model, coupling: Coupling, made: Increment) -> StepReport:
-    """Everything worth telling of a step."""
-    state, quality = made.after, made.solution.quality
+    """Everything worth telling of a step, which has what acts in it in its state."""
+    state, quality, acting = made.after, made.solution.quality, made.after.acting
+    assert acting is not None
     stored = stored_energy(model, state, made.scheme.inertia)
     energy = energies(model, coupling, made, stored)
-    supports = support_resultants(model, coupling, made)
+    supports = support_resultants(model, made, acting.contact)
     applied = resultant(model, external_forces(model, state.time))
     mass = sum(float(group.mass.sum()) for group in model.groups if not group.prescribed)
-    acceleration = _load(model, made) / mass if mass > 0 else 0.0
+    acceleration = _load(acting) / mass if mass > 0 else 0.0
     # where nothing moves, speeds and what they do are rounding of what the loads would give in a step, and
     # in statics displacements are rounding of places
     inertia, h = made.scheme.inertia, made.scheme.step
@@ -50,7 +52,7 @@ def measure(model: Model, coupling: Coupling, made: Increment) -> StepReport:
         max_penetration=float(np.maximum(_overlap(state), 0.0)[state.status != OPEN].max(initial=0.0)),
         block_balance=_balance(model, made, made.forces, made.scheme),
         static_balance=_static_balance(model, made),
-        global_balance=_global_balance(model, made, supports),
+        global_balance=_global_balance(acting, supports),
         support_resultants=supports,
         applied=applied,
         probes={
@@ -82,24 +84,21 @@ def _overlap(state: SystemState) -> FloatArray:
     return touching - state.gap
 
 
-def _load(model: Model, made: Increment) -> float:
+def _load(acting: Acting) -> float:
     """Sum of the magnitudes of the blocks' loads [N]."""
-    d = model.assembly.dimension
-    return sum(
-        float(np.linalg.norm(group.resultant(force)[:, :d], axis=1).sum())
-        for group, force in zip(model.groups, made.forces, strict=True)
-        if not group.prescribed
-    )
+    return float(np.linalg.norm(acting.load[:, : acting.centre.shape[1]], axis=1).sum())
 
 
-def support_resultants(model: Model, coupling: Coupling, made: Increment) -> dict[str, FloatArray]:
-    """Force and moment about the origin that each support gives to the blocks."""
+def support_resultants(model: Model, made: Increment, contact: FloatArray) -> dict[str, FloatArray]:
+    """Force and moment about the origin that each support gives to the blocks.
+
+    ``contact`` is what contacts give to each block, shape (b, m) [N, N m].
+    """
     given: dict[str, FloatArray] = {}
-    on_blocks = coupling.body_forces(made.after.reaction, made.here)
     for index, group in enumerate(model.groups):
         if group.prescribed:
-            for body, block in enumerate(group.blocks):
-                given[model.assembly.blocks[block].name] = -on_blocks[index][body]
+            names = [model.assembly.blocks[block].name for block in group.blocks]
+            given |= dict(zip(names, -contact[group.blocks], strict=True))
         else:
             given |= group.clamp_reactions(
                 made.before.bodies[index],
@@ -111,22 +110,18 @@ def support_resultants(model: Model, coupling: Coupling, made: Increment) -> dic
     return given
 
 
-def _global_balance(model: Model, made: Increment, supports: dict[str, FloatArray]) -> float:
+def _global_balance(acting: Acting, supports: dict[str, FloatArray]) -> float:
     """What loads + supports − d(momentum)/dt leave over the step, relative to the largest force among them.
 
     Forces only. Where neither loads nor supports act, the blocks' inertia is the measure.
     """
-    d = model.assembly.dimension
-    loads = resultant(model, made.forces)[:d]
-    taken = [
-        group.inertial_force(before, after, made.scheme)
-        for group, before, after in zip(model.groups, made.before.bodies, made.after.bodies, strict=True)
-    ]
-    given = [loads, *(force[:d] for force in supports.values())]
-    left = sum(given, np.zeros(d)) - sum((force.sum(axis=0) for force in taken), np.zeros(d))
+    d = acting.centre.shape[1]
+    given = [acting.load[:, :d].sum(axis=0), *(force[:d] for force in supports.values())]
+    taken = acting.inertia[:, :d]
+    left = sum(given, np.zeros(d)) - taken.sum(axis=0)
     scale = max(float(np.linalg.norm(force)) for force in given)
     if scale == 0:
-        scale = sum(float(np.linalg.norm(force, axis=1).sum()) for force in taken)
+        scale = float(np.linalg.norm(taken, axis=1).sum())
     return float(np.linalg.norm(left)) / scale if scale > 0 else 0.0
 
 

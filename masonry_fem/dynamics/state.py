@@ -41,7 +41,7 @@ class SystemState:
     rigid_velocity : U of the solved bodies in the last step, a first guess for the next, shape (b, m);
         None before the first.
     held : Overlaps that could not be driven apart are held for so many steps more, of so many.
-    acting : What acted on the blocks in the last step beside contacts; None until a march has seen it.
+    acting : What acted on the blocks in the last step; None until a march has seen it.
     """
 
     time: float
@@ -59,3 +59,9 @@ class SystemState:
     rigid_velocity: FloatArray | None = None
     held: tuple[int, int] = (0, 0)
     acting: Acting | None = None
+
+    @property
+    def force(self) -> FloatArray:
+        """``reaction`` in world axes, shape (c, d) [N]."""
+        force: FloatArray = np.einsum("cij,ci->cj", self.reaction_frame, self.reaction)
+        return force

@@ -1,25 +1,24 @@
 """Witness: sees every step of a march, and keeps the worst of what its written results leave open.
 
 witness = Witness(model, bodies)
-made = witness.see(model, made)          # each step; its state has what acts on the blocks
+witness.see(model, made.after)           # each step, with what acts on the blocks
 witness.end(model, state)                # looks once more at what has moved a little
 witness.told                             # for the certificate
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from masonry_fem.bodies.base import FloatArray
-from masonry_fem.dynamics.acting import acting_on, imbalance, relative
+from masonry_fem.dynamics.acting import contact_wrenches, imbalance, relative
 from masonry_fem.dynamics.deformation import second_order
 from masonry_fem.dynamics.lookout import Lookout
 from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.state import SystemState
-from masonry_fem.dynamics.step import Increment
 
 OVERLAP = 1e-3  # of the smaller block's least extent, as what a scene takes for touching is of a block's size
 
@@ -54,12 +53,7 @@ class Witness:
     """
 
     def __init__(self, model: Model, bodies: tuple[Any, ...]) -> None:
-        assembly = model.assembly
-        extent = np.array(
-            [float(np.linalg.norm(np.ptp(shape.solid.vertices, axis=0))) for shape in assembly.shapes]
-        )
-        self._size: FloatArray = extent[[block.shape for block in assembly.blocks]]
-        self._names = [block.name for block in assembly.blocks]
+        self._names = [block.name for block in model.assembly.blocks]
         self.balance, self.turning, self.overlap = Worst(), Worst(), Worst()
         self._last = Worst()
         self.lookout = Lookout(model, bodies)
@@ -88,22 +82,22 @@ class Witness:
             f"{self.overlap.step}), which no contact between them has kept from happening"
         )
 
-    def see(self, model: Model, made: Increment) -> Increment:
-        """Judge a step; the same with what acts on the blocks in its state."""
-        acting, state = acting_on(model, made, self._size), made.after
-        force = np.einsum("cij,ci->cj", state.reaction_frame, state.reaction)
-        blocks, d = model.contacts.blocks, force.shape[1]
-        left = relative(imbalance(blocks, acting.arms, force, acting.given, acting.centre), acting, force)
+    def see(self, model: Model, state: SystemState) -> None:
+        """Judge the state that a step reached."""
+        acting = state.acting
+        assert acting is not None
+        largest = float(np.abs(state.reaction).max(initial=0.0))
+        left = relative(imbalance(acting.contact + acting.given, acting.centre), acting, largest)
         self._last = self._worse(Worst(), left, state.index)
         self.balance = self._worse(self.balance, left, state.index)
         if acting.elastic.any():
-            moved = acting.given.copy()
-            moved[:, d:] = acting.displaced - acting.inertia[:, d:]
             arms = np.repeat(state.points[:, None], 2, axis=1)
-            turned = relative(imbalance(blocks, arms, force, moved, acting.centre), acting, force)
+            moved = contact_wrenches(model.contacts.blocks, arms, state.force, len(left)) + acting.given
+            d = arms.shape[2]
+            moved[:, d:] += acting.displaced - (acting.load + acting.clamp)[:, d:]
+            turned = relative(imbalance(moved, acting.centre), acting, largest)
             self.turning = self._worse(self.turning, np.where(acting.elastic, turned, 0.0), state.index)
         self._overlaps(model, state)
-        return replace(made, after=replace(state, acting=acting))
 
     def end(self, model: Model, state: SystemState) -> None:
         """Look at the last state, too, where anything has moved since the last look."""

@@ -271,11 +271,6 @@ class ElasticGroup(Meshed):
         centre = self.rotation @ self.modes.centroid + self.translation
         return Actions(load, self.resultant(clamps), self.resultant(taken), centre, moved)
 
-    def inertial_force(self, state: ElasticState, after: ElasticState, scheme: Scheme) -> FloatArray:
-        """Resultant of M (Δu/h + α u_θ), clamped nodes among them, shape (b, d) [N]."""
-        nodal = self.balance.inertia(state, after, scheme) / scheme.step
-        return self.resultant(nodal)[:, : self.operators.mesh.dimension]
-
     def step_energy(
         self, state: ElasticState, after: ElasticState, force: FloatArray, nodal: FloatArray | None,
         scheme: Scheme,

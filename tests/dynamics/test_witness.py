@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from masonry_fem.dynamics.acting import imbalance
+from masonry_fem.dynamics.acting import contact_wrenches, imbalance
 from masonry_fem.run import RunResult
 from masonry_fem.scene.specs import (
     ArchStructure,
@@ -35,7 +35,8 @@ def test_a_couple_is_told_whatever_the_origin() -> None:
         middle = np.array([1.0, 0.1]) + origin
         given = np.zeros((2, 3))
         given[1] = [0.0, -100.0, -100.0 * middle[0]]
-        left = imbalance(blocks, np.repeat(points[:, None], 2, axis=1), force, given, np.tile(middle, (2, 1)))
+        pressed = contact_wrenches(blocks, np.repeat(points[:, None], 2, axis=1), force, 2)
+        left = imbalance(pressed + given, np.tile(middle, (2, 1)))
         np.testing.assert_allclose(left[1], [0.0, 0.0, 50.0], atol=1e-10)
         np.testing.assert_allclose(left[0], [0.0, -100.0, -50.0], atol=1e-10)
 

@@ -63,7 +63,7 @@ def test_a7_12_energy_adds_up(sheared) -> None:
 @pytest.mark.slow
 def test_a7_12_cracks(sheared) -> None:
     result, _, _ = sheared
-    model, state = result.built.model, result.march.state
+    model, state = result.march.model, result.march.state
     points, opening = state.points, state.jump[:, 0]
     label = np.array([model.interfaces[i].label for i in model.contacts.interface])
     lowest, highest = ((label == "bed") & (np.abs(points[:, 1] - height) < 2e-3) for height in (0.0, 1.0))

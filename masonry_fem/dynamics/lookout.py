@@ -25,6 +25,7 @@ from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.state import SystemState
 
 SHARE = 0.25  # of the reach: how far something moves in dynamics until blocks are looked at anew
+OVERLAP = 1e-3  # of the smaller block's least extent, as what a scene takes for touching is of a block's size
 STILL = 5e-7  # of the model's length: what has moved no farther has not got into anything
 
 
@@ -71,13 +72,18 @@ class Lookout:
         self.look(bodies, always=float(np.abs(now - self._last).max(initial=0.0)) > self._still)
 
     def strangers(self, model: Model, state: SystemState) -> IntArray:
-        """Pairs among those found that no contact pairs, shape (m, 2)."""
+        """Pairs among those found that no contact pairs, shape (m, 2).
+
+        What lies on beds that give way is found no sooner than it counts as an overlap: blocks that slide
+        past each other's corners are in each other before, as beds have no thickness here, and would catch.
+        """
         if self.found is None or len(self.found.depth) == 0:
             return np.zeros((0, 2), dtype=np.int64)
         pairs = self.found.pairs
         paired = self._keys(np.sort(model.contacts.blocks, axis=1))
         new = ~np.isin(self._keys(pairs), np.concatenate([paired, self._dismissed]))
-        least = max(ROUNDING, second_order(model, state.bodies))
+        bedded = self._beds(model, state)[pairs].min(axis=1) > 0
+        least = np.maximum(np.where(bedded, OVERLAP, ROUNDING), second_order(model, state.bodies))
         beyond = self.found.depth - self.known(model, state, pairs) > least * self.sizes(pairs)
         fresh: IntArray = pairs[new & beyond]
         return fresh
@@ -90,18 +96,21 @@ class Lookout:
         """Overlap of pairs that is no fault: of the start, or what beds give way, shape (m,) [m]."""
         keys = self._keys(pairs)
         held = _looked_up(keys, self._keys(self._at_start.pairs), self._at_start.depth)
-        if state.joints is None:
-            return held
         # whoever slides off its own bed lies on a neighbour's, with which it has no contacts
-        given = -np.minimum(state.joints.bed[:, 0] + state.joints.dilation, 0.0)
-        most = np.zeros(len(model.assembly.blocks))
-        np.maximum.at(most, model.contacts.blocks.ravel(), np.repeat(given, 2))
-        return held + most[pairs].min(axis=1)
+        return held + self._beds(model, state)[pairs].min(axis=1)
 
     def sizes(self, pairs: IntArray) -> FloatArray:
         """Least extent of the smaller block of each pair, shape (m,) [m]."""
         least: FloatArray = self._skin.size[pairs].min(axis=1)
         return least
+
+    def _beds(self, model: Model, state: SystemState) -> FloatArray:
+        """Most that beds at each block give way, shape (b,) [m]."""
+        most = np.zeros(len(model.assembly.blocks))
+        if state.joints is not None:
+            given = -np.minimum(state.joints.bed[:, 0] + state.joints.dilation, 0.0)
+            np.maximum.at(most, model.contacts.blocks.ravel(), np.repeat(given, 2))
+        return most
 
     @cached_property
     def _at_start(self) -> Overlaps:

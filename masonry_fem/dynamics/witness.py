@@ -16,11 +16,9 @@ import numpy as np
 from masonry_fem.bodies.base import FloatArray
 from masonry_fem.dynamics.acting import contact_wrenches, imbalance, relative
 from masonry_fem.dynamics.deformation import second_order
-from masonry_fem.dynamics.lookout import Lookout
+from masonry_fem.dynamics.lookout import OVERLAP, Lookout
 from masonry_fem.dynamics.model import Model
 from masonry_fem.dynamics.state import SystemState
-
-OVERLAP = 1e-3  # of the smaller block's least extent, as what a scene takes for touching is of a block's size
 
 
 @dataclass(frozen=True, slots=True)

@@ -91,11 +91,11 @@ def started(made: March) -> Start | None:
         return _needing(made, mechanism_of_step(made.last, made.model), made.last.solution.impulse)
     if made.outcome != "equilibrium":
         return None
-    if made.model.laws is not None:
-        return Start(None, COHESIVE)
     soft = np.diff(problem.compliance.indptr) > 0
     if soft.all():  # stresses come from deformation, or there are no contacts
         return Start(True)
+    if made.model.laws is not None:
+        return Start(None, COHESIVE)
     step = made.last
     closed = step.after.gap[step.contacts] <= CLOSED * made.model.length
     closed |= step.solution.impulse[:, 0] > 0

@@ -86,6 +86,13 @@ def test_rigid_stones_beside_elastic_ones_are_asked_as_rigid(where, reached):
     assert found.summary["start"]["reached"] is reached
 
 
+def test_elastic_stones_with_a_law_take_their_stress_from_what_moves():
+    law = Joint(friction=FRICTION, law=MohrCoulomb(cohesion=1e5, tension_strength=1e4))
+    found = solve_scene(beam(joints=(law,), fidelity="elastic", mesh=MeshSettings(divisions=(2, 2))))
+    assert found.summary["start"] == {"reached": True}
+    assert found.summary["message"] == "Equilibrium after 1 step."
+
+
 def test_joints_with_a_law_are_not_asked():
     law = Joint(friction=FRICTION, law=MohrCoulomb(cohesion=1e5, tension_strength=1e4))
     told = solve_scene(beam(joints=(law,))).summary["start"]

@@ -11,9 +11,6 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-# Below this angle the series of sin(a)/a and (1 − cos a)/a² are exact to rounding.
-SMALL_ANGLE = 1e-4
-
 
 def spin_count(dimension: int) -> int:
     """Number of angular velocities of a body: 1 in 2D, 3 in 3D."""
@@ -50,13 +47,12 @@ def exponential(vectors: FloatArray) -> FloatArray:
     if vectors.shape[-1] == 1:
         sine, cosine = np.sin(vectors[..., 0]), np.cos(vectors[..., 0])
         return np.stack([np.stack([cosine, -sine], -1), np.stack([sine, cosine], -1)], -2)
-    angle = np.linalg.norm(vectors, axis=-1)[..., None, None]
-    safe = np.where(angle < SMALL_ANGLE, 1.0, angle)
-    first = np.where(angle < SMALL_ANGLE, 1 - angle**2 / 6, np.sin(safe) / safe)
-    # 2 sin²(a/2) keeps the digits that 1 − cos a loses
-    second = np.where(angle < SMALL_ANGLE, 0.5 - angle**2 / 24, 2 * np.sin(safe / 2) ** 2 / safe**2)
+    turns = np.linalg.norm(vectors, axis=-1)[..., None, None] / np.pi
     axial = cross_matrix(vectors)
-    rotation: FloatArray = np.eye(3) + first * axial + second * (axial @ axial)
+    # sin(a)/a and (1 − cos a)/a² = ½ [sin(a/2)/(a/2)]², in which nothing cancels
+    rotation: FloatArray = (
+        np.eye(3) + np.sinc(turns) * axial + 0.5 * np.sinc(turns / 2) ** 2 * (axial @ axial)
+    )
     return rotation
 
 

@@ -271,8 +271,8 @@ def _tell_written(witness: Witness, buried: str, step: float) -> None:
     if turned.value >= TURNED:
         logger.warning(
             "where '%s' is now forces leave %.2g of its load times its size (step %d): elastic blocks "
-            "balance where they were at the start, and thrusts are off by about as much; make blocks rigid "
-            "to have them turn", *turned.blocks, turned.value, turned.step,
+            "balance where they were at the start, and thrusts are off by about that share of the load; make "
+            "blocks rigid to have them turn", *turned.blocks, turned.value, turned.step,
         )  # fmt: skip
 
 

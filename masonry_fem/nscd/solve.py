@@ -270,7 +270,8 @@ def _unstressed(problem: ContactProblem, settings: SolverSettings, made: Solutio
     velocity = problem.velocity(found.impulse, motion)
     return replace(
         made, impulse=found.impulse, velocity=velocity, rigid_velocity=motion, quality=quality,
-        outcome=Outcome.UNSTRESSED,
+        outcome=Outcome.UNSTRESSED, method=f"{made.method}+drag",
+        linear_solves=made.linear_solves + found.solves,
     )  # fmt: skip
 
 

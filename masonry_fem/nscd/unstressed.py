@@ -7,16 +7,16 @@ Rigid blocks at rest are held by any impulses within the cones that balance the 
 thrusts that balance each other: a beam between two walls that nobody has pushed together stands. Give
 each contact a compliance, and impulses come from motion alone (formulation 7b). Where nothing is stressed
 at the start and what is closed touches without gap, the problem with the compliance ε w_i I has the same
-impulses for every ε, and motions in proportion to it: its limit ε → 0 is that of ε = 1.
+impulses for every ε, and motions in proportion to it: its limit ε → 0 is that of ε = 1. Elastic blocks have
+a compliance of their own.
 
 That problem may have no solution, which no iteration proves. With a little drag δ on the bodies it always
-has one. What the drag bears is the share of its loads that a body lacks. It falls in proportion to δ where
-blocks come to rest. Where they do not, they run off as 1/δ, and the share stays.
+has one (``drag``). What the drag bears is the share of its loads that a body lacks. It falls in proportion
+to δ where blocks come to rest. Where they do not, they run off as 1/δ, and the share stays.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,18 +24,14 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from masonry_fem.nscd.graphs import lengths
-from masonry_fem.nscd.linear import Library
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.scaling import contact_scale
-from masonry_fem.nscd.settings import MethodName, SolverSettings, Start
-from masonry_fem.nscd.solvers.linearisation import Linearisation, bonded_contacts, linearise
-from masonry_fem.nscd.solvers.newton_system import NewtonSystem
+from masonry_fem.nscd.settings import MethodName, SolverSettings
+from masonry_fem.nscd.solvers.drag import Drag
 from masonry_fem.nscd.threads import one_thread
 
 FloatArray = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-State = tuple[FloatArray, FloatArray]  # impulses and rigid velocities
-Solve = Callable[[float, State | None], tuple[State, float] | None]  # at a drag: the share that is lacking
 
 # The drag over what the contacts resist a body's motion by. A stack of n blocks lacks some n² times it.
 DRAGS = (1e-6, 1e-8, 1e-10)
@@ -45,12 +41,10 @@ FAR = 1e6
 FIRM = 1e-2  # a drag with which such faces carry nothing
 FALLS = 0.2  # from one drag to the next: the share then vanishes with the drag, which falls by 0.01
 STAYS = 0.95  # the share does not vanish at all
-EASIER = tuple(10.0**power for power in range(6, -1, -1))  # times a drag too small to begin with
-TOLERANCE = 1e-6
-USABLE = 1e-5  # error of a state that shows the share: a fifth or all of it is left
+# What is asked where no strides lead to a drag, and the error of a state that shows the share.
 METHODS: tuple[MethodName, ...] = ("interior_point", "auto")
-STEPS = 40  # Newton steps before another method is asked
-FULL = 6  # steps without line search: the active set settles in few of them
+TOLERANCE = 1e-6
+USABLE = 1e-5
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,12 +57,14 @@ class Unstressed:
     impulse : p at the last drag, shape (c, d) [N s].
     motion : Rigid velocities there, at which what is not held runs off, shape (b, m).
     lacking : Largest share of its loads that a body lacks, by drag.
+    solves : Linear systems factorised.
     """
 
     reached: bool | None
     impulse: FloatArray
     motion: FloatArray
     lacking: tuple[float, ...]
+    solves: int
 
 
 def from_no_stress(problem: ContactProblem, closed: Mask | None = None) -> Unstressed:
@@ -81,63 +77,56 @@ def from_no_stress(problem: ContactProblem, closed: Mask | None = None) -> Unstr
     closed : Contacts that touch, (c,); the others take no part. None: all do.
     """
     mask = np.ones(problem.count, dtype=bool) if closed is None else closed
-    part = _touching(problem, np.flatnonzero(mask))
     with one_thread():
-        told = _asked(part, _Soft(part).solve if problem.rigid else _elastic(part))
+        told = _asked(_touching(problem, np.flatnonzero(mask)))
     impulse = np.zeros_like(problem.free_velocity)
     impulse[mask] = told.impulse
     return replace(told, impulse=impulse)
 
 
-def _asked(problem: ContactProblem, solve: Solve) -> Unstressed:
+def _asked(problem: ContactProblem) -> Unstressed:
     """What states at falling drags tell."""
-    state: State | None = None
+    dragged = Drag(problem)
     shares: list[float] = []
     for drag in DRAGS:
-        found = solve(drag, state)
-        if found is None:
+        if not (dragged.towards(drag) or _usual(dragged, drag)):
             break
-        state, share = found
-        shares.append(share)
+        shares.append(dragged.lacking())
         if _vanishes(shares):
             break
-    reached: bool | None = None
-    if state is not None and _vanishes(shares):
-        reached = _slide(problem, *state) <= FAR
+    reached, impulse = None, dragged.impulse
+    if _vanishes(shares):
+        reached = _slide(problem, impulse, dragged.motion) <= FAR
         if not reached:  # what the loads press without the faces' rounding
-            firm = solve(FIRM, None)
-            state = state if firm is None else (firm[0][0], state[1])
+            firm = Drag(problem)
+            impulse = firm.impulse if firm.towards(FIRM) else impulse
     elif len(shares) == len(DRAGS) and shares[-1] > STAYS * shares[-2]:
         reached = False
-    if state is None:
-        state = np.zeros_like(problem.free_velocity), np.zeros_like(problem.rigid_velocity)
-    return Unstressed(reached, *state, tuple(shares))
+    return Unstressed(reached, impulse, dragged.motion, tuple(shares), dragged.solves)
+
+
+def _usual(dragged: Drag, drag: float) -> bool:
+    """Go to a drag by the usual methods, which take the contacts' compliance for that of elastic blocks."""
+    from masonry_fem.nscd.solve import solve  # noqa: PLC0415 - which asks this module for a verdict
+
+    problem = dragged.problem
+    if problem.rigid:
+        c, d = problem.free_velocity.shape
+        soft = (dragged.own[:, None, None] * np.eye(d), np.arange(c), np.arange(c + 1))
+        compliance = sparse.bsr_array(soft, shape=(c * d, c * d), blocksize=(d, d))
+        problem = replace(problem, compliance=compliance)
+    held = replace(problem, rigid_mass=drag * dragged.resistance)
+    for method in METHODS:
+        made = solve(held, SolverSettings(method=method, tolerance=TOLERANCE))
+        dragged.solves += made.linear_solves
+        if made.quality.error <= USABLE:
+            dragged.reached, dragged.impulse, dragged.motion = drag, made.impulse, made.rigid_velocity
+            return True
+    return False
 
 
 def _vanishes(shares: list[float]) -> bool:
     return bool(shares) and (shares[-1] == 0 or (len(shares) > 1 and shares[-1] <= FALLS * shares[-2]))
-
-
-def _lacking(problem: ContactProblem, impulse: FloatArray, held: FloatArray) -> float:
-    """Largest of the bodies' ``held`` impulses (b, m) over what acts on the body."""
-    acting = np.linalg.norm(problem.rigid_impulse, axis=1)
-    pressed = np.linalg.norm(problem.side_impulse(impulse), axis=2)
-    for side in (0, 1):
-        own = problem.bodies[:, side] >= 0
-        np.maximum.at(acting, problem.bodies[own, side], pressed[own, side])
-    lack = np.linalg.norm(held, axis=1)
-    return float(np.divide(lack, acting, out=np.zeros_like(lack), where=acting > 0).max(initial=0.0))
-
-
-def _resistance(problem: ContactProblem, scale: FloatArray) -> FloatArray:
-    """What contacts resist a body's motion by, Bᵀ w⁻¹ B in the mean, shape (b, m) [kg].
-
-    The same for all: what nothing holds then falls together.
-    """
-    sides = np.where(problem.bodies >= 0, 1.0, 0.0)[:, :, None, None] * problem.rigid_map**2
-    total = float((sides.sum(axis=(1, 2, 3)) / scale).sum())
-    mean = total / max(problem.rigid_mass.size, 1)
-    return np.full_like(problem.rigid_mass, mean if mean > 0 else 1.0)
 
 
 def _touching(problem: ContactProblem, contacts: NDArray[np.int64]) -> ContactProblem:
@@ -171,127 +160,3 @@ def _slide(problem: ContactProblem, impulse: FloatArray, motion: FloatArray) -> 
     least = np.append(pressed, np.inf)[problem.bodies].min(axis=1)
     slides = (impulse[:, 0] > 0) & np.isfinite(least)
     return float((slip[slides] / (scale * least)[slides]).max(initial=0.0))
-
-
-def _usual(problem: ContactProblem, drag: FloatArray, state: State | None) -> State | None:
-    """The state with a drag (b, m) by the usual methods; None where none of them finds one."""
-    from masonry_fem.nscd.solve import solve  # noqa: PLC0415 - which asks this module for a verdict
-
-    held, start = replace(problem, rigid_mass=drag), None if state is None else Start(*state)
-    for method in METHODS:
-        made = solve(held, SolverSettings(method=method, tolerance=TOLERANCE), start)
-        if made.quality.error <= USABLE:
-            return made.impulse, made.rigid_velocity
-    return None
-
-
-def _elastic(problem: ContactProblem) -> Solve:
-    """How bodies that are elastic are solved for: these have a compliance of their own."""
-    resistance = _resistance(problem, contact_scale(problem))
-
-    def solve(drag: float, state: State | None) -> tuple[State, float] | None:
-        found = _usual(problem, drag * resistance, state)
-        if found is None:
-            return None
-        held = drag * resistance * (found[1] - problem.rigid_velocity)
-        return found, _lacking(problem, found[0], held)
-
-    return solve
-
-
-class _Soft:
-    """Rigid bodies with drag on contacts of which each gives way by its own scale w_i I.
-
-    Newton steps on v = w p + B U eliminate every contact, as those of rigid blocks do.
-    """
-
-    def __init__(self, problem: ContactProblem, library: Library = "auto") -> None:
-        self.problem = problem
-        self.scale = contact_scale(problem)
-        self.rho = 0.5 / self.scale
-        self.resistance = _resistance(problem, self.scale)
-        self.system = NewtonSystem(problem, self.scale, library)
-
-    def solve(self, drag: float, state: State | None) -> tuple[State, float] | None:
-        """Impulses and motion at a drag, and the largest share of its loads that a body lacks."""
-        mass = drag * self.resistance
-        found = self._newton(mass, state) or self._stepwise(mass) or self._other(mass)
-        if found is None:
-            return None
-        return found, _lacking(self.problem, found[0], mass * found[1])
-
-    def _stepwise(self, mass: FloatArray) -> State | None:
-        """From more drag to less: the first states stick and are near to each other."""
-        state: State | None = None
-        for factor in EASIER:
-            state = self._newton(factor * mass, state)
-            if state is None:
-                return None
-        return state
-
-    def _other(self, mass: FloatArray) -> State | None:
-        """By the usual methods, which take the compliance for that of elastic blocks."""
-        c, d = self.problem.free_velocity.shape
-        blocks = self.scale[:, None, None] * np.eye(d)
-        compliance = sparse.bsr_array(
-            (blocks, np.arange(c), np.arange(c + 1)), shape=(c * d, c * d), blocksize=(d, d)
-        )
-        return _usual(replace(self.problem, compliance=compliance), mass, None)
-
-    def _newton(self, mass: FloatArray, state: State | None) -> State | None:
-        problem = self.problem
-        impulse, motion = np.zeros_like(problem.free_velocity), np.zeros_like(problem.rigid_velocity)
-        if state is not None:
-            impulse, motion = state
-        residuals: list[float] = []
-        with np.errstate(all="ignore"):
-            for count in range(STEPS):
-                line = self._line(impulse, motion, bonded=state is None and count == 0)
-                left = self._left(impulse, motion, mass)
-                residual = self._size(line, left, impulse)
-                if not np.isfinite(residual):
-                    return None
-                if count and residual <= TOLERANCE:
-                    return impulse, motion
-                change, turn = self._step(line, left, impulse, mass)
-                length = 1.0
-                residuals.append(residual)
-                while count >= FULL and length > 1e-3:
-                    trial = impulse + length * change, motion + length * turn
-                    after = self._size(self._line(*trial), self._left(*trial, mass), trial[0])
-                    if after <= (1 - 1e-4 * length) * max(residuals[-4:]):
-                        break
-                    length *= 0.5
-                impulse, motion = impulse + length * change, motion + length * turn
-        return None
-
-    def _line(self, impulse: FloatArray, motion: FloatArray, *, bonded: bool = False) -> Linearisation:
-        velocity = self.scale[:, None] * impulse + self.problem.contact_velocity(motion)
-        if bonded:
-            return bonded_contacts(velocity, self.rho)
-        return linearise(impulse, velocity, self.problem.friction, self.rho)
-
-    def _left(self, impulse: FloatArray, motion: FloatArray, mass: FloatArray) -> FloatArray:
-        """What is left of the bodies' balance, (b, m)."""
-        balance: FloatArray = self.problem.body_impulse(impulse) + self.problem.rigid_impulse - mass * motion
-        return balance
-
-    def _size(self, line: Linearisation, left: FloatArray, impulse: FloatArray) -> float:
-        """The larger of both residuals, relative."""
-        pressed = float(np.linalg.norm(impulse))
-        load = float(np.linalg.norm(self.problem.rigid_impulse))
-        missing = float(np.linalg.norm(line.residual))
-        balance = float(np.linalg.norm(left)) / (load or 1.0)
-        return max(missing / (pressed + load * float(np.sqrt(self.rho.mean())) or 1.0), balance)
-
-    def _step(
-        self, line: Linearisation, left: FloatArray, impulse: FloatArray, mass: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Newton's change (dp, dU)."""
-        step = np.where(line.open[:, None], -impulse, 0.0)
-        own = line.by_impulse / line.rho[:, None, None]
-        own = own + self.scale[:, None, None] * line.by_velocity
-        factor = self.system.factor(own, line.by_velocity, ~line.open, line.plain, mass)
-        force = line.residual / line.rho[:, None]
-        change, turn = factor.solve(force, left + self.problem.body_impulse(step))
-        return step + change, turn

@@ -6,8 +6,9 @@ from scipy import sparse
 
 from masonry_fem.nscd import Outcome, solve
 from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.solvers.drag import STEPS, Drag
 from masonry_fem.nscd.unstressed import from_no_stress
-from tests.nscd import walls
+from tests.nscd import plane, walls
 
 
 def wedge(angle, *, friction=0.8, mass=1.0, length=1.0, load=10.0, compliance=None):
@@ -92,3 +93,18 @@ def test_elastic_blocks_that_only_pre_stress_would_hold_have_no_equilibrium(angl
     assert found.outcome is outcome
     if outcome.moves:
         assert found.rigid_velocity[0, 1] < 0
+
+
+def test_strides_lead_to_drags_that_newton_does_not_come_to_at_once():
+    problem = plane.soft(plane.plane_wall(4, 5, friction=0.8, horizontal=0.3, mass=0.0))
+    dragged = Drag(problem)
+    assert dragged.towards(1e-6)
+    assert dragged.solves > STEPS
+    held = dragged.reached * dragged.resistance * dragged.motion
+    left = problem.body_impulse(dragged.impulse) + problem.rigid_impulse - held
+    assert np.abs(left).max() < 1e-6 * np.abs(problem.rigid_impulse).max()
+    found = solve(problem)
+    assert found.converged
+    size = np.abs(found.impulse).max()
+    resultant = problem.body_impulse(dragged.impulse) - problem.body_impulse(found.impulse)
+    assert np.abs(resultant).max() < 1e-3 * size

@@ -150,13 +150,45 @@ def test_thin_lunes_stand(friction: float, ratio: float) -> None:
     assert held == pytest.approx(-result.summary["applied"][2], rel=1e-9)
 
 
-def upwards(result: RunResult) -> dict[str, float]:
-    """Velocity upwards of each block's middle, over the largest."""
+CORNERED = """
+dimension = 2
+fidelity = "{fidelity}"
+joints = [{{ friction = 0.8 }}]
+loads.gravity = [{push}, -9.81]
+[materials.brick]
+density = 1900
+young = {young}
+poisson = 0.2
+[[structures]]
+kind = "wall"
+name = "wall"
+material = "brick"
+brick = [0.4, 0.2]
+columns = 6
+courses = 4
+"""
+LIMIT = 0.7260273972603  # g, of the wall of rigid blocks by limit analysis
+
+
+def middles(result: RunResult) -> dict[str, np.ndarray]:
+    """Velocity of each block's middle, (d,)."""
     model, state = result.march.model, result.march.state
     found = {}
     for group, own in zip(model.groups, state.bodies, strict=True):
         for body, block in enumerate(group.blocks):
-            found[model.assembly.blocks[block].name] = float(group.velocity_field(own, body).mean(axis=0)[1])
+            found[model.assembly.blocks[block].name] = group.velocity_field(own, body).mean(axis=0)
+    return found
+
+
+def speeds(result: RunResult) -> dict[str, float]:
+    """Speed of each block's middle, over the largest."""
+    found = {name: float(np.linalg.norm(way)) for name, way in middles(result).items()}
+    return {name: speed / max(found.values()) for name, speed in found.items()}
+
+
+def upwards(result: RunResult) -> dict[str, float]:
+    """Velocity upwards of each block's middle, over the largest."""
+    found = {name: float(way[1]) for name, way in middles(result).items()}
     largest = max(np.abs(list(found.values())))
     return {name: value / largest for name, value in found.items()}
 
@@ -218,6 +250,33 @@ def test_a_wall_with_mortar_goes_on_to_its_mechanism_past_steps_that_rounding_sp
     assert result.outcome == "no_equilibrium"
     assert result.summary["steps"] == 9
     assert len(result.summary["moving"]) > 10
+
+
+def cornered(share: float, young: float, fidelity: str = "elastic") -> RunResult:
+    scene = loads(CORNERED.format(push=share * LIMIT * 9.81, young=young, fidelity=fidelity))
+    return solve_scene(scene)
+
+
+@pytest.mark.parametrize(("share", "young"), [(0.99, 1e10), (0.995, 1e10), (0.995, 1e15)])
+def test_a_wall_that_tips_and_slides_just_below_its_limit_falls_unless_it_is_pre_stressed(
+    share: float, young: float
+) -> None:
+    """A corner tips out as its head joint slides: what could hold it, the loads do not press there."""
+    rigid = cornered(share, young, "rigid")
+    assert rigid.outcome == "equilibrium"
+    assert rigid.summary["start"]["reached"] is False
+    result = cornered(share, young)
+    assert result.outcome == "no_equilibrium"
+    way = speeds(result)
+    corner = {"wall.c2.b7", "wall.c3.b6", "wall.c4.b6", "wall.c4.b7"}
+    assert {name for name, speed in way.items() if speed > 1e-3} == corner
+    least = rigid.summary["start"]["least_thrust"]
+    assert result.summary["start"]["least_thrust"] == pytest.approx(least, rel=1e-6)
+
+
+def test_the_same_wall_stands_where_its_loads_press_it_enough() -> None:
+    assert cornered(0.85, 1e10).outcome == "equilibrium"
+    assert cornered(0.85, 1e10, "rigid").summary["start"]["reached"] is True
 
 
 @pytest.mark.parametrize(("fidelity", "outcome"), [("rigid", "equilibrium"), ("elastic", "no_equilibrium")])

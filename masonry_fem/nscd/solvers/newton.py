@@ -116,12 +116,12 @@ class NewtonRun:
 
     def __init__(self, problem: ContactProblem, settings: ProximalNewton, start: Start | None) -> None:
         self.problem, self.settings = problem, settings
-        self.scale = _newton_scale(problem, slender=settings.slender)
+        self.scale = newton_scale(problem, slender=settings.slender)
         # where stiff cohesion bonds elastic blocks, they give way as they would without a joint
         whole = (
             self.scale
             if problem.cohesion_stiffness is None
-            else _newton_scale(problem, fold=False, slender=settings.slender)
+            else newton_scale(problem, fold=False, slender=settings.slender)
         )
         self.system = NewtonSystem(problem, whole, settings.library)
         self.static = problem.rigid_mass <= 0
@@ -383,7 +383,7 @@ def _usual_weights(problem: ContactProblem) -> tuple[float, float, float]:
     return (1e-4, 0.1, 1e-5) if all_elastic else (1e-3, 0.3, 1e-5)
 
 
-def _newton_scale(problem: ContactProblem, *, fold: bool = True, slender: bool = False) -> FloatArray:
+def newton_scale(problem: ContactProblem, *, fold: bool = True, slender: bool = False) -> FloatArray:
     """Scale w of each contact; among elastic contacts the rigid ones take the elastic mean.
 
     What holds an impulse back is to be small beside how far *joined* blocks give way. The rigid scale 1/m

@@ -94,12 +94,13 @@ def _bodies(model: Model, made: Increment) -> dict[str, float]:
     """Work of loads, of supports and clamped faces that move, damping and what θ > ½ takes."""
     theta = made.scheme.theta
     external = support = damping = numerical = 0.0
-    for group, before, after, force, push, nodal in zip(
+    for group, before, after, force, push, nodal, end in zip(
         model.groups, made.before.bodies, made.after.bodies, made.forces, made.rigid_impulse,
-        made.nodal_impulse, strict=True,
+        made.nodal_impulse, made.rigid, strict=True,
     ):  # fmt: skip
         if group.prescribed:
-            moved = (1 - theta) * group.velocity_parts(before)[0] + theta * group.velocity_parts(after)[0]
+            # as contacts see it: the state goes on with the velocity that the motion has at that time
+            moved = (1 - theta) * group.velocity_parts(before)[0] + theta * end
             support -= float((push * moved).sum())
             continue
         spent = group.step_energy(before, after, force, nodal, made.scheme)

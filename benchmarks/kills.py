@@ -260,4 +260,5 @@ if __name__ == "__main__":
     parser.add_argument("--runs", type=int, default=50)
     parser.add_argument("--seed", type=int, default=15)
     options = parser.parse_args()
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # shells have their background jobs ignore it
     print(table(kills(options.runs, options.seed)))

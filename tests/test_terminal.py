@@ -4,12 +4,14 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from types import SimpleNamespace
 
 import pytest
 
 from masonry_fem import cli
 from masonry_fem.cli import console, exit_codes
+from masonry_fem.cli.signals import answered
 
 SCENE = """
 title = "Gewölbe μ = ½ – σ₁"
@@ -108,3 +110,21 @@ def test_a_command_that_keeps_what_it_knows_has_the_signals_code(monkeypatch):
     options = SimpleNamespace(command=command, debug=False)
     monkeypatch.setattr(cli, "parser", lambda: SimpleNamespace(parse_args=lambda _: options))
     assert cli.main([]) == 143
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT], ids=lambda number: number.name)
+def test_a_signal_that_comes_while_something_is_thrown_away_is_not_lost(number):
+    """Python tells of exceptions in ``__del__`` and forgets them."""
+
+    class Thrown:
+        def __del__(self):
+            signal.raise_signal(number)
+
+    def wait(thing):
+        del thing
+        time.sleep(10)
+
+    if signal.getsignal(number) is signal.SIG_IGN:
+        pytest.skip(f"{number.name} is ignored here, as shells have their background jobs do")
+    with answered(), pytest.raises(KeyboardInterrupt):
+        wait(Thrown())

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import _thread
 import contextlib
 import signal
+import sys
 import threading
 from collections.abc import Iterator
 from types import FrameType
+from typing import Any
 
 ANSWERED = (signal.SIGTERM, signal.SIGHUP)
+AGAIN = 0.01  # seconds
 
 
 class Ended(KeyboardInterrupt):
@@ -37,8 +41,20 @@ def answered() -> Iterator[Received]:
     kept = {}
     if threading.current_thread() is threading.main_thread():
         kept = {one: signal.signal(one, end) for one in ANSWERED if signal.getsignal(one) == signal.SIG_DFL}
+    reported = sys.unraisablehook
+
+    def lost(what: Any) -> None:
+        """Send again, a moment later, a signal that came in ``__del__``, out of which no exception leads."""
+        if isinstance(what.exc_value, KeyboardInterrupt):
+            number = getattr(what.exc_value, "number", signal.SIGINT)
+            threading.Timer(AGAIN, _thread.interrupt_main, (number,)).start()
+        else:
+            reported(what)
+
+    sys.unraisablehook = lost
     try:
         yield received
     finally:
+        sys.unraisablehook = reported
         for one, before in kept.items():
             signal.signal(one, before)

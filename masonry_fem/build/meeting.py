@@ -24,8 +24,9 @@ from masonry_fem.contact.contacts import Contacts, Interface
 from masonry_fem.contact.detection import default_reach, detect
 from masonry_fem.contact.placement import place
 from masonry_fem.contact.surface import Surface, surfaces_of
-from masonry_fem.contact.update import joined, returned, returned_faces
+from masonry_fem.contact.update import chosen, joined, partners, returned, returned_faces
 from masonry_fem.dynamics.model import FloatArray, Model
+from masonry_fem.dynamics.renewal import NEAR
 from masonry_fem.scene import specs
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.solid.mesh import IntArray
@@ -53,7 +54,8 @@ class Meeting:
     ) -> Model:
         """The model with contacts of ``pairs`` (m, 2) of blocks, which met between two states, added.
 
-        The same model where these have no faces, edges or corners that look at each other.
+        Of blocks that touch elsewhere those that are far from the contacts they have. The same model where
+        no faces, edges or corners look at each other that did not before.
         """
         motion, later = nearest_motions(model, before), nearest_motions(model, after)
         used = np.unique(pairs)
@@ -76,6 +78,9 @@ class Meeting:
         stones = replace(self.stones, assembly=placed)
         records = joint_of_interfaces(self.scene, stones, fresh, tell=False)
         contacts = place(placed, fresh, rules_of(self.scene, stones, fresh, records), self._surfaces)
+        fresh, contacts, records = self._new(model, motion, fresh, contacts, records)
+        if not fresh:
+            return model
         turned = np.zeros(len(placed.blocks), dtype=bool)
         for group in model.groups:
             turned[group.blocks] = isinstance(group, Undeformed)
@@ -90,6 +95,17 @@ class Meeting:
         return replace(
             model, interfaces=interfaces, contacts=contacts, joints=joints, laws=laws, scatter=scatter
         )
+
+    def _new(
+        self, model: Model, motion: tuple[FloatArray, FloatArray], fresh: tuple[Interface, ...],
+        contacts: Contacts, records: list[int],
+    ) -> tuple[tuple[Interface, ...], Contacts, list[int]]:  # fmt: skip
+        """Interfaces with a contact that is not near one of the same blocks, their contacts and joints."""
+        block, point = model.contacts.blocks[:, 0], model.contacts.points[:, 0]
+        now = np.einsum("cij,cj->ci", motion[0][block], point) + motion[1][block]
+        old = partners(model.contacts, now, contacts, contacts.points[:, 0], NEAR * model.length)
+        new = np.bincount(contacts.interface[old < 0], minlength=len(fresh)) > 0
+        return *chosen(fresh, contacts, new), [records[number] for number in np.flatnonzero(new)]
 
     @cached_property
     def _surfaces(self) -> tuple[Surface, ...]:

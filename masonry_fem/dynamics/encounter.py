@@ -46,7 +46,7 @@ def meeting_step(
             break
         found = model.meet(model, state.bodies, made.after.bodies, pairs)
         if found is model:
-            lookout.dismiss(pairs)
+            lookout.dismiss(model, pairs)
             break
         _tell(coupling, pairs, until)
         coupling = connect(found)

@@ -72,7 +72,9 @@ class Lookout:
         self.look(bodies, always=float(np.abs(now - self._last).max(initial=0.0)) > self._still)
 
     def strangers(self, model: Model, state: SystemState) -> IntArray:
-        """Pairs among those found that no contact pairs, shape (m, 2).
+        """Pairs among those found that contacts do not keep apart, shape (m, 2).
+
+        Those that no contact pairs, and those that are in each other all the same, elsewhere than they touch.
 
         What lies on beds that give way is found no sooner than it counts as an overlap: blocks that slide
         past each other's corners are in each other before, as beds have no thickness here, and would catch.
@@ -80,17 +82,19 @@ class Lookout:
         if self.found is None or len(self.found.depth) == 0:
             return np.zeros((0, 2), dtype=np.int64)
         pairs = self.found.pairs
-        paired = self._keys(np.sort(model.contacts.blocks, axis=1))
-        new = ~np.isin(self._keys(pairs), np.concatenate([paired, self._dismissed]))
-        bedded = self._beds(model, state)[pairs].min(axis=1) > 0
-        least = np.maximum(np.where(bedded, OVERLAP, ROUNDING), second_order(model, state.bodies))
+        touch = self._paired(model, pairs) | (self._beds(model, state)[pairs].min(axis=1) > 0)
+        least = np.maximum(np.where(touch, OVERLAP, ROUNDING), second_order(model, state.bodies))
         beyond = self.found.depth - self.known(model, state, pairs) > least * self.sizes(pairs)
-        fresh: IntArray = pairs[new & beyond]
+        fresh: IntArray = pairs[beyond & ~np.isin(self._keys(pairs), self._dismissed)]
         return fresh
 
-    def dismiss(self, pairs: IntArray) -> None:
-        """Take pairs for strangers no more: they have no faces that look at each other."""
-        self._dismissed = np.concatenate([self._dismissed, self._keys(pairs)])
+    def dismiss(self, model: Model, pairs: IntArray) -> None:
+        """Take pairs without contacts for strangers no more: they have no faces that look at each other."""
+        alone = pairs[~self._paired(model, pairs)]
+        self._dismissed = np.concatenate([self._dismissed, self._keys(alone)])
+
+    def _paired(self, model: Model, pairs: IntArray) -> np.ndarray:
+        return np.isin(self._keys(pairs), self._keys(np.sort(model.contacts.blocks, axis=1)))
 
     def known(self, model: Model, state: SystemState, pairs: IntArray) -> FloatArray:
         """Overlap of pairs that is no fault: of the start, or what beds give way, shape (m,) [m]."""

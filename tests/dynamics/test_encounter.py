@@ -191,6 +191,31 @@ def test_a_thrown_block_bounces_off_a_wall_that_it_did_not_know() -> None:
     assert result.summary["probes"]["ball"][0] == pytest.approx(0.25, abs=4e-3)
 
 
+def test_a_block_that_lands_on_a_corner_comes_down_on_the_next() -> None:
+    """On an elastic beam: they touch at one corner when the other one gets there, 0.3 m away."""
+    result = solved(
+        dimension=2,
+        structures=(
+            BlockStructure(
+                name="beam", material="stone", size=(1.6, 0.2), mesh=MeshSettings(divisions=(8, 1))
+            ),
+            BlockStructure(
+                name="fall", material="stone", size=(0.3, 0.3), position=(0.65, 0.25), rotation=10.0,
+                fidelity="rigid",
+            ),
+        ),
+        supports=(Support(on="beam/bottom"),),
+        joints=(Joint(friction=0.5),),
+        analysis=Dynamics(step=1e-3, duration=0.2, theta=1.0),
+    )  # fmt: skip
+    assert result.outcome == "finished"
+    model = result.march.model
+    assert model.contacts.count > 2
+    corners = model.contacts.points[:, 0, 0]
+    assert corners.max() - corners.min() == pytest.approx(0.3, abs=0.05)
+    assert written(result)["overlap"]["value"] < 2e-3
+
+
 def test_who_meets_whom_is_told(caplog: pytest.LogCaptureFixture) -> None:
     with caplog.at_level(logging.INFO, logger="masonry_fem"):
         cantilever(3e-3, analysis=Equilibrium(strategy="large_step", step=1.0, max_steps=10))

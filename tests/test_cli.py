@@ -247,14 +247,13 @@ def test_contact_tells_bad_settings_and_files(problem, tmp_path, capsys):
 # --- as a program -----------------------------------------------------------------------------
 
 
-def test_help_is_quick_and_loads_nothing_heavy():
+def test_help_loads_nothing_heavy():
     code = (
-        "import sys, time, masonry_fem, masonry_fem.cli as cli\n"
+        "import sys, masonry_fem, masonry_fem.cli as cli\n"
         "try: cli.main(['--help'])\n"
         "except SystemExit: pass\n"
         "heavy = {'numpy', 'dolfinx', 'gmsh', 'pyvista', 'pint', 'rich', 'matplotlib'} & set(sys.modules)\n"
         "assert not heavy, heavy\n"
-        "assert time.process_time() < 0.3, time.process_time()\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

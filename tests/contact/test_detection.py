@@ -1,6 +1,5 @@
 """Interfaces of walls, arches and pairs of blocks with known answers."""
 
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -259,12 +258,10 @@ def test_interfaces_come_by_blocks_then_faces():
     assert keys == sorted(keys)
 
 
-def test_a_thousand_bricks_in_a_second():
+def test_a_thousand_bricks():
+    """How long it takes: ``benchmarks.detection``."""
     assembly = wall(32, 31)
-    detect(assembly)  # compiles
-    start = time.process_time()
     interfaces = detect(assembly)
-    assert time.process_time() - start < 1.0
     assert len(assembly.blocks) > 1000
     assert len(interfaces) == 32 + 30 * 64 + 16 * 31 + 15 * 32
 

@@ -121,12 +121,12 @@ def test_stones_that_should_turn_are_told_by_what_it_does(
 
 @pytest.mark.parametrize(
     ("update", "cure"),
-    [("moving", "contact.update = 'redetect'"), ("fixed", "leave it out"), ("redetect", "")],
+    [("moving", ""), ("fixed", "leave it out"), ("redetect", "")],
 )
 def test_a_block_that_falls_over_into_the_ground_is_told_with_what_helps(
     update: str, cure: str, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """Contacts of the start are those of its foot; its side finds the ground where they are found anew."""
+    """Contacts of the start are those of its foot; its side finds the ground unless they stay so."""
     result = solved(
         dimension=2,
         fidelity="rigid",

@@ -34,12 +34,12 @@ def children() -> list[psutil.Process]:
 
 
 @pytest.fixture(autouse=True)
-def _nothing_left_behind():
-    folder = Path(tempfile.gettempdir())
-    before = set(folder.glob("masonry-fem-*"))
+def _nothing_left_behind(tmp_path_factory, monkeypatch):
+    folder = tmp_path_factory.mktemp("own")  # other tests read files at the same time
+    monkeypatch.setattr(tempfile, "tempdir", str(folder))
     yield
     assert not [one for one in children() if one.status() != psutil.STATUS_ZOMBIE]
-    assert set(folder.glob("masonry-fem-*")) <= before
+    assert not list(folder.iterdir())
 
 
 def test_results_come_in_order() -> None:

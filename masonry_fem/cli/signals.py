@@ -12,7 +12,7 @@ from types import FrameType
 from typing import Any
 
 ANSWERED = (signal.SIGTERM, signal.SIGHUP)
-AGAIN = 0.01  # seconds
+AGAIN = 0.01  # seconds after which a lost signal is sent again: `__del__` has ended by then
 
 
 class Ended(KeyboardInterrupt):

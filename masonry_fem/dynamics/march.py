@@ -251,7 +251,7 @@ def _with_cure(objection: str, model: Model, *, static: bool, buried: bool) -> s
     if buried and model.meet is None:
         cure = "With contact.update = 'fixed' blocks go through each other: leave it out"
     elif buried and model.update is None:
-        cure += ", or contact.update = 'redetect' for rigid blocks that come to touch with other faces"
+        cure += ", or contact.update = 'redetect' for rigid blocks that go far"
     elif buried:
         cure += ", or move the blocks apart"
     return f"{objection}. {cure}."

@@ -129,9 +129,8 @@ def study(
     folder = Path("results") / f"{name}-study" if out is None else Path(out)
     crew = Crew(workers, time_limit)
     made = loads(next(cell.scene for cell in cells if cell.scene), base=base)
-    with Folder(
-        folder, "study", title=made.title
-    ):  # what an earlier study told is removed, its cells are not
+    # what an earlier study told is removed, its cells are not
+    with Folder(folder, "study", title=made.title):
         make_folder(folder / "cells")
         told, interrupted = _computed(cells, crew, base, folder / "cells", fresh, tell)
     rows = tuple(_row(cell, told) for cell in cells)

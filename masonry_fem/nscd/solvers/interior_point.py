@@ -196,7 +196,7 @@ class InteriorPointRun:
         return made
 
     def _advance(self, tau: float, missing: _Residuals) -> bool:
-        """Move to the next state; False where numbers broke down (the state is kept)."""
+        """Move to the next state; False where rounding lets none follow."""
         self.centred = not self.centred and self._askew(tau, missing)
         chosen = self._direction(tau, missing, 1.0 if self.centred else None)
         if missing.sliding:
@@ -204,12 +204,12 @@ class InteriorPointRun:
         x, z = self.x + chosen.length * chosen.x, self.z + chosen.length * chosen.z
         velocity = self.rigid_velocity + chosen.length * chosen.rigid_velocity
         inside = (cones.determinant(x) > 0).all() and (cones.determinant(z) > 0).all()
-        if not inside or not np.isfinite(velocity).all() or chosen.length < _LEAST_STEP:
+        if not np.isfinite(velocity).all() or chosen.length < _LEAST_STEP:
             return False
         self.x, self.z, self.rigid_velocity = x, z, velocity
         if self.impulse is not None:
             self.impulse = self.impulse + chosen.length * chosen.impulse
-        return True
+        return bool(inside)  # only rounding leads out of the cones: the state is as good as any, and the last
 
     def _springs(self, velocity: FloatArray) -> FloatArray:
         """S v, (c, d)."""
@@ -271,7 +271,7 @@ class InteriorPointRun:
         factor = self._factor(forth, back, missing.augment)
         second, second_z = np.zeros_like(x), np.zeros_like(x)
         if centring is None:
-            ahead_x, ahead_z, *_ = self._solve(factor, missing, -x, -z)
+            ahead_x, ahead_z, *_ = self._solve(factor, back, missing, -x, -z)
             length = min(1.0, cones.longest_step(x, ahead_x), cones.longest_step(z, ahead_z))
             left = float(((x + length * ahead_x) * (z + length * ahead_z)).sum(axis=1).mean())
             centring = min(max(left / tau, 0.0) ** 3, 1.0)
@@ -283,7 +283,7 @@ class InteriorPointRun:
             second, second_z = (forth @ second[:, :, None])[:, :, 0], (back @ second[:, :, None])[:, :, 0]
         target = centring * tau * cones.inverse(z) - x - second
         target_z = centring * tau * cones.inverse(x) - z - second_z
-        change_x, change_z, change, motion = self._solve(factor, missing, target, target_z)
+        change_x, change_z, change, motion = self._solve(factor, back, missing, target, target_z)
         reach = min(cones.longest_step(x, change_x), cones.longest_step(z, change_z))
         # where the problem is convex there is no need to keep off the cones' surface
         share = self.settings.to_boundary if missing.sliding else _CONVEX
@@ -332,7 +332,12 @@ class InteriorPointRun:
         )
 
     def _solve(
-        self, factor: NewtonFactor, missing: _Residuals, target: FloatArray, target_z: FloatArray
+        self,
+        factor: NewtonFactor,
+        back: FloatArray,
+        missing: _Residuals,
+        target: FloatArray,
+        target_z: FloatArray,
     ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Changes of x, z, p and U with dx + W² dz = target and all residuals gone.
 
@@ -345,6 +350,10 @@ class InteriorPointRun:
         if missing.pressed is not None:
             given = given - missing.pressed
         change, motion = factor.solve(force, missing.balance, given)
+        if elastic.any():
+            left = self._left(back, missing, force, given, change, motion)
+            more, further = factor.solve(*left)
+            change, motion = change + more, motion + further
         velocity = self.problem.elastic_velocity(change) + self.problem.contact_velocity(motion)
         # not from the scaling: on the cones' edges it would blow up the rounding of dx
         change_z = ((missing.augment @ velocity[:, :, None])[:, :, 0] - missing.velocity) / self.shape
@@ -352,6 +361,29 @@ class InteriorPointRun:
         if missing.pressed is not None:
             pressed = change + self._springs(velocity) + missing.pressed
         return self.shape * pressed, change_z, change, motion
+
+    def _left(
+        self,
+        back: FloatArray,
+        missing: _Residuals,
+        force: FloatArray,
+        given: FloatArray,
+        change: FloatArray,
+        motion: FloatArray,
+    ) -> tuple[FloatArray, FloatArray]:
+        """What a solution leaves of the equations of elastic contacts and of the bodies' balance.
+
+        H⁻¹ = shape · W⁻² · shape has eigenvalues τ⁻² apart, and the rounding of its entries outweighs the
+        compliance that the matrix adds to them. Applied as two products to a solution it is exact enough
+        for one step of iterative refinement to bring the digits back.
+        """
+        velocity = self.problem.elastic_velocity(change) + self.problem.contact_velocity(motion)
+        scaled = (self.shape * (change + self._springs(velocity) - given))[:, :, None]
+        resisting = self.shape * (back @ (back @ scaled))[:, :, 0]
+        left = force + resisting + (missing.augment @ velocity[:, :, None])[:, :, 0]
+        left[~self.system.elastic] = 0.0
+        balance = missing.balance + self.problem.body_impulse(change) - self.problem.rigid_mass * motion
+        return left, balance
 
 
 def _typical(problem: ContactProblem, scale: FloatArray) -> tuple[float, float]:

@@ -1,5 +1,6 @@
 """Terminals of any encoding and width, and signals: what a command says and how it ends."""
 
+import importlib
 import os
 import signal
 import subprocess
@@ -128,3 +129,20 @@ def test_a_signal_that_comes_while_something_is_thrown_away_is_not_lost(number):
         pytest.skip(f"{number.name} is ignored here, as shells have their background jobs do")
     with answered(), pytest.raises(KeyboardInterrupt):
         wait(Thrown())
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT], ids=lambda number: number.name)
+def test_a_signal_waits_until_a_module_is_loaded(number, tmp_path, monkeypatch):
+    """A library in C that loads others may crash where one of them ends with an exception (VTK does)."""
+    name = f"loaded_at_{number.name}"
+    (tmp_path / f"{name}.py").write_text(
+        f"import signal\nsignal.raise_signal({int(number)})\nloaded = True\n", encoding="utf-8"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    if signal.getsignal(number) is signal.SIG_IGN:
+        pytest.skip(f"{number.name} is ignored here, as shells have their background jobs do")
+    with answered() as received, pytest.raises(KeyboardInterrupt):
+        assert importlib.import_module(name).loaded
+        time.sleep(10)
+    assert received.number == number
+    assert sys.modules.pop(name).loaded

@@ -4,15 +4,23 @@ from __future__ import annotations
 
 import _thread
 import contextlib
+import importlib._bootstrap
 import signal
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from types import FrameType
 from typing import Any
 
-ANSWERED = (signal.SIGTERM, signal.SIGHUP)
-AGAIN = 0.01  # seconds after which a lost signal is sent again: `__del__` has ended by then
+# who asks for the end, and what answers him where nobody else does
+ANSWERED = {
+    signal.SIGTERM: signal.SIG_DFL,
+    signal.SIGHUP: signal.SIG_DFL,
+    signal.SIGINT: signal.default_int_handler,
+}
+AGAIN = 0.01  # seconds after which a signal is sent again that came when no exception could lead out
+IMPORTING = importlib._bootstrap._find_and_load.__code__  # type: ignore[attr-defined]  # private, as old as Python 3.3
 
 
 class Ended(KeyboardInterrupt):
@@ -31,23 +39,32 @@ class Received:
 
 @contextlib.contextmanager
 def answered() -> Iterator[Received]:
-    """Raise ``Ended`` for these signals; those that are ignored (nohup) or answered otherwise stay so."""
+    """Raise ``Ended`` for these signals; those that are ignored (nohup) or answered otherwise stay so.
+
+    Not while a module is being loaded: the signal waits until that is done. Libraries in C load modules from
+    within their own, and do not expect an exception from that: VTK is left with half of its classes, and
+    crashes; others say that a module is missing.
+    """
     received = Received()
 
-    def end(number: int, _: FrameType | None) -> None:
+    def end(number: int, frame: FrameType | None) -> None:
+        if _loads(frame):
+            _send_again(number)
+            return
         received.number = number
-        raise Ended(number)
+        raise KeyboardInterrupt if number == signal.SIGINT else Ended(number)
 
     kept = {}
     if threading.current_thread() is threading.main_thread():
-        kept = {one: signal.signal(one, end) for one in ANSWERED if signal.getsignal(one) == signal.SIG_DFL}
+        kept = {
+            one: signal.signal(one, end) for one, usual in ANSWERED.items() if signal.getsignal(one) == usual
+        }
     reported = sys.unraisablehook
 
     def lost(what: Any) -> None:
-        """Send again, a moment later, a signal that came in ``__del__``, out of which no exception leads."""
+        """Send again a signal that came in ``__del__``, out of which no exception leads."""
         if isinstance(what.exc_value, KeyboardInterrupt):
-            number = getattr(what.exc_value, "number", signal.SIGINT)
-            threading.Timer(AGAIN, _thread.interrupt_main, (number,)).start()
+            _send_again(getattr(what.exc_value, "number", signal.SIGINT))
         else:
             reported(what)
 
@@ -58,3 +75,21 @@ def answered() -> Iterator[Received]:
         sys.unraisablehook = reported
         for one, before in kept.items():
             signal.signal(one, before)
+
+
+def _loads(frame: FrameType | None) -> bool:
+    """Whether a module is being loaded, by an import statement or from within a library in C."""
+    while frame is not None and frame.f_code is not IMPORTING:
+        frame = frame.f_back
+    return frame is not None
+
+
+def _send_again(number: int) -> None:
+    """Send the signal a moment later."""
+
+    def send() -> None:
+        time.sleep(AGAIN)
+        _thread.interrupt_main(signal.Signals(number))
+
+    # not threading.Thread: what the signal came into may hold its lock
+    _thread.start_new_thread(send, ())

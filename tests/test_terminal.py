@@ -141,8 +141,12 @@ def test_a_signal_waits_until_a_module_is_loaded(number, tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
     if signal.getsignal(number) is signal.SIG_IGN:
         pytest.skip(f"{number.name} is ignored here, as shells have their background jobs do")
-    with answered() as received, pytest.raises(KeyboardInterrupt):
-        assert importlib.import_module(name).loaded
+
+    def load_and_wait():
+        importlib.import_module(name)
         time.sleep(10)
+
+    with answered() as received, pytest.raises(KeyboardInterrupt):
+        load_and_wait()
     assert received.number == number
     assert sys.modules.pop(name).loaded

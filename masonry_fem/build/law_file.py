@@ -1,6 +1,7 @@
 """Law file: a joint law that a user wrote beside his scene, as a class of a Python file.
 
-    law = law_of_file(PythonLaw(file="cork.py", law="Cork", parameters={"stiffness": 1e9}), 0.6, base, key)
+    spec = PythonLaw(file="cork.py", law="Cork", trusted=True, parameters={"stiffness": 1e9})
+    law = law_of_file(spec, 0.6, base, key)
 
 The file is run as a module of its own, outside the package, each time a scene is built.
 """
@@ -36,8 +37,11 @@ def law_of_file(
 
     Raises
     ------
-    SceneError : Where the file cannot be run, has no such law, or the law refuses its parameters.
+    SceneError : Where the file is not trusted, cannot be run, has no such law, or the law refuses its
+        parameters.
     """
+    for fault, expected in spec.faults():  # a checked scene has none
+        raise SceneError(f"{key}.{fault} is {getattr(spec, fault)!r}, expected {expected}")
     path = base / spec.file
     kind = _class(_run(path, key), spec, path, key)
     given: dict[str, Any] = {**(spec.parameters or {}), **(arrays or {})}

@@ -218,12 +218,8 @@ def _files(scene: Scene, base: Path) -> None:
             if Path(record.file).suffix.lower() != ".py":
                 raise wrong((*path, "file"), record.file, "a Python file that ends in '.py'")
             _exists(record.file, (*path, "file"), base)
-            if not record.trusted:
-                expected = (
-                    f"true: '{record.file}' is a program, which may do anything on this machine; read it, "
-                    "then set trusted = true beside its name or write --trust"
-                )
-                raise wrong((*path, "trusted"), record.trusted, expected)
+            for key, expected in record.faults():
+                raise wrong((*path, key), getattr(record, key), expected)
 
 
 def _increasing(table: Table, path: KeyPath) -> None:

@@ -17,6 +17,7 @@ Friction is the joint's own ``friction``. The mechanics is in ``masonry_fem.nscd
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, Literal
 
 from msgspec import Meta
@@ -127,6 +128,15 @@ class PythonLaw(Spec, frozen=True, kw_only=True, tag_field="kind", tag="python")
     law: Name
     trusted: bool = False
     parameters: dict[Name, float | bool | str] | None = None
+
+    def faults(self) -> Iterator[tuple[str, str]]:
+        """A program without trust: the key and what is expected of it."""
+        if not self.trusted:
+            yield (
+                "trusted",
+                f"true: '{self.file}' is a program, which may do anything on this machine; read it, then set "
+                "trusted = true beside its name or write --trust",
+            )
 
 
 class Mortar(Spec, frozen=True, kw_only=True):

@@ -4,6 +4,7 @@ import textwrap
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from masonry_fem import cli
 from masonry_fem.build import build
@@ -149,6 +150,8 @@ def test_no_command_runs_it_unasked(command, folder, capsys):
     with (folder / "laws" / "cork.py").open("a") as file:
         file.write(f"open({str(mark)!r}, 'w').close()\n")
     asked = SCENE.replace("trusted = true\n", "")
+    trusted = loads(SCENE, base=folder)
+    joint = trusted.joints[0]
     scene.write_text(asked)
     out = [] if command in ("check", "limit") else ["--out", str(folder / "out")]
     assert cli.main([command, str(scene), *out, "--quiet"]) == 1
@@ -160,6 +163,11 @@ def test_no_command_runs_it_unasked(command, folder, capsys):
     assert mark.exists()
     with pytest.raises(SceneError, match=r"law\.trusted is false"):
         loads(asked, base=folder)
+    mark.unlink()
+    unasked = replace(joint, law=replace(joint.law, trusted=False))
+    with pytest.raises(SceneError, match=r"law\.trusted is False, expected true"):
+        build(replace(trusted, joints=(unasked,)), folder)  # which nobody has checked
+    assert not mark.exists()
 
 
 def test_a_scene_with_it_is_written_and_read(folder):

@@ -4,6 +4,7 @@
 
 A ``Problem`` of compas_dem holds a model, boundary conditions by the numbers of its blocks, and one contact
 model. What the scene says itself stands: its gravity, its joints, and the motion of a block that both hold.
+Gravity and accelerations act on everything: of several files that say the same they are taken once.
 A structure whose conditions were taken says ``conditions = false``, so that they are taken once.
 """
 
@@ -33,8 +34,11 @@ def with_conditions(scene: specs.Scene, base: Path) -> specs.Scene:
 
     Raises
     ------
-    SceneError : A condition that cannot be read, or that the program does not have.
+    SceneError : A condition that cannot be read, that the program does not have, or that another file denies.
     """
+    if scene.dimension != 3:
+        return scene  # reading their blocks tells that they need space
+    own = scene
     for index, structure in enumerate(scene.structures):
         if not isinstance(structure, specs.FileStructure) or not structure.conditions:
             continue
@@ -44,7 +48,7 @@ def with_conditions(scene: specs.Scene, base: Path) -> specs.Scene:
         title = f"structures.{structure.name}.path '{structure.path}'"
         try:
             found = _Conditions.of(problem, structure.name, structure.scale, title)
-        except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
+        except (KeyError, TypeError, ValueError, AttributeError, IndexError, ArithmeticError) as error:
             raise SceneError(
                 f"{title}: its boundary conditions cannot be read ({type(error).__name__}: {error}), "
                 "expected those of compas_dem 0.5; save it again, or set conditions = false and give them "
@@ -52,7 +56,7 @@ def with_conditions(scene: specs.Scene, base: Path) -> specs.Scene:
             ) from error
         taken = replace(structure, conditions=False)
         rest = (*scene.structures[:index], taken, *scene.structures[index + 1 :])
-        scene = found.joined(replace(scene, structures=rest), structure, title)
+        scene = found.joined(replace(scene, structures=rest), own, structure, title)
     return scene
 
 
@@ -88,13 +92,13 @@ class _Conditions:
     def of(cls, problem: dict[str, Any], name: str, scale: float, title: str) -> _Conditions:
         """Read the conditions of structure ``name``; lengths are multiplied by ``scale``."""
         told = _data(problem["boundary_conditions"]) or {}
-        held: dict[Any, dict[str, Any]] = {}
+        held: dict[str, dict[str, Any]] = {}
         for one in told.get("displacements") or ():
-            own = held.setdefault(one["block_index"], {})
+            own = held.setdefault(_block(name, one), {})
             own |= {key: one[key] for key in ("translation", "rotation") if one.get(key) is not None}
         friction, passed = _friction(problem)
         return cls(
-            supports=tuple(_support(f"{name}.b{key}", own, scale) for key, own in held.items()),
+            supports=tuple(_support(block, own, scale) for block, own in held.items()),
             points=tuple(_forces(told, name, scale, title)),
             accelerations=tuple(
                 specs.Acceleration(vector=tuple(map(float, one))) for one in told.get("body_forces") or ()
@@ -104,24 +108,26 @@ class _Conditions:
             passed=passed,
         )
 
-    def joined(self, scene: specs.Scene, structure: specs.FileStructure, title: str) -> specs.Scene:
-        """The scene with these conditions where it has none of its own; says what was taken."""
+    def joined(
+        self, scene: specs.Scene, own: specs.Scene, structure: specs.FileStructure, title: str
+    ) -> specs.Scene:
+        """The scene with these conditions where it has none of its own; says what was taken.
+
+        ``own`` is the scene before any file was read.
+        """
         said = [f"{len(self.supports)} supports", f"{len(self.points)} forces"]
         stands = [f"its {key} is passed over" for key in self.passed]
-        loads = replace(
-            scene.loads,
-            points=(*scene.loads.points, *self.points),
-            accelerations=(*scene.loads.accelerations, *self.accelerations),
-        )
+        loads = replace(scene.loads, points=(*scene.loads.points, *self.points))
         if self.accelerations:
-            said.append(f"{len(self.accelerations)} accelerations")
-        if self.gravity is not None and loads.gravity is None:
-            loads = replace(loads, gravity=(0.0, 0.0, -self.gravity))
+            loads = replace(loads, accelerations=self._accelerations(scene, own, title))
+            said.append(f"{len(self.accelerations)} accelerations of everything")
+        if self.gravity is not None and own.loads.gravity is None:
+            loads = replace(loads, gravity=self._gravity(scene, title))
             said.append(f"gravity {self.gravity:g} m/s²")
         elif self.gravity is not None:
             stands.append("gravity is that of the scene")
         joints = scene.joints
-        if self.friction is not None and joints == (specs.Joint(),):
+        if self.friction is not None and own.joints == (specs.Joint(),):
             between = (structure.name, structure.name)
             joints = (*joints, specs.Joint(friction=self.friction, between=between))
             said.append(f"friction {self.friction:g}")
@@ -136,6 +142,35 @@ class _Conditions:
         )
         supports = (*self.supports, *scene.supports)
         return replace(scene, supports=supports, loads=loads, joints=joints)
+
+    def _accelerations(
+        self, scene: specs.Scene, own: specs.Scene, title: str
+    ) -> tuple[specs.Acceleration, ...]:
+        """The scene's own, and those of all files."""
+        before = scene.loads.accelerations[len(own.loads.accelerations) :]
+        if before and before != self.accelerations:
+            raise _denied(title, "accelerations", [one.vector for one in self.accelerations])
+        return (*own.loads.accelerations, *self.accelerations)
+
+    def _gravity(self, scene: specs.Scene, title: str) -> tuple[float, ...]:
+        """That of all files."""
+        assert self.gravity is not None
+        gravity = (0.0, 0.0, -self.gravity)
+        if scene.loads.gravity not in (None, gravity):
+            raise _denied(title, "gravity", gravity)
+        return gravity
+
+
+def _denied(title: str, what: str, found: Any) -> SceneError:
+    return SceneError(
+        f"{title}: its {what} {found} acts on everything, expected what the problem file before it has; make "
+        "them one, or set conditions = false and give loads in the scene"
+    )
+
+
+def _block(name: str, told: dict[str, Any]) -> str:
+    """The block that a condition names."""
+    return f"{name}.b{int(told['block_index'])}"
 
 
 def _support(block: str, told: dict[str, Any], scale: float) -> specs.Support:
@@ -158,7 +193,7 @@ def _forces(told: dict[str, Any], name: str, scale: float, title: str) -> Iterat
             )
         at = one.get("point")
         yield specs.PointForce(
-            block=f"{name}.b{one['block_index']}",
+            block=_block(name, one),
             vector=tuple(map(float, one["force"])),
             point=None if at is None else tuple(scale * float(x) for x in _data(at)),
         )
@@ -169,7 +204,7 @@ def _forces(told: dict[str, Any], name: str, scale: float, title: str) -> Iterat
         given = one.get("direction")
         along = [x / size for x in area] if given is None else [float(x) for x in _data(given)]
         yield specs.PointForce(
-            block=f"{name}.b{one['block_index']}",
+            block=_block(name, one),
             vector=tuple(float(one["magnitude"]) * size * x for x in along),
             point=middle,
         )
@@ -185,6 +220,8 @@ def _area(corners: Sequence[Sequence[float]]) -> tuple[list[float], tuple[float,
         pieces.append((cross, [sum(xs) / 3 for xs in zip(first, a, b, strict=True)]))
         total = [x + y / 2 for x, y in zip(total, cross, strict=True)]
     size = math.hypot(*total)
+    if size == 0:
+        raise ValueError(f"a pressure on a polygon of {len(corners)} corners without area")
     for cross, place in pieces:  # of a polygon that is not convex some count off
         share = sum(x * y for x, y in zip(cross, total, strict=True)) / (2 * size * size)
         middle = [x + share * y for x, y in zip(middle, place, strict=True)]

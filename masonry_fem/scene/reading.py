@@ -96,7 +96,7 @@ def check(scene: Scene, *, base: str | Path = ".", source: str = "scene") -> Sce
     checked = _scene(plain(scene), _Origin(source), Path(base))
     completed = with_conditions(checked, Path(base))
     if completed is not checked:
-        checked = _scene(plain(completed), _Origin(source), Path(base))
+        checked = _scene(plain(completed), _Origin(f"{source} with what its problem files say"), Path(base))
     for doubt in doubts(checked):
         logger.warning("%s: %s", source, doubt)
     return checked

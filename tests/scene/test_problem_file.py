@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
 from masonry_fem.errors import MasonryError, SceneError
 from masonry_fem.run import solve_scene
@@ -127,6 +128,13 @@ def test_moved_blocks_and_scaled_lengths(tmp_path: Path) -> None:
         ({"point_loads": [{"block_index": 9, "force": [1, 0, 0]}]}, "'p.b9' selects no block"),
         ({"displacements": 3}, "cannot be read .TypeError"),
         ({"surface_loads": [{"block_index": 1, "polygon": {"points": []}}]}, "cannot be read .IndexError"),
+        (
+            {"surface_loads": [{"block_index": 1, "polygon": {"points": [[0, 0, 3], [1, 0, 3], [2, 0, 3]]}}]},
+            "3 corners without area",
+        ),
+        ({"point_loads": [{"block_index": 2, "force": [10**400, 0, 0]}]}, "cannot be read .OverflowError"),
+        ({"displacements": [{"block_index": "*"}]}, "cannot be read .ValueError"),
+        ({"body_forces": [[0, 1]]}, "scene with what its problem files say: loads.accelerations.0"),
     ],
 )
 def test_what_cannot_be_read_is_said(tmp_path: Path, conditions: dict[str, Any], said: str) -> None:
@@ -157,3 +165,37 @@ def test_a_file_that_is_no_json_is_told_by_its_reader(tmp_path: Path) -> None:
     (tmp_path / "p.json").unlink()
     with pytest.raises(SceneError, match="expected an existing file"):
         check(given, base=tmp_path)
+
+
+def two_problems(folder: Path, first: Any, second: Any, **others: Any) -> specs.Scene:
+    one = scene(folder, first, **others)
+    (folder / "q.json").write_text(json.dumps(second))
+    file = specs.FileStructure(name="q", material="stone", path="q.json")
+    return replace(one, structures=(*one.structures, file))
+
+
+def test_two_files_have_each_their_friction_and_load_everything_once(tmp_path: Path) -> None:
+    first = problem(gravity=True, body_forces=[[0.0, 0.1, 0.0]])
+    second = problem(gravity=True, body_forces=[[0.0, 0.1, 0.0]])
+    second["data"]["contact_properties"]["data"]["contact_model"]["data"]["mu"] = 0.4
+    pushed = specs.Loads(accelerations=(specs.Acceleration(vector=(1.0, 0.0, 0.0)),))
+    found = check(two_problems(tmp_path, first, second, loads=pushed), base=tmp_path)
+    assert [(one.friction, one.between) for one in found.joints[1:]] == [(0.3, ("p", "p")), (0.4, ("q", "q"))]
+    assert [one.vector for one in found.loads.accelerations] == [(1.0, 0.0, 0.0), (0.0, 0.1, 0.0)]
+    assert found.loads.gravity == (0.0, 0.0, -9.81)
+
+
+@pytest.mark.parametrize(
+    ("other", "word"),
+    [({"gravity": True, "g": 1.6}, "gravity"), ({"body_forces": [[0, 1, 0]]}, "accelerations")],
+)
+def test_two_files_that_deny_each_other_are_refused(tmp_path: Path, other: Any, word: str) -> None:
+    first = problem(gravity=True, body_forces=[[0.0, 0.1, 0.0]])
+    with pytest.raises(SceneError, match=rf"q.json': its {word}"):
+        check(two_problems(tmp_path, first, problem(**other)), base=tmp_path)
+
+
+def test_a_plane_scene_is_told_that_its_file_needs_space(tmp_path: Path) -> None:
+    plane = scene(tmp_path, problem(gravity=True), dimension=2)
+    with pytest.raises(MasonryError, match="expected a scene with dimension = 3"):
+        solve_scene(plane, base=tmp_path)

@@ -24,7 +24,7 @@ from masonry_fem.errors import GeometryError
 from masonry_fem.geometry.alone import DRAWINGS, MESHES, alone
 from masonry_fem.geometry.cells import boundary_facets, corner_count, turned
 from masonry_fem.geometry.compas import read_compas
-from masonry_fem.geometry.naming import UNSELECTABLE, Names, tell_renamed
+from masonry_fem.geometry.naming import UNSELECTABLE, Names, tell_renamed, unlike
 from masonry_fem.geometry.outline import outline
 from masonry_fem.geometry.session import Elements, elements_of, node_positions, session
 from masonry_fem.geometry.skin import Skin, once, shape_of
@@ -98,7 +98,7 @@ def _meshed(
     with alone(path, title) as place, session(title) as gmsh:
         _open(gmsh, place, dimension, settings, spec.scale)
         tags, positions = node_positions(gmsh)
-        bodies = _bodies(gmsh, dimension, spec)
+        bodies = _distinct(_bodies(gmsh, dimension, spec), title)
         named = _named_facets(gmsh, dimension, spec.path)
     points = _placed(spec, positions, dimension, title)
     shapes = [_shape(spec, body, tags, points, named) for body in bodies]
@@ -122,7 +122,7 @@ def _volumes(spec: FileStructure, path: Path, dimension: int, title: str) -> lis
 def _skins(spec: FileStructure, skins: list[Skin], title: str) -> list[tuple[Shape, bool]]:
     """Blocks of closed surfaces."""
     made = []
-    skins = [once(skin) for skin in skins]
+    skins = _distinct([once(skin) for skin in skins], title)
     doubled = [skin for skin in skins if skin.doubles]
     if doubled:
         logger.warning(
@@ -216,6 +216,14 @@ def _doubt_ungrouped(gmsh: Any, dimension: int, spec: FileStructure) -> None:
             len(left),
             ", ".join(map(str, left[:8])),
         )
+
+
+def _distinct[Named: (_Body, Skin)](parts: list[Named], title: str) -> list[Named]:
+    """The parts by names that differ: the first part of ``a`` is ``a_1``, and the file may have that, too."""
+    names = unlike([part.name for part in parts])
+    changed = [(part.name, name) for part, name in zip(parts, names, strict=True) if part.name != name]
+    tell_renamed(title, dict(changed))
+    return [replace(part, name=name) for part, name in zip(parts, names, strict=True)]
 
 
 def _split(name: str, mark: str, elements: Elements, always: bool = False) -> list[_Body]:

@@ -69,6 +69,12 @@ def read_volumes(path: Path, dimension: int, field: str | None, title: str) -> V
         for value in np.unique(own):
             name = f"b{value}" if field or _has(mesh, FIELD) else ""
             parts.setdefault(name, []).append((str(one.type), data[own == value]))
+    for name, found in parts.items():
+        if name and len(kinds := sorted({kind for kind, _ in found})) > 1:
+            raise GeometryError(
+                f"{title}: the block {name.removeprefix('b')} of the cell field '{field or FIELD}' has "
+                f"elements of several kinds ({', '.join(kinds)}), expected one; mesh it anew, or part it"
+            )
     return Volumes(_points(mesh), [entry for name, found in parts.items() for entry in _joined(name, found)])
 
 

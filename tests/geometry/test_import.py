@@ -442,3 +442,39 @@ def test_ply_whose_header_has_no_end(tmp_path: Path, text: str) -> None:
     (tmp_path / "cut.ply").write_text(text)
     with pytest.raises(GeometryError, match="has no line 'end_header'"):
         reading(tmp_path / "cut.ply")
+
+
+def test_a_block_of_a_field_has_one_kind_of_elements(tmp_path: Path) -> None:
+    """Each kind became a block of its own, and all blocks other numbers than the field's."""
+    square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    cube = np.concatenate([square, square + np.array([0.0, 0.0, 1.0])])
+    points = np.concatenate([cube, cube + 5.0, np.eye(4, 3) + 9.0])
+    cells = [("hexahedron", np.arange(16).reshape(2, 8)), ("tetra", np.arange(16, 20)[None])]
+    path = tmp_path / "a.vtu"
+    meshio.Mesh(points, cells, cell_data={"block": [np.array([5, 7]), np.array([5])]}).write(path)
+    with pytest.raises(GeometryError, match=r"block 5 of the cell field 'block' .*\(hexahedron, tetra\)"):
+        reading(path)
+
+
+@pytest.mark.parametrize("ending", ["obj", "stl"])
+def test_parts_of_a_solid_have_names_that_no_other_has(
+    tmp_path: Path, ending: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    lines = []
+    corner = 0
+    for name, places in (("a", (0.0, 3.0)), ("a_1", (6.0,))):
+        lines.append(f"o {name}" if ending == "obj" else f"solid {name}")
+        for place in places:
+            vertices = CUBE.vertices + np.array([place, 0.0, 0.0])
+            if ending == "obj":
+                lines += ["v " + " ".join(map(str, row)) for row in vertices]
+                lines += ["f " + " ".join(str(1 + corner + i) for i in loop) for loop in CUBE.faces]
+                corner += len(vertices)
+            else:
+                for one in triangles(CUBE):
+                    lines += ["vertex " + " ".join(map(str, vertices[i])) for i in one] + ["endloop"]
+        lines += ["endsolid"] * (ending == "stl")
+    path = tmp_path / f"a.{ending}"
+    path.write_text("\n".join(lines))
+    assert [one.name for one in reading(path).blocks] == ["f.a_1", "f.a_2", "f.a_1_2"]
+    assert "'a_1' is 'a_1_2'" in caplog.text

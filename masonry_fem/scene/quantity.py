@@ -35,7 +35,8 @@ COMMON_UNITS = (
     "kN/m", "N/m", "kg/m^3", "g/cm^3", "t/m^3", "m/s", "mm/s", "m/s^2", "mm/s^2", "deg", "rad", "rad/s",
     "MB", "GB",
 )  # fmt: skip
-_NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
+# "++" and "*+" give nothing back: else a long text that is no quantity takes minutes to refuse
+_NUMBER_AND_UNIT = re.compile(r"([+-]?(?:\d++\.?\d*+|\.\d++)(?:[eE][+-]?\d++)?)\s*+(.*)")
 _UNIT = r"[^\W\d]+(?:(?:\^|\*\*) ?-?\d|[²³])?"  # letters, and one digit of an exponent
 _UNITS = re.compile(rf" *(?:1 ?/ ?)?(?:{_UNIT}(?: ?[*/·] ?| |(?= *$)))* *|%")
 _EXPONENT = re.compile(r"(?<=[A-Za-z])([23])(?![\w.])")  # kg/m3 is how many write kg/m^3
@@ -57,7 +58,7 @@ def si_value(text: str, unit: str | None) -> float:
     ------
     QuantityError : Where the text is no number with a unit, or one of another dimension.
     """
-    match = _NUMBER_AND_UNIT.fullmatch(text)
+    match = _NUMBER_AND_UNIT.fullmatch(text.strip())
     if match is None:
         raise QuantityError("")
     number, written = float(match[1]), _EXPONENT.sub(r"^\1", match[2])

@@ -43,6 +43,13 @@ def test_what_is_no_such_quantity_is_refused(text, unit):
         si_value(text, unit)
 
 
+@pytest.mark.parametrize("text", ["1" + " " * 20000 + "a\nb", "1" * 20000 + "\nb"], ids=["blanks", "digits"])
+def test_a_long_text_is_refused_at_once(text):
+    """A pattern that tried all ways to part it took hours."""
+    with pytest.raises(QuantityError):
+        si_value(text, "m")
+
+
 def test_every_unit_of_the_records_is_known_and_named():
     for unit in (*NOUNS, *COMMON_UNITS):
         si_value(f"1 {unit}", next(other for other in NOUNS if _same(unit, other)))

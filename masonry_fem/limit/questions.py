@@ -139,7 +139,7 @@ def collapse_multiplier(problem: LimitProblem) -> Collapse:
     found = _solved(program)
     trust("the collapse multiplier", found.unbalanced, found.closing, found.gap)
     return Collapse(
-        multiplier=found.value,
+        multiplier=found.value + 0.0,  # -0 becomes 0
         least=least,
         reaction=_reaction(problem, found),
         mechanism=mechanism_of(problem, simplest(program, found)),
@@ -163,7 +163,9 @@ def interval(
     low, below = _extreme(problem, -resultant, factor)
     high, above = _extreme(problem, resultant, factor)
     gap = max(below, above)
-    return Interval(-low, high, gap, gap * float(np.abs(resultant).max(initial=0.0)) * problem.force)
+    return Interval(
+        0.0 - low, high + 0.0, gap, gap * float(np.abs(resultant).max(initial=0.0)) * problem.force
+    )
 
 
 def _extreme(problem: LimitProblem, resultant: FloatArray, factor: float) -> tuple[float, float]:

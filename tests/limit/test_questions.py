@@ -159,6 +159,13 @@ def test_resultant_of_an_interface_is_the_weight_above() -> None:
         assert (found.low, found.high) == pytest.approx((above * 0.5 * GAMMA,) * 2, rel=1e-9)
 
 
+def test_nothing_is_told_without_a_sign() -> None:
+    """A block on a joint without friction: no tilt, no thrust."""
+    told = answers(problem(block(2, 0.0), accelerated(1.0, 0.0)), tilt="x")
+    assert "may reach 0 g, 0 degrees" in told["message"]
+    assert str(told["supports"]["column.ground"]["x"]) == "[0.0, 0.0]"
+
+
 def test_interval_of_what_cannot_be_carried() -> None:
     made = problem(arch(0.05, 11, 0.6))
     found = interval(made, support_resultant(made, number(made, "arch.springing_left"), axis=0))

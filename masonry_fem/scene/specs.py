@@ -373,7 +373,7 @@ class Reading(Spec, frozen=True, kw_only=True):
     They are read in a process of its own, which is ended where it takes more.
     """
 
-    time: Seconds = 120.0
+    time: Annotated[float, Meta(gt=0, le=1e6, extra={"unit": "s"})] = 120.0  # systems wait no month
     memory: Memory = 4e9
 
 

@@ -19,9 +19,9 @@ from masonry_fem import cli
 from masonry_fem.errors import GeometryError, SceneError
 from masonry_fem.geometry import build_structure, build_structures
 from masonry_fem.geometry.apart import Errand, done_apart
-from masonry_fem.scene import load
+from masonry_fem.scene import check, load
 from masonry_fem.scene.quantity import si_value
-from masonry_fem.scene.specs import FileStructure, MeshSettings, Reading, StackStructure
+from masonry_fem.scene.specs import FileStructure, MeshSettings, Reading, Scene, StackStructure
 from tests.geometry.test_trust import SCENE
 
 PATIENT = Reading(time=120.0)
@@ -64,6 +64,14 @@ def test_more_time_than_allowed() -> None:
     with pytest.raises(GeometryError, match=r"^slow\.geo was not done within reading\.time = 1 s; raise"):
         done_apart([Errand("slow.geo", time.sleep, (600.0,))], Reading(time=1.0))
     assert time.monotonic() - start < 60.0
+
+
+def test_what_a_system_can_wait_is_the_most() -> None:
+    assert done_apart([Errand("a", abs, (-1,))], Reading(time=1e6)) == [1]
+    block = StackStructure(name="s", material="m", size=(1.0, 1.0, 1.0), count=1)
+    scene = Scene(materials={}, structures=(block,), reading=Reading(time=1e7))
+    with pytest.raises(SceneError, match=r"reading\.time is 10000000\.0, expected a time .*1e\+06"):
+        check(scene)
 
 
 def test_more_memory_than_allowed() -> None:

@@ -260,6 +260,9 @@ def test_a_missing_file_is_named_with_what_lies_beside_it(everything):
     text = everything.read_text().replace("quake.csv", "quak.csv")
     with pytest.raises(SceneError, match=r"time.path is 'quak.csv', expected an existing file.*'quake.csv'"):
         loads(text, base=everything.parent)
+    (everything.parent / "quak.csv").mkdir()
+    with pytest.raises(SceneError, match=r"time.path is 'quak.csv', expected an existing file.*'quake.csv'"):
+        loads(text, base=everything.parent)
     text = everything.read_text().replace("rubble.msh", "rubble.dwg")
     with pytest.raises(
         SceneError, match=r"structures.rubble.path is 'rubble.dwg', expected a file that ends"

@@ -92,6 +92,11 @@ def growth_of(
     scene: specs.Scene, model: Model, *, dead: Sequence[str] = (), tilt: str | None = None
 ) -> Growth:
     """Which loads of a model grow: all but gravity and those named dead, or a tilt alone."""
+    if tilt is not None and dead:
+        raise MasonryError(
+            f"{listed(dead)} is named dead beside a tilt or an acceleration, expected none: all loads stay "
+            "then; leave it out"
+        )
     end = _end(scene.analysis)
     names = {_name(load): load for load in model.loads}
     growing = [] if tilt is not None else _growing(names, dead)
@@ -132,11 +137,14 @@ def _growing(names: Iterable[str], dead: Sequence[str]) -> list[str]:
 
 def _tilted(scene: specs.Scene, model: Model, tilt: str) -> list[Any]:
     """Force of an acceleration of g along an axis, by body group."""
-    axes = "xy"[: scene.dimension - 1]
-    if tilt.removeprefix("-") not in axes or len(tilt) > 2:
+    axes = list("xy"[: scene.dimension - 1])
+    if tilt.removeprefix("-") not in axes:
         expected = ", ".join(f"{axis}, -{axis}" for axis in axes)
-        raise MasonryError(f"--tilt is '{tilt}', expected one of {expected} in a {scene.dimension}D scene")
-    g = GRAVITY if scene.loads.gravity is None else float(np.linalg.norm(scene.loads.gravity))
+        raise MasonryError(
+            f"a tilt or an acceleration along '{tilt}', expected one of {expected} in a "
+            f"{scene.dimension}D scene"
+        )
+    g = float(np.linalg.norm(scene.loads.gravity or 0.0)) or GRAVITY
     acceleration = np.zeros(scene.dimension)
     acceleration[axes.index(tilt[-1])] = -g if tilt.startswith("-") else g
     return [group.acceleration_force(acceleration) for group in model.groups]

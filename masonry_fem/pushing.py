@@ -66,8 +66,6 @@ class Push:
         if tilt is not None and acceleration is not None:
             raise MasonryError("both a tilt and an acceleration are given, expected one of them")
         axis = acceleration if tilt is None else tilt
-        if axis is not None and dead:
-            raise MasonryError("loads named dead beside a tilt or an acceleration: all loads stay then")
         growth = choose(scene, model, dead=dead, tilt=axis)
         if axis is None and not growth.growing:
             raise MasonryError(

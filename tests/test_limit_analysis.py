@@ -14,6 +14,7 @@ from masonry_fem.limit.answers import outside
 from masonry_fem.limit_analysis import analyse
 from masonry_fem.run import run, solve_scene
 from masonry_fem.scene import load
+from masonry_fem.scene.specs import Material, Scene, StackStructure
 
 SCENE = """
 title = "loaded arch"
@@ -90,10 +91,27 @@ def test_a_tilt_grows_an_acceleration_alone(scene: Path) -> None:
     assert loaded["dead"] == ["gravity", "points.0", "points.1"]
 
 
-@pytest.mark.parametrize(("tilt", "dead"), [("y", ()), ("z", ()), ("up", ()), (None, ("points.7",))])
+@pytest.mark.parametrize(
+    ("tilt", "dead"),
+    [("y", ()), ("z", ()), ("up", ()), ("", ()), ("-", ()), (None, ("points.7",)), ("x", ("points.0",))],
+)
 def test_what_is_not_there_is_named(scene: Path, tilt: str | None, dead: tuple[str, ...]) -> None:
     with pytest.raises(MasonryError, match="expected"):
         analyse(load(scene), tilt=tilt, dead=dead)
+
+
+def test_an_axis_is_one_of_space(scene: Path) -> None:
+    """'xy' was taken for y."""
+    block = StackStructure(name="s", material="stone", size=(1.0, 1.0, 1.0), count=1)
+    stone = {"stone": Material(density=2000.0)}
+    with pytest.raises(MasonryError, match="along 'xy', expected one of x, -x, y, -y"):
+        analyse(Scene(fidelity="rigid", materials=stone, structures=(block,)), tilt="xy")
+
+
+def test_without_weight_a_tilt_is_of_the_earths(scene: Path) -> None:
+    """Nothing presses a joint whose only load is the tilt's."""
+    told = analyse(load(scene, ["loads.points=[]", "loads.gravity=[0, 0]"]), tilt="x")
+    assert told["multiplier"] == pytest.approx(0.0, abs=1e-9)
 
 
 def test_supports_have_intervals_that_balance(scene: Path) -> None:

@@ -61,7 +61,8 @@ def read_compas(path: Path, title: str) -> list[Skin]:
             "meshes; save it again with compas.json_dump"
         ) from error
     if not found:
-        kind = record.get("dtype", "a record") if isinstance(record, dict) else "a list"
+        kind = {list: "a list", dict: "a record"}.get(type(record), "a single value")
+        kind = record.get("dtype", kind) if isinstance(record, dict) else kind
         raise GeometryError(
             f"{title} is {kind} without blocks, expected an assembly, a model or meshes of compas with "
             "'vertex' and 'face'; convert other geometry (Brep, polyhedron) to meshes there"

@@ -163,6 +163,7 @@ def test_coplanar_faces_become_one_and_float32_is_flat_enough(tmp_path: Path) ->
         ("{", "is no JSON"),
         ({"dtype": "compas.geometry/Point", "data": [0, 0, 0]}, "is compas.geometry/Point without blocks"),
         ([1, 2], "is a list without blocks"),
+        (None, "is a single value without blocks"),
         (data(BOXES[0]) | {"face": {"0": [0, 1, 99]}}, "block 'b1': its mesh has the corner '99'"),
         (data(BOXES[0]) | {"vertex": {"0": {"x": "wide"}}}, "could not convert"),
         (data(BOXES[0]) | {"face": {str(i): loop for i, loop in enumerate(BOXES[0].faces[:5])}},

@@ -332,6 +332,7 @@ def test_a_triangle_that_is_missing_or_turned_in_a_binary_file(tmp_path: Path) -
     ("name", "content", "said"),
     [
         ("a.stl", b"\0" * 80 + struct.pack("<I", 5) + b"\0" * 60, "has 144 bytes, expected .* 334 bytes"),
+        ("a.stl", b"", "has 0 bytes, expected .* 84 bytes"),
         ("a.stl", b"solid a\nfacet\nouter loop\nvertex 0 0 0\n", "ends within solid 'a'"),
         ("a.stl", b"solid a\nfacet\nouter loop\nvertex 0 0 0\nendloop\n", "not three corners"),
         ("a.ply", b"ply\nformat nonsense\n", r"has no line .end_header"),

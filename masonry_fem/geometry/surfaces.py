@@ -48,7 +48,8 @@ def _stl(path: Path, title: str) -> list[Skin]:
     if not data.lstrip().lower().startswith(b"solid"):
         raise GeometryError(
             f"{title} has {len(data)} bytes, expected text that begins with 'solid' or "
-            f"{HEAD + RECORD * max(count, 0)} bytes of triangles; the file is cut off or no STL: export it again"
+            f"{HEAD + RECORD * max(count, 0)} bytes of triangles; the file is cut off or no "
+            "STL: export it again"
         )
     return _named(list(_solids(data.decode(errors="replace"), title)), title)
 

@@ -1,6 +1,7 @@
 """Reading scenes: what is taken, and one sentence for everything that is not."""
 
 import logging
+import shutil
 from typing import get_args
 
 import numpy as np
@@ -256,11 +257,17 @@ def test_braces_in_values_do_not_disturb_messages(arch):
     assert "structures.arch.material is '{path}{0}'" in message(text)
 
 
-def test_a_missing_file_is_named_with_what_lies_beside_it(everything):
+def test_a_folder_is_not_proposed_for_a_file(everything, tmp_path):
+    for name in ("quake.csv", "rubble.msh"):
+        shutil.copy(everything.parent / name, tmp_path)
+    (tmp_path / "quak.csv").mkdir()
     text = everything.read_text().replace("quake.csv", "quak.csv")
     with pytest.raises(SceneError, match=r"time.path is 'quak.csv', expected an existing file.*'quake.csv'"):
-        loads(text, base=everything.parent)
-    (everything.parent / "quak.csv").mkdir()
+        loads(text, base=tmp_path)
+
+
+def test_a_missing_file_is_named_with_what_lies_beside_it(everything):
+    text = everything.read_text().replace("quake.csv", "quak.csv")
     with pytest.raises(SceneError, match=r"time.path is 'quak.csv', expected an existing file.*'quake.csv'"):
         loads(text, base=everything.parent)
     text = everything.read_text().replace("rubble.msh", "rubble.dwg")

@@ -15,12 +15,13 @@ from typing import Any
 
 import numpy as np
 
+from masonry_fem.analyses.run import RunResult, solve_scene
 from masonry_fem.build import build
-from masonry_fem.dynamics.model import Model
-from masonry_fem.dynamics.state import SystemState
+from masonry_fem.march.model import Model
+from masonry_fem.march.state import SystemState
 from masonry_fem.nscd import SolverSettings, load_problem, solve
-from masonry_fem.post.recorder import StepReport
-from masonry_fem.run import RunResult, solve_scene
+from masonry_fem.output.recorder import StepReport
+from masonry_fem.results.summary import peak_memory
 from masonry_fem.scene import check
 from masonry_fem.scene.specs import (
     ArchStructure,
@@ -35,7 +36,6 @@ from masonry_fem.scene.specs import (
     Structure,
     WallStructure,
 )
-from masonry_fem.summary import peak_memory
 
 G = 9.81
 SWEEPS = 2000

@@ -20,7 +20,7 @@ from rich.table import Table
 
 from benchmarks.cases import scene
 from benchmarks.process import Row, alone
-from masonry_fem.run import solve_scene
+from masonry_fem.analyses.run import solve_scene
 from masonry_fem.scene.specs import (
     Analysis,
     Dynamics,

@@ -13,8 +13,8 @@ import meshio
 import numpy as np
 
 from benchmarks.mutation import Tree
-from masonry_fem.geometry.session import session
-from masonry_fem.run import run
+from masonry_fem.analyses.run import run
+from masonry_fem.meshing.session import session
 from masonry_fem.scene import loads
 
 ROOT = Path(__file__).resolve().parents[1]

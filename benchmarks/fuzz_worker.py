@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from masonry_fem import cli
-from masonry_fem.geometry import apart
+from masonry_fem.importing import apart
 
 MEMORY = 3e9  # of a case [bytes]
 WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND

@@ -19,8 +19,8 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.cases import G, scene, wall
+from masonry_fem.analyses.run import solve_scene
 from masonry_fem.nscd.threads import one_thread
-from masonry_fem.run import solve_scene
 from masonry_fem.scene import check
 from masonry_fem.scene.specs import (
     Acceleration,

@@ -18,10 +18,10 @@ from rich.table import Table
 
 from benchmarks.cases import scene
 from benchmarks.process import Row, alone
-from masonry_fem.run import solve_scene
+from masonry_fem.analyses.run import solve_scene
+from masonry_fem.results.summary import peak_memory
 from masonry_fem.scene import check, load
 from masonry_fem.scene.specs import MeshSettings, Opening, Scene, Statics, WallStructure
-from masonry_fem.summary import peak_memory
 
 HERE = Path(__file__).resolve().parent
 DEMOS = HERE.parent / "demos"

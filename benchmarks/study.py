@@ -17,11 +17,11 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from masonry_fem.study import Study, study
-from masonry_fem.study.comparison import distance
-from masonry_fem.study.quantity import pick
-from masonry_fem.study.recommendation import percent, recommend, settled
-from masonry_fem.study.table import print_study
+from masonry_fem.analyses.study import Study, study
+from masonry_fem.analyses.study.comparison import distance
+from masonry_fem.analyses.study.quantity import pick
+from masonry_fem.analyses.study.recommendation import percent, recommend, settled
+from masonry_fem.analyses.study.table import print_study
 
 DEMOS = Path(__file__).resolve().parents[1] / "demos"
 SETTINGS = ("solver.tolerance=1e-3,1e-6,1e-9", "fidelity=rigid,elastic")

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from benchmarks.cases import scene, wall
+from masonry_fem.analyses.run import solve_scene
 from masonry_fem.build import build
 from masonry_fem.contact.detection import detect
-from masonry_fem.run import solve_scene
 from masonry_fem.scene import check
 from masonry_fem.scene.specs import Dynamics, MeshSettings
 

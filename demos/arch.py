@@ -34,8 +34,7 @@ from pathlib import Path
 
 import numpy as np
 
-from masonry_fem.run import run, solve_scene
-from masonry_fem.scene import load
+from masonry_fem import load, run, solve
 
 SCENE = Path(__file__).with_suffix(".toml")
 THRUSTS = (665.7, 1130.3)  # [N], of rigid voussoirs of the same size
@@ -73,7 +72,7 @@ def main(
     """Bring the arch to equilibrium."""
     settings = (f"mesh.divisions={list(divisions)}", f"joints.0.friction={friction}")
     scene = load(SCENE, overrides=settings)
-    result = solve_scene(scene) if out is None else run(scene, out)
+    result = solve(scene) if out is None else run(scene, out)
     summary = result.summary
     left, right = (np.array(summary["supports"][f"arch.springing_{s}"]["force"]) for s in ("left", "right"))
     principal = np.array([block["principal"] for block in summary["stress"]["blocks"]])

@@ -35,8 +35,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
-from masonry_fem.run import RunResult, solve_scene
-from masonry_fem.scene import load
+from masonry_fem import load, solve
+from masonry_fem.analyses.run import RunResult
 
 SCENE = Path(__file__).with_suffix(".toml")
 SPECIFIC_WEIGHT = 2400 * 9.81  # [N/m³]
@@ -72,14 +72,14 @@ def main(
     found = []
     for axes, inset in zip(figure.subplots(1, len(insets), squeeze=False)[0], insets, strict=True):
         settings = (f"joints.0.inset={inset}",)
-        result = solve_scene(load(SCENE, overrides=settings))
+        result = solve(load(SCENE, overrides=settings))
         force = result.summary["supports"]["arch.springing_left"]["force"]
         thrust = abs(float(force[0])) / SPECIFIC_WEIGHT
         moving = tuple(one["block"] for one in result.summary["moving"])
         crown = 0.0
         if out is not None:
             plan = f"analysis={{kind='dynamics', step=5e-3, duration={duration}, theta=1.0}}"
-            crown = draw(axes, solve_scene(load(SCENE, overrides=(*settings, plan))))
+            crown = draw(axes, solve(load(SCENE, overrides=(*settings, plan))))
             stands = result.outcome == "equilibrium"
             word = f"stands, thrust {thrust:.3f} γR²" if stands else f"falls, after {duration:g} s"
             axes.set_title(f"ξ = {inset:g}: {word}", fontsize=15)

@@ -34,8 +34,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from masonry_fem.run import solve_scene
-from masonry_fem.scene import load
+from masonry_fem import load, solve
 
 SCENE = Path(__file__).with_suffix(".toml")
 G, HEIGHT = 9.81, 1.0
@@ -82,7 +81,7 @@ def main(
         f"analysis.duration={duration}",
     )
     seen = Track()
-    solve_scene(load(SCENE, overrides=settings), observers=(seen,))
+    solve(load(SCENE, overrides=settings), observers=(seen,))
     track = np.array(seen.rows)
     time, height, speed = track.T
     hit = int(np.argmin(np.diff(speed) > 0))  # the speed grows until the first impact

@@ -39,8 +39,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from masonry_fem.run import run
-from masonry_fem.scene import load
+from masonry_fem import load, run
 
 SCENE = Path(__file__).with_suffix(".toml")
 LENGTH, FRICTION, COHESION, SHEAR_STIFFNESS = 0.2, 0.75, 0.35e6, 36e9

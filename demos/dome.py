@@ -37,8 +37,8 @@ from pathlib import Path
 import numpy as np
 from msgspec.structs import replace
 
-from masonry_fem.run import RunResult, run, solve_scene
-from masonry_fem.scene import load
+from masonry_fem import load, run, solve
+from masonry_fem.analyses.run import RunResult
 
 SCENE = Path(__file__).with_suffix(".toml")
 PRESSED = 51.83  # [deg] from the crown: above, the parallels of a shell press
@@ -79,7 +79,7 @@ def main(*, out: Path | None = None, rings: int = 9, slices: int = 16) -> list[D
     }
     domes = []
     for name, scene in scenes.items():
-        result = solve_scene(scene) if out is None or scene is not weak else run(scene, out)
+        result = solve(scene) if out is None or scene is not weak else run(scene, out)
         domes.append(_read(name, result, slices))
     return domes
 

@@ -37,11 +37,10 @@ from pathlib import Path
 import numpy as np
 from msgspec.structs import replace
 
+from masonry_fem import Scene, load, run, solve
+from masonry_fem.analyses.limit import posed
+from masonry_fem.analyses.run import RunResult
 from masonry_fem.limit import admissible
-from masonry_fem.limit_analysis import posed
-from masonry_fem.run import RunResult, run, solve_scene
-from masonry_fem.scene import load
-from masonry_fem.scene.specs import Scene
 
 SCENE = Path(__file__).with_suffix(".toml")
 WEAK = ("joints.0.law.normal_strength='100 kPa'", "joints.0.law.tangential_strength='200 kPa'")
@@ -99,7 +98,7 @@ def _dry(scene: Scene) -> Scene:
 
 
 def _read(name: str, scene: Scene, out: Path | None) -> DomeOnPiers:
-    result: RunResult = solve_scene(scene) if out is None else run(scene, out)
+    result: RunResult = solve(scene) if out is None else run(scene, out)
     summary, joints = result.summary, result.march.state.joints
     weight = -float(summary["applied"][2])
     feet = np.array([one["force"] for _, one in sorted(summary["supports"].items())]) / weight

@@ -36,8 +36,7 @@ from pathlib import Path
 
 import numpy as np
 
-from masonry_fem.run import run, solve_scene
-from masonry_fem.scene import load
+from masonry_fem import load, run, solve
 
 SCENE = Path(__file__).with_suffix(".toml")
 RADIUS, THICKNESS, SPECIFIC_WEIGHT = 5.0, 0.5, 20e3
@@ -88,7 +87,7 @@ def main(
         f"mesh.divisions={list(divisions)}",
     )
     scene = load(SCENE, overrides=changes)
-    result = solve_scene(scene) if out is None else run(scene, out)
+    result = solve(scene) if out is None else run(scene, out)
     summary, model, state = result.summary, result.built.model, result.march.state
     forces = np.array([one["force"] for one in summary["supports"].values()])
     meridian = np.array([one.label == "meridian" for one in model.interfaces])[model.contacts.interface]

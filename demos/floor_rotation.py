@@ -32,8 +32,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from masonry_fem.run import run, solve_scene
-from masonry_fem.scene import load
+from masonry_fem import load, run, solve
 
 SCENE = Path(__file__).with_suffix(".toml")
 B, SPAN, REACH = 0.4, 4.0, 3.6  # wall, slab, wall's inner edge to where the slab's end turns [m]
@@ -64,7 +63,7 @@ class FloorRotation:
 def main(*, out: Path | None = None, drop: float = 0.036) -> FloorRotation:
     """The far support of the lower floor sinks by ``drop`` [m]; pictures go to ``out``."""
     scene = load(SCENE, overrides=(f"supports.0.motion.displacement=[0.0, {-drop}]",))
-    result = solve_scene(scene) if out is None else run(scene, out)
+    result = solve(scene) if out is None else run(scene, out)
     model, state = result.built.model, result.march.state
     names = [block.name for block in model.assembly.blocks]
     openings = {

@@ -39,10 +39,8 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from masonry_fem.limit_analysis import analyse
-from masonry_fem.run import run, solve_scene
-from masonry_fem.scene import load
-from masonry_fem.scene.specs import Scene
+from masonry_fem import Scene, load, run, solve
+from masonry_fem.analyses.limit import analyse
 
 SCENE = Path(__file__).with_suffix(".toml")
 ALONE = ("portal", "base_left", "base_right")
@@ -95,7 +93,7 @@ def _alone(scene: Scene) -> Scene:
 
 
 def _read(scene: Scene, out: Path | None) -> Portal:
-    result = solve_scene(scene) if out is None else run(scene, out)
+    result = solve(scene) if out is None else run(scene, out)
     summary = result.summary
     told: dict[str, Any] = analyse(scene)
     foot = summary["supports"].get("foot_left")

@@ -32,8 +32,7 @@ from pathlib import Path
 
 import numpy as np
 
-from masonry_fem.run import run, solve_scene
-from masonry_fem.scene import load
+from masonry_fem import load, run, solve
 
 SCENE = Path(__file__).with_suffix(".toml")
 ANGLES = np.radians([28, 24, 30, 16, 27, 26, 29])  # of the voussoirs, the keystone fourth
@@ -70,7 +69,7 @@ def main(*, out: Path | None = None, pressure: float = 5e3, friction: float = 0.
     settings = (f"loads.tractions.0.vector=[0.0, 0.0, {-pressure}]", f"joints.0.friction={friction}")
     scene = load(SCENE, overrides=settings)
     base = SCENE.parent
-    result = solve_scene(scene, base) if out is None else run(scene, out, base=base)
+    result = solve(scene, base) if out is None else run(scene, out, base=base)
     summary = result.summary
     footing = summary["supports"]["arch.footing_left"]
     force, moment = np.array(footing["force"]), np.array(footing["moment"])

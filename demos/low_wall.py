@@ -39,8 +39,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from masonry_fem.run import run, solve_scene
-from masonry_fem.scene import load
+from masonry_fem import load, run, solve
 
 SCENE = Path(__file__).with_suffix(".toml")
 MARCHES = {
@@ -99,7 +98,7 @@ def main(
 ) -> LowWall:
     """Solve the statics on elements of ``size`` [m], then march on elements of ``march_size`` [m]."""
     scene = load(SCENE, overrides=(f"mesh.size={size}",))
-    result = solve_scene(scene) if out is None else run(scene, out)
+    result = solve(scene) if out is None else run(scene, out)
     summary = result.summary
     weight = -float(summary["applied"][2])
     marches = {}
@@ -109,7 +108,7 @@ def main(
         # 1e-9 of the forces shows in no figure
         changes = (f"mesh.size={march_size}", f"analysis={words}", "solver.tolerance=1e-9")
         scene = load(SCENE, overrides=changes)
-        solve_scene(scene, observers=(seen,))
+        solve(scene, observers=(seen,))
         marches[name] = np.array(seen.rows)
     found = LowWall(
         outcome=result.outcome,

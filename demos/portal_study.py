@@ -31,11 +31,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from masonry_fem.run import solve_scene
-from masonry_fem.scene import load
-from masonry_fem.study import study
-from masonry_fem.study.comparison import distance
-from masonry_fem.study.quantity import measured
+from masonry_fem import load, solve, study
+from masonry_fem.analyses.study.comparison import distance
+from masonry_fem.analyses.study.quantity import measured
 
 SCENE = Path(__file__).with_suffix(".toml")
 SIZES = (0.2, 0.1, 0.05, 0.025)
@@ -77,7 +75,7 @@ def main(
     advice = next(one for one in made.recommendations if one.target == "thrust")
     error = None
     if truth is not None and advice.settings is not None:
-        exact = measured(solve_scene(load(SCENE, [f"mesh.size={truth}", "mesh.element=Q2"])))
+        exact = measured(solve(load(SCENE, [f"mesh.size={truth}", "mesh.element=Q2"])))
         row = next(row for row in made.rows if row.cell.settings == advice.settings)
         names = [name for name in exact if name.startswith("thrust.")]
         error = max(distance(row.quantities[name], exact[name]) for name in names)

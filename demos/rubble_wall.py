@@ -36,9 +36,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from masonry_fem.limit_analysis import analyse
-from masonry_fem.run import run, solve_scene
-from masonry_fem.scene import load
+from masonry_fem import load, run, solve
+from masonry_fem.analyses.limit import analyse
 
 SCENE = Path(__file__).with_suffix(".toml")
 SIZE = (2.4, 0.5, 1.5)  # [m]
@@ -109,12 +108,12 @@ def _across(factor: float) -> str:
 def _read(friction: float, size: tuple[str, ...]) -> Rubble:
     changes = (*size, f"joints.0.friction={friction}")
     scene = load(SCENE, overrides=changes)
-    summary = solve_scene(scene).summary
+    summary = solve(scene).summary
     told = analyse(scene, tilt="y")
     below = beyond = ""
     if told["admissible"]:
         below, beyond = (
-            solve_scene(load(SCENE, overrides=(*changes, _across(share * told["multiplier"])))).outcome
+            solve(load(SCENE, overrides=(*changes, _across(share * told["multiplier"])))).outcome
             for share in (0.98, 1.02)
         )
     return Rubble(

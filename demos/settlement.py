@@ -38,9 +38,8 @@ from pathlib import Path
 
 import numpy as np
 
-from masonry_fem.limit_analysis import analyse
-from masonry_fem.run import run, solve_scene
-from masonry_fem.scene import load
+from masonry_fem import load, run, solve
+from masonry_fem.analyses.limit import analyse
 
 SCENE = Path(__file__).with_suffix(".toml")
 WEIGHT = 271.22688e3  # [N/m]
@@ -74,7 +73,7 @@ def main(*, out: Path | None = None, settlement: float = 0.04) -> Settlement:
     """The wall on ground that settles by ``settlement`` [m]; pictures go to ``out``."""
     scene = load(SCENE, overrides=(f"supports.1.motion.displacement=[0.0, {-settlement}]",))
     low, high = analyse(scene)["supports"]["soft"]["y"]
-    result = solve_scene(scene) if out is None else run(scene, out)
+    result = solve(scene) if out is None else run(scene, out)
     model, state = result.built.model, result.march.state
     moved = {
         model.assembly.blocks[block].name: group.displacement_field(own, body)

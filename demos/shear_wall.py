@@ -45,8 +45,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from masonry_fem.run import run
-from masonry_fem.scene import load
+from masonry_fem import load, run
 
 SCENE = Path(__file__).with_suffix(".toml")
 THICKNESS, LENGTH, PRESSURE, FRICTION = 0.1, 0.99, 0.30e6, 0.75

@@ -29,8 +29,8 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from masonry_fem.run import RunResult, run, solve_scene
-from masonry_fem.scene import load
+from masonry_fem import load, run, solve
+from masonry_fem.analyses.run import RunResult
 
 SCENE = Path(__file__).with_suffix(".toml")
 G = 9.81
@@ -92,7 +92,7 @@ def solved(angle: float, settings: tuple[str, ...], out: Path | None = None) -> 
         f"probes.cube.point={corner}",
     )
     scene = load(SCENE, overrides=settings + turned)
-    return solve_scene(scene) if out is None else run(scene, out)
+    return solve(scene) if out is None else run(scene, out)
 
 
 if __name__ == "__main__":

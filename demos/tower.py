@@ -33,8 +33,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from masonry_fem.run import run, solve_scene
-from masonry_fem.scene import load
+from masonry_fem import load, run, solve
 
 SCENE = Path(__file__).with_suffix(".toml")
 SPECIFIC_WEIGHT, YOUNG = 2400 * 9.81, 10e9
@@ -73,7 +72,7 @@ class Tower:
 def main(*, out: Path | None = None, divisions: tuple[int, int, int] = (2, 1, 1)) -> Tower:
     """Bring the tower to rest."""
     scene = load(SCENE, overrides=(f"mesh.divisions={list(divisions)}",))
-    result = solve_scene(scene) if out is None else run(scene, out)
+    result = solve(scene) if out is None else run(scene, out)
     summary, model = result.summary, result.built.model
     ground = model.assembly.blocks.index(next(one for one in model.assembly.blocks if one.support))
     area = float(sum(one.area for one in model.interfaces if ground in one.blocks))

@@ -39,9 +39,9 @@ from pathlib import Path
 
 import numpy as np
 
-from masonry_fem.post.interfaces import interface_forces
-from masonry_fem.run import RunResult, run, solve_scene
-from masonry_fem.scene import load
+from masonry_fem import load, run, solve
+from masonry_fem.analyses.run import RunResult
+from masonry_fem.output.interfaces import interface_forces
 
 SCENE = Path(__file__).with_suffix(".toml")
 BED = 10  # courses below the bed half-way up the window
@@ -82,7 +82,7 @@ def main(*, out: Path | None = None, fidelity: str = "elastic") -> WindowBay:
     """Bring the bay to equilibrium; pictures go to ``out``."""
     scene = load(SCENE, overrides=(f"fidelity='{fidelity}'",))
     base = SCENE.parent
-    result = solve_scene(scene, base) if out is None else run(scene, out, base=base)
+    result = solve(scene, base) if out is None else run(scene, out, base=base)
     return _read(result)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from masonry_fem.nscd.laws import History, Law, probe, pull
+from masonry_fem.joints import History, Law, probe, pull
 
 MACHINE = 1e13  # stiffness of the testing machine, for joints that are rigid until they break [N/m³]
 FIRST = 1e-9  # first move of a test: 0.01 MPa by the machine [m]

@@ -11,8 +11,8 @@ import numpy as np
 from law_couplet import MACHINE, MEGA, MICRO, FloatArray, Specimen, growing, loaded, shear, tension, turning
 from matplotlib.axes import Axes
 
-from masonry_fem.nscd.laws import Bilinear, Exponential, Law, MonerieAcary, Trapezoidal, probe, pull
-from masonry_fem.nscd.laws.softening import Softening
+from masonry_fem.joints import Bilinear, Exponential, Law, MonerieAcary, Trapezoidal, probe, pull
+from masonry_fem.joints.laws.softening import Softening
 
 COLOURS = ("#1f5fa8", "#e07b1a", "#1b7f5c", "#8a4fa3", "#22262b")
 

@@ -13,10 +13,10 @@ from pathlib import Path
 
 from PIL import Image
 
-from masonry_fem.collapse import collapse
-from masonry_fem.refinement import refine
-from masonry_fem.scene import load, loads
-from masonry_fem.study import study
+from masonry_fem import load, study
+from masonry_fem.analyses.collapse import collapse
+from masonry_fem.analyses.refine import refine
+from masonry_fem.scene import loads
 
 ROOT = Path(__file__).resolve().parents[1]
 IMAGES = ROOT / "docs" / "images"

@@ -40,7 +40,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from masonry_fem.build import build
-from masonry_fem.nscd.laws import Dry, Law
+from masonry_fem.joints import Dry, Law
 from masonry_fem.scene import check, loads
 
 DOCS = Path(__file__).resolve().parent

@@ -27,8 +27,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: E402
 from matplotlib.figure import Figure  # noqa: E402
 from stability_map import EXTREMES, FIGURES, Extreme  # noqa: E402
 
+from masonry_fem.analyses.run import solve_scene  # noqa: E402
 from masonry_fem.errors import MasonryError  # noqa: E402
-from masonry_fem.run import solve_scene  # noqa: E402
 
 PAGE, IMAGES = DOCS / "stability.md", DOCS / "images"
 MARKS = ("<!-- table: made by docs/make_stability.py, do not edit -->\n", "<!-- end of table -->")

@@ -9,8 +9,8 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from masonry_fem.run import RunResult
-from masonry_fem.scene.specs import Scene
+from masonry_fem import Scene
+from masonry_fem.analyses.run import RunResult
 from tests.extremes import scenes, solids
 
 

@@ -1,3 +1,44 @@
-"""masonry_fem: mechanics of block masonry with finite-element stones and true frictional joints."""
+"""masonry_fem: mechanics of block masonry with finite-element stones and true frictional joints.
+
+scene = masonry_fem.load("wall.toml")              # or a masonry_fem.Scene built from records
+result = masonry_fem.run(scene, Path("results"))   # solves it and writes tables, fields and pictures
+result = masonry_fem.solve(scene)                  # solves it and writes nothing
+rows = masonry_fem.study(scene, ...)               # many variants of it: speed against accuracy
+
+Importing this loads nothing heavy: each name is fetched where it is first used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from masonry_fem.analyses.run import run
+    from masonry_fem.analyses.run import solve_scene as solve
+    from masonry_fem.analyses.study.study import study
+    from masonry_fem.scene import load
+    from masonry_fem.scene.specs import Scene
 
 __version__ = "0.1.0"
+
+__all__ = ["Scene", "load", "run", "solve", "study"]
+
+_HOMES = {
+    "Scene": "masonry_fem.scene.specs:Scene",
+    "load": "masonry_fem.scene:load",
+    "run": "masonry_fem.analyses.run:run",
+    "solve": "masonry_fem.analyses.run:solve_scene",
+    "study": "masonry_fem.analyses.study:study",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'masonry_fem' has no '{name}'; its names are {', '.join(__all__)}")
+    module, attribute = _HOMES[name].split(":")
+    return getattr(import_module(module), attribute)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

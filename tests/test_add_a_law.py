@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 
 from masonry_fem.build.law_file import law_of_file
 from masonry_fem.cli import main
-from masonry_fem.nscd.laws import Rough, probe
+from masonry_fem.joints import Rough, probe
 from masonry_fem.scene import load
-from tests.nscd.laws import test_all_laws as owed
-from tests.nscd.laws.samples import wander
+from tests.joints import test_all_laws as owed
+from tests.joints.samples import wander
 
 S, C, G = 0.25e6, 82e9, 18.0
 FILES = ("convex.py", "look.py", "convex.toml", "polished.py", "polished.toml", "trust.py")
@@ -135,7 +135,7 @@ PROPERTIES = [
 @settings(max_examples=3)
 @given(data=st.data())
 def test_it_owes_what_every_law_owes(folder, name, owes, data):
-    """The properties of tests/nscd/laws/test_all_laws.py, asked of the page's laws."""
+    """The properties of tests/joints/test_all_laws.py, asked of the page's laws."""
     drawn = {
         "seed": st.integers(0, 2**32 - 1), "dimension": st.sampled_from([2, 3]), "pressed": st.booleans(),
         "angle": st.floats(0, 6.0),

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from masonry_fem.run import run
+from masonry_fem.analyses.run import run
 from masonry_fem.scene.specs import (
     ArchStructure,
     BlockStructure,

@@ -39,8 +39,8 @@ def scene(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def runner(monkeypatch):
-    """A stand-in for ``masonry_fem.run``: what the CLI asks of it, and answers to order."""
-    stub = types.ModuleType("masonry_fem.run")
+    """A stand-in for ``masonry_fem.analyses.run``: what the CLI asks of it, and answers to order."""
+    stub = types.ModuleType("masonry_fem.analyses.run")
     stub.calls = []
     stub.answer = SimpleNamespace(
         outcome="equilibrium", message="all at rest", summary={"outcome": "equilibrium"}, files=[]
@@ -53,11 +53,11 @@ def runner(monkeypatch):
         return stub.answer
 
     stub.run = run
-    monkeypatch.setitem(sys.modules, "masonry_fem.run", stub)
-    inspection = types.ModuleType("masonry_fem.inspection")
+    monkeypatch.setitem(sys.modules, "masonry_fem.analyses.run", stub)
+    inspection = types.ModuleType("masonry_fem.analyses.inspect")
     inspection.check_scene = lambda scene, base: {"blocks": 3, "seconds": 0.25, "roles": {"rigid": 2}}
     inspection.write_mesh = lambda scene, out, base: [out / "mesh.vtu"]
-    monkeypatch.setitem(sys.modules, "masonry_fem.inspection", inspection)
+    monkeypatch.setitem(sys.modules, "masonry_fem.analyses.inspect", inspection)
     return stub
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from masonry_fem.run import solve_scene
+from masonry_fem.analyses.run import solve_scene
 from masonry_fem.scene import specs
 from masonry_fem.scene.specs import Loads, Material, Scene, StackStructure
 

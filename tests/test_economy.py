@@ -14,11 +14,11 @@ from rich.console import Console
 
 import masonry_fem.build.model as composition
 import masonry_fem.fem.groups as grouping
+from masonry_fem.analyses.run import run, solve_scene
 from masonry_fem.bodies.base import Scheme
 from masonry_fem.fem.condense import coefficients
-from masonry_fem.geometry import meshing
-from masonry_fem.post.report import print_summary
-from masonry_fem.run import run, solve_scene
+from masonry_fem.meshing import mesher as meshing
+from masonry_fem.output.report import print_summary
 from masonry_fem.scene.specs import (
     Dynamics,
     FremondCangemi,
@@ -204,9 +204,9 @@ def test_a_rigid_run_loads_only_what_it_uses(tmp_path):
     libraries = {name.partition(".")[0] for name in loaded}
     assert not libraries & {"dolfinx", "ufl", "basix", "petsc4py", "mpi4py", "gmsh", "meshio", "pyvista",
                             "matplotlib", "clarabel", "rich", "pint", "pyamg"}  # fmt: skip
-    assert not loaded & {"scipy.optimize", "scipy.spatial", "masonry_fem.fem", "masonry_fem.geometry.meshing",
-                         "masonry_fem.geometry.arch", "masonry_fem.post.picture", "masonry_fem.post.vtu",
-                         "masonry_fem.post.interfaces", "masonry_fem.limit", "masonry_fem.study"}  # fmt: skip
+    own = {"analyses.study", "fem", "limit", "meshing.mesher", "structures.arch",
+           "output.interfaces", "output.picture", "output.vtu"}  # fmt: skip
+    assert not loaded & {"scipy.optimize", "scipy.spatial", *(f"masonry_fem.{name}" for name in own)}
 
 
 def test_an_elastic_run_of_boxes_loads_neither_gmsh_nor_pictures(tmp_path):

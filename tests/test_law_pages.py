@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from masonry_fem.nscd.laws import LAWS, probe
+from masonry_fem.joints import LAWS, probe
 from masonry_fem.scene import laws as specs
 
 FRICTION, UNDER = 0.75, (0.1e6, 0.3e6, 0.5e6)

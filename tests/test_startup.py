@@ -9,7 +9,7 @@ HEAVY = {"dolfinx", "petsc4py", "mpi4py", "pyvista", "vtk", "vtkmodules", "gmsh"
 HANDY = {"numpy", "scipy", "numba", "rich", "pint"}
 
 RIGID = """
-from masonry_fem.run import solve_scene
+from masonry_fem.analyses.run import solve_scene
 from masonry_fem.scene.specs import Dynamics, Loads, Material, Output, Scene, StackStructure
 result = solve_scene(Scene(
     dimension=2,

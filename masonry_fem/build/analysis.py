@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from masonry_fem.dynamics.equilibrium import (
+from masonry_fem.march.equilibrium import (
     Statics,
     Strategy,
     Transient,

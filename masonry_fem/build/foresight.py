@@ -143,7 +143,7 @@ def _elastic_shapes(stones: Stones) -> Iterator[tuple[int, float]]:
     """A block of each distinct shape and mesh that is still to be meshed, and its elements."""
     if not (elastic := stones.of_role("elastic")):
         return
-    from masonry_fem.geometry.meshing import foreseen_cells  # noqa: PLC0415 - rigid stones need no meshes
+    from masonry_fem.meshing.mesher import foreseen_cells  # noqa: PLC0415 - rigid stones need no meshes
 
     seen: set[tuple[int, specs.MeshSettings]] = set()
     for block in elastic:

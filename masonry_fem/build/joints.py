@@ -17,9 +17,9 @@ from masonry_fem.build.scatter import scatter_factors
 from masonry_fem.build.stones import Stones, block_names
 from masonry_fem.contact.contacts import Contacts, Interface
 from masonry_fem.contact.placement import Rule, place
-from masonry_fem.dynamics.model import JointTable, Model
 from masonry_fem.errors import SceneError
-from masonry_fem.nscd.laws.assignment import Assignment
+from masonry_fem.joints.assignment import Assignment
+from masonry_fem.march.model import JointTable, Model
 from masonry_fem.scene import specs
 from masonry_fem.scene.misfit import listed, nearest
 

@@ -19,7 +19,7 @@ from types import CodeType, ModuleType
 from typing import Any, override
 
 from masonry_fem.errors import LawError, SceneError
-from masonry_fem.nscd.laws.law import Law, Parameter
+from masonry_fem.joints.law import Law, Parameter
 from masonry_fem.scene import specs
 from masonry_fem.scene.misfit import listed, nearest
 
@@ -118,9 +118,9 @@ def _class(module: ModuleType, spec: specs.PythonLaw, path: Path, key: str) -> t
         shown = "a class" if isinstance(found, type) else f"a {type(found).__name__}"
         raise SceneError(
             f"{key}.law: '{spec.law}' of '{path}' is {shown} that is no joint law, expected one that derives "
-            f"from masonry_fem.nscd.laws.Law{'; there is ' + listed(own) if own else ''}"
+            f"from masonry_fem.joints.Law{'; there is ' + listed(own) if own else ''}"
         )
-    known = f"one of its laws {listed(own)}" if own else "a class derived from masonry_fem.nscd.laws.Law"
+    known = f"one of its laws {listed(own)}" if own else "a class derived from masonry_fem.joints.Law"
     raise SceneError(
         f"{key}.law is '{spec.law}', which '{path}' does not have, expected {known}{nearest(spec.law, own)}"
     )
@@ -134,7 +134,7 @@ def _check_class(kind: type[Law], spec: specs.PythonLaw, path: Path, key: str) -
     if lacking:
         raise SceneError(
             f"{key}.law: '{spec.law}' of '{path}' lacks {listed(lacking)}, expected all that "
-            "masonry_fem.nscd.laws.Law asks for; write it"
+            "masonry_fem.joints.Law asks for; write it"
         )
 
 

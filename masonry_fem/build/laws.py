@@ -23,12 +23,12 @@ from masonry_fem.build.law_file import law_of_file
 from masonry_fem.build.scatter import scattered, with_ductility
 from masonry_fem.contact.contacts import Contacts, Interface
 from masonry_fem.errors import LawError, SceneError
-from masonry_fem.nscd.laws.assignment import Assignment
+from masonry_fem.joints.assignment import Assignment
 from masonry_fem.scene import specs
 from masonry_fem.scene.laws import Softening
 
 if TYPE_CHECKING:
-    from masonry_fem.nscd.laws.law import Law
+    from masonry_fem.joints.law import Law
 
 FloatArray = NDArray[np.float64]
 
@@ -131,7 +131,7 @@ def _tell_apart(
 
 def _law(part: _Part) -> Law:
     """Faces, roughness and bed of a joint."""
-    from masonry_fem.nscd.laws import Kinetic, Rough  # noqa: PLC0415 - only scenes with cohesion need them
+    from masonry_fem.joints import Kinetic, Rough  # noqa: PLC0415 - only scenes with cohesion need them
 
     joint, rough = part.joint, part.joint.dilatancy
     law = _faces(part)
@@ -146,7 +146,7 @@ def _law(part: _Part) -> Law:
 
 def _bedded(part: _Part, law: Law, mortar: specs.Mortar) -> Law:
     """The law on its bed of mortar."""
-    from masonry_fem.nscd.laws import Bed  # noqa: PLC0415 - only scenes with cohesion need them
+    from masonry_fem.joints import Bed  # noqa: PLC0415 - only scenes with cohesion need them
 
     given = {name: value for name, value in msgspec.structs.asdict(mortar).items() if value is not None}
     factor = {name.removeprefix("mortar."): value for name, value in part.factor.items() if "." in name}
@@ -156,7 +156,7 @@ def _bedded(part: _Part, law: Law, mortar: specs.Mortar) -> Law:
 
 def _faces(part: _Part) -> Law:
     """What holds the two faces together."""
-    from masonry_fem.nscd.laws import LAWS  # noqa: PLC0415 - only scenes with cohesion need them
+    from masonry_fem.joints import LAWS  # noqa: PLC0415 - only scenes with cohesion need them
 
     joint = part.joint
     if not joint.dry:
@@ -180,7 +180,7 @@ def _faces(part: _Part) -> Law:
 
 def _laplacian(part: _Part) -> sparse.csr_array:
     """−Δ among the part's points, each in the plane of its interface."""
-    from masonry_fem.nscd.laws.interface_laplacian import interface_laplacian  # noqa: PLC0415 - as above
+    from masonry_fem.joints.interface_laplacian import interface_laplacian  # noqa: PLC0415 - as above
 
     contacts, points = part.contacts, part.points
     own = contacts.interface[points]
@@ -191,7 +191,7 @@ def _laplacian(part: _Part) -> sparse.csr_array:
 
 
 def _dry(part: _Part) -> Law:
-    from masonry_fem.nscd.laws import Dry  # noqa: PLC0415 - only scenes with cohesion need them
+    from masonry_fem.joints import Dry  # noqa: PLC0415 - only scenes with cohesion need them
 
     joint = part.joint
     dynamic = None if joint.dynamic_friction is None else joint.dynamic_friction * part.rubbing

@@ -9,8 +9,8 @@ import numpy as np
 
 from masonry_fem.bodies.base import BodyGroup, FloatArray
 from masonry_fem.build.stones import Stones, block_names, faces_of
-from masonry_fem.dynamics.model import Load
 from masonry_fem.errors import SceneError
+from masonry_fem.march.model import Load
 from masonry_fem.scene import specs
 from masonry_fem.scene.selector import only, select, split_face
 from masonry_fem.scene.time_function import evaluator

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy import sparse
 
-from masonry_fem import installation
 from masonry_fem.bodies.base import BodyGroup
 from masonry_fem.bodies.rigid import RigidGroup
 from masonry_fem.build.foresight import foresee_blocks, foresee_memory, foresee_meshes, memory_of_run
@@ -24,9 +23,10 @@ from masonry_fem.build.stones import Stones, block_names, lay, meshed, typical_l
 from masonry_fem.build.supports import last_change, support_group
 from masonry_fem.contact.contacts import Interface
 from masonry_fem.contact.detection import REACH, detect
-from masonry_fem.dynamics.clock import Clock
-from masonry_fem.dynamics.model import Model, Probe
 from masonry_fem.errors import MasonryError, SceneError
+from masonry_fem.host import installation
+from masonry_fem.march.clock import Clock
+from masonry_fem.march.model import Model, Probe
 from masonry_fem.scene import specs
 from masonry_fem.scene.selector import only, select
 

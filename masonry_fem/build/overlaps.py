@@ -6,8 +6,8 @@ import logging
 
 from masonry_fem.build.stones import Stones
 from masonry_fem.contact.detection import THROUGH, default_reach
+from masonry_fem.contact.overlap import overlapping, thickness
 from masonry_fem.errors import SceneError
-from masonry_fem.geometry.overlap import overlapping, thickness
 
 SHOWN = 5  # pairs of blocks that a message names
 

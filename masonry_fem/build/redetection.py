@@ -25,8 +25,8 @@ from masonry_fem.contact.detection import default_reach, detect
 from masonry_fem.contact.placement import place
 from masonry_fem.contact.surface import Surface, surfaces_of
 from masonry_fem.contact.update import chosen, joined, moved, returned, returned_faces
-from masonry_fem.dynamics.loads import external_forces
-from masonry_fem.dynamics.model import FloatArray, Model
+from masonry_fem.march.loads import external_forces
+from masonry_fem.march.model import FloatArray, Model
 from masonry_fem.scene import specs
 from masonry_fem.solid.mesh import IntArray
 

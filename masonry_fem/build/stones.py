@@ -15,11 +15,11 @@ from pathlib import Path
 import numpy as np
 
 from masonry_fem.errors import SceneError
-from masonry_fem.geometry import assemble, build_structures
 from masonry_fem.scene import specs
 from masonry_fem.scene.selector import select, split_face
 from masonry_fem.solid.assembly import Assembly, Shape
 from masonry_fem.solid.mesh import Mesh
+from masonry_fem.structures import assemble, build_structures
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,7 +176,7 @@ def meshed(stones: Stones, before: Stones | None = None) -> Stones:
     """
     known = {} if before is None else before.meshes()
     if "elastic" in stones.role:
-        from masonry_fem.geometry.meshing import mesh_shape  # noqa: PLC0415  brings gmsh
+        from masonry_fem.meshing.mesher import mesh_shape  # noqa: PLC0415  brings gmsh
     assembly = stones.assembly
     shapes: list[Shape] = []
     number: dict[tuple[int, specs.MeshSettings | None], int] = {}

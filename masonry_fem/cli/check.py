@@ -12,7 +12,7 @@ from masonry_fem.cli.grammar import Commands, Parents, read_scene
 def check_scene(options: argparse.Namespace) -> int:
     """Validate a scene and print what it holds."""
     scene, base = read_scene(options)
-    from masonry_fem.inspection import check_scene as check
+    from masonry_fem.analyses.inspect import check_scene as check
 
     facts = check(scene, base)
     if not options.quiet:

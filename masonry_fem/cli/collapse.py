@@ -15,9 +15,9 @@ from masonry_fem.cli.grammar import Commands, Parents, read_scene, results_folde
 def collapse_scene(options: argparse.Namespace) -> int:
     """Find the multiplier at which a scene falls; the exit code tells whether it was found."""
     scene, base = read_scene(options)
-    from masonry_fem.collapse import collapse
-    from masonry_fem.post.collapse_table import Watch, print_collapse
-    from masonry_fem.post.folder import Folder
+    from masonry_fem.analyses.collapse import collapse
+    from masonry_fem.output.collapse_table import Watch, print_collapse
+    from masonry_fem.output.folder import Folder
 
     options.out = results_folder(options)
     # before the search, lest its findings have no place to go
@@ -38,7 +38,7 @@ def collapse_scene(options: argparse.Namespace) -> int:
         told, stopped = found.told(), found.outcome == "interrupted"
         files = found.write(options.out, pictures=scene.output.pictures and not stopped)
     if options.json:
-        from masonry_fem.post.summary import plain
+        from masonry_fem.results.blocks import plain
 
         print(json.dumps(plain(told), indent=2, ensure_ascii=False))
     elif not options.quiet:

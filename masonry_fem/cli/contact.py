@@ -34,7 +34,7 @@ def solve_contact(options: argparse.Namespace) -> int:
 
         import numpy as np
 
-        from masonry_fem.atomic import write_atomic
+        from masonry_fem.host.atomic import write_atomic
 
         content = io.BytesIO()
         np.save(content, impulse.ravel())

@@ -66,7 +66,7 @@ def overrides_of(options: argparse.Namespace) -> list[str]:
 
 def read_scene(options: argparse.Namespace) -> tuple[Scene, Path]:
     """The scene of a command and the folder that its paths start from."""
-    from masonry_fem import installation  # noqa: PLC0415 - not on the path of --help
+    from masonry_fem.host import installation  # noqa: PLC0415 - not on the path of --help
     from masonry_fem.scene import load  # noqa: PLC0415
 
     installation.require_python()

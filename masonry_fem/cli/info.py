@@ -10,7 +10,7 @@ from masonry_fem.cli.grammar import Commands, Parents
 
 def print_info(options: argparse.Namespace) -> int:
     """Print versions and what is missing, with the cure."""
-    from masonry_fem import installation
+    from masonry_fem.host import installation
 
     for finding in installation.report():
         cure = f"  -> {finding.cure}" if finding.cure else ""

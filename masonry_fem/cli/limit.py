@@ -13,15 +13,15 @@ from masonry_fem.cli.grammar import Commands, Parents, read_scene
 def limit_scene(options: argparse.Namespace) -> int:
     """Ask limit analysis whether a scene's loads can be carried; the exit code tells."""
     scene, base = read_scene(options)
-    from masonry_fem.limit_analysis import analyse
+    from masonry_fem.analyses.limit import analyse
 
     told = analyse(scene, base, dead=options.dead, tilt=options.tilt)
     if options.json:
-        from masonry_fem.post.summary import plain
+        from masonry_fem.results.blocks import plain
 
         print(json.dumps(plain(told), indent=2, ensure_ascii=False))
     elif not options.quiet:
-        from masonry_fem.post.limit_table import print_limits
+        from masonry_fem.output.limit_table import print_limits
 
         print_limits(told, scene.dimension)
     return EXIT_CODES["equilibrium" if told["admissible"] else "no_equilibrium"]

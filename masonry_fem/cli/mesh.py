@@ -13,7 +13,7 @@ from masonry_fem.cli.grammar import Commands, Parents, read_scene, results_folde
 def mesh_scene(options: argparse.Namespace) -> int:
     """Write and picture the mesh and the interfaces."""
     scene, base = read_scene(options)
-    from masonry_fem.inspection import write_mesh
+    from masonry_fem.analyses.inspect import write_mesh
 
     options.out = results_folder(options)
     print_files(write_mesh(scene, options.out, base))

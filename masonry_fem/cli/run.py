@@ -17,13 +17,13 @@ def run_scene(options: argparse.Namespace) -> int:
     if options.refine_to is not None:
         return refine_scene(options)
     scene, base = read_scene(options)
-    from masonry_fem.run import run
+    from masonry_fem.analyses.run import run
 
     options.out = results_folder(options)
     result = run(scene, options.out, base=base, save_contact=options.save_contact, quiet=options.quiet)
     code = EXIT_CODES.get(result.outcome, BAD_INPUT)
     if not options.quiet:
-        from masonry_fem.post.report import print_summary
+        from masonry_fem.output.report import print_summary
 
         # what went wrong is said once, at the end and on standard error
         print_summary({**result.summary, "message": ""} if code else result.summary)
@@ -38,8 +38,8 @@ def refine_scene(options: argparse.Namespace) -> int:
     scene, base = read_scene(options)
     from dataclasses import asdict
 
-    from masonry_fem.post.refinement_table import round_line
-    from masonry_fem.refinement import refine
+    from masonry_fem.analyses.refine import refine
+    from masonry_fem.output.refinement_table import round_line
 
     if options.save_contact is not None:
         raise MasonryError(
@@ -56,7 +56,7 @@ def refine_scene(options: argparse.Namespace) -> int:
     )
     code = EXIT_CODES.get(found.result.outcome, BAD_INPUT)
     if not options.quiet:
-        from masonry_fem.post.report import print_summary
+        from masonry_fem.output.report import print_summary
 
         summary = {**found.result.summary, "message": ""} if code else found.result.summary
         if not found.reached:  # why not is said once, as above

@@ -13,9 +13,9 @@ from masonry_fem.cli.grammar import Commands, Parents, overrides_of, share
 
 def study_scene(options: argparse.Namespace) -> int:
     """Run a scene with many settings; the exit code tells whether there is anything to compare."""
-    from masonry_fem.study import study
-    from masonry_fem.study.table import print_study
-    from masonry_fem.study.watch import Watch
+    from masonry_fem.analyses.study import study
+    from masonry_fem.analyses.study.table import print_study
+    from masonry_fem.analyses.study.watch import Watch
 
     options.out = options.out or Path("results") / f"{options.scene.stem}-study"
     with Watch(quiet=options.quiet) as watch:

@@ -12,7 +12,7 @@ from masonry_fem.cli.grammar import Commands, Parents
 
 def view_results(options: argparse.Namespace) -> int:
     """Show a results folder, or picture it."""
-    from masonry_fem.post.view import view
+    from masonry_fem.output.view import view
 
     print_files(view(options.folder, options.folder if options.png else None))
     return 0

@@ -8,7 +8,6 @@
 Read problem -> program -> questions.
 """
 
-from masonry_fem.dynamics.mechanism import Mechanism
 from masonry_fem.limit.problem import Hold, LimitProblem, group_forces, limit_problem
 from masonry_fem.limit.questions import (
     Admissible,
@@ -21,6 +20,7 @@ from masonry_fem.limit.questions import (
     interval,
     support_resultant,
 )
+from masonry_fem.march.mechanism import Mechanism
 
 __all__ = [
     "Admissible",

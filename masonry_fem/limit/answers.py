@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from masonry_fem.dynamics.mechanism import Mechanism
 from masonry_fem.errors import ProblemError
 from masonry_fem.limit.problem import LimitProblem
 from masonry_fem.limit.questions import (
@@ -26,6 +25,7 @@ from masonry_fem.limit.questions import (
     interval,
     support_resultant,
 )
+from masonry_fem.march.mechanism import Mechanism
 
 LEAST = 1e-6  # share or factor that is told
 MOST = 24  # supports whose forces' intervals are told: each takes a dozen programs in space

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.bodies.rotation import spin_count
-from masonry_fem.dynamics.mechanism import Mechanism, recognise
-from masonry_fem.dynamics.motion import BlockMotion, PointMotion
+from masonry_fem.march.mechanism import Mechanism, recognise
+from masonry_fem.march.motion import BlockMotion, PointMotion
 
 if TYPE_CHECKING:
     from masonry_fem.limit.problem import LimitProblem

@@ -20,9 +20,9 @@ from scipy import sparse
 from masonry_fem.bodies.base import BodyGroup
 from masonry_fem.bodies.rotation import lever, moment
 from masonry_fem.bodies.undeformed import Undeformed
-from masonry_fem.dynamics.coupling import SIGN, Placement, connect
-from masonry_fem.dynamics.model import Model
 from masonry_fem.limit.strength import Strength, strength_of
+from masonry_fem.march.coupling import SIGN, Placement, connect
+from masonry_fem.march.model import Model
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

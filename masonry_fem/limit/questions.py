@@ -19,7 +19,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import sparse
 
-from masonry_fem.dynamics.mechanism import Mechanism
 from masonry_fem.errors import ProblemError
 from masonry_fem.limit.conic import maximise_cones
 from masonry_fem.limit.linear import maximise_plane
@@ -27,6 +26,7 @@ from masonry_fem.limit.mechanism import mechanism_of
 from masonry_fem.limit.problem import FloatArray, LimitProblem
 from masonry_fem.limit.program import AT_BOUND, Optimum, Program
 from masonry_fem.limit.simplest import simplest
+from masonry_fem.march.mechanism import Mechanism
 
 EXACT = 1e-4  # what an answer may leave unbalanced or unproven, relative; it seldom leaves 1e-9
 

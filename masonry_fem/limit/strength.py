@@ -14,16 +14,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from masonry_fem.dynamics.model import Model
 from masonry_fem.errors import LawError
+from masonry_fem.joints.assignment import Assignment
+from masonry_fem.joints.law import Law, layers_of
+from masonry_fem.joints.laws.bed import Bed
+from masonry_fem.joints.laws.dry import Dry
+from masonry_fem.joints.laws.kinetic import Kinetic
+from masonry_fem.joints.laws.rigid_brittle import RigidBrittle
+from masonry_fem.joints.laws.rough import Rough
+from masonry_fem.march.model import Model
 from masonry_fem.nscd.graphs import lengths
-from masonry_fem.nscd.laws.assignment import Assignment
-from masonry_fem.nscd.laws.bed import Bed
-from masonry_fem.nscd.laws.dry import Dry
-from masonry_fem.nscd.laws.kinetic import Kinetic
-from masonry_fem.nscd.laws.law import Law, layers_of
-from masonry_fem.nscd.laws.rigid_brittle import RigidBrittle
-from masonry_fem.nscd.laws.rough import Rough
 
 FloatArray = NDArray[np.float64]
 

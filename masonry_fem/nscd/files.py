@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from masonry_fem.atomic import write_atomic
 from masonry_fem.errors import ProblemError
+from masonry_fem.host.atomic import write_atomic
 from masonry_fem.nscd.problem import COHESION, ContactProblem
 
 FORMAT = "masonry_fem contact problem 1"

@@ -12,7 +12,7 @@
     tangent = 0.1
     bound = "1 mm"
 
-Friction is the joint's own ``friction``. The mechanics is in ``masonry_fem.nscd.laws``, under the same names.
+Friction is the joint's own ``friction``. The mechanics is in ``masonry_fem.joints``, under the same names.
 """
 
 from __future__ import annotations
@@ -119,7 +119,7 @@ class Trapezoidal(Softening, frozen=True, kw_only=True, tag_field="kind", tag="t
 class PythonLaw(Spec, frozen=True, kw_only=True, tag_field="kind", tag="python"):
     """A law of the user's own: a class of a Python file beside the scene.
 
-    The class derives from `masonry_fem.nscd.laws.Law`; it gets the `parameters` as keywords, in SI
+    The class derives from `masonry_fem.joints.Law`; it gets the `parameters` as keywords, in SI
     units, and the joint's `friction` where it takes one. The file is a program that may do anything on the
     machine: it is run where it is `trusted`, `masonry-fem check` included.
     """

@@ -10,7 +10,7 @@ from typing import Any
 import msgspec
 import tomli_w
 
-from masonry_fem.atomic import write_atomic
+from masonry_fem.host.atomic import write_atomic
 from masonry_fem.scene.specs import Scene
 
 # a list without lists in it; only an opened list ends a line with a bracket

@@ -12,11 +12,11 @@ import pytest
 from masonry_fem.build import build
 from masonry_fem.build.foresight import foresee_blocks, foresee_points
 from masonry_fem.errors import MasonryError, SceneError
-from masonry_fem.geometry import build_structure
-from masonry_fem.geometry.meshing import foreseen_cells, mesh_shape
+from masonry_fem.meshing.mesher import foreseen_cells, mesh_shape
 from masonry_fem.scene import loads, specs
 from masonry_fem.solid.assembly import Shape
 from masonry_fem.solid.polytope import Polytope
+from masonry_fem.structures import build_structure
 
 FROM_FILES = {specs.FileStructure, specs.SurveyStructure}
 BRICK = {"brick": (0.5, 0.25, 0.25), "columns": 6, "courses": 5}

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from masonry_fem.analyses.run import solve_scene
 from masonry_fem.build import build
 from masonry_fem.errors import SceneError
-from masonry_fem.run import solve_scene
 from masonry_fem.scene import check, loads, specs
 
 G = 9.81
@@ -131,7 +131,7 @@ def test_a_broken_joint_slides_with_its_dynamic_friction(dimension, law, mortar)
 
 def test_dynamic_friction_beside_a_law_without_any(tmp_path):
     (tmp_path / "slick.py").write_text(
-        "from masonry_fem.nscd.laws import Dry\n"
+        "from masonry_fem.joints import Dry\n"
         "class Slick(Dry):\n"
         "    name = 'slick'\n"
         "    def __init__(self):\n"

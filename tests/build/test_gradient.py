@@ -4,8 +4,8 @@ import msgspec
 import numpy as np
 import pytest
 
+from masonry_fem.analyses.run import solve_scene
 from masonry_fem.errors import SceneError
-from masonry_fem.run import solve_scene
 from masonry_fem.scene import check, specs
 
 C, ENERGY = 1e10, 50.0

@@ -7,9 +7,9 @@ import pytest
 from msgspec.structs import replace
 
 from masonry_fem import cli
+from masonry_fem.analyses.run import solve_scene
 from masonry_fem.build import build
 from masonry_fem.errors import SceneError
-from masonry_fem.run import solve_scene
 from masonry_fem.scene import check, load, loads, save, specs
 
 CORK = '''\
@@ -22,8 +22,8 @@ from typing import ClassVar, override
 
 import numpy as np
 
-from masonry_fem.nscd.laws.adhesive import Adhesive, Evolution
-from masonry_fem.nscd.laws.law import Parameter, check_positive
+from masonry_fem.joints.laws.adhesive import Adhesive, Evolution
+from masonry_fem.joints.law import Parameter, check_positive
 
 
 @dataclass(frozen=True, slots=True, eq=False)

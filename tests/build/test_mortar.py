@@ -6,10 +6,10 @@ import msgspec
 import numpy as np
 import pytest
 
+from masonry_fem.analyses.run import solve_scene
 from masonry_fem.build import build
 from masonry_fem.errors import SceneError
-from masonry_fem.post.fields import contact_arrays
-from masonry_fem.run import solve_scene
+from masonry_fem.output.fields import contact_arrays
 from masonry_fem.scene import check, specs
 
 K_N, K_T = 2e9, 0.8e9

@@ -7,10 +7,10 @@ import msgspec
 import numpy as np
 import pytest
 
+from masonry_fem.analyses.run import solve_scene
 from masonry_fem.build import build
 from masonry_fem.errors import SceneError
-from masonry_fem.post.fields import contact_arrays
-from masonry_fem.run import solve_scene
+from masonry_fem.output.fields import contact_arrays
 from masonry_fem.scene import check, loads, save, specs
 
 MOHR = specs.MohrCoulomb(cohesion=0.3e6, residual_friction=0.5)
@@ -151,7 +151,7 @@ def test_two_records_keep_their_own_scatter():
 
 def test_a_law_of_the_users_scatters(tmp_path):
     (tmp_path / "cork.py").write_text(
-        "from masonry_fem.nscd.laws import MohrCoulomb\nclass Cork(MohrCoulomb):\n    name = 'cork'\n"
+        "from masonry_fem.joints import MohrCoulomb\nclass Cork(MohrCoulomb):\n    name = 'cork'\n"
     )
     law = specs.PythonLaw(file="cork.py", law="Cork", trusted=True, parameters={"cohesion": 1e5})
     scene = check(wall(joint_of(law)), base=tmp_path)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from masonry_fem.run import solve_scene
+from masonry_fem.analyses.run import solve_scene
 from masonry_fem.scene.specs import BlockStructure, FileStructure, Loads, Material, Scene
 
 ELL = """SetFactory("Built-in"); h = 0.25;

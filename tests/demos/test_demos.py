@@ -19,7 +19,7 @@ from demos import (
     slope,
     window_bay,
 )
-from masonry_fem.inspection import check_scene
+from masonry_fem.analyses.inspect import check_scene
 from masonry_fem.scene import load
 from meshes.window_bay import stones as faces_as_built
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from demos import low_wall
-from masonry_fem.run import solve_scene
+from masonry_fem.analyses.run import solve_scene
 from masonry_fem.scene import load
 
 

@@ -15,7 +15,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from masonry_fem.run import RunResult
+from masonry_fem.analyses.run import RunResult
 from masonry_fem.scene.specs import (
     Analysis,
     ArchStructure,

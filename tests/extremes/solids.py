@@ -16,7 +16,7 @@ from typing import Any, Literal
 import msgspec
 import numpy as np
 
-from masonry_fem.run import RunResult
+from masonry_fem.analyses.run import RunResult
 from masonry_fem.scene.specs import (
     Analysis,
     ArchStructure,

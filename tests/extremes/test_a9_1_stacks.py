@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from masonry_fem.run import solve_scene
+from masonry_fem.analyses.run import solve_scene
 from masonry_fem.scene.specs import Equilibrium, Statics
 from tests.extremes.scenes import WEIGHT, base_force, certificate, stack, stack_error
 

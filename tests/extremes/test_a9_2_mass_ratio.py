@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from masonry_fem.analyses.run import solve_scene
 from masonry_fem.nscd import ContactProblem, SolverSettings, solve
-from masonry_fem.run import solve_scene
 from masonry_fem.scene.specs import Equilibrium, Statics
 from tests.extremes.scenes import certificate, mass_ratio, mass_ratio_error
 from tests.validation.scenes import G

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from masonry_fem.run import solve_scene
+from masonry_fem.analyses.run import solve_scene
 from tests.extremes.scenes import LARGE_STEP, block_on_slope, slope_error
 from tests.validation.scenes import G, cube_on_slope
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from masonry_fem.run import solve_scene
+from masonry_fem.analyses.run import solve_scene
 from masonry_fem.scene.specs import MeshSettings
 from tests.extremes.scenes import (
     bouncing,
@@ -32,7 +32,7 @@ def test_a9_4_amplification_of_a_mode(theta: float) -> None:
     from masonry_fem.bodies.base import Scheme
     from masonry_fem.fem.groups import elastic_groups
     from masonry_fem.fem.material import ElasticMaterial
-    from masonry_fem.geometry.meshing import mesh_shape
+    from masonry_fem.meshing.mesher import mesh_shape
     from masonry_fem.solid.assembly import Assembly, Block, Shape
     from masonry_fem.solid.polytope import Polytope
     from masonry_fem.solid.pose import Pose

@@ -13,8 +13,8 @@ import msgspec
 import numpy as np
 import pytest
 
-from masonry_fem.dynamics.determinacy import determine
-from masonry_fem.run import RunResult, solve_scene
+from masonry_fem.analyses.run import RunResult, solve_scene
+from masonry_fem.march.determinacy import determine
 from masonry_fem.scene.specs import (
     BlockStructure,
     DomeStructure,

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from masonry_fem.run import RunResult, solve_scene
+from masonry_fem.analyses.run import RunResult, solve_scene
 from masonry_fem.scene.specs import (
     ArchStructure,
     BlockStructure,

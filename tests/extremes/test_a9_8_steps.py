@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from masonry_fem.run import RunResult, solve_scene
+from masonry_fem.analyses.run import RunResult, solve_scene
 from masonry_fem.scene.specs import (
     Dynamics,
     Equilibrium,

@@ -11,10 +11,10 @@ import meshio
 import numpy as np
 import pytest
 
+from masonry_fem.analyses.run import solve_scene
 from masonry_fem.errors import MasonryError
-from masonry_fem.geometry import build_structure
-from masonry_fem.run import solve_scene
 from masonry_fem.scene import loads, specs
+from masonry_fem.structures import build_structure
 
 PIER = """
 dimension = 2

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from masonry_fem.analyses.run import solve_scene
 from masonry_fem.errors import MasonryError
-from masonry_fem.geometry.meshing import mesh_shape
-from masonry_fem.run import solve_scene
+from masonry_fem.meshing.mesher import mesh_shape
 from masonry_fem.scene.specs import BlockStructure, Contact, Material, MeshSettings, StackStructure
 from masonry_fem.solid.assembly import Shape
 from masonry_fem.solid.polytope import Polytope

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from masonry_fem.run import solve_scene
+from masonry_fem.analyses.run import solve_scene
 from tests.extremes.solids import (
     DENSITY,
     DYNAMICS,

@@ -6,7 +6,7 @@ import logging
 
 import pytest
 
-from masonry_fem.run import solve_scene
+from masonry_fem.analyses.run import solve_scene
 from masonry_fem.scene.specs import BlockStructure, Dynamics, Initial, Loads, Material, MeshSettings, Scene
 from tests.extremes.solids import DENSITY, arch, column, slender, wall
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from masonry_fem.analyses.run import solve_scene
 from masonry_fem.errors import SceneError
-from masonry_fem.run import solve_scene
 from masonry_fem.scene.specs import Contact, Dynamics, Joint, Statics
 from tests.extremes.solids import G, certificate, crushed, jam_pressure, jammed, lifted, rest_error
 

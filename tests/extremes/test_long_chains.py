@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from masonry_fem.run import solve_scene
+from masonry_fem.analyses.run import solve_scene
 from masonry_fem.scene.specs import Dynamics, Equilibrium
 from tests.extremes.scenes import arch, arch_error, certificate, finite, thrust
 

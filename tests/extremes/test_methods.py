@@ -7,8 +7,8 @@ import re
 import msgspec
 import pytest
 
+from masonry_fem.analyses.run import RunResult, solve_scene
 from masonry_fem.errors import MasonryError
-from masonry_fem.run import RunResult, solve_scene
 from masonry_fem.scene.specs import Analysis, Dynamics, Equilibrium, Solver, Statics
 from tests.extremes.scenes import (
     arch,

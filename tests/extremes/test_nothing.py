@@ -6,8 +6,8 @@ import msgspec
 import numpy as np
 import pytest
 
+from masonry_fem.analyses.run import solve_scene
 from masonry_fem.errors import SceneError
-from masonry_fem.run import solve_scene
 from masonry_fem.scene.specs import (
     Analysis,
     BlockStructure,

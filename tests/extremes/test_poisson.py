@@ -6,7 +6,7 @@ import logging
 
 import pytest
 
-from masonry_fem.run import solve_scene
+from masonry_fem.analyses.run import solve_scene
 from masonry_fem.scene import check
 from tests.extremes.solids import cantilever, cantilever_error, certificate, confined, confined_error
 

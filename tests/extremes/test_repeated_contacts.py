@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from scipy import sparse
 
+from masonry_fem.analyses.run import RunResult, solve_scene
 from masonry_fem.nscd import ContactProblem, SolverSettings, solve
-from masonry_fem.run import RunResult, solve_scene
 from masonry_fem.scene.specs import Joint, Scene
 from tests.extremes.scenes import arch, certificate, pushed_wall, standing_wall, wall_error
 

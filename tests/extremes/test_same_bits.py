@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from masonry_fem.run import RunResult, solve_scene
+from masonry_fem.analyses.run import RunResult, solve_scene
 from masonry_fem.scene.specs import Scene, Solver
 from tests.extremes.scenes import (
     LARGE_STEP,

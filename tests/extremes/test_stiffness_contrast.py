@@ -6,7 +6,7 @@ import logging
 
 import pytest
 
-from masonry_fem.run import solve_scene
+from masonry_fem.analyses.run import solve_scene
 from masonry_fem.scene import check
 from masonry_fem.scene.material_doubts import MAGNIFIED
 from masonry_fem.scene.specs import Solver

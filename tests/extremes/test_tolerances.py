@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from masonry_fem.analyses.run import RunResult, solve_scene
 from masonry_fem.errors import SceneError
-from masonry_fem.run import RunResult, solve_scene
 from masonry_fem.scene.specs import Scene
 from tests.extremes.scenes import (
     LARGE_STEP,

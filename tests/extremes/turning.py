@@ -20,9 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from masonry_fem.analyses.run import RunResult, solve_scene
 from masonry_fem.build import model as building
 from masonry_fem.build.stones import Stones, meshed
-from masonry_fem.run import RunResult, solve_scene
 from masonry_fem.scene.specs import Loads, Motion, Scene
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.pose import Pose

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from masonry_fem.build import build
-from masonry_fem.dynamics.model import Model
 from masonry_fem.limit import LimitProblem, group_forces, limit_problem
+from masonry_fem.march.model import Model
 from masonry_fem.scene import check
 from masonry_fem.scene.specs import ArchStructure, Joint, Loads, Material, Scene, StackStructure
 

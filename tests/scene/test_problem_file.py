@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 from msgspec.structs import replace
 
+from masonry_fem.analyses.run import solve_scene
 from masonry_fem.errors import MasonryError, SceneError
-from masonry_fem.run import solve_scene
 from masonry_fem.scene import check, specs
 from masonry_fem.solid.polytope import Polytope
 

@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from masonry_fem.run import RunResult, solve_scene
+from masonry_fem.analyses.run import RunResult, solve_scene
 from masonry_fem.scene.specs import (
     AnyLaw,
     DomeStructure,

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from masonry_fem.run import RunResult, solve_scene
+from masonry_fem.analyses.run import RunResult, solve_scene
 from masonry_fem.scene.specs import (
     ArchStructure,
     Joint,

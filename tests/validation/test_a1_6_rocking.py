@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from masonry_fem.build import build, strategy
-from masonry_fem.dynamics.march import march
+from masonry_fem.march.march import march
 from masonry_fem.nscd import SolverSettings
 from masonry_fem.scene import check
 from masonry_fem.scene.specs import BlockStructure, Dynamics, Joint, Loads, Scene

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from masonry_fem.run import RunResult
+from masonry_fem.analyses.run import RunResult
 from masonry_fem.scene.specs import (
     ArchStructure,
     Dynamics,

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from masonry_fem.run import RunResult
+from masonry_fem.analyses.run import RunResult
 from masonry_fem.scene.specs import (
     BlockStructure,
     FileStructure,

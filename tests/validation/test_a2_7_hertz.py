@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from masonry_fem.run import RunResult, solve_scene
+from masonry_fem.analyses.run import RunResult, solve_scene
 from masonry_fem.scene.specs import (
     BlockStructure,
     Contact,

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from masonry_fem.run import solve_scene
+from masonry_fem.analyses.run import solve_scene
 from masonry_fem.scene.specs import (
     Contact,
     FileStructure,

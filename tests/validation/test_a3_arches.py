@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from masonry_fem.analyses.run import RunResult
 from masonry_fem.limit import group_forces, interval, limit_problem, support_resultant
-from masonry_fem.run import RunResult
 from masonry_fem.scene.specs import (
     Equilibrium,
     Loads,

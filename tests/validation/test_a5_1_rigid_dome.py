@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import pytest
 
-from masonry_fem.run import solve_scene
+from masonry_fem.analyses.run import solve_scene
 from masonry_fem.scene.specs import DomeStructure, Joint, Loads, Material, Scene
 from tests.validation.domes import GAMMA, RADIUS, G, lune, meridian_points, thrust
 

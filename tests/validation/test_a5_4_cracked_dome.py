@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from masonry_fem.run import RunResult
+from masonry_fem.analyses.run import RunResult
 from tests.validation.domes import (
     BONDED,
     GAMMA,

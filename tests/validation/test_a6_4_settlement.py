@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import pytest
 
-from masonry_fem.limit_analysis import analyse
+from masonry_fem.analyses.limit import analyse
 from masonry_fem.scene.specs import (
     BlockStructure,
     Equilibrium,

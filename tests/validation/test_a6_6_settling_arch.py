@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from masonry_fem.limit_analysis import analyse
+from masonry_fem.analyses.limit import analyse
 from masonry_fem.scene.specs import (
     ArchStructure,
     Joint,

@@ -11,8 +11,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from masonry_fem.geometry import build_structure
-from masonry_fem.run import RunResult
+from masonry_fem.analyses.run import RunResult
 from masonry_fem.scene.specs import (
     BlockStructure,
     Equilibrium,
@@ -27,7 +26,8 @@ from masonry_fem.scene.specs import (
     Statics,
     Support,
 )
-from tests.geometry.test_arches import thrust_bounds
+from masonry_fem.structures import build_structure
+from tests.structures.test_arches import thrust_bounds
 from tests.validation.scenes import STONE, G, solved
 
 ONE_STEP = Equilibrium(strategy="large_step", step=0.01, max_steps=3, tolerance=1e-6)

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from masonry_fem.run import solve_scene
+from masonry_fem.analyses.run import solve_scene
 from masonry_fem.scene import load
 
 SCENE = Path(__file__).parents[2] / "demos" / "shear_wall.toml"

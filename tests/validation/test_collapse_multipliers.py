@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from masonry_fem.analyses.collapse import CollapseResult, collapse
+from masonry_fem.analyses.limit import posed
 from masonry_fem.build import build
-from masonry_fem.collapse import CollapseResult, collapse
 from masonry_fem.limit import Collapse, collapse_multiplier
-from masonry_fem.limit_analysis import posed
 from masonry_fem.scene.specs import (
     ArchStructure,
     Equilibrium,

@@ -13,8 +13,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from masonry_fem.post.stress_error import BlockErrors, block_errors
-from masonry_fem.run import RunResult
+from masonry_fem.analyses.run import RunResult
+from masonry_fem.output.stress_error import BlockErrors, block_errors
 from masonry_fem.scene.specs import ArchStructure, Joint, Loads, MeshSettings, Traction, WallStructure
 from tests.validation.scenes import low_wall, solved
 from tests.validation.test_a10_elastic_blocks import two_cubes

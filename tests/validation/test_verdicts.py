@@ -5,7 +5,7 @@ import logging
 import numpy as np
 import pytest
 
-from masonry_fem.run import RunResult, solve_scene
+from masonry_fem.analyses.run import RunResult, solve_scene
 from masonry_fem.scene.reading import loads
 
 LUNE = """

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from masonry_fem.analyses.run import RunResult
 from masonry_fem.nscd import SolverSettings, load_problem, save_problem, solve
-from masonry_fem.run import RunResult
 from masonry_fem.scene.specs import (
     BlockStructure,
     Dynamics,

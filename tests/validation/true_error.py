@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
+from masonry_fem.analyses.run import RunResult
 from masonry_fem.fem.error_estimate import energy_density
 from masonry_fem.fem.lagrange import lagrange, quadrature
-from masonry_fem.run import RunResult
 
 NEAR, NEWTON = 4, 6
 

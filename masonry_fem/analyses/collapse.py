@@ -1,0 +1,237 @@
+"""Collapse: the multiplier at which a structure falls, found by simulation, and how it falls.
+
+    found = collapse(load("arch.toml"), Path("."), acceleration="x")
+    found.stands, found.falls            # 0.2945, 0.2968: it falls between these
+    found.mechanism.sentence()           # "10 blocks move in 3 parts; 4 hinges: ..."
+
+What grows is the scene's loads but gravity and those named dead, or a horizontal acceleration, or the tilt
+of the ground. Each trial goes on from the last state that stood, so that the loads grow as they would in a
+test, and counts as standing, falling or undecided: what a solver did not solve is never a fall.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from masonry_fem.analyses.bracket import Bracket, Ending
+from masonry_fem.analyses.limit import growth_of, posed
+from masonry_fem.analyses.pushing import Push
+from masonry_fem.analyses.trials import Trial, Trials, counted
+from masonry_fem.build import Built, build
+from masonry_fem.errors import MasonryError, ProblemError
+from masonry_fem.limit import collapse_multiplier
+from masonry_fem.march.mechanism import Mechanism, mechanism_of_step
+from masonry_fem.march.model import Model
+from masonry_fem.march.state import SystemState
+from masonry_fem.results.collapse import write_collapse
+from masonry_fem.scene import check, specs
+
+logger = logging.getLogger(__name__)
+
+AT_LIMIT = "No equilibrium to rely on"  # how the message of such a march begins
+
+
+@dataclass(frozen=True, slots=True)
+class CollapseResult:
+    """What is known of the collapse.
+
+    Attributes
+    ----------
+    title : Of the scene. action : What grows, in words. unit : Of the multiplier ("g", "times", "tan").
+    outcome : ``bracketed`` to the tolerance, ``undecided`` where trials were not, ``unlimited``, ``falls at
+        the start``, ``interrupted``. message : The same as a sentence.
+    trials : In their order.
+    stands, falls : Greatest multiplier that stood, least that fell; None: none did.
+    mechanism : How the structure moves at the least fall.
+    limit : Collapse multiplier of limit analysis, an upper bound; None: not known.
+    notes : What was taken otherwise than the scene says, and doubts.
+    model, state : At the start of the step that fell, for pictures.
+    """
+
+    title: str
+    action: str
+    unit: str
+    outcome: Ending
+    message: str
+    trials: tuple[Trial, ...]
+    stands: float | None
+    falls: float | None
+    mechanism: Mechanism | None
+    limit: float | None
+    notes: tuple[str, ...]
+    model: Model
+    state: SystemState | None
+
+    @property
+    def multiplier(self) -> float | None:
+        """Middle of the bracket; None where one end is not known."""
+        if self.stands is None or self.falls is None:
+            return None
+        return 0.5 * (self.stands + self.falls)
+
+    def told(self) -> dict[str, Any]:
+        """What ``collapse.json`` holds."""
+        return {
+            "title": self.title,
+            "action": self.action,
+            "unit": self.unit,
+            "outcome": self.outcome,
+            "message": self.message,
+            "stands": self.stands,
+            "falls": self.falls,
+            "limit_multiplier": self.limit,
+            "mechanism": None if self.mechanism is None else self.mechanism.told(),
+            "trials": [asdict(trial) for trial in self.trials],
+            "notes": list(self.notes),
+        }
+
+    def write(self, directory: Path, *, pictures: bool = True) -> list[Path]:
+        """Write ``collapse.json``, ``trials.csv`` and ``mechanism.png`` to a folder."""
+        return write_collapse(
+            directory, self.told(), self.model, self.state, self.mechanism, pictures=pictures
+        )
+
+
+def collapse(
+    scene: specs.Scene,
+    base: Path = Path(),
+    *,
+    tilt: str | None = None,
+    acceleration: str | None = None,
+    dead: Sequence[str] = (),
+    tolerance: float = 1e-2,
+    start: float = 0.0,
+    guess: float | None = None,
+    at_once: bool = False,
+    limit: bool = True,
+    tell: Callable[[Trial, float | None, float | None], None] | None = None,
+) -> CollapseResult:
+    """Find by simulation the multiplier at which a structure falls.
+
+    Parameters
+    ----------
+    scene : What to try. base : Folder that the paths in it are relative to.
+    tilt : Axis to which the ground is tilted, gravity turned; the multiplier is the angle's tangent.
+    acceleration : Axis along which an acceleration of g grows beside gravity; all loads stay.
+    dead : Patterns of loads that do not grow, where neither is given; gravity never does.
+    tolerance : Width of the bracket over its upper end.
+    start : First multiplier; the structure must stand there.
+    guess : Where to look first; None: at the multiplier of limit analysis, if there is one.
+    at_once : Put the whole load on the state at the start in each trial, not on the last that stood.
+    limit : Ask limit analysis too. tell : Is told each trial and the bracket so far.
+
+    Raises
+    ------
+    MasonryError : The scene cannot be built, or nothing in it is so named.
+    """
+    if not 0 < tolerance < 1:
+        raise MasonryError(f"tolerance is {tolerance:g}, expected one between 0 and 1, as 0.01")
+    scene = check(scene, base=base)
+    built = build(scene, base)
+    push = Push.of(scene, built.model, growth_of, tilt=tilt, acceleration=acceleration, dead=dead)
+    notes = list(push.notes)
+    bound = _limit(scene, built, push, notes) if limit else None
+    trials = Trials(scene, built, push, at_once=at_once, tell=tell, notes=notes)
+    bracket = Bracket(trials.attempt, tolerance=tolerance, first=push.first)
+    # what is known when it is interrupted is kept
+    with trials.doubts.gathered(), contextlib.suppress(KeyboardInterrupt):
+        bracket.search(start, bound if guess is None else guess, sharp=guess is None)
+    return _result(scene, trials, bracket, bound, tolerance)
+
+
+def _limit(scene: specs.Scene, built: Built, push: Push, notes: list[str]) -> float | None:
+    """Collapse multiplier of limit analysis, where it has one for this action."""
+    if push.foreign:
+        notes.append("limit analysis is left out: the tilt turns gravity, but not the other loads")
+        return None
+    try:
+        problem, _ = posed(scene, built, dead=push.dead, tilt=push.axis)
+        found = collapse_multiplier(problem).multiplier
+    except (ProblemError, MasonryError) as error:
+        notes.append(f"limit analysis has no answer: {error}")
+        return None
+    if "elastic" in built.stones.role:
+        notes.append("limit analysis counts elastic blocks as rigid")
+    return found if math.isfinite(found) and found > 0 else None
+
+
+# --- the answer -------------------------------------------------------------------------------
+
+
+def _result(
+    scene: specs.Scene, trials: Trials, bracket: Bracket, bound: float | None, tolerance: float
+) -> CollapseResult:
+    """What is known now."""
+    mechanism = state = None
+    model = trials.built.model
+    if trials.fallen is not None:
+        fall = trials.fallen[0]
+        model, state = fall.model, fall.last.before
+        mechanism = mechanism_of_step(fall.last, model)
+    notes = [*trials.notes, *_doubts(trials, bracket, bound, tolerance)]
+    for note in notes:
+        logger.info("%s", note)
+    return CollapseResult(
+        title=scene.title,
+        action=trials.push.action,
+        unit=trials.push.unit,
+        outcome=bracket.ending,
+        message=_sentence(trials, bracket, mechanism, bound),
+        trials=tuple(trials.made),
+        stands=bracket.stands,
+        falls=bracket.falls,
+        mechanism=mechanism,
+        limit=bound,
+        notes=tuple(notes),
+        model=model,
+        state=state,
+    )
+
+
+def _doubts(trials: Trials, bracket: Bracket, bound: float | None, tolerance: float) -> Iterator[str]:
+    """What a user should know of the bracket."""
+    doubtful = bracket.doubtful
+    if doubtful:
+        said = [trial.message for trial in trials.made if trial.verdict == "undecided"][-1]
+        yield (
+            f"{counted(len(doubtful), 'trial')} from {doubtful[0]:.6g} to {doubtful[-1]:.6g} undecided: they "
+            f"count neither as standing nor as falling; the last: {said}"
+        )
+    if trials.struck:
+        yield f"{counted(trials.struck, 'trial')} that statics left open, steps in time from rest decided"
+    if any(trial.message.startswith(AT_LIMIT) for trial in trials.made if trial.verdict == "falls"):
+        yield "a trial whose loads can just be carried, but not with 0.1 % less friction, counts as falling"
+    if bound is not None and bracket.falls is not None and bracket.falls < bound * (1 - 2 * tolerance):
+        lasting = "" if trials.built.model.laws is None else " and keep their strength"
+        yield (
+            f"it falls below the {bound:.6g} of limit analysis, whose joints open as they slide{lasting}; "
+            "real joints do not, and between the two both rest and motion may be possible"
+        )
+    if bound is not None and bracket.stands is not None and bracket.stands > bound * (1 + 2 * tolerance):
+        yield f"it stands above the {bound:.6g} of limit analysis, as structures may that have moved far"
+    yield from trials.doubts.told()
+
+
+def _sentence(trials: Trials, bracket: Bracket, mechanism: Mechanism | None, bound: float | None) -> str:
+    told = trials.push.told
+    ends = [f"stands at {told(bracket.stands)}"] if bracket.stands is not None else []
+    ends += [f"falls at {told(bracket.falls)}"] if bracket.falls is not None else []
+    first = ", ".join(ends) or "nothing is known of its collapse"
+    if bracket.ending == "unlimited":
+        first = f"no fall up to {told(trials.made[-1].multiplier)}"
+    elif bracket.ending == "falls at the start":
+        first = f"falls at the start, {told(trials.made[0].multiplier)}"
+    words = [first[0].upper() + first[1:]]
+    if bracket.ending in ("undecided", "interrupted"):
+        words[0] += f" ({bracket.ending})"
+    if mechanism is not None:
+        words.append(f"At collapse {mechanism.sentence()}")
+    if bound is not None:
+        words.append(f"Limit analysis: at most {told(bound)}")
+    return ". ".join(words) + "."

@@ -1,0 +1,52 @@
+"""Inspection: what can be said and shown of a scene without solving it."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import psutil
+
+from masonry_fem.build import build, strategy
+from masonry_fem.build.foresight import memory_of_run
+from masonry_fem.output.folder import Folder
+from masonry_fem.results.summary import size
+from masonry_fem.scene import check, specs
+
+logger = logging.getLogger(__name__)
+
+
+def check_scene(scene: specs.Scene, base: Path = Path()) -> Mapping[str, Any]:
+    """Build a scene without solving it: its size, interfaces and a memory estimate."""
+    built = build(check(scene, base=base), base, solved=False)
+    points = np.bincount(built.model.contacts.blocks.ravel(), minlength=len(built.stones.role))
+    memory, present = memory_of_run(built.stones, points) / 1e6, psutil.virtual_memory().total / 1e6
+    if memory > present:
+        logger.warning(
+            "a run needs some %.0f MB, this machine has %.0f MB; expected less: take larger elements, or "
+            "rigid blocks where stresses are not asked for",
+            memory, present,
+        )  # fmt: skip
+    labels: dict[str, int] = {}
+    for interface in built.model.interfaces:
+        labels[interface.label or "unnamed"] = labels.get(interface.label or "unnamed", 0) + 1
+    return {
+        "title": scene.title,
+        **size(built.model),
+        "roles": {role: built.stones.role.count(role) for role in ("support", "rigid", "elastic")},
+        "interfaces_by_label": labels,
+        "most_steps": strategy(scene.analysis).steps,
+        "estimated_memory_mb": memory,
+    }
+
+
+def write_mesh(scene: specs.Scene, out: Path, base: Path = Path()) -> list[Path]:
+    """Write and picture the mesh and the detected interfaces, without solving."""
+    from masonry_fem.output.mesh_picture import write_mesh_files  # noqa: PLC0415
+
+    built = build(check(scene, base=base), base, solved=False)
+    with Folder(out, "mesh"):
+        return write_mesh_files(built.model, out, scene.title)

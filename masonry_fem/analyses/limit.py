@@ -1,0 +1,189 @@
+"""Limit analysis of a scene: which loads grow, the three questions, and the answers as numbers and words.
+
+    told = analyse(load("arch.toml"), Path("."), tilt="x")
+    told["admissible"], told["multiplier"], told["supports"]["arch.springing_left"]["x"]
+
+Gravity stays and every other load of the scene grows, unless it is named dead; a tilt makes all loads of
+the scene dead and grows a horizontal acceleration of g. Loads are taken as they are at the end of the
+analysis, the blocks where they stand at its start.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from masonry_fem.build import Built, build
+from masonry_fem.errors import MasonryError, ProblemError
+from masonry_fem.limit import Hold, LimitProblem, group_forces, limit_problem
+from masonry_fem.limit.answers import MOST, answers, supports_of
+from masonry_fem.march.model import Load, Model
+from masonry_fem.scene import check, specs
+from masonry_fem.scene.misfit import listed
+
+GRAVITY = 9.81  # of a tilt, where the scene has no gravity [m/s²]
+
+
+@dataclass(frozen=True, slots=True)
+class Growth:
+    """Loads that stay and loads that grow, as they are at the end of the analysis.
+
+    Attributes
+    ----------
+    dead, growing : What they are called.
+    staying : Factors of the model's loads that stay, by their names in the model.
+    live : Forces of those that grow, by body group.
+    end : Time at the end [s]; the load factor in statics.
+    """
+
+    dead: tuple[str, ...]
+    growing: tuple[str, ...]
+    staying: dict[str, float]
+    live: list[Any]
+    end: float
+
+
+def analyse(
+    scene: specs.Scene, base: Path = Path(), *, dead: Sequence[str] = (), tilt: str | None = None
+) -> dict[str, Any]:
+    """Build a scene and ask the three questions of its blocks.
+
+    Parameters
+    ----------
+    scene : What to analyse. base : Folder that the paths in it are relative to.
+    dead : Patterns of loads that do not grow (``points.0``, ``tractions.*``); gravity never does.
+    tilt : Axis along which an acceleration of g grows, a sign before it turns it; loads are dead then.
+
+    Raises
+    ------
+    MasonryError : The scene cannot be built, a joint has no constant strength, or nothing is so named.
+    """
+    scene = check(scene, base=base)
+    return cross_check(scene, build(scene, base, solved=False), dead=dead, tilt=tilt)
+
+
+def cross_check(
+    scene: specs.Scene, built: Built, *, dead: Sequence[str] = (), tilt: str | None = None
+) -> dict[str, Any]:
+    """The three questions of a model that is built, on the contact points of the simulation."""
+    problem, growth = posed(scene, built, dead=dead, tilt=tilt)
+    summary = {"title": scene.title, "dead": list(growth.dead), "growing": list(growth.growing)}
+    return summary | answers(problem, tilt) | {"notes": list(_notes(scene, built, problem))}
+
+
+def posed(
+    scene: specs.Scene, built: Built, *, dead: Sequence[str] = (), tilt: str | None = None
+) -> tuple[LimitProblem, Growth]:
+    """The limit problem of a model that is built, and which of its loads grow."""
+    growth = growth_of(scene, built.model, dead=dead, tilt=tilt)
+    staying = group_forces(built.model, growth.staying)
+    return limit_problem(built.model, staying, growth.live, holds=_holds(built)), growth
+
+
+# --- loads ------------------------------------------------------------------------------------
+
+
+def growth_of(
+    scene: specs.Scene, model: Model, *, dead: Sequence[str] = (), tilt: str | None = None
+) -> Growth:
+    """Which loads of a model grow: all but gravity and those named dead, or a tilt alone."""
+    if tilt is not None and dead:
+        raise MasonryError(
+            f"{listed(dead)} is named dead beside a tilt or an acceleration, expected none: all loads stay "
+            "then; leave it out"
+        )
+    end = _end(scene.analysis)
+    names = {_name(load): load for load in model.loads}
+    growing = [] if tilt is not None else _growing(names, dead)
+    live = group_forces(model, {names[name].name: names[name].factor(end) for name in growing})
+    return Growth(
+        dead=tuple(name for name in names if name not in growing),
+        growing=tuple(growing) if tilt is None else (f"tilt {tilt}",),
+        staying={load.name: load.factor(end) for name, load in names.items() if name not in growing},
+        live=live if tilt is None else _tilted(scene, model, tilt),
+        end=end,
+    )
+
+
+def _end(analysis: specs.Analysis) -> float:
+    """Time at the end of an analysis [s]; the load factor in statics."""
+    if isinstance(analysis, specs.Statics):
+        return 1.0
+    if isinstance(analysis, specs.Dynamics):
+        return analysis.duration
+    return analysis.step * analysis.max_steps
+
+
+def _name(load: Load) -> str:
+    """Name of a load as a user writes it: ``gravity``, ``points.0``."""
+    return load.name.removeprefix("loads.")
+
+
+def _growing(names: Iterable[str], dead: Sequence[str]) -> list[str]:
+    """Loads that grow: all but gravity and those named dead."""
+    found = [name for name in names if name != "gravity"]
+    for pattern in dead:
+        if not any(fnmatchcase(name, pattern) for name in names):
+            raise MasonryError(
+                f"--dead '{pattern}' names no load of the scene, expected some of {listed(names)}"
+            )
+    return [name for name in found if not any(fnmatchcase(name, pattern) for pattern in dead)]
+
+
+def _tilted(scene: specs.Scene, model: Model, tilt: str) -> list[Any]:
+    """Force of an acceleration of g along an axis, by body group."""
+    axes = list("xy"[: scene.dimension - 1])
+    if tilt.removeprefix("-") not in axes:
+        expected = ", ".join(f"{axis}, -{axis}" for axis in axes)
+        raise MasonryError(
+            f"a tilt or an acceleration along '{tilt}', expected one of {expected} in a "
+            f"{scene.dimension}D scene"
+        )
+    g = float(np.linalg.norm(scene.loads.gravity or 0.0)) or GRAVITY
+    acceleration = np.zeros(scene.dimension)
+    acceleration[axes.index(tilt[-1])] = -g if tilt.startswith("-") else g
+    return [group.acceleration_force(acceleration) for group in model.groups]
+
+
+def _holds(built: Built) -> tuple[Hold, ...]:
+    """Corners of clamped faces, by held axis: together they hold as the face does."""
+    assembly, found = built.stones.assembly, []
+    for block, clamps in built.stones.clamps.items():
+        solid = assembly.solid(block)
+        for clamp in clamps:
+            name = f"{assembly.blocks[block].name}/{solid.names[clamp.face]}"
+            for point in solid.face_points(clamp.face):
+                found += [Hold(block, point, axis, name) for axis in clamp.components]
+    return tuple(found)
+
+
+def _notes(scene: specs.Scene, built: Built, problem: LimitProblem) -> Iterable[str]:
+    """What was left out or taken otherwise than the scene says."""
+    if "elastic" in built.stones.role:
+        yield "elastic blocks count as rigid"
+    if problem.strength.cohesive:
+        yield "joints keep their cohesion however far they move"
+    idle = int((~problem.active).sum())
+    if idle:
+        yield f"{idle} contact points stand open and carry nothing"
+    if any(support.motion is not None for support in scene.supports):
+        yield "motions of supports are left out: the blocks are where they stand at the start"
+    supports = len(supports_of(problem))
+    if not supports:
+        yield "no support holds anything"
+    if supports > MOST:
+        yield f"intervals of the first {MOST} of {supports} supports"
+
+
+def reported(scene: specs.Scene, built: Built) -> dict[str, Any]:
+    """What a run's summary says; an answer that could not be found says why."""
+    try:
+        told = cross_check(scene, built)
+    except ProblemError as error:
+        return {"message": str(error)}
+    return {name: value for name, value in told.items() if name != "title"}

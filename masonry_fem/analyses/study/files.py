@@ -1,0 +1,130 @@
+"""Files: what a study leaves in its folder: ``study.csv``, ``study.json`` and ``pareto.png``."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from masonry_fem.analyses.study.comparison import Comparison
+from masonry_fem.analyses.study.pareto import Point
+from masonry_fem.analyses.study.row import Row
+from masonry_fem.host.atomic import write_atomic
+from masonry_fem.output.folder import Folder
+from masonry_fem.results.blocks import write_summary
+
+if TYPE_CHECKING:
+    from masonry_fem.analyses.study.study import Study
+
+
+def write_study(study: Study, folder: Path, *, pictures: bool) -> list[Path]:
+    """Write everything; a picture where at least two settings can be compared, and none of before is left."""
+    with Folder(folder, "study", title=study.title):
+        paths = [_write_table(study, folder / "study.csv"), write_summary(folder / "study.json", told(study))]
+        picture = folder / "pareto.png"
+        if pictures and any(_comparable(study.points(target)) for target in study.targets):
+            from masonry_fem.analyses.study.plot import draw  # noqa: PLC0415 - matplotlib
+
+            paths.append(draw(study, picture))
+        else:
+            picture.unlink(missing_ok=True)
+    return paths
+
+
+def _comparable(points: Sequence[Point]) -> bool:
+    """Whether there is a choice, and something is known of how far it is off."""
+    return len(points) > 1 and any(math.isfinite(point.bound) for point in points)
+
+
+def told(study: Study) -> dict[str, Any]:
+    """What ``study.json`` holds."""
+    return {
+        "title": study.title,
+        "outcome": "interrupted" if study.interrupted else "finished",
+        "varied": {one.key: [one.text(i) for i in range(len(one.values))] for one in study.vary},
+        "reference": study.reference.words,
+        "accuracy": study.accuracy,
+        "recommendations": [advice.told() for advice in study.recommendations],
+        "orders": [dict(zip(ORDERS, entry, strict=True)) for entry in orders(study)],
+        "pareto": {
+            target.label: [
+                {"settings": point.settings, "cpu": point.cpu, "error": point.error, "bound": point.bound}
+                for point in sorted(study.points(target), key=lambda point: point.cpu)
+                if point.best
+            ]
+            for target in study.targets
+        },
+        "notes": list(study.notes),
+        "cells": [dict(line) for line in lines(study)],
+    }
+
+
+ORDERS = ("case", "quantity", "key", "order", "verdict", "left")
+
+
+def orders(study: Study) -> Iterator[tuple[dict[str, str], str, str, float | None, str, float]]:
+    """Case, quantity, key, order, verdict and what the finest value may leave, relative."""
+    for made in study.comparisons:
+        case = case_of(study, made)
+        for name, by_key in made.orders.items():
+            size = max(made.values[name].size, made.values[name].scale)
+            for key, order in by_key.items():
+                yield case, name, key, order.order, order.words, order.error / size if size > 0 else 0.0
+
+
+def case_of(study: Study, made: Comparison) -> dict[str, str]:
+    """Values of the keys that make a case."""
+    keys = [one.key for one in study.vary if one.is_case]
+    return {key: made.rows[0].cell.settings[key] for key in keys}
+
+
+def lines(study: Study) -> Iterator[dict[str, Any]]:
+    """One record a cell: settings, how it ended, costs, sizes, values and errors."""
+    of = {id(row): (made, number) for made in study.comparisons for number, row in enumerate(made.rows)}
+    for row in study.rows:
+        made, number = of[id(row)]
+        yield {
+            **row.cell.settings,
+            "outcome": row.outcome,
+            "message": row.message,
+            "warnings": "; ".join(row.warnings),
+            "cpu": row.cpu,
+            "start": row.start,
+            **{f"seconds.{phase}": value for phase, value in row.seconds.items()},
+            "peak_memory_mb": row.memory,
+            **row.size,
+            **{f"certificate.{name}": value for name, value in row.certificate.items()},
+            **dict(_values(row)),
+            **{f"error.{name}": _number(value[number]) for name, value in made.error.items()},
+            **{f"bound.{name}": _number(value[number]) for name, value in made.bound.items()},
+        }
+
+
+def _values(row: Row) -> Iterator[tuple[str, float]]:
+    """Components of vectors, numbers, of long lists the norm."""
+    for name, value in row.quantities.items():
+        if len(value.values) == 1 and not value.axes:
+            yield name, value.values[0]
+        elif len(value.values) == len(value.axes):
+            for axis, number in zip(value.axes, value.values, strict=True):
+                yield f"{name}.{axis}", number
+        else:
+            yield name, value.size
+
+
+def _number(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def _write_table(study: Study, path: Path) -> Path:
+    records = list(lines(study))
+    columns = dict.fromkeys(name for record in records for name in record)
+    text = io.StringIO()
+    writer = csv.DictWriter(text, list(columns), restval="")
+    writer.writeheader()
+    writer.writerows(records)
+    write_atomic(path, text.getvalue().encode())
+    return path

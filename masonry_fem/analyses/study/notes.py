@@ -1,0 +1,82 @@
+"""Notes: what a reader of a study has to know beside its numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from masonry_fem.analyses.study.cell import room
+from masonry_fem.analyses.study.comparison import Comparison
+from masonry_fem.analyses.study.reference import Reference
+from masonry_fem.analyses.study.row import Row
+from masonry_fem.analyses.study.variation import Variation
+from masonry_fem.scene import Scene
+from masonry_fem.scene.specs import Dynamics
+
+
+def replaced(text: str, vary: Sequence[Variation], overrides: Sequence[str]) -> list[str]:
+    """What the scene says and a varied key replaces."""
+    made = room(text, vary, overrides)
+    return [f"what is varied replaces a key of the scene, whose rest is {one}" for one in made]
+
+
+def notes(
+    vary: Sequence[Variation],
+    rows: Sequence[Row],
+    comparisons: Sequence[Comparison],
+    reference: Reference,
+) -> list[str]:
+    """What a reader has to know beside the numbers."""
+    said = []
+    cases = [one.key for one in vary if one.is_case]
+    if cases:
+        said.append(
+            f"{' and '.join(cases)} poses another problem with each value: each is compared with its own "
+            "finest cell, errors are the worst of all, costs their sum"
+        )
+    given = [one for one in vary if one.setting.role == "given"]
+    if given and reference.given is None:
+        last = ", ".join(f"{one.key} = {one.text(one.finest)}" for one in given)
+        said.append(f"of what has no order the value given last counts as the best: {last}")
+    if reference.given is None:
+        said += _not_finest(vary, comparisons)
+    else:
+        said.append("the reference comes from outside and is taken as exact")
+    left = sorted({name for made in comparisons for name in made.left_out})
+    if left:
+        said.append(f"too small to be compared: {', '.join(left)}")
+    if sum(row.solved for row in rows) > 1:
+        said.append(
+            "CPU times of cells side by side, which share caches and memory, are a few per cent longer"
+        )
+    return said
+
+
+def unseen(scene: Scene, vary: Sequence[Variation], rows: Sequence[Row]) -> list[str]:
+    """Discretisations that add errors which the study cannot see."""
+    told = {one.setting.of for one in vary if len(one.values) > 1}
+    found = []
+    if "mesh" not in told and any("stress.means" in row.quantities for row in rows):
+        found.append("the mesh")
+    if "time" not in told and isinstance(scene.analysis, Dynamics):
+        found.append("the time step")
+    return found
+
+
+def _not_finest(vary: Sequence[Variation], comparisons: Sequence[Comparison]) -> list[str]:
+    """References that are not what one would take for the finest."""
+    said = []
+    if all(made.reference is None for made in comparisons):
+        return ["no cell was solved: there is nothing to compare with"]
+    for made in comparisons:
+        if made.reference is None:
+            of = ", ".join(
+                f"{one.key} = {made.rows[0].cell.settings[one.key]}" for one in vary if one.is_case
+            )
+            said.append(f"no cell{' of ' if of else ''}{of} was solved: there is nothing to compare with")
+            continue
+        pairs = zip(vary, made.reference.cell.places, strict=True)
+        lower = [one.key for one, place in pairs if not one.is_case and place != one.finest]
+        if lower:
+            own = ", ".join(f"{key} = {value}" for key, value in made.reference.cell.settings.items())
+            said.append(f"the reference is {own}: not the finest in {', '.join(lower)}")
+    return list(dict.fromkeys(said))

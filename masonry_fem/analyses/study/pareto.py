@@ -1,0 +1,109 @@
+"""Pareto: what each setting costs and how far it may be off; those that no other beats in both.
+
+points = gather(comparisons, vary, names)
+[point for point in points if point.best]
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from masonry_fem.analyses.study.comparison import Comparison
+from masonry_fem.analyses.study.variation import Variation
+
+SAME = 0.02  # costs and bounds that differ by less are the same, relative ...
+INSTANT = 0.01  # ... and costs absolute [s]
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """A setting in all cases.
+
+    Attributes
+    ----------
+    places : Place of the value of each variation; −1 for keys that make cases.
+    settings : Values as written.
+    cpu, start : CPU time of its cells and of loading what they need, all cases together [s].
+    error, bound : Greatest over the cases. rest : What the reference may be off itself.
+    is_reference : Whether it is what the others are compared with.
+    best : Whether no other is cheaper and has as low a bound, or as cheap and has a lower one.
+    """
+
+    places: tuple[int, ...]
+    settings: dict[str, str]
+    cpu: float
+    start: float
+    error: float
+    bound: float
+    rest: float
+    is_reference: bool
+    best: bool = False
+
+
+def gather(comparisons: Sequence[Comparison], vary: Sequence[Variation], names: Sequence[str]) -> list[Point]:
+    """One point a setting that was solved in every case and has all of the quantities."""
+    found: dict[tuple[int, ...], list[tuple[Comparison, int]]] = {}
+    for made in comparisons:
+        for number, row in enumerate(made.rows):
+            places = tuple(
+                -1 if one.is_case else place for one, place in zip(vary, row.cell.places, strict=True)
+            )
+            found.setdefault(places, []).append((made, number))
+    errors = {id(made): made.worst(names, made.error) for made in comparisons if _has(made, names)}
+    bounds = {id(made): made.worst(names, made.bound) for made in comparisons if _has(made, names)}
+    points = []
+    taken: set[tuple[str, ...]] = set()  # settings that make no difference are one point
+    for places, members in found.items():
+        if any(id(made) not in errors for made, _ in members):
+            continue
+        error = float(np.max([errors[id(made)][number] for made, number in members]))
+        bound = float(np.max([bounds[id(made)][number] for made, number in members]))
+        rows = [made.rows[number] for made, number in members]
+        keys = tuple(row.cell.key for row in rows)
+        if not math.isfinite(error) or not all(row.solved for row in rows):
+            continue
+        if keys in taken:
+            continue
+        taken.add(keys)
+        settings = {one.key: rows[0].cell.settings[one.key] for one in vary if not one.is_case}
+        points.append(
+            Point(
+                places,
+                settings,
+                sum(row.cpu for row in rows),
+                sum(row.start for row in rows),
+                error,
+                bound,
+                max((made.rest[name] for made, _ in members for name in names), default=0.0),
+                all(made.reference is row for (made, _), row in zip(members, rows, strict=True)),
+            )
+        )
+    return [replace(point, best=bool(best)) for point, best in zip(points, _best(points), strict=True)]
+
+
+def _has(made: Comparison, names: Sequence[str]) -> bool:
+    return all(name in made.error for name in names)
+
+
+def _best(points: Sequence[Point]) -> NDArray[np.bool_]:
+    """Whether no other point is as good in cost and bound and better in one.
+
+    Of equal ones the reference is taken, or the first.
+    """
+    cpu, bound = (np.array([getattr(point, name) for point in points]) for name in ("cpu", "bound"))
+    spare = np.maximum(SAME * cpu, INSTANT)
+    # at [i, j]: whether i is cheaper than j, or has a lower bound, by more than means nothing
+    cheaper = cpu[:, None] < cpu - spare
+    closer = bound[:, None] < bound * (1 - SAME)
+    worse = (cpu[:, None] > cpu + spare) | (bound[:, None] > bound * (1 + SAME))
+    turn = np.array([-1 if point.is_reference else i for i, point in enumerate(points)])
+    first = turn[:, None] < turn
+    beats = ~worse & (cheaper | closer | first)
+    np.fill_diagonal(beats, val=False)
+    best: NDArray[np.bool_] = ~beats.any(axis=0)
+    return best

@@ -1,0 +1,79 @@
+"""Row: what became of a cell."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from masonry_fem.analyses.study.cell import Cell
+from masonry_fem.analyses.study.quantity import Quantities, Quantity
+
+SOLVED = ("equilibrium", "finished")
+KNOWN = (*SOLVED, "no_equilibrium", "no_convergence", "refused")  # another attempt would end alike
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A cell and its results.
+
+    Attributes
+    ----------
+    cell : What was asked.
+    outcome : As of a run, or ``bad_scene``, ``refused``, ``failed``, ``out_of_memory``, ``time_limit``,
+        ``missing``.
+    message : The same as a sentence.
+    cpu, start : CPU time of the cell and of loading what it needs [s].
+    seconds : The former by phase. memory : Peak [MB]. size : Counts.
+    certificate : Error measures of the run.
+    quantities : What is compared; empty where the cell was not solved.
+    warnings : What the run warned of.
+    """
+
+    cell: Cell
+    outcome: str
+    message: str
+    cpu: float
+    start: float
+    seconds: Mapping[str, float]
+    memory: float
+    size: Mapping[str, int]
+    certificate: Mapping[str, float]
+    quantities: Quantities
+    warnings: tuple[str, ...]
+
+    @property
+    def solved(self) -> bool:
+        """Whether there is a state to compare."""
+        return self.outcome in SOLVED
+
+    @classmethod
+    def of(cls, cell: Cell, told: Mapping[str, Any]) -> Row:
+        """From what a worker left."""
+        solved = told["outcome"] in SOLVED
+        quantities = told.get("quantities", {}) if solved else {}
+        return cls(
+            cell=cell,
+            outcome=told["outcome"],
+            message=told["message"],
+            cpu=float(told.get("cpu", 0.0)),
+            start=float(told.get("start", 0.0)),
+            seconds=told.get("seconds", {}),
+            memory=float(told.get("peak_memory_mb", 0.0)),
+            size=told.get("size", {}),
+            certificate=told.get("certificate", {}),
+            quantities={name: Quantity.of(one) for name, one in quantities.items()},
+            warnings=tuple(told.get("warnings", ())),
+        )
+
+    @classmethod
+    def unsolved(cls, cell: Cell, outcome: str, message: str) -> Row:
+        """Of a cell that was not computed."""
+        return cls.of(cell, {"outcome": outcome, "message": message})
+
+
+def is_known(told: Mapping[str, Any], limit: float | None) -> bool:
+    """Whether a cell's file says all that another attempt would."""
+    if told.get("outcome") == "time_limit":
+        return limit is not None and limit <= told.get("limit", 0.0)
+    return told.get("outcome") in KNOWN

@@ -1,0 +1,204 @@
+"""Study: one scene with many settings, what each costs, how far each is off, and which to use.
+
+made = study("arch.toml", {"mesh.size": [0.2, 0.1], "fidelity": ["rigid", "elastic"]}, accuracy=0.01)
+made.recommendations[0].words
+made.write(Path("results/arch-study"))
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from masonry_fem.analyses.study.cell import Cell, plan
+from masonry_fem.analyses.study.comparison import Comparison, compare
+from masonry_fem.analyses.study.crew import Crew
+from masonry_fem.analyses.study.files import write_study
+from masonry_fem.analyses.study.notes import notes, replaced, unseen
+from masonry_fem.analyses.study.pareto import Point, gather
+from masonry_fem.analyses.study.recommendation import Recommendation, recommend
+from masonry_fem.analyses.study.reference import Reference
+from masonry_fem.analyses.study.row import Row, is_known
+from masonry_fem.analyses.study.target import Target, targets
+from masonry_fem.analyses.study.variation import Variation, variations
+from masonry_fem.errors import MasonryError, SceneError
+from masonry_fem.output.folder import Folder, make_folder
+from masonry_fem.scene import Scene, dumps, loads
+
+Tell = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Study:
+    """What a study found.
+
+    Attributes
+    ----------
+    title : Of the scene. vary : Keys and values.
+    rows : One a cell, the coarsest first.
+    reference : What they are compared with.
+    comparisons : One a case.
+    targets, accuracy : What advice is for. recommendations : One a target.
+    notes : What was taken otherwise than asked, and what the study does not tell.
+    folder : Where the cells' results are kept.
+    interrupted : Whether it was ended before its end.
+    """
+
+    title: str
+    vary: tuple[Variation, ...]
+    rows: tuple[Row, ...]
+    reference: Reference
+    comparisons: tuple[Comparison, ...]
+    targets: tuple[Target, ...]
+    accuracy: float
+    recommendations: tuple[Recommendation, ...]
+    notes: tuple[str, ...]
+    folder: Path
+    interrupted: bool = False
+
+    @property
+    def outlook(self) -> str:
+        """How many cells are done, and how to go on."""
+        open_cells = sum(row.outcome == "missing" for row in self.rows)
+        return (
+            f"{len(self.rows) - open_cells} of {len(self.rows)} cells are done and kept in "
+            f"{self.folder}; the same command goes on with the {open_cells} left"
+        )
+
+    def points(self, target: Target) -> list[Point]:
+        """Cost and error of each setting for a target."""
+        return gather(self.comparisons, self.vary, target.names)
+
+    def row(self, **settings: Any) -> Row:
+        """The first row with the given settings; dots of keys are written as two underscores."""
+        wanted = {key.replace("__", "."): str(value) for key, value in settings.items()}
+        for row in self.rows:
+            if all(row.cell.settings.get(key) == value for key, value in wanted.items()):
+                return row
+        raise MasonryError(f"no cell has {wanted}")
+
+    def write(self, directory: Path | None = None, *, pictures: bool = True) -> list[Path]:
+        """Write ``study.csv``, ``study.json`` and ``pareto.png``; returns their paths."""
+        return write_study(self, self.folder if directory is None else Path(directory), pictures=pictures)
+
+
+def study(
+    scene: Scene | str | Path,
+    vary: Mapping[str, Sequence[Any]] | Iterable[str],
+    *,
+    base: Path | None = None,
+    out: Path | None = None,
+    overrides: Sequence[str] = (),
+    reference: Any = None,
+    quantities: Sequence[str] = (),
+    accuracy: float = 0.01,
+    workers: int | None = None,
+    time_limit: float | None = None,
+    fresh: bool = False,
+    tell: Tell | None = None,
+) -> Study:
+    """Run a scene with all combinations of some values and compare what comes.
+
+    Parameters
+    ----------
+    scene : Scene, or path of its file.
+    vary : Values by dotted key, or texts ``key=value,value``.
+    base : Folder that paths in the scene start from; None: that of its file, else the current one.
+    out : Folder of the results, which a second call goes on with; None: ``results/SCENE-study``.
+    overrides : Texts ``key=value`` for all cells.
+    reference : None for the finest cell, settings of a cell, a results folder, a file, or numbers by name.
+    quantities : Names, groups or patterns of what is compared; none: everything.
+    accuracy : Relative error that is asked for.
+    workers : Cells at a time; None: as cores and memory allow. time_limit : CPU time of a cell [s].
+    fresh : Compute again what is known. tell : Is told cells done, cells in all, and what was done last.
+
+    Raises
+    ------
+    MasonryError : The study makes no sense: unknown keys, no values, too many cells.
+    """
+    if not 0 < accuracy < 1:
+        raise MasonryError(f"accuracy is {accuracy:g}, expected one between 0 and 1, as 0.01 for 1 %")
+    varied = variations(vary)
+    text, source, base, name = _scene_text(scene, base)
+    wanted = Reference.of(reference, varied)
+    varied = wanted.gather(varied)
+    cells = plan(text, varied, overrides, base=base, source=source)
+    folder = Path("results") / f"{name}-study" if out is None else Path(out)
+    crew = Crew(workers, time_limit)
+    made = loads(next(cell.scene for cell in cells if cell.scene), base=base)
+    # what an earlier study told is removed, its cells are not
+    with Folder(folder, "study", title=made.title):
+        make_folder(folder / "cells")
+        told, interrupted = _computed(cells, crew, base, folder / "cells", fresh, tell)
+    rows = tuple(_row(cell, told) for cell in cells)
+    wanted.check(rows)
+    comparisons = tuple(compare(case, varied, wanted, quantities) for case in _cases(rows, varied))
+    aims = tuple(targets(comparisons, quantities)) if any(row.solved for row in rows) else ()
+    blind = unseen(made, varied, rows) if wanted.given is None else []
+    advice = tuple(recommend(aim, comparisons, varied, accuracy, blind) for aim in aims)
+    said = (*replaced(text, varied, overrides), *notes(varied, rows, comparisons, wanted))
+    return Study(
+        made.title, varied, rows, wanted, comparisons, aims, accuracy, advice, said, folder, interrupted
+    )
+
+
+def _scene_text(scene: Scene | str | Path, base: Path | None) -> tuple[str, str, Path, str]:
+    """Text of a scene, what messages call it, the folder of its paths, and a name for its results."""
+    if isinstance(scene, Scene):
+        return dumps(scene), "scene", base or Path(), "scene"
+    path = Path(scene)
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise SceneError(f"{path}: cannot be read ({error}); expected a TOML file") from error
+    return text, str(path), base or path.parent, path.stem
+
+
+def _computed(
+    cells: Sequence[Cell], crew: Crew, base: Path, folder: Path, fresh: bool, tell: Tell | None
+) -> tuple[dict[str, dict[str, Any]], bool]:
+    """Rows of all cells by key, from the folder where they are known; and whether Ctrl-C came."""
+    unique = {cell.key: cell for cell in cells if cell.scene is not None}
+    told = (
+        {} if fresh else {key: row for key in unique if (row := _known(folder / f"{key}.json", crew.limit))}
+    )
+    waiting = [cell for key, cell in unique.items() if key not in told]
+    say = tell or (lambda done, total, last: None)
+    say(len(told), len(unique), "")
+    try:
+        with crew:
+            for cell, row in crew.compute(waiting, base=base, folder=folder):
+                told[cell.key] = row
+                say(len(told), len(unique), f"{', '.join(cell.settings.values())}: {row['outcome']}")
+    except KeyboardInterrupt:
+        return told, True
+    return told, False
+
+
+def _known(path: Path, limit: float | None) -> dict[str, Any] | None:
+    """What a cell's file says, where it need not be computed again."""
+    try:
+        row: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return row if is_known(row, limit) else None
+
+
+def _row(cell: Cell, told: Mapping[str, Any]) -> Row:
+    if cell.scene is None:
+        return Row.unsolved(cell, "bad_scene", cell.fault)
+    if cell.key not in told:
+        return Row.unsolved(cell, "missing", "not computed yet")
+    return Row.of(cell, told[cell.key])
+
+
+def _cases(rows: Sequence[Row], vary: Sequence[Variation]) -> list[list[Row]]:
+    """Rows that answer one problem, together."""
+    found: dict[tuple[int, ...], list[Row]] = {}
+    for row in rows:
+        pairs = zip(vary, row.cell.places, strict=True)
+        found.setdefault(tuple(place for one, place in pairs if one.is_case), []).append(row)
+    return list(found.values())

@@ -1,0 +1,179 @@
+"""Table: a study on the console."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from masonry_fem.analyses.study.files import orders
+from masonry_fem.analyses.study.recommendation import percent
+from masonry_fem.analyses.study.row import SOLVED
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+    from masonry_fem.analyses.study.pareto import Point
+    from masonry_fem.analyses.study.row import Row
+    from masonry_fem.analyses.study.study import Study
+
+WIDE, NARROW = 160, 130  # characters: of a file or a pipe; where some columns are left out
+SHOWN = 60  # cells; of more the best are shown
+SAID = 3  # cells that a message names
+SHORT = {"stress.means": "means", "stress.p95": "p95", "stress.max": "max"}
+
+
+def print_study(study: Study, console: Console | None = None) -> None:
+    """Cells, orders and advice."""
+    from rich.console import Console  # noqa: PLC0415
+    from rich.text import Text  # noqa: PLC0415
+
+    console = console or Console()
+    if not console.is_terminal:
+        console = Console(file=console.file, width=WIDE)
+    if study.title:
+        console.print(Text(study.title, style="bold"))
+    console.print(_cells(study, narrow=console.width < NARROW))
+    left = len(study.rows) - len(_shown(study))
+    if left:
+        console.print(
+            Text(
+                f"{left} more cells, that are beaten or pose one of these problems, in study.csv", style="dim"
+            )
+        )
+    for line in _failures(study):
+        console.print(Text(line, style="red"))
+    seen = _orders(study)
+    if seen.row_count:
+        console.print()
+        console.print(seen)
+    if study.recommendations:
+        console.print()
+        console.print(Text(f"Advice, for {percent(study.accuracy)}", style="bold"))
+    for advice in study.recommendations:
+        text = Text("• ", style="green" if advice.settings is not None else "yellow")
+        console.print(text.append(advice.words, style="default"))
+    for note in study.notes:
+        console.print(Text(f"note: {note}", style="dim"))
+
+
+def _cells(study: Study, narrow: bool) -> Table:
+    """One line a cell that is not another's twin: settings, costs, errors in per cent."""
+    from rich.table import Table  # noqa: PLC0415
+    from rich.text import Text  # noqa: PLC0415
+
+    varied, aims = [one.key for one in study.vary], study.targets
+    failed = any(row.outcome not in SOLVED for row in study.rows)
+    table = Table(box=None, pad_edge=False, padding=(0, 1 if narrow else 2, 0, 0), header_style="dim")
+    for key in heads(varied):
+        table.add_column(Text(key), no_wrap=True)
+    if failed:
+        table.add_column("outcome", no_wrap=True)
+    costs = ("CPU [s]", "MB") if narrow else ("CPU [s]", "mostly", "MB", "unknowns")
+    for name in (*costs, *(f"{SHORT.get(aim.label, aim.label)} %" for aim in aims)):
+        table.add_column(Text(name), justify="right")
+    errors = _errors(study)
+    for row in _shown(study):
+        good = row.outcome in SOLVED
+        told = {
+            "CPU [s]": f"{row.cpu:.2f}" if row.cpu else "",
+            "mostly": max(row.seconds, key=row.seconds.__getitem__, default=""),
+            "MB": f"{row.memory:.0f}" if row.memory else "",
+            "unknowns": str(row.size.get("unknowns", "")),
+        }
+        table.add_row(
+            *(Text(row.cell.settings[key]) for key in varied),
+            *([Text(row.outcome.replace("_", " "), style="green" if good else "red")] if failed else []),
+            *(told[name] for name in costs),
+            *(_error(*errors[id(row), aim.label]) for aim in aims),
+        )
+    return table
+
+
+def _shown(study: Study) -> list[Row]:
+    """Rows to print: one of those that pose one problem; of many the best, and those that failed."""
+    unique = {row.cell.key or id(row): row for row in reversed(study.rows)}
+    rows = [row for row in study.rows if unique[row.cell.key or id(row)] is row]
+    if len(rows) <= SHOWN:
+        return rows
+    best = {point.places for aim in study.targets for point in study.points(aim) if point.best}
+    return [row for row in rows if _places(study, row) in best]
+
+
+def _places(study: Study, row: Row) -> tuple[int, ...]:
+    """Where the point of a row stands."""
+    pairs = zip(study.vary, row.cell.places, strict=True)
+    return tuple(-1 if one.is_case else place for one, place in pairs)
+
+
+def _errors(study: Study) -> dict[tuple[int, str], tuple[float, Point | None]]:
+    """Error of each row for each target, and its point."""
+    found: dict[tuple[int, str], tuple[float, Point | None]] = {}
+    for aim in study.targets:
+        points = {point.places: point for point in study.points(aim)}
+        for made in study.comparisons:
+            known = all(name in made.error for name in aim.names)
+            values = made.worst(aim.names, made.error) if known else [math.nan] * len(made.rows)
+            for row, value in zip(made.rows, values, strict=True):
+                found[id(row), aim.label] = float(value), points.get(_places(study, row))
+    return found
+
+
+def heads(keys: Sequence[str]) -> list[str]:
+    """Keys by their last word where no two have the same."""
+    tails = [key.rpartition(".")[2] for key in keys]
+    return [tail if tails.count(tail) == 1 else key for key, tail in zip(keys, tails, strict=True)]
+
+
+def _failures(study: Study) -> list[str]:
+    """How cells failed, alike ones together."""
+    found: dict[str, list[str]] = {}
+    for row in study.rows:
+        if row.outcome not in SOLVED and row.outcome != "missing":
+            found.setdefault(row.message, []).append(" · ".join(row.cell.settings.values()))
+    return [
+        f"{', '.join(cells[:SAID])}{f' and {len(cells) - SAID} more' if len(cells) > SAID else ''}: {message}"
+        for message, cells in found.items()
+    ]
+
+
+def _error(value: float, point: Point | None) -> Any:
+    """An error in per cent; bold where nothing cheaper is as close."""
+    from rich.text import Text  # noqa: PLC0415
+
+    if not math.isfinite(value):
+        return Text("–", style="dim")
+    if point is not None and point.is_reference:
+        return Text("ref", style="cyan")
+    words = percent(value).removesuffix(" %").replace("< ", "<")
+    return Text(words, style="bold green" if point is not None and point.best else "")
+
+
+def _left(words: str, left: float) -> str:
+    """What is seen of an order, and what is left at the finest value."""
+    if not math.isfinite(left):
+        return f"{words}, not known"
+    return f"{words}, ≤ {percent(left).removeprefix('< ')}"
+
+
+def _orders(study: Study) -> Table:
+    from rich.table import Table  # noqa: PLC0415
+    from rich.text import Text  # noqa: PLC0415
+
+    found = list(orders(study))
+    keys: Sequence[str] = list(dict.fromkeys(key for _, _, key, *_ in found))
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
+    table.add_column("observed order of, and left at the finest")
+    for key in keys:
+        table.add_column(Text(key))
+    rows: dict[tuple[str, str], dict[str, str]] = {}
+    for case, name, key, _, words, left in found:
+        label = ", ".join(f"{key} = {value}" for key, value in case.items())
+        rows.setdefault((label, name), {})[key] = _left(words, left)
+    for (case_label, name), by_key in rows.items():
+        table.add_row(
+            Text(f"{name} ({case_label})" if case_label else name),
+            *(Text(by_key.get(key, "")) for key in keys),
+        )
+    return table

@@ -1,0 +1,64 @@
+"""Target: one or several quantities that advice is asked for together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from masonry_fem.analyses.study.comparison import Comparison, matches
+from masonry_fem.analyses.study.quantity import group_of
+from masonry_fem.errors import MasonryError
+from masonry_fem.scene.misfit import listed, nearest
+
+WORDS = {
+    "probes": "the displacements of the probes",
+    "supports": "the forces of the supports",
+    "moments": "the moments of the supports",
+    "thrust": "the thrust",
+    "stress.means": "the mean stresses of the blocks",
+    "stress.p95": "the stress that 95 % of the volume is under",
+    "stress.max": "the greatest von Mises stress",
+    "energy": "the energies",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """What advice is for: ``label`` for tables, ``words`` for sentences, ``names`` of its quantities."""
+
+    label: str
+    words: str
+    names: tuple[str, ...]
+
+
+def targets(comparisons: Sequence[Comparison], asked: Sequence[str]) -> list[Target]:
+    """One target a group of quantities, or a pattern asked for.
+
+    Raises
+    ------
+    MasonryError : Where nothing is so named.
+    """
+    names = next(([*made.values] for made in comparisons if made.values), [])
+    present = list(
+        dict.fromkeys(name for made in comparisons for row in made.rows for name in row.quantities)
+    )
+    if not asked:
+        groups = dict.fromkeys(group_of(name) for name in names)
+        ordered = [group for group in WORDS if group in groups] + [g for g in groups if g not in WORDS]
+        return [
+            Target(group, WORDS.get(group, group), tuple(n for n in names if group_of(n) == group))
+            for group in ordered
+        ]
+    made = []
+    for pattern in asked:
+        own = tuple(name for name in names if name == pattern or matches(name, pattern))
+        if not own:
+            left = {name for one in comparisons for name in one.left_out}
+            if any(matches(name, pattern) for name in left):
+                continue
+            known = listed(present) or "none, as no cell was solved"
+            raise MasonryError(
+                f"--quantity {pattern}: no such quantity{nearest(pattern, present)}; known: {known}"
+            )
+        made.append(Target(pattern, WORDS.get(pattern, pattern), own))
+    return made

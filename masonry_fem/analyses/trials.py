@@ -1,0 +1,171 @@
+"""Trials: a structure under one multiplier after another, each from the last state that stood.
+
+trials = Trials(scene, built, push, at_once=False, tell=None, notes=[])
+trials.attempt(0.1)                  # "stands"
+trials.made, trials.fallen
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+from masonry_fem.analyses.bracket import Verdict
+from masonry_fem.analyses.pushing import Push
+from masonry_fem.build import Built, solver_settings, strategy
+from masonry_fem.march.clock import Clock
+from masonry_fem.march.equilibrium import Onward, Statics, Strategy, linear_damping
+from masonry_fem.march.march import March, march
+from masonry_fem.march.mechanism import OPEN
+from masonry_fem.march.model import Model
+from masonry_fem.march.motion import greatest_shift
+from masonry_fem.march.state import SystemState
+from masonry_fem.scene import specs
+
+VERDICTS: dict[str, Verdict] = {"equilibrium": "stands", "no_equilibrium": "falls"}
+# where statics of rigid blocks does not decide, steps in time from rest may
+STRIKE = linear_damping(step=0.01, factor=0.0, max_steps=3, tolerance=1e-6)
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """One attempt.
+
+    Attributes
+    ----------
+    multiplier : Of what grows. verdict : ``stands``, ``falls`` or ``undecided``.
+    outcome, message : How its march ended, and the sentence for it.
+    steps : Made. seconds : CPU time [s].
+    """
+
+    multiplier: float
+    verdict: Verdict
+    outcome: str
+    message: str
+    steps: int
+    seconds: float
+
+
+class Doubts(logging.Filter):
+    """Warnings of the trials' marches, told once at the end instead of after each."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.found: dict[str, list[str]] = {}
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        """Keep a warning back; those alike together."""
+        self.found.setdefault(str(record.msg), []).append(record.getMessage())
+        return False
+
+    @contextlib.contextmanager
+    def gathered(self) -> Iterator[None]:
+        """Keep warnings back meanwhile."""
+        source = logging.getLogger(march.__module__)
+        source.addFilter(self)
+        try:
+            yield
+        finally:
+            source.removeFilter(self)
+
+    def told(self) -> Iterator[str]:
+        """One sentence for each kind."""
+        for said in self.found.values():
+            yield f"in {counted(len(said), 'trial')}, the last time so: {said[-1]}"
+
+
+class Trials:
+    """Trials one after another, and the states that they go on from."""
+
+    def __init__(
+        self,
+        scene: specs.Scene,
+        built: Built,
+        push: Push,
+        *,
+        at_once: bool,
+        tell: Callable[[Trial, float | None, float | None], None] | None,
+        notes: list[str],
+    ) -> None:
+        self.built, self.push, self.at_once, self.tell, self.notes = built, push, at_once, tell, notes
+        # an error of 1e-6 is more than what lies between standing and falling near the limit
+        self.settings = replace(solver_settings(scene.solver), acceptable=0.0)
+        self.strategy: Strategy = strategy(scene.analysis)
+        if not self.strategy.seeks_equilibrium:
+            self.strategy = Statics()
+            notes.append("dynamics does not end by standing or falling: statics was taken for the trials")
+        self.made: list[Trial] = []
+        self.doubts = Doubts()
+        self.struck = 0  # trials that a step in time decided
+        self.reached: float | None = None
+        self.standing: tuple[March, float] | None = None
+        self.first: tuple[March, float] | None = None
+        self.fallen: tuple[March, float] | None = None
+
+    def attempt(self, multiplier: float) -> Verdict:
+        """Try a multiplier."""
+        clock = Clock()
+        ended = self._march(multiplier)
+        clock.lap("trial")
+        verdict: Verdict = VERDICTS.get(ended.outcome, "undecided")
+        if verdict == "stands" and (self.reached is None or multiplier > self.reached):
+            self.reached = multiplier
+            if self._rests(ended):
+                self.standing = (ended, multiplier)
+                self.first = self.first or self.standing
+        if verdict == "falls" and (self.fallen is None or multiplier < self.fallen[1]):
+            self.fallen = (ended, multiplier)
+        trial = Trial(
+            multiplier, verdict, ended.outcome, ended.message, ended.state.index, clock.phases["trial"]
+        )
+        self.made.append(trial)
+        if self.tell is not None:
+            self.tell(trial, self.reached, None if self.fallen is None else self.fallen[1])
+        return verdict
+
+    def _rests(self, ended: March) -> bool:
+        """Whether a trial that stands is a state to go on from.
+
+        At the very limit statics may end anywhere along the mechanism: rigid blocks whose dry joints carry
+        more loads do not move.
+        """
+        if self.standing is None or ended.model.laws is not None:
+            return True
+        model, origin = ended.model, self.standing[0].state.bodies
+        return greatest_shift(model, origin, ended.state.bodies) <= OPEN * model.length
+
+    def _march(self, multiplier: float) -> March:
+        origin = self.first if self.at_once else self.standing
+        if origin is None:
+            model = replace(self.built.model, loads=self.push.at_first(self.strategy, multiplier))
+            return march(model, self.strategy, self.settings, bodies=self.built.bodies)
+        ended = self._onward(self.strategy, *origin, multiplier)
+        rigid = all(group.cell == "polytope" for group in ended.model.groups)
+        if ended.outcome != "no_convergence" or not isinstance(self.strategy, Statics) or not rigid:
+            return ended
+        again = self._onward(STRIKE, *origin, multiplier)
+        if again.outcome not in VERDICTS:
+            return ended
+        self.struck += 1
+        return again
+
+    def _onward(self, plan: Strategy, made: March, reached: float, multiplier: float) -> March:
+        """Go on from where a march ended, from one multiplier to another."""
+        since = made.state.time
+        model = replace(made.model, loads=self.push.onward(plan, since, reached, multiplier))
+        return march(model, Onward(plan, since), self.settings, start=_rested(model, made.state))
+
+
+def _rested(model: Model, state: SystemState) -> SystemState:
+    """Where a march ended, at rest, to go on from with other loads."""
+    bodies = tuple(
+        group.scale_velocity(own, 0.0) for group, own in zip(model.groups, state.bodies, strict=True)
+    )
+    return replace(state, index=0, bodies=bodies, velocity=0 * state.velocity, rigid_velocity=None)
+
+
+def counted(number: int, thing: str) -> str:
+    """A number of things, as 2 trials."""
+    return f"{number} {thing}{'' if number == 1 else 's'}"

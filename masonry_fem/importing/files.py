@@ -1,0 +1,313 @@
+"""Files: blocks that were drawn, meshed or surveyed elsewhere.
+
+In files of gmsh (``.msh``, ``.geo``, ``.step``) physical groups of volumes (of surfaces in 2D) are blocks,
+those of surfaces (curves) are named faces; without groups each disconnected body is a block ``b1``,
+``b2`` ... A group that holds several disconnected bodies gives one block each, ``name_1``, ``name_2`` ...
+Nodes that blocks share in the file become one for each block. The joint label of a face is its name,
+``joint`` where it has none.
+What other files hold: see ``volumes``, ``surfaces`` and ``compas``.
+"""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+
+from masonry_fem.errors import GeometryError
+from masonry_fem.importing.alone import DRAWINGS, MESHES, alone
+from masonry_fem.importing.compas import read_compas
+from masonry_fem.importing.naming import UNSELECTABLE, Names, tell_renamed, unlike
+from masonry_fem.importing.outline import outline
+from masonry_fem.importing.skin import Skin, once, shape_of
+from masonry_fem.importing.soundness import check_points
+from masonry_fem.importing.surfaces import READERS, read_surfaces
+from masonry_fem.importing.volumes import read_volumes
+from masonry_fem.meshing.cells import boundary_facets, corner_count, turned
+from masonry_fem.meshing.session import Elements, elements_of, node_positions, session
+from masonry_fem.scene.specs import FileStructure, MeshSettings
+from masonry_fem.scene.structures.file import PROGRAMS
+from masonry_fem.solid.assembly import Assembly, Block, Shape
+from masonry_fem.solid.mesh import FACET_OF, IntArray, Mesh
+from masonry_fem.solid.pose import FloatArray, Pose
+
+logger = logging.getLogger(__name__)
+
+GEOMETRIES = (*PROGRAMS, *DRAWINGS)
+VOLUMES, SURFACES, COMPAS = (".vtu", ".vtk"), tuple(READERS), (".json",)
+UNNAMED = "joint"
+
+
+@dataclass(frozen=True, slots=True)
+class _Body:
+    name: str
+    elements: Elements
+
+
+def read(spec: FileStructure, dimension: int, base: Path, settings: MeshSettings) -> Assembly:
+    """The blocks of a file; geometry files are meshed with ``settings``.
+
+    Raises
+    ------
+    GeometryError : A missing or unreadable file, a program without trust, no cells of the scene's
+        dimension, mixed or inverted elements.
+    """
+    path = base / spec.path
+    key = f"structures.{spec.name}.path"
+    if not path.is_file():
+        raise GeometryError(
+            f"{key}: there is no file '{path}'; correct the path (it is relative to the scene)"
+        )
+    kind = path.suffix.lower()
+    title = f"{key} '{spec.path}'"
+    for fault, expected in spec.faults(dimension):  # a checked scene has none
+        raise GeometryError(
+            f"structures.{spec.name}.{fault} is {getattr(spec, fault)!r}, expected {expected}"
+        )
+    if kind in MESHES + GEOMETRIES:
+        made = _meshed(spec, path, dimension, settings, title)
+    elif kind in VOLUMES:
+        made = _volumes(spec, path, dimension, title)
+    elif kind in SURFACES + COMPAS:
+        if dimension == 2:
+            raise GeometryError(
+                f"{title} holds surfaces of solids, expected a scene with dimension = 3; set it"
+            )
+        made = _skins(spec, (read_compas if kind in COMPAS else read_surfaces)(path, title), title)
+    else:
+        known = ", ".join(MESHES + GEOMETRIES + VOLUMES + SURFACES + COMPAS)
+        raise GeometryError(f"{key} is '{spec.path}', expected a file ending in one of {known}; convert it")
+    _check_supports(spec, [shape.name.removeprefix(f"{spec.name}.") for shape, _ in made])
+    blocks = tuple(
+        Block(shape.name, number, Pose.identity(dimension), (spec.name,), support=support)
+        for number, (shape, support) in enumerate(made)
+    )
+    return Assembly(dimension, tuple(shape for shape, _ in made), blocks)
+
+
+def _meshed(
+    spec: FileStructure, path: Path, dimension: int, settings: MeshSettings, title: str
+) -> list[tuple[Shape, bool]]:
+    """Blocks of a file that gmsh reads, and whether each is held."""
+    with alone(path, title) as place, session(title) as gmsh:
+        _open(gmsh, place, dimension, settings, spec.scale)
+        tags, positions = node_positions(gmsh)
+        bodies = _distinct(_bodies(gmsh, dimension, spec), title)
+        named = _named_facets(gmsh, dimension, spec.path)
+    points = _placed(spec, positions, dimension, title)
+    shapes = [_shape(spec, body, tags, points, named) for body in bodies]
+    return [(shape, _is_support(spec, body.name)) for shape, body in zip(shapes, bodies, strict=True)]
+
+
+def _volumes(spec: FileStructure, path: Path, dimension: int, title: str) -> list[tuple[Shape, bool]]:
+    """Blocks of a file of elements with a field, or of connected parts."""
+    found = read_volumes(path, dimension, spec.field, title)
+    points = _placed(spec, found.points, dimension, title)
+    bodies: list[_Body] = []
+    for name, elements in found.parts:
+        bodies += _split(name, "_", elements) if name else _split("b", "", elements, always=True)
+    if len({body.name for body in bodies}) < len(bodies):  # several kinds of elements and no field
+        bodies = [_Body(f"b{number}", body.elements) for number, body in enumerate(bodies, start=1)]
+    tags = np.arange(len(points))
+    shapes = [_shape(spec, body, tags, points, {}) for body in bodies]
+    return [(shape, _is_support(spec, body.name)) for shape, body in zip(shapes, bodies, strict=True)]
+
+
+def _skins(spec: FileStructure, skins: list[Skin], title: str) -> list[tuple[Shape, bool]]:
+    """Blocks of closed surfaces."""
+    made = []
+    skins = _distinct([once(skin) for skin in skins], title)
+    doubled = [skin for skin in skins if skin.doubles]
+    if doubled:
+        logger.warning(
+            "%s has %d faces a second time (in %d blocks, '%s' the first); they are left out",
+            title, sum(skin.doubles for skin in doubled), len(doubled), doubled[0].name,
+        )  # fmt: skip
+    for skin in skins:
+        with np.errstate(over="ignore"):  # told by the check
+            scaled = replace(skin, points=spec.scale * skin.points)
+        made.append((shape_of(scaled, spec.name, title), skin.support or _is_support(spec, skin.name)))
+    return made
+
+
+def _placed(spec: FileStructure, found: FloatArray, dimension: int, title: str) -> FloatArray:
+    """The points of a file in metres, in the scene's dimension."""
+    with np.errstate(over="ignore"):  # told by the check
+        positions = spec.scale * found
+    check_points(positions, title)
+    if dimension == 2 and np.ptp(positions[:, 2]) > 1e-9 * np.ptp(positions, axis=0).max():
+        raise GeometryError(
+            f"{title} is not flat in z, expected a plane figure; set dimension = 3 or flatten it"
+        )
+    return positions[:, :dimension]
+
+
+def _open(gmsh: Any, path: Path, dimension: int, settings: MeshSettings, scale: float) -> None:
+    """Load the file; mesh it where it is a geometry, in elements of its own order where none is asked for."""
+    gmsh.option.setString("Geometry.OCCTargetUnit", "M")
+    gmsh.option.setNumber("Mesh.SecondOrderIncomplete", 0)
+    gmsh.open(str(path))
+    if path.suffix.lower() in MESHES:
+        return
+    if settings.size is not None:
+        gmsh.option.setNumber("Mesh.MeshSizeMax", settings.size / scale)
+    gmsh.model.mesh.generate(dimension)
+    if settings.element is not None:
+        gmsh.model.mesh.setOrder(int(settings.element[1]))
+
+
+def _bodies(gmsh: Any, dimension: int, spec: FileStructure) -> list[_Body]:
+    groups = gmsh.model.getPhysicalGroups(dimension)
+    bodies: list[_Body] = []
+    if groups:
+        _doubt_ungrouped(gmsh, dimension, spec)
+    names = _group_names(gmsh, dimension, f"structures.{spec.name}.path '{spec.path}'")
+    for _, tag in groups:
+        name = names[tag]
+        entities = [int(entity) for entity in gmsh.model.getEntitiesForPhysicalGroup(dimension, tag)]
+        elements = elements_of(gmsh, dimension, entities, f"'{spec.path}', group '{name}'")
+        if elements is not None:
+            bodies += _split(name, "_", elements)
+    if not groups:
+        entities = [int(entity) for _, entity in gmsh.model.getEntities(dimension)]
+        parts = [elements_of(gmsh, dimension, [entity], f"'{spec.path}'") for entity in entities]
+        found = [part for part in parts if part is not None]
+        for kind in dict.fromkeys(part.kind for part in found):
+            alike = np.concatenate([part.nodes for part in found if part.kind == kind])
+            bodies += _split("b", "", Elements(kind, alike), always=True)
+    if not bodies:
+        cells = {2: "surface", 3: "volume"}[dimension]
+        raise GeometryError(
+            f"structures.{spec.name}.path '{spec.path}' has no {cells} elements, expected a meshed "
+            f"{dimension}D model; mesh it in {dimension}D and save all elements or groups"
+        )
+    return bodies
+
+
+def _group_names(gmsh: Any, dimension: int, title: str) -> dict[int, str]:
+    """Name of each physical group by its tag, one that selectors can use."""
+    names = Names(UNSELECTABLE)
+    tags = [int(tag) for _, tag in gmsh.model.getPhysicalGroups(dimension)]
+    made = {tag: names.of(gmsh.model.getPhysicalName(dimension, tag)) or f"group{tag}" for tag in tags}
+    tell_renamed(title, names.changed)
+    return made
+
+
+def _doubt_ungrouped(gmsh: Any, dimension: int, spec: FileStructure) -> None:
+    """Warn of meshed entities that no group holds: they are left out."""
+    left = [
+        int(entity)
+        for _, entity in gmsh.model.getEntities(dimension)
+        if not len(gmsh.model.getPhysicalGroupsForEntity(dimension, entity))
+        and len(gmsh.model.mesh.getElements(dimension, entity)[0])
+    ]
+    if left:
+        logger.warning(
+            "structures.%s.path '%s': %d of its bodies (gmsh's tags %s) are in no physical group and left "
+            "out; put each in a group, or take all groups away",
+            spec.name,
+            spec.path,
+            len(left),
+            ", ".join(map(str, left[:8])),
+        )
+
+
+def _distinct[Named: (_Body, Skin)](parts: list[Named], title: str) -> list[Named]:
+    """The parts by names that differ: the first part of ``a`` is ``a_1``, and the file may have that, too."""
+    names = unlike([part.name for part in parts])
+    changed = [(part.name, name) for part, name in zip(parts, names, strict=True) if part.name != name]
+    tell_renamed(title, dict(changed))
+    return [replace(part, name=name) for part, name in zip(parts, names, strict=True)]
+
+
+def _split(name: str, mark: str, elements: Elements, always: bool = False) -> list[_Body]:
+    """One body for each disconnected part."""
+    corners = elements.nodes[:, : corner_count(elements.kind)]
+    nodes, numbers = np.unique(corners, return_inverse=True)
+    numbers = numbers.reshape(corners.shape)
+    cell = np.repeat(np.arange(len(corners)), corners.shape[1])
+    incidence = sparse.csr_array(
+        (np.ones(len(cell)), (cell, numbers.ravel())), shape=(len(corners), len(nodes))
+    )
+    count, part = connected_components(incidence @ incidence.T, directed=False)
+    if count == 1 and not always:
+        return [_Body(name, elements)]
+    return [
+        _Body(f"{name}{mark}{i + 1}", Elements(elements.kind, elements.nodes[part == i]))
+        for i in range(count)
+    ]
+
+
+def _named_facets(gmsh: Any, dimension: int, path: str) -> dict[tuple[int, ...], str]:
+    """Name of each facet in a physical group, by its sorted corner tags."""
+    named: dict[tuple[int, ...], str] = {}
+    names = _group_names(gmsh, dimension - 1, f"'{path}'")
+    for _, tag in gmsh.model.getPhysicalGroups(dimension - 1):
+        name = names[tag]
+        for entity in gmsh.model.getEntitiesForPhysicalGroup(dimension - 1, tag):
+            found = elements_of(gmsh, dimension - 1, [int(entity)], f"'{path}', group '{name}'")
+            if found is not None:
+                corners = np.sort(found.nodes[:, : corner_count(found.kind)], axis=1)
+                named |= {tuple(row): name for row in corners.tolist()}
+    return named
+
+
+def _shape(
+    spec: FileStructure,
+    body: _Body,
+    tags: IntArray,
+    positions: FloatArray,
+    named: dict[tuple[int, ...], str],
+) -> Shape:
+    kind = body.elements.kind
+    used, cells = np.unique(body.elements.nodes, return_inverse=True)
+    points = positions[np.searchsorted(tags, used)]
+    cells = _upright(cells.reshape(body.elements.nodes.shape), points, kind, f"{spec.name}.{body.name}")
+    facets = boundary_facets(cells, kind)
+    if not len(facets):
+        raise GeometryError(
+            f"block '{spec.name}.{body.name}' of '{spec.path}' has no outer face, as each of its elements "
+            "stands in the file twice; export it again"
+        )
+    corners = np.sort(used[facets[:, : corner_count(FACET_OF[kind])]], axis=1).tolist()
+    names = [named.get(tuple(row), "") for row in corners]
+    solid, owner = outline(points, kind, facets, names, UNNAMED)
+    return Shape(f"{spec.name}.{body.name}", solid, Mesh(points, kind, cells, facets, owner))
+
+
+def _upright(cells: IntArray, points: FloatArray, kind: str, name: str) -> IntArray:
+    """The cells with positive volume: a block meshed inside out is turned, a tangled one refused."""
+    linear = kind.rstrip("0123456789")
+    corner = points[cells[:, : corner_count(kind)]]
+    edges = {"triangle": (1, 2), "quad": (1, 3), "tetra": (1, 2, 3), "hexahedron": (1, 3, 4)}[linear]
+    volume = np.linalg.det(corner[:, list(edges)] - corner[:, :1])
+    if (volume > 0).all():
+        return cells
+    if (volume < 0).all():
+        return cells[:, turned(kind)]
+    bad = int((volume <= 0).sum())
+    raise GeometryError(
+        f"block '{name}': {bad} of {len(cells)} elements are inverted or flat, expected positive volumes; "
+        "mesh it again with consistent orientation"
+    )
+
+
+def _is_support(spec: FileStructure, name: str) -> bool:
+    return any(
+        fnmatchcase(name, pattern) or fnmatchcase(f"{spec.name}.{name}", pattern) for pattern in spec.supports
+    )
+
+
+def _check_supports(spec: FileStructure, names: list[str]) -> None:
+    for index, pattern in enumerate(spec.supports):
+        if not any(fnmatchcase(n, pattern) or fnmatchcase(f"{spec.name}.{n}", pattern) for n in names):
+            raise GeometryError(
+                f"structures.{spec.name}.supports.{index} = '{pattern}' selects no block of the file; "
+                f"there are {', '.join(names[:8])}"
+            )

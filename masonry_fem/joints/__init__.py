@@ -1,0 +1,84 @@
+"""Joint laws: how the faces of a joint hold together, one file a law.
+
+To add a law write its file and name it in ``LAWS``; see ``law.py`` for what it owes and docs/add_a_law.md
+for how, step by step.
+
+    law = LAWS["mohr_coulomb"](cohesion=0.35e6, friction=0.75)
+    history = probe(law, jumps, pressure=0.1e6)
+"""
+
+from masonry_fem.joints.assignment import Assignment
+from masonry_fem.joints.conformance import violations
+from masonry_fem.joints.law import Law, check_non_negative, check_positive, rub, spread
+from masonry_fem.joints.laws.adhesive import Adhesive, Evolution
+from masonry_fem.joints.laws.bed import Bed
+from masonry_fem.joints.laws.bilinear import Bilinear
+from masonry_fem.joints.laws.constant_threshold import ConstantThreshold
+from masonry_fem.joints.laws.dry import Dry
+from masonry_fem.joints.laws.elastic import Elastic
+from masonry_fem.joints.laws.elastic_brittle import ElasticBrittle
+from masonry_fem.joints.laws.exponential import Exponential
+from masonry_fem.joints.laws.fremond_cangemi import FremondCangemi
+from masonry_fem.joints.laws.kinetic import Kinetic
+from masonry_fem.joints.laws.mohr_coulomb import MohrCoulomb
+from masonry_fem.joints.laws.monerie_acary import MonerieAcary
+from masonry_fem.joints.laws.rigid_brittle import RigidBrittle
+from masonry_fem.joints.laws.rough import Rough
+from masonry_fem.joints.laws.softening import Softening
+from masonry_fem.joints.laws.trapezoidal import Trapezoidal
+from masonry_fem.joints.probe import History, probe, pull
+from masonry_fem.joints.reduction import Reduction
+from masonry_fem.joints.state import JointState
+from masonry_fem.joints.tangent import linearise
+
+LAWS: dict[str, type[Law]] = {
+    law.name: law
+    for law in (
+        Dry,
+        ConstantThreshold,
+        MohrCoulomb,
+        Elastic,
+        ElasticBrittle,
+        FremondCangemi,
+        MonerieAcary,
+        Bilinear,
+        Trapezoidal,
+        Exponential,
+        Bed,
+        Rough,
+    )
+}
+
+__all__ = [
+    "LAWS",
+    "Adhesive",
+    "Assignment",
+    "Bed",
+    "Bilinear",
+    "ConstantThreshold",
+    "Dry",
+    "Elastic",
+    "ElasticBrittle",
+    "Evolution",
+    "Exponential",
+    "FremondCangemi",
+    "History",
+    "JointState",
+    "Kinetic",
+    "Law",
+    "MohrCoulomb",
+    "MonerieAcary",
+    "Reduction",
+    "RigidBrittle",
+    "Rough",
+    "Softening",
+    "Trapezoidal",
+    "check_non_negative",
+    "check_positive",
+    "linearise",
+    "probe",
+    "pull",
+    "rub",
+    "spread",
+    "violations",
+]

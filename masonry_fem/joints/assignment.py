@@ -1,0 +1,126 @@
+"""Assignment: which law each contact point of a model has. It acts as one law on all of them.
+
+joints = Assignment(((bed_joint, beds), (Dry(0.6), others)))
+state = joints.initial(count, dimension)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, fields
+from typing import ClassVar, override
+
+import numpy as np
+from numpy.typing import NDArray
+
+from masonry_fem.errors import LawError, MasonryError
+from masonry_fem.joints.law import FloatArray, Law, layers_of
+from masonry_fem.joints.reduction import Reduction
+from masonry_fem.joints.state import JointState
+
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Assignment(Law):
+    """Laws and the contact points that have them.
+
+    Attributes
+    ----------
+    parts : Pairs of a law and its contact points; each point belongs to exactly one. Parameters that
+        scatter are given for the part's points in their order.
+    """
+
+    parts: tuple[tuple[Law, IntArray], ...]
+
+    name: ClassVar[str] = "assignment"
+
+    def __post_init__(self) -> None:
+        points = [np.asarray(contacts) for _, contacts in self.parts]
+        numbers = np.concatenate(points) if points else np.zeros(0, dtype=np.int64)
+        found, times = np.unique(numbers, return_counts=True)
+        if (times > 1).any():
+            raise LawError(f"contact {found[times > 1][0]} has {times.max()} laws, expected one")
+        if (found != np.arange(len(found))).any():
+            missing = int(np.flatnonzero(found != np.arange(len(found)))[0])
+            raise LawError(f"contact {missing} has no law; assign one, or Dry")
+
+    @property
+    def count(self) -> int:
+        """Number of contact points c."""
+        return sum(len(contacts) for _, contacts in self.parts)
+
+    @override
+    def initial(self, count: int, dimension: int) -> JointState:
+        if count != self.count:
+            raise LawError(f"laws are assigned to {self.count} contacts, the model has {count}; assign all")
+        fresh = [(law.initial(len(contacts), dimension), contacts) for law, contacts in self.parts]
+        state = JointState.intact(count, dimension, max((part.own.shape[1] for part, _ in fresh), default=0))
+        for part, contacts in fresh:
+            state = state.put(contacts, part)
+        return state
+
+    @override
+    def reduce(self, state: JointState, jump: FloatArray, area: FloatArray, step: float) -> Reduction:
+        total = Reduction.dry(np.zeros(state.count), state.dimension)
+        for law, contacts in self.parts:
+            with _blamed(law, "reduce"):
+                part = law.reduce(state.take(contacts), jump[contacts], area[contacts], step)
+            for field in fields(Reduction):
+                getattr(total, field.name)[contacts] = getattr(part, field.name)
+        return total
+
+    @override
+    def update(
+        self, state: JointState, trial: JointState, jump: FloatArray, reaction: FloatArray,
+        velocity: FloatArray, area: FloatArray, step: float,
+    ) -> JointState:  # fmt: skip
+        after = JointState(**{name: values.copy() for name, values in state.arrays().items()})
+        for law, contacts in self.parts:
+            with _blamed(law, "update"):
+                part = law.update(
+                    state.take(contacts), trial.take(contacts), jump[contacts], reaction[contacts],
+                    velocity[contacts], area[contacts], step,
+                )  # fmt: skip
+            for name, values in part.arrays().items():
+                getattr(after, name)[contacts] = values
+        return after
+
+    @override
+    def adhesive_reaction(self, state: JointState, area: FloatArray) -> FloatArray:
+        return self._gather(
+            np.zeros_like(state.jump), state, area, lambda law, *part: law.adhesive_reaction(*part)
+        )
+
+    @override
+    def stored(self, state: JointState, area: FloatArray) -> FloatArray:
+        return self._gather(np.zeros(state.count), state, area, lambda law, *part: law.stored(*part))
+
+    def _gather(
+        self, total: FloatArray, state: JointState, area: FloatArray, ask: Callable[..., FloatArray]
+    ) -> FloatArray:
+        for law, contacts in self.parts:
+            total[contacts] = ask(law, state.take(contacts), area[contacts])
+        return total
+
+
+@contextmanager
+def _blamed(law: Law, method: str) -> Iterator[None]:
+    """What goes wrong in a law from outside this package is told as its own."""
+    try:
+        yield
+    except MasonryError:
+        raise
+    except Exception as error:
+        foreign = next((one for one in layers_of(law) if _foreign(one)), None)
+        if foreign is None:
+            raise
+        raise LawError(
+            f"joint law '{type(foreign).__name__}': {method} failed with {type(error).__name__}: "
+            f"{error}; correct it (masonry_fem.joints.probe drives one point, --debug shows where)"
+        ) from error
+
+
+def _foreign(law: Law) -> bool:
+    return not type(law).__module__.startswith("masonry_fem.")

@@ -1,0 +1,268 @@
+"""Cohesion: one step's contact problem solved together with the joint laws.
+
+Law and contact solver take turns (formulation 5): the law gives an affine cohesive reaction for its
+trial state, the solver reactions and velocities, the law the next trial state, until that stays. The
+first turn takes the law's secant, the others its tangent as long as that leads nearer.
+
+    solved = solve_with_laws(law, committed, step, problem, settings, start)
+    solved.solution, solved.joints
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from masonry_fem.joints.law import Law
+from masonry_fem.joints.reduction import Reduction
+from masonry_fem.joints.state import JointState
+from masonry_fem.joints.tangent import decays, linearise
+from masonry_fem.nscd import ContactProblem, Solution, SolverSettings, Start, solve
+
+FloatArray = NDArray[np.float64]
+
+# Change of the trial state that ends the turns; the solver's tolerance, where that is larger: what the
+# solver leaves open would be chased for ever
+SETTLED = 1e-10
+# Secants between the tries with tangents, and tangents that may go by without halving the change.
+SECANTS = (4, 8, 16, 32, 64)
+PATIENCE = 5
+STEPS = 8  # of Newton's method on a tangent's contact problem
+# Tolerance of the contact problems in between: at most the first, and the second of the last change.
+ROUGH = 1e-4
+NEARER = 1e-2
+FURTHEST = 30.0  # times the last change of a secant, how far it is extrapolated
+
+
+@dataclass(frozen=True, slots=True)
+class JointStep:
+    """What the laws need to know of a step.
+
+    Attributes
+    ----------
+    active : Contacts that take part in the problem, shape (k,).
+    jump : ũ_i, jump at the start [m], shape (c, d).
+    area : Tributary areas [m²], shape (c,).
+    trial : State of the joints to begin with.
+    gap_term : From the closures of the joints (c,) to what the free velocity has of gaps and impacts,
+        (c, d) [m/s].
+    length : h [s].
+    """
+
+    active: NDArray[np.int64]
+    jump: FloatArray
+    area: FloatArray
+    trial: JointState
+    gap_term: Callable[[FloatArray], FloatArray]
+    length: float
+
+
+@dataclass(frozen=True, slots=True)
+class JointSolution:
+    """What came of a step.
+
+    Attributes
+    ----------
+    solution : Of the last turn. problem : What it solves. joints : State at the end, not yet committed.
+    change : By how much the last turn still changed that state; 0 where it settled.
+    """
+
+    solution: Solution
+    problem: ContactProblem
+    joints: JointState
+    change: float
+
+
+def solve_with_laws(
+    law: Law,
+    committed: JointState,
+    step: JointStep,
+    problem: ContactProblem,
+    settings: SolverSettings,
+    start: Start | None,
+) -> JointSolution:
+    """Reactions, velocities and state of the joints at the end of a step.
+
+    ``law`` is that of all contacts, dry ones among them; ``problem`` is the step's without cohesion, its
+    gap term that of closed joints.
+    """
+    turns = _Turns(law, committed, step, problem, settings)
+    at = turns.first(start)
+    for secants in SECANTS:
+        found = turns.by_tangents(at)
+        if found is not None:
+            return found.ended(0.0)
+        at = turns.by_secants(at, secants)
+        if turns.settled(at):
+            return at.ended(0.0)
+        if at.solution.outcome.moves:
+            break  # with what is left of the joints nothing stands
+    at = turns.exact(at)
+    return at.ended(at.change)
+
+
+@dataclass(frozen=True, slots=True)
+class _Turn:
+    """One solve of the contacts with a law's reduction, and what the law makes of it.
+
+    Attributes
+    ----------
+    solution, problem : Of the contacts. reaction, velocity : Of all contacts, (c, d) [N], [m/s].
+    given : State of the joints that it was made with. trial : The state after it.
+    loss : Adhesion that it took from the given state, (c,).
+    change : Distance between the two states. tolerance : That the contacts were asked to be solved to.
+    """
+
+    solution: Solution
+    problem: ContactProblem
+    reaction: FloatArray
+    velocity: FloatArray
+    given: JointState
+    trial: JointState
+    loss: FloatArray
+    change: float
+    tolerance: float
+
+    @property
+    def start(self) -> Start:
+        return Start(self.solution.impulse, self.solution.rigid_velocity)
+
+    def ended(self, change: float) -> JointSolution:
+        return JointSolution(self.solution, self.problem, self.trial, change)
+
+
+class _Turns:
+    """The turns of one step.
+
+    Tangents converge quadratically near the solution; far from it they may lead nowhere, or leave the
+    contact problem without a solution: then secants go on from where the tangents began.
+    """
+
+    def __init__(
+        self,
+        law: Law,
+        committed: JointState,
+        step: JointStep,
+        problem: ContactProblem,
+        settings: SolverSettings,
+    ) -> None:
+        self._law, self._committed, self._step = law, committed, step
+        self._problem, self._settings, self._brief = problem, settings, settings
+        self._roughest = ROUGH
+        self._bare = self._gap_term(np.zeros(committed.count))
+        if settings.method == "auto":  # what is not solved at once is not worth the thorough methods
+            self._brief = replace(settings, method="newton", max_iterations=STEPS, acceptable=0.0)
+
+    def settled(self, turn: _Turn) -> bool:
+        exact = turn.tolerance <= self._settings.tolerance  # asked for, whether or not it was reached
+        return exact and turn.change <= max(SETTLED, self._settings.tolerance)
+
+    def first(self, start: Start | None) -> _Turn:
+        """The turn with the trial state that the step begins with."""
+        return self._secant(self._step.trial, start, self._settings)
+
+    def exact(self, at: _Turn) -> _Turn:
+        """One more secant, to the tolerance that is asked for.
+
+        Where nothing stood with what was left of the joints, it is made with that again: the speeds of a
+        mechanism are of any size, and joints that they are too slow to open would hold once more.
+        """
+        trial = at.given if at.solution.outcome.moves else at.trial
+        return self._secant(trial, at.start, self._settings)
+
+    def by_tangents(self, at: _Turn) -> _Turn | None:
+        """Where tangents from ``at`` on settle; None where they do not come nearer for some turns."""
+        least, since = np.inf, 0
+        while not self.settled(at):
+            if not decays(self._committed, at.trial).any():
+                return None  # the tangent would be the secant
+            reduction = linearise(
+                self._law, self._committed, at.trial, self._step.jump, at.reaction, at.velocity,
+                self._step.area, self._step.length,
+            )  # fmt: skip
+            found = self._taken(reduction, self._rough(self._brief, at), at.trial, at.start)
+            if not found.solution.solved:
+                return None
+            at = found
+            since += 1
+            if at.change < 0.5 * least:
+                least, since = at.change, 0
+            if since > PATIENCE:
+                return None
+        return at
+
+    def by_secants(self, at: _Turn, most: int) -> _Turn:
+        """Where at most so many secants lead."""
+        for _ in range(most):
+            last, moved = at.loss, at.solution.outcome.moves
+            at = self._secant(at.trial, at.start, self._rough(self._settings, at))
+            if self.settled(at) or (moved and at.solution.outcome.moves):
+                break
+            at = replace(at, trial=self._ahead(at, last))
+        return at
+
+    def _rough(self, settings: SolverSettings, at: _Turn) -> SolverSettings:
+        """Settings as exact as the smallest change so far deserves: what is close to a switch would flip."""
+        self._roughest = min(self._roughest, NEARER * at.change)
+        return replace(settings, tolerance=max(settings.tolerance, self._roughest))
+
+    def _secant(self, trial: JointState, start: Start | None, settings: SolverSettings) -> _Turn:
+        reduction = self._law.reduce(trial, self._step.jump, self._step.area, self._step.length)
+        return self._taken(reduction, settings, trial, start)
+
+    def _ahead(self, at: _Turn, last: FloatArray) -> JointState:
+        """Where secants that creep will end, by Aitken's Δ²; close to a snap-back they need hundreds."""
+        slope, size = float(at.loss @ last), float(last @ last)
+        if not 0 < slope < size:
+            return at.trial
+        further = min(slope / (size - slope), FURTHEST)
+        adhesion = np.clip(at.trial.adhesion - further * at.loss, 0.0, self._committed.adhesion)
+        return replace(at.trial, adhesion=adhesion)
+
+    def _gap_term(self, closure: FloatArray) -> FloatArray:
+        return self._step.gap_term(closure)[self._step.active]
+
+    def _taken(
+        self, reduction: Reduction, settings: SolverSettings, trial: JointState, start: Start | None
+    ) -> _Turn:
+        """The turn with a reduction of the law made from ``trial``."""
+        step, active = self._step, self._step.active
+        part, own = reduction.take(active), self._gap_term(reduction.closure)
+        problem = _cohesive(self._problem, part, own, own - self._bare, step.length)
+        solution = solve(problem, settings, start)
+        reaction, velocity = np.zeros_like(step.jump), np.zeros_like(step.jump)
+        reaction[active] = solution.impulse / step.length
+        # the blocks' own velocity: without gap term, dilation and what the joint's bed gives way
+        velocity[active] = solution.velocity - own - part.shift - part.compliance * solution.impulse
+        after = self._law.update(
+            self._committed, trial, step.jump, reaction, velocity, step.area, step.length
+        )  # fmt: skip
+        loss = trial.adhesion - after.adhesion
+        change = after.distance(trial)
+        return _Turn(solution, problem, reaction, velocity, trial, after, loss, change, settings.tolerance)
+
+
+def _cohesive(
+    problem: ContactProblem, part: Reduction, term: FloatArray, closed: FloatArray, h: float
+) -> ContactProblem:
+    """The problem with cohesion p_adh = h (a + B v_c), v_c = v without the gap term.
+
+    ``closed`` is what the closures change of that term.
+    """
+    compliance = problem.compliance
+    if part.compliance.any():
+        bed = sparse.diags_array(part.compliance.ravel()).tobsr(compliance.blocksize)
+        compliance = sparse.bsr_array(compliance + bed, blocksize=compliance.blocksize)
+    along = (part.stiffness @ term[:, :, None])[:, :, 0]
+    return replace(
+        problem,
+        friction=part.friction,
+        free_velocity=problem.free_velocity + closed + part.shift,
+        compliance=compliance,
+        cohesion_offset=h * (part.offset - along),
+        cohesion_stiffness=h * part.stiffness,
+    )

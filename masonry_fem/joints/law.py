@@ -1,0 +1,153 @@
+"""Law: the behaviour of a joint, one contact point at a time, by the change of variable r̃ = r + r_adh.
+
+A law is its parameters, in units per area; its memory is a ``JointState``. Within a step of length h
+the solver and the law take turns until the trial state stays:
+
+    trial = committed
+    repeat:
+        reduction = law.reduce(trial, jump, area, h)          # affine r_adh, friction
+        ... solve the contact problem: r̃, v, then r = r̃ − r_adh ...
+        trial = law.update(committed, trial, jump, r, v, area, h)
+    committed = trial.committed()
+
+``jump`` is the displacement jump at the start, ũ_i = u_i + h(1 − θ) v_i, since bonding.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from masonry_fem.errors import LawError
+from masonry_fem.joints.reduction import Reduction
+from masonry_fem.joints.state import JointState
+from masonry_fem.nscd.graphs import lengths
+
+FloatArray = NDArray[np.float64]
+Parameter = float | FloatArray  # one for all contact points, or one each, shape (c,)
+
+# a sliding contact's ‖r̃_T‖ falls short of μ r̃_N by the solver's tolerance
+ON_CONE = 1e-6
+ROUNDING = 1e-9  # of two reactions whose difference would be a pressure
+
+
+class Law(ABC):
+    """What every joint law can do. c contact points, d = 2 or 3."""
+
+    __slots__ = ()
+
+    name: ClassVar[str]
+    memory: ClassVar[int] = 0  # numbers a contact that the law keeps in ``JointState.own``
+
+    def initial(self, count: int, dimension: int) -> JointState:
+        """State of fresh joints."""
+        return JointState.intact(count, dimension, self.memory)
+
+    @abstractmethod
+    def reduce(self, state: JointState, jump: FloatArray, area: FloatArray, step: float) -> Reduction:
+        """The law as the contact solver sees it, with the adhesion of ``state``.
+
+        Parameters
+        ----------
+        state : Trial state. jump : Jump at the start of the step [m], shape (c, d).
+        area : Tributary areas [m²], shape (c,). step : h [s].
+        """
+
+    @abstractmethod
+    def update(
+        self,
+        state: JointState,
+        trial: JointState,
+        jump: FloatArray,
+        reaction: FloatArray,
+        velocity: FloatArray,
+        area: FloatArray,
+        step: float,
+    ) -> JointState:
+        """Next trial state at the end of a step.
+
+        Parameters
+        ----------
+        state : Committed state. trial : The one that the contact was solved with; what broke in it
+            stays broken. jump : Jump at the start of the step [m], shape (c, d).
+        reaction : Physical reaction r = r̃ − r_adh [N], shape (c, d).
+        velocity : Relative velocity at the end, without gap term [m/s], shape (c, d).
+        area : Tributary areas [m²], shape (c,). step : h [s].
+        """
+
+    @abstractmethod
+    def adhesive_reaction(self, state: JointState, area: FloatArray) -> FloatArray:
+        """Cohesive reaction r_adh at the state's own jump [N], shape (c, d)."""
+
+    @abstractmethod
+    def stored(self, state: JointState, area: FloatArray) -> FloatArray:
+        """Energy that the joint can give back [J], shape (c,)."""
+
+
+def rub(
+    law: Law,
+    before: JointState,
+    after: JointState,
+    friction: FloatArray,
+    reaction: FloatArray,
+    velocity: FloatArray,
+    area: FloatArray,
+    step: float,
+) -> JointState:
+    """``after`` with what friction did in the step: sliding, its path and its heat.
+
+    ``friction`` is the coefficient in force during the step, ``reaction`` the physical one.
+    """
+    adhesive = law.adhesive_reaction(after, area)
+    pushed = reaction + adhesive
+    # of an open joint whose springs pull the two differ by rounding: that is no pressure to slide under
+    noise = ROUNDING * (np.abs(reaction[:, 0]) + np.abs(adhesive[:, 0]))
+    speed = lengths(velocity[:, 1:])
+    limit = friction * np.where(pushed[:, 0] > noise, pushed[:, 0], 0.0)
+    tangent = lengths(pushed[:, 1:])
+    slides = (speed > 0) & (limit > 0) & (tangent >= limit * (1 - ON_CONE))
+    heat = -step * (pushed[:, 1:] * velocity[:, 1:]).sum(axis=1)
+    return replace(
+        after,
+        slides=slides,
+        slip=before.slip + np.where(slides, step * speed, 0.0),
+        rubbed=before.rubbed + np.maximum(heat, 0.0),
+    )
+
+
+def layers_of(law: Law) -> Iterator[Law]:
+    """A law and those inside it, such as a bed, the roughness on it and the cohesion of its faces."""
+    yield law
+    inner = getattr(law, "law", None)
+    if isinstance(inner, Law):
+        yield from layers_of(inner)
+
+
+def spread(value: Parameter, count: int) -> FloatArray:
+    """A parameter as one number a contact point, shape (c,)."""
+    return np.broadcast_to(np.asarray(value, dtype=float), (count,)).copy()
+
+
+def check_positive(law: Law, *names: str) -> None:
+    """Raise LawError where a parameter is not a number > 0."""
+    for name in names:
+        _check(law, name, lambda value: value > 0, "> 0")
+
+
+def check_non_negative(law: Law, *names: str) -> None:
+    """Raise LawError where a parameter is not a number ≥ 0."""
+    for name in names:
+        _check(law, name, lambda value: value >= 0, ">= 0")
+
+
+def _check(law: Law, name: str, holds: Callable[[FloatArray], Any], expected: str) -> None:
+    value = np.asarray(getattr(law, name), dtype=float)
+    wrong = ~holds(value)  # NaN too
+    if wrong.any():
+        shown = value[wrong].flat[0] if value.ndim else float(value)
+        raise LawError(f"law '{law.name}': {name} is {shown:g}, expected a number {expected}; correct it")

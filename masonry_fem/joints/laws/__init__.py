@@ -1,0 +1,1 @@
+"""Joint laws, one file a law."""

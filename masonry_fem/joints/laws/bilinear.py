@@ -1,0 +1,35 @@
+"""Bilinear joint: stress falls on a straight line from the strength to nothing.
+
+Bilinear(normal_stiffness=82e9, tangential_stiffness=36e9, normal_strength=0.25e6,
+         tangential_strength=0.35e6, normal_energy=18.0, tangential_energy=125.0, friction=0.75)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, override
+
+import numpy as np
+
+from masonry_fem.joints.law import FloatArray
+from masonry_fem.joints.laws.softening import Softening
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bilinear(Softening):
+    """β λ = (γ − λ)/(γ − 1): gone at λ = γ."""
+
+    name: ClassVar[str] = "bilinear"
+
+    @override
+    def shape(self, stretch: FloatArray, ductility: FloatArray) -> FloatArray:
+        return np.maximum(ductility - stretch, 0.0) / (stretch * (ductility - 1.0))
+
+    @override
+    def reached(self, adhesion: FloatArray, ductility: FloatArray) -> FloatArray:
+        return ductility / (1.0 + adhesion * (ductility - 1.0))
+
+    @override
+    def area(self, stretch: FloatArray, ductility: FloatArray) -> FloatArray:
+        left = ductility - np.minimum(stretch, ductility)
+        return 0.5 * (ductility - left**2 / (ductility - 1.0))

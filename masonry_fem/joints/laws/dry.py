@@ -1,0 +1,66 @@
+"""Dry joint (joint vif): Signorini's and Coulomb's graphs alone, r_adh = 0 (slides 4.2).
+
+Dry(friction=0.6, dynamic_friction=0.5)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import ClassVar, override
+
+import numpy as np
+
+from masonry_fem.joints.law import FloatArray, Law, Parameter, check_non_negative, rub, spread
+from masonry_fem.joints.reduction import Reduction
+from masonry_fem.joints.state import JointState
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Dry(Law):
+    """Unilateral contact with friction.
+
+    Attributes
+    ----------
+    friction : Coulomb's coefficient μ, static.
+    dynamic_friction : The one of a contact that slid in the step before; None: the same.
+    """
+
+    friction: Parameter = 0.6
+    dynamic_friction: Parameter | None = None
+
+    name: ClassVar[str] = "dry"
+
+    def __post_init__(self) -> None:
+        check_non_negative(self, "friction")
+        if self.dynamic_friction is not None:
+            check_non_negative(self, "dynamic_friction")
+
+    @override
+    def initial(self, count: int, dimension: int) -> JointState:
+        return JointState.dry(count, dimension)
+
+    def _friction(self, state: JointState) -> FloatArray:
+        friction = spread(self.friction, state.count)
+        if self.dynamic_friction is None:
+            return friction
+        return np.where(state.sliding, spread(self.dynamic_friction, state.count), friction)
+
+    @override
+    def reduce(self, state: JointState, jump: FloatArray, area: FloatArray, step: float) -> Reduction:
+        return Reduction.dry(self._friction(state), state.dimension)
+
+    @override
+    def update(
+        self, state: JointState, trial: JointState, jump: FloatArray, reaction: FloatArray,
+        velocity: FloatArray, area: FloatArray, step: float,
+    ) -> JointState:  # fmt: skip
+        moved = replace(state, jump=jump + step * velocity)
+        return rub(self, state, moved, self._friction(state), reaction, velocity, area, step)
+
+    @override
+    def adhesive_reaction(self, state: JointState, area: FloatArray) -> FloatArray:
+        return np.zeros_like(state.jump)
+
+    @override
+    def stored(self, state: JointState, area: FloatArray) -> FloatArray:
+        return np.zeros(state.count)

@@ -1,0 +1,141 @@
+"""Frémond–Cangémi (Raous–Cangémi–Cocu): adhesion that decays, in pair with friction (slides 4.4).
+
+    r_adh = β² C u
+    b β̇ = −[(w h'(β) − β (c_N u_N² + c_T ‖u_T‖²) + k Δβ)⁻]^(1/p),    β̇ ≤ 0 ≤ β ≤ 1
+
+β follows implicitly from the jump at the end of the step; for b = 0 the branch is independent of the
+rate and closed: β = w/Y with h(β) = β, sudden rupture at Y = 2w with h(β) = β², Y = c_N u_N² + c_T‖u_T‖².
+
+    FremondCangemi(normal_stiffness=1e10, tangential_stiffness=1e10, energy=50.0, friction=0.6)
+
+The slides print −k ∇β and the literature −k Δβ. From the free energy ½ β² u·C u − w h(β) + ½ k ‖∇β‖²
+the term is +k Δβ: the sign that spreads damage and is well posed. It is the one taken here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal, override
+
+import numpy as np
+
+from masonry_fem.errors import LawError
+from masonry_fem.joints.law import FloatArray, Parameter, check_non_negative, check_positive, spread
+from masonry_fem.joints.laws.adhesive import Adhesive, Evolution, check_friction_mode, load
+from masonry_fem.joints.spreading import spread_damage
+from masonry_fem.joints.state import JointState
+
+BISECTIONS = 60  # from the width of [0, 1] to rounding
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FremondCangemi(Adhesive):
+    """Progressive loss of adhesion.
+
+    Attributes
+    ----------
+    normal_stiffness, tangential_stiffness : c_N, c_T [N/m³].
+    energy : w, energy of decohesion [J/m²].
+    viscosity : b [J s/m² for exponent 1]; 0: independent of the rate.
+    exponent : p of the viscous evolution.
+    degree : h(β) = β (1) or β² (2).
+    friction : Coulomb's coefficient μ.
+    friction_mode : "constant" μ, or "damage": μ (1 − β).
+    gradient : k of the non-local term [J]; for degree 1 and exponent 1.
+    laplacian : Matrix for −Δ among the law's contact points, sparse, an M-matrix, shape (c, c)
+        [1/m²], such as ``interface_laplacian``; needed where k > 0.
+    """
+
+    normal_stiffness: Parameter
+    tangential_stiffness: Parameter
+    energy: Parameter
+    viscosity: Parameter = 0.0
+    exponent: float = 1.0
+    degree: Literal[1, 2] = 1
+    friction: Parameter = 0.6
+    friction_mode: Literal["constant", "damage"] = "constant"
+    gradient: float = 0.0
+    laplacian: Any = None
+
+    name: ClassVar[str] = "fremond_cangemi"
+
+    def __post_init__(self) -> None:
+        check_positive(self, "normal_stiffness", "tangential_stiffness", "energy", "exponent")
+        check_non_negative(self, "viscosity", "friction", "gradient")
+        check_friction_mode(self, self.friction_mode)
+        if self.degree not in {1, 2}:
+            raise LawError(f"law '{self.name}': degree is {self.degree}, expected 1 (h = β) or 2 (h = β²)")
+
+        if self.gradient > 0 and (self.laplacian is None or self.degree != 1 or self.exponent != 1.0):
+            raise LawError(
+                f"law '{self.name}': gradient is {self.gradient:g}, expected with a laplacian, degree 1 and "
+                "exponent 1; give the Laplacian of the interface's points or leave the gradient out"
+            )
+
+    @override
+    def factors(self, state: JointState) -> FloatArray:
+        return np.repeat(state.adhesion[:, None] ** 2, state.dimension, axis=1)
+
+    @override
+    def friction_at(self, state: JointState) -> FloatArray:
+        friction = spread(self.friction, state.count)
+        return friction if self.friction_mode == "constant" else friction * (1.0 - state.adhesion)
+
+    @override
+    def evolve(self, state: JointState, jump: FloatArray, step: float) -> Evolution:
+        Y, w = load(self.springs(state), jump), spread(self.energy, state.count)
+        before = state.adhesion
+        if self.gradient > 0:
+            return self._evolve_together(before, Y, w, step)
+        free = self._limit(Y, w)
+        after = np.minimum(before, free)  # b = 0
+        viscous = (spread(self.viscosity, state.count) > 0) & (free < before)
+        if viscous.any():
+            after[viscous] = self._delayed(before[viscous], free[viscous], Y[viscous], w[viscous],
+                                           spread(self.viscosity, state.count)[viscous], step)  # fmt: skip
+        # the surface energy given up, and what the delay burns on top of it
+        surface = w * (before**self.degree - after**self.degree)
+        excess = np.maximum(after * Y - w * self._slope(after), 0.0) * (before - after)
+        threshold = w * self._slope(before)
+        demand = np.divide(before * Y, threshold, out=np.zeros_like(Y), where=threshold > 0)
+        delayed = np.where(spread(self.viscosity, state.count) > 0, excess, 0.0)
+        return Evolution(after, surface + excess, np.sqrt(demand), delayed=delayed)
+
+    def _evolve_together(self, before: FloatArray, Y: FloatArray, w: FloatArray, step: float) -> Evolution:
+        """The same with neighbours coupled by k."""
+        delay = spread(self.viscosity, len(Y)) / step
+        coupling = self.gradient * self.laplacian
+        after = spread_damage(Y + delay, coupling, w + delay * before, before)
+        lost = after * Y * (before - after)
+        if not delay.any():
+            return Evolution(after, lost, np.sqrt(before * Y / w))
+        burned = delay * (before - after) ** 2
+        return Evolution(after, lost, np.sqrt(before * Y / w), delayed=burned)
+
+    def _slope(self, adhesion: FloatArray) -> FloatArray:
+        """h'(β)."""
+        return np.ones_like(adhesion) if self.degree == 1 else 2.0 * adhesion
+
+    def _limit(self, Y: FloatArray, w: FloatArray) -> FloatArray:
+        """β without delay, where it may go at once."""
+        if self.degree == 2:
+            return np.where(2.0 * w < Y, 0.0, 1.0)
+        return np.divide(w, Y, out=np.ones_like(Y), where=w < Y)
+
+    def _delayed(
+        self, before: FloatArray, free: FloatArray, Y: FloatArray, w: FloatArray, b: FloatArray, step: float
+    ) -> FloatArray:
+        """Implicit Euler of the viscous evolution, between ``free`` and ``before``."""
+        if self.exponent == 1.0:
+            if self.degree == 1:
+                return (b * before + step * w) / (b + step * Y)
+            return b * before / (b + step * (Y - 2.0 * w))
+        low, high = free.copy(), before.copy()
+        for _ in range(BISECTIONS):
+            middle = 0.5 * (low + high)
+            excess = np.maximum(middle * Y - w * self._slope(middle), 0.0)
+            # (b (β_i − β)/h)^p against the driving force: one falls with β, the other rises
+            falls = (b * (before - middle) / step) ** self.exponent < excess
+            high = np.where(falls, middle, high)
+            low = np.where(falls, low, middle)
+        return 0.5 * (low + high)

@@ -1,0 +1,59 @@
+"""Trapezoidal joint (Tvergaard–Hutchinson): the strength holds on a plateau, then falls on a line.
+
+Trapezoidal(normal_stiffness=82e9, tangential_stiffness=36e9, normal_strength=0.25e6,
+            tangential_strength=0.35e6, normal_energy=18.0, tangential_energy=125.0, plateau=0.5)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, override
+
+import numpy as np
+
+from masonry_fem.errors import LawError
+from masonry_fem.joints.law import FloatArray
+from masonry_fem.joints.laws.softening import Softening
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trapezoidal(Softening):
+    """β λ = 1 up to λ_p = 1 + plateau (γ − 1)/2, then a line to λ_u = γ + 1 − λ_p.
+
+    Attributes
+    ----------
+    plateau : Length of the plateau, 0 (bilinear) to less than 1 (a block of stress).
+    """
+
+    plateau: float = 0.5
+
+    name: ClassVar[str] = "trapezoidal"
+
+    def __post_init__(self) -> None:
+        Softening.__post_init__(self)
+        if not 0.0 <= self.plateau < 1.0:
+            raise LawError(f"law '{self.name}': plateau is {self.plateau:g}, expected 0 <= plateau < 1")
+
+    def _ends(self, ductility: FloatArray) -> tuple[FloatArray, FloatArray]:
+        plateau = 1.0 + 0.5 * self.plateau * (ductility - 1.0)
+        return plateau, ductility + 1.0 - plateau
+
+    @override
+    def shape(self, stretch: FloatArray, ductility: FloatArray) -> FloatArray:
+        plateau, end = self._ends(ductility)
+        stress = np.clip((end - stretch) / (end - plateau), 0.0, 1.0)
+        return stress / stretch
+
+    @override
+    def reached(self, adhesion: FloatArray, ductility: FloatArray) -> FloatArray:
+        plateau, end = self._ends(ductility)
+        on_plateau = 1.0 / np.maximum(adhesion, 1.0 / plateau)
+        falling = end / (1.0 + adhesion * (end - plateau))
+        return np.where(adhesion * plateau >= 1.0, on_plateau, falling)
+
+    @override
+    def area(self, stretch: FloatArray, ductility: FloatArray) -> FloatArray:
+        plateau, end = self._ends(ductility)
+        left = end - np.clip(stretch, plateau, end)
+        flat = np.minimum(stretch, plateau) - 0.5
+        return flat + 0.5 * ((end - plateau) - left**2 / (end - plateau))

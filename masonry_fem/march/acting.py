@@ -1,0 +1,142 @@
+"""Acting: all that acts on each block of a structure in a step, as arrays that are written.
+
+made = acted(model, step, extents(model.assembly))
+acting = made.after.acting
+left = imbalance(acting.contact + acting.given, acting.centre)
+
+Whoever has the files can do the same sum; nothing here knows how the step was solved.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from masonry_fem.bodies.base import FloatArray, IntArray
+from masonry_fem.bodies.rotation import moment
+
+if TYPE_CHECKING:
+    from masonry_fem.march.model import Model
+    from masonry_fem.march.step import Increment
+    from masonry_fem.solid.assembly import Assembly
+
+ROUNDING = 1e-12  # of the largest contact force: a load below it is none
+
+
+@dataclass(frozen=True, slots=True)
+class Acting:
+    """What acts on the b blocks of an assembly, and where the c contacts act.
+
+    Forces and moments about the world origin stand side by side: m is 3 in 2D, 6 in 3D.
+
+    Attributes
+    ----------
+    load, clamp, inertia : Loads, clamped faces, and what inertia takes, shape (b, m) [N, N m].
+    contact : What contacts give, shape (b, m) [N, N m].
+    displaced : Moments of loads and clamps where elastic blocks have gone to, shape (b, 1 or 3) [N m].
+    centre : Point of each block to take moments about, shape (b, d) [m]. size : Its extent, (b,) [m].
+    arms : Where each contact acts on its candidate and its antagonist as these balance, (c, 2, d) [m]:
+        the point itself, for elastic blocks, which do not turn, that of the reference.
+    solved : False for supports, which take what they are given, shape (b,).
+    elastic : Whether a block has small kinematics, shape (b,).
+    """
+
+    load: FloatArray
+    clamp: FloatArray
+    inertia: FloatArray
+    contact: FloatArray
+    displaced: FloatArray
+    centre: FloatArray
+    size: FloatArray
+    arms: FloatArray
+    solved: np.ndarray
+    elastic: np.ndarray
+
+    @property
+    def given(self) -> FloatArray:
+        """All but contacts, shape (b, m)."""
+        return self.load + self.clamp - self.inertia
+
+
+def extents(assembly: Assembly) -> FloatArray:
+    """Diagonal of the box round each block, shape (b,) [m]."""
+    found = np.array(
+        [float(np.linalg.norm(np.ptp(shape.solid.vertices, axis=0))) for shape in assembly.shapes]
+    )
+    size: FloatArray = found[[block.shape for block in assembly.blocks]]
+    return size
+
+
+def acted(model: Model, made: Increment, size: FloatArray) -> Increment:
+    """The step with what acts in it in its state; ``size`` are the blocks' extents, shape (b,) [m]."""
+    return replace(made, after=replace(made.after, acting=_acting(model, made, size)))
+
+
+def _acting(model: Model, made: Increment, size: FloatArray) -> Acting:
+    count, d = len(size), model.assembly.dimension
+    m = 3 if d == 2 else 6
+    load, clamp, inertia = np.zeros((3, count, m))
+    displaced, centre = np.zeros((count, m - d)), np.zeros((count, d))
+    solved, elastic = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
+    rows = zip(
+        model.groups, made.before.bodies, made.after.bodies, made.forces, made.nodal_impulse, strict=True
+    )
+    for group, start, end, force, nodal in rows:
+        solved[group.blocks] = not group.prescribed
+        elastic[group.blocks] = small = group.cell != "polytope"
+        if group.prescribed:
+            continue
+        ends = start, end
+        if model.fixed and not small:  # arms stay those of the start
+            ends = tuple(replace(one, position=group.rest().position) for one in ends)
+        own = group.actions(*ends, force, nodal, made.scheme)
+        load[group.blocks], clamp[group.blocks], inertia[group.blocks] = own.load, own.clamp, own.inertia
+        displaced[group.blocks], centre[group.blocks] = own.displaced, own.centre
+    reference = elastic[model.contacts.blocks]
+    arms = np.where(reference[:, :, None], model.contacts.points, made.here.points[:, None])
+    contact = contact_wrenches(model.contacts.blocks, arms, made.after.force, count)
+    return Acting(load, clamp, inertia, contact, displaced, centre, size, arms, solved, elastic)
+
+
+def contact_wrenches(blocks: IntArray, arms: FloatArray, force: FloatArray, count: int) -> FloatArray:
+    """Forces and moments about the origin that contacts give to each of ``count`` blocks, shape (b, m).
+
+    Parameters
+    ----------
+    blocks : Candidate and antagonist of each contact, shape (c, 2).
+    arms : Where the force acts on each of them, shape (c, 2, d) [m].
+    force : On the candidate, world axes; its opposite acts on the antagonist, shape (c, d) [N].
+    """
+    d = force.shape[1]
+    both = np.stack([force, -force], axis=1).reshape(-1, d)
+    wrench = np.concatenate([both, moment(arms.reshape(-1, d), both)], axis=1)
+    total = np.zeros((count, wrench.shape[1]))
+    np.add.at(total, blocks.ravel(), wrench)
+    return total
+
+
+def imbalance(total: FloatArray, centre: FloatArray) -> FloatArray:
+    """What is left of balance, moments about ``centre`` (b, d) [m], shape (b, m).
+
+    ``total`` is all that acts on each block, moments about the origin, shape (b, m) [N, N m].
+    """
+    left, d = total.copy(), centre.shape[1]
+    left[:, d:] -= moment(centre, left[:, :d])
+    return left
+
+
+def relative(left: FloatArray, acting: Acting, largest: float) -> FloatArray:
+    """Size of what is left of each block's balance, relative to its load, shape (b,); 0 for supports.
+
+    Moments count by the force that they are at the block's extent. The load is the mean one of all blocks
+    where that is more, and where nothing is loaded ``largest``, the largest contact force.
+    """
+    d = acting.centre.shape[1]
+    size = np.maximum(np.linalg.norm(left[:, :d], axis=1), np.linalg.norm(left[:, d:], axis=1) / acting.size)
+    load = np.linalg.norm(acting.load[:, :d], axis=1)
+    loaded = load[acting.solved & (load > ROUNDING * largest)]
+    typical = float(loaded.mean()) if len(loaded) else largest
+    scale = np.maximum(load, typical if typical > 0 else 1.0)
+    return np.where(acting.solved, size / scale, 0.0)

@@ -1,0 +1,226 @@
+"""Coupling: body groups joined at contact points.
+
+    coupling = connect(model)
+    here = coupling.placement(state.bodies)            # frames, points and gaps now
+    problem = coupling.problem(frees, here, scheme, ...)   # the contact problem in split form
+
+It sorts the contact sides by group once; each step then runs over groups, never over contacts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from masonry_fem.bodies.base import Attachment, FloatArray, Free, IntArray, Scheme, Sides
+from masonry_fem.march.model import Model
+from masonry_fem.nscd.blocks import assemble_blocks
+
+ROUNDING = 16 * np.finfo(float).eps  # of the largest coordinate: a gap below it is none
+SIGN = np.array([1.0, -1.0])  # candidate, antagonist: v = v_candidate − v_antagonist
+
+
+@dataclass(frozen=True, slots=True)
+class Placement:
+    """Contact geometry in a state.
+
+    Attributes
+    ----------
+    frame : Rows (n, t1[, t2]); they follow the antagonist, shape (c, d, d).
+    points : Where the candidates' points are, shape (c, d) [m].
+    gap : Signed distance to the antagonist's face, shape (c,) [m].
+    offset : Candidate's point from the antagonist's, in the frames, shape (c, d) [m]: its derivative is
+        the kinematic map G, however far blocks turn.
+    """
+
+    frame: FloatArray
+    points: FloatArray
+    gap: FloatArray
+    offset: FloatArray
+
+
+@dataclass(slots=True)
+class _Cached:
+    """What was made last, with what it was made for: a step begins where the last one ended.
+
+    Frames rarely turn, so that the compliance matrix is kept for longer.
+    """
+
+    states: tuple[Any, ...] | None = None
+    placement: Placement | None = None
+    rigid_map: FloatArray | None = None
+    scheme: Scheme | None = None
+    frame: FloatArray | None = None
+    matrix: sparse.bsr_array | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Coupling:
+    """Groups seen through the contacts.
+
+    Attributes
+    ----------
+    model : What is coupled.
+    sides : Contact sides of each group.
+    attachments : Each group attached to its sides.
+    first_body : Number of each group's first rigid body among the solved ones; −1 for supports.
+    bodies : Rigid bodies at the two sides of each contact, −1 for supports, shape (c, 2).
+    """
+
+    model: Model
+    sides: tuple[Sides, ...]
+    attachments: tuple[Attachment, ...]
+    first_body: tuple[int, ...]
+    bodies: IntArray
+    _cached: _Cached = field(default_factory=_Cached, repr=False)
+
+    def placement(self, states: tuple[Any, ...]) -> Placement:
+        """Frames, points and gaps of all contacts in the given body states."""
+        cached = self._cached
+        if cached.placement is None or cached.states is not states:
+            cached.states, cached.placement, cached.rigid_map = states, self._placed(states), None
+        return cached.placement
+
+    def _placed(self, states: tuple[Any, ...]) -> Placement:
+        contacts = self.model.contacts
+        d = contacts.dimension
+        points = np.empty((contacts.count, 2, d))
+        turn = np.empty((contacts.count, d, d))
+        for sides, attachment, state in zip(self.sides, self.attachments, states, strict=True):
+            points[sides.contact, sides.side] = attachment.positions(state)
+            of_antagonist = sides.side == 1
+            turn[sides.contact[of_antagonist]] = attachment.rotations(state)[of_antagonist]
+        frame = contacts.frame if self.model.fixed else contacts.frame @ turn.transpose(0, 2, 1)
+        offset = np.einsum("cia,ca->ci", frame, points[:, 0] - points[:, 1])
+        gap = offset[:, 0].copy()
+        # The difference of two coordinates is rounding below this. As data it would be gaps that
+        # contradict each other, 1e-10 of an elastic displacement: 24 linear solves instead of 4.
+        gap[np.abs(gap) <= ROUNDING * np.abs(points).max(initial=0.0)] = 0.0
+        return Placement(frame, contacts.points[:, 0] if self.model.fixed else points[:, 0], gap, offset)
+
+    def rigid_map(self, states: tuple[Any, ...], here: Placement) -> FloatArray:
+        """B by contact and side, signs included, supports too, shape (c, 2, d, m)."""
+        cached = self._cached
+        if cached.placement is not here or cached.states is not states:
+            return self._mapped(states, here)
+        if cached.rigid_map is None:
+            cached.rigid_map = self._mapped(states, here)
+        return cached.rigid_map
+
+    def _mapped(self, states: tuple[Any, ...], here: Placement) -> FloatArray:
+        c, d = here.points.shape
+        m = 3 if d == 2 else 6
+        rigid_map = np.zeros((c, 2, d, m))
+        if self.model.fixed:
+            states = tuple(group.rest() for group in self.model.groups)
+        for sides, attachment, state in zip(self.sides, self.attachments, states, strict=True):
+            local = attachment.rigid_map(state, here.points[sides.contact], here.frame[sides.contact])
+            rigid_map[sides.contact, sides.side] = SIGN[sides.side, None, None] * local
+        return rigid_map
+
+    def elastic_velocity(self, fields: tuple[FloatArray | None, ...], here: Placement) -> FloatArray:
+        """Relative velocity of nodal fields (one a group) in the local frames, shape (c, d)."""
+        velocity = np.zeros_like(here.points)
+        for sides, attachment, nodal in zip(self.sides, self.attachments, fields, strict=True):
+            if nodal is not None:
+                local = attachment.elastic_velocity(nodal, here.frame[sides.contact])
+                np.add.at(velocity, sides.contact, SIGN[sides.side, None] * local)
+        return velocity
+
+    def rigid_velocity(self, rigid: tuple[FloatArray, ...], rigid_map: FloatArray) -> FloatArray:
+        """Relative velocity of rigid velocities U (b, m), one array a group, shape (c, d)."""
+        velocity = np.zeros(rigid_map.shape[:3:2])
+        for sides, given in zip(self.sides, rigid, strict=True):
+            at_sides = rigid_map[sides.contact, sides.side]
+            local = np.einsum("kdm,km->kd", at_sides, given[sides.body])
+            np.add.at(velocity, sides.contact, local)
+        return velocity
+
+    def compliance(self, here: Placement, scheme: Scheme) -> sparse.bsr_array:
+        """W_el of all contacts, block-sparse; kept while neither scheme nor frames change."""
+        cached = self._cached
+        unchanged = cached.scheme == scheme and np.array_equal(cached.frame, here.frame)  # type: ignore[arg-type]
+        if not unchanged or cached.matrix is None:
+            cached.matrix = self._condense(here, scheme)
+            cached.scheme, cached.frame = scheme, here.frame
+        return cached.matrix
+
+    def _condense(self, here: Placement, scheme: Scheme) -> sparse.bsr_array:
+        c, d = here.points.shape
+        contributions: list[tuple[IntArray, FloatArray]] = []
+        for sides, attachment in zip(self.sides, self.attachments, strict=True):
+            for members, matrix in attachment.compliance(scheme, here.frame[sides.contact]):
+                sign = np.repeat(SIGN[sides.side[members]], d)
+                contributions.append((sides.contact[members], sign[:, None] * matrix * sign))
+        return assemble_blocks(c, d, contributions)
+
+    def nodal_impulses(self, impulse: FloatArray, here: Placement) -> tuple[FloatArray | None, ...]:
+        """Gᵀ p on the nodes of each group (None for rigid ones)."""
+        return tuple(
+            attachment.spread(SIGN[sides.side, None] * impulse[sides.contact], here.frame[sides.contact])
+            for sides, attachment in zip(self.sides, self.attachments, strict=True)
+        )
+
+    def rigid_impulses(self, impulse: FloatArray, rigid_map: FloatArray) -> tuple[FloatArray, ...]:
+        """Bᵀ p on the rigid modes of each group, supports too, each of shape (b, m)."""
+        result = []
+        for sides, group in zip(self.sides, self.model.groups, strict=True):
+            total = np.zeros((len(group.blocks), rigid_map.shape[3]))
+            at_sides = rigid_map[sides.contact, sides.side]
+            np.add.at(total, sides.body, np.einsum("kdm,kd->km", at_sides, impulse[sides.contact]))
+            result.append(total)
+        return tuple(result)
+
+    def gather(self, frees: tuple[Free, ...], name: str) -> FloatArray:
+        """One rigid array (``rigid_mass`` ...) of all solved bodies in their order, (b, m)."""
+        parts = [
+            getattr(free, name) for free, first in zip(frees, self.first_body, strict=True) if first >= 0
+        ]
+        m = 3 if self.model.assembly.dimension == 2 else 6
+        return np.concatenate(parts) if parts else np.zeros((0, m))
+
+    def scatter(self, solved: FloatArray, frees: tuple[Free, ...]) -> tuple[FloatArray, ...]:
+        """U⁺ of each group: the solved ones, and the supports' own."""
+        return tuple(
+            free.rigid_velocity if first < 0 else solved[first : first + len(free.rigid_velocity)]
+            for free, first in zip(frees, self.first_body, strict=True)
+        )
+
+
+def connect(model: Model) -> Coupling:
+    """Attach every group of a model to the contacts of its blocks."""
+    group_of, body_of = _owners(model)
+    contacts = model.contacts
+    sides, attachments, first_body, solved = [], [], [], 0
+    bodies = np.full((contacts.count, 2), -1)
+    for index, group in enumerate(model.groups):
+        contact, side = np.nonzero(group_of[contacts.blocks] == index)
+        body = body_of[contacts.blocks[contact, side]]
+        own = Sides(
+            contact=contact,
+            side=side,
+            body=body,
+            point=contacts.points[contact, side],
+            facet=contacts.facets[contact, side],
+            frame=contacts.frame[contact],
+        )
+        sides.append(own)
+        attachments.append(group.attach(own))
+        first_body.append(-1 if group.prescribed else solved)
+        if not group.prescribed:
+            bodies[contact, side] = solved + body
+            solved += len(group.blocks)
+    return Coupling(model, tuple(sides), tuple(attachments), tuple(first_body), bodies)
+
+
+def _owners(model: Model) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    count = len(model.assembly.blocks)
+    group_of, body_of = np.full(count, -1), np.full(count, -1)
+    for index, group in enumerate(model.groups):
+        group_of[group.blocks] = index
+        body_of[group.blocks] = np.arange(len(group.blocks))
+    return group_of, body_of

@@ -1,0 +1,76 @@
+"""Deformation: by how much elastic blocks are strained and turned as a whole, and whether that is small.
+
+    beyond = beyond_small(model, state)       # a sentence, or None
+    share = second_order(model, bodies)       # what is not known of places, of a block's size
+
+Elastic blocks are computed for small strains and small turns. Where a stiffness is given in MPa for Pa, or a
+mechanism runs on, equations hold to rounding and mean nothing; no other measure tells.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from masonry_fem.bodies.base import BodyGroup, FloatArray
+from masonry_fem.march.model import Model
+from masonry_fem.march.state import SystemState
+
+STRAIN = 0.05  # mean strain of a block from which it is no longer small: lengths are off by as much
+
+
+def beyond_small(model: Model, state: SystemState) -> str | None:
+    """What is strained or turned too far for the kinematics of elastic blocks; None where nothing is.
+
+    A block that turns by φ, and does not in its kinematics, is stretched by φ²/2.
+    """
+    parts = []
+    strain, strained, turn, turned = _greatest(model, state)
+    if not strain <= STRAIN:
+        parts.append(f"'{strained}' is strained by {strain:.2g}")
+    if not 0.5 * turn**2 <= STRAIN:
+        parts.append(f"'{turned}' has turned by {math.degrees(turn):.3g} degrees")
+    return " and ".join(parts) or None
+
+
+def _greatest(model: Model, state: SystemState) -> tuple[float, str, float, str]:
+    """Greatest mean strain and turn [rad] of the elastic blocks, each with its block's name."""
+    strain, strained, turn, turned = 0.0, "", 0.0, ""
+    for group, own in zip(model.groups, state.bodies, strict=True):
+        if group.prescribed or group.cell == "polytope":
+            continue
+        gradient = _mean_gradients(group, own)
+        across = np.swapaxes(gradient, 1, 2)
+        stretched = np.abs(np.linalg.eigvalsh(0.5 * (gradient + across))).max(axis=1)
+        spun = np.linalg.norm(0.5 * (gradient - across), axis=(1, 2)) / math.sqrt(2)
+        names = [
+            model.assembly.blocks[group.blocks[int(values.argmax())]].name for values in (stretched, spun)
+        ]
+        if not stretched.max() <= strain:
+            strain, strained = float(stretched.max()), names[0]
+        if not spun.max() <= turn:
+            turn, turned = float(spun.max()), names[1]
+    return strain, strained, turn, turned
+
+
+def second_order(model: Model, bodies: tuple[object, ...]) -> float:
+    """Square of the greatest mean displacement gradient of elastic blocks.
+
+    Small kinematics knows places to this share of a block's size, and no better.
+    """
+    greatest = 0.0
+    for group, own in zip(model.groups, bodies, strict=True):
+        if not group.prescribed and group.cell != "polytope":
+            norms = np.linalg.norm(_mean_gradients(group, own), ord=2, axis=(1, 2))
+            greatest = max(greatest, float(norms.max()))
+    return greatest**2
+
+
+def _mean_gradients(group: BodyGroup, state: object) -> FloatArray:
+    """Displacement gradients of the affine fields nearest to the blocks' nodal displacements, (b, d, d)."""
+    shape = len(group.blocks), -1, group.nodes(0).shape[1]
+    start, now = (group.positions(one).reshape(shape) for one in (group.rest(), state))
+    arms, moved = (values - values.mean(axis=1, keepdims=True) for values in (start, now - start))
+    across = np.swapaxes(arms, 1, 2)
+    return np.swapaxes(np.linalg.solve(across @ arms, across @ moved), 1, 2)

@@ -1,0 +1,42 @@
+"""Expulsion: steps that drive overlaps apart where there is a way, and hold them where there is none.
+
+made = expelling_step(model, coupling, state, scheme, settings, until, clock)
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from masonry_fem.bodies.base import Scheme
+from masonry_fem.march.clock import Clock
+from masonry_fem.march.coupling import Coupling
+from masonry_fem.march.model import Model
+from masonry_fem.march.state import SystemState
+from masonry_fem.march.step import Increment, step
+from masonry_fem.nscd import SolverSettings
+
+
+def expelling_step(
+    model: Model,
+    coupling: Coupling,
+    state: SystemState,
+    scheme: Scheme,
+    settings: SolverSettings,
+    until: float,
+    clock: Clock,
+) -> Increment:
+    """A ``step``; where the model's expulsion leaves no solution, the same with overlaps held.
+
+    Rigid blocks between others have no way out of them. To find that out takes all that the solver can do;
+    after each failure it is left alone twice as long.
+    """
+    wait, span = state.held
+    if model.expulsion <= 0 or wait == 0:
+        made = step(model, coupling, state, scheme, settings, until, clock)
+        overlaps = model.expulsion > 0 and bool((made.here.gap < 0).any())
+        if made.solution.solved or not overlaps:
+            return made
+    made = step(replace(model, expulsion=0.0), coupling, state, scheme, settings, until, clock)
+    held = (wait - 1, span) if wait > 0 else (max(1, 2 * span), max(1, 2 * span))
+    jammed = made.solution.solved
+    return replace(made, after=replace(made.after, held=held), jammed=jammed)

@@ -1,0 +1,127 @@
+"""Increments: the steps of a strategy one after another, divided where joints give way.
+
+for coupling, made in increments(coupling, strategy, state, settings, clock):
+    coupling.model, made.after, made.adhesion_loss
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from masonry_fem.bodies.base import Scheme
+from masonry_fem.march.clock import Clock
+from masonry_fem.march.coupling import Coupling
+from masonry_fem.march.encounter import meeting_step
+from masonry_fem.march.lookout import Lookout
+from masonry_fem.march.model import Model
+from masonry_fem.march.renewal import renewed
+from masonry_fem.march.state import SystemState
+from masonry_fem.march.step import Increment
+from masonry_fem.nscd import SolverSettings
+
+if TYPE_CHECKING:
+    from masonry_fem.march.equilibrium import Strategy
+
+# Of the largest impulses of a march: errors below the first are rounding, whatever is left of the
+# impulses; and these count as never less than the second.
+ROUNDING = 1e-12
+LEAST_SHARE = 1e-2
+# a contact that loses more adhesion than this in one step gave way between two known states
+ABRUPT = 0.5
+# into how many parts at most a step is divided that leads to where nothing balances
+PIECES = 32
+
+
+def increments(
+    coupling: Coupling,
+    strategy: Strategy,
+    state: SystemState,
+    settings: SolverSettings,
+    clock: Clock,
+    lookout: Lookout,
+) -> Iterator[tuple[Coupling, Increment]]:
+    """Every step that ``strategy`` schedules from ``state`` on, each from where the last one ended.
+
+    With the coupling that it was made with: contacts may be found anew on the way, and ``lookout`` sees
+    blocks that meet.
+    """
+    share, largest = min(ROUNDING / settings.tolerance, LEAST_SHARE), 0.0
+    for scheme, until in strategy.schedule():
+        before, (coupling, state) = coupling, renewed(coupling, state, scheme)
+        clock.lap("step" if coupling is before else "detect")
+        measured = replace(settings, least_impulse=share * largest)
+        most = strategy.parts, PIECES
+        parts = _parts(coupling, strategy, state, scheme, until, most, measured, clock, lookout)
+        for met, made in parts:
+            coupling = met
+            if made.solution.solved:  # what was not solved may be any size
+                largest = max(largest, float(np.linalg.norm(made.impulse)))
+            state = _rested(coupling.model, made.after, strategy.velocity_factor)
+            yield coupling, made
+
+
+def _parts(
+    coupling: Coupling,
+    strategy: Strategy,
+    state: SystemState,
+    scheme: Scheme,
+    until: float,
+    parts: tuple[int, int],
+    settings: SolverSettings,
+    clock: Clock,
+    lookout: Lookout,
+) -> Iterator[tuple[Coupling, Increment]]:
+    """A step as it is, or each half of it in turn where joints give way or nothing was found.
+
+    ``parts`` is into how many it may be divided for the joints' sake, and for that of blocks that turn.
+    """
+    met, made = meeting_step(coupling, state, scheme, settings, until, clock, lookout)
+    found = made.solution.solved and made.joint_change == 0
+    doubtful = state.joints is not None and (made.adhesion_loss > ABRUPT or not found)
+    divided = _halves(coupling, strategy, state, scheme, until, parts, settings, clock, lookout)
+    if doubtful and parts[0] > 1:
+        yield from divided
+    elif made.strayed and parts[1] > 1:
+        halves = list(divided)
+        last = halves[-1][1].solution
+        # too near to where nothing balances for any verdict: that of the whole stands
+        undecided = not (last.solved or last.outcome.moves)
+        yield from [(met, made)] if undecided and made.solution.outcome.moves else halves
+    else:
+        yield met, made
+
+
+def _halves(
+    coupling: Coupling,
+    strategy: Strategy,
+    state: SystemState,
+    scheme: Scheme,
+    until: float,
+    parts: tuple[int, int],
+    settings: SolverSettings,
+    clock: Clock,
+    lookout: Lookout,
+) -> Iterator[tuple[Coupling, Increment]]:
+    """Both halves of a step, and their halves."""
+    half, fewer = replace(scheme, step=0.5 * scheme.step), (parts[0] // 2, parts[1] // 2)
+    for end in (until - half.step, until):
+        for now, part in _parts(coupling, strategy, state, half, end, fewer, settings, clock, lookout):
+            coupling = now
+            yield now, part
+            if scheme.inertia == 0 and not part.solution.solved:
+                return  # statics ends there
+            state = _rested(now.model, part.after, strategy.velocity_factor)
+
+
+def _rested(model: Model, state: SystemState, factor: float) -> SystemState:
+    """The state with velocities scaled between steps."""
+    if factor == 1.0:
+        return state
+    bodies = tuple(
+        group.scale_velocity(own, factor) for group, own in zip(model.groups, state.bodies, strict=True)
+    )
+    return replace(state, bodies=bodies, velocity=factor * state.velocity)

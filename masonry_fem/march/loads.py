@@ -1,0 +1,36 @@
+"""Loads: the sum of force patterns times their functions of time, by body group."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from masonry_fem.march.model import FloatArray, Model
+
+
+def external_forces(model: Model, time: float) -> tuple[FloatArray, ...]:
+    """External force on each group at ``time`` [s], each group's own array."""
+    dimension = model.assembly.dimension
+    total = [group.acceleration_force(np.zeros(dimension)) for group in model.groups]
+    for load in model.loads:
+        factor = load.factor(time)
+        for index, pattern in enumerate(load.forces):
+            if pattern is not None:
+                total[index] = total[index] + factor * pattern
+    return tuple(total)
+
+
+def blend(
+    before: tuple[FloatArray, ...], after: tuple[FloatArray, ...], theta: float
+) -> tuple[FloatArray, ...]:
+    """F_θ = (1−θ) F_i + θ F_{i+1} for each group."""
+    return tuple((1 - theta) * a + theta * b for a, b in zip(before, after, strict=True))
+
+
+def resultant(model: Model, forces: tuple[FloatArray, ...]) -> FloatArray:
+    """Force and moment about the origin on the blocks that are free to move, (d + 1,) or (6,)."""
+    size = 3 if model.assembly.dimension == 2 else 6
+    total = np.zeros(size)
+    for group, force in zip(model.groups, forces, strict=True):
+        if not group.prescribed:
+            total += group.resultant(force).sum(axis=0)
+    return total

@@ -1,0 +1,389 @@
+"""March: steps one after another until a strategy is satisfied or nothing more can be done.
+
+made = march(model, Statics(), SolverSettings())
+made.outcome, made.message, made.state, made.report
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, Protocol
+
+import numpy as np
+
+from masonry_fem.march.acting import acted, extents
+from masonry_fem.march.clock import Clock
+from masonry_fem.march.coupling import connect
+from masonry_fem.march.deformation import beyond_small
+from masonry_fem.march.equilibrium import Strategy
+from masonry_fem.march.increments import ABRUPT, increments
+from masonry_fem.march.ledger import Ledger
+from masonry_fem.march.measure import measure, moving_blocks
+from masonry_fem.march.model import Model
+from masonry_fem.march.report import StepReport
+from masonry_fem.march.state import SystemState
+from masonry_fem.march.step import Increment, initial_state
+from masonry_fem.march.unrest import could_rest, drift, within_tolerance
+from masonry_fem.march.witness import Witness
+from masonry_fem.nscd import Outcome, SolverSettings
+from masonry_fem.nscd.solve import ROUNDED
+
+logger = logging.getLogger(__name__)
+
+Verdict = Literal["equilibrium", "finished", "no_convergence", "no_equilibrium"]
+
+DEEP = 0.05  # of a block's size: how far blocks may go into each other without a word
+DOUBTFUL = 1e-6  # of a block's load: what its equation of motion may miss without a word
+TURNED = 1e-2  # of a block's load: what turning may leave of balance in what is written without a word
+UNACCOUNTED = 1e-6  # of the largest energy: what may be missing from the ledger of an equilibrium
+ROUNDING = 1e-9  # of a time
+BEARABLE = 1e-3  # error up to which a transient march bears a step that missed its tolerance
+
+
+class Observer(Protocol):
+    """Who is told of each step (recorders, progress)."""
+
+    def record(self, model: Model, state: SystemState, report: StepReport) -> None:
+        """See the state that a step reached."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class March:
+    """How a march ended.
+
+    Attributes
+    ----------
+    outcome, message : Verdict and its sentence.
+    state, report : The last state and what its step did.
+    model : What the last step was made with. last : Everything of that step.
+    ledger : Energies summed over the march.
+    seconds : CPU time by phase [s]: factorise, solve, step, measure and output.
+    moving : Blocks that move where there is no equilibrium: (name, speed [m/s], how).
+    abrupt : Times of the steps in which some joint lost more than half of its adhesion at once.
+    witness : What the written results leave open, worst over the steps.
+    """
+
+    outcome: Verdict
+    message: str
+    state: SystemState
+    report: StepReport
+    model: Model
+    last: Increment
+    ledger: Ledger
+    seconds: dict[str, float]
+    moving: tuple[tuple[str, float, str], ...]
+    abrupt: tuple[float, ...] = ()
+    witness: Witness | None = None
+
+
+def march(
+    model: Model,
+    strategy: Strategy,
+    settings: SolverSettings,
+    *,
+    bodies: tuple[Any, ...] | None = None,
+    start: SystemState | None = None,
+    observers: Sequence[Observer] = (),
+    keep: int | None = None,
+    kept: list[tuple[Model, Increment]] | None = None,
+) -> March:
+    """Run ``strategy`` from rest, from the given body states, or from where another march ended.
+
+    ``keep`` names a step that is appended to ``kept`` with its model (for replay of its problem).
+    """
+    coupling = connect(model)
+    if start is None:
+        placed = tuple(group.rest() for group in model.groups) if bodies is None else bodies
+        start = initial_state(model, coupling, placed)
+    state = start
+    ledger, clock = Ledger(), Clock()
+    missed: list[float] = []
+    inexact: list[float] = []
+    unsettled: list[float] = []
+    abrupt: list[float] = []
+    jammed, deepest, witness = 0, 0.0, Witness(model, state.bodies)
+    size = extents(model.assembly)
+    for here, step in increments(coupling, strategy, state, settings, clock, witness.lookout):
+        coupling, model = here, here.model
+        inertia = step.scheme.inertia
+        made = acted(model, step, size)
+        report = measure(model, coupling, made)
+        witness.see(model, made.after)
+        clock.lap("measure")
+        ledger = ledger.add(report)
+        if keep == report.step and kept is not None:
+            kept.append((model, made))
+        for observer in observers:
+            observer.record(model, made.after, report)
+        clock.lap("output")
+        reached = settings.tolerance
+        if report.outcome is Outcome.INEXACT:
+            reached = max(reached, report.quality.error)
+        verdict = _hopeless(report, inertia == 0)
+        if verdict is not None:
+            break
+        if not report.outcome.solved:
+            missed.append(report.quality.error)
+        elif report.outcome is Outcome.INEXACT:
+            inexact.append(report.quality.error)
+        jammed += made.jammed
+        deepest = max(deepest, report.max_penetration)
+        if report.joint_change > 0:
+            unsettled.append(report.joint_change)
+        if report.adhesion_loss > ABRUPT:
+            abrupt.append(report.time)
+        if report.time >= model.changing * (1 - ROUNDING) and strategy.settled(report):
+            verdict = "equilibrium" if report.joint_change == 0 else "no_convergence"
+            break
+    else:
+        verdict = "no_equilibrium" if strategy.seeks_equilibrium else "finished"
+        # a step that was not solved says nothing of what exists, nor does a march that was too short
+        unsolved = not report.outcome.solved
+        if strategy.seeks_equilibrium and (unsolved or could_rest(model, start, made, report, reached)):
+            verdict = "no_convergence"
+    witness.end(model, made.after)
+    static, bound = inertia == 0, max(DOUBTFUL, 1e3 * reached)
+    still = within_tolerance(made, report, reached)
+    buried = witness.objection(math.inf, still, static=static)  # blocks that are in each other
+    objection = witness.objection(bound, still, static=static)
+    objection = _with_cure(objection, model, static=static, buried=objection == buried)
+    if verdict == "equilibrium" and objection:
+        verdict = "no_convergence"
+    _warn(missed, inexact, unsettled, abrupt, report, strategy, settings)
+    if verdict in {"equilibrium", "finished"}:
+        _doubt(model, made, report, bound)
+        _tell_written(witness, _with_cure(buried, model, static=static, buried=True), made.scheme.step)
+        far = drift(model, made, report, reached)
+        if far > 0:
+            logger.warning(
+                "a step of %g s is so long that speeds below the solver's tolerance carry blocks %.1e m away "
+                "in it: forces may be right, places are not; take shorter steps, or kind = 'statics'",
+                made.scheme.step, far,
+            )  # fmt: skip
+    if deepest > DEEP * model.length + float(np.maximum(-start.gap, 0.0).max(initial=0.0)):
+        logger.warning(
+            "blocks went into each other by up to %.2g m: they meet too fast for steps of %g s; take smaller "
+            "steps (joints of form 'velocity' close in the step after blocks have met)",
+            deepest, made.scheme.step,
+        )  # fmt: skip
+    if jammed:
+        logger.warning(
+            "overlaps could not be driven apart in %d of %s: rigid blocks lie between others that do not "
+            "give way; they were held where they are. Make room, or make the blocks elastic",
+            jammed, _steps(report.step),
+        )  # fmt: skip
+    return _ended(verdict, model, made, report, settings, ledger, clock, tuple(abrupt), witness, objection)
+
+
+def _warn(
+    missed: list[float],
+    inexact: list[float],
+    unsettled: list[float],
+    abrupt: list[float],
+    report: StepReport,
+    strategy: Strategy,
+    settings: SolverSettings,
+) -> None:
+    if missed:
+        cure = "" if settings.acceptable > 0 else ", and loosen solver.tolerance where that is exact enough"
+        logger.warning(
+            "%d of %d steps missed the solver's tolerance %g, the worst with an error of %.1e; "
+            "look at the certificate%s",
+            len(missed), report.step, settings.tolerance, max(missed), cure,
+        )  # fmt: skip
+    if inexact:
+        logger.warning(
+            "%d of %s ended at an error of up to %.1e, where no method came nearer to the %g aimed at; that "
+            "is mostly rounding, of the arithmetic or of a file's coordinates. Compare it with what you need",
+            len(inexact), _steps(report.step), max(inexact), settings.tolerance,
+        )  # fmt: skip
+    if unsettled:
+        logger.warning(
+            "joint laws did not settle in %d of %d steps: the joints' state still changed by up to %.1e (of"
+            " β, of the largest jump, or of τ/σ where mortar crushes); take smaller steps (in statics "
+            "analysis.substeps divides those that need it), or dynamics",
+            len(unsettled), report.step, max(unsettled),
+        )  # fmt: skip
+    if not abrupt:
+        return
+    where = (
+        f"joints gave way abruptly in {len(abrupt)} of {_steps(report.step)}, first at t = {abrupt[0]:.4g}"
+    )
+    finest = 2 ** (strategy.parts.bit_length() - 1)  # steps are halved
+    if finest > 1:
+        logger.warning(
+            "%s, even in 1/%d of a load step: the structure snaps back, or the joints are brittle; the path "
+            "goes on from the next equilibrium, dynamics tells what happens between", where, finest,
+        )  # fmt: skip
+    else:
+        logger.warning(
+            "%s: what happens between two steps is not known, the structure may snap back; smaller steps "
+            "tell, in statics analysis.substeps divides those that need it", where,
+        )  # fmt: skip
+
+
+def _doubt(model: Model, made: Increment, report: StepReport, bound: float) -> None:
+    """Say where a state that the solver and the steps are content with is not to be relied on."""
+    beyond = beyond_small(model, made.after)
+    if beyond is not None:
+        logger.warning(
+            "%s: elastic blocks are computed for small strains and turns (some per cent, some degrees); "
+            "do not rely on the result, look at materials.*.young and the loads, or make blocks rigid",
+            beyond,
+        )
+    if max(report.block_balance, report.global_balance) > bound:
+        logger.warning(
+            "forces balance to %.0e of a block's load only, which is rounding: blocks are too slender, or "
+            "stiffnesses, sizes or masses lie too far apart; stresses there may be wrong by as much or more",
+            max(report.block_balance, report.global_balance),
+        )
+
+
+def _with_cure(objection: str, model: Model, *, static: bool, buried: bool) -> str:
+    """An objection to what is written, and what may help; ``buried``: blocks are in each other."""
+    if not objection:
+        return ""
+    cure = "Take more load steps" if static else "Take shorter steps"
+    if buried and model.meet is None:
+        cure = "With contact.update = 'fixed' blocks go through each other: leave it out"
+    elif buried and model.update is None:
+        cure += ", or contact.update = 'redetect' for rigid blocks that go far"
+    elif buried:
+        cure += ", or move the blocks apart"
+    return f"{objection}. {cure}."
+
+
+def _tell_written(witness: Witness, buried: str, step: float) -> None:
+    """Say what the written results leave open, where a reader would not expect it."""
+    if buried:
+        logger.warning("%s", buried)
+    left = witness.balance
+    if left.value >= TURNED:
+        logger.warning(
+            "blocks move so far in a step of %g s that the written forces leave %.2g of its load on '%s' "
+            "(step %d): take shorter steps", step, left.value, *left.blocks, left.step,
+        )  # fmt: skip
+    turned = witness.turning
+    if turned.value >= TURNED:
+        logger.warning(
+            "where '%s' is now forces leave %.2g of its load times its size (step %d): elastic blocks "
+            "balance where they were at the start, and thrusts are off by about that share of the load; make "
+            "blocks rigid to have them turn", *turned.blocks, turned.value, turned.step,
+        )  # fmt: skip
+
+
+def _hopeless(report: StepReport, static: bool) -> Verdict | None:
+    """Why the march cannot go on after a step, or None; statics bears no miss."""
+    if report.outcome.moves:
+        return "no_equilibrium"
+    if report.outcome.solved:
+        return None
+    # by impulses alone a tall stack's error looks 1e-5 where two thirds of its weight are missing
+    if static or not report.quality.error <= BEARABLE:
+        return "no_convergence"
+    return None
+
+
+def _ended(
+    verdict: Verdict,
+    model: Model,
+    made: Increment,
+    report: StepReport,
+    settings: SolverSettings,
+    ledger: Ledger,
+    clock: Clock,
+    abrupt: tuple[float, ...],
+    witness: Witness,
+    objection: str,
+) -> March:
+    moving: tuple[tuple[str, float, str], ...] = ()
+    if verdict == "equilibrium":
+        message = f"Equilibrium after {_steps(report.step)}{_missing(ledger, model)}."
+    elif verdict == "finished":
+        message = f"Reached t = {report.time:.6g} s in {_steps(report.step)}."
+    elif verdict == "no_convergence" and report.outcome.solved:
+        message = (
+            f"Step {report.step}: the joint laws did not settle, the joints' state still changed by "
+            f"{report.joint_change:.1e}. Take more load steps, or analysis.substeps."
+        )
+        if report.joint_change == 0:
+            message = _restless(report, made, model)
+        if objection:
+            message = f"No equilibrium in what is written: {objection}"
+    elif verdict == "no_convergence":
+        message = (
+            f"Step {report.step}: the contact solver stopped at an error of {report.quality.error:.1e}. "
+            f"{report.outcome.sentence} {report.outcome.advice(settings)}"
+        )
+        if made.problem.rigid and (made.problem.free_velocity[:, 0] < 0).any():
+            message += (
+                " Supports push, or overlaps are driven apart: rigid blocks between them that have no way "
+                "out have no motion either; make them elastic, or make room."
+            )
+        if report.quality.error <= ROUNDED:
+            message += " An error this small is rounding: no tolerance below it can be met here."
+    else:
+        moving = tuple(moving_blocks(model, made.after))
+        message = _no_equilibrium(report, moving)
+    return March(
+        verdict, message, made.after, report, model, made, ledger, clock.phases, moving, abrupt, witness
+    )
+
+
+def _missing(ledger: Ledger, model: Model) -> str:
+    """What the energy ledger of an equilibrium leaves open, as the end of its sentence; "" if it closes."""
+    if ledger.imbalance <= UNACCOUNTED:
+        return ""
+    where = "what joints did between two steps is not known: smaller steps tell"
+    if model.laws is None:
+        where = "the way there is not to be relied on; take smaller steps"
+    return (
+        f", but {ledger.imbalance:.1e} of the largest energy is missing from its ledger "
+        f"({ledger.unaccounted:.3g} J unaccounted for): {where}"
+    )
+
+
+def _restless(report: StepReport, made: Increment, model: Model) -> str:
+    """What goes on where a march ran out of steps, and what may end it."""
+    names = [name for name, _, _ in moving_blocks(model, made.after)]
+    what = "the state is not yet static"
+    if names:
+        others = f" and {len(names) - 4} more" if len(names) > 4 else ""
+        what = f"{', '.join(names[:4])}{others} still {'moves' if len(names) == 1 else 'move'}"
+    return (
+        f"Not at rest after {_steps(report.step)}: forces that balance the loads exist, yet {what} (at "
+        f"{report.inertial_share(made.scheme.step):.1e} of the speed that the loads give in a step). Allow "
+        "more steps (analysis.max_steps), longer ones or more damping; where speeds no longer fall, tighten "
+        "solver.tolerance or loosen analysis.tolerance."
+    )
+
+
+def _steps(count: int) -> str:
+    return "1 step" if count == 1 else f"{count} steps"
+
+
+def _no_equilibrium(report: StepReport, moving: tuple[tuple[str, float, str], ...]) -> str:
+    if not moving:
+        return (
+            f"No equilibrium was found in {_steps(report.step)}, yet no block moves; "
+            "allow more steps, and see to it that a support holds every block."
+        )
+    ways: dict[str, list[str]] = {}
+    for name, _, way in moving:
+        ways.setdefault(way, []).append(name)
+    parts = [
+        f"{', '.join(names[:4])}{f' and {len(names) - 4} more' if len(names) > 4 else ''} "
+        f"{way if len(names) == 1 else way.rstrip('s')}"
+        for way, names in ways.items()
+    ]
+    cure = "see what should hold them (supports, friction, joints), or run dynamics to watch the motion"
+    start = "No equilibrium"
+    if report.outcome is Outcome.AT_LIMIT:
+        start = "No equilibrium to rely on: the loads can just be carried, but not with 0.1 % less friction"
+    if report.outcome is Outcome.UNSTRESSED:
+        start = "No equilibrium from a start without stress"
+    return f"{start} (step {report.step}): {'; '.join(parts)}; {cure}."

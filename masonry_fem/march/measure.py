@@ -1,0 +1,181 @@
+"""Measures of a step: energy, balances and resultants, from the states alone.
+
+They decide whether a step or an equilibrium holds; the contact solver has no say in them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from masonry_fem.bodies.base import FloatArray, Scheme
+from masonry_fem.march.acting import Acting
+from masonry_fem.march.coupling import Coupling
+from masonry_fem.march.energy import energies, stored_energy
+from masonry_fem.march.loads import external_forces, resultant
+from masonry_fem.march.model import Model
+from masonry_fem.march.report import StepReport
+from masonry_fem.march.state import BONDED, OPEN, SLIP, STICK, SystemState
+from masonry_fem.march.step import Increment
+
+ROUNDING = 1e-14  # of the work of all impulses at the speed of the loads, or on a block's size in statics
+
+
+def measure(model: Model, coupling: Coupling, made: Increment) -> StepReport:
+    """Everything worth telling of a step, which has what acts in it in its state."""
+    state, quality, acting = made.after, made.solution.quality, made.after.acting
+    assert acting is not None
+    stored = stored_energy(model, state, made.scheme.inertia)
+    energy = energies(model, coupling, made, stored)
+    supports = support_resultants(model, made, acting.contact)
+    applied = resultant(model, external_forces(model, state.time))
+    mass = sum(float(group.mass.sum()) for group in model.groups if not group.prescribed)
+    acceleration = _load(acting) / mass if mass > 0 else 0.0
+    # where nothing moves, speeds and what they do are rounding of what the loads would give in a step, and
+    # in statics displacements are rounding of places
+    inertia, h = made.scheme.inertia, made.scheme.step
+    rounded = inertia * h * acceleration + (1 - inertia) * model.length / h
+    still = float(np.abs(made.impulse).sum()) * rounded
+    if abs(energy["energy_error"]) <= ROUNDING * still:
+        energy["energy_error"] = 0.0
+    return StepReport(
+        step=state.index,
+        time=state.time,
+        kinetic_energy=stored.kinetic,
+        strain_energy=stored.strain,
+        joint_energy=stored.joints,
+        iterations=made.solution.iterations,
+        linear_solves=made.solution.linear_solves,
+        method=made.solution.method,
+        outcome=made.solution.outcome,
+        quality=quality,
+        natural_map=quality.natural_map,
+        max_penetration=float(np.maximum(_overlap(state), 0.0)[state.status != OPEN].max(initial=0.0)),
+        block_balance=_balance(model, made, made.forces, made.scheme),
+        static_balance=_static_balance(model, made),
+        global_balance=_global_balance(acting, supports),
+        support_resultants=supports,
+        applied=applied,
+        probes={
+            probe.name: model.groups[probe.group].displacement(
+                state.bodies[probe.group], probe.body, probe.point
+            )
+            for probe in model.probes
+        },
+        open=int((state.status == OPEN).sum()),
+        stick=int((state.status == STICK).sum()),
+        slip=int((state.status == SLIP).sum()),
+        bonded=int((state.status == BONDED).sum()),
+        speed=float(np.sqrt(2 * stored.kinetic / mass)) if mass > 0 else 0.0,
+        load_acceleration=acceleration,
+        adhesion_loss=made.adhesion_loss,
+        joint_change=made.joint_change,
+        **energy,
+    )
+
+
+def _overlap(state: SystemState) -> FloatArray:
+    """How far the faces at each contact point are past touching [m], shape (c,).
+
+    Mortar gives way and rough faces stand apart before they do.
+    """
+    if state.joints is None:
+        return -state.gap
+    touching: FloatArray = state.joints.bed[:, 0] + state.joints.dilation
+    return touching - state.gap
+
+
+def _load(acting: Acting) -> float:
+    """Sum of the magnitudes of the blocks' loads [N]."""
+    return float(np.linalg.norm(acting.load[:, : acting.centre.shape[1]], axis=1).sum())
+
+
+def support_resultants(model: Model, made: Increment, contact: FloatArray) -> dict[str, FloatArray]:
+    """Force and moment about the origin that each support gives to the blocks.
+
+    ``contact`` is what contacts give to each block, shape (b, m) [N, N m].
+    """
+    given: dict[str, FloatArray] = {}
+    for index, group in enumerate(model.groups):
+        if group.prescribed:
+            names = [model.assembly.blocks[block].name for block in group.blocks]
+            given |= dict(zip(names, -contact[group.blocks], strict=True))
+        else:
+            given |= group.clamp_reactions(
+                made.before.bodies[index],
+                made.after.bodies[index],
+                made.forces[index],
+                made.nodal_impulse[index],
+                made.scheme,
+            )
+    return given
+
+
+def _global_balance(acting: Acting, supports: dict[str, FloatArray]) -> float:
+    """What loads + supports − d(momentum)/dt leave over the step, relative to the largest force among them.
+
+    Forces only. Where neither loads nor supports act, the blocks' inertia is the measure.
+    """
+    d = acting.centre.shape[1]
+    given = [acting.load[:, :d].sum(axis=0), *(force[:d] for force in supports.values())]
+    taken = acting.inertia[:, :d]
+    left = sum(given, np.zeros(d)) - taken.sum(axis=0)
+    scale = max(float(np.linalg.norm(force)) for force in given)
+    if scale == 0:
+        scale = float(np.linalg.norm(taken, axis=1).sum())
+    return float(np.linalg.norm(left)) / scale if scale > 0 else 0.0
+
+
+def _static_balance(model: Model, made: Increment) -> float:
+    """Distance of the reached state to a static equilibrium, relative to a block's load."""
+    forces = external_forces(model, made.after.time)
+    return _balance(model, made, forces, Scheme(made.scheme.step, 1.0, 0.0))
+
+
+def _balance(model: Model, made: Increment, forces: tuple[FloatArray, ...], scheme: Scheme) -> float:
+    d = model.assembly.dimension
+    residuals, weights = [np.zeros(1)], [np.zeros(1)]
+    for index, group in enumerate(model.groups):
+        if group.prescribed:
+            continue
+        residual = group.imbalance(
+            made.before.bodies[index],
+            made.after.bodies[index],
+            forces[index],
+            made.rigid_impulse[index],
+            made.nodal_impulse[index],
+            scheme,
+        )
+        load = scheme.step * np.linalg.norm(group.resultant(forces[index])[:, :d], axis=1)
+        # where nothing loads blocks but contacts (supports that move, joints that pull), by those
+        pushed = load if load.any() else np.full(len(load), float(np.abs(made.impulse).max(initial=0.0)))
+        residuals.append(np.abs(residual))
+        weights.append(pushed)
+    residual, weight = np.concatenate(residuals), np.concatenate(weights)
+    typical = weight[weight > 0].mean() if weight.any() else 1.0
+    return float((residual / np.maximum(weight, typical)).max())
+
+
+def _way(turning: float, upward: float, speed: float) -> str:
+    """How a block moves, in a word, by speeds [m/s]: of turning, of its mean upwards, greatest."""
+    if turning > 0.3 * speed:
+        return "tips"
+    if abs(upward) > 0.7 * speed:
+        return "rises" if upward > 0 else "falls"
+    return "slides"
+
+
+def moving_blocks(model: Model, state: SystemState, share: float = 0.1) -> list[tuple[str, float, str]]:
+    """Blocks faster than ``share`` of the fastest: (name, speed, 'slides', 'tips', 'falls' or 'rises')."""
+    found: list[tuple[str, float, str]] = []
+    for group, own in zip(model.groups, state.bodies, strict=True):
+        if group.prescribed:
+            continue
+        for body, block in enumerate(group.blocks):
+            field = group.velocity_field(own, body)
+            mean = field.mean(axis=0)
+            turn = float(np.linalg.norm(field - mean, axis=1).max())
+            speed = float(np.linalg.norm(field, axis=1).max())
+            found.append((model.assembly.blocks[block].name, speed, _way(turn, float(mean[-1]), speed)))
+    fastest = max((speed for _, speed, _ in found), default=0.0)
+    moving = [entry for entry in found if entry[1] > share * fastest and fastest > 0]
+    return sorted(moving, key=lambda entry: -entry[1])

@@ -1,0 +1,443 @@
+"""Mechanism: how blocks move as a structure falls: what moves as one, and which joints are hinges or slide.
+
+    found = mechanism_of_step(march.last, march.model)
+    found.sentence()      # "9 blocks move in 3 parts; 4 hinges: arch.v01 / arch.v02, ..."
+    found.words()         # part by part, joint by joint, with places
+
+Limit analysis gives such velocities too and is told in the same words. Only ratios have a meaning: the
+fastest corner moves at 1 m/s. A joint is a *hinge* where some point of it rests and others part, it *slides*
+where a point moves along the joint without leaving it, and else it *opens*.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from masonry_fem.bodies.rotation import lever
+from masonry_fem.march.macroblocks import ALIKE, macroblocks
+from masonry_fem.march.model import Model
+from masonry_fem.march.motion import BlockMotion, PointMotion
+from masonry_fem.march.step import Increment
+from masonry_fem.nscd.graphs import lengths
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+# speeds that count as rest, over that of the fastest corner: a step is finite and solved to a tolerance
+RIGID, DEFORMED = 1e-3, 1e-2
+BLURRED = 0.05  # of a joint's fastest point: a hinge of blocks that deform is no point
+OPEN = 1e-3  # of the typical size: a contact point that stands further apart takes no part
+FEW = 3  # joints alike that are told together
+MANY = 12  # parts from which those that move nearly alike are told together
+SHOWN = 8  # joints or blocks that a sentence names
+STRAIGHT = 0.02  # a part that turns less than this, over its size, for its speed moves straight on
+
+
+@dataclass(frozen=True, slots=True)
+class Joint:
+    """A joint that takes part.
+
+    Attributes
+    ----------
+    interface : Its number in the model. label : Of its faces.
+    numbers : Of its blocks in the assembly. blocks : Their names.
+    how : ``hinge``, ``slides`` or ``opens``.
+    at : Where: the hinge, or the middle of the contact points, shape (d,) [m].
+    turn : Spin of the first block against the second, shape (1 or 3,) [rad/s].
+    slip : Velocity of the first against the second there, world axes, shape (d,) [m/s].
+    """
+
+    interface: int
+    numbers: tuple[int, int]
+    blocks: tuple[str, str]
+    label: str
+    how: str
+    at: FloatArray
+    turn: FloatArray
+    slip: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """Blocks that move as one.
+
+    Attributes
+    ----------
+    numbers : In the assembly. blocks : Their names.
+    at : The mean of their middles, shape (d,) [m]. velocity : There, shape (d,) [m/s].
+    spin : shape (1 or 3,) [rad/s].
+    pole : Point that rests, of a plane part that turns, shape (2,) [m]; else None.
+    """
+
+    numbers: tuple[int, ...]
+    blocks: tuple[str, ...]
+    at: FloatArray
+    velocity: FloatArray
+    spin: FloatArray
+    pole: FloatArray | None
+
+    def sentence(self) -> str:
+        """The part and its motion in words."""
+        return f"{_spans(self.numbers, self.blocks)} {self.way()}"
+
+    def brief(self) -> str:
+        """The same of many blocks: their number and where they are."""
+        speed = float(np.linalg.norm(self.velocity))
+        return f"{len(self.blocks)} around {_place(self.at)} {self.way()}, {speed:.2g} of the greatest speed"
+
+    def told(self) -> dict[str, Any]:
+        """Everything for a summary."""
+        return {
+            "blocks": list(self.blocks),
+            "at": self.at,
+            "velocity": self.velocity,
+            "spin": self.spin,
+            "pole": self.pole,
+        }
+
+    def way(self) -> str:
+        """Its motion in words."""
+        one = len(self.blocks) == 1
+        if self.pole is not None:
+            way = "counter-clockwise" if self.spin[0] > 0 else "clockwise"
+            return f"turn{'s' if one else ''} {way} about {_place(self.pole)}"
+        speed = float(np.linalg.norm(self.velocity))
+        if len(self.spin) == 3 and float(np.linalg.norm(self.spin)) > STRAIGHT * speed:
+            axis = self.spin / np.linalg.norm(self.spin)
+            return f"turn{'s' if one else ''} about the axis {_vector(axis)}"
+        return f"move{'s' if one else ''} along {_vector(self.velocity / (speed or 1.0))}"
+
+
+@dataclass(frozen=True, slots=True)
+class Mechanism:
+    """Velocities of b blocks, the fastest corner's being 1 m/s.
+
+    Attributes
+    ----------
+    blocks : Their numbers in the assembly, shape (b,).
+    centre : Points that the velocities are of, shape (b, d) [m].
+    velocity : shape (b, d) [m/s]. spin : shape (b, 1 or 3) [rad/s].
+    contact : Relative velocity at the contact points, local frames, shape (c, d) [m/s].
+    joints : Joints that do not stay closed. parts : Blocks that move as one.
+    macroblocks : Parts that move nearly as one, the largest group first; () where there are few parts.
+    speed : What the fastest corner's was, of a simulation [m/s].
+    """
+
+    blocks: IntArray
+    centre: FloatArray
+    velocity: FloatArray
+    spin: FloatArray
+    contact: FloatArray
+    joints: tuple[Joint, ...]
+    parts: tuple[Part, ...]
+    macroblocks: tuple[Part, ...] = ()
+    speed: float = 1.0
+
+    @property
+    def groups(self) -> tuple[tuple[str, ...], ...]:
+        """Names of the blocks that move, those that move as one together."""
+        return tuple(part.blocks for part in self.parts)
+
+    @property
+    def moving(self) -> int:
+        """Number of blocks that move."""
+        return sum(len(part.blocks) for part in self.parts)
+
+    @property
+    def bodies(self) -> tuple[Part, ...]:
+        """What one sees moving: the parts, or where there are many macro-blocks and those by themselves."""
+        taken = {number for part in self.macroblocks for number in part.numbers}
+        return (*self.macroblocks, *(part for part in self.parts if not taken.intersection(part.numbers)))
+
+    def of(self, how: str) -> tuple[Joint, ...]:
+        """Joints that move in a way: ``hinge``, ``slides`` or ``opens``."""
+        return tuple(joint for joint in self.joints if joint.how == how)
+
+    def sentence(self) -> str:
+        """The motion in words, on one line."""
+        if not self.parts:
+            return "nothing moves"
+        parts = "as one" if len(self.parts) == 1 else f"in {len(self.parts)} parts"
+        plural = "block moves" if self.moving == 1 else "blocks move"
+        words = [f"{self.moving} {plural} {parts}" if self.moving > 1 else f"{self.groups[0][0]} moves"]
+        for how, name in (("hinge", "hinge"), ("slides", "sliding joint"), ("opens", "opening joint")):
+            found = self.of(how)
+            if found:
+                plural = "" if len(found) == 1 else "s"
+                named = "" if self.macroblocks else f": {_listed(found)}"
+                words.append(f"{len(found)} {name}{plural}{named}")
+        if self.macroblocks:
+            alike = "; ".join(part.brief() for part in self.macroblocks)
+            words[0] += f", nearly so in {len(self.macroblocks)}: {alike}"
+            alone = self.moving - sum(len(part.blocks) for part in self.macroblocks)
+            words[0] += f"; {alone} by themselves" if alone else ""
+        return "; ".join(words)
+
+    def words(self) -> tuple[str, ...]:
+        """Part by part and joint by joint, where and how; many joints between two parts together.
+
+        Of many parts the macro-blocks are told, and the joints between these.
+        """
+        if self.macroblocks:
+            seams = sorted(self._seams(self.macroblocks), key=len, reverse=True)
+            lines = [f"{part.brief()}: {_spans(part.numbers, part.blocks)}" for part in self.macroblocks]
+            return (*lines, *(_seam(found) if len(found) > 1 else _told(found[0]) for found in seams))
+        lines = [part.sentence() for part in self.parts]
+        for found in self._seams(self.parts):
+            lines += [_told(joint) for joint in found] if len(found) < FEW else [_seam(found)]
+        return tuple(lines)
+
+    def _seams(self, parts: Sequence[Part]) -> list[list[Joint]]:
+        """Joints between the same two parts that move alike."""
+        part = {number: rank for rank, one in enumerate(parts) for number in one.numbers}
+        found: dict[Any, list[Joint]] = {}
+        for joint in self.joints:
+            sides = frozenset(part.get(number, -1) for number in joint.numbers)
+            found.setdefault((joint.how, joint.label, sides), []).append(joint)
+        return list(found.values())
+
+    def told(self) -> dict[str, Any]:
+        """Everything for a summary."""
+        return {
+            "sentence": self.sentence(),
+            "words": list(self.words()),
+            "groups": [list(group) for group in self.groups],
+            "parts": [part.told() for part in self.parts],
+            "macroblocks": [part.told() for part in self.macroblocks],
+            "joints": [
+                {"between": list(joint.blocks), "how": joint.how, "label": joint.label, "at": joint.at,
+                 "turn": joint.turn, "slip": joint.slip}
+                for joint in self.joints
+            ],
+        }  # fmt: skip
+
+
+def recognise(
+    model: Model,
+    motion: BlockMotion,
+    points: PointMotion,
+    *,
+    rest: float,
+    share: float = 0.0,
+    friction: FloatArray | float = 0.0,
+) -> Mechanism:
+    """The mechanism in the motion of all blocks of a model.
+
+    Parameters
+    ----------
+    model : Blocks and interfaces. motion : Of all its blocks, supports too. points : Of its contact points.
+    rest : Speed over that of the fastest corner below which something rests.
+    share : The same over the fastest point of a joint: hinges of deformable or displaced blocks are blurred.
+    friction : By how much what slides parts, over its slip: μ where joints are associated, else 0.
+    """
+    fastest = motion.fastest() or 1.0
+    motion = motion.scaled(1 / fastest)
+    contact = points.relative(motion, model.contacts.blocks)
+    how, resting = _ways(model, contact, points.active, friction, rest, share)
+    moves = motion.moves(rest)
+    part = [index for index in range(len(model.interfaces)) if how[index] not in ("closed", "apart")]
+    # along the structure: by the first of their blocks that is no support
+    part.sort(key=lambda index: sorted((motion.held[b], b) for b in model.interfaces[index].blocks))
+    joints = tuple(_joint(model, motion, points, index, how[index], resting) for index in part)
+    shown = np.flatnonzero(~motion.held | moves)
+    parts = _parts(model, motion, how, moves)
+    return Mechanism(
+        blocks=shown,
+        centre=motion.centre[shown],
+        velocity=motion.velocity[shown],
+        spin=motion.spin[shown],
+        contact=np.where(points.active[:, None], contact, 0.0),
+        joints=joints,
+        parts=parts,
+        macroblocks=_macroblocks(model, motion, parts) if len(parts) > MANY else (),
+        speed=fastest,
+    )
+
+
+def mechanism_of_step(made: Increment, model: Model) -> Mechanism:
+    """How blocks move at the end of a step, told where they were at its start.
+
+    Of blocks that deform the mean rigid motions, whose rest is less sharp.
+    """
+    points = PointMotion(made.here.points, made.here.frame, made.here.gap <= OPEN * model.length)
+    deforms = any(group.cell != "polytope" for group in model.groups)
+    rest = DEFORMED if deforms else RIGID
+    return recognise(model, BlockMotion.of_step(made, model), points, rest=rest, share=BLURRED)
+
+
+def _ways(
+    model: Model,
+    contact: FloatArray,
+    active: NDArray[np.bool_],
+    friction: FloatArray | float,
+    rest: float,
+    share: float,
+) -> tuple[list[str], NDArray[np.bool_]]:
+    """What each interface does: ``closed``, ``hinge``, ``slides``, ``opens``, or ``apart``; points that rest.
+
+    Those that stood open, ``apart``, are no joints; of a hinge all points but one may.
+    """
+    count, number = len(model.interfaces), model.contacts.interface
+    slip, speed = lengths(contact[:, 1:]), lengths(contact)
+    most = np.zeros(count)
+    np.maximum.at(most, number, speed)
+    small = np.maximum(rest, share * most[number])
+    resting = active & (speed <= small)
+    sheared = active & (slip > small) & (contact[:, 0] - friction * slip <= small)
+    rests, slides, touches = (np.zeros(count, dtype=bool) for _ in range(3))
+    np.logical_or.at(rests, number, resting)
+    np.logical_or.at(slides, number, sheared)
+    np.logical_or.at(touches, number, active)
+    found = np.full(count, "opens", dtype=object)
+    found[rests] = "hinge"
+    # where no point rests and one slides; a hinge may slide a little at its other end
+    found[slides & (~rests if share else True)] = "slides"
+    found[most <= rest] = "closed"
+    found[~touches] = "apart"
+    return [str(way) for way in found], resting
+
+
+def _joint(
+    model: Model,
+    motion: BlockMotion,
+    points: PointMotion,
+    index: int,
+    how: str,
+    resting: NDArray[np.bool_],
+) -> Joint:
+    """Place and relative motion of an interface."""
+    interface = model.interfaces[index]
+    own = np.flatnonzero(model.contacts.interface == index)
+    chosen = own[resting[own]] if how == "hinge" else own
+    at = points.at[chosen].mean(axis=0)
+    first, second = interface.blocks
+    slip = motion.at(np.array([first]), at[None])[0] - motion.at(np.array([second]), at[None])[0]
+    names = tuple(model.assembly.blocks[block].name for block in interface.blocks)
+    turn = motion.spin[first] - motion.spin[second]
+    return Joint(index, interface.blocks, (names[0], names[1]), interface.label, how, at, turn, slip)
+
+
+def _parts(model: Model, motion: BlockMotion, how: list[str], moves: NDArray[np.bool_]) -> tuple[Part, ...]:
+    """The moving blocks, joined where the joint between them stays closed."""
+    names = [block.name for block in model.assembly.blocks]
+    pairs = np.array(
+        [interface.blocks for index, interface in enumerate(model.interfaces) if how[index] == "closed"],
+        dtype=int,
+    ).reshape(-1, 2)
+    links = sparse.coo_array(
+        (np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(names), len(names))
+    )
+    _, part = sparse.csgraph.connected_components(links, directed=False)
+    standing = np.isin(part, part[motion.held & ~moves])  # what is one with a support that rests
+    members: dict[int, list[int]] = {}
+    for block in np.flatnonzero(moves & ~standing).tolist():
+        members.setdefault(int(part[block]), []).append(block)
+    return tuple(_part(names, motion, np.array(numbers)) for numbers in members.values())
+
+
+def _part(names: list[str], motion: BlockMotion, numbers: IntArray) -> Part:
+    at = motion.centre[numbers].mean(axis=0)
+    velocity = motion.at(numbers, np.broadcast_to(at, (len(numbers), len(at)))).mean(axis=0)
+    return _moving(names, motion, numbers, at, velocity, motion.spin[numbers].mean(axis=0))
+
+
+def _moving(
+    names: list[str], motion: BlockMotion, numbers: IntArray, at: FloatArray, velocity: FloatArray,
+    spin: FloatArray, straight: float = STRAIGHT,
+) -> Part:  # fmt: skip
+    """The part of some blocks with a velocity ``at`` a point, and its pole where it is not ``straight``."""
+    pole = None
+    if len(at) == 2:
+        corners = np.concatenate([motion.corners[block] for block in numbers.tolist()]) - at
+        turning = float(abs(spin[0]) * np.linalg.norm(corners, axis=1).max())
+        if turning > straight * float(np.linalg.norm(velocity)):
+            pole = at + np.array([-velocity[1], velocity[0]]) / spin[0]
+    who = tuple(names[block] for block in numbers.tolist())
+    return Part(tuple(numbers.tolist()), who, at, velocity, spin, pole)
+
+
+def _macroblocks(model: Model, motion: BlockMotion, parts: Sequence[Part]) -> tuple[Part, ...]:
+    """The parts in groups that move nearly as one."""
+    names = [block.name for block in model.assembly.blocks]
+    numbers = np.array(sorted(number for part in parts for number in part.numbers))
+    corners = [motion.corners[number] for number in numbers.tolist()]
+    owner = np.repeat(np.arange(len(numbers)), [len(own) for own in corners])
+    points = np.concatenate(corners)
+    found = macroblocks(points, motion.at(numbers[owner], points), owner)
+    made = []
+    for group, (velocity, spin) in enumerate(zip(found.velocity, found.spin, strict=True)):
+        own = numbers[found.member == group]
+        at = motion.centre[own].mean(axis=0)
+        made.append(_moving(names, motion, own, at, velocity + lever(at) @ spin, spin, ALIKE))
+    return tuple(made)
+
+
+# --- words ------------------------------------------------------------------------------------
+
+
+def _told(joint: Joint) -> str:
+    """A joint with its place and motion."""
+    where = f"{f'{joint.label} ' if joint.label else ''}{joint.blocks[0]} / {joint.blocks[1]}"
+    turn = float(np.linalg.norm(joint.turn))
+    if joint.how == "hinge":
+        return f"hinge {where} at {_place(joint.at)}, turning {turn:.3g} rad a metre"
+    way = "slides" if joint.how == "slides" else "opens"
+    speed = float(np.linalg.norm(joint.slip))
+    along = f" along {_vector(joint.slip / speed)}" if speed > 0 else ""
+    return f"{where} at {_place(joint.at)} {way}{along}, {speed:.3g} of the greatest speed"
+
+
+def _seam(joints: Sequence[Joint]) -> str:
+    """Joints between two parts, the first and the last of them named."""
+    ends = [f"{joint.blocks[0]} / {joint.blocks[1]}" for joint in (joints[0], joints[-1])]
+    label = f"{joints[0].label} joints" if joints[0].label else "joints"
+    where = f"{len(joints)} {label} from {ends[0]} to {ends[1]}"
+    if joints[0].how == "hinge":
+        return f"{where} are hinges, turning {float(np.linalg.norm(joints[0].turn)):.3g} rad a metre"
+    speeds = [float(np.linalg.norm(joint.slip)) for joint in joints]
+    fastest = joints[int(np.argmax(speeds))]
+    along = f" along {_vector(fastest.slip / max(speeds))}" if max(speeds) > 0 else ""
+    way = "slide" if joints[0].how == "slides" else "open"
+    return f"{where} {way}{along}, up to {max(speeds):.3g} of the greatest speed"
+
+
+def _place(point: FloatArray) -> str:
+    return f"({', '.join(_number(value) for value in point)}) m"
+
+
+def _vector(values: FloatArray) -> str:
+    return f"({', '.join(_number(value) for value in values)})"
+
+
+def _number(value: float) -> str:
+    rounded = round(float(value), 3)
+    return f"{rounded + 0.0:.4g}" if abs(value) < 1e4 else f"{value:.4g}"
+
+
+def _spans(numbers: Sequence[int], names: Sequence[str]) -> str:
+    """Names, ``a to c`` where they follow each other in the assembly."""
+    runs: list[list[int]] = []
+    for place, number in enumerate(numbers):
+        if runs and numbers[runs[-1][-1]] == number - 1:
+            runs[-1].append(place)
+        else:
+            runs.append([place])
+    said = [
+        f"{names[run[0]]} to {names[run[-1]]}" if len(run) > 2 else ", ".join(names[i] for i in run)
+        for run in runs
+    ]
+    if len(said) <= SHOWN:
+        return ", ".join(said)
+    left = len(names) - sum(len(run) for run in runs[:SHOWN])
+    return f"{', '.join(said[:SHOWN])} and {left} more"
+
+
+def _listed(joints: Sequence[Joint]) -> str:
+    shown = ", ".join(f"{joint.blocks[0]} / {joint.blocks[1]}" for joint in joints[:SHOWN])
+    return f"{shown} and {len(joints) - SHOWN} more" if len(joints) > SHOWN else shown

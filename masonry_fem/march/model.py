@@ -1,0 +1,134 @@
+"""Model: everything a march needs, composed from a scene; nothing in it changes in time.
+
+Where blocks move far ``update`` makes another model of it, with the contacts that there are then.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from masonry_fem.bodies.base import BodyGroup, Scheme
+from masonry_fem.contact.contacts import Contacts, Interface
+from masonry_fem.joints.assignment import Assignment
+from masonry_fem.solid.assembly import Assembly
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class JointTable:
+    """Joint properties by contact point, each of shape (c,).
+
+    Attributes
+    ----------
+    friction : Static Coulomb coefficient.
+    dynamic_friction : Coefficient where the point slipped in the step before.
+    restitution : Newton's coefficient of the normal velocity.
+    tangential_restitution : The same for the tangential velocity.
+    velocity_form : True where contact is written in velocities (impacts), False for gaps.
+    """
+
+    friction: FloatArray
+    dynamic_friction: FloatArray
+    restitution: FloatArray
+    tangential_restitution: FloatArray
+    velocity_form: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class Load:
+    """A force pattern times a function of time: one array (or None) for each body group."""
+
+    name: str
+    forces: tuple[FloatArray | None, ...]
+    factor: Callable[[float], float]
+
+
+@dataclass(frozen=True, slots=True)
+class Probe:
+    """Named material point: where to look for its displacement."""
+
+    name: str
+    group: int
+    body: int
+    point: FloatArray
+
+
+class Update(Protocol):
+    """How contacts follow blocks that move far."""
+
+    @property
+    def every(self) -> int:
+        """Steps between two detections."""
+        ...
+
+    def __call__(
+        self,
+        model: Model,
+        bodies: tuple[Any, ...],
+        time: float,
+        scheme: Scheme,
+        held: NDArray[np.bool_],
+    ) -> Model:
+        """The model with the contacts of given states, which are to last for ``every`` steps.
+
+        ``held`` are the contacts that cohesion holds, shape (c,).
+        """
+        ...
+
+
+class Meet(Protocol):
+    """How blocks that meet become contacts."""
+
+    def __call__(
+        self, model: Model, before: tuple[Any, ...], after: tuple[Any, ...], pairs: NDArray[np.int64]
+    ) -> Model:
+        """The model with contacts of ``pairs`` (m, 2) of blocks, which met between two states, added."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """Blocks, contacts and loads, ready to march.
+
+    Attributes
+    ----------
+    assembly : Blocks and shapes, geometry.
+    groups : Body groups; together they hold each block once.
+    interfaces : Common faces of blocks.
+    contacts : Contact points on them.
+    joints : Their properties.
+    loads : What acts, by group.
+    probes : Named points.
+    length : A typical block size [m], for tolerances and pictures.
+    laws : Laws of the joints; None: all are dry.
+    scatter : Factors by which joint properties differ from place to place, by parameter, shape (c,).
+    expulsion : Speed at which overlaps are driven apart in the gap form [m/s]; 0 holds them.
+    update : What finds the contacts anew during a march; None: they stay.
+    meet : What makes contacts of blocks that meet on the way; None: they go through each other.
+    reach : Gap that is a contact at the start [m].
+    changing : Time until which loads or supports change: rest before that is no end of a march [s].
+    fixed : Whether frames and lever arms stay those of the start, too (small kinematics).
+    """
+
+    assembly: Assembly
+    groups: tuple[BodyGroup, ...]
+    interfaces: tuple[Interface, ...]
+    contacts: Contacts
+    joints: JointTable
+    loads: tuple[Load, ...]
+    probes: tuple[Probe, ...]
+    length: float
+    laws: Assignment | None = None
+    scatter: Mapping[str, FloatArray] = field(default_factory=dict)
+    expulsion: float = 0.0
+    update: Update | None = None
+    changing: float = 0.0
+    fixed: bool = False
+    meet: Meet | None = None
+    reach: float = 0.0

@@ -1,0 +1,128 @@
+"""Motion: rigid velocities of all blocks of a model at an instant, the mean ones of blocks that deform.
+
+    motion = BlockMotion.of_step(march.last, march.model)
+    motion.velocity[k], motion.spin[k]        # of block k, at motion.centre[k]
+
+``PointMotion`` takes them to the contact points.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from masonry_fem.bodies.rotation import lever, spin_count
+from masonry_fem.bodies.undeformed import Undeformed
+from masonry_fem.march.model import Model
+from masonry_fem.march.step import Increment
+from masonry_fem.nscd.graphs import lengths
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class BlockMotion:
+    """Velocities of the b blocks of an assembly, supports included.
+
+    Attributes
+    ----------
+    centre : Points that they are of, shape (b, d) [m].
+    velocity : shape (b, d) [m/s]. spin : shape (b, 1 or 3) [rad/s].
+    held : True for supports, shape (b,).
+    corners : Corners or nodes of each block, where they are, shapes (n, d) [m].
+    """
+
+    centre: FloatArray
+    velocity: FloatArray
+    spin: FloatArray
+    held: NDArray[np.bool_]
+    corners: tuple[FloatArray, ...]
+
+    @classmethod
+    def of_step(cls, made: Increment, model: Model) -> BlockMotion:
+        """Velocities that a step ended with, at the places where it began: a fall may lead far."""
+        count, d = len(model.assembly.blocks), model.assembly.dimension
+        centre, velocity = np.zeros((count, d)), np.zeros((count, d))
+        spin, held = np.zeros((count, spin_count(d))), np.zeros(count, dtype=bool)
+        corners: list[FloatArray] = [np.zeros((0, d))] * count
+        for group, before, after in zip(model.groups, made.before.bodies, made.after.bodies, strict=True):
+            moving = replace(before, velocity=after.velocity) if isinstance(group, Undeformed) else after
+            held[group.blocks] = group.prescribed
+            for body, block in enumerate(group.blocks.tolist()):
+                place = group.nodes(body) + group.displacement_field(before, body)
+                corners[block] = place
+                centre[block] = place.mean(axis=0)
+                velocity[block], spin[block] = _rigid(place, group.velocity_field(moving, body))
+        return cls(centre, velocity, spin, held, tuple(corners))
+
+    def at(self, blocks: IntArray, points: FloatArray) -> FloatArray:
+        """Velocity of ``blocks`` (k,) at points (k, d), shape (k, d) [m/s]."""
+        arms = lever(points - self.centre[blocks])
+        moved: FloatArray = self.velocity[blocks] + np.einsum("kij,kj->ki", arms, self.spin[blocks])
+        return moved
+
+    def speeds(self) -> FloatArray:
+        """Speed of the fastest corner of each block, shape (b,) [m/s]."""
+        found = np.zeros(len(self.centre))
+        for block, corners in enumerate(self.corners):
+            own = np.full(len(corners), block)
+            found[block] = lengths(self.at(own, corners)).max(initial=0.0)
+        return found
+
+    def fastest(self) -> float:
+        """Speed of the fastest corner of all [m/s]."""
+        return float(self.speeds().max(initial=0.0))
+
+    def moves(self, rest: float) -> NDArray[np.bool_]:
+        """Blocks with a corner faster than ``rest``, shape (b,)."""
+        moving: NDArray[np.bool_] = self.speeds() > rest
+        return moving
+
+    def scaled(self, factor: float) -> BlockMotion:
+        """The same motion, ``factor`` times as fast."""
+        return replace(self, velocity=factor * self.velocity, spin=factor * self.spin)
+
+
+@dataclass(frozen=True, slots=True)
+class PointMotion:
+    """Contact points that a motion is looked at: where, in which frames, and which are not open.
+
+    Attributes
+    ----------
+    at : shape (c, d) [m]. frame : rows (n, t1[, t2]), shape (c, d, d).
+    active : False where a point stands open before the motion begins, shape (c,).
+    """
+
+    at: FloatArray
+    frame: FloatArray
+    active: NDArray[np.bool_]
+
+    def relative(self, motion: BlockMotion, blocks: IntArray) -> FloatArray:
+        """Velocity of the first of the ``blocks`` (c, 2) against the second, local frames, (c, d) [m/s]."""
+        jump = motion.at(blocks[:, 0], self.at) - motion.at(blocks[:, 1], self.at)
+        local: FloatArray = np.einsum("cij,cj->ci", self.frame, jump)
+        return local
+
+
+def greatest_shift(model: Model, before: Sequence[Any], after: Sequence[Any]) -> float:
+    """How far the fastest corner of the free blocks goes from one set of body states to another [m]."""
+    far = 0.0
+    for group, old, new in zip(model.groups, before, after, strict=True):
+        for body in range(0 if group.prescribed else len(group.blocks)):
+            shift = group.displacement_field(new, body) - group.displacement_field(old, body)
+            far = max(far, float(lengths(shift).max(initial=0.0)))
+    return far
+
+
+def _rigid(points: FloatArray, field: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Velocity at the mean of points and spin of the rigid motion nearest to a field, both (n, d)."""
+    mean = field.mean(axis=0)
+    arms = lever(points - points.mean(axis=0))
+    matrix = np.einsum("nij,nik->jk", arms, arms)
+    right = np.einsum("nij,ni->j", arms, field - mean)
+    return mean, np.linalg.lstsq(matrix, right, rcond=None)[0]

@@ -1,0 +1,99 @@
+"""Place: where the impulses of a step are to balance, and how far from balance they are elsewhere.
+
+place = begun(coupling, state.bodies)                     # where the step begins
+there = reached(coupling, start, bodies, scheme.step)     # where it has led
+turning(coupling, ..., there.rigid_map - place.rigid_map) # what the way there leaves of balance
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from masonry_fem.bodies.base import FloatArray, Free, Scheme
+from masonry_fem.march.coupling import ROUNDING, Coupling, Placement
+from masonry_fem.march.model import Model
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """States of all bodies, and their contacts seen from there.
+
+    Attributes
+    ----------
+    bodies : One state a group.
+    contact : Frames, points and gaps.
+    rigid_map : B there, supports too, shape (c, 2, d, m).
+    bend : What velocities miss of the way there from the start of the step, as points that turn go on
+        arcs, shape (c, d) [m/s]. With it the velocity at the contacts is exact, and its derivative is G.
+    """
+
+    bodies: tuple[Any, ...]
+    contact: Placement
+    rigid_map: FloatArray
+    bend: FloatArray
+
+
+def begun(coupling: Coupling, bodies: tuple[Any, ...]) -> Place:
+    """Where a step begins."""
+    here = coupling.placement(bodies)
+    return Place(bodies, here, coupling.rigid_map(bodies, here), np.zeros_like(here.points))
+
+
+def reached(coupling: Coupling, start: Place, bodies: tuple[Any, ...], h: float) -> Place:
+    """Where a step of length ``h`` [s] from ``start`` has led."""
+    there = coupling.placement(bodies)
+    rigid_map = coupling.rigid_map(bodies, there)
+    bend = there.offset - start.contact.offset
+    bend -= h * relative_velocity(coupling.model, coupling, bodies, there, rigid_map)
+    bend[np.abs(bend) <= rounding(there)] = 0.0
+    return Place(bodies, there, rigid_map, bend / h)
+
+
+def relative_velocity(
+    model: Model, coupling: Coupling, bodies: tuple[Any, ...], here: Placement, rigid_map: FloatArray
+) -> FloatArray:
+    """Relative velocity of the contact points in the local frames, shape (c, d) [m/s]."""
+    parts = [group.velocity_parts(state) for group, state in zip(model.groups, bodies, strict=True)]
+    rigid = coupling.rigid_velocity(tuple(part[0] for part in parts), rigid_map)
+    return rigid + coupling.elastic_velocity(tuple(part[1] for part in parts), here)
+
+
+def rounding(here: Placement) -> float:
+    """What the difference of two coordinates is no more than rounding of [m]."""
+    return float(ROUNDING * np.abs(here.points).max(initial=0.0))
+
+
+def turning(
+    coupling: Coupling,
+    start: Place,
+    there: Place,
+    free: tuple[Free, ...],
+    forces: tuple[FloatArray, ...],
+    scheme: Scheme,
+    impulse: FloatArray,
+    change: FloatArray,
+) -> float:
+    """What impulses that balance in ``free`` leave of balance ``there``.
+
+    Relative to the largest load of a block or impulse of a contact; ``change`` is that of B on the way.
+    Loads on blocks that turn have other moments there, too.
+    """
+    d = impulse.shape[1]
+    worst, scale = 0.0, float(np.linalg.norm(impulse, axis=1).max(initial=0.0))
+    unbalanced = coupling.rigid_impulses(impulse, change)
+    for group, old, new, part, force, push in zip(
+        coupling.model.groups, start.bodies, there.bodies, free, forces, unbalanced, strict=True
+    ):
+        if group.prescribed:
+            continue
+        moments = np.zeros_like(push)
+        if part.elastic is None:
+            moments = group.free(old, new, force, scheme).rigid_impulse - part.rigid_impulse
+        size = np.sqrt(group.mass) * np.linalg.norm(push + moments, axis=1)
+        worst = max(worst, float(size.max(initial=0.0)))
+        given = scheme.step * np.linalg.norm(group.resultant(force)[:, :d], axis=1)
+        scale = max(scale, float(given.max(initial=0.0)))
+    return worst / scale if scale > 0 else worst

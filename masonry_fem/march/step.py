@@ -1,0 +1,340 @@
+"""Step: one θ-step of all blocks with contact, written as Newton-Raphson on the blocks.
+
+Each round linearises the blocks, condenses them to the contacts, solves the contact problem and feeds the
+impulses back (formulation 3). With inertia forces balance where the step begins, and one round is all.
+Statics is the same step with inertia 0 (formulation 2b), and forces balance where it ends: rounds go on
+until they do, each linearised where the last one led (formulation 3b). Where nothing turns one is all.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from masonry_fem.bodies.base import FloatArray, Free, Scheme
+from masonry_fem.joints.fold import solve_with_laws
+from masonry_fem.joints.state import JointState
+from masonry_fem.march.clock import Clock
+from masonry_fem.march.conditions import (
+    contact_problem,
+    contact_status,
+    first_guess,
+    friction_of,
+    joint_step,
+    shifted_jump,
+)
+from masonry_fem.march.coupling import Coupling, Placement
+from masonry_fem.march.loads import blend, external_forces
+from masonry_fem.march.model import Model
+from masonry_fem.march.place import Place, begun, reached, relative_velocity, rounding, turning
+from masonry_fem.march.state import STICK, SystemState
+from masonry_fem.nscd import ContactProblem, Solution, SolverSettings, Start, solve
+
+ROUNDS = 20
+NEWTON_TOLERANCE = 1e-9  # of a block's impulse, on the volume residual
+PATIENCE = 4  # rounds that bring forces no nearer to balance
+BALANCED = 1e-6  # of the largest load or impulse: what rounds that come no nearer may leave
+ROUNDING = 1e-12  # of the model's length: a way that is none
+
+
+@dataclass(frozen=True, slots=True)
+class Increment:
+    """Everything that one step computed, for reports and checks.
+
+    Attributes
+    ----------
+    before, after : System states at both ends.
+    problem : The contact problem of the last round.
+    solution : Its solution, with the efforts of all rounds.
+    contacts : Numbers of the contacts that took part in it, shape (k,).
+    impulse : Contact impulses of all contacts, local frames [N s], shape (c, d).
+    forces : F_θ by group. scheme : Its coefficients.
+    free : Steps of the groups without contact. rigid : U⁺ by group.
+    rigid_impulse, nodal_impulse : Bᵀ p and Gᵀ p by group.
+    here : Contact geometry that the impulses balance in: that of the end in statics; of the start where
+        there is inertia, or no equilibrium. rigid_map : B there, of all contacts, supports too.
+    joint_change : What the joint laws' turns left open of the joints' state; 0 where they settled.
+    jammed : Overlaps were held that ``expulsion`` was to drive apart, as no motion does that.
+    strayed : Impulses balance where the step begins, and none were found that do where it leads.
+    """
+
+    before: SystemState
+    after: SystemState
+    problem: ContactProblem
+    solution: Solution
+    contacts: NDArray[np.int64]
+    impulse: FloatArray
+    forces: tuple[FloatArray, ...]
+    scheme: Scheme
+    free: tuple[Free, ...]
+    rigid: tuple[FloatArray, ...]
+    rigid_impulse: tuple[FloatArray, ...]
+    nodal_impulse: tuple[FloatArray | None, ...]
+    here: Placement
+    rigid_map: FloatArray
+    joint_change: float = 0.0
+    jammed: bool = False
+    strayed: bool = False
+
+    @property
+    def adhesion_loss(self) -> float:
+        """Greatest loss of adhesion of a contact; 0 where joints are dry."""
+        before, after = self.before.joints, self.after.joints
+        if before is None or after is None:
+            return 0.0
+        return float((before.adhesion - after.adhesion).max(initial=0.0))
+
+
+def initial_state(model: Model, coupling: Coupling, bodies: tuple[Any, ...], at: float = 0.0) -> SystemState:
+    """The system in given body states, before any step: no reactions yet."""
+    start, laws = begun(coupling, bodies), model.laws
+    here = start.contact
+    return SystemState(
+        time=at,
+        index=0,
+        bodies=bodies,
+        reaction=np.zeros_like(here.points),
+        velocity=relative_velocity(model, coupling, bodies, here, start.rigid_map),
+        gap=here.gap,
+        status=np.full(model.contacts.count, STICK, dtype=np.int8),
+        frame=here.frame,
+        points=here.points,
+        reaction_frame=here.frame,
+        jump=None if laws is None else np.zeros_like(here.points),
+        joints=None if laws is None else laws.initial(*here.points.shape),
+    )
+
+
+def step(
+    model: Model,
+    coupling: Coupling,
+    state: SystemState,
+    scheme: Scheme,
+    settings: SolverSettings,
+    until: float | None = None,
+    clock: Clock | None = None,
+) -> Increment:
+    """Advance ``state`` by one step of ``scheme``.
+
+    ``until`` is the time at the end (default: time + h; statics gives the load factor); ``clock``
+    gathers the CPU time of the phases.
+    """
+    end = state.time + scheme.step if until is None else until
+    before, after = external_forces(model, state.time), external_forces(model, end)
+    work = _Work(
+        model, coupling, state, scheme, settings, blend(before, after, scheme.theta), end,
+        Clock() if clock is None else clock, begun(coupling, state.bodies),
+    )  # fmt: skip
+    first = work.first()
+    if scheme.inertia == 0 and first.solution.solved and not model.fixed:
+        return work.turned(first)
+    return work.ended(first, work.start)
+
+
+@dataclass(frozen=True, slots=True)
+class _Round:
+    """One solve of the contacts, linearised at ``place``, and where it leads.
+
+    Attributes
+    ----------
+    velocity : At the contacts, local frames, (c, d) [m/s]. joints : Their state; change : Left open of it.
+    impulse : Of all contacts, (c, d) [N s]. nodal : Gᵀ p by group. bodies : States at the end.
+    """
+
+    place: Place
+    problem: ContactProblem
+    solution: Solution
+    active: NDArray[np.int64]
+    joints: JointState | None
+    change: float
+    free: tuple[Free, ...]
+    impulse: FloatArray
+    rigid: tuple[FloatArray, ...]
+    nodal: tuple[FloatArray | None, ...]
+    bodies: tuple[Any, ...]
+    velocity: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class _Work:
+    """A step and what it is made with; ``end`` is its time at the end, ``start`` where it begins."""
+
+    model: Model
+    coupling: Coupling
+    state: SystemState
+    scheme: Scheme
+    settings: SolverSettings
+    forces: tuple[FloatArray, ...]
+    end: float
+    clock: Clock
+    start: Place
+
+    def first(self) -> _Round:
+        """The round that is linearised where the step begins; more only where blocks are not linear."""
+        made, last = self.solved(self.start, None), np.inf
+        for _ in range(ROUNDS):
+            if made.solution.outcome.moves:
+                break
+            left = self.residual(made)
+            if left <= NEWTON_TOLERANCE or left > 0.5 * last:
+                break  # holds, or as far as rounding lets it go
+            made, last = self.solved(self.start, made), left
+        return made
+
+    def solved(self, place: Place, last: _Round | None) -> _Round:
+        """The contact problem at ``place``, from where the ``last`` round ended."""
+        model, coupling, state, scheme = self.model, self.coupling, self.state, self.scheme
+        self.clock.lap("step")
+        compliance = coupling.compliance(place.contact, scheme)
+        self.clock.lap("factorise" if compliance.nnz else "step")  # rigid blocks have no compliance
+        free = tuple(
+            group.free(own, at, force, scheme)
+            for group, own, at, force in zip(
+                model.groups, state.bodies, place.bodies, self.forces, strict=True
+            )
+        )
+        problem, active = contact_problem(
+            model, coupling, state, scheme, free, self.start.contact, place, compliance
+        )
+        self.clock.lap("step")
+        guess, joints, change = first_guess(state, scheme, active), state.joints, 0.0
+        if last is not None:
+            guess, joints = Start(last.impulse[active], last.solution.rigid_velocity), last.joints
+        if model.laws is None or state.joints is None or joints is None:
+            solution = solve(problem, self.settings, guess)
+        else:
+            conditions = joint_step(model, state, scheme, self.start.contact, active, joints)
+            taken = solve_with_laws(model.laws, state.joints, conditions, problem, self.settings, guess)
+            solution, problem, joints, change = taken.solution, taken.problem, taken.joints, taken.change
+        self.clock.lap("solve")
+        impulse = np.zeros_like(place.contact.points)
+        impulse[active] = solution.impulse
+        rigid = coupling.scatter(solution.rigid_velocity, free)
+        nodal = coupling.nodal_impulses(impulse, place.contact)
+        bodies = tuple(
+            group.advance(own, part, velocity, push, scheme)
+            for group, own, part, velocity, push in zip(
+                model.groups, state.bodies, free, rigid, nodal, strict=True
+            )
+        )
+        elastic = tuple(
+            group.velocity_parts(moved)[1] for group, moved in zip(model.groups, bodies, strict=True)
+        )
+        velocity = place.bend + coupling.rigid_velocity(rigid, place.rigid_map)
+        velocity += coupling.elastic_velocity(elastic, place.contact)
+        if last is not None:
+            solution = _summed(last.solution, solution)
+        return _Round(
+            place, problem, solution, active, joints, change, free, impulse, rigid, nodal, bodies, velocity
+        )
+
+    def turned(self, first: _Round) -> Increment:
+        """Rounds until impulses balance where the step ends, each linearised where the last one led."""
+        made, least, idle, rounds = first, np.inf, 0, 0
+        while True:
+            there = reached(self.coupling, self.start, made.bodies, self.scheme.step)
+            left, missed = self._left(made, there)
+            nothing = max(ROUNDING, rounding(there.contact) / self.model.length)
+            asked = max(self.settings.tolerance, made.solution.quality.error)
+            rest = max(left / asked, missed / nothing)
+            idle, rounds = 0 if rest <= 0.5 * least else idle + 1, rounds + 1
+            least = min(least, rest)
+            if rest <= 1 or idle > PATIENCE or rounds > ROUNDS:
+                break  # holds, or as far as rounding lets it go, or round in circles
+            following = self.solved(there, made)
+            if not following.solution.solved:
+                return self._strayed(following)
+            made = following
+        return replace(self.ended(made, there), strayed=max(left, missed) > BALANCED)
+
+    def _left(self, made: _Round, there: Place) -> tuple[float, float]:
+        """What the impulses of a round leave of balance where it leads, and how far velocities miss that.
+
+        The first relative to the largest load or impulse, the second to the model's length.
+        """
+        change = there.rigid_map - made.place.rigid_map
+        left = turning(
+            self.coupling, self.start, there, made.free, self.forces, self.scheme, made.impulse, change
+        )
+        way = there.contact.offset - self.start.contact.offset - self.scheme.step * made.velocity
+        return left, float(np.abs(way).max(initial=0.0)) / self.model.length
+
+    def _strayed(self, made: _Round) -> Increment:
+        """A round that found nothing; the velocities of a mechanism are its own, whatever came before."""
+        there = self.start
+        if not made.solution.outcome.moves:
+            there = reached(self.coupling, self.start, made.bodies, self.scheme.step)
+        return replace(self.ended(made, there), strayed=True)
+
+    def ended(self, made: _Round, place: Place) -> Increment:
+        """The step, its impulses written at ``place``."""
+        state, scheme, coupling = self.state, self.scheme, self.coupling
+        there = place.contact if place.bodies is made.bodies else coupling.placement(made.bodies)
+        pressed = np.zeros_like(made.impulse)  # what Signorini and Coulomb hold for
+        pressed[made.active] = made.problem.contact_part(made.solution.impulse, made.solution.velocity)
+        friction = friction_of(self.model, state)
+        friction[made.active] = made.problem.friction
+        jump = None
+        if state.jump is not None:
+            jump = shifted_jump(state, scheme) + scheme.step * scheme.theta * made.velocity
+        after = SystemState(
+            time=self.end,
+            index=state.index + 1,
+            bodies=made.bodies,
+            reaction=made.impulse / scheme.step,
+            velocity=made.velocity,
+            gap=there.gap,
+            status=contact_status(pressed, friction, made.impulse),
+            frame=there.frame,
+            points=there.points,
+            reaction_frame=place.contact.frame,
+            jump=jump,
+            joints=None if made.joints is None else made.joints.committed(),
+            rigid_velocity=made.solution.rigid_velocity,
+        )
+        rigid_impulse = coupling.rigid_impulses(made.impulse, place.rigid_map)
+        nodal = made.nodal
+        if place is not made.place:
+            nodal = coupling.nodal_impulses(made.impulse, place.contact)
+        self.clock.lap("step")
+        return Increment(
+            state, after, made.problem, made.solution, made.active, made.impulse, self.forces, scheme,
+            made.free, made.rigid, rigid_impulse, nodal, place.contact, place.rigid_map, made.change,
+        )  # fmt: skip
+
+    def residual(self, made: _Round) -> float:
+        """Largest momentum residual of a block relative to the largest impulse on any."""
+        worst, scale, d = 0.0, 0.0, self.model.assembly.dimension
+        pushes = self.coupling.rigid_impulses(made.impulse, made.place.rigid_map)
+        arms = made.place.bodies if self.scheme.inertia == 0 else made.bodies
+        for group, old, new, at, force, push, field in zip(
+            self.model.groups,
+            self.state.bodies,
+            made.bodies,
+            arms,
+            self.forces,
+            pushes,
+            made.nodal,
+            strict=True,
+        ):
+            if group.prescribed:
+                continue
+            turned = at if group.cell == "polytope" else new
+            residual = group.imbalance(old, turned, force, push, field, self.scheme)
+            worst = max(worst, float(np.abs(residual).max(initial=0.0)))
+            given = self.scheme.step * np.linalg.norm(group.resultant(force)[:, :d], axis=1)
+            scale = max(scale, float(given.max(initial=0.0)))
+        return worst / scale if scale > 0 else worst
+
+
+def _summed(first: Solution, second: Solution) -> Solution:
+    """The second of two rounds, with the efforts of both."""
+    return replace(
+        second,
+        iterations=first.iterations + second.iterations,
+        linear_solves=first.linear_solves + second.linear_solves,
+        seconds=first.seconds + second.seconds,
+    )

@@ -1,0 +1,121 @@
+"""Witness: sees every step of a march, and keeps the worst of what its written results leave open.
+
+witness = Witness(model, bodies)
+witness.see(model, made.after)           # each step, with what acts on the blocks
+witness.end(model, state)                # looks once more at what has moved a little
+witness.told                             # for the certificate
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from masonry_fem.bodies.base import FloatArray
+from masonry_fem.march.acting import contact_wrenches, imbalance, relative
+from masonry_fem.march.deformation import second_order
+from masonry_fem.march.lookout import OVERLAP, Lookout
+from masonry_fem.march.model import Model
+from masonry_fem.march.state import SystemState
+
+
+@dataclass(frozen=True, slots=True)
+class Worst:
+    """The worst value of a figure, of which blocks, and in which step; ``share`` is what ranks it."""
+
+    value: float = 0.0
+    blocks: tuple[str, ...] = ()
+    step: int = 0
+    share: float = 0.0
+
+    def told(self) -> dict[str, Any]:
+        """For ``summary.json``."""
+        return {"value": self.value, "blocks": list(self.blocks), "step": self.step}
+
+
+class Witness:
+    """Worst figures of the written results over a march.
+
+    Parameters
+    ----------
+    model : Of the start. bodies : Its states.
+
+    Attributes
+    ----------
+    balance : What forces and moments leave, relative to a block's load.
+    turning : The same about the points that elastic blocks have gone to: they balance in the reference.
+    overlap : Deepest overlap of two blocks [m] beyond that of the start and what beds give way; its share is
+        of the smaller block's least extent, less what small kinematics does not know of places.
+    """
+
+    def __init__(self, model: Model, bodies: tuple[Any, ...]) -> None:
+        self._names = [block.name for block in model.assembly.blocks]
+        self.balance, self.turning, self.overlap = Worst(), Worst(), Worst()
+        self._last = Worst()
+        self.lookout = Lookout(model, bodies)
+
+    @property
+    def told(self) -> dict[str, Any]:
+        """The figures for the certificate."""
+        figures = {"balance": self.balance, "turning": self.turning, "overlap": self.overlap}
+        return {name: worst.told() for name, worst in figures.items()}
+
+    def objection(self, bound: float, drift: float, *, static: bool) -> str:
+        """Why a state is no equilibrium whatever its equations say; empty where nothing speaks against it.
+
+        ``bound`` is on the balance, of all steps of statics, of the last one of dynamics. ``drift`` is how
+        far speeds below the solver's tolerance may carry blocks in a step [m].
+        """
+        left = self.balance if static else self._last
+        if left.value > bound:
+            name, step = left.blocks[0], left.step
+            return f"the written forces leave {left.value:.2g} of its load on '{name}' (step {step})"
+        if self.overlap.share <= OVERLAP or drift >= self.overlap.value:
+            return ""
+        first, second = self.overlap.blocks
+        return (
+            f"'{first}' and '{second}' are in each other by {self.overlap.value:.3g} m (step "
+            f"{self.overlap.step}), which no contact between them has kept from happening"
+        )
+
+    def see(self, model: Model, state: SystemState) -> None:
+        """Judge the state that a step reached."""
+        acting = state.acting
+        assert acting is not None
+        largest = float(np.abs(state.reaction).max(initial=0.0))
+        left = relative(imbalance(acting.contact + acting.given, acting.centre), acting, largest)
+        self._last = self._worse(Worst(), left, state.index)
+        self.balance = self._worse(self.balance, left, state.index)
+        if acting.elastic.any():
+            arms = np.repeat(state.points[:, None], 2, axis=1)
+            moved = contact_wrenches(model.contacts.blocks, arms, state.force, len(left)) + acting.given
+            d = arms.shape[2]
+            moved[:, d:] += acting.displaced - (acting.load + acting.clamp)[:, d:]
+            turned = relative(imbalance(moved, acting.centre), acting, largest)
+            self.turning = self._worse(self.turning, np.where(acting.elastic, turned, 0.0), state.index)
+        self._overlaps(model, state)
+
+    def end(self, model: Model, state: SystemState) -> None:
+        """Look at the last state, too, where anything has moved since the last look."""
+        self.lookout.last_look(state.bodies)
+        self._overlaps(model, state)
+
+    def _overlaps(self, model: Model, state: SystemState) -> None:
+        found = self.lookout.found
+        if found is None or len(found.depth) == 0:
+            return
+        beyond = found.depth - self.lookout.known(model, state, found.pairs)
+        share = beyond / self.lookout.sizes(found.pairs) - second_order(model, state.bodies)
+        at = int(share.argmax())
+        if share[at] > self.overlap.share:
+            names = tuple(self._names[block] for block in found.pairs[at])
+            self.overlap = Worst(float(beyond[at]), names, state.index, float(share[at]))
+
+    def _worse(self, known: Worst, values: FloatArray, step: int) -> Worst:
+        block = int(values.argmax()) if len(values) else 0
+        if not len(values) or values[block] <= known.share:
+            return known
+        value = float(values[block])
+        return Worst(value, (self._names[block],), step, value)

@@ -1,0 +1,191 @@
+"""Extrusion: hexahedra for prisms, whatever their base: quadrilaterals of the base, layer on layer.
+
+body = prism_of(shape.solid)            # None where it is no prism
+mesh = hexahedra_of(shape, body, settings)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from masonry_fem.meshing.cells import HEXAHEDRON, QUAD, boundary_facets, turned
+from masonry_fem.meshing.mesher import DIVISIONS
+from masonry_fem.meshing.session import elements_of, node_positions, session
+from masonry_fem.scene.specs import MeshSettings
+from masonry_fem.solid.assembly import Shape
+from masonry_fem.solid.mesh import IntArray, Mesh
+from masonry_fem.solid.polytope import Polytope
+from masonry_fem.solid.pose import FloatArray
+
+SAME = 1e-9  # of the sweep: its length may differ so much from corner to corner
+LAYERS = 2  # where the scene says nothing
+
+
+@dataclass(frozen=True, slots=True)
+class Prism:
+    """A base swept along a line.
+
+    Attributes
+    ----------
+    base, top : Faces at its ends. loop : Corners of the base, counter-clockwise seen along the sweep.
+    sides : Face on each side of the loop, from corner i to i + 1. sweep : From base to top, shape (3,) [m].
+    """
+
+    base: int
+    top: int
+    loop: tuple[int, ...]
+    sides: tuple[int, ...]
+    sweep: FloatArray
+
+
+def prism_of(solid: Polytope) -> Prism | None:
+    """How a solid is a prism, its base the last such face; None where it is none."""
+    count = len(solid.vertices) // 2
+    if solid.dimension == 2 or len(solid.vertices) != 2 * count or len(solid.faces) != count + 2:
+        return None
+    for base in reversed(range(len(solid.faces))):
+        own = set(solid.faces[base])
+        if len(own) != count or len(solid.faces[base]) != count:
+            continue
+        found = _swept(solid, base, own)
+        if found is not None:
+            return found
+    return None
+
+
+def _swept(solid: Polytope, base: int, own: set[int]) -> Prism | None:
+    loop = solid.faces[base][::-1]
+    top = next((face for face, other in enumerate(solid.faces) if own.isdisjoint(other)), None)
+    if top is None:
+        return None
+    mate: dict[int, int] = {}
+    side: dict[frozenset[int], int] = {}
+    for face, corners in enumerate(solid.faces):
+        if face in (base, top):
+            continue
+        if len(corners) != 4:
+            return None
+        for a, b in zip(corners, (*corners[1:], corners[0]), strict=True):
+            if (a in own) != (b in own):
+                below, above = (a, b) if a in own else (b, a)
+                mate[below] = above
+            elif a in own:
+                side[frozenset((a, b))] = face
+    if len(mate) != len(loop) or len(side) != len(loop):
+        return None
+    sweep = solid.vertices[[mate[v] for v in loop]] - solid.vertices[list(loop)]
+    if np.abs(sweep - sweep[0]).max() > SAME * np.linalg.norm(sweep[0]):
+        return None
+    pairs = zip(loop, (*loop[1:], loop[0]), strict=True)
+    return Prism(base, top, loop, tuple(side[frozenset(pair)] for pair in pairs), sweep[0])
+
+
+def hexahedra_of(shape: Shape, body: Prism, settings: MeshSettings) -> Mesh:
+    """Hexahedra of a prism: quadrilaterals of its base by gmsh, drawn out in layers."""
+    order = int(settings.elements[1])
+    size, layers = _sizes(shape.solid, body, settings)
+    origin = shape.solid.vertices[body.loop[0]]
+    plane = _plane(shape.solid, body)
+    flat = (shape.solid.vertices[list(body.loop)] - origin) @ plane.T
+    with session(f"shape '{shape.name}'") as gmsh:
+        lines = _quadrilaterals(gmsh, flat, size, order)
+        found = elements_of(gmsh, 2, [tag for _, tag in gmsh.model.getEntities(2)], shape.name)
+        assert found is not None  # gmsh fails rather than leave a polygon empty
+        tags, points = node_positions(gmsh)
+        side_of = {
+            tuple(sorted(row)): side
+            for side, line in zip(body.sides, lines, strict=True)
+            for row in _ends(gmsh, line, shape.name)
+        }
+    used, quads = np.unique(found.nodes, return_inverse=True)
+    quads = quads.reshape(found.nodes.shape)
+    base = points[np.searchsorted(tags, used), :2]
+    quads = _upright(quads, base, found.kind)
+    cells = _layered(quads, len(base), layers, order)
+    levels = np.arange(order * layers + 1) / (order * layers)
+    nodes = origin + (base @ plane)[None] + levels[:, None, None] * body.sweep
+    cell = "hexahedron" if order == 1 else "hexahedron27"
+    facets = boundary_facets(cells, cell)
+    owner = _owners(facets[:, :4], used, order * layers, body, side_of)
+    return Mesh(nodes.reshape(-1, 3), cell, cells, facets, owner)
+
+
+def _sizes(solid: Polytope, body: Prism, settings: MeshSettings) -> tuple[float, int]:
+    """Wanted edge of the base's elements [m], and number of layers."""
+    longest = float(np.ptp(solid.vertices[list(body.loop)], axis=0).max())
+    depth = float(np.linalg.norm(body.sweep))
+    if settings.divisions is not None and len(settings.divisions) == 3:
+        axis = int(np.abs(body.sweep).argmax())
+        across = [number for at, number in enumerate(settings.divisions) if at != axis]
+        return longest / max(across), settings.divisions[axis]
+    if settings.size is not None:
+        return settings.size, max(1, int(np.ceil(depth / settings.size - 1e-9)))
+    return longest / DIVISIONS, LAYERS
+
+
+def _plane(solid: Polytope, body: Prism) -> FloatArray:
+    """Unit vectors along and across the base's plane, right-handed seen along the sweep, shape (2, 3)."""
+    normal = -solid.normal(body.base)
+    first = np.cross(np.eye(3)[int(np.abs(normal).argmin())], normal)
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(normal, first)])
+
+
+def _quadrilaterals(gmsh: Any, flat: FloatArray, size: float, order: int) -> list[int]:
+    """Mesh a polygon; its lines. Elements are halved to be quadrilaterals, so they begin twice as large."""
+    geo = gmsh.model.geo
+    points = [geo.addPoint(float(x), float(y), 0.0) for x, y in flat]
+    lines = [geo.addLine(a, b) for a, b in zip(points, [*points[1:], points[0]], strict=True)]
+    surface = geo.addPlaneSurface([geo.addCurveLoop(lines)])
+    geo.synchronize()
+    for name in ("Mesh.MeshSizeMin", "Mesh.MeshSizeMax"):
+        gmsh.option.setNumber(name, 2 * size)
+    gmsh.option.setNumber("Mesh.Algorithm", 8)
+    gmsh.option.setNumber("Mesh.SubdivisionAlgorithm", 1)
+    gmsh.model.mesh.setRecombine(2, surface)
+    gmsh.model.mesh.generate(2)
+    gmsh.model.mesh.setOrder(order)
+    return lines
+
+
+def _ends(gmsh: Any, line: int, what: str) -> list[list[int]]:
+    found = elements_of(gmsh, 1, [line], what)
+    assert found is not None
+    rows: list[list[int]] = found.nodes[:, :2].tolist()
+    return rows
+
+
+def _upright(quads: IntArray, base: FloatArray, kind: str) -> IntArray:
+    """The quadrilaterals, all counter-clockwise."""
+    x, y = np.moveaxis(base[quads[:, :4]], 2, 0)
+    area = (x * np.roll(y, -1, axis=1) - np.roll(x, -1, axis=1) * y).sum(axis=1)
+    return np.where((area > 0)[:, None], quads, quads[:, turned(kind)])
+
+
+def _layered(quads: IntArray, count: int, layers: int, order: int) -> IntArray:
+    """Cells on ``count`` nodes a level, shape (layers * q, 8 or 27)."""
+    places = HEXAHEDRON if order == 2 else HEXAHEDRON[:8]
+    column = [QUAD.index((x, y)) for x, y, _ in places]
+    level = np.array([z if order == 2 else z // 2 for _, _, z in places])
+    return np.concatenate(
+        [quads[:, column] + count * (level + order * layer) for layer in range(layers)]
+    ).astype(np.int64)
+
+
+def _owners(
+    corners: IntArray, used: IntArray, highest: int, body: Prism, side_of: dict[tuple[int, ...], int]
+) -> IntArray:
+    """Face of the solid that each facet lies on, by the levels and the base nodes of its corners."""
+    level, node = corners // len(used), used[corners % len(used)]
+    owner = np.empty(len(corners), dtype=np.int64)
+    for facet in range(len(corners)):
+        if level[facet].max() == 0:
+            owner[facet] = body.base
+        elif level[facet].min() == highest:
+            owner[facet] = body.top
+        else:
+            owner[facet] = side_of[tuple(sorted(set(node[facet].tolist())))]
+    return owner

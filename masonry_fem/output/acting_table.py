@@ -1,0 +1,39 @@
+"""Acting table: what acts on each block beside contacts, a CSV file a recorded step.
+
+    fields/acting_000012.csv
+
+With ``contacts_000012.vtu`` of the same step it is all that a balance needs (docs/certificate.md).
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+
+import numpy as np
+
+from masonry_fem.march.acting import Acting
+from masonry_fem.march.model import Model
+from masonry_fem.output.history import AXES, WRENCH
+
+KINDS = np.array(["support", "rigid", "elastic"])
+
+
+def acting_table(model: Model, acting: Acting) -> bytes:
+    """The table of one step; forces [N] and moments [N m] about the world origin, lengths [m]."""
+    d = model.assembly.dimension
+    axes, wrench = AXES[d], WRENCH[3 if d == 2 else 6]
+    kind = KINDS[np.where(acting.solved, 1 + acting.elastic, 0)].tolist()
+    head = ["block", "name", "kind", "size", *(f"centre_{axis}" for axis in axes)]
+    head += [f"{name}_{part}" for name in ("load", "clamp", "inertia") for part in wrench]
+    head += [f"displaced_{part}" for part in wrench[d:]]
+    numbers = np.column_stack(
+        [acting.size, acting.centre, acting.load, acting.clamp, acting.inertia, acting.displaced]
+    )
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(head)
+    names = [block.name for block in model.assembly.blocks]
+    rows = zip(names, kind, numbers.tolist(), strict=True)
+    table.writerows([number, name, what, *row] for number, (name, what, row) in enumerate(rows))
+    return text.getvalue().encode()

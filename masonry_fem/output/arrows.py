@@ -1,0 +1,55 @@
+"""Arrow: a force in a picture, and the scale in the legend that says how long a newton is."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from masonry_fem.output import fields
+from masonry_fem.output.render import Stage
+from masonry_fem.output.sheet import round_down
+
+FloatArray = NDArray[np.float64]
+
+SAMPLE = 60  # least length of a scale in the legend [pixels]
+
+
+def interface_resultants(contacts: Any) -> tuple[FloatArray, FloatArray]:
+    """Centre of pressure [m] and resultant [N] of the interfaces that carry any, shapes (i, 3)."""
+    force = np.asarray(contacts.point_data[fields.REACTION], float)
+    normal = np.asarray(contacts.point_data[fields.NORMAL], float)
+    _, where = np.unique(np.asarray(contacts.point_data[fields.INTERFACE]), return_inverse=True)
+    pressure = np.maximum(np.einsum("ci,ci->c", force, normal), 0.0)
+    total = np.bincount(where, pressure)
+    resultant = np.stack([np.bincount(where, f) for f in force.T], axis=1)
+    points = np.asarray(contacts.points, float)
+    moment = np.stack([np.bincount(where, pressure * x) for x in points.T], axis=1)
+    loaded = total > 1e-12 * total.max(initial=0.0)
+    return moment[loaded] / total[loaded, None], resultant[loaded]
+
+
+def add_arrows(stage: Stage, points: FloatArray, vectors: FloatArray, colour: str, *, fine: bool) -> None:
+    """Arrows from ``points`` along ``vectors`` [m]; coarse ones where there are many."""
+    import pyvista as pv  # noqa: PLC0415
+
+    if not len(points):
+        return
+    corners = 20 if fine else 6  # of an arrow's section: a large cloud needs memory
+    arrow = pv.Arrow(
+        tip_length=0.28,
+        tip_radius=0.085,
+        shaft_radius=0.028,
+        tip_resolution=corners,
+        shaft_resolution=corners,
+    )
+    cloud = pv.PolyData(points)
+    cloud["_force"] = vectors
+    stage.solid(cloud.glyph(orient="_force", scale="_force", factor=1.0, geom=arrow), colour)
+
+
+def legend_sample(top: float, pixels: float) -> tuple[float, float]:
+    """A round value for the legend and its length, where ``top`` is ``pixels`` long."""
+    sample = round_down(top * max(1.0, 2 * SAMPLE / pixels))
+    return sample, sample / top * pixels

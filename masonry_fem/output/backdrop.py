@@ -1,0 +1,28 @@
+"""Backdrop: the blocks behind what a picture is about, and its title."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from masonry_fem.output.render import Stage
+
+STONE, GHOST = "#ebe5d8", "#8b939c"
+GLASS_CELLS = 30_000  # faces of elements
+
+
+def draw_pale(stage: Stage, surface: Any, outline: Any) -> None:
+    """Blocks as a background that bars and arrows inside them can be seen through."""
+    # through many layers of glass nothing is seen: many blocks are drawn opaque
+    opaque = stage.view.flat or surface.n_cells > GLASS_CELLS
+    stage.surface(surface, color=STONE, opacity=1.0 if opaque else 0.16)
+    stage.lines(outline, GHOST, 1.4, opacity=1.0 if opaque else 0.8)
+
+
+def title_of(title: str, what: str) -> str:
+    """First line of a sheet: the scene's title and what is shown."""
+    return f"{title}: {what}" if title else what[0].upper() + what[1:]
+
+
+def small(sentence: str) -> str:
+    """A sentence that goes on after a semicolon."""
+    return sentence[:1].lower() + sentence[1:]

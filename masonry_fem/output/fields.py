@@ -1,0 +1,150 @@
+"""Fields: displacement, velocity and stress of all blocks at one instant, on the nodes and cells of a grid.
+
+Also what contacts carry, in world axes. These named arrays are what the files hold and the
+pictures read; tensors have the components (xx, yy, zz, xy, yz, xz), which is ParaView's order.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from masonry_fem.bodies.stress import principal, von_mises
+from masonry_fem.joints.law import layers_of
+from masonry_fem.march.model import Model
+from masonry_fem.march.state import SystemState
+from masonry_fem.output.grid import Grid, three
+
+FloatArray = NDArray[np.float64]
+Arrays = dict[str, NDArray[np.generic]]
+
+DISPLACEMENT, VELOCITY = "displacement", "velocity"
+STRESS, VON_MISES, PRINCIPAL = "stress", "von_mises", "principal_stress"
+STRESS_ERROR = "stress_error"
+DIRECTIONS = ("principal_direction_1", "principal_direction_2", "principal_direction_3")
+BLOCK, GROUP, FIDELITY, MATERIAL = "block", "group", "fidelity", "material"
+REACTION, TRACTION, NORMAL, STATUS = "reaction", "traction", "normal", "status"
+GAP, SLIP, INTERFACE, AREA = "gap", "relative_velocity", "interface", "area"
+ADHESION, JUMP = "adhesion", "jump"
+BED, CRUSHED, DILATION = "bed", "crushed", "dilation"
+SCATTER = "scatter_"  # and the parameter
+CANDIDATE, ANTAGONIST = "candidate", "antagonist"
+TANGENTS, LOCAL, ARMS = ("tangent_1", "tangent_2"), "reaction_local", ("arm_candidate", "arm_antagonist")
+
+
+def point_arrays(grid: Grid, model: Model, state: SystemState) -> Arrays:
+    """Nodal fields: displacement [m], velocity [m/s] and, where a block has them, stresses [Pa]."""
+    displacement, velocity = np.zeros_like(grid.points), np.zeros_like(grid.points)
+    for (start, stop), group, moved in zip(grid.group_points, model.groups, state.bodies, strict=True):
+        bodies = range(len(group.blocks))
+        d = grid.dimension
+        displacement[start:stop, :d] = np.concatenate([group.displacement_field(moved, b) for b in bodies])
+        velocity[start:stop, :d] = np.concatenate([group.velocity_field(moved, b) for b in bodies])
+    arrays: Arrays = {DISPLACEMENT: displacement, VELOCITY: velocity, BLOCK: grid.point_block}
+    stress = np.full((len(grid.points), 6), np.nan)
+    for (start, stop), group, moved in zip(grid.group_points, model.groups, state.bodies, strict=True):
+        field = group.stress(moved)
+        if field is not None:
+            stress[start:stop] = field.nodal.reshape(-1, 6)
+    return arrays | stress_arrays(stress)
+
+
+def cell_arrays(grid: Grid, model: Model, state: SystemState) -> Arrays:
+    """Cell fields: block and group numbers and, where a block has them, mean stresses [Pa]."""
+    stress = np.full((len(grid.types), 6), np.nan)
+    for (start, stop), group, moved in zip(grid.group_cells, model.groups, state.bodies, strict=True):
+        field = group.stress(moved)
+        if field is not None:
+            mean = np.einsum("bcgs,cg->bcs", field.gauss, field.weight) / field.weight.sum(axis=1)[:, None]
+            stress[start:stop] = mean.reshape(-1, 6)
+    numbers: Arrays = {BLOCK: grid.cell_block, GROUP: grid.cell_group, FIDELITY: grid.cell_fidelity}
+    return numbers | stress_arrays(stress) | _stress_error(grid, model, state)
+
+
+def _stress_error(grid: Grid, model: Model, state: SystemState) -> Arrays:
+    """Estimated error of the stress as density e²/V [J/m³ = Pa], NaN in rigid blocks; {} where all are."""
+    density, known = np.full(len(grid.types), np.nan), False
+    for (start, stop), group, moved in zip(grid.group_cells, model.groups, state.bodies, strict=True):
+        error = group.stress_error(moved)
+        if error is not None:
+            density[start:stop], known = (error.squares / error.volume).ravel(), True
+    return {STRESS_ERROR: density} if known else {}
+
+
+def stress_arrays(stress: FloatArray) -> Arrays:
+    """Stress, von Mises, principal values (largest first) and directions; {} where no row has a value.
+
+    Rows without stress (rigid blocks) hold NaN throughout.
+    """
+    known = ~np.isnan(stress[:, 0])
+    if not known.any():
+        return {}
+    values = np.full((len(stress), 3), np.nan)
+    directions = np.full((len(stress), 3, 3), np.nan)
+    mises = np.full(len(stress), np.nan)
+    values[known], directions[known] = principal(stress[known])
+    mises[known] = von_mises(stress[known])
+    named = {name: directions[:, i] for i, name in enumerate(DIRECTIONS)}
+    return {STRESS: stress, VON_MISES: mises, PRINCIPAL: values, **named}
+
+
+def joint_arrays(model: Model, state: SystemState) -> Arrays:
+    """What joint laws remember, in world axes; {} where all joints are dry.
+
+    The intensity of adhesion β (NaN in dry joints) and the jump [m]; with mortar what its bed gives way and
+    the part of it that is crushed [m], ≤ 0; with dilatancy the opening by sliding [m].
+    """
+    joints = state.joints
+    if model.laws is None or joints is None or state.jump is None:
+        return {}
+
+    def world(vectors: FloatArray) -> FloatArray:
+        return three(np.einsum("cai,ca->ci", state.frame, vectors))
+
+    bonded = model.laws.initial(*state.jump.shape).adhesion > 0
+    arrays: Arrays = {ADHESION: np.where(bonded, joints.adhesion, np.nan), JUMP: world(state.jump)}
+    layers = {law.name for part, _ in model.laws.parts for law in layers_of(part)}
+    if "bed" in layers:
+        arrays |= {BED: world(joints.bed), CRUSHED: joints.crushed}
+    return arrays | ({DILATION: joints.dilation} if "rough" in layers else {})
+
+
+def _arms(state: SystemState) -> Arrays:
+    """Where reactions act on the two blocks as these balance [m]; {} where no march has said it."""
+    if state.acting is None:
+        return {}
+    return {name: three(state.acting.arms[:, side]) for side, name in enumerate(ARMS)}
+
+
+def contact_arrays(model: Model, state: SystemState) -> Arrays:
+    """What contact points carry, in world axes; reactions [N] act on the candidate.
+
+    ``reaction_local`` has their components along the normal and the tangents; ``arm_candidate`` and
+    ``arm_antagonist`` are where they act on the two blocks as these balance (``dynamics.acting``).
+    What joint laws remember is there where they are (``joint_arrays``).
+    Properties that scatter stand as factors on the scene's values: ``scatter_cohesion``.
+    """
+    contacts, frame = model.contacts, state.reaction_frame
+    reaction = three(np.einsum("cai,ca->ci", frame, state.reaction))
+    area = contacts.area[:, None]  # nothing belongs to the corner nodes of quadratic triangles
+    cohesion = joint_arrays(model, state)
+    scatter: Arrays = {SCATTER + name.replace(".", "_"): values for name, values in model.scatter.items()}
+    return (
+        cohesion
+        | scatter
+        | {
+            REACTION: reaction,
+            TRACTION: np.divide(reaction, area, out=np.zeros_like(reaction), where=area > 0),
+            LOCAL: three(state.reaction),
+            NORMAL: three(frame[:, 0]),
+            **{name: three(frame[:, 1 + i]) for i, name in enumerate(TANGENTS[: frame.shape[1] - 1])},
+            **_arms(state),
+            SLIP: three(np.einsum("cai,ca->ci", frame, state.velocity)),
+            GAP: state.gap,
+            STATUS: state.status.astype(np.int64),
+            AREA: contacts.area,
+            INTERFACE: contacts.interface,
+            CANDIDATE: contacts.blocks[:, 0],
+            ANTAGONIST: contacts.blocks[:, 1],
+        }
+    )

@@ -1,0 +1,177 @@
+"""Grid: the cells of all blocks of a model as one unstructured mesh in VTK's terms. NumPy only.
+
+Blocks share no nodes: a grid is their disjoint union, ordered by group and by block within the
+group, so that a group's fields drop into one slice. Rigid blocks are cells of VTK's where they have the
+form of one; else polyhedra or, as few programs read these beside other cells, the polygons of their faces.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from masonry_fem.bodies.base import BodyGroup
+from masonry_fem.march.model import Model
+from masonry_fem.output.cell import standard_cell
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+VERTEX, POLYGON, POLYHEDRON = 1, 7, 42
+VTK_TYPE = {
+    "triangle": 5, "quad": 9, "tetra": 10, "hexahedron": 12,
+    "triangle6": 22, "tetra10": 24, "quad9": 28, "hexahedron27": 29,
+}  # fmt: skip
+SUPPORT, RIGID, ELASTIC = 0, 1, 2
+FIDELITY_NAMES = ("support", "rigid", "elastic")
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """n nodes and m cells of all blocks.
+
+    Attributes
+    ----------
+    dimension : 2 or 3, that of the model; points always have three components.
+    points : Reference positions [m], shape (n, 3).
+    connectivity : Nodes of the cells one after another, shape (k,).
+    offsets : End of each cell in ``connectivity``, shape (m,).
+    types : VTK cell types, shape (m,).
+    faces : VTK face streams of the polyhedra one after another; empty where there are none.
+    face_offsets : End of each cell in ``faces``, −1 for a cell that is no polyhedron, shape (m,).
+    point_block, cell_block : Block number in the assembly, shapes (n,) and (m,).
+    cell_group : Body group of each cell, shape (m,).
+    cell_fidelity : SUPPORT, RIGID or ELASTIC, shape (m,).
+    group_points, group_cells : Range (start, stop) of each body group's nodes and cells.
+    """
+
+    dimension: int
+    points: FloatArray
+    connectivity: IntArray
+    offsets: IntArray
+    types: NDArray[np.uint8]
+    faces: IntArray
+    face_offsets: IntArray
+    point_block: IntArray
+    cell_block: IntArray
+    cell_group: IntArray
+    cell_fidelity: IntArray
+    group_points: tuple[tuple[int, int], ...]
+    group_cells: tuple[tuple[int, int], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Cells:
+    """Cells of one block over its own nodes."""
+
+    sizes: IntArray
+    connectivity: IntArray
+    kind: int
+    stream: IntArray
+
+
+def grid_of(model: Model, *, shells: bool = False) -> Grid:
+    """The grid of a model; walks over its blocks once. With ``shells`` it has no polyhedra."""
+    points, blocks, parts, starts = [], [], [], [0]
+    cell_group, cell_fidelity, group_points, group_cells = [], [], [], []
+    cell_count = 0
+    for number, group in enumerate(model.groups):
+        first = starts[-1], cell_count
+        for body, block in enumerate(group.blocks):
+            nodes = three(group.nodes(body))
+            part = _cells(group, body, shells)
+            points.append(nodes)
+            parts.append(part)
+            blocks.append(int(block))
+            starts.append(starts[-1] + len(nodes))
+            cell_count += len(part.sizes)
+        group_points.append((first[0], starts[-1]))
+        group_cells.append((first[1], cell_count))
+        cell_group.append(np.full(cell_count - first[1], number))
+        cell_fidelity.append(np.full(cell_count - first[1], _fidelity(group)))
+    counts = np.array([len(part.sizes) for part in parts])
+    faces, face_offsets = _join_streams(parts, starts)
+    return Grid(
+        dimension=model.assembly.dimension,
+        points=np.concatenate(points),
+        connectivity=np.concatenate([p.connectivity + s for p, s in zip(parts, starts, strict=False)]),
+        offsets=np.cumsum(np.concatenate([p.sizes for p in parts])),
+        types=np.repeat([p.kind for p in parts], counts).astype(np.uint8),
+        faces=faces,
+        face_offsets=face_offsets,
+        point_block=np.repeat(blocks, [len(p) for p in points]),
+        cell_block=np.repeat(blocks, counts),
+        cell_group=np.concatenate(cell_group),
+        cell_fidelity=np.concatenate(cell_fidelity),
+        group_points=tuple(group_points),
+        group_cells=tuple(group_cells),
+    )
+
+
+def three(vectors: FloatArray) -> FloatArray:
+    """Vectors with a zero third component where they have two, shape (..., 3)."""
+    if vectors.shape[-1] == 3:
+        return np.asarray(vectors, float)
+    return np.concatenate([vectors, np.zeros((*vectors.shape[:-1], 1))], axis=-1)
+
+
+def polygon_of(edges: Sequence[Any] | IntArray) -> IntArray:
+    """Node loop of a polygon given by its directed edges (a, b) in any order."""
+    follower = {int(a): int(b) for a, b in edges}
+    loop = [int(edges[0][0])]
+    while len(loop) < len(edges):
+        loop.append(follower[loop[-1]])
+    return np.array(loop)
+
+
+def _fidelity(group: BodyGroup) -> int:
+    if group.prescribed:
+        return SUPPORT
+    return RIGID if group.cell == "polytope" else ELASTIC
+
+
+def _cells(group: BodyGroup, body: int, shells: bool) -> _Cells:
+    nothing = np.zeros(0, dtype=np.int64)
+    cells = group.cells(body)
+    if group.cell != "polytope":
+        table = np.asarray(cells, dtype=np.int64)
+        return _Cells(np.full(len(table), table.shape[1]), table.ravel(), VTK_TYPE[group.cell], nothing)
+    if group.nodes(body).shape[1] == 2:
+        loop = polygon_of(cells)
+        return _Cells(np.array([len(loop)]), loop, POLYGON, nothing)
+    faces = tuple(map(tuple, cells))
+    if (found := standard_cell(faces)) is not None:
+        kind, nodes = found
+        return _Cells(np.array([len(nodes)]), np.array(nodes), kind, nothing)
+    if shells:
+        return _Cells(np.array([*map(len, faces)]), np.concatenate(faces), POLYGON, nothing)
+    corners = np.unique(np.concatenate([np.asarray(face) for face in cells]))
+    stream = np.concatenate([[len(cells)], *([len(face), *face] for face in cells)])
+    return _Cells(np.array([len(corners)]), corners, POLYHEDRON, stream)
+
+
+def _join_streams(parts: Sequence[_Cells], starts: Sequence[int]) -> tuple[IntArray, IntArray]:
+    """Face streams with the node numbers of the grid, and where each cell's stream ends."""
+    streams, ends, length = [], [], 0
+    for part, start in zip(parts, starts, strict=False):
+        if not part.stream.size:
+            ends.append(np.full(len(part.sizes), -1))
+            continue
+        streams.append(_shifted(part.stream, start))
+        length += part.stream.size
+        ends.append(np.array([length]))
+    faces = np.concatenate(streams) if streams else np.zeros(0, dtype=np.int64)
+    return faces, np.concatenate(ends)
+
+
+def _shifted(stream: IntArray, start: int) -> IntArray:
+    shifted, at = stream.copy(), 1
+    while at < len(stream):
+        size = stream[at]
+        shifted[at + 1 : at + 1 + size] += start
+        at += size + 1
+    return shifted

@@ -1,0 +1,84 @@
+"""Interface fields: the faces of joints as cells, with what they carry and how far they opened and slid.
+
+These named arrays are what the field files ``interfaces_*.vtu`` hold and the pictures of joints read.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from masonry_fem.march.model import Model
+from masonry_fem.output.fields import ANTAGONIST, CANDIDATE, DISPLACEMENT, INTERFACE, STATUS, Arrays
+from masonry_fem.output.grid import POLYGON, VERTEX, three
+from masonry_fem.output.interfaces import InterfaceForces
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+LINE = 3  # VTK's
+FORCE, CENTRE, ECCENTRICITY = "force", "centre_of_pressure", "eccentricity_ratio"
+OPENING, SLIDING, SLIDES, KERN, PRESSURE = "opening", "sliding", "slides", "kern", "pressure"
+LABEL = "label"
+
+
+def labels_of(model: Model) -> list[str]:
+    """Label of each joint; their numbers are those of the sorted labels."""
+    return [interface.label for interface in model.interfaces]
+
+
+@dataclass(frozen=True, slots=True)
+class InterfaceFields:
+    """Faces as cells over corners of their own.
+
+    Attributes
+    ----------
+    points : Corners in the reference configuration, shape (n, 3) [m].
+    offsets : End of each face in them, shape (i,). types : VTK cell types, shape (i,).
+    corner_arrays : Displacement, opening and sliding [m], shape (n, ...).
+    face_arrays : Forces [N], centres of pressure [m] (NaN where none), states, greatest opening and
+        sliding [m], shape (i, ...).
+    """
+
+    points: FloatArray
+    offsets: IntArray
+    types: NDArray[np.uint8]
+    corner_arrays: Arrays
+    face_arrays: Arrays
+
+    @classmethod
+    def of(cls, model: Model, told: InterfaceForces) -> InterfaceFields:
+        """Those of a model's interfaces."""
+        faces = told.faces
+        real = np.arange(faces.polygon.shape[1]) < faces.corners[:, None]
+        points = three(told.corner_reference[real])
+        blocks = np.array([one.blocks for one in model.interfaces], dtype=np.int64).reshape(-1, 2)
+        size = np.where(faces.size > 0, faces.size, np.inf)
+        types = np.where(faces.corners > 2, POLYGON, np.where(faces.corners == 2, LINE, VERTEX))
+        return cls(
+            points,
+            np.cumsum(faces.corners),
+            types.astype(np.uint8),
+            {
+                DISPLACEMENT: three(faces.polygon[real]) - points,
+                OPENING: told.corner_opening[real],
+                SLIDING: told.corner_sliding[real],
+            },
+            {
+                INTERFACE: np.arange(len(blocks)),
+                LABEL: np.unique(labels_of(model), return_inverse=True)[1],
+                CANDIDATE: blocks[:, 0],
+                ANTAGONIST: blocks[:, 1],
+                STATUS: told.status,
+                SLIDES: told.slides.astype(np.int64),
+                FORCE: three(told.force),
+                CENTRE: three(told.centre),
+                ECCENTRICITY: told.eccentricity / size,
+                KERN: told.kern,
+                OPENING: told.opening,
+                SLIDING: told.sliding[:, 1],
+                PRESSURE: told.linear.pressure,
+            },
+        )

@@ -1,0 +1,182 @@
+"""Interface table: ``interfaces.csv``, one line a joint between two blocks at the end of a run.
+
+With field files ``interfaces.pvd`` has the same for each recorded step, for ParaView. The header
+states units; of plane scenes forces are for a metre of depth. A cell is empty where a joint has no
+such value: an open one has no centre of pressure.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from masonry_fem.host.atomic import write_atomic
+from masonry_fem.march.determinacy import COMPONENTS, ForceDeterminacy
+from masonry_fem.march.model import Model
+from masonry_fem.march.state import SystemState
+from masonry_fem.output.determinacy import interface_name
+from masonry_fem.output.interface_fields import InterfaceFields, labels_of
+from masonry_fem.output.interfaces import STATUS_WORDS, InterfaceForces, interface_forces
+from masonry_fem.output.joint_faces import JointFaces
+from masonry_fem.output.recorder import StepReport
+from masonry_fem.output.vtu import Series, field_data, named, write_faces
+
+Columns = dict[str, list[Any]]
+
+
+class InterfaceTable:
+    """Recorder of ``directory/interfaces.csv`` and, with ``fields``, of ``interfaces.pvd``."""
+
+    dense = False
+    amendable = True
+
+    def __init__(self, directory: Path, *, fields: bool = False) -> None:
+        self.path, self._fields = Path(directory) / "interfaces.csv", fields
+        self._series = Series(Path(directory), "interfaces")
+        self._faces: tuple[Model, JointFaces] | None = None
+        self._last: tuple[Model, SystemState] | None = None
+        self._determined: ForceDeterminacy | None = None
+
+    def start(self, model: Model) -> None:
+        """Nothing is written before the first step."""
+
+    def record(self, model: Model, state: SystemState, report: StepReport) -> None:
+        """Keep the state for the table and write the step of the series."""
+        self._last = model, state
+        if self._fields and model.interfaces:
+            told = interface_forces(model, state, self._faces_of(model))
+            path = self._series.next_path(state.index)
+            meta = {"status_names": named(STATUS_WORDS), "label_names": named(np.unique(labels_of(model)))}
+            write_faces(path, InterfaceFields.of(model, told), field_data(model, state) | meta)
+            self._series.add(path, report.time)
+
+    def determine(self, told: ForceDeterminacy) -> None:
+        """Say which forces of the last state are facts, for columns of their own."""
+        self._determined = told
+
+    def close(self, summary: Mapping[str, Any]) -> list[Path]:
+        """Write the table."""
+        last, self._last = self._last, None
+        paths = [self._series.path] if self._series.path.exists() and self._fields else []
+        if last is None:
+            return paths
+        model, state = last
+        told = interface_forces(model, state, self._faces_of(model))
+        return [write_interfaces(self.path, model, state, told, self._determined), *paths]
+
+    def _faces_of(self, model: Model) -> JointFaces:
+        """The faces, which last as long as the model."""
+        if self._faces is None or self._faces[0] is not model:
+            self._faces = model, JointFaces.of(model)
+        return self._faces[1]
+
+
+def write_interfaces(
+    path: Path, model: Model, state: SystemState, told: InterfaceForces,
+    determined: ForceDeterminacy | None = None,
+) -> Path:  # fmt: skip
+    """Write the table of one state."""
+    columns = interface_columns(model, state, told)
+    if determined is not None:
+        columns |= _determined(model, determined)
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(columns)
+    table.writerows([_cell(value) for value in row] for row in zip(*columns.values(), strict=True))
+    write_atomic(path, text.getvalue().encode())
+    return path
+
+
+def interface_columns(model: Model, state: SystemState, told: InterfaceForces) -> Columns:
+    """The columns of the table by their headings, each with a value a joint."""
+    flat = model.assembly.dimension == 2
+    newton, square = ("N/m", "m") if flat else ("N", "m2")
+    world, axes = ("xy", ("",)) if flat else ("xyz", ("_1", "_2"))
+    faces, count = told.faces, len(model.interfaces)
+    names = [[model.assembly.blocks[b].name for b in one.blocks] for one in model.interfaces]
+    ratio = told.eccentricity / np.where(faces.size > 0, faces.size, np.inf)
+    columns: Columns = {
+        "time [s]": [state.time] * count,
+        "interface": list(range(count)),
+        "candidate": [pair[0] for pair in names],
+        "antagonist": [pair[1] for pair in names],
+        "label": [one.label for one in model.interfaces],
+        f"area [{square}]": faces.area.tolist(),
+        "status": told.status_words,
+        "edge": list(told.edge),
+        "slides": told.slides.astype(int).tolist(),
+        f"normal_force [{newton}]": told.normal.tolist(),
+        f"shear_force [{newton}]": np.linalg.norm(told.shear, axis=1).tolist(),
+        **_spread(f"shear{{}} [{newton}]", axes, told.shear),
+        **_spread(f"force_{{}} [{newton}]", world, told.force),
+        **_spread(f"moment_{{}} [{newton} m]".replace("N/m m", "N"), "z" if flat else world, told.moment),
+        **_spread("centre_{} [m]", world, told.centre),
+        **_spread("eccentricity{} [m]", axes, told.eccentricity),
+        **_spread("eccentricity_ratio{} [-]", axes, ratio),
+        "kern [-]": told.kern.tolist(),
+        "friction [-]": told.friction.tolist(),
+        "friction_used [-]": told.friction_used.tolist(),
+        "opening [m]": told.opening.tolist(),
+        "sliding [m]": told.sliding[:, 0].tolist(),
+        "greatest_sliding [m]": told.sliding[:, 1].tolist(),
+        "linear_pressure [Pa]": told.linear.pressure.tolist(),
+        f"linear_area [{square}]": told.linear.area.tolist(),
+        "plastic_pressure [Pa]": told.plastic.pressure.tolist(),
+        f"plastic_area [{square}]": told.plastic.area.tolist(),
+        **_spread("middle_{} [m]", world, faces.centroid),
+        **_spread("normal_{} [-]", world, faces.normal),
+    }
+    for number, axis in enumerate(axes):
+        columns |= _spread(f"axis{axis}_{{}} [-]", world, faces.axes[:, number])
+        columns[f"size{axis} [m]"] = faces.size[:, number].tolist()
+        for end, word in enumerate(("low", "high")):
+            columns[f"{word}_side{axis}"] = [sides[number][end] for sides in faces.sides]
+    return columns
+
+
+def joint_summary(model: Model, state: SystemState) -> dict[str, Any]:
+    """How many joints are in which state, and where the most open and the most slid are [m]."""
+    told = interface_forces(model, state)
+    counts = np.bincount(told.status, minlength=len(STATUS_WORDS))
+
+    def most(values: np.ndarray) -> dict[str, Any] | None:
+        if not values.size:
+            return None
+        k = int(values.argmax())
+        return {"value": float(values[k]), "interface": interface_name(model, k)}
+
+    return {
+        **{word.replace(" ", "_"): int(n) for word, n in zip(STATUS_WORDS, counts, strict=True)},
+        "slide": int(told.slides.sum()),
+        "greatest_opening": most(told.opening),
+        "greatest_sliding": most(told.sliding[:, 1]),
+    }
+
+
+def _spread(heading: str, names: str | tuple[str, ...], values: np.ndarray) -> Columns:
+    """One column a component."""
+    return {heading.format(name): values[:, i].tolist() for i, name in enumerate(names)}
+
+
+def _determined(model: Model, told: ForceDeterminacy) -> Columns:
+    """1 where every solution has the same normal force, shear force and centre of pressure."""
+    names = COMPONENTS[model.assembly.dimension]
+    rows = {name: told.determined[:, i] for i, name in enumerate(names)}
+    bending = [rows[name] for name in names if name in ("moment", "moment_tangent_1", "moment_tangent_2")]
+    shear = [rows[name] for name in names if name.startswith("tangent")]
+    centre = np.logical_and.reduce([rows["normal"], *bending])
+    return {
+        "normal_force_determined": rows["normal"].astype(int).tolist(),
+        "shear_force_determined": np.logical_and.reduce(shear).astype(int).tolist(),
+        "centre_determined": centre.astype(int).tolist(),
+    }
+
+
+def _cell(value: Any) -> Any:
+    return "" if isinstance(value, float) and math.isnan(value) else value

@@ -1,0 +1,192 @@
+"""Joint faces: the common faces of blocks as plane figures: middle, axes, sides, moments of area.
+
+    faces = JointFaces.of(model)
+    faces.centroid[k], faces.axes[k], faces.extent[k], faces.sides[k]
+
+Axes are those of the smallest rectangle about a face that has a side on one of its edges, so that
+an oblong face has its length and its width as axes. In 2D a face is a length and has one axis.
+They stand in the reference configuration; ``interfaces`` moves them along with the blocks.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from masonry_fem.contact.contacts import Interface
+from masonry_fem.contact.kinematics import local_frames
+from masonry_fem.march.model import Model
+from masonry_fem.output.polygon_moments import polygon_moments
+from masonry_fem.solid.assembly import Assembly
+from masonry_fem.solid.polytope import Polytope
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+BESIDE = 1e-3  # of a face's size: a block's face that far from the end of a joint bounds it
+
+SLANTWISE = 0.2  # cosine to the axis: a face that looks that much along it may bound a joint
+
+
+@dataclass(frozen=True, slots=True)
+class JointFaces:
+    """i interfaces; a = 1 axis in 2D, 2 in 3D.
+
+    Attributes
+    ----------
+    polygon : Corners, padded with the last one, shape (i, k, d) [m].
+    corners : How many are real, shape (i,).
+    normal : Towards the candidate, shape (i, d).
+    axes : Unit vectors in the face; normal and axes are right-handed, shape (i, a, d).
+    centroid : shape (i, d) [m].
+    flat : Corners from the centroid along the axes, shape (i, k, a) [m].
+    extent : Ends of the face along the axes from its centroid, low and high, shape (i, a, 2) [m].
+    area : Measure of the face [m²; m in 2D], shape (i,); 0 where a corner or an edge stands.
+    second : Second moments of area about the centroid, shape (i, a, a) [m⁴; m³ in 2D].
+    sides : Names of the blocks' faces at these ends ("" where none bounds it), a pairs each.
+    """
+
+    polygon: FloatArray
+    corners: IntArray
+    normal: FloatArray
+    axes: FloatArray
+    centroid: FloatArray
+    flat: FloatArray
+    extent: FloatArray
+    area: FloatArray
+    second: FloatArray
+    sides: tuple[tuple[tuple[str, str], ...], ...]
+
+    @classmethod
+    def of(cls, model: Model) -> JointFaces:
+        """The faces of a model's interfaces."""
+        d, interfaces = model.assembly.dimension, model.interfaces
+        normal = np.array([one.normal for one in interfaces]).reshape(-1, d)
+        corners = np.array([len(one.polygon) for one in interfaces], dtype=np.int64)
+        most = int(corners.max(initial=1))
+        polygon = np.array([_padded(one.polygon, most) for one in interfaces]).reshape(-1, most, d)
+        tangents = local_frames(normal)[:, 1:]
+        middle = polygon.mean(axis=1)
+        raw = np.einsum("ikd,iad->ika", polygon - middle[:, None], tangents)
+        axes = tangents if d == 2 else _flush_axes(raw, tangents)
+        raw = np.einsum("ikd,iad->ika", polygon - middle[:, None], axes)
+        area = np.array([one.area for one in interfaces])
+        first, second = _moments(raw, corners)
+        centroid = middle + np.einsum("ia,iad->id", first, axes)
+        flat = raw - first[:, None]
+        extent = np.stack([flat.min(axis=1), flat.max(axis=1)], axis=2)
+        ends = _ends(flat, extent, centroid, axes)
+        planes = [_Planes.of(shape.solid) for shape in model.assembly.shapes]
+        size = np.ptp(extent, axis=2)
+        sides = tuple(
+            _sides(model.assembly, planes, one, ends[k], axes[k], size[k]) for k, one in enumerate(interfaces)
+        )
+        return cls(polygon, corners, normal, axes, centroid, flat, extent, area, second, sides)
+
+    @property
+    def size(self) -> FloatArray:
+        """Length of each face along its axes, shape (i, a) [m]."""
+        size: FloatArray = self.extent[:, :, 1] - self.extent[:, :, 0]
+        return size
+
+
+def _padded(polygon: FloatArray, count: int) -> FloatArray:
+    return np.concatenate([polygon, np.repeat(polygon[-1:], count - len(polygon), axis=0)])
+
+
+def _flush_axes(flat: FloatArray, tangents: FloatArray) -> FloatArray:
+    """Axes along the sides of the smallest rectangle that has a polygon's edge in a side, (i, 2, 3)."""
+    edge = np.roll(flat, -1, axis=1) - flat
+    length = np.linalg.norm(edge, axis=2)
+    real = length > 1e-9 * length.max(axis=1, initial=0.0)[:, None]
+    along = np.where(real[:, :, None], edge, [1.0, 0.0]) / np.where(real, length, 1.0)[:, :, None]
+    across = np.stack([-along[:, :, 1], along[:, :, 0]], axis=2)
+    spans = [np.ptp(np.einsum("ika,ima->ikm", axis, flat), axis=2) for axis in (along, across)]
+    # of rectangles alike (all edges of a square) the one that lies along the contact frame
+    tilt = np.minimum(np.abs(along[:, :, 0]), np.abs(along[:, :, 1]))
+    box = spans[0] * spans[1]
+    box = box * (1 + 1e-6 * tilt) + np.where(real, 0.0, np.inf)
+    # edges without area, points: their own direction, or that of the frame
+    best = np.where(real.any(axis=1), box.argmin(axis=1), 0)
+    chosen = np.take_along_axis(along, best[:, None, None], axis=1)[:, 0]
+    turned = np.stack([-chosen[:, 1], chosen[:, 0]], axis=1)
+    # of the four directions the one nearest to the frame's first comes first
+    first = np.where((np.abs(chosen[:, :1]) >= np.abs(turned[:, :1]) * (1 - 1e-9)), chosen, turned)
+    first *= np.where(first[:, :1] < 0, -1.0, 1.0)
+    plane = np.stack([first, np.stack([-first[:, 1], first[:, 0]], axis=1)], axis=1)
+    axes: FloatArray = np.einsum("iab,ibd->iad", plane, tangents)
+    return axes
+
+
+def _moments(flat: FloatArray, corners: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Centroid (i, a) and second moments about it (i, a, a) of faces given by their corners."""
+    count, _, a = flat.shape
+    real = np.arange(flat.shape[1]) < corners[:, None]
+    mean = (flat * real[:, :, None]).sum(axis=1) / corners[:, None]
+    if a == 1:
+        length = flat.max(axis=1) - flat.min(axis=1)
+        return mean, (length**3 / 12)[:, :, None]
+    area, first, second = polygon_moments(flat)
+    solid = area > 1e-12 * np.square(flat).sum(axis=2).max(axis=1, initial=0.0)
+    centroid = np.where(solid[:, None], first / np.where(solid, area, 1.0)[:, None], mean)
+    about = second - area[:, None, None] * centroid[:, :, None] * centroid[:, None, :]
+    return centroid, np.where(solid[:, None, None], about, np.zeros((count, a, a)))
+
+
+@dataclass(frozen=True, slots=True)
+class _Planes:
+    """Planes of a shape's faces: normals (f, d), their distances from the origin (f,) [m], names."""
+
+    normal: FloatArray
+    distance: FloatArray
+    names: tuple[str, ...]
+
+    @classmethod
+    def of(cls, solid: Polytope) -> _Planes:
+        normal = np.array([solid.normal(face) for face in range(len(solid.faces))])
+        on = np.array([solid.vertices[loop[0]] for loop in solid.faces])
+        return cls(normal, np.einsum("fd,fd->f", normal, on), solid.names)
+
+
+def _sides(
+    assembly: Assembly, planes: list[_Planes], interface: Interface, ends: FloatArray, axes: FloatArray,
+    size: FloatArray,
+) -> tuple[tuple[str, str], ...]:  # fmt: skip
+    """Names of the block faces that bound a joint at the ``ends`` (a, 2, d) of its axes."""
+    named = [
+        [
+            _bounding_face(assembly, planes, interface, ends[axis, end], outwards, float(size[axis]))
+            for end, outwards in enumerate((-axes[axis], axes[axis]))
+        ]
+        for axis in range(len(axes))
+    ]
+    return tuple((low, high) for low, high in named)
+
+
+def _bounding_face(
+    assembly: Assembly, planes: list[_Planes], interface: Interface, point: FloatArray,
+    outwards: FloatArray, size: float,
+) -> str:  # fmt: skip
+    """Name of the face of one of the two blocks that passes through the end of a joint."""
+    for block, own in zip(interface.blocks, interface.faces, strict=True):
+        pose, shape = assembly.blocks[block].pose, planes[assembly.blocks[block].shape]
+        away = np.abs(shape.normal @ pose.to_shape(point) - shape.distance)
+        facing = shape.normal @ (outwards @ pose.rotation)
+        facing[(away > BESIDE * size) | (facing < SLANTWISE)] = 0.0
+        facing[own] = 0.0
+        best = int(facing.argmax())
+        if facing[best] > 0 and shape.names[best]:
+            return shape.names[best]
+    return ""
+
+
+def _ends(flat: FloatArray, extent: FloatArray, centroid: FloatArray, axes: FloatArray) -> FloatArray:
+    """Middles of the outermost corners at both ends of each axis, shape (i, a, 2, d) [m]."""
+    reach = extent[:, None]  # (i, 1, a, 2)
+    width = np.maximum(np.ptp(extent, axis=2), 0.0)[:, None, :, None]
+    there = (np.abs(flat[:, :, :, None] - reach) <= 1e-6 * width).astype(float)  # (i, k, a, 2)
+    middle = np.einsum("ikae,ikb->iaeb", there, flat) / there.sum(axis=1)[:, :, :, None]
+    ends: FloatArray = centroid[:, None, None] + np.einsum("iaeb,ibd->iaed", middle, axes)
+    return ends

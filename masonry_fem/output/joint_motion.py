@@ -1,0 +1,105 @@
+"""Joint motion: where the faces of joints are now, and how far the blocks have slid on each other.
+
+    points = both_points(model, state)               # of candidates and antagonists
+    faces = moved_faces(model, state, JointFaces.of(model), points)
+    slides_of(model, state, points)
+
+Faces turn with the antagonists, rigidly: elastic blocks strain too little for that to matter.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from masonry_fem.march.coupling import connect
+from masonry_fem.march.model import Model
+from masonry_fem.march.state import SystemState
+from masonry_fem.output.joint_faces import JointFaces
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+def both_points(model: Model, state: SystemState) -> FloatArray:
+    """Where the candidates' and the antagonists' points are now, shape (c, 2, d) [m]."""
+    coupling = connect(model)
+    points = np.empty_like(model.contacts.points)
+    for sides, attachment, own in zip(coupling.sides, coupling.attachments, state.bodies, strict=True):
+        points[sides.contact, sides.side] = attachment.positions(own)
+    return points
+
+
+def first_contacts(model: Model) -> IntArray:
+    """First contact of each interface, shape (i,)."""
+    number = model.contacts.interface
+    first = np.zeros(len(model.interfaces), dtype=np.int64)
+    first[number[::-1]] = np.arange(len(number))[::-1]
+    return first
+
+
+def signs(model: Model) -> FloatArray:
+    """−1 where an interface's contacts have its candidate for antagonist, shape (i,)."""
+    candidate = np.array([interface.blocks[0] for interface in model.interfaces])
+    return np.where(model.contacts.blocks[first_contacts(model), 0] == candidate, 1.0, -1.0)
+
+
+def moved_faces(model: Model, state: SystemState, faces: JointFaces, points: FloatArray) -> JointFaces:
+    """The faces where they are now: on the antagonists, but along them with the candidates' points.
+
+    Reactions act at these: a face that stayed behind what slides would end before its centre of pressure.
+    """
+    number, count = model.contacts.interface, len(model.interfaces)
+    first = first_contacts(model)
+    turn = np.einsum("iab,iac->ibc", state.frame[first], model.contacts.frame[first])
+    many = np.maximum(np.bincount(number, minlength=count), 1)[:, None]
+    before = sum_by(model.contacts.points[:, 1], number, count) / many
+    ahead = points[:, 0] - points[:, 1]
+    ahead -= np.einsum("ca,ca->c", ahead, state.frame[:, 0])[:, None] * state.frame[:, 0]
+    shift = sum_by(points[:, 1] + ahead, number, count) / many
+
+    def carried(points: FloatArray) -> FloatArray:
+        arms = points - (before if points.ndim == 2 else before[:, None])
+        moved = np.einsum("iab,i...b->i...a", turn, arms)
+        result: FloatArray = moved + (shift if points.ndim == 2 else shift[:, None])
+        return result
+
+    return replace(
+        faces,
+        polygon=carried(faces.polygon),
+        centroid=carried(faces.centroid),
+        normal=np.einsum("iab,ib->ia", turn, faces.normal),
+        axes=np.einsum("iab,ikb->ika", turn, faces.axes),
+    )
+
+
+def slides_of(model: Model, state: SystemState, points: FloatArray) -> FloatArray:
+    """How far candidates' points have slid over the antagonists' since the start, shape (c, d − 1) [m]."""
+    frame, start = model.contacts.frame, model.contacts.points
+    now = np.einsum("cai,ci->ca", state.frame[:, 1:], points[:, 0] - points[:, 1])
+    slide: FloatArray = now - np.einsum("cai,ci->ca", frame[:, 1:], start[:, 0] - start[:, 1])
+    return slide
+
+
+def nearest_contacts(model: Model, faces: JointFaces) -> IntArray:
+    """Contact of the same interface that is nearest to each corner, shape (i, k)."""
+    number, points = model.contacts.interface, model.contacts.points[:, 1]
+    if not len(faces.polygon):
+        return np.zeros(faces.polygon.shape[:2], dtype=np.int64)
+    apart = 10.0 * float(np.ptp(faces.polygon, axis=(0, 1)).max(initial=0.0)) + 1.0
+    tree = cKDTree(np.column_stack([points, apart * number]))
+    count, corners, d = faces.polygon.shape
+    own = np.repeat(np.arange(count), corners)
+    _, nearest = tree.query(np.column_stack([faces.polygon.reshape(-1, d), apart * own]))
+    result: IntArray = np.asarray(nearest, dtype=np.int64).reshape(count, corners)
+    return result
+
+
+def sum_by(values: FloatArray, number: IntArray, count: int) -> FloatArray:
+    """Sums of what contacts have over the interfaces, shape (count, ...)."""
+    total = np.zeros((count, *values.shape[1:]))
+    np.add.at(total, number, values)
+    return total

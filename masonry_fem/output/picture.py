@@ -1,0 +1,312 @@
+"""Picture: PNG sheets of a structure: deformed shape, von Mises, principal stresses, reactions.
+
+    scenery = Scenery.of(model, state, title="Arch of 11 voussoirs")
+    paths = draw_all(scenery, Path("out/pictures"))
+
+Pictures are drawn from the named arrays that the field files hold, so that a results folder can
+be drawn again without its model (``view``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from masonry_fem.march.model import Model
+from masonry_fem.march.state import BONDED, OPEN, SLIP, STICK, SystemState
+from masonry_fem.output import fields
+from masonry_fem.output.arrows import add_arrows, interface_resultants, legend_sample
+from masonry_fem.output.backdrop import GHOST, draw_pale, title_of
+from masonry_fem.output.cut import Plane, draw_cut
+from masonry_fem.output.error_picture import draw_error
+from masonry_fem.output.joint_map import draw_opening, draw_sliding
+from masonry_fem.output.overview import draw_overview
+from masonry_fem.output.recorder import StepReport
+from masonry_fem.output.render import Stage, View, can_render
+from masonry_fem.output.scenery import DeformedShape, Scenery
+from masonry_fem.output.sheet import (
+    HELD,
+    LINE,
+    STRESS_COLOURS,
+    ColourBar,
+    Key,
+    Sheet,
+    colour_end,
+    prefix_of,
+    quantity,
+)
+from masonry_fem.output.thrust import draw_thrust
+
+FloatArray = NDArray[np.float64]
+
+COMPRESSION, TENSION = "#1f5fa8", "#c8352b"
+STATUS_COLOURS = {OPEN: "#9aa2ab", STICK: "#1b7f5c", SLIP: "#e07b1a", BONDED: "#7a4fa3"}
+STATUS_WORDS = {OPEN: "open", STICK: "stick", SLIP: "slip", BONDED: "bonded"}
+DISPLACEMENT_COLOURS = "YlGnBu"
+DAMAGE_COLOURS = "inferno_r"
+
+
+class Pictures:
+    """Recorder that draws the last state when the run ends.
+
+    With ``joints`` the thrust and the maps of openings and slides too, and the ``cuts`` asked for.
+    """
+
+    dense = True  # it keeps the state only, which costs nothing
+    amendable = True
+    draws = True
+
+    def __init__(
+        self, directory: Path, title: str = "", amplification: float | None = None, *,
+        joints: bool = False, cuts: Sequence[Plane] = (),
+    ) -> None:  # fmt: skip
+        self._directory, self._title, self._amplification = Path(directory), title, amplification
+        self._joints, self._cuts = joints, tuple(cuts)
+        self._last: tuple[Model, SystemState] | None = None
+
+    def start(self, model: Model) -> None:
+        """Nothing to prepare."""
+
+    def record(self, model: Model, state: SystemState, report: StepReport) -> None:
+        """Keep the state."""
+        self._last = model, state
+
+    def close(self, summary: Mapping[str, Any]) -> list[Path]:
+        """Draw, where this machine can."""
+        last, self._last = self._last, None
+        # who has pressed Ctrl-C does not want to wait for pictures
+        if last is None or summary.get("outcome") in ("interrupted", "failed") or not can_render():
+            return []
+        scenery = Scenery.of(*last, title=self._title, joints=self._joints)
+        paths = draw_all(scenery, self._directory, self._amplification)
+        for plane in self._cuts:
+            paths += draw_cut(scenery, plane, self._directory, self._amplification)
+        return paths
+
+
+def draw_all(scenery: Scenery, directory: Path, amplification: float | None = None) -> list[Path]:
+    """All sheets that the scenery has data for."""
+    directory = Path(directory)
+    paths = [draw_deformed(scenery, directory / "deformed.png", amplification)]
+    if fields.VON_MISES in scenery.blocks.point_data:
+        paths.append(draw_von_mises(scenery, directory / "von_mises.png", amplification))
+        paths.append(draw_principal(scenery, directory / "principal_stresses.png"))
+        if fields.STRESS_ERROR in scenery.blocks.cell_data:
+            paths.append(draw_error(scenery, directory / "stress_error.png"))
+        if scenery.contacts is not None:
+            paths.append(draw_overview(scenery, directory / "overview.png", amplification))
+    if scenery.contacts is not None:
+        paths.append(draw_reactions(scenery, directory / "reactions.png"))
+        paths.append(draw_resultants(scenery, directory / "resultants.png"))
+        if np.isfinite(_adhesion(scenery.contacts)).any():
+            paths.append(draw_damage(scenery, directory / "damage.png"))
+    if scenery.interfaces is not None:
+        paths.append(draw_thrust(scenery, directory / "thrust.png"))
+        paths.append(draw_opening(scenery, directory / "opening.png", amplification))
+        paths.append(draw_sliding(scenery, directory / "sliding.png", amplification))
+    return paths
+
+
+def draw_deformed(scenery: Scenery, path: Path, amplification: float | None = None) -> Path:
+    """Deformed shape coloured by displacement, over the outline of the reference."""
+    shape = DeformedShape(scenery, amplification)
+    size = np.linalg.norm(shape.surface.point_data[fields.DISPLACEMENT], axis=1)
+    factor, prefix = prefix_of(float(size.max(initial=0.0)))
+    shape.surface["_size"] = size / factor if shape.moves else 0 * size
+    limits = (0.0, max(float(size.max(initial=0.0)) / factor, 1e-12))
+    sheet = Sheet(title_of(scenery.title, "deformed shape"), shape.caption())
+    if shape.moves:
+        sheet.bar = ColourBar(f"displacement [{prefix}m]", DISPLACEMENT_COLOURS, limits)
+        sheet.keys.append(Key("undeformed", GHOST, "line", 44))
+    stage = Stage(View.of(shape.extent(), scenery.dimension), sheet.image_width, scenery.length)
+    stage.surface(shape.deformed(), scalars="_size", cmap=DISPLACEMENT_COLOURS, clim=limits)
+    stage.lines(shape.deformed_outline(), LINE, 1.5, rank=1)
+    stage.lines(shape.outline, GHOST, 1.3, rank=2)
+    return sheet.save(path, stage)
+
+
+def draw_von_mises(scenery: Scenery, path: Path, amplification: float | None = None) -> Path:
+    """Von Mises stress, smoothed to the nodes, on the deformed shape."""
+    shape = DeformedShape(scenery, amplification)
+    mises = np.asarray(shape.surface.point_data[fields.VON_MISES])
+    top, limit, over = colour_end(mises)
+    factor, prefix = prefix_of(limit)
+    shape.surface["_mises"] = mises / factor
+    limits = (0.0, max(limit / factor, 1e-12))
+    sheet = Sheet(
+        title_of(scenery.title, "von Mises stress"),
+        f"{shape.caption()}; stress smoothed to the nodes, greatest there {quantity(top, 'Pa')}"
+        + (f", colours end at {quantity(limit, 'Pa')}" if over else ""),
+    )
+    sheet.bar = ColourBar(f"von Mises\nat nodes [{prefix}Pa]", STRESS_COLOURS, limits, over)
+    if np.isnan(mises).any():
+        sheet.keys.append(Key("rigid, no stress", HELD))
+    stage = Stage(View.of(shape.extent(), scenery.dimension), sheet.image_width, scenery.length)
+    options = {"cmap": STRESS_COLOURS, "clim": limits, "nan_color": HELD, "n_colors": 256}
+    stage.surface(shape.deformed(), scalars="_mises", **options)
+    stage.lines(shape.deformed_elements(), LINE, 0.9, opacity=0.45)
+    stage.lines(shape.deformed_outline(), LINE, 1.6)
+    return sheet.save(path, stage)
+
+
+def draw_principal(scenery: Scenery, path: Path) -> Path:
+    """Principal stresses of the blocks' mean stress, as crosses at their centres."""
+    import pyvista as pv  # noqa: PLC0415
+
+    blocks = scenery.blocks.copy()
+    blocks.points = blocks.points + blocks.point_data[fields.DISPLACEMENT]
+    centres, stress = _block_means(blocks)
+    arrays = fields.stress_arrays(stress)
+    values = np.asarray(arrays[fields.PRINCIPAL], float)
+    directions = np.stack([np.asarray(arrays[name], float) for name in fields.DIRECTIONS], axis=1)
+    if scenery.dimension == 2:
+        values = np.where(np.abs(directions[:, :, 2]) > 0.9, 0.0, values)
+    top = float(np.abs(values).max()) or 1.0
+    arm_length = 0.45 * _spacing(centres, scenery.length)
+    half = arm_length * (values / top)[..., None] * directions
+    sheet = Sheet(
+        title_of(scenery.title, "principal stresses"),
+        f"Mean stress of each block, from {quantity(float(values.min()), 'Pa')} to "
+        f"{quantity(float(values.max()), 'Pa')} (tension positive)",
+    )
+    shape = DeformedShape(scenery, 1.0)
+    stage = Stage(View.of(shape.deformed().points, scenery.dimension), sheet.image_width, scenery.length)
+    draw_pale(stage, shape.deformed(), shape.deformed_outline())
+    radius = max(0.035 * arm_length, 1.3 / stage.scale)
+    for rank, colour, mask in ((3, COMPRESSION, values < 0), (5, TENSION, values > 0)):
+        where, which = np.nonzero(mask)
+        middle, arm = centres[where], half[where, which]
+        bars = pv.PolyData(np.concatenate([middle - arm, middle + arm]))
+        pairs = np.arange(len(where))
+        bars.lines = np.column_stack([np.full_like(pairs, 2), pairs, pairs + len(pairs)]).ravel()
+        if len(where):
+            stage.solid(bars.tube(radius=radius, n_sides=12 if len(where) < 500 else 5), colour, rank=rank)
+    sample, pixels = legend_sample(top, 2 * arm_length * stage.scale)
+    if (values < 0).any():
+        sheet.keys.append(Key(f"compression, {quantity(sample, 'Pa')}", COMPRESSION, "bar", pixels))
+    if (values > 0).any():
+        sheet.keys.append(Key(f"tension, {quantity(sample, 'Pa')}", TENSION, "bar", pixels))
+    return sheet.save(path, stage)
+
+
+def draw_reactions(scenery: Scenery, path: Path) -> Path:
+    """Reaction of each contact point on its candidate, coloured by status."""
+    contacts = scenery.contacts
+    force = np.asarray(contacts.point_data[fields.REACTION], float)
+    status = np.asarray(contacts.point_data[fields.STATUS])
+    told = (STICK, SLIP, OPEN) if fields.ADHESION not in contacts.point_data else (STICK, SLIP, BONDED, OPEN)
+    counts = ", ".join(f"{int((status == s).sum())} {STATUS_WORDS[s]}" for s in told)
+    sheet = Sheet(
+        title_of(scenery.title, "contact reactions"),
+        f"{len(force)} contact points: {counts}; displacements × 1; "
+        f"greatest {quantity(_top(force), scenery.force_unit)}",
+    )
+    parts = [(STATUS_COLOURS[s], status == s) for s in told[:-1]]
+    keys = [Key(STATUS_WORDS[s], STATUS_COLOURS[s]) for s in told[:-1]]
+    return _draw_arrows(scenery, sheet, path, contacts.points, force, parts, keys)
+
+
+def draw_resultants(scenery: Scenery, path: Path) -> Path:
+    """Resultant of each interface at its centre of pressure."""
+    points, force = interface_resultants(scenery.contacts)
+    joints = "the loaded interface" if len(force) == 1 else f"each of {len(force)} loaded interfaces"
+    sheet = Sheet(
+        title_of(scenery.title, "joint resultants"),
+        f"Resultant of {joints} at its centre of pressure, on the candidate block, displacements × 1; "
+        f"greatest {quantity(_top(force), scenery.force_unit)}",
+    )
+    return _draw_arrows(
+        scenery, sheet, path, points, force, [(COMPRESSION, np.ones(len(force), bool))], [], 1.0
+    )
+
+
+def draw_damage(scenery: Scenery, path: Path) -> Path:
+    """Damage 1 − β of the joints at their contact points, dry ones left out."""
+    import pyvista as pv  # noqa: PLC0415
+
+    contacts = scenery.contacts
+    damage = 1.0 - _adhesion(contacts)
+    cohesive = np.isfinite(damage)
+    damage = damage[cohesive]
+    broken = int((damage >= 1).sum())
+    sheet = Sheet(
+        title_of(scenery.title, "damage of the joints"),
+        f"{len(damage)} contact points: {int((damage <= 0).sum())} intact, {broken} without adhesion; "
+        "displacements × 1",
+    )
+    sheet.bar = ColourBar("damage 1 − β [-]", DAMAGE_COLOURS, (0.0, 1.0))
+    shape = DeformedShape(scenery, 1.0)
+    area = np.asarray(contacts.point_data[fields.AREA], float)[cohesive]
+    reach = 0.12 * float(np.median(np.sqrt(area) if scenery.dimension == 3 else area))
+    points = np.asarray(contacts.points, float)[cohesive]
+    view = View.of(shape.deformed().points, scenery.dimension)
+    rims = [points + side * reach * axis for axis in view.axes[:2] for side in (-1, 1)]
+    view = View.of(np.concatenate([shape.deformed().points, *rims]), scenery.dimension)
+    stage = Stage(view, sheet.image_width, scenery.length)
+    draw_pale(stage, shape.deformed(), shape.deformed_outline())
+    radius = max(reach, 2.0 / stage.scale)
+    cloud = pv.PolyData(points)
+    cloud["damage"] = damage
+    ball = pv.Sphere(radius=radius, theta_resolution=16, phi_resolution=12)
+    balls = cloud.glyph(geom=ball, scale=False, orient=False)
+    stage.surface(balls, scalars="damage", cmap=DAMAGE_COLOURS, clim=(0.0, 1.0))
+    return sheet.save(path, stage)
+
+
+def _adhesion(contacts: Any) -> FloatArray:
+    """β of the contact points, NaN where a joint has no cohesion, shape (c,)."""
+    if fields.ADHESION not in contacts.point_data:
+        return np.full(contacts.n_points, np.nan)
+    return np.asarray(contacts.point_data[fields.ADHESION], float)
+
+
+def _draw_arrows(
+    scenery: Scenery, sheet: Sheet, path: Path, points: FloatArray, force: FloatArray,
+    parts: list[tuple[str, NDArray[np.bool_]]], keys: list[Key], longest: float = 0.8,
+) -> Path:  # fmt: skip
+    shape = DeformedShape(scenery, 1.0)
+    top = _top(force) or 1.0
+    vectors = force * (longest * scenery.length / top)
+    extent = np.concatenate([shape.deformed().points, points + vectors])
+    stage = Stage(View.of(extent, scenery.dimension), sheet.image_width, scenery.length)
+    draw_pale(stage, shape.deformed(), shape.deformed_outline())
+    for colour, mask in parts:
+        shown = mask & (np.linalg.norm(force, axis=1) > 1e-6 * top)
+        add_arrows(stage, points[shown], vectors[shown], colour, fine=len(points) < 500)
+    sample, pixels = legend_sample(top, longest * scenery.length * stage.scale)
+    sheet.keys += [Key(quantity(sample, scenery.force_unit), parts[0][0], "arrow", pixels), *keys]
+    return sheet.save(path, stage)
+
+
+def _block_means(blocks: Any) -> tuple[FloatArray, FloatArray]:
+    """Centre and volume mean of the stress of each block that has one, shapes (b, 3), (b, 6)."""
+    sizes = blocks.compute_cell_sizes(length=False, area=True, volume=True)
+    volume = np.abs(sizes.cell_data["Volume"]) + np.abs(sizes.cell_data["Area"])
+    stress = np.asarray(blocks.cell_data[fields.STRESS], float)
+    known = ~np.isnan(stress[:, 0])
+    volume, stress = volume[known], stress[known]
+    centres = np.asarray(blocks.cell_centers().points, float)[known]
+    _, where = np.unique(np.asarray(blocks.cell_data[fields.BLOCK])[known], return_inverse=True)
+    total = np.bincount(where, volume)[:, None]
+
+    def mean(values: FloatArray) -> FloatArray:
+        return np.stack([np.bincount(where, volume * v) for v in values.T], axis=1) / total
+
+    return mean(centres), mean(stress)
+
+
+def _spacing(centres: FloatArray, length: float) -> float:
+    """Usual distance from a block's centre to the nearest other one: crosses that long stay apart."""
+    if len(centres) < 2:
+        return length
+    distance, _ = cKDTree(centres).query(centres, k=2)
+    return float(np.median(distance[:, 1]))
+
+
+def _top(force: FloatArray) -> float:
+    return float(np.linalg.norm(force, axis=1).max(initial=0.0))

@@ -1,0 +1,129 @@
+"""Recorder: something that is told of every step of a march and leaves files or a display.
+
+    recorders = Recorders([History(out), FieldFiles(out), Pictures(out)], every=10)
+    recorders.start(model)
+    recorders.record(model, state, report)      # each step
+    paths = recorders.close(summary)            # also after Ctrl-C: the files are readable
+
+A march calls nothing else. ``close`` may come at any time, even before the first step.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+from masonry_fem.errors import MasonryError
+from masonry_fem.march.model import Model
+from masonry_fem.march.state import SystemState
+
+logger = logging.getLogger(__name__)
+
+
+class StepReport(Protocol):
+    """What recorders ask of a step's report; any further field of it goes to ``history.csv`` too."""
+
+    @property
+    def time(self) -> float:
+        """End of the step [s] (load factor in statics)."""
+        ...
+
+    @property
+    def step(self) -> int:
+        """Number of the step, 0 for the starting state."""
+        ...
+
+
+class Recorder(Protocol):
+    """One output."""
+
+    dense: bool
+    """True: wants every step, whatever the thinning (a history, a progress bar)."""
+
+    def start(self, model: Model) -> None:
+        """Called once before the first step."""
+        ...
+
+    def record(self, model: Model, state: SystemState, report: StepReport) -> None:
+        """Called after a step; the state never changes later, so it may be kept."""
+        ...
+
+    def close(self, summary: Mapping[str, Any]) -> list[Path]:
+        """Finish the files and name them; callable at any time, a second call writes nothing new."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class _Moment:
+    model: Model
+    state: SystemState
+    report: StepReport
+
+
+class Recorders:
+    """Several recorders as one, thinned: first step, each ``every``-th and the last.
+
+    A recorder that fails loses its own output only: the failure is logged once, the march and the
+    other recorders go on. Errors that a user can mend (``MasonryError``) and interruptions pass.
+    """
+
+    dense = True
+
+    def __init__(self, members: Sequence[Recorder], every: int = 1) -> None:
+        if every < 1:
+            raise ValueError(f"every is {every}, expected >= 1")
+        self._members = list(members)
+        self._every = every
+        self._count = 0
+        self._pending: _Moment | None = None
+
+    def start(self, model: Model) -> None:
+        """Start all members."""
+        for member in list(self._members):
+            self._guard(member, "start", model)
+
+    def record(self, model: Model, state: SystemState, report: StepReport) -> None:
+        """Pass the step to the dense members, and to the others when their turn has come."""
+        due = self._count % self._every == 0
+        self._count += 1
+        self._pending = None if due else _Moment(model, state, report)
+        for member in list(self._members):
+            if due or member.dense:
+                self._guard(member, "record", model, state, report)
+
+    def amend(self, model: Model, state: SystemState, report: StepReport) -> None:
+        """Put another state in the place of the last one, for the members that can (``amendable``)."""
+        if self._pending is not None:
+            self._pending = _Moment(model, state, report)
+        for member in list(self._members):
+            if getattr(member, "amendable", False) and (member.dense or self._pending is None):
+                self._guard(member, "record", model, state, report)
+
+    def undrawn(self) -> None:
+        """Leave out the members that draw (``draws``)."""
+        self._members = [member for member in self._members if not getattr(member, "draws", False)]
+
+    def close(self, summary: Mapping[str, Any]) -> list[Path]:
+        """Give the thinned members the last step if they have not seen it, then close all."""
+        last, self._pending = self._pending, None
+        if last is not None:
+            for member in list(self._members):
+                if not member.dense:
+                    self._guard(member, "record", last.model, last.state, last.report)
+        paths: list[Path] = []
+        for member in list(self._members):
+            paths.extend(self._guard(member, "close", summary) or [])
+        return paths
+
+    def _guard(self, member: Recorder, method: str, *arguments: Any) -> Any:
+        try:
+            return getattr(member, method)(*arguments)
+        except MasonryError:
+            raise
+        except Exception:
+            logger.exception("%s failed in %s and is left out from here on", type(member).__name__, method)
+            self._members.remove(member)
+            return None

@@ -1,0 +1,315 @@
+"""Report: what the console shows: a progress bar while a run goes on, a table of its summary after it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from masonry_fem.march.model import Model
+from masonry_fem.march.state import SystemState
+from masonry_fem.output.collapse_table import mechanism_lines
+from masonry_fem.output.limit_table import support_rows
+from masonry_fem.output.recorder import StepReport
+from masonry_fem.output.refinement_table import refinement_rows
+from masonry_fem.output.sheet import quantity
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+SHOWN_LINES = 10  # of a mechanism
+SIZES = ("blocks", "shapes", "meshes", "factorisations", "contacts")
+FEM_SIZES = ("meshes", "factorisations")
+GOOD = ("equilibrium", "finished")
+ROUNDING = 1e-8  # errors below it are not worth their digits
+CHANGES = ("supports", "probes", "stress", "block_stress")  # by other contact points
+AXES = {2: "xy", 3: "xyz"}
+
+
+class Progress:
+    """Recorder that shows a bar on a terminal: step, residual, kinetic energy, time left.
+
+    ``total`` is the number of steps where it is known; else the bar goes by time, to ``end``. Nothing is
+    shown with ``quiet`` or where standard error is no terminal.
+    """
+
+    dense = True
+
+    def __init__(
+        self,
+        total: int | None = None,
+        *,
+        end: float | None = None,
+        quiet: bool = False,
+        console: Any = None,
+    ) -> None:
+        self._total, self._end, self._quiet, self._console = total, end, quiet, console
+        self._bar: Any = None
+        self._task: Any = None
+
+    def start(self, model: Model) -> None:
+        """Show the empty bar."""
+        if self._quiet:
+            return
+        from rich.console import Console  # noqa: PLC0415  not on the path of --help
+        from rich.progress import BarColumn, TextColumn, TimeRemainingColumn  # noqa: PLC0415
+        from rich.progress import Progress as Bar  # noqa: PLC0415
+
+        console = self._console or Console(stderr=True)
+        if not console.is_terminal:
+            return
+        columns = (
+            TextColumn("step {task.fields[step]}"),
+            BarColumn(),
+            TextColumn(
+                "t {task.fields[time]}  residual {task.fields[residual]}  kinetic {task.fields[kinetic]}"
+            ),
+            TimeRemainingColumn(),
+        )
+        self._bar = Bar(*columns, console=console, transient=True)
+        total = self._total if self._end is None else self._end
+        self._task = self._bar.add_task("", total=total, step="0", time="0", residual="–", kinetic="–")
+        self._bar.start()
+
+    def record(self, model: Model, state: SystemState, report: StepReport) -> None:
+        """Move the bar."""
+        if self._bar is None:
+            return
+        self._bar.update(
+            self._task,
+            completed=report.step if self._end is None else report.time,
+            step=f"{report.step}" + (f"/{self._total}" if self._total else ""),
+            time=f"{report.time:.4g}",
+            residual=f"{getattr(report, 'natural_map', float('nan')):.1e}",
+            kinetic=quantity(getattr(report, "kinetic_energy", 0.0), "J"),
+        )
+
+    def close(self, summary: Mapping[str, Any]) -> list[Path]:
+        """Take the bar away."""
+        if self._bar is not None:
+            self._bar.stop()
+            self._bar = None
+        return []
+
+
+def print_summary(summary: Mapping[str, Any], console: Console | None = None) -> None:
+    """Table of a summary, the outcome first; what the summary lacks is left out."""
+    from rich.console import Console  # noqa: PLC0415
+    from rich.panel import Panel  # noqa: PLC0415
+    from rich.table import Table  # noqa: PLC0415
+    from rich.text import Text  # noqa: PLC0415
+
+    console = console or Console()
+    outcome = str(summary.get("outcome", "unknown"))
+    style = "green" if outcome in GOOD else "red"
+    head = Text(outcome.replace("_", " "), style=f"bold {style}")
+    if message := summary.get("message"):
+        head.append(f"\n{message}", style="default")
+    console.print(Panel(head, border_style=style, title=summary.get("title") or None, title_align="left"))
+    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
+    table.add_column(style="bold", no_wrap=True)
+    table.add_column(style="dim", no_wrap=True)
+    table.add_column()
+    for part in (
+        _size,
+        _mechanism,
+        _start,
+        _certificate,
+        _stress,
+        _errors,
+        refinement_rows,
+        _forces,
+        _limits,
+        _determinacy,
+        _probes,
+        _cost,
+    ):
+        section = ""
+        for heading, name, value in part(summary):
+            table.add_row("" if heading == section else heading, name, Text(value))
+            section = heading
+    console.print(table)
+
+
+Rows = Iterator[tuple[str, str, str]]
+
+
+def _size(summary: Mapping[str, Any]) -> Rows:
+    # a rigid scene has no meshes and factorises no matrices of its blocks
+    names = [name for name in SIZES if name in summary and (summary[name] or name not in FEM_SIZES)]
+    if names:
+        yield "model", "", ", ".join(_plural(summary[name], name) for name in names)
+    if "unknowns" in summary:
+        yield "model", "unknowns", _count(summary["unknowns"])
+    if "time" in summary:
+        steps = summary.get("steps")
+        after = f" after {_count(steps)} step{'s' if steps != 1 else ''}" if steps is not None else ""
+        yield "model", "end", f"t = {summary['time']:.6g}{after}"
+    if status := summary.get("status"):
+        yield "contacts", "", ", ".join(f"{_count(number)} {name}" for name, number in status.items())
+
+
+def _mechanism(summary: Mapping[str, Any]) -> Rows:
+    if found := summary.get("mechanism"):
+        yield "mechanism", "", str(found["sentence"])
+        for line in mechanism_lines(found, SHOWN_LINES):
+            yield "mechanism", "", line
+
+
+def _start(summary: Mapping[str, Any]) -> Rows:
+    if told := summary.get("start"):
+        ways = {
+            True: "reached from a start without stress",
+            False: "stands only if pre-stressed",
+            None: "not known",
+        }
+        yield "start", "", ways[told["reached"]]
+        if told.get("least_thrust") is not None:
+            unit = _force_unit(len(summary.get("applied", ())))
+            where = ", ".join(" / ".join(pair) for pair in told["joints"][:SHOWN_LINES])
+            yield "start", "least thrust", f"{quantity(told['least_thrust'], unit, 4)} between {where}"
+
+
+def _certificate(summary: Mapping[str, Any]) -> Rows:
+    units = {"max_penetration": "m", "min_normal_reaction": _force_unit(len(summary.get("applied", ())))}
+    for name, value in (summary.get("certificate") or {}).items():
+        if name == "written":
+            yield from _written(value)
+            continue
+        unit = units.get(name)
+        yield "certificate", name.replace("_", " "), f"{_number(value)} {unit or ''}".rstrip()
+
+
+def _written(told: Mapping[str, Any]) -> Rows:
+    """What the written results leave open, worst over the steps, with its blocks."""
+    for name, words, unit in (
+        ("balance", "written balance", "of a block's load"),
+        ("turning", "… where elastic blocks are now", "of a block's load"),
+        ("overlap", "deepest overlap", "m"),
+    ):
+        part = told.get(name) or {}
+        if part.get("blocks"):
+            where = f"{' and '.join(part['blocks'])}, step {part['step']}"
+            yield "certificate", words, f"{_number(part['value'])} {unit} ({where})"
+
+
+def _stress(summary: Mapping[str, Any]) -> Rows:
+    stress = summary.get("stress") or {}
+    names = {
+        "max_von_mises": "max von Mises at Gauss points",
+        "max_von_mises_nodal": "… at nodes, as pictured",
+        "p95_von_mises": "95 % of volume under",
+        "min_principal": "greatest compression",
+        "max_principal": "greatest tension",
+    }
+    for key, name in names.items():
+        value = stress.get(key)
+        if isinstance(value, Mapping):
+            yield "stress", name, f"{quantity(value['value'], 'Pa')} in {value['block']}"
+        elif value is not None:
+            yield "stress", name, quantity(value, "Pa")
+
+
+def _errors(summary: Mapping[str, Any]) -> Rows:
+    if error := (summary.get("stress") or {}).get("error"):
+        most = f" (most in {error['worst'][0]['block']})" if error["relative"] > 0 else ""
+        yield "errors", "of stress, estimated", f"{_percent(error['relative'])}{most}"
+        if error["unjudged"]:
+            blocks = _plural(error["unjudged"], "blocks")
+            yield "errors", "… but more", f"{blocks} one linear element thick, whose errors do not show"
+    told = summary.get("errors") or {}
+    if contact := told.get("contact"):
+        words = [f"{name.replace('_', ' ')} {_percent(contact[name])}" for name in CHANGES if name in contact]
+        yield "errors", "by other contact points", ", ".join(words) or str(contact["note"])
+    if time := told.get("time"):
+        lost = f"{_percent(time['dissipated'])} of the largest energy lost to the scheme"
+        yield "errors", "of time steps", lost if "note" not in time else str(time["note"])
+
+
+def _forces(summary: Mapping[str, Any]) -> Rows:
+    if (applied := summary.get("applied")) is not None:
+        yield "forces", "applied", _force(applied)
+    for name, wrench in (summary.get("supports") or {}).items():
+        yield "forces", f"support {name}", _force(wrench)
+
+
+def _limits(summary: Mapping[str, Any]) -> Rows:
+    told = summary.get("limit_analysis")
+    if not told:
+        return
+    yield "limit analysis", "", str(told["message"])
+    dimension = len(summary.get("applied", ())) or 3
+    for section, name, value in support_rows(told, dimension):
+        yield "limit analysis", f"{section}, {name}", value
+
+
+def _determinacy(summary: Mapping[str, Any]) -> Rows:
+    told = summary.get("determinacy")
+    if not told:
+        return
+    yield "determinacy", "reactions", str(told["reactions"])
+    if "interfaces_determined" in told:
+        known, left = told["interfaces_determined"], told["interfaces_not_determined"]
+        yield "determinacy", "resultants", f"{_count(known)} determined, {_count(left)} not"
+        for name, components in told["supports_not_determined"].items():
+            yield "determinacy", f"support {name}", f"not determined: {', '.join(components)}"
+
+
+def _probes(summary: Mapping[str, Any]) -> Rows:
+    for name, displacement in (summary.get("probes") or {}).items():
+        yield "displacements", name, _vector(displacement, "m")
+
+
+def _cost(summary: Mapping[str, Any]) -> Rows:
+    if solver := summary.get("solver"):
+        words = [f"{value} {name.replace('_', ' ')}" for name, value in solver.items() if name != "method"]
+        # names of methods that had turns are long, and would take their width from all lines
+        yield "solver", "", ", ".join([str(solver.get("method", "")), *words]).removeprefix(", ")
+    if seconds := summary.get("seconds"):
+        parts = [f"{name} {value:.2f}" for name, value in seconds.items() if isinstance(value, (int, float))]
+        yield "seconds", "", ", ".join(parts)
+    if (memory := summary.get("peak_memory_mb")) is not None:
+        yield "memory", "peak", f"{memory:.0f} MB"
+
+
+def _force(value: Any) -> str:
+    """Force of a wrench given as {force, moment} or as one array of six, or a plain force."""
+    if isinstance(value, Mapping):
+        value = value.get("force", ())
+    flat = np.ravel(np.asarray(value, float))
+    return _vector(flat[:3] if flat.size == 6 else flat, _force_unit(flat.size))
+
+
+def _force_unit(components: int) -> str:
+    """Unit of forces: a plane structure has a metre of depth."""
+    return "N/m" if components == 2 else "N"
+
+
+def _vector(values: Sequence[float] | Any, unit: str) -> str:
+    flat = [float(value) for value in np.ravel(np.asarray(values, float))]
+    largest = max((abs(value) for value in flat), default=0.0)
+    # what is rounding beside the largest component is shown as zero
+    clean = [0.0 if abs(value) <= 1e-9 * largest else value for value in flat]
+    names = AXES.get(len(flat), "x" * len(flat))
+    return "  ".join(f"{name} {quantity(value, unit, 5)}" for name, value in zip(names, clean, strict=True))
+
+
+def _plural(number: Any, things: str) -> str:
+    one = "mesh" if things == "meshes" else things.removesuffix("s")
+    return f"{_count(number)} {one if number == 1 else things}"
+
+
+def _count(value: Any) -> str:
+    return f"{value:,}".replace(",", " ") if isinstance(value, int) else str(value)
+
+
+def _percent(share: float) -> str:
+    if 0 < abs(share) < ROUNDING:
+        return f"< {100 * ROUNDING:g} %"
+    return f"{'−' if share < 0 else ''}{100 * abs(share):.2g} %"
+
+
+def _number(value: Any) -> str:
+    return "–" if value is None else f"{float(value):.2e}"

@@ -1,0 +1,1 @@
+"""What came out: figures by block, the certificate, the summary."""

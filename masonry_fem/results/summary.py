@@ -1,0 +1,160 @@
+"""Summary: what ``summary.json`` holds of a run.
+
+summary = summarise(scene, built, made)
+summary["outcome"], summary["certificate"]
+"""
+
+from __future__ import annotations
+
+import importlib.metadata
+import platform
+import resource
+from typing import Any
+
+import numpy as np
+
+from masonry_fem import __version__
+from masonry_fem.build import Built
+from masonry_fem.march.clock import Clock
+from masonry_fem.march.march import March
+from masonry_fem.march.model import Model
+from masonry_fem.results.blocks import status_counts, stress_summary
+from masonry_fem.scene import specs
+
+PHASES = (
+    "build", "mesh", "detect", "import", "assemble", "factorise", "solve", "step", "measure", "output"
+)  # fmt: skip
+LIBRARIES = ("numpy", "scipy", "numba", "gmsh", "pyvista", "fenics-dolfinx", "dolfinx-solver-real")
+
+
+def summarise(scene: specs.Scene, built: Built, made: March) -> dict[str, Any]:
+    """Everything ``summary.json`` holds."""
+    report, model = made.report, built.model
+    d = model.assembly.dimension
+    return {
+        "title": scene.title,
+        "outcome": made.outcome,
+        "message": made.message,
+        "time": report.time,
+        "steps": report.step,
+        **size(made.model),
+        "factorisations": sum(group.factorisations for group in built.model.groups),
+        **_scatter(scene, made.model),
+        **_abrupt(made),
+        "supports": {name: wrench(value, d) for name, value in report.support_resultants.items()},
+        "applied": report.applied[:d],
+        "certificate": certificate(made),
+        "stress": stress_summary(model, made.state),
+        "probes": report.probes,
+        "status": status_counts(made.state),
+        **_mechanism(made),
+        "moving": [{"block": name, "speed": speed, "how": how} for name, speed, how in made.moving],
+        "energy": made.ledger.told(),
+        "solver": {
+            "method": report.method,
+            "iterations": report.iterations,
+            "linear_solves": report.linear_solves,
+        },
+        "seconds": seconds(built, made, None),
+        "peak_memory_mb": peak_memory(),
+        "versions": versions(),
+    }
+
+
+def _mechanism(made: March) -> dict[str, Any]:
+    """How the blocks move where there is no equilibrium; nothing where there is."""
+    if made.outcome != "no_equilibrium":
+        return {}
+    from masonry_fem.march.mechanism import mechanism_of_step  # noqa: PLC0415 - what stands needs none
+
+    return {"mechanism": mechanism_of_step(made.last, made.model).told()}
+
+
+def _abrupt(made: March) -> dict[str, Any]:
+    """Steps in which joints gave way between two known states; nothing where none did."""
+    if not made.abrupt:
+        return {}
+    return {"abrupt": {"steps": len(made.abrupt), "first": made.abrupt[0], "last": made.abrupt[-1]}}
+
+
+def _scatter(scene: specs.Scene, model: Model) -> dict[str, Any]:
+    """Seeds of the joints' random fields and how far their properties went; nothing where none scatters."""
+    factors = model.scatter
+    if not factors:
+        return {}
+    seeds = [joint.scatter.seed for joint in scene.joints if joint.scatter is not None]
+    ends = {name: [float(values.min()), float(values.max())] for name, values in factors.items()}
+    return {"scatter": {"seeds": seeds, "factors": ends}}
+
+
+def size(model: Model) -> dict[str, int]:
+    """How large a model is: blocks, shapes, interfaces, contacts, unknowns."""
+    d = model.assembly.dimension
+    free = [group for group in model.groups if not group.prescribed]
+    unknowns = sum(group.nodes(0).size * len(group.blocks) for group in free if group.cell != "polytope")
+    unknowns += sum((3 if d == 2 else 6) * len(group.blocks) for group in free)
+    used = {model.assembly.blocks[int(block)].shape for group in free for block in group.blocks}
+    return {
+        "blocks": len(model.assembly.blocks),
+        "shapes": len(used),
+        "meshes": sum(shape.mesh is not None for shape in model.assembly.shapes),
+        "interfaces": len(model.interfaces),
+        "contacts": model.contacts.count,
+        "unknowns": unknowns + d * model.contacts.count,
+    }
+
+
+def certificate(made: March) -> dict[str, Any]:
+    """How exact the last state is, by measures that no solver has a say in.
+
+    ``natural_map``, ``cone_violation``, ``block_balance``, ``global_balance`` and
+    ``energy_balance`` are relative; ``max_penetration`` is in m, ``min_normal_reaction`` in N. With cohesion
+    normal reaction and cone are those of contact, what the joint pulls taken off.
+    """
+    report, problem, solution = made.report, made.last.problem, made.last.solution
+    pressed = problem.contact_part(solution.impulse, solution.velocity) / made.last.scheme.step
+    tangent = np.linalg.norm(pressed[:, 1:], axis=1)
+    largest = float(np.linalg.norm(made.state.reaction, axis=1).max(initial=0.0))
+    excess = float(np.maximum(tangent - problem.friction * pressed[:, 0], 0).max(initial=0.0))
+    return {
+        "natural_map": max(report.quality.natural_map, report.quality.natural_map_velocity),
+        "max_penetration": report.max_penetration,
+        "min_normal_reaction": float(np.minimum(pressed[:, 0], 0).min(initial=0.0)),
+        "cone_violation": excess / largest if largest > 0 else 0.0,
+        "block_balance": report.block_balance,
+        "global_balance": report.global_balance,
+        "energy_balance": made.ledger.imbalance,
+        **({} if made.witness is None else {"written": made.witness.told}),
+    }
+
+
+def wrench(value: np.ndarray, dimension: int) -> dict[str, np.ndarray]:
+    """Force [N] and moment [N m] of a vector of both."""
+    return {"force": value[:dimension], "moment": value[dimension:]}
+
+
+def seconds(built: Built, made: March, clock: Clock | None) -> dict[str, float]:
+    """CPU time by phase [s]; phases that a scene does not need are not there."""
+    seconds = dict(built.seconds)
+    for phase, value in made.seconds.items():
+        seconds[phase] = seconds.get(phase, 0.0) + value
+    if clock is not None:
+        seconds["output"] = clock.phases["output"]
+    return {phase: round(seconds[phase], 4) for phase in PHASES if phase in seconds}
+
+
+def peak_memory() -> float:
+    """Largest resident memory of this process so far [MB]."""
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / (1024**2 if platform.system() == "Darwin" else 1024)
+
+
+def versions() -> dict[str, str]:
+    """Versions of this program and of the libraries that shape its numbers."""
+    found = {"masonry_fem": __version__, "python": platform.python_version()}
+    for name in LIBRARIES:
+        try:
+            found[name] = importlib.metadata.version(name)
+        except importlib.metadata.PackageNotFoundError:
+            continue
+    return found

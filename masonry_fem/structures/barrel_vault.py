@@ -1,0 +1,64 @@
+"""Barrel vault: courses of straight stones about an axis, every other one moved by half a stone.
+
+A whole stone and a half one are the shapes of all; they stand as a voussoir does at the crown.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from masonry_fem.errors import GeometryError
+from masonry_fem.scene.specs import BarrelVaultStructure
+from masonry_fem.solid.assembly import Assembly, Block, Shape
+from masonry_fem.solid.polytope import Polytope
+from masonry_fem.solid.pose import FloatArray, Pose
+from masonry_fem.structures.arch import polar, turned
+from masonry_fem.structures.curve import Circle, Offset
+from masonry_fem.structures.quarry import Quarry, lay_springings, roles, wedge
+from masonry_fem.structures.voussoir import Voussoir
+
+
+def build(spec: BarrelVaultStructure, dimension: int) -> Assembly:
+    """Stones ``name.c1.s1`` ... course by course from the left, ``name.springing_left`` and ``_right``.
+
+    Groups: ``name.c1`` ..., ``name.springers`` (the lowest courses), ``name.keystone`` (that at the crown).
+    """
+    if dimension != 3:
+        raise GeometryError(
+            f"structures.{spec.name} is a vault in a scene of dimension {dimension}, expected 3; "
+            "correct one (an arch is its plane section)"
+        )
+    origin = np.zeros(3) if spec.centre is None else np.array(spec.centre, dtype=float)
+    quarry = Quarry(spec.name, 3, spec.depth, origin)
+    half, step = np.radians(spec.embrace) / 2, np.radians(spec.embrace) / spec.voussoirs
+    if spec.springings:
+        faces = [Offset(Circle(spec.radius), side * spec.thickness / 2) for side in (-1, 1)]
+        lay_springings(quarry, [Voussoir.between(faces, (-half, -half), (half, half))])
+    first, length = len(quarry.shapes), spec.depth / spec.stones
+    shapes = [
+        Shape(f"{spec.name}.{noun}", _stone(spec, step, part * length))
+        for noun, part in (("stone", 1.0), ("half", 0.5))
+    ]
+    blocks = []
+    for course in range(spec.voussoirs):
+        group, turn = f"{spec.name}.c{course + 1}", turned(half - (course + 0.5) * step, 3)
+        groups = (spec.name, group, *roles(spec.name, course, spec.voussoirs))
+        for number, (start, kind) in enumerate(_course(spec, course), start=1):
+            place = origin + np.array([0.0, start * length, 0.0])
+            blocks.append(Block(f"{group}.s{number}", first + kind, Pose(turn, place), groups))
+    return Assembly(3, (*quarry.shapes, *shapes), (*quarry.blocks, *blocks))
+
+
+def _course(spec: BarrelVaultStructure, course: int) -> list[tuple[float, int]]:
+    """Stones of a course: (near end in stones, 0 for a whole one or 1 for a half)."""
+    if not (spec.staggered and course % 2):
+        return [(float(k), 0) for k in range(spec.stones)]
+    return [(0.0, 1), *((k + 0.5, 0) for k in range(spec.stones - 1)), (spec.stones - 0.5, 1)]
+
+
+def _stone(spec: BarrelVaultStructure, step: float, length: float) -> Polytope:
+    inner, outer = spec.radius - spec.thickness / 2, spec.radius + spec.thickness / 2
+    outline: FloatArray = np.array(
+        [polar(inner, step / 2), polar(inner, -step / 2), polar(outer, -step / 2), polar(outer, step / 2)]
+    )
+    return wedge(outline, 2, ("radial", "radial"), length, 3, sides="head")

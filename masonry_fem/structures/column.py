@@ -1,0 +1,86 @@
+"""Column: drums one on another, each a prism (a frustum where the column tapers) about the axis."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from masonry_fem.scene.specs import ColumnStructure
+from masonry_fem.solid.assembly import Assembly, Block, Shape
+from masonry_fem.solid.polytope import Polytope
+from masonry_fem.solid.pose import FloatArray, Pose
+from masonry_fem.structures.ground import ground
+
+
+def build(spec: ColumnStructure, dimension: int) -> Assembly:
+    """Blocks ``name.plinth``, ``name.d1`` (lowest) upwards, ``name.capital``, and ``name.ground``."""
+    foot = np.zeros(dimension) if spec.centre is None else np.array(spec.centre, dtype=float)
+    levels = np.linspace(0.0, 1.0, spec.drums + 1)
+    diameters = diameters_at(spec, levels)
+    shapes: list[Shape] = []
+    numbers: dict[tuple[float, ...], int] = {}
+    blocks: list[Block] = []
+    level = float(foot[-1])
+
+    def lay(name: str, height: float, solid: Polytope, key: tuple[float, ...]) -> None:
+        nonlocal level
+        if key not in numbers:
+            numbers[key] = len(shapes)
+            shapes.append(Shape(f"{spec.name}.{name}", solid))
+        place = np.append(foot[:-1], level)
+        blocks.append(
+            Block(f"{spec.name}.{name}", numbers[key], Pose(np.eye(dimension), place), (spec.name,))
+        )
+        level += height
+
+    if spec.ground:
+        half = (diameters[0] / 2 + spec.projection) * np.ones(dimension - 1)
+        low, high = np.append(foot[:-1] - half, level), np.append(foot[:-1] + half, level)
+        slab, block = ground(spec.name, 0, low, high, spec.height / spec.drums / 2)
+        shapes.append(slab)
+        blocks.append(block)
+    if spec.plinth is not None:
+        side = float(diameters[0]) + 2 * spec.projection
+        lay("plinth", spec.plinth, _slab(side, spec.plinth, dimension), (side, spec.plinth))
+    height = spec.height / spec.drums
+    for number in range(spec.drums):
+        below, above = map(float, diameters[number : number + 2])
+        solid = drum(below, above, height, spec.sides, dimension)
+        lay(f"d{number + 1}", height, solid, (below, above, height))
+    if spec.capital is not None:
+        side = float(diameters[-1]) + 2 * spec.projection
+        lay("capital", spec.capital, _slab(side, spec.capital, dimension), (side, spec.capital))
+    return Assembly(dimension, tuple(shapes), tuple(blocks))
+
+
+def diameters_at(spec: ColumnStructure, levels: FloatArray) -> FloatArray:
+    """Diameters [m] at parts of the height (0 the foot, 1 the top), shape of ``levels``."""
+    top = spec.diameter if spec.top_diameter is None else spec.top_diameter
+    return np.asarray(
+        spec.diameter + (top - spec.diameter) * levels + spec.entasis * 4 * levels * (1 - levels)
+    )
+
+
+def drum(below: float, above: float, height: float, sides: int, dimension: int) -> Polytope:
+    """Frustum about the vertical axis, its foot at the origin, of the areas of circles [m]."""
+    if dimension == 2:
+        outline = np.array([[-below / 2, 0.0], [below / 2, 0.0], [above / 2, height], [-above / 2, height]])
+        box = Polytope.box((-1.0, 0.0), (1.0, 1.0))
+        return Polytope(outline, box.faces, box.names, box.labels)
+    step = 2 * np.pi / sides
+    angles = step * (np.arange(sides) + 0.5)
+    ring = np.column_stack([np.cos(angles), np.sin(angles)]) * np.sqrt(step / np.sin(step)) / 2
+    rims = [
+        np.column_stack([diameter * ring, np.full(sides, z)])
+        for diameter, z in ((below, 0.0), (above, height))
+    ]
+    following = [(i + 1) % sides for i in range(sides)]
+    loops: list[tuple[int, ...]] = [(i, j, j + sides, i + sides) for i, j in enumerate(following)]
+    loops += [tuple(range(sides - 1, -1, -1)), tuple(range(sides, 2 * sides))]
+    names, labels = ("side",) * sides + ("bottom", "top"), ("",) * sides + ("bed", "bed")
+    return Polytope(np.concatenate(rims), tuple(loops), names, labels)
+
+
+def _slab(side: float, height: float, dimension: int) -> Polytope:
+    """Square block about the axis, its foot at the origin."""
+    half = (side / 2,) * (dimension - 1)
+    return Polytope.box((*(-x for x in half), 0.0), (*half, height))

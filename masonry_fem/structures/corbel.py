@@ -1,0 +1,57 @@
+"""Corbel: equal boxes that stand out one over another."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from masonry_fem.scene.specs import CorbelStructure
+from masonry_fem.solid.assembly import Assembly, Block, Shape
+from masonry_fem.solid.polytope import Polytope
+from masonry_fem.solid.pose import FloatArray, Pose
+from masonry_fem.structures.ground import ground
+
+
+def build(spec: CorbelStructure, dimension: int) -> Assembly:
+    """Blocks ``name.b1`` (lowest) upwards and ``name.ground``, which is a table that ends below them."""
+    size, origin = np.array(spec.size, dtype=float), np.zeros(dimension)
+    if spec.position is not None:
+        origin = np.array(spec.position, dtype=float)
+    places = np.cumsum(offsets(spec))
+    shapes = [Shape(f"{spec.name}.block", Polytope.box((0.0,) * dimension, tuple(size)))]
+    blocks = []
+    if spec.ground:
+        low, high = origin.copy(), origin + size
+        low[0] += min(0.0, places.min())
+        high[0] += max(0.0, places.max())
+        slab, block = ground(spec.name, 1, low, high, float(size[-1]))
+        if spec.table:
+            slab = _table(slab, spec, origin)
+        shapes.append(slab)
+        blocks.append(block)
+    for level, place in enumerate(places):
+        corner = origin.copy()
+        corner[0] += place
+        corner[-1] += level * size[-1]
+        blocks.append(Block(f"{spec.name}.b{level + 1}", 0, Pose(np.eye(dimension), corner), (spec.name,)))
+    return Assembly(dimension, tuple(shapes), tuple(blocks))
+
+
+def offsets(spec: CorbelStructure) -> FloatArray:
+    """How far each box stands out over what is below it [m], from the lowest, shape (count,)."""
+    made = np.full(spec.count, spec.offset)
+    if spec.profile == "harmonic":
+        made /= np.arange(spec.count, 0, -1)
+    if not spec.table:
+        made[0] = 0.0
+    return made
+
+
+def _table(slab: Shape, spec: CorbelStructure, origin: FloatArray) -> Shape:
+    """The ground, cut at the edge over which the boxes stand out."""
+    edge = origin[0] + (spec.size[0] if spec.offset >= 0 else 0.0)
+    low, high = slab.solid.vertices.min(axis=0), slab.solid.vertices.max(axis=0)
+    if spec.offset >= 0:
+        high[0] = edge
+    else:
+        low[0] = edge
+    return Shape(slab.name, Polytope.box(tuple(low), tuple(high)))

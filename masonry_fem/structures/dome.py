@@ -1,0 +1,191 @@
+"""Dome: rings of equal stones about a centre, cut by parallels and meridians.
+
+Each ring has one stone, the shape of all: it stands on the meridian through the world's x axis, its own
+axes along the parallel (x), up the meridian (y) and radial (z). Its edges are chords, so that all faces are
+flat: meridian joints lie in planes through the axis, bed joints in planes through the centre.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from masonry_fem.errors import GeometryError
+from masonry_fem.scene.specs import DomeStructure
+from masonry_fem.solid.assembly import Assembly, Block, Shape
+from masonry_fem.solid.polytope import Polytope
+from masonry_fem.solid.pose import FloatArray, Pose
+from masonry_fem.structures.drum import add_drum, depth_below
+from masonry_fem.structures.ring import MARGIN, about_axis, ring_stone
+
+
+@dataclass(frozen=True, slots=True)
+class Cut:
+    """How a dome is cut into stones.
+
+    Attributes
+    ----------
+    parallels : Angles from the crown of the joints between rings, from the base up [rad], (rings + 1,).
+    slice : Angle of longitude of a stone [rad]. pieces : Flat pieces of each of its curved faces.
+    low, high : Radii of intrados and extrados [m].
+    """
+
+    parallels: FloatArray
+    slice: float
+    pieces: int
+    low: float
+    high: float
+
+    @classmethod
+    def of(cls, spec: DomeStructure) -> Cut:
+        """The cut that a scene asks for; the crown stone is as wide as a ring is high."""
+        base = np.radians(spec.springing)
+        eye = np.radians(spec.oculus) if spec.oculus else base / (2 * spec.rings + 1)
+        return cls(
+            parallels=np.linspace(base, eye, spec.rings + 1),
+            slice=np.radians(spec.sweep) / spec.slices,
+            pieces=2 if spec.staggered else 1,
+            low=spec.radius - spec.thickness / 2,
+            high=spec.radius + spec.thickness / 2,
+        )
+
+    @property
+    def longitudes(self) -> FloatArray:
+        """Of the corners of a stone about its middle [rad], shape (pieces + 1,)."""
+        return self.slice * (np.arange(self.pieces + 1) / self.pieces - 0.5)
+
+
+def build(spec: DomeStructure, dimension: int) -> Assembly:
+    """Stones ``name.r1.s1`` ... ring by ring from below, ``name.crown``, drum, piers and supports."""
+    _check(spec, dimension)
+    cut = Cut.of(spec)
+    centre = np.zeros(3) if spec.centre is None else np.array(spec.centre, dtype=float)
+    shapes: list[Shape] = []
+    blocks: list[Block] = []
+
+    def ring(group: str, shape: Shape, frame: FloatArray, shift: float, support: bool) -> None:
+        shapes.append(shape)
+        for number in range(spec.slices):
+            pose = Pose(about_axis((number + 0.5 + shift) * cut.slice) @ frame, centre)
+            groups = (spec.name, group, f"{spec.name}.s{number + 1}")
+            blocks.append(Block(f"{group}.s{number + 1}", len(shapes) - 1, pose, groups, support))
+
+    if spec.drum_courses or spec.piers:
+        add_drum(spec, cut.pieces, cut.low, centre, shapes, blocks)
+    elif spec.base:
+        ring(f"{spec.name}.base", footing(f"{spec.name}.base", cut), np.eye(3), 0.0, support=True)
+    for number in range(spec.rings):
+        frame = frame_at(cut.parallels[number : number + 2].mean())
+        group = f"{spec.name}.r{number + 1}"
+        shift = 0.5 if spec.staggered and number % 2 else 0.0
+        ring(group, stone(group, cut, number, frame), frame, shift, support=False)
+    if not spec.oculus:
+        shapes.append(Shape(f"{spec.name}.crown", crown(cut, spec.sweep, spec.slices)))
+        pose = Pose(np.eye(3), centre)
+        blocks.append(Block(f"{spec.name}.crown", len(shapes) - 1, pose, (spec.name,)))
+    if spec.sides:
+        _add_sides(spec, cut, centre, shapes, blocks)
+    return Assembly(3, tuple(shapes), tuple(blocks))
+
+
+def _check(spec: DomeStructure, dimension: int) -> None:
+    key = f"structures.{spec.name}"
+    if dimension != 3:
+        raise GeometryError(f"{key} is a dome in a scene of dimension {dimension}, expected 3; correct one")
+    if spec.thickness >= 2 * spec.radius:
+        raise GeometryError(
+            f"{key}.thickness is {spec.thickness} m, expected less than twice the radius ({spec.radius} m)"
+        )
+    if not spec.oculus < spec.springing < 180:
+        raise GeometryError(
+            f"{key}.springing is {spec.springing} degrees, expected between the oculus ({spec.oculus}) and "
+            "180; both are measured from the crown"
+        )
+    if spec.sweep / spec.slices > 120:
+        raise GeometryError(
+            f"{key}.slices is {spec.slices}, expected at least {int(np.ceil(spec.sweep / 120))}: a stone "
+            "spans 120 degrees of longitude at most"
+        )
+    whole = spec.sweep == 360
+    if whole and spec.sides:
+        raise GeometryError(f"{key}.sides is true, expected false for a whole dome; give a sweep below 360")
+    if not whole and spec.staggered:
+        raise GeometryError(
+            f"{key}.staggered is true, expected false for a sector of {spec.sweep:g} degrees; its sides "
+            "would cut stones in half"
+        )
+    if spec.sides and spec.sweep >= 180:
+        raise GeometryError(f"{key}.sweep is {spec.sweep:g} degrees, expected below 180 between two sides")
+
+
+def frame_at(parallel: float) -> FloatArray:
+    """Axes of a stone at longitude 0 as columns: along the parallel, up the meridian, radial."""
+    c, s = np.cos(parallel), np.sin(parallel)
+    return np.array([[0.0, -c, s], [1.0, 0.0, 0.0], [0.0, s, c]])
+
+
+def at(radius: float, parallel: float, longitudes: FloatArray) -> FloatArray:
+    """Points on a parallel of a sphere, shape (n, 3)."""
+    out = radius * np.sin(parallel)
+    level = np.full(len(longitudes), radius * np.cos(parallel))
+    return np.column_stack([out * np.cos(longitudes), out * np.sin(longitudes), level])
+
+
+def stone(name: str, cut: Cut, ring: int, frame: FloatArray) -> Shape:
+    """The stone of a ring, in its own frame."""
+    below, above = cut.parallels[ring], cut.parallels[ring + 1]
+    corners = [at(r, p, cut.longitudes) for r in (cut.low, cut.high) for p in (below, above)]
+    return ring_stone(
+        name,
+        np.concatenate(corners) @ frame,
+        cut.pieces,
+        ("intrados", "extrados", "lower", "upper", "left", "right"),
+        ("", "", "bed", "bed", "meridian", "meridian"),
+    )
+
+
+def footing(name: str, cut: Cut) -> Shape:
+    """What carries a stone of the lowest ring: a block below its bed, a little wider."""
+    parallel, depth = float(cut.parallels[0]), cut.high - cut.low
+    margin = MARGIN * depth
+    down = depth * np.array([np.cos(parallel), 0.0, -np.sin(parallel)])
+    tops = [at(r, parallel, cut.longitudes) for r in (cut.low - margin, cut.high + margin)]
+    corners = [tops[0] + down, tops[0], tops[1] + down, tops[1]]
+    names, labels = ("", "", "", "top", "", ""), ("", "", "", "bed", "", "")
+    return ring_stone(name, np.concatenate(corners), cut.pieces, names, labels)
+
+
+def crown(cut: Cut, sweep: float, slices: int) -> Polytope:
+    """The stone that closes the eye: a frustum with a side for each piece of the ring below."""
+    sides = slices * cut.pieces
+    whole = sweep == 360
+    longitudes = np.radians(sweep) * np.arange(sides + (not whole)) / sides
+    rims = [at(r, float(cut.parallels[-1]), longitudes) for r in (cut.low, cut.high)]
+    if not whole:  # a sector: the axis is its last edge
+        rims = [np.concatenate([rim, [[0.0, 0.0, rim[0, 2]]]]) for rim in rims]
+    n = len(rims[0])
+    following = [(i + 1) % n for i in range(n)]
+    loops: list[tuple[int, ...]] = [(i, j, j + n, i + n) for i, j in enumerate(following)]
+    loops += [tuple(range(n - 1, -1, -1)), tuple(range(n, 2 * n))]
+    labels = ["bed" if i < sides else "meridian" for i in range(n)]
+    names = ["lower" if i < sides else "left" if i == n - 1 else "right" for i in range(n)]
+    names += ["intrados", "extrados"]
+    return Polytope(np.concatenate(rims), tuple(loops), tuple(names), (*labels, "", ""))
+
+
+def _add_sides(
+    spec: DomeStructure, cut: Cut, centre: FloatArray, shapes: list[Shape], blocks: list[Block]
+) -> None:
+    """Supports beside a sector: plates on its two meridian planes."""
+    margin = MARGIN * spec.thickness
+    reach = max(cut.high, cut.low + spec.width) + margin
+    level = min(0.0, cut.high * float(np.cos(cut.parallels[0]))) - depth_below(spec)
+    for side, longitude, near in (("start", 0.0, "back"), ("end", np.radians(spec.sweep), "front")):
+        depth = (-spec.thickness, 0.0) if side == "start" else (0.0, spec.thickness)
+        plate = Polytope.box((-margin, depth[0], level - margin), (reach, depth[1], reach))
+        labels = tuple("meridian" if name == near else "" for name in plate.names)
+        name = f"{spec.name}.side_{side}"
+        shapes.append(Shape(name, Polytope(plate.vertices, plate.faces, plate.names, labels)))
+        pose = Pose(about_axis(longitude), centre)
+        blocks.append(Block(name, len(shapes) - 1, pose, (spec.name,), support=True))

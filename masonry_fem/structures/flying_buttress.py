@@ -1,0 +1,79 @@
+"""Flying buttress: stones along an inclined line or arc, from a foot up to a wall."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from masonry_fem.errors import GeometryError
+from masonry_fem.scene.specs import FlyingButtressStructure
+from masonry_fem.solid.assembly import Assembly
+from masonry_fem.solid.pose import FloatArray
+from masonry_fem.structures.curve import Circle, Line, Offset, Segment, crossing
+from masonry_fem.structures.quarry import Quarry, roles
+from masonry_fem.structures.voussoir import Voussoir
+
+
+def build(spec: FlyingButtressStructure, dimension: int) -> Assembly:
+    """Voussoirs ``name.v01`` ... from the foot, supports ``name.foot`` and ``name.head``.
+
+    Joints are ``radial``, those at both ends ``head``, as between boxes. ``position`` is where the axis
+    meets the wall.
+    """
+    origin = np.zeros(dimension) if spec.position is None else np.array(spec.position, dtype=float)
+    quarry = Quarry(spec.name, dimension, spec.depth, origin)
+    line, start, end = axis(spec)
+    faces = [Offset(line, side * spec.thickness / 2) for side in (-1, 1)]
+    joints = np.repeat(np.linspace(start, end, spec.voussoirs + 1)[:, None], 2, axis=1)
+    head_right = spec.side == "left"
+    head, foot = (-1, 0) if head_right else (0, -1)
+    for k in {"square": (), "vertical": (head, foot), "vertical_head": (head,)}[spec.ends]:
+        joints[k] = [_upright(spec, face, float(joints[k, 0])) for face in faces]
+    if (np.diff(joints, axis=0) <= 0).any():
+        raise GeometryError(
+            f"structures.{spec.name}.voussoirs is {spec.voussoirs}, expected fewer: joints next to the "
+            "vertical ends would cross within the thickness"
+        )
+    labels = ["head", *["radial"] * (spec.voussoirs - 1), "head"]
+    stones = [
+        Voussoir.between(faces, a, b, *names)
+        for (a, b), names in zip(pairwise(joints), pairwise(labels), strict=True)
+    ]
+    ends = [stone.faces(straight=True) for stone in stones]
+    for noun, right, wanted in (("foot", not head_right, spec.foot), ("head", head_right, spec.head)):
+        if wanted:
+            low, high = (face[-1 if right else 0] for face in ends[-1 if right else 0])
+            quarry.support(f"{spec.name}.{noun}", low, high, not right, "head")
+    digits = max(2, len(str(spec.voussoirs)))
+    for number, stone in enumerate(stones if head_right else stones[::-1]):
+        name = f"{spec.name}.v{number + 1:0{digits}d}"
+        quarry.lay(name, stone, roles(spec.name, number, spec.voussoirs))
+    return Assembly(dimension, tuple(quarry.shapes), tuple(quarry.blocks))
+
+
+def axis(spec: FlyingButtressStructure) -> tuple[Line, float, float]:
+    """The axis from left to right, with its head at the origin, and its parameters there."""
+    rise = 1.0 if spec.side == "left" else -1.0  # rises to the right where the wall is on its right
+    slope, chord = rise * np.radians(spec.inclination), spec.chord
+    along = np.array([np.cos(slope), np.sin(slope)])
+    if not spec.camber:
+        return (Segment(slope), -chord, 0.0) if rise > 0 else (Segment(slope), 0.0, chord)
+    middle = -rise * chord / 2 * along
+    x, y = middle - (spec.radius - spec.camber) * np.array([-along[1], along[0]])
+    half = np.radians(spec.opening)
+    return Circle(spec.radius, float(x), float(y)), -slope - half, -slope + half
+
+
+def _upright(spec: FlyingButtressStructure, face: Offset, at: float) -> float:
+    """Parameter of a face at the vertical through the axis at parameter ``at``."""
+    place: FloatArray = face.line.at(np.array([at]))[0]
+    reach = np.pi / 2 if spec.camber else 2 * spec.chord + 10 * spec.thickness
+    low, high = (-reach, reach) if spec.camber else (at - reach, at + reach)
+    across = np.array([1.0, 0.0])
+    ends = (face.at(np.array([low, high])) - place) @ across
+    if ends[0] >= 0 or ends[1] <= 0:
+        raise GeometryError(
+            f"structures.{spec.name}.ends is 'vertical', expected 'square': the flyer is too steep at its end"
+        )
+    return crossing(face, low, high, place, across)

@@ -1,0 +1,40 @@
+"""Jambs: a row of bricks cut to the stretches of wall that openings and lintels leave.
+
+    fitted(pieces, 1.0, 2.5, brick=0.4)
+
+A brick is cut where a stretch ends. What would be shorter than a quarter of a brick is one with its
+neighbour, where that makes a brick at most, or takes a quarter from it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from masonry_fem.scene.structures.opening import ROUNDING
+from masonry_fem.scene.structures.wall import SLIVER
+from masonry_fem.structures.bond import Piece
+
+
+def fitted(pieces: tuple[Piece, ...], start: float, end: float, *, brick: float) -> list[Piece]:
+    """The pieces from ``start`` to ``end`` [m]; ``brick`` is the length of a whole one [m]."""
+    rounding = ROUNDING * brick
+    inside = []
+    for piece in pieces:
+        a = piece.start if piece.start > start - rounding else start
+        b = piece.end if piece.end < end + rounding else end
+        if b - a > rounding:
+            inside.append(replace(piece, start=a, end=b))
+    if len(inside) > 1 and inside[0].length < SLIVER * brick - rounding:
+        inside[:2] = _mended(inside[0], inside[1], brick)
+    if len(inside) > 1 and inside[-1].length < SLIVER * brick - rounding:
+        inside[-2:] = _mended(inside[-2], inside[-1], brick)
+    return inside
+
+
+def _mended(one: Piece, two: Piece, brick: float) -> list[Piece]:
+    """Two pieces, one of them a sliver, as one or with the joint moved."""
+    longer, shorter = (one, two) if one.length > two.length else (two, one)
+    if one.length + two.length <= brick * (1 + ROUNDING):
+        return [replace(longer, start=one.start, end=two.end)]
+    moved = SLIVER * brick if shorter is one else -SLIVER * brick
+    return [replace(one, end=one.end + moved), replace(two, start=two.start + moved)]

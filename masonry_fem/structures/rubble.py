@@ -1,0 +1,87 @@
+"""Rubble: Voronoi cells of random points in a box, without slivers, with joints cut out between them."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
+
+from masonry_fem.errors import GeometryError
+from masonry_fem.scene.specs import RubbleStructure
+from masonry_fem.solid.assembly import Assembly, Block, Shape
+from masonry_fem.solid.polytope import Polytope
+from masonry_fem.solid.pose import Pose
+from masonry_fem.structures.ground import ground
+from masonry_fem.structures.healing import edge_lengths, healed
+from masonry_fem.structures.voronoi import INNER, Tiling, in_order
+
+logger = logging.getLogger(__name__)
+
+
+def build(spec: RubbleStructure, dimension: int) -> Assembly:
+    """Stones ``name.s01`` ... from below, and ``name.ground``."""
+    origin = np.zeros(dimension) if spec.position is None else np.array(spec.position, dtype=float)
+    solids = stones_of(spec)
+    middles = [solid.mass_properties().centroid for solid in solids]
+    digits = max(2, len(str(spec.stones)))
+    shapes, blocks = [], []
+    if spec.ground:
+        height = spec.stone_size / spec.elongation
+        shape, block = ground(spec.name, 0, origin, origin + np.array(spec.size), height)
+        shapes.append(shape)
+        blocks.append(block)
+    for number, cell in enumerate(sorted(range(spec.stones), key=lambda cell: middles[cell][-1]), start=1):
+        name = f"{spec.name}.s{number:0{digits}d}"
+        corner = solids[cell].vertices.min(axis=0)
+        solid = replace(solids[cell], vertices=solids[cell].vertices - corner)
+        blocks.append(Block(name, len(shapes), Pose(np.eye(dimension), origin + corner), (spec.name,)))
+        shapes.append(Shape(name, solid))
+    return Assembly(dimension, tuple(shapes), tuple(blocks))
+
+
+def stones_of(spec: RubbleStructure) -> list[Polytope]:
+    """The stones, the box's lower corner at the origin."""
+    stretch = np.ones(len(spec.size))
+    stretch[-1] = spec.elongation  # points are drawn where stones are as long as high
+    size = np.array(spec.size) * stretch
+    points = np.random.default_rng(spec.seed).uniform(size=(spec.stones, len(size))) * size
+    for _ in range(spec.relaxation):
+        cells = Tiling.of(points, size).solids()
+        points = np.array([cell.mass_properties().centroid for cell in cells])
+    wanted = spec.shortest * spec.stone_size + spec.joint
+    tiling = healed(Tiling.of(points, size), wanted)
+    reached = float(edge_lengths(tiling).min())
+    logger.info("rubble '%s': %d stones, shortest edge %.3g m", spec.name, spec.stones, reached)
+    if reached < wanted:
+        logger.warning(
+            "rubble '%s' has an edge of %.3g m where structures.%s.shortest asks for %.3g m; "
+            "take another seed, more relaxation, or ask for less",
+            spec.name, reached, spec.name, wanted,
+        )  # fmt: skip
+    solids = [replace(solid, vertices=solid.vertices / stretch) for solid in tiling.solids()]
+    return [_shrunk(solid, spec) for solid in solids] if spec.joint else solids
+
+
+def _shrunk(solid: Polytope, spec: RubbleStructure) -> Polytope:
+    """The stone with half a joint cut off at each of its inner faces."""
+    faces = range(len(solid.faces))
+    normals = np.array([solid.normal(face) for face in faces])
+    inset = np.array([spec.joint / 2 if solid.labels[face] == INNER else 0.0 for face in faces])
+    planes = np.array([normals[face] @ solid.face_points(face)[0] for face in faces]) - inset
+    middle = solid.mass_properties().centroid
+    try:
+        corners = HalfspaceIntersection(np.column_stack([normals, -planes]), middle).intersections
+        corners = corners[ConvexHull(corners).vertices]
+    except QhullError as error:
+        raise GeometryError(
+            f"structures.{spec.name}.joint is {spec.joint:g} m, expected less: a stone has no room "
+            "between its joints; take fewer stones or more relaxation"
+        ) from error
+    rounding = 1e-9 * float(np.ptp(corners, axis=0).max())
+    on = np.abs(corners @ normals.T - planes) < rounding
+    kept = [face for face in faces if on[:, face].sum() >= len(middle)]
+    loops = tuple(in_order(corners, np.flatnonzero(on[:, face]), normals[face]) for face in kept)
+    names, labels = (tuple(words[face] for face in kept) for words in (solid.names, solid.labels))
+    return Polytope(corners, loops, names, labels)

@@ -1,0 +1,37 @@
+"""Stack: equal boxes one on another, straight or as a staircase."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from masonry_fem.scene.specs import StackStructure
+from masonry_fem.solid.assembly import Assembly, Block, Shape
+from masonry_fem.solid.polytope import Polytope
+from masonry_fem.solid.pose import Pose
+from masonry_fem.structures.ground import ground
+
+
+def build(spec: StackStructure, dimension: int) -> Assembly:
+    """Blocks ``name.b1`` (lowest) upwards and, where asked, ``name.ground``.
+
+    ``gap`` opens every joint, that on the ground too.
+    """
+    size, origin = np.array(spec.size, dtype=float), np.zeros(dimension)
+    if spec.position is not None:
+        origin = np.array(spec.position, dtype=float)
+    shapes = [Shape(f"{spec.name}.block", Polytope.box((0.0,) * dimension, spec.size))]
+    blocks = []
+    if spec.ground:
+        reach = np.zeros(dimension)
+        reach[0] = spec.offset * (spec.count - 1)
+        low, high = origin + np.minimum(reach, 0), origin + size + np.maximum(reach, 0)
+        shape, block = ground(spec.name, 1, low, high, float(size[-1]))
+        shapes.append(shape)
+        blocks.append(block)
+    for level in range(spec.count):
+        corner = origin.copy()
+        corner[0] += level * spec.offset
+        corner[-1] += level * size[-1] + (level + (1 if spec.ground else 0)) * spec.gap
+        pose = Pose(np.eye(dimension), corner)
+        blocks.append(Block(f"{spec.name}.b{level + 1}", 0, pose, (spec.name,)))
+    return Assembly(dimension, tuple(shapes), tuple(blocks))

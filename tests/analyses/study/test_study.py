@@ -1,0 +1,214 @@
+"""A study from end to end: cells in processes of their own, what is kept, what fails, what is advised."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+
+from masonry_fem import cli
+from masonry_fem.analyses.study import study
+from masonry_fem.errors import MasonryError
+from masonry_fem.scene import load
+
+PIER = """
+title = "pier"
+dimension = 2
+fidelity = "elastic"
+mesh = { element = "Q1", size = 0.5 }
+[materials.stone]
+density = 2000
+young = "1 GPa"
+[[structures]]
+kind = "stack"
+name = "pier"
+material = "stone"
+size = [1.0, 1.0]
+count = 2
+[[joints]]
+friction = 0.6
+[loads]
+gravity = [0, -10.0]
+[[probes]]
+name = "top"
+block = "pier.b2"
+point = [0.5, 2.0]
+"""
+WEIGHT = 40000.0
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory) -> Path:
+    path = tmp_path_factory.mktemp("study") / "pier.toml"
+    path.write_text(PIER)
+    return path
+
+
+@pytest.fixture(scope="module")
+def made(scene: Path):
+    """Nine cells, of which one breaks a rule of scenes."""
+    vary = {
+        "mesh.size": [0.5, 0.25, -1.0],
+        "solver.tolerance": [1e-3, 1e-8],
+        "fidelity": ["rigid", "elastic"],
+    }
+    told: list[tuple[int, int, str]] = []
+    result = study(scene, vary, out=scene.parent / "out", tell=lambda *one: told.append(one))
+    return result, told
+
+
+def test_every_combination_is_a_row(made) -> None:
+    result, told = made
+    assert len(result.rows) == 12
+    outcomes = [row.outcome for row in result.rows]
+    assert outcomes.count("equilibrium") == 8
+    assert outcomes.count("bad_scene") == 4
+    assert "mesh.size is -1" in result.row(mesh__size="-1.0").message
+    # two rigid cells serve both meshes
+    assert told[-1][:2] == (6, 6)
+
+
+def test_a_row_tells_costs_and_certificate(made) -> None:
+    row = made[0].row(mesh__size="0.25", fidelity="elastic", solver__tolerance="1e-08")
+    assert row.cpu > 0
+    assert row.start > row.cpu
+    assert sum(row.seconds.values()) <= row.cpu + 0.02
+    assert row.memory > 50
+    assert row.size["unknowns"] > row.size["contacts"] > 4
+    assert row.certificate["natural_map"] < 1e-8
+
+
+def test_resultants_need_no_elements(made) -> None:
+    result = made[0]
+    advice = {one.target: one for one in result.recommendations}
+    assert advice["supports"].bound < 1e-5
+    rigid = result.row(mesh__size="0.5", fidelity="rigid")
+    assert rigid.quantities["supports.pier.ground"].values[1] == pytest.approx(WEIGHT, rel=1e-6)
+    # rigid stones do not sink, and their stresses are not told
+    assert result.comparisons[0].error["probes.top"][result.rows.index(rigid)] == pytest.approx(1, rel=1e-3)
+    assert "stress.means" not in rigid.quantities
+
+
+def test_two_meshes_do_not_tell_an_order(made) -> None:
+    result = made[0]
+    advice = next(one for one in result.recommendations if one.target == "stress.max")
+    assert advice.settings is None
+    assert "no limit of it is seen here" in advice.words
+    seen = result.comparisons[0].orders["probes.top"]["mesh.size"]
+    assert (seen.order, seen.words) == (None, "2 levels")
+
+
+def test_a_second_call_computes_what_is_missing(made, scene: Path) -> None:
+    folder = scene.parent / "out"
+    files = sorted((folder / "cells").glob("*.json"))
+    assert len(files) == 6
+    stamps = {file: file.stat().st_mtime_ns for file in files[1:]}
+    files[0].unlink()
+    again = study(
+        scene,
+        ["mesh.size=0.5,0.25", "solver.tolerance=1e-3,1e-8", "fidelity=rigid,elastic"],
+        out=folder,
+    )
+    assert all(row.solved for row in again.rows)
+    assert files[0].exists()
+    assert {file: file.stat().st_mtime_ns for file in stamps} == stamps
+
+
+def test_files(made, tmp_path: Path) -> None:
+    result = made[0]
+    table, told, picture = result.write(tmp_path)
+    with table.open(newline="") as file:
+        lines = list(csv.DictReader(file))
+    assert len(lines) == 12
+    errors = [float(line["error.probes.top"]) for line in lines if line["outcome"] == "equilibrium"]
+    assert len(errors) == 8
+    assert min(errors) == 0.0
+    assert json.loads(told.read_text())["outcome"] == "finished"
+    assert json.loads(told.read_text())["recommendations"][0]["words"]
+    assert picture.read_bytes()[:4] == b"\x89PNG"
+
+
+def test_command(scene: Path, capsys) -> None:
+    line = ["study", str(scene), "--vary", "solver.tolerance=1e-3,1e-8", "--vary", "fidelity=rigid,elastic"]
+    folder = scene.parent / "out"  # its cells are known
+    assert cli.main([*line, "--set", "mesh.size=0.5", "--out", str(folder), "--quantity", "supports"]) == 0
+    said = capsys.readouterr().out
+    assert "for 1 % on the forces of the supports use" in said
+    assert f"wrote {folder / 'study.csv'}" in said
+    assert cli.main([*line, "--vary", "mesh.sice=1,2", "--out", str(folder)]) == 1
+    assert "did you mean 'size'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("vary", "words"),
+    [
+        ([], "at least one key"),
+        (["mesh.size"], "expected key=value"),
+        (["mesh.size=1,,2"], "expected key=value"),
+        (["mesh.size=1", "mesh.size=2"], "given twice"),
+        (["mesh.size=0.1,0.1"], "given twice"),
+        ([f"{key}=" + ",".join(map(str, range(1, 101))) for key in ("mesh.size", "a.b")], "10000 cells"),
+        (["mesh.sise=0.1"], "did you mean 'size'"),
+    ],
+)  # fmt: skip
+def test_nonsense_is_refused(scene: Path, vary: list[str], words: str, tmp_path: Path) -> None:
+    with pytest.raises(MasonryError, match=words):
+        study(scene, vary, out=tmp_path)
+    assert not list(tmp_path.glob("*"))
+
+
+def test_what_is_not_varied_is_said(scene: Path) -> None:
+    made = study(scene, {"fidelity": ["rigid", "elastic"]}, out=scene.parent / "out", quantities=["supports"])
+    (advice,) = made.recommendations
+    # whichever of the two was quicker, each in hundredths of a second
+    assert "what the mesh " in advice.words
+    assert "not varied" in advice.words
+
+
+def test_a_scene_of_python_against_a_folder_of_results(scene: Path, tmp_path: Path) -> None:
+    small = ["fidelity=rigid", "output.pictures=false", "output.fields=false"]
+    folder = tmp_path / "run"
+    assert (
+        cli.main(["run", str(scene), "--out", str(folder), "--quiet", *(f"--set={one}" for one in small)])
+        == 0
+    )
+    made = study(
+        load(scene, small),
+        {"joints.0.friction": [0.3, 0.6], "solver.tolerance": [1e-2, 1e-8]},
+        base=scene.parent,
+        out=tmp_path / "study",
+        reference=folder,
+        quantities=["supports.*.y"],
+    )
+    assert all(row.solved for row in made.rows)
+    # with a reference from outside another friction is a setting like any other
+    assert len(made.comparisons) == 1
+    (advice,) = made.recommendations
+    assert advice.bound < 0.01
+    assert "the reference comes from outside" in made.notes[0]
+
+
+def test_cases_have_references_of_their_own(scene: Path, tmp_path: Path) -> None:
+    made = study(
+        scene,
+        {"structures.pier.count": [2, 3], "solver.tolerance": [1e-2, 1e-8]},
+        overrides=["fidelity=rigid"],
+        out=tmp_path,
+        quantities=["supports"],
+    )
+    weights = [case.values["supports.pier.ground"].values[1] for case in made.comparisons]
+    assert weights == pytest.approx([WEIGHT, 1.5 * WEIGHT])
+    assert "each is compared with its own finest cell" in made.notes[0]
+    assert made.recommendations[0].settings.keys() == {"solver.tolerance"}
+
+
+def test_cells_left_alone_have_no_picture_and_no_advice(scene: Path, tmp_path: Path) -> None:
+    """The picture of a study before is taken away: it shows what is not in these files."""
+    (tmp_path / "pareto.png").write_bytes(b"of before")
+    made = study(scene, {"mesh.size": [0.5, -1.0], "fidelity": ["rigid", "elastic"]}, out=tmp_path)
+    assert [advice.settings for advice in made.recommendations] == [None] * len(made.recommendations)
+    made.write()
+    assert not (tmp_path / "pareto.png").exists()
+    assert json.loads((tmp_path / "study.json").read_text())["recommendations"][0]["bound"] is None

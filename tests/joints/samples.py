@@ -1,0 +1,84 @@
+"""One or more joints of every law in the list, for tests over all of them."""
+
+import numpy as np
+
+from masonry_fem.joints import LAWS, Bed, Bilinear, Dry, FremondCangemi, Kinetic, MohrCoulomb, Rough
+from masonry_fem.joints.spreading import path_laplacian
+
+STIFFNESS = {"normal_stiffness": 2e10, "tangential_stiffness": 1e10}
+STRENGTH = {"normal_strength": 0.25e6, "tangential_strength": 0.35e6}
+ENERGY = {"normal_energy": 18.0, "tangential_energy": 60.0}
+FRACTURE = STIFFNESS | STRENGTH | ENERGY
+
+PARAMETERS = {
+    "dry": [{"friction": 0.6}],
+    "constant_threshold": [{"strength": 0.2e6}, {"strength": 0.2e6, "critical_opening": 2e-5}],
+    "mohr_coulomb": [
+        {"cohesion": 0.2e6, "friction": 0.7},
+        {"cohesion": 0.2e6, "friction": 0.7, "tension_strength": 0.1e6, "critical_slip": 1e-5},
+    ],
+    "elastic": [STIFFNESS],
+    "elastic_brittle": [STIFFNESS | STRENGTH],
+    "fremond_cangemi": [
+        STIFFNESS | {"energy": 20.0},
+        STIFFNESS | {"energy": 20.0, "viscosity": 5.0, "friction_mode": "damage"},
+        STIFFNESS | {"energy": 20.0, "viscosity": 5.0, "exponent": 2.0},
+        STIFFNESS | {"energy": 20.0, "degree": 2},
+    ],
+    "monerie_acary": [FRACTURE, FRACTURE | {"residual": 0.3}],
+    "bilinear": [FRACTURE | {"friction_mode": "damage"}, FRACTURE | {"residual": 0.3}],
+    "trapezoidal": [FRACTURE | {"plateau": 0.4}, FRACTURE | {"mixing": 2.0}],
+    "exponential": [FRACTURE],
+    "bed": [
+        STIFFNESS | {"law": MohrCoulomb(cohesion=0.2e6, friction=0.7)},
+        STIFFNESS | {"law": FremondCangemi(**STIFFNESS, energy=20.0)},
+        STIFFNESS | {"law": Dry(0.6), "crushing": 0.1e6},
+    ],
+    "rough": [
+        {"law": Dry(friction=0.6), "dilatancy": 0.2, "bound": 5e-5},
+        {"law": MohrCoulomb(cohesion=0.2e6, friction=0.7), "dilatancy": 0.2, "bound": 5e-5},
+    ],
+}
+
+SAMPLES = [LAWS[name](**values) for name in LAWS for values in PARAMETERS[name]]
+
+POINTS = 10  # of a path, and of the joint along which damage spreads
+SPREADING = STIFFNESS | {"energy": 20.0, "gradient": 1e-4, "laplacian": path_laplacian(2e-3, POINTS)}
+
+# what joint records make of these laws, and damage that spreads among all points of a path
+COMPOSED = [
+    FremondCangemi(**SPREADING),
+    FremondCangemi(**SPREADING, viscosity=5.0),
+    FremondCangemi(**STIFFNESS, energy=20.0, degree=2, viscosity=5.0),
+    Kinetic(Dry(0.6), 0.4),
+    Kinetic(MohrCoulomb(cohesion=0.2e6, friction=0.7, residual_friction=0.6), 0.4),
+    Kinetic(Bilinear(**FRACTURE, friction_mode="damage"), 0.4),
+    Rough(FremondCangemi(**STIFFNESS, energy=20.0), dilatancy=0.2, bound=5e-5),
+    Bed(FremondCangemi(**STIFFNESS, energy=20.0, degree=2), 4e10, 2e10),
+    Bed(Rough(Kinetic(MohrCoulomb(cohesion=0.2e6, friction=0.7), 0.4), 0.2, 5e-5), 2e10, 1e10),
+    Bed(Kinetic(Bilinear(**FRACTURE), 0.4), 4e10, 2e10, crushing=0.15e6, shear_weight=9.0),
+    Bed(MohrCoulomb(cohesion=0.2e6, friction=0.7), 4e10, 2e10, crushing=0.15e6, shear_weight=9.0),
+]
+ALL = SAMPLES + COMPOSED
+
+
+def label(law):
+    """Name of a sample in a test's title."""
+    return f"{law.name}-{ALL.index(law)}" if law in ALL else law.name
+
+
+def wander(seed, dimension, steps=12, size=4e-5, points=POINTS):
+    """Paths of jumps that open, slide, close and turn, shape (steps, points, dimension)."""
+    rng = np.random.default_rng(seed)
+    scale = size * rng.uniform(0.1, 1.0, (1, points, 1))
+    path = np.cumsum(rng.normal(size=(steps, points, dimension)), axis=0) * scale
+    path[:, :, 0] = np.maximum(path[:, :, 0], 0.0)
+    return path
+
+
+def finer(path, parts):
+    """The same paths in smaller steps, from zero."""
+    knots = np.concatenate([np.zeros_like(path[:1]), path])
+    share = (np.arange(1, parts + 1) / parts)[None, :, None, None]
+    steps = knots[:-1, None] + share * np.diff(knots, axis=0)[:, None]
+    return steps.reshape(-1, *path.shape[1:])

@@ -1,0 +1,46 @@
+"""Dilatancy at one point."""
+
+import numpy as np
+import pytest
+
+from masonry_fem.errors import LawError
+from masonry_fem.joints import Bed, Dry, MohrCoulomb, Rough, probe
+
+
+def test_sliding_opens_up_to_the_bound_and_back():
+    law = Rough(Dry(0.6), dilatancy=0.2, bound=1e-3)
+    slides = np.array([1e-6, 1e-3, 1.0, 1e-3, 0.0])
+    history = probe(law, np.stack([0 * slides, slides], axis=1), pressure=1e5)
+    assert history.jump[:, 0] == pytest.approx(1e-3 * -np.expm1(-200 * slides), rel=1e-12, abs=1e-18)
+    assert history.jump[0, 0] == pytest.approx(0.2e-6, rel=1e-3)
+    assert np.abs(history.stress[:, 1]) == pytest.approx(0.6e5)
+    assert history.settled.all()
+
+
+def test_heat_is_what_pressure_does_not_take():
+    law = Rough(Dry(0.6), dilatancy=0.2, bound=1e-3)
+    history = probe(law, [[0, 1e-4], [0, 2e-4], [0, 0]], pressure=1e5)
+    raised = 1e5 * history.jump[:, 0]
+    assert history.rubbed == pytest.approx(np.array([6.0, 12.0, 24.0]) - raised)
+
+
+def test_hindered_dilatancy_builds_up_pressure():
+    """Between stiff blocks the opening that sliding wants compresses the bed."""
+    law = Bed(Rough(Dry(0.6), dilatancy=0.2, bound=1e-3), 1e10, 1e12)
+    history = probe(law, [[-1e-5, x] for x in np.linspace(0, 1e-4, 51)])
+    assert history.settled.all()
+    slid = history.state.jump[0, 1]
+    raised = -1e-3 * np.expm1(-200 * slid)
+    assert history.stress[-1, 0] == pytest.approx(-1e10 * (1e-5 + raised), rel=1e-9)
+    assert history.stress[-1, 1] == pytest.approx(-0.6 * history.stress[-1, 0], rel=1e-9)
+
+
+def test_bonded_joint_does_not_dilate():
+    law = Rough(MohrCoulomb(cohesion=1e6, friction=0.6), dilatancy=0.2, bound=1e-3)
+    history = probe(law, [[0, 0]], pressure=1e5)
+    assert history.jump[0, 0] == 0.0
+
+
+def test_dilatancy_above_friction_would_create_energy():
+    with pytest.raises(LawError, match=r"dilatancy is 0\.7, expected at most the friction 0\.6"):
+        Rough(Dry(0.6), dilatancy=0.7, bound=1e-3)

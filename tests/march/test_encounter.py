@@ -1,0 +1,222 @@
+"""Blocks that no contact pairs at the start and that meet on the way."""
+
+from __future__ import annotations
+
+import logging
+from typing import Any
+
+import pytest
+
+from masonry_fem.analyses.run import RunResult
+from masonry_fem.scene.specs import (
+    BlockStructure,
+    Contact,
+    Dynamics,
+    Equilibrium,
+    Initial,
+    Joint,
+    Loads,
+    Material,
+    MeshSettings,
+    Motion,
+    Override,
+    Probe,
+    Scatter,
+    Statics,
+    Support,
+    Table,
+)
+from tests.validation.scenes import G, solved
+
+DENSITY, YOUNG, LENGTH, THICK = 2400.0, 1e9, 2.0, 0.2
+BEAM = MeshSettings(element="Q2", divisions=(20, 4))
+
+
+def written(result: RunResult) -> dict[str, Any]:
+    return result.summary["certificate"]["written"]
+
+
+def cantilever(gap: float, *, below: str = "support", **keys: Any) -> RunResult:
+    """A clamped beam over a block at its tip, farther away than contact reaches."""
+    arm = BlockStructure(name="arm", material="soft", size=(LENGTH, THICK), mesh=BEAM)
+    rest = BlockStructure(
+        name="below", material="soft", size=(0.5, 0.5), position=(1.5, -0.5 - gap), support=below == "support"
+    )
+    given = {
+        "structures": (arm, rest),
+        "supports": (
+            Support(on="arm/left"),
+            *((Support(on="below/bottom"),) if below == "elastic" else ()),
+        ),
+        "joints": (Joint(friction=0.0),),
+        "analysis": Statics(),
+    }
+    return solved(
+        dimension=2,
+        materials={"soft": Material(density=DENSITY, young=YOUNG, poisson=0.0)},
+        mesh=MeshSettings(divisions=(4, 4)),
+        overrides=(Override(blocks="below", fidelity="rigid"),) if below != "elastic" else (),
+        probes=(Probe(name="tip", block="arm", point=(LENGTH, 0.0)),),
+        **given | keys,
+    )
+
+
+def prop(gap: float) -> float:
+    """What a prop at the tip of a cantilever that sags by ``gap`` carries [N]: 3/8 q L − 3 E I gap / L³.
+
+    With the shear of a Timoshenko beam, κ = 5/6.
+    """
+    q, bending, shear = DENSITY * G * THICK, YOUNG * THICK**3 / 12, 5 / 6 * YOUNG / 2 * THICK
+    soft = LENGTH**3 / (3 * bending) + LENGTH / shear
+    return (q * LENGTH**4 / (8 * bending) + q * LENGTH**2 / (2 * shear) - gap) / soft
+
+
+@pytest.mark.parametrize("steps", [1, 4])
+@pytest.mark.parametrize("below", ["support", "elastic"])
+def test_a_cantilever_sags_onto_the_block_below(below: str, steps: int) -> None:
+    gap = 3e-3
+    result = cantilever(gap, below=below, analysis=Statics(load_steps=steps))
+    assert result.outcome == "equilibrium"
+    assert len(result.march.model.interfaces) == 1
+    name = "below" if below == "support" else "below/bottom"
+    carried = -result.summary["supports"][name]["force"][1]
+    own = DENSITY * G * 0.25 if below == "elastic" else 0.0
+    # of which the block's own compression is a hundredth
+    assert carried + own == pytest.approx(-prop(gap), rel=0.02)
+    assert result.summary["probes"]["tip"][1] == pytest.approx(-gap, rel=1e-2)
+    assert written(result)["overlap"]["value"] < 1e-6
+    assert written(result)["balance"]["value"] < 1e-8
+
+
+def test_fixed_contacts_stay_those_of_the_start_and_the_overlap_is_told() -> None:
+    result = cantilever(3e-3, contact=Contact(update="fixed"))
+    assert result.outcome == "no_convergence"
+    told = written(result)["overlap"]
+    assert sorted(told["blocks"]) == ["arm", "below"]
+    q, bending, shear = DENSITY * G * THICK, YOUNG * THICK**3 / 12, 5 / 6 * YOUNG / 2 * THICK
+    sag = q * LENGTH**4 / (8 * bending) + q * LENGTH**2 / (2 * shear)
+    assert told["value"] == pytest.approx(sag - 3e-3, rel=0.01)
+    assert "'arm' and 'below' are in each other" in result.message
+
+
+def test_a_scene_that_does_not_move_far_looks_for_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A cantilever that stays above a block keeps its contacts; blocks are looked at once, at the end."""
+    from masonry_fem.march import lookout
+
+    looks: list[int] = []
+    plain = lookout.overlaps
+    monkeypatch.setattr(lookout, "overlaps", lambda *given: looks.append(1) or plain(*given))
+    still = cantilever(0.05, analysis=Statics(load_steps=5), contact=Contact(reach=0.06))
+    assert still.outcome == "equilibrium"
+    assert len(looks) == 1
+    assert still.march.model is still.built.model
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("fidelity", ["rigid", "elastic"])
+def test_a_pushed_block_meets_the_next_one(dimension: int, fidelity: str) -> None:
+    """A support pushes a block by 30 mm over ground; the next stands 20 mm away, and goes 10 mm with it.
+
+    The first step ends before they meet, the second goes through. Friction of both adds up at the support.
+    """
+    side = (1.0,) * (dimension - 2)
+    zero = (0.0,) * (dimension - 2)
+
+    def box(name: str, x: float, size: float = 1.0, z: float = 0.0, **keys: Any) -> BlockStructure:
+        return BlockStructure(
+            name=name, material="stone", size=(size, *side, 1.0), position=(x, *zero, z), **keys
+        )
+
+    push = Motion(displacement=(0.03, *zero, 0.0), time=Table(points=((0.0, 0.0), (1.0, 1.0))))
+    result = solved(
+        dimension=dimension,
+        fidelity=fidelity,
+        structures=(
+            box("ground", -2.0, 8.0, -1.0, support=True),
+            box("hand", -1.0),
+            box("first", 0.0),
+            box("second", 1.02),
+        ),
+        mesh=MeshSettings(divisions=(2,) * dimension),
+        supports=(Support(on="hand", motion=push),),
+        joints=(Joint(friction=0.0), Joint(friction=0.5, between=("ground", "*"))),
+        probes=(Probe(name="second", block="second", point=(1.02, *zero, 0.0)),),
+        analysis=Statics(load_steps=2),
+    )
+    assert result.outcome == "equilibrium"
+    weight = 2400.0 * G
+    assert result.summary["supports"]["hand"]["force"][0] == pytest.approx(2 * 0.5 * weight, rel=1e-5)
+    assert result.summary["probes"]["second"][0] == pytest.approx(0.01, rel=1e-2)
+    assert result.summary["contacts"] == sum(result.summary["status"].values())  # those of the meeting, too
+    assert written(result)["overlap"]["value"] < 1e-6
+
+
+@pytest.mark.parametrize("length", [None, 0.5])
+def test_joints_of_the_start_keep_what_they_drew(length: float | None) -> None:
+    """Where friction scatters the new joint draws its own, and the one that was there its own again."""
+    scatter = Scatter(seed=7, variation={"friction": 0.2}, correlation_length=length)
+    result = cantilever(
+        2e-3,
+        joints=(Joint(friction=0.5, scatter=scatter),),
+        supports=(Support(on="arm/left"), Support(on="below/bottom")),
+        structures=(
+            BlockStructure(name="arm", material="soft", size=(LENGTH, THICK), mesh=BEAM),
+            BlockStructure(name="top", material="soft", size=(0.2, 0.1), position=(0.1, THICK)),
+            BlockStructure(name="below", material="soft", size=(0.5, 0.5), position=(1.5, -0.502)),
+        ),
+    )
+    assert result.outcome == "equilibrium"
+    start, end = result.built.model.scatter["friction"], result.march.model.scatter["friction"]
+    assert len(end) > len(start) > 0
+    assert end[: len(start)] == pytest.approx(start, rel=1e-12)
+    assert abs(end[-1] - start[0]) > 1e-3
+
+
+def test_a_thrown_block_bounces_off_a_wall_that_it_did_not_know() -> None:
+    """Velocity form: 1 m/s over 0.5 m of nothing, then back with half of that."""
+    ball = BlockStructure(name="ball", material="stone", size=(0.2, 0.2))
+    wall = BlockStructure(name="wall", material="stone", size=(0.5, 2.0), position=(0.7, -1.0), support=True)
+    result = solved(
+        dimension=2,
+        fidelity="rigid",
+        structures=(ball, wall),
+        loads=Loads(),
+        initial=(Initial(blocks="ball", velocity=(1.0, 0.0)),),
+        joints=(Joint(friction=0.0, form="velocity", restitution=0.5),),
+        probes=(Probe(name="ball", block="ball", point=(0.2, 0.0)),),
+        analysis=Dynamics(step=1e-3, duration=1.0, theta=0.5),
+    )
+    assert result.outcome == "finished"
+    # met at 0.5 s, to a step or two
+    assert result.summary["probes"]["ball"][0] == pytest.approx(0.25, abs=4e-3)
+
+
+def test_a_block_that_lands_on_a_corner_comes_down_on_the_next() -> None:
+    """On an elastic beam: they touch at one corner when the other one gets there, 0.3 m away."""
+    result = solved(
+        dimension=2,
+        structures=(
+            BlockStructure(
+                name="beam", material="stone", size=(1.6, 0.2), mesh=MeshSettings(divisions=(8, 1))
+            ),
+            BlockStructure(
+                name="fall", material="stone", size=(0.3, 0.3), position=(0.65, 0.25), rotation=10.0,
+                fidelity="rigid",
+            ),
+        ),
+        supports=(Support(on="beam/bottom"),),
+        joints=(Joint(friction=0.5),),
+        analysis=Dynamics(step=1e-3, duration=0.2, theta=1.0),
+    )  # fmt: skip
+    assert result.outcome == "finished"
+    model = result.march.model
+    assert model.contacts.count > 2
+    corners = model.contacts.points[:, 0, 0]
+    assert corners.max() - corners.min() == pytest.approx(0.3, abs=0.05)
+    assert written(result)["overlap"]["value"] < 2e-3
+
+
+def test_who_meets_whom_is_told(caplog: pytest.LogCaptureFixture) -> None:
+    with caplog.at_level(logging.INFO, logger="masonry_fem"):
+        cantilever(3e-3, analysis=Equilibrium(strategy="large_step", step=1.0, max_steps=10))
+    assert "'arm' and 'below' meet" in caplog.text

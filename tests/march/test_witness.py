@@ -1,0 +1,142 @@
+"""The witness: what the written points, frames, reactions and loads leave of each block's balance."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from masonry_fem.analyses.run import RunResult
+from masonry_fem.march.acting import contact_wrenches, imbalance
+from masonry_fem.scene.specs import (
+    ArchStructure,
+    BlockStructure,
+    Contact,
+    Dynamics,
+    Initial,
+    Joint,
+    Loads,
+    MeshSettings,
+    Motion,
+    StackStructure,
+    Statics,
+    Support,
+    Table,
+    Traction,
+)
+from tests.validation.scenes import G, solved
+
+
+def test_a_couple_is_told_whatever_the_origin() -> None:
+    """A beam on two points that carry ¼ and ¾ of its weight: moments lack a quarter of W L."""
+    blocks = np.array([[1, 0], [1, 0]])
+    force = np.array([[0.0, 25.0], [0.0, 75.0]])
+    for origin in (np.zeros(2), np.array([1e3, -20.0])):
+        points = np.array([[0.0, 0.0], [2.0, 0.0]]) + origin
+        middle = np.array([1.0, 0.1]) + origin
+        given = np.zeros((2, 3))
+        given[1] = [0.0, -100.0, -100.0 * middle[0]]
+        pressed = contact_wrenches(blocks, np.repeat(points[:, None], 2, axis=1), force, 2)
+        left = imbalance(pressed + given, np.tile(middle, (2, 1)))
+        np.testing.assert_allclose(left[1], [0.0, 0.0, 50.0], atol=1e-10)
+        np.testing.assert_allclose(left[0], [0.0, -100.0, -50.0], atol=1e-10)
+
+
+def written(result: RunResult) -> dict[str, dict[str, float]]:
+    return result.summary["certificate"]["written"]
+
+
+def clamped_beam(dimension: int) -> RunResult:
+    """A pillar on a beam that is clamped at one end, under its own weight and a traction."""
+    deep = (0.2,) * (dimension - 2)
+    side = (0.0,) * (dimension - 2)
+    beam = BlockStructure(name="beam", material="stone", size=(1.0, *deep, 0.3), position=(0.0, *side, 0.0))
+    post = BlockStructure(name="post", material="stone", size=(0.2, *deep, 0.4), position=(0.7, *side, 0.3))
+    return solved(
+        dimension=dimension,
+        structures=(beam, post),
+        mesh=MeshSettings(divisions=(4, *(1,) * (dimension - 2), 2)),
+        supports=(Support(on="beam/left"),),
+        loads=Loads(
+            gravity=(*(0.0,) * (dimension - 1), -G),
+            tractions=(Traction(on="post/top", vector=(1e3, *side, -1e4)),),
+        ),
+        analysis=Statics(),
+    )
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_clamps_and_tractions_are_in_the_balance(dimension: int) -> None:
+    result = clamped_beam(dimension)
+    assert result.outcome == "equilibrium"
+    assert written(result)["balance"]["value"] < 1e-9
+    acting = result.march.state.acting
+    carried = acting.clamp.sum(axis=0) + acting.load.sum(axis=0)
+    assert np.abs(carried).max() < 1e-8 * np.abs(acting.load).max()
+
+
+@pytest.mark.parametrize("fidelity", ["rigid", "elastic"])
+def test_a_block_in_motion_balances_with_its_inertia(fidelity: str) -> None:
+    """A stack on ground that starts to move: what presses is not the weight alone."""
+    shake = Motion(displacement=(0.0, 0.01), time=Table(points=((0.0, 0.0), (0.1, 1.0), (0.2, 1.0))))
+    result = solved(
+        dimension=2,
+        fidelity=fidelity,
+        structures=(StackStructure(name="s", material="stone", size=(1.0, 1.0), count=2),),
+        mesh=MeshSettings(divisions=(2, 2)),
+        supports=(Support(on="s.ground", motion=shake),),
+        analysis=Dynamics(step=1e-3, duration=0.05, theta=1.0),
+    )
+    assert result.outcome == "finished"
+    assert np.abs(result.march.state.acting.inertia[:, 1]).max() > 0
+    assert written(result)["balance"]["value"] < 1e-9
+
+
+def springing(fidelity: str, move: float) -> RunResult:
+    """An arch whose right springing moves outwards by ``move`` [m] of its radius of 1 m, in ten steps."""
+    motion = Motion(displacement=(move, 0.0), time=Table(points=((0.0, 0.0), (1.0, 1.0))))
+    return solved(
+        dimension=2,
+        fidelity=fidelity,
+        structures=(ArchStructure(name="a", material="stone", radius=1.0, thickness=0.2, voussoirs=11),),
+        mesh=MeshSettings(divisions=(2, 2)),
+        supports=(Support(on="a.springing_right", motion=motion),),
+        analysis=Statics(load_steps=10),
+    )
+
+
+@pytest.mark.parametrize(("move", "told"), [(0.001, False), (0.05, True)])
+def test_stones_that_should_turn_are_told_by_what_it_does(
+    move: float, told: bool, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Elastic voussoirs keep their thrust, which in rigid ones that turn grows with the span."""
+    elastic, rigid = springing("elastic", move), springing("rigid", move)
+    thrusts = [abs(one.summary["supports"]["a.springing_left"]["force"][0]) for one in (elastic, rigid)]
+    lost = 1 - thrusts[0] / thrusts[1]
+    turning = written(elastic)["turning"]
+    assert written(elastic)["balance"]["value"] < 1e-8
+    assert 0.5 * lost < turning["value"] < 2.0 * lost
+    assert (turning["value"] > 0.01) == told == ("elastic blocks balance where they were" in caplog.text)
+    assert written(rigid)["turning"]["value"] == 0
+
+
+@pytest.mark.parametrize(
+    ("update", "cure"),
+    [("moving", ""), ("fixed", "leave it out"), ("redetect", "")],
+)
+def test_a_block_that_falls_over_into_the_ground_is_told_with_what_helps(
+    update: str, cure: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Contacts of the start are those of its foot; its side finds the ground unless they stay so."""
+    result = solved(
+        dimension=2,
+        fidelity="rigid",
+        structures=(StackStructure(name="s", material="stone", size=(0.2, 1.0), count=1),),
+        initial=(Initial(blocks="s.b1", spin=5.0),),
+        joints=(Joint(friction=0.8),),
+        contact=Contact(update=update),
+        analysis=Dynamics(step=5e-3, duration=1.0, theta=1.0),
+    )
+    assert result.outcome == "finished"
+    assert (written(result)["overlap"]["value"] > 0.01) == bool(cure)
+    assert ("'s.ground' and 's.b1' are in each other" in caplog.text) == bool(cure)
+    assert cure in caplog.text

@@ -1,0 +1,134 @@
+"""Console: silent where it should be, the outcome first where not."""
+
+import io
+
+import pytest
+from rich.console import Console
+
+from masonry_fem.output.refinement_table import round_line
+from masonry_fem.output.report import Progress, print_summary
+from masonry_fem.output.sheet import quantity, round_down
+
+SUMMARY = {
+    "title": "Arch", "outcome": "equilibrium", "message": "Equilibrium after 1 step.",
+    "time": 1.0, "steps": 1,
+    "blocks": 13, "shapes": 2, "contacts": 1504, "unknowns": 22345,
+    "supports": {"left": {"force": [1234.5, 0, 5678.0], "moment": [0, 1, 2]},
+                 "right": [-1234.5, 1e-12, 5678, 0, 0, 0]},
+    "applied": [0, 0, -11356.0, 0, 0, 0],
+    "certificate": {"natural_map": 1e-12, "max_penetration": 2e-17, "energy_balance": None},
+    "stress": {"max_von_mises": {"value": 123456.0, "block": "arch.v3"},
+               "p95_von_mises": 45678.0, "blocks": []},
+    "probes": {"crown": [0, 1e-19, -2.3e-5]}, "status": {"open": 12, "stick": 1400, "slip": 92},
+    "seconds": {"mesh": 0.1, "step": 0.25}, "peak_memory_mb": 312.4, "versions": {"numpy": "2"},
+}  # fmt: skip
+
+
+def printed(summary, width=110):
+    out = io.StringIO()
+    print_summary(summary, Console(file=out, width=width))
+    return out.getvalue()
+
+
+def test_summary_starts_with_the_outcome_and_names_where():
+    text = printed(SUMMARY)
+    assert text.index("equilibrium") < text.index("13 blocks")
+    for words in ("123 kPa", "−11.356 kN", "arch.v3", "1 400 stick", "−23 µm", "312 MB", "after 1 step "):
+        assert words in text
+
+
+def test_forces_of_plane_structures_are_per_metre():
+    text = printed({"applied": [0.0, -5.0], "certificate": {"min_normal_reaction": -1e-3}})
+    assert "y −5 N/m" in text
+    assert "-1.00e-03 N/m" in text
+    assert "N/m" not in printed(SUMMARY)
+
+
+def test_the_two_maxima_of_stress_are_told_apart():
+    both = {
+        "max_von_mises": {"value": 165e3, "block": "a"},
+        "max_von_mises_nodal": {"value": 203e3, "block": "b"},
+    }
+    text = printed(SUMMARY | {"stress": both, "shapes": 1})
+    lines = text.splitlines()
+    assert any("at Gauss points" in line and "165 kPa in a" in line for line in lines)
+    assert any("at nodes, as pictured" in line and "203 kPa in b" in line for line in lines)
+    assert "1 shape," in text
+
+
+@pytest.mark.parametrize("missing", list(SUMMARY))
+def test_any_part_may_be_missing(missing):
+    assert printed({key: value for key, value in SUMMARY.items() if key != missing})
+
+
+def test_brackets_in_names_are_no_markup():
+    assert "[bold]" in printed(SUMMARY | {"message": "block [bold] slides"})
+
+
+def test_bad_outcomes_are_shown_too():
+    assert "no equilibrium" in printed({"outcome": "no_equilibrium", "message": "v3 slides"})
+
+
+@pytest.mark.parametrize(
+    ("terminal", "quiet", "shown"), [(True, False, True), (False, False, False), (True, True, False)]
+)
+def test_progress_shows_on_terminals_only(report, terminal, quiet, shown):
+    out = io.StringIO()
+    progress = Progress(10, quiet=quiet, console=Console(file=out, force_terminal=terminal, width=120))
+    progress.start(None)
+    for step in range(1, 4):
+        progress.record(None, None, report(step))
+    assert progress.close({}) == []
+    assert bool(out.getvalue()) == shown
+    if shown:
+        assert "step 3/10" in out.getvalue()
+        assert "1.0e-11" in out.getvalue()
+
+
+def test_progress_is_silent_in_a_pipe_by_default(report, capsys):
+    progress = Progress()
+    progress.start(None)
+    progress.record(None, None, report(1))
+    progress.close({})
+    assert capsys.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0.0, "0 Pa"), (1234.0, "1.23 kPa"), (-2.5e6, "−2.5 MPa"), (1000.0, "1 kPa"), (999.9999999999, "1 kPa"),
+     (3e-13, "0.0003 nPa")],
+)  # fmt: skip
+def test_quantities_carry_a_prefix(value, text):
+    assert quantity(value, "Pa") == text
+
+
+@pytest.mark.parametrize(
+    ("value", "rounded"), [(1.0, 1.0), (1.99, 1.0), (4.9, 2.0), (5.0, 5.0), (0.0099, 0.005)]
+)
+def test_scales_are_1_2_5(value, rounded):
+    assert round_down(value) == pytest.approx(rounded)
+
+
+def test_nothing_and_its_rounding_are_told_as_such():
+    """No load: zeros without a sign, an error without a worst block; what joints feed back is negative."""
+    error = {"relative": 0.0, "unjudged": 0, "worst": [{"block": "arch.v3"}]}
+    text = printed({"applied": [-0.0, -0.0], "stress": {"error": error}})
+    assert "x 0 N/m  y 0 N/m" in text
+    assert "0 %" in text
+    assert "arch.v3" not in text
+    lost = printed({"errors": {"time": {"dissipated": -0.05}}})
+    assert "−5 % of the largest energy" in lost
+    assert "< 1e-06 %" in printed({"errors": {"time": {"dissipated": -1e-17}}})
+
+
+def test_one_mesh_is_one_mesh():
+    made = {
+        "round": 1,
+        "unknowns": 1234,
+        "meshes": 1,
+        "made": 1,
+        "error": 0.0896,
+        "refined": 0,
+        "seconds": 0.1,
+    }
+    assert round_line(made) == "round 1: 1 234 unknowns, 1 mesh (1 new), error 8.96 %, 0.1 s"

@@ -1,0 +1,29 @@
+"""The names that scripts import from ``masonry_fem`` itself."""
+
+import inspect
+import subprocess
+import sys
+
+import pytest
+
+import masonry_fem
+
+
+def test_every_public_name_is_there_and_documented():
+    for name in masonry_fem.__all__:
+        assert name in dir(masonry_fem)
+        assert inspect.getdoc(getattr(masonry_fem, name)), name
+
+
+def test_a_name_that_is_not_there_is_told_with_those_that_are():
+    with pytest.raises(AttributeError, match=r"no 'sovle'; its names are Scene, load, run, solve, study"):
+        _ = masonry_fem.sovle
+
+
+def test_nothing_heavy_is_loaded_before_it_is_used():
+    code = (
+        "import sys, masonry_fem\n"
+        "dir(masonry_fem)\n"
+        "assert not {'numpy', 'numba', 'dolfinx', 'gmsh', 'pyvista'} & set(sys.modules)\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)

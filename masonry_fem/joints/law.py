@@ -105,10 +105,8 @@ def rub(
     """
     adhesive = law.adhesive_reaction(after, area)
     pushed = reaction + adhesive
-    # of an open joint whose springs pull the two differ by rounding: that is no pressure to slide under
-    noise = ROUNDING * (np.abs(reaction[:, 0]) + np.abs(adhesive[:, 0]))
     speed = lengths(velocity[:, 1:])
-    limit = friction * np.where(pushed[:, 0] > noise, pushed[:, 0], 0.0)
+    limit = friction * pressure(reaction, adhesive)
     tangent = lengths(pushed[:, 1:])
     slides = (speed > 0) & (limit > 0) & (tangent >= limit * (1 - ON_CONE))
     heat = -step * (pushed[:, 1:] * velocity[:, 1:]).sum(axis=1)
@@ -118,6 +116,14 @@ def rub(
         slip=before.slip + np.where(slides, step * speed, 0.0),
         rubbed=before.rubbed + np.maximum(heat, 0.0),
     )
+
+
+def pressure(reaction: FloatArray, adhesive: FloatArray) -> FloatArray:
+    """Force r̃_N ≥ 0 between the faces of the physical and the cohesive reaction [N], shape (c,)."""
+    pushed = reaction[:, 0] + adhesive[:, 0]
+    # of an open joint whose springs pull the two differ by rounding: that is no pressure to slide under
+    noise = ROUNDING * (np.abs(reaction[:, 0]) + np.abs(adhesive[:, 0]))
+    return np.where(pushed > noise, pushed, 0.0)
 
 
 def layers_of(law: Law) -> Iterator[Law]:

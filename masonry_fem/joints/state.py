@@ -37,7 +37,7 @@ class JointState:
     pressed : Pressure on a bed that crushes [Pa], shape (c,).
     following : Shear that comes with more of that pressure, dτ/dσ, shape (c,).
     bedded : Deformation of the bed at the start of the step under way [m], shape (c, d).
-    jump : Displacement jump that the cohesion feels (without bed and dilation) [m], shape (c, d).
+    jump : Displacement jump that the cohesion feels (without bed) [m], shape (c, d).
     slip : Length of the path slid over in frictional sliding [m], shape (c,).
     sliding : True where the contact slid at the end of the last committed step, shape (c,).
     slides : The same for the step under way, shape (c,).

@@ -1,5 +1,5 @@
 """The structures without finite elements that the tests of outputs have."""
 
-from tests.output.conftest import elastic, rigid
+from tests.output.conftest import dimension, elastic, rigid, state_at
 
-__all__ = ["elastic", "rigid"]
+__all__ = ["dimension", "elastic", "rigid", "state_at"]

@@ -1,9 +1,10 @@
 """Rough: sliding that opens the joint (dilatancy), on any joint law.
 
-    u_N = u_c,N + d(‖u_T‖),    d(s) = bound (1 − exp(−tan ψ · s/bound))
+    u_N ≥ d(‖u_T‖),    d(s) = bound (1 − exp(−tan ψ · s/bound))
 
 The asperities are geometry: sliding back closes what sliding opened (contractance), and pressure gets
-its work back. What friction burns is μ r_N s less the work against pressure, hence tan ψ ≤ μ.
+its work back. What friction burns is μ r̃_N s less the work against pressure, hence tan ψ ≤ μ. Cohesion
+acts on u itself: it is stretched where the faces ride up, and asperities that do not touch do nothing to it.
 
     Rough(MohrCoulomb(cohesion=0.35e6, friction=0.75), dilatancy=0.1, bound=1e-3)
 """
@@ -16,7 +17,7 @@ from typing import ClassVar, override
 import numpy as np
 
 from masonry_fem.errors import LawError
-from masonry_fem.joints.law import FloatArray, Law, Parameter, check_non_negative, check_positive
+from masonry_fem.joints.law import FloatArray, Law, Parameter, check_non_negative, check_positive, pressure
 from masonry_fem.joints.reduction import Reduction
 from masonry_fem.joints.state import JointState
 from masonry_fem.nscd.graphs import tangential_norm
@@ -73,9 +74,13 @@ class Rough(Law):
 
     @override
     def reduce(self, state: JointState, jump: FloatArray, area: FloatArray, step: float) -> Reduction:
-        inner = self.law.reduce(state, _lowered(jump, state.raised), area, step)
-        shift = _lowered(inner.shift, (state.dilation - state.raised) / step)
-        return replace(inner, shift=shift, closure=inner.closure + state.raised)
+        inner = self.law.reduce(state, jump, area, step)
+        lift = (state.dilation - state.raised) / step
+        shift = inner.shift.copy()
+        shift[:, 0] -= lift
+        # v_c is that of the faces less the lift; cohesion goes with the faces
+        offset = inner.offset + inner.stiffness[:, :, 0] * lift[:, None]
+        return replace(inner, offset=offset, shift=shift, closure=inner.closure + state.raised)
 
     @override
     def update(
@@ -83,10 +88,8 @@ class Rough(Law):
         velocity: FloatArray, area: FloatArray, step: float,
     ) -> JointState:  # fmt: skip
         dilation = self._raise(jump + step * velocity)
-        rise = dilation - state.dilation
-        own, start = _lowered(velocity, rise / step), _lowered(jump, state.dilation)
-        after = self.law.update(state, trial, start, reaction, own, area, step)
-        lifted = np.maximum(reaction[:, 0], 0.0) * rise
+        after = self.law.update(state, trial, jump, reaction, velocity, area, step)
+        lifted = pressure(reaction, self.law.adhesive_reaction(after, area)) * (dilation - state.dilation)
         return replace(after, dilation=dilation, raised=state.dilation, rubbed=after.rubbed - lifted)
 
     @override
@@ -96,10 +99,3 @@ class Rough(Law):
     @override
     def stored(self, state: JointState, area: FloatArray) -> FloatArray:
         return self.law.stored(state, area)
-
-
-def _lowered(vector: FloatArray, by: FloatArray) -> FloatArray:
-    """A copy with the normal component less."""
-    lowered = vector.copy()
-    lowered[:, 0] -= by
-    return lowered

@@ -61,8 +61,9 @@ def read_compas(path: Path, title: str) -> list[Skin]:
             "meshes; save it again with compas.json_dump"
         ) from error
     if not found:
-        kind = {list: "a list", dict: "a record"}.get(type(record), "a single value")
-        kind = record.get("dtype", kind) if isinstance(record, dict) else kind
+        kind = "a list" if isinstance(record, list) else "a single value"
+        if isinstance(record, dict):
+            kind = record.get("dtype", "a record")
         raise GeometryError(
             f"{title} is {kind} without blocks, expected an assembly, a model or meshes of compas with "
             "'vertex' and 'face'; convert other geometry (Brep, polyhedron) to meshes there"

@@ -59,7 +59,7 @@ def test_lines_and_branches_are_counted_by_room(repository, tmp_path):
     assert "| room | 1 | 25 | 1 |" in rows
     assert "| (top) | 1 | 0 | 0 |" in rows
     assert "| **all** | 2 | 25 | 1 |" in rows
-    assert rows[-1] == f"{tmp_path / 'room' / 'file.py'}:22: branchy, 13"
+    assert rows[-1] == f"{tmp_path / 'room' / 'file.py'}:21: branchy, 13"
 
 
 def test_a_folder_without_python_is_refused(repository, tmp_path):

@@ -20,11 +20,11 @@ help:
 	@sed -n 's/^# make /make /p' Makefile
 
 .venv/.demo: pyproject.toml tools/prepare
-	@sh tools/prepare fenicsx
+	@sh tools/prepare fenicsx,gmsh,pictures
 	@touch $@
 
 .venv/.test: pyproject.toml tools/prepare
-	@sh tools/prepare fenicsx,test
+	@sh tools/prepare fenicsx,gmsh,pictures,test
 	@touch $@ .venv/.demo
 
 demo: .venv/.demo

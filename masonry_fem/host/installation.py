@@ -1,7 +1,8 @@
 """Installation: what this machine must offer, looked for without loading anything heavy.
 
 Each ``require_...`` returns silently or raises an InstallationError of one sentence with its cure;
-``report`` lists everything for ``masonry-fem info``.
+``report`` lists everything for ``masonry-fem info``. Libraries that many scenes never load come with *extras*
+of the package (``EXTRAS``); before one is loaded ``require_extra`` or ``lacking`` is asked.
 """
 
 from __future__ import annotations
@@ -22,12 +23,14 @@ from masonry_fem.errors import InstallationError
 
 OLDEST_PYTHON = (3, 12)
 OLDEST_DOLFINX = (0, 9)
-LIBRARIES = ("numpy", "scipy", "numba", "msgspec", "gmsh", "pyvista", "vtk")
+LIBRARIES = ("numpy", "scipy", "numba", "msgspec")
+EXTRAS = {"gmsh": ("gmsh",), "pictures": ("pyvista", "matplotlib")}  # as in pyproject.toml: what is imported
 RENDERERS = {
     "EGL": ("libEGL.so.1", "libEGL.so"),
     "OSMesa": ("libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"),
 }
 RENDERING_CURE = "install libEGL or libOSMesa (Debian: apt install libegl1 libgl1-mesa-dri)"
+GMSH_CURE = "install what it draws with (Debian: apt install libglu1-mesa libxcursor1 libxft2 libxinerama1)"
 DOLFINX_CURE = (
     "install it (pip install 'masonry-fem[fenicsx]', Debian 13: apt install python3-dolfinx, "
     'conda: fenics-dolfinx) or make every block fidelity = "rigid"'
@@ -61,6 +64,21 @@ def require_fenicsx() -> None:
         raise InstallationError(f"DOLFINx {found} is too old, expected 0.9 or later; {DOLFINX_CURE}")
 
 
+def lacking(extra: str) -> str | None:
+    """None where all libraries of an extra are installed, else which are not and how to install them."""
+    missing = [name for name in EXTRAS[extra] if find_spec(name) is None]
+    if not missing:
+        return None
+    verb = "is" if len(missing) == 1 else "are"
+    return f"{' and '.join(missing)} {verb} not installed; pip install 'masonry-fem[{extra}]'"
+
+
+def require_extra(extra: str, consequence: str) -> None:
+    """Refuse to go on where an extra is missing; ``consequence`` is what cannot be done without it."""
+    if lack := lacking(extra):
+        raise InstallationError(f"{consequence}: {lack}")
+
+
 def require_compiler() -> None:
     """Refuse to go on where FFCx would find no C compiler for the element kernels."""
     if compiler() is None:
@@ -72,11 +90,15 @@ def require_compiler() -> None:
         )
 
 
-def rendering_available() -> str | None:
-    """None where pictures can be drawn, else the sentence that says what is missing."""
+def why_no_pictures() -> str | None:
+    """None where pictures can be drawn, else what is missing and how to install it."""
+    if lack := lacking("pictures"):
+        return f"no pictures: {lack}"
     if not sys.platform.startswith("linux") or os.environ.get("DISPLAY") or renderers():
         return None
-    return f"no pictures: neither libEGL nor libOSMesa can be loaded; {RENDERING_CURE}"
+    return (
+        f"no pictures: neither libEGL nor libOSMesa can be loaded and there is no X server; {RENDERING_CURE}"
+    )
 
 
 def dolfinx_version() -> str | None:
@@ -137,7 +159,8 @@ def report() -> list[Finding]:
     findings = [
         Finding("masonry_fem", masonry_fem.__version__),
         Finding("python", platform.python_version(), "use Python 3.12 or later" if old_python else ""),
-        *(_package(name) for name in LIBRARIES),
+        *(_package(name, name) for name in LIBRARIES),
+        *(_package(name, f"'masonry-fem[{extra}]'") for extra, names in EXTRAS.items() for name in names),
     ]
     found = dolfinx_version()
     fresh = found is not None and numbers_of(found) >= OLDEST_DOLFINX
@@ -148,14 +171,14 @@ def report() -> list[Finding]:
     findings.append(Finding("C compiler", cc or "missing", "" if cc else "apt install gcc, or set CC"))
     for name, files in RENDERERS.items():
         findings.append(Finding(name, "available" if any(map(_loadable, files)) else "missing"))
-    if rendering_available():
+    if not lacking("pictures") and why_no_pictures():
         findings.append(Finding("pictures", "not possible", RENDERING_CURE))
     return findings
 
 
-def _package(name: str) -> Finding:
+def _package(name: str, source: str) -> Finding:
     found = package_version(name)
-    return Finding(name, found or "missing", "" if found else f"pip install {name}")
+    return Finding(name, found or "missing", "" if found else f"pip install {source}")
 
 
 def _loadable(name: str) -> bool:

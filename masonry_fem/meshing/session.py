@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from masonry_fem.errors import GeometryError
+from masonry_fem.errors import GeometryError, InstallationError
+from masonry_fem.host import installation
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
@@ -37,8 +38,7 @@ def session(title: str) -> Iterator[Any]:
 
     ``title`` names what is being read or meshed, for messages. Errors of other kinds pass unchanged.
     """
-    import gmsh  # noqa: PLC0415  loaded by scenes that mesh or import only
-
+    gmsh = _loaded(title)
     gmsh.initialize(argv=[], readConfigFiles=False, run=False, interruptible=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
@@ -63,6 +63,18 @@ def session(title: str) -> Iterator[Any]:
     finally:
         gmsh.logger.stop()  # or what one file did wrong is told of the next one too
         gmsh.finalize()
+
+
+def _loaded(title: str) -> Any:
+    """The gmsh module, or the sentence that says what to install."""
+    installation.require_extra("gmsh", f"{title} cannot be read or meshed")
+    try:
+        import gmsh  # noqa: PLC0415  loaded by scenes that mesh or import only
+    except OSError as error:  # the libraries that gmsh draws with are not in its wheel
+        raise InstallationError(
+            f"{title} cannot be read or meshed: gmsh cannot be loaded ({error}); {installation.GMSH_CURE}"
+        ) from error
+    return gmsh
 
 
 @dataclass(frozen=True, slots=True)

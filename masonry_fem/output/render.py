@@ -12,7 +12,6 @@ either ends in a segmentation fault, hence the check before it is touched.
 
 from __future__ import annotations
 
-import ctypes
 import functools
 import logging
 import os
@@ -23,14 +22,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from masonry_fem.host import installation
+
 FloatArray = NDArray[np.float64]
 
 logger = logging.getLogger(__name__)
 
-LIBRARIES = {
-    "vtkEGLRenderWindow": ("libEGL.so.1", "libEGL.so"),
-    "vtkOSOpenGLRenderWindow": ("libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"),
-}
+WINDOWS = {"EGL": "vtkEGLRenderWindow", "OSMesa": "vtkOSOpenGLRenderWindow"}  # VTK's, by library
 LOWEST, HIGHEST = 360, 1150  # pixels of an image's height
 MARGIN = 1.04
 THICK_FROM = 70  # pixels of a block's size from which its lines have their full width
@@ -39,26 +37,13 @@ FINE = 2  # the image is drawn this many times finer and averaged: smooth edges 
 
 @functools.cache
 def can_render() -> bool:
-    """Whether VTK can draw here; where it cannot, one warning says what to install."""
-    if not sys.platform.startswith("linux") or os.environ.get("DISPLAY"):
-        return True
-    for window, names in LIBRARIES.items():
-        if any(_loadable(name) for name in names):
-            # VTK would try an X server first and complain on stderr that there is none
-            os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", window)
-            return True
-    logger.warning(
-        "no pictures: neither libEGL nor libOSMesa can be loaded and there is no X server; "
-        "install one of them (Debian: apt install libegl1 libgl1-mesa-dri) or set output.pictures = false"
-    )
-    return False
-
-
-def _loadable(name: str) -> bool:
-    try:
-        ctypes.CDLL(name)
-    except OSError:
+    """Whether pictures can be drawn here; where they cannot, one warning says what to install."""
+    if lack := installation.why_no_pictures():
+        logger.warning("%s, or set output.pictures = false", lack)
         return False
+    if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
+        # VTK would try an X server first and complain on stderr that there is none
+        os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", WINDOWS[installation.renderers()[0]])
     return True
 
 

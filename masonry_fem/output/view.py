@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import Any
 
 from masonry_fem.errors import InstallationError, SceneError
+from masonry_fem.host import installation
 from masonry_fem.output import fields
 from masonry_fem.output.folder import RUNNING, Folder, unfinished
 from masonry_fem.output.masks import with_nan
 from masonry_fem.output.picture import draw_all
-from masonry_fem.output.render import can_render
 from masonry_fem.output.scenery import Scenery, amplification_of
 from masonry_fem.output.sheet import STRESS_COLOURS
 
@@ -35,15 +35,13 @@ def view(directory: Path, png: Path | None = None) -> list[Path]:
     InstallationError
         This machine has no screen, or cannot draw at all.
     """
+    installation.require_extra("pictures", f"'{directory}' cannot be shown")
     if said := unfinished(Path(directory)):
         logger.warning("%s", said)
     scenery = read_scenery(directory)
     if png is not None:
-        if not can_render():
-            raise InstallationError(
-                "cannot draw pictures: neither libEGL nor libOSMesa can be loaded; "
-                "install one of them (Debian: apt install libegl1 libgl1-mesa-dri)"
-            )
+        if lack := installation.why_no_pictures():
+            raise InstallationError(lack)
         with Folder(png, "view"):
             return draw_all(scenery, Path(png))
     if sys.platform.startswith("linux") and not (

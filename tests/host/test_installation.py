@@ -48,9 +48,10 @@ def test_missing_renderers_are_told(monkeypatch):
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.setattr(installation, "_loadable", lambda name: False)
     monkeypatch.setattr(installation.sys, "platform", "linux")
-    assert "neither libEGL nor libOSMesa can be loaded; install" in installation.rendering_available()
+    told = installation.why_no_pictures()
+    assert "neither libEGL nor libOSMesa can be loaded and there is no X server; install" in told
     monkeypatch.setattr(installation, "_loadable", lambda name: name == "libOSMesa.so.8")
-    assert installation.rendering_available() is None
+    assert installation.why_no_pictures() is None
     assert installation.renderers() == ("OSMesa",)
 
 

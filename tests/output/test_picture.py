@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from masonry_fem.errors import InstallationError, SceneError
+from masonry_fem.host import installation
 from masonry_fem.output import mesh_picture, picture, render, scenery, sheet, view
 from masonry_fem.output.arrows import interface_resultants
 from masonry_fem.output.mesh_picture import write_mesh_files
@@ -31,8 +32,8 @@ def blind(monkeypatch):
     """A machine with neither EGL nor OSMesa nor X."""
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
-    monkeypatch.setattr(render, "_loadable", lambda name: False)
-    monkeypatch.setattr(render.sys, "platform", "linux")
+    monkeypatch.setattr(installation, "_loadable", lambda name: False)
+    monkeypatch.setattr(installation.sys, "platform", "linux")
     render.can_render.cache_clear()
     yield
     render.can_render.cache_clear()

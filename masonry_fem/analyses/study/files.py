@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import logging
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from masonry_fem.analyses.study.comparison import Comparison
 from masonry_fem.analyses.study.pareto import Point
 from masonry_fem.analyses.study.row import Row
+from masonry_fem.host import installation
 from masonry_fem.host.atomic import write_atomic
 from masonry_fem.output.folder import Folder
 from masonry_fem.results.blocks import write_summary
@@ -19,19 +21,28 @@ from masonry_fem.results.blocks import write_summary
 if TYPE_CHECKING:
     from masonry_fem.analyses.study.study import Study
 
+logger = logging.getLogger(__name__)
+
 
 def write_study(study: Study, folder: Path, *, pictures: bool) -> list[Path]:
     """Write everything; a picture where at least two settings can be compared, and none of before is left."""
     with Folder(folder, "study", title=study.title):
         paths = [_write_table(study, folder / "study.csv"), write_summary(folder / "study.json", told(study))]
         picture = folder / "pareto.png"
-        if pictures and any(_comparable(study.points(target)) for target in study.targets):
+        if pictures and any(_comparable(study.points(target)) for target in study.targets) and _can_draw():
             from masonry_fem.analyses.study.plot import draw  # noqa: PLC0415 - matplotlib
 
             paths.append(draw(study, picture))
         else:
             picture.unlink(missing_ok=True)
     return paths
+
+
+def _can_draw() -> bool:
+    """Whether what the picture is drawn with is installed; a warning says how to install it."""
+    if lack := installation.lacking("pictures"):
+        logger.warning("no pareto.png: %s", lack)
+    return not lack
 
 
 def _comparable(points: Sequence[Point]) -> bool:

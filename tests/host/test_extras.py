@@ -1,0 +1,118 @@
+"""Extras: where gmsh or pictures are not installed all else works, and a sentence says what to install."""
+
+import os
+import subprocess
+import sys
+import tomllib
+
+import pytest
+
+from masonry_fem.errors import InstallationError
+from masonry_fem.host import installation
+
+WITHOUT = "import sys\nsys.modules.update(dict.fromkeys({names!r}))\n"
+WALL = """
+dimension = 2
+fidelity = "{fidelity}"
+mesh = {{ element = "P1", size = 0.3 }}
+materials.stone = {{ young = "10 GPa", density = 2400 }}
+structures = [{structure}]
+loads.gravity = [0.0, -9.81]
+analysis.kind = "statics"
+output.pictures = {pictures}
+"""
+STACK = '{ kind = "stack", name = "pile", material = "stone", size = [1.0, 0.5], count = 2 }'
+FILE = '{ kind = "file", name = "keystone", material = "stone", path = "keystone.msh" }'
+
+
+@pytest.fixture
+def command(tmp_path, repository):
+    """The command line where some modules are as if they were not installed, in processes it starts, too."""
+
+    def run(*arguments, without, cwd=tmp_path):
+        (tmp_path / "sitecustomize.py").write_text(WITHOUT.format(names=without))
+        paths = os.pathsep.join([str(tmp_path), str(repository)])
+        environment = os.environ | {"PYTHONPATH": paths}
+        return subprocess.run(
+            [sys.executable, "-m", "masonry_fem.cli", *map(str, arguments)],
+            capture_output=True,
+            text=True,
+            check=False,
+            cwd=cwd,
+            env=environment,
+        )
+
+    return run
+
+
+def scene_of(folder, structure=STACK, fidelity="rigid", pictures="true"):
+    path = folder / "scene.toml"
+    path.write_text(WALL.format(structure=structure, fidelity=fidelity, pictures=pictures))
+    return path
+
+
+def test_without_pictures_a_run_writes_all_else(command, tmp_path):
+    done = command(
+        "run", scene_of(tmp_path), "--out", tmp_path / "out", without=["pyvista", "vtkmodules", "matplotlib"]
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.count("pip install") == 1
+    sentence = (
+        "no pictures: pyvista and matplotlib are not installed; pip install 'masonry-fem[pictures]', or set"
+    )
+    assert sentence in " ".join(done.stderr.split())
+    written = {path.suffix for path in (tmp_path / "out").iterdir()}
+    assert {".json", ".csv", ".pvd"} <= written
+    assert ".png" not in written
+    done = command("view", tmp_path / "out", "--png", without=["pyvista", "vtkmodules"])
+    assert done.returncode == 1
+    assert "cannot be shown: pyvista is not installed; pip install 'masonry-fem[pictures]'" in done.stderr
+
+
+def test_without_gmsh_a_rigid_run_ends_well(command, tmp_path):
+    done = command("run", scene_of(tmp_path, pictures="false"), "--out", tmp_path / "out", without=["gmsh"])
+    assert done.returncode == 0, done.stderr
+    assert "gmsh" not in done.stderr
+
+
+def test_a_file_for_gmsh_says_what_to_install(command, tmp_path):
+    (tmp_path / "keystone.msh").write_text("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n")
+    done = command("check", scene_of(tmp_path, FILE, pictures="false"), without=["gmsh"])
+    assert done.returncode == 1
+    assert "Traceback" not in done.stderr
+    assert "cannot be read or meshed: gmsh is not installed; pip install 'masonry-fem[gmsh]'" in done.stderr
+
+
+def test_the_extras_are_those_of_the_package(repository):
+    package = tomllib.loads((repository / "pyproject.toml").read_text())["project"]
+    for extra, modules in installation.EXTRAS.items():
+        named = {requirement.partition(">")[0] for requirement in package["optional-dependencies"][extra]}
+        assert named == set(modules)
+        assert not any(one.partition(">")[0] in modules for one in package["dependencies"])
+        assert all(f",{extra}" in line for line in asked_for(repository))
+
+
+def asked_for(repository):
+    """The lines of the Makefile that install: `make demo` and `make test` have everything."""
+    lines = (repository / "Makefile").read_text().splitlines()
+    found = [line for line in lines if line.lstrip().startswith("@sh tools/prepare")]
+    assert len(found) == 2
+    return found
+
+
+def test_gmsh_without_the_libraries_it_draws_with_is_told(monkeypatch):
+    from masonry_fem.meshing.session import session
+
+    class Broken:
+        def find_spec(self, name, path=None, target=None):
+            if name == "gmsh":
+                raise OSError("libGLU.so.1: cannot open shared object file")
+
+    monkeypatch.delitem(sys.modules, "gmsh", raising=False)
+    monkeypatch.setattr(installation, "lacking", lambda extra: None)
+    monkeypatch.setattr(sys, "meta_path", [Broken(), *sys.meta_path])
+    with (
+        pytest.raises(InstallationError, match=r"gmsh cannot be loaded \(libGLU.*; install what it draws"),
+        session("file 'vault.msh'"),
+    ):
+        pass

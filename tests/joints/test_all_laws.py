@@ -82,15 +82,13 @@ def test_plane_is_space_with_one_direction(law, seed):
     assert not other.reaction[..., 2].any()
 
 
-@every_law
+@pytest.mark.parametrize("law", [law for law in ALL if law.name != "elastic"], ids=label)  # never breaks
 @few
 @given(seed=seeds, pressed=st.booleans())
 def test_no_tension_after_rupture(law, seed, pressed):
     broken = replace(law.initial(10, 3), broken=np.ones(10, dtype=bool), adhesion=np.zeros(10))
     path, push = wander(seed, 3), 2e5 if pressed else None
     history = probe(law, path, pressure=push, state=broken)
-    if law.name == "elastic":
-        return
     assert (history.reaction[..., 0] >= 0).all()
     friction = law.reduce(broken, np.zeros((10, 3)), np.ones(10), 1.0).friction[0]
     dry = probe(dried(law, friction), path, pressure=push)

@@ -154,3 +154,19 @@ def test_overlap_is_held_or_driven_apart_slowly(expulsion: float, left: float) -
         bodies=(ground.rest(), sunk),
     )
     assert -made.state.gap == pytest.approx(np.full(4, left), abs=1e-9)
+
+
+@pytest.mark.parametrize(("theta", "impulses"), [(0.5, 4.5), (0.75, 5.25), (1.0, 6.0)])
+def test_loads_count_with_theta_where_a_step_ends(theta: float, impulses: float) -> None:
+    """A push that grows by 1 m/s² a step, on a cube without friction: v = h Σ (1 − θ) a_i + θ a_{i+1}."""
+    model = stack(1, 3, 0.0)
+    stones = model.groups[1]
+    push = Load(
+        "push", (None, stones.acceleration_force(np.array([1.0, 0.0, 0.0]))), lambda time: time / 0.01
+    )
+    made = march(
+        replace(model, loads=(*model.loads, push)),
+        Transient(step=0.01, duration=0.03, theta=theta),
+        SolverSettings(),
+    )
+    assert made.report.speed == pytest.approx(0.01 * impulses, rel=1e-9)

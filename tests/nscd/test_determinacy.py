@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy import linalg, sparse
 
@@ -278,8 +278,8 @@ def test_what_is_determined_is_the_same_in_other_solutions(bricks, courses, fric
     """Walls that stick, slide and tip."""
     problem = walls.rigid_wall(bricks, courses, friction=friction, horizontal=horizontal)
     solution = solve(problem, SolverSettings(tolerance=1e-9))
-    if not solution.converged:
-        return
+    assert solution.solved
+    assume(solution.converged)  # what falls has no member to compare
     found, group = solution_set(problem, solution), pairs(problem)
     known = determined_resultants(problem, solution, group, solutions=found)
     least = least_norm_reaction(problem, solution, solutions=found)

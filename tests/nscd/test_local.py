@@ -82,3 +82,25 @@ def test_anisotropic_slip_opposes_the_velocity():
 def test_a_contact_that_nothing_moves_takes_no_impulse():
     assert np.array_equal(solve_contact(np.zeros((3, 3)), [-1.0, 1.0, 0.0], 0.5), [0, 0, 0])
     assert np.isfinite(reduce_blocks(np.zeros((2, 2, 2)))).all()
+
+
+@pytest.mark.parametrize("friction", [0.3, 1.0, 1.5, 4.0, 30.0])
+@pytest.mark.parametrize("angle", [0.0, 0.7, 2.5, 4.0])
+def test_sliding_in_space_along_a_line_is_sliding_in_the_plane(friction, angle):
+    """A wedge that couples pressure and slip along one direction; nothing moves across it."""
+    plane = np.array([[2.0, -0.5], [-0.5, 1.0]])
+    free = np.array([-1.0, 40.0])
+    normal, along = solve_contact(plane, free, friction)
+    velocity = plane @ (normal, along) + free
+    assert velocity[0] == pytest.approx(0.0, abs=1e-14)
+    assert velocity[1] > 1.0  # slides
+    assert along == pytest.approx(-friction * normal, rel=1e-14)
+    turn = np.array([np.cos(angle), np.sin(angle)])
+    space = np.zeros((3, 3))
+    space[0, 0] = plane[0, 0]
+    space[0, 1:] = space[1:, 0] = plane[0, 1] * turn
+    across = np.array([-turn[1], turn[0]])
+    space[1:, 1:] = plane[1, 1] * np.outer(turn, turn) + 3.0 * np.outer(across, across)
+    found = solve_contact(space, np.concatenate([free[:1], free[1] * turn]), friction)
+    assert found[0] == pytest.approx(normal, rel=1e-13)
+    assert found[1:] == pytest.approx(along * turn, rel=1e-12, abs=1e-12 * abs(along))

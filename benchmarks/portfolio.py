@@ -1,0 +1,398 @@
+"""Portfolio: what each part of the contact solver is worth, found by taking it away.
+
+python -m benchmarks.portfolio --cache DIR                        # the table, as Markdown
+python -m benchmarks.portfolio --cache DIR --data DIR --json FILE # and the problems (.npz) of a folder
+python -m benchmarks.portfolio --cache DIR --only none            # nothing off: is each verdict right?
+python -m benchmarks.portfolio --cache DIR --only path,polish
+
+"auto" solves all problems of the trial set to 1e-8. Then one turn, correction or constant after the other
+is switched off, here in this process alone, and those problems are solved again in which it had been at work:
+all others would go exactly as before. A problem is lost where its verdict was right and no longer is.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import asdict, dataclass, field
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+from unittest.mock import patch
+
+import numpy as np
+from rich.progress import track
+
+from benchmarks.trial_set import Size, Trial, trials
+from masonry_fem.nscd import SolverSettings, residuals, solve, turns
+from masonry_fem.nscd import iterate as looping
+from masonry_fem.nscd.in_plane import InPlane
+from masonry_fem.nscd.iterate import Method
+from masonry_fem.nscd.settings import MethodName
+from masonry_fem.nscd.solvers import body_solver, newton
+from masonry_fem.nscd.solvers.admm import ADMM
+from masonry_fem.nscd.solvers.escape import Escape
+from masonry_fem.nscd.solvers.flips import Flips
+from masonry_fem.nscd.solvers.gauss_seidel import GaussSeidel
+from masonry_fem.nscd.solvers.interior_point import InteriorPoint
+from masonry_fem.nscd.solvers.newton import ProximalNewton
+from masonry_fem.nscd.turns import Turn
+
+# the package's name for it is the function
+solving = import_module("masonry_fem.nscd.solve")
+
+TOLERANCE = 1e-8
+LIMIT = 40.0  # seconds a problem
+TURNS = (
+    "first sweeps", "few sweeps", "sweeps after the interior point", "last sweeps", "first newton steps",
+    "newton with even scales", "newton from held impulses", "newton", "rigid twin", "weaker twin", "rest",
+    "interior point", "polish", "pivoting", "firm newton", "path", "admm", "patient newton",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Switch:
+    """A part of the solver that can be taken away.
+
+    Attributes
+    ----------
+    name, kind : What it is called in the table: a turn, a correction of the certificate, a part, a constant.
+    owner, attribute : Where it is found; None for turns.
+    off : What stands there instead.
+    matters : Whether what the part gave, when it was called, was anything but nothing; None: the switch is no
+        function that can be watched, and ``where`` tells the turn that it is a part of ("": of all).
+    """
+
+    name: str
+    kind: str
+    owner: Any = None
+    attribute: str = ""
+    off: Any = None
+    matters: Callable[[Any], bool] | None = None
+    where: str = ""
+
+
+@dataclass(slots=True)
+class Row:
+    """What was found of a problem: outcome, error and CPU seconds, and what was at work."""
+
+    name: str
+    contacts: int
+    outcome: str
+    error: float
+    seconds: float
+    method: str
+    right: bool
+    touched: set[str] = field(default_factory=set)
+
+
+@dataclass(slots=True)
+class Worth:
+    """What became of the set without a part."""
+
+    name: str
+    kind: str
+    at_work: int
+    lost: list[str]
+    won: list[str]
+    cpu: float
+
+
+# --- what can be taken away ------------------------------------------------------------------------
+
+
+def switches() -> list[Switch]:
+    """All that can be taken away one at a time."""
+    return [Switch(name, "turn") for name in TURNS] + _corrections() + _parts() + _constants()
+
+
+def _corrections() -> list[Switch]:
+    def none(problem: Any, *rest: Any) -> Any:
+        return np.zeros(problem.count)
+
+    def of_slip(velocity: Any, friction: Any, parts: Any) -> Any:
+        return np.zeros(len(friction))
+
+    def less(problem: Any, *rest: Any) -> Any:
+        return np.full(problem.count, -1.0)
+
+    def counted(given: Any) -> bool:
+        return bool(np.any(given))
+
+    def always(_: Any) -> bool:
+        return True
+
+    kind = "correction"
+    return [
+        Switch("swallowed impulses", kind, residuals, "_swallowed", none, counted),
+        Switch("drowned velocities", kind, residuals, "_drowned", none, counted),
+        Switch("rounding of slip", kind, residuals, "_rounding_of_slip", of_slip, counted),
+        Switch("rounding of springs", kind, residuals, "_pressed_rounding", less, always),
+        Switch("boundless impulses", kind, residuals, "BOUNDLESS", np.inf),
+        Switch("least share of cohesion", kind, residuals, "COHESIVE", 0.0),
+    ]
+
+
+def _parts() -> list[Switch]:
+    def always(_: Any) -> bool:
+        return True
+
+    def given(value: Any) -> bool:
+        return value is not None
+
+    def nothing(*_: Any, **__: Any) -> None:
+        return None
+
+    def some(values: Any) -> bool:
+        return bool(np.any(values))
+
+    def as_made(_: Any, made: Any, *rest: Any) -> Any:
+        return made
+
+    def as_it_is(_: Any, impulse: Any, velocity: Any) -> Any:
+        return impulse
+
+    def no_swing(self: Any, line: Any, *, settled: bool) -> Any:
+        return np.zeros_like(self.rough)
+
+    def no_guess(*_: Any) -> Iterator[Any]:
+        return iter(())
+
+    def never(*_: Any, **__: Any) -> bool:
+        return False
+
+    kind = "part"
+    return [
+        Switch("plane form", kind, turns, "plane_form", nothing, given),
+        Switch("flips of rough contacts", kind, Flips, "swinging", no_swing, some),
+        Switch("escape", kind, Escape, "watch", never, some),
+        Switch("newton's further tries", kind, newton.NewtonRun, "_may_try_again", never, some),
+        Switch("krylov iterations", kind, body_solver.BodySolver, "iterates", never, some),
+        Switch("guesses kept as they are", kind, looping, "_guesses", no_guess, always),
+        Switch("brought to rest", kind, solving, "brought_to_rest", as_made, always),
+        Switch("starts put on the cones", kind, solving, "onto_cones", as_it_is, always),
+        Switch("fall of closed contacts", kind, solving, "falling", nothing, given),
+        Switch("limit of elastic blocks", kind, turns, "at_limit", never, some),
+    ]
+
+
+def _constants() -> list[Switch]:
+    def made(method: Method) -> Callable[[], Method]:
+        return lambda: method
+
+    kind, admm = "constant", "_splitting"
+    return [
+        Switch("few contacts as many", kind, turns, "MANY", 0),
+        Switch("many contacts as few", kind, turns, "MANY", 10**9),
+        Switch("sweeps without foresight", kind, turns, "PATIENCE", 10**9, where="first sweeps"),
+        Switch("polish by plain newton", kind, turns, "_polish", made(ProximalNewton()), where="polish"),
+        Switch("newton's crawl", kind, newton, "_CRAWL", 10**9),
+        Switch("interior point slides at once", kind, turns, "_interior_point",
+               made(InteriorPoint(align=0.0, sliding=0.0)), where="interior point"),
+        Switch("interior point's shorter steps", kind, turns, "_interior_point",
+               made(InteriorPoint(align=0.0, to_boundary=0.9999)), where="interior point"),
+        Switch("anderson in admm", kind, turns, admm, made(ADMM(memory=0)), where="admm"),
+        Switch("admm's ρ adapts", kind, turns, admm, made(ADMM(change=np.inf)), where="admm"),
+        Switch("admm's phases", kind, turns, admm, made(ADMM(phase=10**9)), where="admm"),
+    ]  # fmt: skip
+
+
+def label(turn: Turn) -> str:
+    """Which of ``TURNS`` a turn is."""
+    if turn.stiff or turn.weak:
+        return "weaker twin" if turn.weak else "rigid twin"
+    method = turn.make()
+    while isinstance(method, InPlane):
+        method = method.inner
+    if isinstance(method, GaussSeidel):
+        return _sweeps(turn, method)
+    if isinstance(method, ProximalNewton):
+        return _newton(turn, method)
+    return {"interior_point": "interior point"}.get(method.name, method.name)
+
+
+def _sweeps(turn: Turn, method: GaussSeidel) -> str:
+    known = {turns.FEW: "few sweeps", turns.ENDING: "sweeps after the interior point"}
+    return known.get(method.iterations, "last sweeps" if turn.origin == "best" else "first sweeps")
+
+
+def _newton(turn: Turn, method: ProximalNewton) -> str:
+    if method.slender:
+        return "newton with even scales"
+    if turn.origin == "held":
+        return "newton from held impulses"
+    if turn.rescue:
+        return "patient newton" if method.adaptive else "firm newton"
+    if turn.iterations == turns.POLISH:
+        return "polish"
+    return "first newton steps" if turn.iterations == turns.BRIEF else "newton"
+
+
+# --- runs ------------------------------------------------------------------------------------------
+
+
+def solved(trial: Trial, limit: float, method: MethodName = "auto") -> Row:
+    """What the solver makes of a problem."""
+    settings = SolverSettings(method=method, tolerance=TOLERANCE, time_limit=limit)
+    before = time.process_time()
+    made = solve(trial.problem, settings, trial.start)
+    seconds = time.process_time() - before
+    told = made.outcome.value
+    right = trial.right is None or told in trial.right
+    return Row(trial.name, trial.problem.count, told, made.quality.error, seconds, made.method, right)
+
+
+def baseline(given: Sequence[Trial], parts: Sequence[Switch], limit: float) -> list[Row]:
+    """The set as it is; each row has the names of the parts that were at work."""
+    rows = []
+    for trial in track(given, description="auto"):
+        seen: set[str] = set()
+        with _watched(parts, seen):
+            row = solved(trial, limit)
+        if trial.right is None:  # nobody knows better
+            row.right = row.outcome in {"converged", "no_equilibrium", "at_limit", "unstressed"}
+        row.touched = seen
+        rows.append(row)
+    return rows
+
+
+def without(part: Switch, given: Sequence[Trial], base: Sequence[Row], limit: float) -> Worth:
+    """The set without a part."""
+    lost, won, cpu, at_work = [], [], 0.0, 0
+    for trial, row in zip(given, base, strict=True):
+        if not _works(part, row):
+            cpu += row.seconds
+            continue
+        at_work += 1
+        with switched_off(part):
+            made = solved(trial, limit)
+        cpu += made.seconds
+        right = made.outcome == row.outcome if trial.right is None and row.right else made.right
+        if row.right and not right:
+            lost.append(f"{trial.name}: {made.outcome}, {made.error:.0e}")
+        elif right and not row.right:
+            won.append(trial.name)
+    return Worth(part.name, part.kind, at_work, lost, won, cpu / sum(row.seconds for row in base))
+
+
+def _works(part: Switch, row: Row) -> bool:
+    if part.kind == "turn" or part.matters is not None:
+        return part.name in row.touched
+    return not part.where or part.where in row.touched
+
+
+@contextmanager
+def switched_off(part: Switch) -> Iterator[None]:
+    """The solver without a part; a problem always keeps its first turn where it would have none."""
+    if part.kind != "turn":
+        with patch.object(part.owner, part.attribute, part.off):
+            yield
+        return
+    original = turns.turns
+
+    def fewer(*given: Any) -> Iterator[Turn]:
+        kept = 0
+        for turn in original(*given):
+            if label(turn) != part.name:
+                kept += 1
+                yield turn
+        if not kept:
+            yield from original(*given)
+
+    with patch.object(solving, "turns", fewer):
+        yield
+
+
+@contextmanager
+def _watched(parts: Sequence[Switch], seen: set[str]) -> Iterator[None]:
+    """The solver as it is; names of turns and parts that are at work go to ``seen``."""
+    original = turns.turns
+
+    def watched(*given: Any) -> Iterator[Turn]:
+        for turn in original(*given):
+            seen.add(label(turn))
+            yield turn
+
+    with ExitStack() as stack:
+        stack.enter_context(patch.object(solving, "turns", watched))
+        for part in parts:
+            if part.matters is not None:
+                spy = _spy(part, getattr(part.owner, part.attribute), seen)
+                stack.enter_context(patch.object(part.owner, part.attribute, spy))
+        yield
+
+
+def _spy(part: Switch, original: Callable[..., Any], seen: set[str]) -> Callable[..., Any]:
+    matters = part.matters
+    assert matters is not None
+
+    def spy(*given: Any, **keys: Any) -> Any:
+        made = original(*given, **keys)
+        if matters(made):
+            seen.add(part.name)
+        return made
+
+    return spy
+
+
+# --- the table -------------------------------------------------------------------------------------
+
+
+def told(base: Sequence[Row], worths: Sequence[Worth]) -> str:
+    """The table, as Markdown."""
+    seconds, right = sum(row.seconds for row in base), sum(row.right for row in base)
+    verdicts = [row.outcome for row in base]
+    counted = ", ".join(f"{verdicts.count(name)} {name}" for name in sorted(set(verdicts)))
+    lines = [
+        f"{len(base)} problems, {min(r.contacts for r in base)} to {max(r.contacts for r in base)} contacts, "
+        f"{right} right verdicts ({counted}), {seconds:.0f} s of CPU.",
+        "",
+        "| off | kind | at work in | lost | won | CPU |",
+        "|---|---|---|---|---|---|",
+    ]
+    lines += [
+        f"| {w.name} | {w.kind} | {w.at_work} | {len(w.lost)} | {len(w.won)} | {w.cpu:.2f} |" for w in worths
+    ]
+    wrong = [f"- {row.name}: {row.outcome}, error {row.error:.0e}" for row in base if not row.right]
+    return "\n".join(lines + (["", "Not right with all parts:", "", *wrong] if wrong else []))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument(
+        "--cache", type=Path, required=True, help="folder that the set's problems are kept in"
+    )
+    parser.add_argument("--size", choices=("tiny", "default"), default="default")
+    parser.add_argument("--data", type=Path, action="append", default=[], help="folder of further problems")
+    parser.add_argument(
+        "--only", default="", help="names of parts, with commas; none: nothing is switched off"
+    )
+    parser.add_argument("--limit", type=float, default=LIMIT, help="seconds a problem")
+    parser.add_argument("--json", type=Path, help="write what was found of each problem to this file")
+    given = parser.parse_args()
+    table(given.cache, given.size, tuple(given.data), given.only, given.limit, given.json)
+
+
+def table(cache: Path, size: Size, more: tuple[Path, ...], only: str, limit: float, out: Path | None) -> None:
+    """Run and print; ``only`` names the parts to be switched off, "" all."""
+    parts = [part for part in switches() if not only or part.name in only.split(",")]
+    problems = list(trials(cache, size, more))
+    for trial in problems[:: max(len(problems) // 8, 1)]:  # compiled code is loaded, not timed
+        solved(trial, limit)
+    base = baseline(problems, switches(), limit)
+    worths = []
+    for part in track(parts, description="one part off"):
+        worths.append(without(part, problems, base, limit))
+        print(worths[-1], flush=True)
+    print(told(base, worths))
+    if out:
+        rows = [asdict(row) | {"touched": sorted(row.touched)} for row in base]
+        found = {"rows": rows, "worths": [asdict(worth) for worth in worths]}
+        out.write_text(json.dumps(found, indent=1))
+
+
+if __name__ == "__main__":
+    main()

@@ -2,10 +2,12 @@
 # make test    the whole test suite (PYTEST_ARGS="-m 'not slow'" leaves the slow tests out)
 # make test-kernels  tests that rounding could decide, once more with other machine code of OpenBLAS
 # make lint    what CI checks besides the tests
+# make docs    the user guide in docs/_build; a warning is an error
+# make wheel   the package in dist/, tried in an environment of its own
 # make format  put the sources in the house format
 # make clean   remove results and caches;  make distclean: .venv too
 
-.PHONY: help demo test test-kernels lint format clean distclean
+.PHONY: help demo test test-kernels lint docs wheel format clean distclean
 
 BIN := .venv/bin
 PYTEST_ARGS ?=
@@ -25,6 +27,10 @@ help:
 
 .venv/.test: pyproject.toml tools/prepare
 	@sh tools/prepare fenicsx,gmsh,pictures,test
+	@touch $@ .venv/.demo
+
+.venv/.docs: pyproject.toml tools/prepare
+	@sh tools/prepare fenicsx,gmsh,pictures,docs
 	@touch $@ .venv/.demo
 
 demo: .venv/.demo
@@ -49,6 +55,12 @@ lint: .venv/.test
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+docs: .venv/.docs
+	$(BIN)/sphinx-build -W --keep-going -q docs docs/_build
+
+wheel: .venv/.demo
+	@sh tools/try_wheel
 
 format: .venv/.test
 	$(BIN)/ruff check --fix .

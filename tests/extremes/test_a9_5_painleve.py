@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from masonry_fem.nscd import ContactProblem, SolverSettings, solve
-from masonry_fem.nscd.enumeration import enumerate_solutions
+from tests.nscd.enumeration import enumerate_solutions
 from tests.nscd.plane import plane_problem
 from tests.validation.scenes import G
 

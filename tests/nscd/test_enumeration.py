@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from masonry_fem.errors import ProblemError
 from masonry_fem.nscd import ContactProblem, SolverSettings, assess, solve
-from masonry_fem.nscd.enumeration import enumerate_solutions
 from tests.nscd import walls
+from tests.nscd.enumeration import enumerate_solutions
 from tests.nscd.plane import plane_problem, plane_wall, soft
 
 

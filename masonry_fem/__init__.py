@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from masonry_fem.analyses.run import run
     from masonry_fem.analyses.run import solve_scene as solve
-    from masonry_fem.analyses.study.study import study
+    from masonry_fem.analyses.study.sweep import study
     from masonry_fem.scene import load
     from masonry_fem.scene.specs import Scene
 

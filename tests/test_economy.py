@@ -18,7 +18,7 @@ from masonry_fem.analyses.run import run, solve_scene
 from masonry_fem.bodies.base import Scheme
 from masonry_fem.fem.condense import coefficients
 from masonry_fem.meshing import mesher as meshing
-from masonry_fem.output.report import print_summary
+from masonry_fem.output.terminal import print_summary
 from masonry_fem.scene.specs import (
     Dynamics,
     FremondCangemi,

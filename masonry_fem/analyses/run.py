@@ -27,7 +27,7 @@ from masonry_fem.nscd import save_problem
 from masonry_fem.output.folder import Folder, ended_by, refuse_busy
 from masonry_fem.output.history import History
 from masonry_fem.output.recorder import Recorder, Recorders
-from masonry_fem.output.report import Progress
+from masonry_fem.output.terminal import Progress
 from masonry_fem.results.blocks import status_counts, write_summary
 from masonry_fem.results.summary import seconds, summarise, wrench
 from masonry_fem.scene import check, specs
@@ -147,7 +147,7 @@ def _recorded(
         if made.outcome == "no_equilibrium" and scene.output.pictures:
             files += _picture(scene, made, out)
         if told is not None:
-            from masonry_fem.output.determinacy import write_determinacy  # noqa: PLC0415
+            from masonry_fem.output.determinacy_table import write_determinacy  # noqa: PLC0415
 
             files.append(write_determinacy(out / "determinacy.csv", made.model, told))
         clock.lap("output")
@@ -230,7 +230,7 @@ def _determinacy(
         }
         return None
     from masonry_fem.march.determinacy import determine  # noqa: PLC0415
-    from masonry_fem.output.determinacy import determinacy_summary  # noqa: PLC0415
+    from masonry_fem.output.determinacy_table import determinacy_summary  # noqa: PLC0415
 
     told = determine(made.model, made.last)
     d = built.model.assembly.dimension

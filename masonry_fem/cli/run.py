@@ -23,7 +23,7 @@ def run_scene(options: argparse.Namespace) -> int:
     result = run(scene, options.out, base=base, save_contact=options.save_contact, quiet=options.quiet)
     code = EXIT_CODES.get(result.outcome, BAD_INPUT)
     if not options.quiet:
-        from masonry_fem.output.report import print_summary
+        from masonry_fem.output.terminal import print_summary
 
         # what went wrong is said once, at the end and on standard error
         print_summary({**result.summary, "message": ""} if code else result.summary)
@@ -56,7 +56,7 @@ def refine_scene(options: argparse.Namespace) -> int:
     )
     code = EXIT_CODES.get(found.result.outcome, BAD_INPUT)
     if not options.quiet:
-        from masonry_fem.output.report import print_summary
+        from masonry_fem.output.terminal import print_summary
 
         summary = {**found.result.summary, "message": ""} if code else found.result.summary
         if not found.reached:  # why not is said once, as above

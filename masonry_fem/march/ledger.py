@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from masonry_fem.march.report import StepReport
+from masonry_fem.march.step_report import StepReport
 
 
 @dataclass(frozen=True, slots=True)

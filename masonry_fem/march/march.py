@@ -23,9 +23,9 @@ from masonry_fem.march.increments import ABRUPT, increments
 from masonry_fem.march.ledger import Ledger
 from masonry_fem.march.measure import measure, moving_blocks
 from masonry_fem.march.model import Model
-from masonry_fem.march.report import StepReport
 from masonry_fem.march.state import SystemState
 from masonry_fem.march.step import Increment, initial_state
+from masonry_fem.march.step_report import StepReport
 from masonry_fem.march.unrest import could_rest, drift, within_tolerance
 from masonry_fem.march.witness import Witness
 from masonry_fem.nscd import Outcome, SolverSettings

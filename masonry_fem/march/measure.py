@@ -13,9 +13,9 @@ from masonry_fem.march.coupling import Coupling
 from masonry_fem.march.energy import energies, stored_energy
 from masonry_fem.march.loads import external_forces, resultant
 from masonry_fem.march.model import Model
-from masonry_fem.march.report import StepReport
 from masonry_fem.march.state import BONDED, OPEN, SLIP, STICK, SystemState
 from masonry_fem.march.step import Increment
+from masonry_fem.march.step_report import StepReport
 
 ROUNDING = 1e-14  # of the work of all impulses at the speed of the loads, or on a block's size in statics
 

@@ -13,9 +13,9 @@ import numpy as np
 
 from masonry_fem.march.model import Model
 from masonry_fem.march.motion import greatest_shift
-from masonry_fem.march.report import StepReport
 from masonry_fem.march.state import SystemState
 from masonry_fem.march.step import Increment
+from masonry_fem.march.step_report import StepReport
 from masonry_fem.nscd.admissible import BALANCED, admissible_impulses
 
 MOVED = 1e-2  # of a block's size: what has gone so far is no settlement

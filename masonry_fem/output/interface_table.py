@@ -20,7 +20,7 @@ from masonry_fem.host.atomic import write_atomic
 from masonry_fem.march.determinacy import COMPONENTS, ForceDeterminacy
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
-from masonry_fem.output.determinacy import interface_name
+from masonry_fem.output.determinacy_table import interface_name
 from masonry_fem.output.interface_fields import InterfaceFields, labels_of
 from masonry_fem.output.interfaces import STATUS_WORDS, InterfaceForces, interface_forces
 from masonry_fem.output.joint_faces import JointFaces

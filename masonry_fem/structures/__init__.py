@@ -42,7 +42,7 @@ def build_structure(
 ) -> Assembly:
     """The blocks of one structure; ``base`` is the folder of its files, ``mesh`` for files to mesh."""
     if isinstance(spec, specs.FileStructure):
-        from masonry_fem.importing.files import read  # noqa: PLC0415  files are rare
+        from masonry_fem.importing.mesh_files import read  # noqa: PLC0415  files are rare
 
         return read(spec, dimension, base, mesh)
     if isinstance(spec, specs.SurveyStructure):

@@ -8,7 +8,7 @@ from rich.console import Console
 from masonry_fem.analyses.discretisation import other
 from masonry_fem.analyses.run import solve_scene
 from masonry_fem.contact.placement import Rule
-from masonry_fem.output.report import print_summary
+from masonry_fem.output.terminal import print_summary
 from masonry_fem.scene.specs import (
     BlockStructure,
     Contact,

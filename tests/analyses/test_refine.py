@@ -30,7 +30,7 @@ from masonry_fem.scene.specs import (
     Traction,
     WallStructure,
 )
-from tests.importing.test_files import two_boxes
+from tests.importing.test_mesh_files import two_boxes
 from tests.validation.true_error import true_squares
 
 

@@ -97,7 +97,9 @@ def test_what_is_logged_is_told(tmp_path: Path, caplog: pytest.LogCaptureFixture
     made = build_structures((stack, spec), 3, tmp_path, (settings, settings), PATIENT)
     assert [len(one.blocks) for one in made] == [3, 1]
     told = [one for one in caplog.records if "no physical group" in one.getMessage()]
-    assert [(one.name, one.levelno) for one in told] == [("masonry_fem.importing.files", logging.WARNING)]
+    assert [(one.name, one.levelno) for one in told] == [
+        ("masonry_fem.importing.mesh_files", logging.WARNING)
+    ]
 
 
 def test_the_same_bits_as_in_this_process(repository: Path) -> None:

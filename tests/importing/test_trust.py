@@ -9,7 +9,7 @@ import pytest
 
 from masonry_fem import cli
 from masonry_fem.errors import GeometryError, SceneError
-from masonry_fem.importing.files import read
+from masonry_fem.importing.mesh_files import read
 from masonry_fem.scene import load
 from masonry_fem.scene.specs import FileStructure, MeshSettings
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from masonry_fem.build import Built, build, solver_settings, strategy
 from masonry_fem.march.march import March, march
-from masonry_fem.march.report import StepReport
 from masonry_fem.march.state import SystemState
+from masonry_fem.march.step_report import StepReport
 from masonry_fem.scene import check
 from masonry_fem.scene.specs import Scene
 

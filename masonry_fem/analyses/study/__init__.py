@@ -9,6 +9,6 @@
 ``plot`` tell it.
 """
 
-from masonry_fem.analyses.study.study import Study, study
+from masonry_fem.analyses.study.sweep import Study, study
 
 __all__ = ["Study", "study"]

@@ -19,7 +19,7 @@ from masonry_fem.analyses.study.variation import Variation
 from masonry_fem.host.atomic import write_atomic
 
 if TYPE_CHECKING:
-    from masonry_fem.analyses.study.study import Study
+    from masonry_fem.analyses.study.sweep import Study
 
 INK, PALE, GRID = "#1d2126", "#5d6670", "#dfe3e7"
 COLOURS = ("#0b6e99", "#d1603d", "#5f8f3e", "#7b5ea7", "#b8860b", "#3d3d3d")

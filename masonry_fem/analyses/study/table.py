@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from masonry_fem.analyses.study.files import orders
+from masonry_fem.analyses.study.outputs import orders
 from masonry_fem.analyses.study.recommendation import percent
 from masonry_fem.analyses.study.row import SOLVED
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from masonry_fem.analyses.study.pareto import Point
     from masonry_fem.analyses.study.row import Row
-    from masonry_fem.analyses.study.study import Study
+    from masonry_fem.analyses.study.sweep import Study
 
 WIDE, NARROW = 160, 130  # characters: of a file or a pipe; where some columns are left out
 SHOWN = 60  # cells; of more the best are shown

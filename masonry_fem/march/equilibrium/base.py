@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from typing import Protocol
 
 from masonry_fem.bodies.base import Scheme
-from masonry_fem.march.report import StepReport
+from masonry_fem.march.step_report import StepReport
 
 
 class Strategy(Protocol):

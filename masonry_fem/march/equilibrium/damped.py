@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from masonry_fem.bodies.base import Scheme
 from masonry_fem.march.equilibrium.base import at_rest
-from masonry_fem.march.report import StepReport
+from masonry_fem.march.step_report import StepReport
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

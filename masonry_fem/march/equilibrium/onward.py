@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from masonry_fem.bodies.base import Scheme
 from masonry_fem.march.equilibrium.base import Strategy
-from masonry_fem.march.report import StepReport
+from masonry_fem.march.step_report import StepReport
 
 
 @dataclass(frozen=True, slots=True)

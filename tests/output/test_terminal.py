@@ -6,8 +6,8 @@ import pytest
 from rich.console import Console
 
 from masonry_fem.output.refinement_table import round_line
-from masonry_fem.output.report import Progress, print_summary
 from masonry_fem.output.sheet import quantity, round_down
+from masonry_fem.output.terminal import Progress, print_summary
 
 SUMMARY = {
     "title": "Arch", "outcome": "equilibrium", "message": "Equilibrium after 1 step.",

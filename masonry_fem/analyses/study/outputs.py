@@ -19,7 +19,7 @@ from masonry_fem.output.folder import Folder
 from masonry_fem.results.blocks import write_summary
 
 if TYPE_CHECKING:
-    from masonry_fem.analyses.study.study import Study
+    from masonry_fem.analyses.study.sweep import Study
 
 logger = logging.getLogger(__name__)
 

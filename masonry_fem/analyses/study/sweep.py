@@ -16,8 +16,8 @@ from typing import Any
 from masonry_fem.analyses.study.cell import Cell, plan
 from masonry_fem.analyses.study.comparison import Comparison, compare
 from masonry_fem.analyses.study.crew import Crew
-from masonry_fem.analyses.study.files import write_study
 from masonry_fem.analyses.study.notes import notes, replaced, unseen
+from masonry_fem.analyses.study.outputs import write_study
 from masonry_fem.analyses.study.pareto import Point, gather
 from masonry_fem.analyses.study.recommendation import Recommendation, recommend
 from masonry_fem.analyses.study.reference import Reference

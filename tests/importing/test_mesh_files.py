@@ -11,7 +11,7 @@ import pytest
 from masonry_fem.contact.detection import detect
 from masonry_fem.errors import GeometryError, SceneError
 from masonry_fem.fem.lagrange import lagrange, quadrature
-from masonry_fem.importing.files import read
+from masonry_fem.importing.mesh_files import read
 from masonry_fem.meshing.cells import turned
 from masonry_fem.meshing.session import session
 from masonry_fem.scene.specs import FileStructure, MeshSettings

@@ -26,3 +26,12 @@ def test_the_workflow_runs_targets_of_the_makefile(repository):
     workflow = (repository / ".github" / "workflows" / "checks.yml").read_text(encoding="utf-8")
     run = set(re.findall(r"make ([\w-]+)", workflow))
     assert {"test", "test-kernels", "lint", "docs", "wheel", "demo"} <= run <= targets
+
+
+def test_files_that_contributing_names_exist(repository):
+    text = (repository / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    folders = ("masonry_fem", "tests", "docs", "tools")
+    known = {f"/{path.as_posix()}" for folder in folders for path in (repository / folder).rglob("*.py")}
+    named = set(re.findall(r"`([\w/]+\.py)`", text)) - {"utils.py"}  # which is never to be
+    assert len(named) > 20
+    assert [name for name in sorted(named) if not any(path.endswith(f"/{name}") for path in known)] == []

@@ -138,6 +138,7 @@ class InteriorPointRun:
         self.delay = 2 if springs else 1
         self.factors = 0  # made since the last offer
         self.centred = False  # the last step kept τ
+        self.refines = bool(self.system.elastic.any())  # directions
         self.track: list[FloatArray] = []  # error, τ and missing velocity of each state
 
     def guess(self) -> Iterate:
@@ -196,20 +197,24 @@ class InteriorPointRun:
         return made
 
     def _advance(self, tau: float, missing: _Residuals) -> bool:
-        """Move to the next state; False where rounding lets none follow."""
+        """Move to the next state; False where numbers broke down (the state is kept)."""
         self.centred = not self.centred and self._askew(tau, missing)
         chosen = self._direction(tau, missing, 1.0 if self.centred else None)
         if missing.sliding:
             chosen = self._past_obstacle(tau, missing, chosen)
-        x, z = self.x + chosen.length * chosen.x, self.z + chosen.length * chosen.z
-        velocity = self.rigid_velocity + chosen.length * chosen.rigid_velocity
-        inside = (cones.determinant(x) > 0).all() and (cones.determinant(z) > 0).all()
-        if not np.isfinite(velocity).all() or chosen.length < _LEAST_STEP:
+        for share in _SHARES if self.refines else _SHARES[:1]:
+            length = share * chosen.length
+            x, z = self.x + length * chosen.x, self.z + length * chosen.z
+            velocity = self.rigid_velocity + length * chosen.rigid_velocity
+            inside = (cones.determinant(x) > 0).all() and (cones.determinant(z) > 0).all()
+            if inside and np.isfinite(velocity).all() and length >= _LEAST_STEP:
+                break
+        else:
             return False
         self.x, self.z, self.rigid_velocity = x, z, velocity
         if self.impulse is not None:
-            self.impulse = self.impulse + chosen.length * chosen.impulse
-        return bool(inside)  # only rounding leads out of the cones: the state is as good as any, and the last
+            self.impulse = self.impulse + length * chosen.impulse
+        return True
 
     def _springs(self, velocity: FloatArray) -> FloatArray:
         """S v, (c, d)."""
@@ -350,7 +355,7 @@ class InteriorPointRun:
         if missing.pressed is not None:
             given = given - missing.pressed
         change, motion = factor.solve(force, missing.balance, given)
-        if elastic.any():
+        if self.refines:
             left = self._left(back, missing, force, given, change, motion)
             more, further = factor.solve(*left)
             change, motion = change + more, motion + further
@@ -408,6 +413,8 @@ _CONVEX = 0.9999
 # Steps without a new least error after which it is hopeless
 _HOPELESS = 30
 _LEAST_STEP = 1e-6
+# Shares of a step that are tried where rounding alone leads out of the cones, as directions are exact enough
+_SHARES = (1.0, 0.9, 0.75, 0.5)
 # Steps shorter than the first ask for a softer direction where they are held up: so many times, at contacts
 # that allow less than the second, where these are less than the third of all
 _LONG = 0.3

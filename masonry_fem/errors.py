@@ -31,5 +31,9 @@ class InstallationError(MasonryError):
     """A library, compiler or driver that this machine lacks."""
 
 
+class ExtensionError(MasonryError):
+    """A file that was added to the program and lacks what its folder asks for."""
+
+
 class OutputError(MasonryError):
     """A file or a folder that cannot be written."""

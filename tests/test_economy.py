@@ -204,7 +204,7 @@ def test_a_rigid_run_loads_only_what_it_uses(tmp_path):
     libraries = {name.partition(".")[0] for name in loaded}
     assert not libraries & {"dolfinx", "ufl", "basix", "petsc4py", "mpi4py", "gmsh", "meshio", "pyvista",
                             "matplotlib", "clarabel", "rich", "pint", "pyamg"}  # fmt: skip
-    own = {"analyses.study", "fem", "limit", "meshing.mesher", "structures.arch",
+    own = {"analyses.study", "fem", "limit", "meshing.mesher", "importing.mesh_files", "importing.apart",
            "output.interfaces", "output.picture", "output.vtu"}  # fmt: skip
     assert not loaded & {"scipy.optimize", "scipy.spatial", *(f"masonry_fem.{name}" for name in own)}
 

@@ -13,9 +13,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from masonry_fem.errors import GeometryError
-from masonry_fem.scene.structures.file import PROGRAMS
+from masonry_fem.importing.endings import DRAWINGS, MESHES, PROGRAMS
 
-MESHES, DRAWINGS = (".msh",), (".step", ".stp")
 BEGINNINGS = dict.fromkeys(MESHES, b"$MeshFormat") | dict.fromkeys(DRAWINGS, b"ISO-10303-21")
 
 

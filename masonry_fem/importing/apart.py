@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from masonry_fem.errors import GeometryError, MasonryError
-from masonry_fem.scene.specs import Reading
+from masonry_fem.records.reading_limits import Reading
 
 logger = logging.getLogger(__name__)
 

@@ -20,7 +20,7 @@ import psutil
 
 from masonry_fem.errors import MasonryError
 from masonry_fem.importing.apart import TOO_LARGE, Answer
-from masonry_fem.scene.specs import Reading
+from masonry_fem.records.reading_limits import Reading
 
 SLACK = 5.0  # CPU time beyond the limit [s]: the caller is the first to count, and this remains should it die
 

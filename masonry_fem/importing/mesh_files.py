@@ -14,33 +14,35 @@ import logging
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
 from masonry_fem.errors import GeometryError
-from masonry_fem.importing.alone import DRAWINGS, MESHES, alone
+from masonry_fem.importing.alone import alone
 from masonry_fem.importing.compas import read_compas
+from masonry_fem.importing.endings import COMPAS, DRAWINGS, MESHES, PROGRAMS, SURFACES, VOLUMES
 from masonry_fem.importing.naming import UNSELECTABLE, Names, tell_renamed, unlike
 from masonry_fem.importing.outline import outline
 from masonry_fem.importing.skin import Skin, once, shape_of
 from masonry_fem.importing.soundness import check_points
-from masonry_fem.importing.surfaces import READERS, read_surfaces
+from masonry_fem.importing.surfaces import read_surfaces
 from masonry_fem.importing.volumes import read_volumes
 from masonry_fem.meshing.cells import boundary_facets, corner_count, turned
 from masonry_fem.meshing.session import Elements, elements_of, node_positions, session
-from masonry_fem.scene.specs import FileStructure, MeshSettings
-from masonry_fem.scene.structures.file import PROGRAMS
+from masonry_fem.records.mesh_settings import MeshSettings
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.mesh import FACET_OF, IntArray, Mesh
 from masonry_fem.solid.pose import FloatArray, Pose
 
+if TYPE_CHECKING:
+    from masonry_fem.structures.file import FileStructure
+
 logger = logging.getLogger(__name__)
 
 GEOMETRIES = (*PROGRAMS, *DRAWINGS)
-VOLUMES, SURFACES, COMPAS = (".vtu", ".vtk"), tuple(READERS), (".json",)
 UNNAMED = "joint"
 
 

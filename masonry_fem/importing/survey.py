@@ -10,6 +10,7 @@ import logging
 from collections.abc import Sequence
 from fnmatch import fnmatchcase
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,10 +20,12 @@ from masonry_fem.importing.soundness import check_points
 from masonry_fem.importing.survey_reading import Measured, read_survey
 from masonry_fem.importing.triangles import area_vector
 from masonry_fem.importing.wall_plane import WallPlane
-from masonry_fem.scene.specs import SurveyStructure
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.pose import FloatArray, Pose
 from masonry_fem.solid.prism import prism
+
+if TYPE_CHECKING:
+    from masonry_fem.structures.survey import SurveyStructure
 
 UPWARDS = np.cos(np.radians(45))  # of a side's normal: beyond it is a top or a bottom
 STEEP, FLAT = np.cos(np.radians(60)), np.cos(np.radians(30))  # of a joint's direction: head, bed
@@ -34,7 +37,7 @@ SHOWN = 5
 logger = logging.getLogger(__name__)
 
 
-def build(spec: SurveyStructure, dimension: int, base: Path) -> Assembly:
+def read(spec: SurveyStructure, dimension: int, base: Path) -> Assembly:
     """Blocks ``name.`` and the stones' names, and ``name.ground``.
 
     Raises

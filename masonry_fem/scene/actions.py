@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
-from masonry_fem.scene.record import (
+from masonry_fem.records.record import (
     AccelerationVector,
     BlockSelector,
     FaceSelector,

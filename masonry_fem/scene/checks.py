@@ -6,7 +6,7 @@ meant. What needs the blocks (do they touch, does a selector select) is checked 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -21,24 +21,19 @@ from masonry_fem.scene.specs import (
     Cut,
     Dynamics,
     Equilibrium,
-    FileStructure,
     Initial,
     MeshSettings,
     MohrCoulomb,
     Motion,
+    Override,
     PythonLaw,
     Record,
     Scene,
     Statics,
+    Structure,
     Support,
-    SurveyStructure,
     Table,
 )
-
-GEOMETRY_FILES = (
-    ".msh", ".geo", ".geo_unrolled", ".step", ".stp", ".vtu", ".vtk", ".stl", ".obj", ".ply", ".json",
-)  # fmt: skip
-SURVEY_FILES = (".csv", ".obj")
 
 SHORTEST, LONGEST = 1e-100, 1e30  # steps [s]
 MOST_STEPS = 1e9  # a thousandth of a second each: two weeks of computing
@@ -95,7 +90,11 @@ def _unique(key: str, names: Iterable[str]) -> None:
 
 
 def _materials(scene: Scene) -> None:
-    for key, users in (("structures", scene.structures), ("overrides", scene.overrides)):
+    told: dict[str, Sequence[Structure | Override]] = {
+        "structures": scene.structures,
+        "overrides": scene.overrides,
+    }
+    for key, users in told.items():
         for index, user in enumerate(users):
             name = user.material
             if name is not None and name not in scene.materials:
@@ -204,14 +203,10 @@ def _files(scene: Scene, base: Path) -> None:
     for path, record in records(scene):
         if isinstance(record, Table):
             _increasing(record, (*path, "points"))
-        elif isinstance(record, FileStructure):
-            if Path(record.path).suffix.lower() not in GEOMETRY_FILES:
-                raise wrong((*path, "path"), record.path, f"a file that ends in {listed(GEOMETRY_FILES)}")
-            _exists(record.path, (*path, "path"), base)
-        elif isinstance(record, SurveyStructure):
-            if Path(record.path).suffix.lower() not in SURVEY_FILES:
-                raise wrong((*path, "path"), record.path, f"a file that ends in {listed(SURVEY_FILES)}")
-            _exists(record.path, (*path, "path"), base)
+        elif isinstance(record, Structure) and record.source is not None:
+            if Path(record.source).suffix.lower() not in record.endings:
+                raise wrong((*path, "path"), record.source, f"a file that ends in {listed(record.endings)}")
+            _exists(record.source, (*path, "path"), base)
         elif isinstance(record, Record):
             _exists(record.path, (*path, "path"), base)
         elif isinstance(record, PythonLaw):

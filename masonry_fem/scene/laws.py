@@ -22,7 +22,7 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
-from masonry_fem.scene.record import Distance, FilePath, Length, Name, NonNegative, Pressure, Spec
+from masonry_fem.records.record import Distance, FilePath, Length, Name, NonNegative, Pressure, Spec
 
 Stiffness = Annotated[float, Meta(gt=0, extra={"unit": "N/m^3"})]
 SurfaceEnergy = Annotated[float, Meta(gt=0, extra={"unit": "J/m^2"})]

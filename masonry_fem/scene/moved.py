@@ -8,7 +8,7 @@ from typing import Any, get_args
 
 import msgspec
 
-from masonry_fem.scene.record import FilePath
+from masonry_fem.records.record import FilePath
 from masonry_fem.scene.specs import Scene
 
 

@@ -23,6 +23,7 @@ from msgspec.structs import replace
 
 from masonry_fem.errors import SceneError
 from masonry_fem.scene import specs
+from masonry_fem.structures.file import FileStructure
 
 logger = logging.getLogger(__name__)
 
@@ -40,7 +41,7 @@ def with_conditions(scene: specs.Scene, base: Path) -> specs.Scene:
         return scene  # reading their blocks tells that they need space
     own = scene
     for index, structure in enumerate(scene.structures):
-        if not isinstance(structure, specs.FileStructure) or not structure.conditions:
+        if not isinstance(structure, FileStructure) or not structure.conditions:
             continue
         problem = _problem(base / structure.path)
         if problem is None:
@@ -109,7 +110,7 @@ class _Conditions:
         )
 
     def joined(
-        self, scene: specs.Scene, own: specs.Scene, structure: specs.FileStructure, title: str
+        self, scene: specs.Scene, own: specs.Scene, structure: FileStructure, title: str
     ) -> specs.Scene:
         """The scene with these conditions where it has none of its own; says what was taken.
 

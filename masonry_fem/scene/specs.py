@@ -2,16 +2,41 @@
 
 A field's unit and range stand in its annotation and are checked on reading. Selectors are
 shell-style patterns matched against block and group names (``wall.*``); a face selector is
-``block-selector/face`` (``wall.c5.*/top``). Structures stand in ``structures``, what holds and
-pushes them in ``actions``; this module has the rest and gathers all names.
+``block-selector/face`` (``wall.c5.*/top``). Structures stand in ``masonry_fem.structures``, what holds
+and pushes them in ``actions``; this module has the rest and gathers all names.
 """
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, Union
 
 from msgspec import Meta
 
+from masonry_fem.records.mesh_settings import MeshSettings
+from masonry_fem.records.reading_limits import Reading
+from masonry_fem.records.record import (
+    AngularVelocity,
+    Axis,
+    BlockSelector,
+    Count,
+    Density,
+    Element,
+    Fidelity,
+    Fraction,
+    Inclination,
+    Length,
+    Name,
+    NonNegative,
+    Point,
+    Positive,
+    Pressure,
+    Seconds,
+    Spec,
+    SpinVector,
+    Unit,
+    VelocityVector,
+)
+from masonry_fem.records.structure import Structure
 from masonry_fem.scene.actions import (
     Acceleration,
     LineForce,
@@ -41,85 +66,27 @@ from masonry_fem.scene.laws import (
     Scatter,
     Trapezoidal,
 )
-from masonry_fem.scene.record import (
-    AngularVelocity,
-    Axis,
-    BlockSelector,
-    Count,
-    Density,
-    Element,
-    Fidelity,
-    Fraction,
-    Inclination,
-    Length,
-    Memory,
-    Name,
-    NonNegative,
-    Point,
-    Positive,
-    Pressure,
-    Seconds,
-    Spec,
-    SpinVector,
-    Unit,
-    VelocityVector,
-)
-from masonry_fem.scene.structures import (
-    AnyStructure,
-    ArchStructure,
-    BarrelVaultStructure,
-    BlockStructure,
-    ButtressStructure,
-    CatenaryArchStructure,
-    ColumnStructure,
-    CorbelStructure,
-    DomeStructure,
-    EllipticalArchStructure,
-    FileStructure,
-    FlatArchStructure,
-    FlyingButtressStructure,
-    MeshSettings,
-    Opening,
-    PointedArchStructure,
-    PortalStructure,
-    RubbleStructure,
-    StackStructure,
-    StaircaseStructure,
-    Structure,
-    SurveyStructure,
-    WallStructure,
-)
+from masonry_fem.structures import kinds
+from masonry_fem.structures.parts.opening import Opening
 
 __all__ = [
     "Acceleration",
     "Analysis",
     "AnyLaw",
     "AnyStructure",
-    "ArchStructure",
-    "BarrelVaultStructure",
     "Bilinear",
-    "BlockStructure",
-    "ButtressStructure",
-    "CatenaryArchStructure",
-    "ColumnStructure",
     "ConstantThreshold",
     "Contact",
-    "CorbelStructure",
     "Cut",
     "Damping",
     "Dilatancy",
-    "DomeStructure",
     "Dynamics",
     "ElasticBrittle",
     "ElasticJoint",
     "Element",
-    "EllipticalArchStructure",
     "Equilibrium",
     "Exponential",
     "Fidelity",
-    "FileStructure",
-    "FlatArchStructure",
-    "FlyingButtressStructure",
     "FremondCangemi",
     "Initial",
     "Joint",
@@ -135,30 +102,32 @@ __all__ = [
     "Output",
     "Override",
     "PointForce",
-    "PointedArchStructure",
-    "PortalStructure",
     "Probe",
     "PythonLaw",
     "Reading",
     "Record",
-    "RubbleStructure",
     "Scatter",
     "Scene",
     "Sine",
     "Solver",
     "Spec",
-    "StackStructure",
-    "StaircaseStructure",
     "Statics",
     "Structure",
     "Support",
-    "SurveyStructure",
     "Table",
     "TimeFunction",
     "Traction",
     "Trapezoidal",
-    "WallStructure",
 ]
+
+# what ``structures`` of a scene may be: told from the files there; their records are known here, too
+if TYPE_CHECKING:
+    AnyStructure = Structure
+else:
+    STRUCTURES = {kind.record.__name__: kind.record for kind in kinds().values()}
+    AnyStructure = Union[tuple(STRUCTURES.values())]  # noqa: UP007  made while running
+    globals().update(STRUCTURES)
+    __all__ += list(STRUCTURES)
 
 # μ of joints that do not slip: only what is about to open has less pressure than a hundredth of its shear
 NO_SLIP = 1e2
@@ -365,16 +334,6 @@ class Output(Spec, frozen=True, kw_only=True):
     limit_analysis: bool = False
     contact_error: bool = False
     amplification: Positive | None = None
-
-
-class Reading(Spec, frozen=True, kw_only=True):
-    """What the files of all structures may take to be read, and meshed where they are geometries.
-
-    They are read in a process of its own, which is ended where it takes more.
-    """
-
-    time: Annotated[float, Meta(gt=0, le=1e6, extra={"unit": "s"})] = 120.0  # systems wait no month
-    memory: Memory = 4e9
 
 
 class Scene(Spec, frozen=True, kw_only=True):

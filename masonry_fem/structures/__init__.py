@@ -1,72 +1,52 @@
-"""Structures, files and meshes. gmsh is imported here only, and only when something is meshed."""
+"""Structures: families of blocks, one file each, which holds its record and its ``build``.
+
+What several of them need stands in ``parts``. ``kinds()`` finds them; nothing else lists them.
+"""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
-from importlib import import_module
+from collections.abc import Mapping, Sequence
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 
 from masonry_fem.errors import GeometryError, SceneError
-from masonry_fem.scene import specs
+from masonry_fem.records.mesh_settings import MeshSettings
+from masonry_fem.records.reading_limits import Reading
+from masonry_fem.records.structure import Structure
 from masonry_fem.solid.assembly import Assembly, Block, Shape
+from masonry_fem.structures.parts.discovery import Kind, discovered
 
-__all__ = ["assemble", "build_structure", "build_structures"]
-
-# the module of this folder whose ``build`` makes a structure; a scene loads those of its own structures
-BUILDERS: dict[type[specs.Structure], str] = {
-    specs.BlockStructure: "block",
-    specs.StackStructure: "stack",
-    specs.WallStructure: "wall",
-    specs.ArchStructure: "arch",
-    specs.PointedArchStructure: "pointed_arch",
-    specs.FlatArchStructure: "flat_arch",
-    specs.EllipticalArchStructure: "elliptical_arch",
-    specs.CatenaryArchStructure: "catenary_arch",
-    specs.BarrelVaultStructure: "barrel_vault",
-    specs.PortalStructure: "portal",
-    specs.FlyingButtressStructure: "flying_buttress",
-    specs.DomeStructure: "dome",
-    specs.CorbelStructure: "corbel",
-    specs.ButtressStructure: "buttress",
-    specs.ColumnStructure: "column",
-    specs.StaircaseStructure: "staircase",
-    specs.RubbleStructure: "rubble",
-}
+__all__ = ["Kind", "assemble", "build_structure", "build_structures", "kinds"]
 
 
-def build_structure(
-    spec: specs.AnyStructure, dimension: int, base: Path, mesh: specs.MeshSettings
-) -> Assembly:
+@cache
+def kinds() -> Mapping[str, Kind]:
+    """Every kind of structure by its name in scene files: record and ``build``."""
+    return discovered("masonry_fem.structures", __path__)
+
+
+def build_structure(spec: Structure, dimension: int, base: Path, mesh: MeshSettings) -> Assembly:
     """The blocks of one structure; ``base`` is the folder of its files, ``mesh`` for files to mesh."""
-    if isinstance(spec, specs.FileStructure):
-        from masonry_fem.importing.mesh_files import read  # noqa: PLC0415  files are rare
-
-        return read(spec, dimension, base, mesh)
-    if isinstance(spec, specs.SurveyStructure):
-        from masonry_fem.importing.survey import build  # noqa: PLC0415  so are surveys
-
-        return build(spec, dimension, base)
-    builder = import_module(f"masonry_fem.structures.{BUILDERS[type(spec)]}")
-    made: Assembly = builder.build(spec, dimension)
-    return made
+    build = kinds()[str(spec.__struct_config__.tag)].build
+    return build(spec, dimension) if spec.source is None else build(spec, dimension, base, mesh)
 
 
 def build_structures(
-    structures: Sequence[specs.AnyStructure],
+    structures: Sequence[Structure],
     dimension: int,
     base: Path,
-    meshes: Sequence[specs.MeshSettings],
-    reading: specs.Reading,
+    meshes: Sequence[MeshSettings],
+    reading: Reading,
 ) -> list[Assembly]:
     """The blocks of each structure; those of files are read in another process, within its limits."""
     wanted = [(one, dimension, base.resolve(), mesh) for one, mesh in zip(structures, meshes, strict=True)]
     foreign = {
-        at: f"structures.{one.name}.path '{one.path}'"
+        at: f"structures.{one.name}.path '{one.source}'"
         for at, one in enumerate(structures)
-        if isinstance(one, specs.FileStructure | specs.SurveyStructure)
+        if one.source is not None
     }
     read: dict[int, Assembly] = {}
     if foreign:

@@ -6,17 +6,59 @@ the vertical, its own axes tangential (x), along the depth (y, in 3D only) and r
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from masonry_fem.errors import GeometryError
-from masonry_fem.scene.specs import ArchStructure
+from masonry_fem.records.record import Angle, Count, Length, Point
+from masonry_fem.records.structure import Foreseen, Structure
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import FloatArray, Pose
 from masonry_fem.solid.prism import prism
-from masonry_fem.structures.curve import Circle
-from masonry_fem.structures.quarry import arch_of, roles
-from masonry_fem.structures.voussoir import cut_line
+from masonry_fem.structures.parts.curve import Circle
+from masonry_fem.structures.parts.quarry import arch_of, roles
+from masonry_fem.structures.parts.voussoir import cut_line
+from masonry_fem.structures.parts.voussoir_row import Cut
+
+
+class ArchStructure(Structure, frozen=True, kw_only=True, tag="arch"):
+    """Circular arch of ``voussoirs`` equal stones about the mean ``radius``; springings as supports.
+
+    ``embrace`` is the full opening angle [deg]. ``straight`` voussoirs have chords for arcs. Joints are
+    radial, or between the springings vertical: then they cut the span of the intrados into equal parts.
+    """
+
+    radius: Length
+    thickness: Length
+    voussoirs: Count
+    embrace: Angle = 180.0
+    depth: Length = 1.0
+    centre: Point | None = None
+    straight: bool = False
+    springings: bool = True
+    cut: Cut = "radial"
+
+    @property
+    def carries(self) -> bool:
+        """Whether it brings its springings."""
+        return self.springings
+
+    def foreseen(self, dimension: int) -> Foreseen:
+        """Its voussoirs, and two springings."""
+        return Foreseen(self.voussoirs + 2 * self.springings, ("voussoirs",))
+
+    def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
+        """Stones without an intrados, or of more than half a circle; upright joints that miss a face."""
+        if self.thickness >= 2 * self.radius:
+            yield "thickness", f"less than twice the mean radius ({2 * self.radius:g} m)"
+        if self.embrace / self.voussoirs >= 180:
+            least = f"{self.embrace / 180:g}"
+            yield "voussoirs", f"more than {least}, so that a stone spans less than half a circle"
+        if self.cut == "vertical" and self.embrace > 180:
+            yield "embrace", "at most 180 with vertical joints"
+
 
 FACETS = 16  # flat facets for the arc of a voussoir
 

@@ -2,14 +2,47 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from masonry_fem.errors import GeometryError
-from masonry_fem.scene.specs import BlockStructure
+from masonry_fem.records.record import Axis, Degrees, Point, Sizes
+from masonry_fem.records.structure import Foreseen, Structure
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import FloatArray, Pose
+
+
+class BlockStructure(Structure, frozen=True, kw_only=True, tag="block"):
+    """One box, ``size`` [m] along the axes, lower corner at ``position``, turned by ``rotation``.
+
+    ``rotation`` is an angle [deg] about ``axis`` (2D: about z) through the lower corner.
+    """
+
+    size: Sizes
+    position: Point | None = None
+    rotation: Degrees = 0.0
+    axis: Axis | None = None
+    support: bool = False
+
+    @property
+    def carries(self) -> bool:
+        """Whether it is a support."""
+        return self.support
+
+    def foreseen(self, dimension: int) -> Foreseen:
+        """One."""
+        return Foreseen(1, ())
+
+    def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
+        """An axis that means nothing, or that lacks."""
+        if dimension == 2 and self.axis is not None:
+            yield "axis", "no axis in a 2D scene (rotation is about z)"
+        if dimension == 3 and self.rotation and self.axis is None:
+            yield "axis", "3 numbers: in 3D a rotation has an axis"
+        if self.axis is not None and not any(self.axis):
+            yield "axis", "an axis that is not zero"
 
 
 def build(spec: BlockStructure, dimension: int) -> Assembly:
@@ -34,4 +67,6 @@ def _turn(spec: BlockStructure, dimension: int) -> FloatArray:
         raise GeometryError(
             f"structures.{spec.name}.axis is {tuple(axis)}, expected a direction; give e.g. [0, 1, 0]"
         )
+    from scipy.spatial.transform import Rotation  # noqa: PLC0415  slow to load
+
     return np.asarray(Rotation.from_rotvec(angle * axis / length).as_matrix())

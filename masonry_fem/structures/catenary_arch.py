@@ -3,11 +3,25 @@
 from __future__ import annotations
 
 from masonry_fem.errors import GeometryError
-from masonry_fem.scene.specs import CatenaryArchStructure
+from masonry_fem.records.record import Length
 from masonry_fem.solid.assembly import Assembly
-from masonry_fem.structures.curve import Catenary
-from masonry_fem.structures.quarry import arch_of
-from masonry_fem.structures.voussoir import cut_line
+from masonry_fem.structures.parts.curve import Catenary
+from masonry_fem.structures.parts.quarry import arch_of
+from masonry_fem.structures.parts.voussoir import cut_line
+from masonry_fem.structures.parts.voussoir_row import Cut, VoussoirStructure
+
+
+class CatenaryArchStructure(VoussoirStructure, frozen=True, kw_only=True, tag="catenary_arch"):
+    """Arch of ``voussoirs`` stones along a catenary of ``span`` and ``rise``; springings as supports.
+
+    Radial joints are normal to the catenary and cut it into equal lengths: the line of thrust under the
+    arch's own weight. Vertical ones cut the span of the intrados into equal parts.
+    """
+
+    span: Length
+    rise: Length
+    cut: Cut = "radial"
+    straight: bool = False
 
 
 def build(spec: CatenaryArchStructure, dimension: int) -> Assembly:

@@ -2,13 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
-from masonry_fem.scene.specs import EllipticalArchStructure
+from masonry_fem.records.record import Length
 from masonry_fem.solid.assembly import Assembly
-from masonry_fem.structures.curve import Ellipse
-from masonry_fem.structures.quarry import arch_of
-from masonry_fem.structures.voussoir import cut_line
+from masonry_fem.structures.parts.curve import Ellipse
+from masonry_fem.structures.parts.quarry import arch_of
+from masonry_fem.structures.parts.voussoir import cut_line
+from masonry_fem.structures.parts.voussoir_row import Cut, VoussoirStructure
+
+
+class EllipticalArchStructure(VoussoirStructure, frozen=True, kw_only=True, tag="elliptical_arch"):
+    """Arch of ``voussoirs`` stones along half an ellipse of ``span`` and ``rise``; springings as supports.
+
+    Radial joints are normal to the ellipse and cut it into equal lengths, vertical ones cut the span of
+    the intrados into equal parts. ``straight`` voussoirs have chords for arcs.
+    """
+
+    span: Length
+    rise: Length
+    cut: Cut = "radial"
+    straight: bool = False
+
+    def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
+        """Stones thicker than the ellipse is round."""
+        small, large = sorted((self.span / 2, self.rise))
+        least = small**2 / large
+        if self.thickness >= 2 * least:
+            yield "thickness", f"less than twice the ellipse's least radius of curvature ({least:g} m)"
 
 
 def build(spec: EllipticalArchStructure, dimension: int) -> Assembly:

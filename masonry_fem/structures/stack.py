@@ -4,11 +4,32 @@ from __future__ import annotations
 
 import numpy as np
 
-from masonry_fem.scene.specs import StackStructure
+from masonry_fem.records.record import Count, Distance, Metres, Point, Sizes
+from masonry_fem.records.structure import Foreseen, Structure
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import Pose
-from masonry_fem.structures.ground import ground
+from masonry_fem.structures.parts.ground import ground
+
+
+class StackStructure(Structure, frozen=True, kw_only=True, tag="stack"):
+    """``count`` boxes one on another, each moved by ``offset`` along x over the one below."""
+
+    size: Sizes
+    count: Count
+    position: Point | None = None
+    offset: Metres = 0.0
+    gap: Distance = 0.0
+    ground: bool = True
+
+    @property
+    def carries(self) -> bool:
+        """Whether it brings its ground."""
+        return self.ground
+
+    def foreseen(self, dimension: int) -> Foreseen:
+        """Its boxes, and the ground."""
+        return Foreseen(self.count + self.ground, ("count",))
 
 
 def build(spec: StackStructure, dimension: int) -> Assembly:

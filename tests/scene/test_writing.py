@@ -22,7 +22,7 @@ def values(kind: inspect.Type, dimension: int) -> st.SearchStrategy[object]:  # 
         case inspect.FloatType():
             return numbers(kind)
         case inspect.IntType():
-            return st.integers(kind.ge, 10**6)
+            return st.integers(kind.ge, 10**6 if kind.le is None else kind.le)
         case inspect.BoolType():
             return st.booleans()
         case inspect.LiteralType():

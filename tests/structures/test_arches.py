@@ -37,7 +37,7 @@ from masonry_fem.scene.specs import (
 )
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.structures import build_structure
-from masonry_fem.structures.curve import Catenary, Ellipse, Offset, equal_parts, length
+from masonry_fem.structures.parts.curve import Catenary, Ellipse, Offset, equal_parts, length
 from tests.meshing.test_meshing import check as check_mesh
 from tests.meshing.test_meshing import volumes
 

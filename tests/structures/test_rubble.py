@@ -26,8 +26,8 @@ from masonry_fem.scene.specs import (
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.solid.polytope import Polytope
 from masonry_fem.structures import build_structure
-from masonry_fem.structures.healing import _around, _slopes, edge_lengths, healed
-from masonry_fem.structures.voronoi import Tiling
+from masonry_fem.structures.parts.healing import _around, _slopes, edge_lengths, healed
+from masonry_fem.structures.parts.voronoi import Tiling
 from tests.validation.scenes import G, solved
 
 SIZE = (1.5, 0.6, 1.0)

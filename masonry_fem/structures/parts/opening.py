@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from masonry_fem.scene.record import Count, Distance, Length, Spec
+from masonry_fem.records.record import Count, Distance, Length, Spec
 
 ROUNDING = 1e-6  # of a brick: what decimals of a scene file may be off
 

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
-from masonry_fem.scene.record import Axis, FilePath, Length, Positive
-from masonry_fem.scene.structures.base import Structure
+from masonry_fem.importing.endings import SURVEYS
+from masonry_fem.records.mesh_settings import MeshSettings
+from masonry_fem.records.record import Axis, FilePath, Length, Positive
+from masonry_fem.records.structure import Structure
+from masonry_fem.solid.assembly import Assembly
 
 
 class SurveyStructure(Structure, frozen=True, kw_only=True, tag="survey"):
@@ -16,6 +20,8 @@ class SurveyStructure(Structure, frozen=True, kw_only=True, tag="survey"):
     so that stones touch without gap or overlap; wider gaps stay open. Where corners went is reported. The
     ``ground`` is level below the lowest stones. In 2D the polygons themselves are the stones.
     """
+
+    endings = SURVEYS
 
     path: FilePath
     depth: Length
@@ -30,6 +36,11 @@ class SurveyStructure(Structure, frozen=True, kw_only=True, tag="survey"):
         """Whether it brings its ground or names supports."""
         return self.ground or bool(self.supports)
 
+    @property
+    def source(self) -> str:
+        """Its path."""
+        return self.path
+
     def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
         """A tolerance beyond a wall's size, a direction without length."""
         if self.tolerance > self.depth / 2:
@@ -39,3 +50,10 @@ class SurveyStructure(Structure, frozen=True, kw_only=True, tag="survey"):
             )
         if self.outward is not None and not any(self.outward):
             yield "outward", "a direction out of the wall, such as [0, -1, 0]"
+
+
+def build(spec: SurveyStructure, dimension: int, base: Path, mesh: MeshSettings) -> Assembly:
+    """Blocks ``name.`` and the stones' names, and ``name.ground``; ``base`` is the folder of its path."""
+    from masonry_fem.importing.survey import read  # noqa: PLC0415  surveys are rare
+
+    return read(spec, dimension, base)

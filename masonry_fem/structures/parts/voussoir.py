@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from masonry_fem.solid.pose import FloatArray
-from masonry_fem.structures.curve import Line, Offset, crossing, equal_parts, swept
+from masonry_fem.structures.parts.curve import Line, Offset, crossing, equal_parts, swept
 
 Ends = Sequence[float] | FloatArray  # of a joint: parameters on intrados and extrados
 

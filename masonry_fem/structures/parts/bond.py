@@ -12,11 +12,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import accumulate, cycle, pairwise
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
-from masonry_fem.scene.specs import WallStructure
-from masonry_fem.scene.structures.wall import Bond
+if TYPE_CHECKING:
+    from masonry_fem.structures.wall import WallStructure
 
+
+Bond = Literal["running", "stack", "header", "english", "flemish"]
 Kind = Literal["stretcher", "header", "closer"]
 STRETCHER, HEADER, CLOSER = 4, 2, 1  # quarters of a brick
 KIND: dict[int, Kind] = {STRETCHER: "stretcher", 3: "stretcher", HEADER: "header", CLOSER: "closer"}

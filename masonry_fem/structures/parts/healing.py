@@ -10,12 +10,10 @@ keeps the other edges from being folded over on the way.
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.linalg import lsqr
 
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
-from masonry_fem.structures.voronoi import Tiling
+from masonry_fem.structures.parts.voronoi import Tiling
 
 ROUNDS = 60  # mostly 3 to 8 do
 SURPLUS = 1.1  # edges are driven to that multiple of the shortest length, so that the last round ends
@@ -49,6 +47,9 @@ def edge_lengths(tiling: Tiling) -> FloatArray:
 
 def _move(tiling: Tiling, wanted: float) -> FloatArray:
     """Least move of the points, to first order, to bring all edges shorter than ``wanted`` to it."""
+    from scipy.sparse import csr_array  # noqa: PLC0415  slow to load
+    from scipy.sparse.linalg import lsqr  # noqa: PLC0415
+
     edges = tiling.edges()
     along = tiling.vertices[edges[:, 1]] - tiling.vertices[edges[:, 0]]
     length = np.linalg.norm(along, axis=1)

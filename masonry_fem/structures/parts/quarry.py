@@ -11,15 +11,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from masonry_fem.scene.structures import ArchStructure, VoussoirStructure
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import FloatArray, Pose
 from masonry_fem.solid.prism import prism
-from masonry_fem.structures.voussoir import Voussoir
+from masonry_fem.structures.parts.voussoir import Voussoir
+from masonry_fem.structures.parts.voussoir_row import VoussoirStructure
+
+if TYPE_CHECKING:
+    from masonry_fem.structures.arch import ArchStructure
 
 ALIKE = 1e-9  # of a stone's size: outlines that differ by less are one shape
 MARGIN = 0.25  # of the joint: how far a support stands out beside it

@@ -6,8 +6,8 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
-from masonry_fem.scene.record import Count, Length, Point
-from masonry_fem.scene.structures.base import Foreseen, Structure
+from masonry_fem.records.record import Count, Length, Point
+from masonry_fem.records.structure import Foreseen, Structure
 
 Cut = Literal["radial", "vertical"]
 Slope = Annotated[float, Meta(ge=0, lt=90, extra={"unit": "deg"})]

@@ -10,9 +10,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from masonry_fem.scene.structures.opening import ROUNDING
-from masonry_fem.scene.structures.wall import SLIVER
-from masonry_fem.structures.bond import Piece
+from masonry_fem.structures.parts.bond import Piece
+from masonry_fem.structures.parts.opening import ROUNDING
+
+SLIVER = 0.25  # of a brick: what is shorter is no stone
 
 
 def fitted(pieces: tuple[Piece, ...], start: float, end: float, *, brick: float) -> list[Piece]:

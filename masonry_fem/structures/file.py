@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
-from masonry_fem.scene.record import FilePath, Positive
-from masonry_fem.scene.structures.base import Structure
-
-PROGRAMS = (".geo", ".geo_unrolled")  # a language with loops, files and system calls
+from masonry_fem.importing.endings import COMPAS, DRAWINGS, MESHES, PROGRAMS, SURFACES, VOLUMES
+from masonry_fem.records.mesh_settings import MeshSettings
+from masonry_fem.records.record import FilePath, Positive
+from masonry_fem.records.structure import Structure
+from masonry_fem.solid.assembly import Assembly
 
 
 class FileStructure(Structure, frozen=True, kw_only=True, tag="file"):
@@ -25,6 +27,8 @@ class FileStructure(Structure, frozen=True, kw_only=True, tag="file"):
     A ``.geo`` file is a program that may run any command of the machine: it is read where it is ``trusted``.
     """
 
+    endings = (*MESHES, *PROGRAMS, *DRAWINGS, *VOLUMES, *SURFACES, *COMPAS)
+
     path: FilePath
     trusted: bool = False
     scale: Positive = 1.0
@@ -36,6 +40,11 @@ class FileStructure(Structure, frozen=True, kw_only=True, tag="file"):
     def carries(self) -> bool:
         """Whether it names supports; a file of COMPAS may mark them itself."""
         return bool(self.supports) or self.path.lower().endswith(".json")
+
+    @property
+    def source(self) -> str:
+        """Its path."""
+        return self.path
 
     @property
     def runs(self) -> bool:
@@ -53,3 +62,10 @@ class FileStructure(Structure, frozen=True, kw_only=True, tag="file"):
             )
         if self.field is not None and not self.path.lower().endswith((".vtu", ".vtk")):
             yield "field", "none: only .vtu and .vtk files have cell fields"
+
+
+def build(spec: FileStructure, dimension: int, base: Path, mesh: MeshSettings) -> Assembly:
+    """Blocks ``name.`` and what the file calls them; ``base`` is the folder that its path starts from."""
+    from masonry_fem.importing.mesh_files import read  # noqa: PLC0415  files are rare
+
+    return read(spec, dimension, base, mesh)

@@ -6,14 +6,17 @@ All faces follow the flat pieces of the dome's lowest ring, so that they meet it
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from masonry_fem.errors import GeometryError
-from masonry_fem.scene.structures import DomeStructure
 from masonry_fem.solid.assembly import Block, Shape
 from masonry_fem.solid.pose import FloatArray, Pose
-from masonry_fem.structures.ring import MARGIN, about_axis, ring_stone
+from masonry_fem.structures.parts.ring import MARGIN, about_axis, ring_stone
+
+if TYPE_CHECKING:
+    from masonry_fem.structures.dome import DomeStructure
 
 FACES = ("intrados", "extrados", "lower", "upper", "left", "right")
 JOINTS = ("", "", "bed", "bed", "meridian", "meridian")

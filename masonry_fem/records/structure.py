@@ -1,24 +1,13 @@
-"""Structure: what every family of blocks has, and how its elastic blocks are meshed."""
+"""Structure: what every family of blocks has."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import ClassVar
 
-from masonry_fem.scene.record import Divisions, Element, Fidelity, Length, Name, Spec
-
-
-class MeshSettings(Spec, frozen=True, kw_only=True):
-    """Elements of elastic blocks: an element kind and either a size or numbers of divisions."""
-
-    element: Element | None = None
-    size: Length | None = None
-    divisions: Divisions | None = None
-
-    @property
-    def elements(self) -> Element:
-        """The element that is asked for, Q1 where none is."""
-        return self.element or "Q1"
+from masonry_fem.records.mesh_settings import MeshSettings
+from masonry_fem.records.record import Fidelity, Name, Spec
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +27,9 @@ class Foreseen:
 
 
 class Structure(Spec, frozen=True, kw_only=True, tag_field="kind"):
-    """What every structure has."""
+    """What every structure has; one that is read from a file names that by its key ``path``."""
+
+    endings: ClassVar[tuple[str, ...]] = ()  # of the files that it may be read from
 
     name: Name
     material: str
@@ -49,6 +40,11 @@ class Structure(Spec, frozen=True, kw_only=True, tag_field="kind"):
     def carries(self) -> bool:
         """True where it brings supports of its own."""
         return False
+
+    @property
+    def source(self) -> str | None:
+        """The file that it is read from; None where its keys tell all."""
+        return None
 
     def foreseen(self, dimension: int) -> Foreseen | None:
         """How many blocks its keys ask for; None where a file tells."""

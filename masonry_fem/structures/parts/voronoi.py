@@ -12,9 +12,6 @@ from collections import defaultdict
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import Voronoi, cKDTree
 
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.polytope import BOX_FACES, Polytope
@@ -48,6 +45,8 @@ class Tiling:
     @classmethod
     def of(cls, points: FloatArray, size: FloatArray) -> Tiling:
         """The tiling of points inside a box."""
+        from scipy.spatial import Voronoi  # noqa: PLC0415  slow to load
+
         count, d = points.shape
         images = [points]
         for axis in range(d):
@@ -101,6 +100,10 @@ class Tiling:
 
 def _merged(vertices: FloatArray, used: IntArray, size: FloatArray) -> tuple[FloatArray, IntArray]:
     """Distinct vertices, exactly on the box's sides where they lie there; and the new number of each."""
+    from scipy.sparse import coo_array  # noqa: PLC0415  slow to load
+    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
+    from scipy.spatial import cKDTree  # noqa: PLC0415
+
     places = vertices[used]
     for side in (np.zeros_like(size), size):
         places = np.where(np.abs(places - side) < SAME * size, side, places)

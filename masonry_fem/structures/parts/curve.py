@@ -9,14 +9,16 @@ Curves lie in the arch's plane (x right, y up) and run from left to right with a
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol
 
 import numpy as np
-from scipy.optimize import brentq
 
 from masonry_fem.solid.pose import FloatArray
 
+LEAST = 4 * float(np.finfo(float).eps)  # relative tolerance that SciPy takes
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 
@@ -111,7 +113,7 @@ class Catenary:
         def excess(k: float) -> float:
             return float(np.sinh(k / 2) ** 2 / k - rise / span)
 
-        k = float(brentq(excess, 1e-9 * min(1.0, rise / span), 4 * rise / span, xtol=1e-15, rtol=1e-15))
+        k = _root(excess, 1e-9 * min(1.0, rise / span), 4 * rise / span, 1e-15, 1e-15)
         return cls(span / (2 * k), rise)
 
     def at(self, p: FloatArray) -> FloatArray:
@@ -179,10 +181,11 @@ def equal_parts(line: Line, start: float, end: float, count: int) -> FloatArray:
     if isinstance(line, Circle | Segment):
         return np.linspace(start, end, count + 1)
     whole = length(line, start, end)
-    inner = [
-        float(brentq(lambda p, k=k: length(line, start, p) - whole * k / count, start, end, xtol=1e-14))
-        for k in range(1, count)
-    ]
+
+    def excess(k: int, p: float) -> float:
+        return length(line, start, p) - whole * k / count
+
+    inner = [_root(partial(excess, k), start, end, 1e-14) for k in range(1, count)]
     return np.array([start, *inner, end])
 
 
@@ -192,4 +195,13 @@ def crossing(line: Line, start: float, end: float, point: FloatArray, normal: Fl
     def height(p: float) -> float:
         return float((line.at(np.array([p]))[0] - point) @ normal)
 
-    return float(brentq(height, start, end, xtol=1e-15))
+    return _root(height, start, end, 1e-15)
+
+
+def _root(
+    function: Callable[[float], float], low: float, high: float, close: float, relative: float = LEAST
+) -> float:
+    """Where a function of one number is 0 between two of unlike signs, to within ``close``."""
+    from scipy.optimize import brentq  # noqa: PLC0415  slow to load, and few structures are curved
+
+    return float(brentq(function, low, high, xtol=close, rtol=relative))

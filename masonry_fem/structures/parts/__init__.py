@@ -1,0 +1,1 @@
+"""What structures share: curves, bonds, grounds, rings; no structure stands here."""

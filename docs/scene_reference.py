@@ -4,8 +4,8 @@
     python docs/scene_reference.py --check    # exit code 1 where it is stale
 
 Key, type, range and unit come from the annotations, defaults from the records, and the text of a
-table from its docstring; the meaning of single keys stands in ``MEANING`` below, and a key that
-lacks there is an error.
+table from its docstring, as does the meaning of the keys of structures; that of other records' keys stands
+in ``MEANING`` below. A key without a meaning is an error.
 """
 
 from __future__ import annotations
@@ -13,19 +13,22 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import msgspec
 from msgspec import inspect
 
+from masonry_fem.records import docstring
+from masonry_fem.records.record import Spec
 from masonry_fem.scene import specs
 from masonry_fem.scene.expectation import expectation
 from masonry_fem.scene.writing import plain
+from masonry_fem.structures import kinds
 
 PAGE = Path(__file__).with_name("scene.md")
 HEAD = """# Scene reference
 
-<!-- made by docs/scene_reference.py from masonry_fem/scene; do not edit -->
+<!-- made by docs/scene_reference.py from masonry_fem/scene and masonry_fem/structures; do not edit -->
 
 A scene is a TOML file. Numbers are in SI units (angles of geometry in degrees, of motions in radians);
 a string with a unit stands for a number wherever a unit is given below: `young = "10 GPa"`. Vectors
@@ -64,15 +67,12 @@ buttresses, `bed` and `meridian` in domes and drums.
 
 """
 # record -> (heading, key in the file)
-TABLES: dict[type[msgspec.Struct], str] = {
+TABLES: dict[type[Spec], str] = {
     specs.Scene: "Top level",
     specs.MeshSettings: "`mesh`, also in a structure",
     specs.Material: "`[materials.NAME]`",
     specs.Damping: "`[materials.NAME.damping]`",
-    **{
-        kind: f'`[[structures]]`, `kind = "{kind.__struct_config__.tag}"`'
-        for kind in get_args(specs.AnyStructure)
-    },
+    **{kind.record: f'`[[structures]]`, `kind = "{name}"`' for name, kind in kinds().items()},
     specs.Opening: "`[[structures.openings]]` of a wall",
     specs.Override: "`[[overrides]]`",
     specs.Joint: "`[[joints]]`",
@@ -125,17 +125,6 @@ COMMON = {
     "critical_opening": "opening that breaks the joint",
     "material": "name of a table in `materials`",
     "fidelity": "against what the scene says",
-    "mesh": "against what the scene says",
-    "voussoirs": "stones, numbered from the left",
-    "depth": "along y; no meaning in 2D",
-    "centre": "middle between the springings of the mean line, in front; the origin where it is not given",
-    "springings": "bring a support at each end",
-    "cut": "joints normal to the mean line, or vertical",
-    "straight": "chords for arcs",
-    "span": "of the mean line",
-    "rise": "of the mean line",
-    "position": "lower left front corner [m]; the origin where it is not given",
-    "ground": "bring a support under it, wider than it",
     "time": "factor in time; 1 where it is not given. In statics, time is the load factor from 0 to 1",
     "blocks": "selector of blocks",
     "block": "selector that names one block",
@@ -175,145 +164,7 @@ MEANING: dict[str, str] = {
     "Material.damping": "Rayleigh damping",
     "Damping.mass": "α of C = α M + β K",
     "Damping.stiffness": "β of C = α M + β K",
-    "BlockStructure.size": "along its axes",
-    "BlockStructure.rotation": "about `axis` through the lower corner, the plane's normal in 2D",
-    "BlockStructure.axis": "of the rotation, needed for one in 3D",
-    "BlockStructure.support": "the block is held",
-    "StackStructure.size": "of each box",
-    "StackStructure.count": "boxes",
-    "StackStructure.offset": "of each box along x over the one below",
-    "StackStructure.gap": "between the boxes, and to the ground",
-    "CorbelStructure.size": "of each box",
-    "CorbelStructure.count": "boxes",
-    "CorbelStructure.offset": "of each box over the one below along x, of the topmost one if harmonic",
-    "CorbelStructure.profile": "offsets that are all equal, or offset / k for the k-th box from the top",
-    "CorbelStructure.table": "the ground ends at the boxes' end, and the lowest box stands out over it too",
-    "ButtressStructure.width": "along x at its foot",
-    "ButtressStructure.height": "of the pier",
-    "ButtressStructure.courses": "equally high",
-    "ButtressStructure.top": "width at the top; that of the foot where it is not given",
-    "ButtressStructure.stages": "of equal width each; the right face slopes where it is not given",
-    "ButtressStructure.lean": "of both faces to the right, from the vertical",
-    "ButtressStructure.stones": "in a course as wide as the foot",
-    "ButtressStructure.depth": "along y; no meaning in 2D",
-    "ColumnStructure.drums": "equally high",
-    "ColumnStructure.height": "of all drums, without plinth and capital",
-    "ColumnStructure.diameter": "at the foot, of the circle that has the drum's area",
-    "ColumnStructure.top_diameter": "at the top; that of the foot where it is not given",
-    "ColumnStructure.entasis": "what the diameter at half height has more than the straight taper",
-    "ColumnStructure.sides": "of a drum; no meaning in 2D",
-    "ColumnStructure.plinth": "height of the block below the drums; none where it is not given",
-    "ColumnStructure.capital": "height of the block above the drums; none where it is not given",
-    "ColumnStructure.projection": "of plinth and capital, on each side over the diameter",
-    "ColumnStructure.centre": "of the foot; the origin where it is not given",
-    "StaircaseStructure.steps": "all equal",
-    "StaircaseStructure.going": "from step to step along x",
-    "StaircaseStructure.rise": "from step to step, and a step's height",
-    "StaircaseStructure.width": "clear of the wall, along y",
-    "StaircaseStructure.lap": "what a step covers of the one below",
-    "StaircaseStructure.bearing": "how far the steps go into the wall",
-    "StaircaseStructure.position": "lower front corner of the first step's free end [m]; the origin where "
-    "it is not given",
-    "RubbleStructure.size": "of the whole",
-    "RubbleStructure.stones": "in it",
-    "RubbleStructure.seed": "of the random points",
-    "RubbleStructure.relaxation": "Lloyd's steps towards stones of equal size",
-    "RubbleStructure.shortest": "of a stone's edges, over the mean size of stones, before they are flattened",
-    "RubbleStructure.elongation": "length of stones over their height",
-    "RubbleStructure.joint": "thickness of the joints; 0: the stones touch",
-    "WallStructure.brick": "length, (depth,) height of a brick",
-    "WallStructure.columns": "bricks in a course, whole or and a half; a pattern has none",
-    "WallStructure.courses": "courses",
-    "WallStructure.bond": "how the courses lie over each other",
-    "WallStructure.pattern": "courses from below, brick by brick, then again; none where it is not given",
-    "WallStructure.rotation": "about the vertical through the lower left front corner",
-    "WallStructure.wythes": "bricks in the wall's thickness, each as deep as `brick` says",
-    "WallStructure.header_courses": "every so many courses of a running or stack bond, one of headers; "
-    "none where it is not given",
-    "WallStructure.through": "headers go through all wythes, not through two of them",
-    "WallStructure.openings": "doors and windows",
-    "Opening.position": "of its lower left corner, along the wall and up, from the wall's lower left end [m]",
-    "Opening.size": "width and height, up to a bed joint",
-    "Opening.lintel": "a stone lies above it, unless it goes up to the wall's top",
-    "Opening.lintel_courses": "height of the lintel, in courses",
-    "Opening.bearing": "of the lintel on each jamb; half a brick where it is not given",
-    "WallStructure.cut": "each whole brick is two halves with a joint `brick` between them, to crack there",
-    "WallStructure.half_bricks": "courses that half bricks close; `none`: the other courses lack a brick",
-    "ArchStructure.radius": "of the mean line",
-    "ArchStructure.thickness": "between intrados and extrados",
-    "ArchStructure.voussoirs": "equal stones",
-    "ArchStructure.embrace": "full opening angle",
-    "ArchStructure.centre": "of the circle; the origin where it is not given",
-    "PointedArchStructure.thickness": "between intrados and extrados, normal to the arcs",
-    "PointedArchStructure.radius": "of the mean line's arcs, instead of the rise",
-    "PointedArchStructure.rise": "of the mean line, instead of the radius",
-    "FlatArchStructure.thickness": "its height",
-    "FlatArchStructure.span": "of the intrados between the springings",
-    "FlatArchStructure.centre": "middle of the intrados, in front; the origin where it is not given",
-    "FlatArchStructure.skewback": "of the springing joints, to the vertical; 30 where no `focus` is given",
-    "FlatArchStructure.focus": "depth below the intrados of the point where joints meet, instead of it",
-    "EllipticalArchStructure.thickness": "between intrados and extrados, normal to the ellipse",
-    "BarrelVaultStructure.radius": "of the mean surface",
-    "BarrelVaultStructure.thickness": "between intrados and extrados",
-    "BarrelVaultStructure.voussoirs": "courses from springing to springing",
-    "BarrelVaultStructure.depth": "of the vault along its axis y",
-    "BarrelVaultStructure.embrace": "full opening angle",
-    "BarrelVaultStructure.stones": "in a course without half stones",
-    "BarrelVaultStructure.staggered": "every other course is moved by half a stone",
-    "BarrelVaultStructure.centre": "of the circle, in front; the origin where it is not given",
-    "PortalStructure.thickness": "of the arch",
-    "PortalStructure.form": "of the arch's mean line",
-    "PortalStructure.rise": "of the mean line over the piers; half the span where it is circular",
-    "PortalStructure.pier_width": "from the intrados outwards",
-    "PortalStructure.pier_height": "from the ground to the springings",
-    "PortalStructure.courses": "blocks of a pier",
-    "PortalStructure.centre": "middle between the piers on the ground, in front; the origin where not given",
-    "PortalStructure.ground": "bring a support under each pier",
-    "FlyingButtressStructure.span": "horizontal, between the ends of the axis",
-    "FlyingButtressStructure.inclination": "of the axis or its chord to the horizontal",
-    "FlyingButtressStructure.thickness": "between intrados and extrados, normal to the axis",
-    "FlyingButtressStructure.voussoirs": "stones, numbered from the foot",
-    "FlyingButtressStructure.camber": "of the axis over its chord; 0: straight",
-    "FlyingButtressStructure.position": "where the axis meets the wall, in front; the origin where not given",
-    "FlyingButtressStructure.side": "of the wall on which it lies",
-    "FlyingButtressStructure.ends": "normal to the axis, or vertical as a wall's: both, or that at the head",
-    "FlyingButtressStructure.head": "bring a support for the wall",
-    "FlyingButtressStructure.foot": "bring a support at the foot",
-    "CatenaryArchStructure.thickness": "between intrados and extrados, normal to the catenary",
-    "DomeStructure.radius": "of the mean surface",
-    "DomeStructure.thickness": "between intrados and extrados",
-    "DomeStructure.rings": "between base and eye",
-    "DomeStructure.slices": "equal stones in a ring",
-    "DomeStructure.springing": "of the base, from the crown",
-    "DomeStructure.oculus": "of the open eye, from the crown; 0: a crown stone closes the dome",
-    "DomeStructure.centre": "of the sphere; the origin where it is not given",
-    "DomeStructure.staggered": "every other ring is turned by half a stone",
-    "DomeStructure.base": "brings a support below each stone of the lowest ring, or of the drum, or pier",
-    "DomeStructure.sweep": "angle of longitude of a sector",
-    "DomeStructure.sides": "brings supports on both meridian planes of a sector",
-    "DomeStructure.drum_courses": "courses of a drum under the dome",
-    "DomeStructure.drum_height": "of all courses together",
-    "DomeStructure.drum_stones": "in a course; as many as slices where it is not given",
-    "DomeStructure.drum_width": "of drum and piers, from the intrados outwards; the thickness where none",
-    "DomeStructure.piers": "under the drum, or the dome",
-    "DomeStructure.pier_height": "below the drum",
-    "DomeStructure.pier_slices": "width of a pier in slices of the dome",
-    "DomeStructure.pier_courses": "blocks of a pier",
-    "FileStructure.path": "`.msh` (2.2, 4.1), `.step`, `.geo`, `.vtu`, `.vtk`, `.stl`, `.obj`, `.ply` or "
-    "COMPAS `.json`, relative to the scene file",
     "PythonLaw.trusted": "run the file: you have read it",
-    "FileStructure.trusted": "run the file where it is a program (`.geo`): you have read it",
-    "FileStructure.field": "cell field of a `.vtu` or `.vtk` file whose whole numbers tell the blocks",
-    "FileStructure.scale": "factor from the file's unit of length to the metre",
-    "FileStructure.conditions": "take [supports, friction and loads](import.md#files) of a COMPAS problem",
-    "FileStructure.supports": "patterns of blocks (without `NAME.`) that are held",
-    "SurveyStructure.path": "`.csv` or `.obj`, relative to the scene file",
-    "SurveyStructure.depth": "of the stones behind the wall's plane; no meaning in 2D",
-    "SurveyStructure.tolerance": "what joints may be open by, or overlap, to be closed",
-    "SurveyStructure.scale": "factor from the file's unit of length to the metre",
-    "SurveyStructure.outward": "roughly, out of the wall; as most polygons are turned where it is not given",
-    "SurveyStructure.ground": "bring a level support below the lowest stones",
-    "SurveyStructure.supports": "patterns of stones (without `NAME.`) that are held",
     "Joint.friction": "Coulomb's μ; `no slip`: the joint opens but never slides",
     "Joint.law": "cohesion, by `kind`; dry where it is not given",
     "ConstantThreshold.strength": "in tension",
@@ -426,13 +277,14 @@ def page() -> str:
     return HEAD + "\n".join(section(kind, heading) for kind, heading in TABLES.items())
 
 
-def section(kind: type[msgspec.Struct], heading: str) -> str:
+def section(kind: type[Spec], heading: str) -> str:
     """Heading, text and table of one record."""
     lines = [
         f"## {heading}",
         "",
         text_of(kind),
         "",
+        *example_of(kind),
         "| key | expected | default | meaning |",
         "|---|---|---|---|",
     ]
@@ -440,7 +292,7 @@ def section(kind: type[msgspec.Struct], heading: str) -> str:
     return "\n".join([*lines, ""])
 
 
-def rows(kind: type[msgspec.Struct]) -> Iterator[tuple[str, str, str, str]]:
+def rows(kind: type[Spec]) -> Iterator[tuple[str, str, str, str]]:
     """Key, expectation, default and meaning of each field."""
     info = inspect.type_info(kind)
     assert isinstance(info, inspect.StructType)
@@ -469,16 +321,34 @@ def default(field: inspect.Field) -> str:
     return f"`{text}`"
 
 
-def meaning(kind: type[msgspec.Struct], name: str) -> str:
+def meaning(kind: type[Spec], name: str) -> str:
     """What a key means."""
-    return MEANING.get(f"{kind.__name__}.{name}") or COMMON[name]
+    told = docstring.meanings(kind).get(name)
+    found = marked(told) if told else MEANING.get(f"{kind.__name__}.{name}") or COMMON.get(name)
+    if found is None:
+        raise SystemExit(
+            f"{sys.modules[kind.__module__].__file__}: the key '{name}' of {kind.__name__} has no meaning, "
+            f"expected one under Attributes in its docstring; write '{name} : ...' there"
+        )
+    return found
 
 
-def text_of(kind: type[msgspec.Struct]) -> str:
+def example_of(kind: type[Spec]) -> list[str]:
+    """Lines of a structure's example."""
+    lines = docstring.example(kind)
+    return ["```toml", "[[structures]]", *lines.splitlines(), "```", ""] if lines else []
+
+
+def text_of(kind: type[Spec]) -> str:
     """Docstring of a record as a paragraph or two."""
-    blocks = (kind.__doc__ or "").split("\n\n")
+    blocks = docstring.text(kind).split("\n\n")
     text = "\n\n".join(" ".join(line.strip() for line in block.splitlines()).strip() for block in blocks)
-    return text.replace("``", "`").strip()
+    return marked(text).strip()
+
+
+def marked(text: str) -> str:
+    """Text of a docstring as Markdown."""
+    return text.replace("``", "`")
 
 
 def main(arguments: list[str]) -> int:

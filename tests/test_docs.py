@@ -40,6 +40,12 @@ def test_every_record_and_key_is_explained(reference):
     assert set(reference.MEANING) <= known
 
 
+def test_a_key_without_a_meaning_is_named(reference, monkeypatch):
+    monkeypatch.setattr(specs.StackStructure, "__doc__", "Stack of boxes.")
+    with pytest.raises(SystemExit, match=r"stack\.py: the key 'size' of StackStructure .*write 'size : "):
+        reference.page()
+
+
 @pytest.mark.parametrize("page", PAGES)
 def test_links_of_a_page_lead_somewhere(page, repository):
     """To a file, and in it to a heading or an anchor."""

@@ -27,7 +27,15 @@ class Foreseen:
 
 
 class Structure(Spec, frozen=True, kw_only=True, tag_field="kind"):
-    """What every structure has; one that is read from a file names that by its key ``path``."""
+    """What every structure has; one that is read from a file names that by its key ``path``.
+
+    Attributes
+    ----------
+    name : what it is called in names of blocks and in results
+    material : name of a table in ``materials``
+    fidelity : against what the scene says
+    mesh : against what the scene says
+    """
 
     endings: ClassVar[tuple[str, ...]] = ()  # of the files that it may be read from
 

@@ -28,6 +28,27 @@ class ArchStructure(Structure, frozen=True, kw_only=True, tag="arch"):
 
     ``embrace`` is the full opening angle [deg]. ``straight`` voussoirs have chords for arcs. Joints are
     radial, or between the springings vertical: then they cut the span of the intrados into equal parts.
+
+    Attributes
+    ----------
+    radius : of the mean line
+    thickness : between intrados and extrados
+    voussoirs : equal stones
+    embrace : full opening angle
+    depth : along y; no meaning in 2D
+    centre : of the circle; the origin where it is not given
+    straight : chords for arcs
+    springings : bring a support at each end
+    cut : joints normal to the mean line, or vertical
+
+    Examples
+    --------
+    kind = "arch"
+    name = "arch"
+    material = "stone"
+    radius = 5.0
+    thickness = 0.5
+    voussoirs = 9
     """
 
     radius: Length

@@ -27,6 +27,28 @@ class BarrelVaultStructure(VoussoirStructure, frozen=True, kw_only=True, tag="ba
 
     A course has ``stones`` equal stones with flat faces over the vault's ``depth``. In ``staggered`` ones
     every other course is moved by half a stone, and half stones close it at both ends.
+
+    Attributes
+    ----------
+    thickness : between intrados and extrados
+    voussoirs : courses from springing to springing
+    depth : of the vault along its axis y
+    centre : of the circle, in front; the origin where it is not given
+    radius : of the mean surface
+    embrace : full opening angle
+    stones : in a course without half stones
+    staggered : every other course is moved by half a stone
+
+    Examples
+    --------
+    kind = "barrel_vault"
+    name = "barrel_vault"
+    material = "stone"
+    radius = 3.0
+    thickness = 0.3
+    depth = 4.0
+    voussoirs = 7
+    stones = 4
     """
 
     radius: Length

@@ -18,6 +18,21 @@ class BlockStructure(Structure, frozen=True, kw_only=True, tag="block"):
     """One box, ``size`` [m] along the axes, lower corner at ``position``, turned by ``rotation``.
 
     ``rotation`` is an angle [deg] about ``axis`` (2D: about z) through the lower corner.
+
+    Attributes
+    ----------
+    size : along its axes
+    position : lower left front corner [m]; the origin where it is not given
+    rotation : about ``axis`` through the lower corner, the plane's normal in 2D
+    axis : of the rotation, needed for one in 3D
+    support : the block is held
+
+    Examples
+    --------
+    kind = "block"
+    name = "block"
+    material = "stone"
+    size = [1.0, 0.5, 0.5]
     """
 
     size: Sizes

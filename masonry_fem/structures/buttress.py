@@ -27,6 +27,28 @@ class ButtressStructure(Structure, frozen=True, kw_only=True, tag="buttress"):
     Its left face is plane; its right one slopes where ``top`` is less than ``width``, or goes back at
     set-offs between so many equal ``stages``. Both faces ``lean`` to the right, the bed joints stay level.
     A course is one stone, or about so many ``stones`` at the foot, their joints lapped by half a stone.
+
+    Attributes
+    ----------
+    width : along x at its foot
+    height : of the pier
+    courses : equally high
+    top : width at the top; that of the foot where it is not given
+    stages : of equal width each; the right face slopes where it is not given
+    lean : of both faces to the right, from the vertical
+    stones : in a course as wide as the foot
+    depth : along y; no meaning in 2D
+    position : lower left front corner [m]; the origin where it is not given
+    ground : bring a support under it, wider than it
+
+    Examples
+    --------
+    kind = "buttress"
+    name = "buttress"
+    material = "stone"
+    width = 1.0
+    height = 3.0
+    courses = 6
     """
 
     width: Length

@@ -16,6 +16,24 @@ class CatenaryArchStructure(VoussoirStructure, frozen=True, kw_only=True, tag="c
 
     Radial joints are normal to the catenary and cut it into equal lengths: the line of thrust under the
     arch's own weight. Vertical ones cut the span of the intrados into equal parts.
+
+    Attributes
+    ----------
+    thickness : between intrados and extrados, normal to the catenary
+    span : of the mean line
+    rise : of the mean line
+    cut : joints normal to the mean line, or vertical
+    straight : chords for arcs
+
+    Examples
+    --------
+    kind = "catenary_arch"
+    name = "catenary_arch"
+    material = "stone"
+    span = 4.0
+    rise = 2.0
+    thickness = 0.4
+    voussoirs = 11
     """
 
     span: Length

@@ -22,6 +22,29 @@ class ColumnStructure(Structure, frozen=True, kw_only=True, tag="column"):
     A drum is a prism of ``sides`` that has the area of the circle. The ``diameter`` goes straight from foot
     to ``top_diameter``; an ``entasis`` adds a parabola to it, greatest at half height. In 2D it is the
     column's section through the axis, one metre deep.
+
+    Attributes
+    ----------
+    drums : equally high
+    height : of all drums, without plinth and capital
+    diameter : at the foot, of the circle that has the drum's area
+    top_diameter : at the top; that of the foot where it is not given
+    entasis : what the diameter at half height has more than the straight taper
+    sides : of a drum; no meaning in 2D
+    plinth : height of the block below the drums; none where it is not given
+    capital : height of the block above the drums; none where it is not given
+    projection : of plinth and capital, on each side over the diameter
+    centre : of the foot; the origin where it is not given
+    ground : bring a support under it, wider than it
+
+    Examples
+    --------
+    kind = "column"
+    name = "column"
+    material = "stone"
+    drums = 5
+    height = 3.0
+    diameter = 0.5
     """
 
     drums: Count

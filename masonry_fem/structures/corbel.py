@@ -22,6 +22,25 @@ class CorbelStructure(Structure, frozen=True, kw_only=True, tag="corbel"):
     by its half, third ... With a ``table`` the ground ends where the lowest box begins to stand out.
     Rigid boxes of length L stand up to an offset of L / count (L / (count + 1) on a table), and in the
     harmonic profile on a table up to L / 2: the greatest overhang that a stack can have.
+
+    Attributes
+    ----------
+    size : of each box
+    count : boxes
+    offset : of each box over the one below along x, of the topmost one if harmonic
+    profile : offsets that are all equal, or offset / k for the k-th box from the top
+    position : lower left front corner [m]; the origin where it is not given
+    table : the ground ends at the boxes' end, and the lowest box stands out over it too
+    ground : bring a support under it, wider than it
+
+    Examples
+    --------
+    kind = "corbel"
+    name = "corbel"
+    material = "stone"
+    size = [1.0, 0.5, 0.25]
+    count = 4
+    offset = 0.1
     """
 
     size: Sizes

@@ -34,6 +34,38 @@ class DomeStructure(Structure, frozen=True, kw_only=True, tag="dome"):
     A dome that springs at 90 deg may stand on a drum of ``drum_courses``, each of ``drum_stones`` stones, and
     that, or the dome itself, on ``piers``. All are as thick as the dome, or ``drum_width`` from the intrados
     outwards.
+
+    Attributes
+    ----------
+    radius : of the mean surface
+    thickness : between intrados and extrados
+    rings : between base and eye
+    slices : equal stones in a ring
+    springing : of the base, from the crown
+    oculus : of the open eye, from the crown; 0: a crown stone closes the dome
+    centre : of the sphere; the origin where it is not given
+    staggered : every other ring is turned by half a stone
+    base : brings a support below each stone of the lowest ring, or of the drum, or pier
+    sweep : angle of longitude of a sector
+    sides : brings supports on both meridian planes of a sector
+    drum_courses : courses of a drum under the dome
+    drum_height : of all courses together
+    drum_stones : in a course; as many as slices where it is not given
+    drum_width : of drum and piers, from the intrados outwards; the thickness where none
+    piers : under the drum, or the dome
+    pier_height : below the drum
+    pier_slices : width of a pier in slices of the dome
+    pier_courses : blocks of a pier
+
+    Examples
+    --------
+    kind = "dome"
+    name = "dome"
+    material = "stone"
+    radius = 4.0
+    thickness = 0.4
+    rings = 3
+    slices = 8
     """
 
     radius: Length

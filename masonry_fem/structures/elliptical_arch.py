@@ -19,6 +19,24 @@ class EllipticalArchStructure(VoussoirStructure, frozen=True, kw_only=True, tag=
 
     Radial joints are normal to the ellipse and cut it into equal lengths, vertical ones cut the span of
     the intrados into equal parts. ``straight`` voussoirs have chords for arcs.
+
+    Attributes
+    ----------
+    thickness : between intrados and extrados, normal to the ellipse
+    span : of the mean line
+    rise : of the mean line
+    cut : joints normal to the mean line, or vertical
+    straight : chords for arcs
+
+    Examples
+    --------
+    kind = "elliptical_arch"
+    name = "elliptical_arch"
+    material = "stone"
+    span = 4.0
+    rise = 1.5
+    thickness = 0.4
+    voussoirs = 11
     """
 
     span: Length

@@ -25,6 +25,23 @@ class FileStructure(Structure, frozen=True, kw_only=True, tag="file"):
     not wanted; what the scene says itself stands.
 
     A ``.geo`` file is a program that may run any command of the machine: it is read where it is ``trusted``.
+
+    Attributes
+    ----------
+    path : ``.msh`` (2.2, 4.1), ``.step``, ``.geo``, ``.vtu``, ``.vtk``, ``.stl``, ``.obj``, ``.ply`` or
+        COMPAS ``.json``, relative to the scene file
+    trusted : run the file where it is a program (``.geo``): you have read it
+    scale : factor from the file's unit of length to the metre
+    field : cell field of a ``.vtu`` or ``.vtk`` file whose whole numbers tell the blocks
+    supports : patterns of blocks (without ``NAME.``) that are held
+    conditions : take [supports, friction and loads](import.md#files) of a COMPAS problem
+
+    Examples
+    --------
+    kind = "file"
+    name = "file"
+    material = "stone"
+    path = "keystone_arch.msh"
     """
 
     endings = (*MESHES, *PROGRAMS, *DRAWINGS, *VOLUMES, *SURFACES, *COMPAS)

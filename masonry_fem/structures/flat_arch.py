@@ -25,6 +25,23 @@ class FlatArchStructure(VoussoirStructure, frozen=True, kw_only=True, tag="flat_
 
     ``skewback`` is the angle [deg] of the springing joints to the vertical (30 where nothing is given);
     instead of it, ``focus`` is the depth below the intrados of the point where all joints meet.
+
+    Attributes
+    ----------
+    thickness : its height
+    centre : middle of the intrados, in front; the origin where it is not given
+    span : of the intrados between the springings
+    skewback : of the springing joints, to the vertical; 30 where no ``focus`` is given
+    focus : depth below the intrados of the point where joints meet, instead of it
+
+    Examples
+    --------
+    kind = "flat_arch"
+    name = "flat_arch"
+    material = "stone"
+    span = 2.0
+    thickness = 0.4
+    voussoirs = 7
     """
 
     span: Length

@@ -27,6 +27,30 @@ class FlyingButtressStructure(Structure, frozen=True, kw_only=True, tag="flying_
     to it and part it equally. It lies on one ``side`` of the wall that its head pushes. Ends are ``square``
     to the axis or ``vertical``, or only the one at the head is. ``head`` and ``foot`` bring supports; without
     them it leans on other blocks, such as a portal's pier and a buttress.
+
+    Attributes
+    ----------
+    span : horizontal, between the ends of the axis
+    inclination : of the axis or its chord to the horizontal
+    thickness : between intrados and extrados, normal to the axis
+    voussoirs : stones, numbered from the foot
+    camber : of the axis over its chord; 0: straight
+    depth : along y; no meaning in 2D
+    position : where the axis meets the wall, in front; the origin where not given
+    side : of the wall on which it lies
+    ends : normal to the axis, or vertical as a wall's: both, or that at the head
+    head : bring a support for the wall
+    foot : bring a support at the foot
+
+    Examples
+    --------
+    kind = "flying_buttress"
+    name = "flying_buttress"
+    material = "stone"
+    span = 4.0
+    inclination = 40.0
+    thickness = 0.5
+    voussoirs = 6
     """
 
     span: Length

@@ -22,6 +22,25 @@ class PointedArchStructure(VoussoirStructure, frozen=True, kw_only=True, tag="po
     Its form is given by ``rise`` or by the ``radius`` of the arcs (``radius = span`` is the equilateral
     arch). An odd number of ``voussoirs`` has a keystone, an even one a joint at the crown. Radial joints
     are normal to the arcs and cut them into equal lengths, vertical ones cut the intrados' span equally.
+
+    Attributes
+    ----------
+    thickness : between intrados and extrados, normal to the arcs
+    span : of the mean line
+    rise : of the mean line, instead of the radius
+    radius : of the mean line's arcs, instead of the rise
+    cut : joints normal to the mean line, or vertical
+    straight : chords for arcs
+
+    Examples
+    --------
+    kind = "pointed_arch"
+    name = "pointed_arch"
+    material = "stone"
+    span = 4.0
+    radius = 4.0
+    thickness = 0.4
+    voussoirs = 8
     """
 
     span: Length

@@ -25,6 +25,33 @@ class PortalStructure(Structure, frozen=True, kw_only=True, tag="portal"):
 
     The ``form`` of its mean line over ``span`` is half a circle, or pointed or elliptical with a ``rise``.
     A pier is one block, or ``courses`` equal ones.
+
+    Attributes
+    ----------
+    span : of the mean line
+    thickness : of the arch
+    voussoirs : stones, numbered from the left
+    pier_width : from the intrados outwards
+    pier_height : from the ground to the springings
+    form : of the arch's mean line
+    rise : of the mean line over the piers; half the span where it is circular
+    courses : blocks of a pier
+    depth : along y; no meaning in 2D
+    centre : middle between the piers on the ground, in front; the origin where not given
+    straight : chords for arcs
+    ground : bring a support under each pier
+
+    Examples
+    --------
+    kind = "portal"
+    name = "portal"
+    material = "stone"
+    span = 3.0
+    thickness = 0.4
+    voussoirs = 9
+    pier_width = 0.8
+    pier_height = 2.0
+    courses = 3
     """
 
     span: Length

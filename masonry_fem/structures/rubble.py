@@ -29,6 +29,26 @@ class RubbleStructure(Structure, frozen=True, kw_only=True, tag="rubble"):
     mean size. ``elongation`` is the stones' length over their height. A ``joint`` is cut out between the
     stones, half from each: then they are paired only where ``contact.reach`` exceeds it, and dry stones bear
     on each other only once they have closed it. The same seed makes the same stones.
+
+    Attributes
+    ----------
+    size : of the whole
+    stones : in it
+    seed : of the random points
+    relaxation : Lloyd's steps towards stones of equal size
+    shortest : of a stone's edges, over the mean size of stones, before they are flattened
+    elongation : length of stones over their height
+    joint : thickness of the joints; 0: the stones touch
+    position : lower left front corner [m]; the origin where it is not given
+    ground : bring a support under it, wider than it
+
+    Examples
+    --------
+    kind = "rubble"
+    name = "rubble"
+    material = "stone"
+    size = [2.0, 1.0, 1.0]
+    stones = 12
     """
 
     size: Sizes

@@ -13,7 +13,25 @@ from masonry_fem.structures.parts.ground import ground
 
 
 class StackStructure(Structure, frozen=True, kw_only=True, tag="stack"):
-    """``count`` boxes one on another, each moved by ``offset`` along x over the one below."""
+    """``count`` boxes one on another, each moved by ``offset`` along x over the one below.
+
+    Attributes
+    ----------
+    size : of each box
+    count : boxes
+    position : lower left front corner [m]; the origin where it is not given
+    offset : of each box along x over the one below
+    gap : between the boxes, and to the ground
+    ground : bring a support under it, wider than it
+
+    Examples
+    --------
+    kind = "stack"
+    name = "stack"
+    material = "stone"
+    size = [1.0, 1.0, 0.5]
+    count = 5
+    """
 
     size: Sizes
     count: Count

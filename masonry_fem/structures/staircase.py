@@ -23,6 +23,29 @@ class StaircaseStructure(Structure, frozen=True, kw_only=True, tag="staircase"):
     It rises along x. Each step is ``width`` wide in the clear, goes by ``bearing`` into a wall behind, and
     rests along its front edge on the ``lap`` of the one below. Wall stones above and below the built-in
     ends hold these; they are supports.
+
+    Attributes
+    ----------
+    steps : all equal
+    going : from step to step along x
+    rise : from step to step, and a step's height
+    width : clear of the wall, along y
+    lap : what a step covers of the one below
+    bearing : how far the steps go into the wall
+    position : lower front corner of the first step's free end [m]; the origin where it is not given
+    ground : bring a support under it, wider than it
+
+    Examples
+    --------
+    kind = "staircase"
+    name = "staircase"
+    material = "stone"
+    steps = 6
+    going = 0.3
+    rise = 0.17
+    width = 1.2
+    lap = 0.02
+    bearing = 0.2
     """
 
     steps: Count

@@ -19,6 +19,24 @@ class SurveyStructure(Structure, frozen=True, kw_only=True, tag="survey"):
     object. The wall's plane is fitted. Sides of neighbours within ``tolerance`` come to lie on one line,
     so that stones touch without gap or overlap; wider gaps stay open. Where corners went is reported. The
     ``ground`` is level below the lowest stones. In 2D the polygons themselves are the stones.
+
+    Attributes
+    ----------
+    path : ``.csv`` or ``.obj``, relative to the scene file
+    depth : of the stones behind the wall's plane; no meaning in 2D
+    tolerance : what joints may be open by, or overlap, to be closed
+    scale : factor from the file's unit of length to the metre
+    outward : roughly, out of the wall; as most polygons are turned where it is not given
+    ground : bring a level support below the lowest stones
+    supports : patterns of stones (without ``NAME.``) that are held
+
+    Examples
+    --------
+    kind = "survey"
+    name = "survey"
+    material = "stone"
+    path = "wall.csv"
+    depth = 0.3
     """
 
     endings = SURVEYS

@@ -41,6 +41,33 @@ class WallStructure(Structure, frozen=True, kw_only=True, tag="wall"):
 
     A ``rotation`` [deg] turns the wall about the vertical through its lower left front corner: 90 deg make it
     run along y. Patterns that leave the corners to each other in turns bond walls into a tower.
+
+    Attributes
+    ----------
+    brick : length, (depth,) height of a brick
+    columns : bricks in a course, whole or and a half; a pattern has none
+    courses : courses
+    bond : how the courses lie over each other
+    pattern : courses from below, brick by brick, then again; none where it is not given
+    wythes : bricks in the wall's thickness, each as deep as ``brick`` says
+    header_courses : every so many courses of a running or stack bond, one of headers; none where it is not
+        given
+    through : headers go through all wythes, not through two of them
+    openings : doors and windows
+    position : lower left front corner [m]; the origin where it is not given
+    rotation : about the vertical through the lower left front corner
+    half_bricks : courses that half bricks close; ``none``: the other courses lack a brick
+    cut : each whole brick is two halves with a joint ``brick`` between them, to crack there
+    ground : bring a support under it, wider than it
+
+    Examples
+    --------
+    kind = "wall"
+    name = "wall"
+    material = "stone"
+    brick = [0.5, 0.25, 0.25]
+    columns = 6
+    courses = 5
     """
 
     brick: Sizes

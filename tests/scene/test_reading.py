@@ -2,7 +2,6 @@
 
 import logging
 import shutil
-from typing import get_args
 
 import numpy as np
 import pytest
@@ -10,7 +9,6 @@ import pytest
 from masonry_fem.errors import SceneError
 from masonry_fem.scene import check, load, loads
 from masonry_fem.scene.specs import (
-    AnyStructure,
     ArchStructure,
     BlockStructure,
     Joint,
@@ -20,8 +18,9 @@ from masonry_fem.scene.specs import (
     Scene,
     Support,
 )
+from masonry_fem.structures import kinds
 
-KINDS = ", ".join(repr(kind.__struct_config__.tag) for kind in get_args(AnyStructure))
+KINDS = ", ".join(map(repr, kinds()))
 
 
 def message(text: str, *overrides: str) -> str:

@@ -21,6 +21,14 @@ class Opening(Spec, frozen=True, kw_only=True):
 
     A ``lintel`` of ``lintel_courses`` courses lies above it, ``bearing`` on both jambs, unless the opening
     goes up to the wall's top.
+
+    Attributes
+    ----------
+    position : of its lower left corner, along the wall and up, from the wall's lower left end [m]
+    size : width and height, up to a bed joint
+    lintel : a stone lies above it, unless it goes up to the wall's top
+    lintel_courses : height of the lintel, in courses
+    bearing : of the lintel on each jamb; half a brick where it is not given
     """
 
     position: tuple[Distance, Distance]

@@ -14,7 +14,16 @@ Slope = Annotated[float, Meta(ge=0, lt=90, extra={"unit": "deg"})]
 
 
 class VoussoirStructure(Structure, frozen=True, kw_only=True):
-    """Row of ``voussoirs`` stones of one ``thickness``; springings as supports."""
+    """Row of ``voussoirs`` stones of one ``thickness``; springings as supports.
+
+    Attributes
+    ----------
+    thickness : between intrados and extrados
+    voussoirs : stones, numbered from the left
+    depth : along y; no meaning in 2D
+    centre : middle between the springings of the mean line, in front; the origin where it is not given
+    springings : bring a support at each end
+    """
 
     thickness: Length
     voussoirs: Count

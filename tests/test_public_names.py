@@ -27,3 +27,11 @@ def test_nothing_heavy_is_loaded_before_it_is_used():
         "assert not {'numpy', 'numba', 'dolfinx', 'gmsh', 'pyvista'} & set(sys.modules)\n"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_the_docs_have_every_public_function(repository):
+    page = (repository / "docs" / "api.md").read_text(encoding="utf-8")
+    functions = [
+        name for name in masonry_fem.__all__ if name != "Scene"
+    ]  # whose keys are the scene reference
+    assert [name for name in functions if f":: masonry_fem.{name}\n" not in page] == []

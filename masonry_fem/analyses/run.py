@@ -165,7 +165,18 @@ def _recorded(
 
 
 def solve_scene(scene: specs.Scene, base: Path = Path(), observers: Sequence[Observer] = ()) -> RunResult:
-    """Solve a scene without writing anything; ``observers`` see each step's state and report."""
+    """Solve a scene without writing anything.
+
+    Parameters
+    ----------
+    scene : What to solve.
+    base : Folder that the paths in it are relative to.
+    observers : Told of every step's state and report, as recorders are.
+
+    Raises
+    ------
+    MasonryError : Where the scene cannot be built.
+    """
     scene = check(scene, base=base)
     built = build(scene, base)
     limits = _limits(scene, built)

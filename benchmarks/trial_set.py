@@ -179,6 +179,9 @@ def _elastic() -> Iterator[Recipe]:
     for friction, share in product((0.5, 0.8), (0.5, 0.95, 1.1)):
         given = scene(arch(11), friction, "elastic", 2)
         yield Recipe("elastic arches", f"11 mu {friction:g} at {share:g}", given, share)
+    for voussoirs, thickness in ((101, 0.12), (101, 0.11), (201, 0.11), (401, 0.11)):
+        given = scene(arch(voussoirs, thickness), 0.7, "elastic", 2)
+        yield Recipe("elastic arches", f"{voussoirs} thickness {thickness:g} weight", given, None)
     for friction in (0.4, 0.8):
         given = scene(dome(4, 8, 0.5), friction, "elastic")
         yield Recipe("elastic domes", f"4x8 mu {friction:g} weight", given, None)

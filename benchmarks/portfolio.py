@@ -46,6 +46,7 @@ solving = import_module("masonry_fem.nscd.solve")
 
 TOLERANCE = 1e-8
 LIMIT = 40.0  # seconds a problem
+COHESION = "joints with cohesion"
 TURNS = (
     "first sweeps", "few sweeps", "sweeps after the interior point", "last sweeps", "first newton steps",
     "newton with even scales", "newton from held impulses", "newton", "rigid twin", "weaker twin", "rest",
@@ -62,8 +63,9 @@ class Switch:
     name, kind : What it is called in the table: a turn, a correction of the certificate, a part, a constant.
     owner, attribute : Where it is found; None for turns.
     off : What stands there instead.
-    matters : Whether what the part gave, when it was called, was anything but nothing; None: the switch is no
-        function that can be watched, and ``where`` tells the turn that it is a part of ("": of all).
+    matters : Of what the part gave when it was called, and of its arguments: whether it did anything; None:
+        the switch is no function that can be watched, and ``where`` tells the turn that it is a part of ("":
+        of all).
     """
 
     name: str
@@ -71,7 +73,7 @@ class Switch:
     owner: Any = None
     attribute: str = ""
     off: Any = None
-    matters: Callable[[Any], bool] | None = None
+    matters: Callable[..., bool] | None = None
     where: str = ""
 
 
@@ -119,35 +121,40 @@ def _corrections() -> list[Switch]:
     def less(problem: Any, *rest: Any) -> Any:
         return np.full(problem.count, -1.0)
 
-    def counted(given: Any) -> bool:
-        return bool(np.any(given))
-
-    def always(_: Any) -> bool:
-        return True
+    def endless(*_: Any) -> float:
+        return np.inf
 
     kind = "correction"
     return [
-        Switch("swallowed impulses", kind, residuals, "_swallowed", none, counted),
-        Switch("drowned velocities", kind, residuals, "_drowned", none, counted),
-        Switch("rounding of slip", kind, residuals, "_rounding_of_slip", of_slip, counted),
-        Switch("rounding of springs", kind, residuals, "_pressed_rounding", less, always),
-        Switch("boundless impulses", kind, residuals, "BOUNDLESS", np.inf),
-        Switch("least share of cohesion", kind, residuals, "COHESIVE", 0.0),
+        Switch("swallowed impulses", kind, residuals, "_swallowed", none, _some),
+        Switch("drowned velocities", kind, residuals, "_drowned", none, _some),
+        Switch("rounding of slip", kind, residuals, "_rounding_of_slip", of_slip, _some),
+        Switch("rounding of springs", kind, residuals, "_pressed_rounding", less, _always),
+        Switch("boundless impulses", kind, residuals, "_asked", endless, _always),
+        Switch("least share of cohesion", kind, residuals, "COHESIVE", 0.0, where=COHESION),
     ]
 
 
+def _always(*_: Any) -> bool:
+    return True
+
+
+def _some(made: Any, *_: Any) -> bool:
+    return bool(np.any(made))
+
+
+def _found(made: Any, *_: Any) -> bool:
+    return made is not None
+
+
+def _changed(made: Any, problem: Any, before: Any, *_: Any) -> bool:
+    same = isinstance(made, np.ndarray) and np.array_equal(made, before)
+    return made is not before and not same
+
+
 def _parts() -> list[Switch]:
-    def always(_: Any) -> bool:
-        return True
-
-    def given(value: Any) -> bool:
-        return value is not None
-
     def nothing(*_: Any, **__: Any) -> None:
         return None
-
-    def some(values: Any) -> bool:
-        return bool(np.any(values))
 
     def as_made(_: Any, made: Any, *rest: Any) -> Any:
         return made
@@ -158,24 +165,21 @@ def _parts() -> list[Switch]:
     def no_swing(self: Any, line: Any, *, settled: bool) -> Any:
         return np.zeros_like(self.rough)
 
-    def no_guess(*_: Any) -> Iterator[Any]:
-        return iter(())
-
     def never(*_: Any, **__: Any) -> bool:
         return False
 
     kind = "part"
     return [
-        Switch("plane form", kind, turns, "plane_form", nothing, given),
-        Switch("flips of rough contacts", kind, Flips, "swinging", no_swing, some),
-        Switch("escape", kind, Escape, "watch", never, some),
-        Switch("newton's further tries", kind, newton.NewtonRun, "_may_try_again", never, some),
-        Switch("krylov iterations", kind, body_solver.BodySolver, "iterates", never, some),
-        Switch("guesses kept as they are", kind, looping, "_guesses", no_guess, always),
-        Switch("brought to rest", kind, solving, "brought_to_rest", as_made, always),
-        Switch("starts put on the cones", kind, solving, "onto_cones", as_it_is, always),
-        Switch("fall of closed contacts", kind, solving, "falling", nothing, given),
-        Switch("limit of elastic blocks", kind, turns, "at_limit", never, some),
+        Switch("plane form", kind, turns, "plane_form", nothing, _found),
+        Switch("flips of rough contacts", kind, Flips, "swinging", no_swing, _some),
+        Switch("escape", kind, Escape, "watch", never, _some),
+        Switch("newton's further tries", kind, newton.NewtonRun, "_may_try_again", never, _some),
+        Switch("krylov iterations", kind, body_solver.BodySolver, "iterates", never, _some),
+        Switch("guesses kept as they are", kind, looping, "_holds", never, _some),
+        Switch("brought to rest", kind, solving, "brought_to_rest", as_made, _changed),
+        Switch("starts put on the cones", kind, solving, "onto_cones", as_it_is, _changed),
+        Switch("fall of closed contacts", kind, solving, "falling", nothing, _found),
+        Switch("limit of elastic blocks", kind, turns, "at_limit", never, _some),
     ]
 
 
@@ -252,6 +256,8 @@ def baseline(given: Sequence[Trial], parts: Sequence[Switch], limit: float) -> l
         seen: set[str] = set()
         with _watched(parts, seen):
             row = solved(trial, limit)
+        if trial.problem.cohesive:
+            seen.add(COHESION)
         if trial.right is None:  # nobody knows better
             row.right = row.outcome in {"converged", "no_equilibrium", "at_limit", "unstressed"}
         row.touched = seen
@@ -331,7 +337,7 @@ def _spy(part: Switch, original: Callable[..., Any], seen: set[str]) -> Callable
 
     def spy(*given: Any, **keys: Any) -> Any:
         made = original(*given, **keys)
-        if matters(made):
+        if matters(made, *given):
             seen.add(part.name)
         return made
 
@@ -383,7 +389,8 @@ def table(cache: Path, size: Size, more: tuple[Path, ...], only: str, limit: flo
     for trial in problems[:: max(len(problems) // 8, 1)]:  # compiled code is loaded, not timed
         solved(trial, limit)
     base = baseline(problems, switches(), limit)
-    worths = []
+    worths: list[Worth] = []
+    print(told(base, worths), flush=True)
     for part in track(parts, description="one part off"):
         worths.append(without(part, problems, base, limit))
         print(worths[-1], flush=True)

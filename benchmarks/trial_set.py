@@ -1,4 +1,4 @@
-"""Trial set: some 250 contact problems of masonry, which tell what each part of the contact solver is worth.
+"""Trial set: some 320 contact problems of masonry, which tell what each part of the contact solver is worth.
 
 python -m benchmarks.trial_set --cache DIR                 # make those that the folder has not yet
 python -m benchmarks.trial_set --cache DIR --size tiny     # one of each family, the smallest
@@ -15,7 +15,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import Any, Literal
@@ -36,6 +36,7 @@ from masonry_fem.nscd import ContactProblem, Solution, SolverSettings, Start, lo
 from masonry_fem.nscd.files import save_problem
 from masonry_fem.scene import check
 from masonry_fem.scene import specs as s
+from tests.nscd.families import elastic
 
 Size = Literal["tiny", "default"]
 STATICS = s.Statics()
@@ -51,13 +52,14 @@ class Recipe:
     Attributes
     ----------
     family : What it is like. name : What tells it from the others of its family.
-    scene : Without its horizontal load. share : Of the load of limit analysis; None: it has no such load.
+    scene : Without its horizontal load; or a problem that is none of a scene's.
+    share : Of the load of limit analysis; None: it has no such load.
     call : Which call of the contact solver is kept, from 1; the last one where there are fewer.
     """
 
     family: str
     name: str
-    scene: s.Scene
+    scene: s.Scene | ContactProblem
     share: float | None
     call: int = 1
 
@@ -271,6 +273,14 @@ def _layers() -> Iterator[Recipe]:
         yield Recipe("layers", f"{1e3 * thickness:g} mm", given, None)
 
 
+def _rough() -> Iterator[Recipe]:
+    """Walls of five blocks that stand, soft by random matrices, and so rough that nothing slips."""
+    for dimension, seed in product((2, 3), range(30)):
+        made = elastic(np.random.default_rng(seed), dimension, 0.0)
+        made = replace(made, friction=np.full(made.count, 100.0))
+        yield Recipe("rough walls", f"{dimension}D seed {seed}", made, None)
+
+
 def _large() -> Iterator[Recipe]:
     for friction, share, analysis in product((0.3, 0.7), (0.5, 0.99), (STATICS, DYNAMICS)):
         told = "statics" if analysis is STATICS else "dynamics"
@@ -281,7 +291,20 @@ def _large() -> Iterator[Recipe]:
         yield Recipe("large walls", f"{columns}x{courses} mu 0.6 at 0.5", given, 0.5)
 
 
-FAMILIES = (_walls, _arches, _domes, _rubble, _elastic, _mixed, _laws, _dynamics, _tipping, _layers, _large)
+FAMILIES = (
+    _walls,
+    _arches,
+    _domes,
+    _rubble,
+    _elastic,
+    _mixed,
+    _laws,
+    _dynamics,
+    _tipping,
+    _layers,
+    _rough,
+    _large,
+)
 
 
 # --- making and reading -------------------------------------------------------------------------
@@ -300,6 +323,8 @@ class Maker:
     def make(self, recipe: Recipe) -> tuple[ContactProblem, Start | None]:
         """The problem of a recipe, and what the program would have started it from."""
         given = recipe.scene
+        if isinstance(given, ContactProblem):
+            return given, None
         if recipe.share is not None:
             bears = self.bears(given)
             # what cannot bear its own weight is not pushed, and what bears any push is pushed by its weight
@@ -352,8 +377,10 @@ def trials(cache: Path, size: Size = "default", more: tuple[Path, ...] = ()) -> 
         path = cache / recipe.path
         if not path.exists():
             problem, start = maker.make(recipe)
-            bears = np.array(np.nan if recipe.share is None else maker.bears(recipe.scene))
-            save_problem(problem, path, _start_arrays(start) | {"bears": bears})
+            bears = np.nan
+            if isinstance(recipe.scene, s.Scene) and recipe.share is not None:
+                bears = maker.bears(recipe.scene)
+            save_problem(problem, path, _start_arrays(start) | {"bears": np.array(bears)})
         with np.load(path, allow_pickle=False) as file:
             right = right_outcomes(recipe, float(file["bears"]))
         yield Trial(path.stem, load_problem(path), _start(path), right)
@@ -365,11 +392,12 @@ def trials(cache: Path, size: Size = "default", more: tuple[Path, ...] = ()) -> 
 def right_outcomes(recipe: Recipe, bears: float) -> frozenset[str] | None:
     """What a solver may say of a problem; None: limit analysis does not tell.
 
-    Steps in time always have a solution. Rigid blocks that can bear their load may rest, and none of any kind
-    bear more. Elastic ones below the limit may run off all the same, if nothing presses them together.
+    Steps in time always have a solution, and so have rough walls. Rigid blocks that can bear their load may
+    rest, and none of any kind bear more. Elastic ones below the limit may run off all the same, if nothing
+    presses them together.
     """
     solved = {"converged", "inexact"}
-    if isinstance(recipe.scene.analysis, s.Dynamics):
+    if isinstance(recipe.scene, ContactProblem) or isinstance(recipe.scene.analysis, s.Dynamics):
         return frozenset(solved)
     dry = all(joint.dry for joint in recipe.scene.joints)
     if recipe.share is None or not dry:

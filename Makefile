@@ -1,5 +1,6 @@
 # make demo    an arch comes to equilibrium; everything needed is installed into .venv first
-# make test    the whole test suite (PYTEST_ARGS="-m 'not slow'" leaves the slow tests out)
+# make test    the test suite without the tests that are marked slow: ten minutes on two cores
+# make test-all  all of it: what CI runs
 # make test-kernels  tests that rounding could decide, once more with other machine code of OpenBLAS
 # make lint    what CI checks besides the tests
 # make docs    the user guide in docs/_build; a warning is an error
@@ -7,7 +8,7 @@
 # make format  put the sources in the house format
 # make clean   remove results and caches;  make distclean: .venv too
 
-.PHONY: help demo test test-kernels lint docs wheel format clean distclean
+.PHONY: help demo test test-all test-kernels lint docs wheel format clean distclean
 
 BIN := .venv/bin
 PYTEST_ARGS ?=
@@ -37,6 +38,9 @@ demo: .venv/.demo
 	$(BIN)/masonry-fem run demos/arch.toml --out results/arch
 
 test: .venv/.test
+	$(if $(OPENBLAS_CORETYPE),$(ASKED)) $(ONE_THREAD) $(BIN)/python -m pytest -n 2 -m "not slow" $(PYTEST_ARGS)
+
+test-all: .venv/.test
 	$(if $(OPENBLAS_CORETYPE),$(ASKED)) $(ONE_THREAD) $(BIN)/python -m pytest -n 2 $(PYTEST_ARGS)
 
 # The suite runs with the code that OpenBLAS picks for the processor; this selection with another one,

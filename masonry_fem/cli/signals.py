@@ -86,10 +86,12 @@ def _loads(frame: FrameType | None) -> bool:
 
 def _send_again(number: int) -> None:
     """Send the signal a moment later."""
+    main = threading.main_thread().ident or 0
 
     def send() -> None:
         time.sleep(AGAIN)
-        _thread.interrupt_main(signal.Signals(number))
+        # to the main thread itself: it may wait by now for something that only a signal interrupts
+        signal.pthread_kill(main, number)
 
     # not threading.Thread: what the signal came into may hold its lock
     _thread.start_new_thread(send, ())

@@ -148,7 +148,9 @@ def test_a_signal_waits_until_a_module_is_loaded(number, tmp_path, monkeypatch):
         importlib.import_module(name)
         time.sleep(10)
 
+    begun = time.monotonic()
     with answered() as received, pytest.raises(KeyboardInterrupt):
         load_and_wait()
+    assert time.monotonic() - begun < 10  # what waits by then is interrupted
     assert received.number == number
     assert sys.modules.pop(name).loaded

@@ -1,0 +1,53 @@
+"""tools/mutations.py: what it changes in the lines of mechanics, without running tests on it."""
+
+import ast
+import importlib.util
+import sys
+
+import pytest
+
+
+@pytest.fixture(scope="module")
+def tool():
+    from tests.conftest import REPOSITORY
+
+    spec = importlib.util.spec_from_file_location("mutations", REPOSITORY / "tools" / "mutations.py")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules["mutations"] = module
+    spec.loader.exec_module(module)
+    yield module
+    del sys.modules["mutations"]
+
+
+def test_every_room_has_its_files_and_tests(tool, repository):
+    for files, tests in tool.ROOMS.items():
+        assert [name for name in files if not (repository / f"masonry_fem/{name}.py").exists()] == []
+        assert [name for name in tests if not (repository / name).exists()] == []
+
+
+def test_each_mutation_changes_one_place_and_still_parses(tool, repository):
+    chosen = tool.sample(200, seed=3)
+    assert len({(one.file, one.line, one.start, one.new) for one in chosen}) == 200
+    assert len({one.file for one in chosen}) == sum(map(len, tool.ROOMS))
+    for one in chosen:
+        lines = (repository / one.file).read_text(encoding="utf-8").splitlines()
+        line = lines[one.line - 1].encode()
+        assert line[one.start : one.end].decode() == one.old != one.new
+        lines[one.line - 1] = (line[: one.start] + one.new.encode() + line[one.end :]).decode()
+        assert ast.dump(ast.parse("\n".join(lines))) != ast.dump(
+            ast.parse((repository / one.file).read_text(encoding="utf-8"))
+        )
+
+
+def test_the_same_seed_gives_the_same_mutations(tool):
+    assert tool.sample(20, seed=1) == tool.sample(20, seed=1) != tool.sample(20, seed=2)
+
+
+def test_the_table_names_what_nobody_noticed(tool):
+    told = [
+        {"file": "masonry_fem/march/loads.py", "code": "a + b", "old": "+", "new": "-", "noticed": "t"},
+        {"file": "masonry_fem/march/step.py", "code": "max(a, b)", "old": "max", "new": "min", "noticed": ""},
+    ]
+    text = tool.table(told)
+    assert "| `march` | 2 | 1 |" in text
+    assert "- `masonry_fem/march/step.py`, `max(a, b)`: `max` → `min`" in text

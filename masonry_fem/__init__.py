@@ -3,7 +3,7 @@
 scene = masonry_fem.load("wall.toml")              # or a masonry_fem.Scene built from records
 result = masonry_fem.run(scene, Path("results"))   # solves it and writes tables, fields and pictures
 result = masonry_fem.solve(scene)                  # solves it and writes nothing
-rows = masonry_fem.study(scene, ...)               # many variants of it: speed against accuracy
+made = masonry_fem.study(scene, {"mesh.size": [0.2, 0.1]})   # variants of it: speed against accuracy
 
 Importing this loads nothing heavy: each name is fetched where it is first used.
 """

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from types import FrameType
 from typing import Any
 
-# who asks for the end, and what answers him where nobody else does
+# signals that ask for the end, and what answers each of them unless somebody has changed that
 ANSWERED = {
     signal.SIGTERM: signal.SIG_DFL,
     signal.SIGHUP: signal.SIG_DFL,
@@ -85,12 +85,12 @@ def _loads(frame: FrameType | None) -> bool:
 
 
 def _send_again(number: int) -> None:
-    """Send the signal a moment later."""
-    main = threading.main_thread().ident or 0
+    """Send the signal to this thread, the main one, a moment later."""
+    main = threading.get_ident()
 
     def send() -> None:
         time.sleep(AGAIN)
-        # to the main thread itself: it may wait by now for something that only a signal interrupts
+        # a real signal, not a pending one: the thread may wait by now for what only a signal interrupts
         signal.pthread_kill(main, number)
 
     # not threading.Thread: what the signal came into may hold its lock

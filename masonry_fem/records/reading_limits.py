@@ -15,5 +15,5 @@ class Reading(Spec, frozen=True, kw_only=True):
     They are read in a process of its own, which is ended where it takes more.
     """
 
-    time: Annotated[float, Meta(gt=0, le=1e6, extra={"unit": "s"})] = 120.0  # systems wait no month
+    time: Annotated[float, Meta(gt=0, le=1e6, extra={"unit": "s"})] = 120.0  # longer waits overflow
     memory: Memory = 4e9

@@ -227,9 +227,8 @@ def _exists(name: str, path: KeyPath, base: Path) -> None:
     if not (base / name).is_file():
         folder = (base / name).parent
         files = folder.iterdir() if folder.is_dir() else ()
-        beside = [
-            one.name for one in files if one.suffix != ".toml" and one.is_file()
-        ]  # scenes name no scenes
+        # scenes name no scenes
+        beside = [one.name for one in files if one.suffix != ".toml" and one.is_file()]
         raise wrong(path, name, f"an existing file in '{base}'", nearest(Path(name).name, beside))
 
 

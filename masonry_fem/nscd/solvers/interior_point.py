@@ -138,7 +138,7 @@ class InteriorPointRun:
         self.delay = 2 if springs else 1
         self.factors = 0  # made since the last offer
         self.centred = False  # the last step kept τ
-        self.refines = bool(self.system.elastic.any())  # directions
+        self.refines = bool(self.system.elastic.any())  # its directions, see ``_left``
         self.track: list[FloatArray] = []  # error, τ and missing velocity of each state
 
     def guess(self) -> Iterate:
@@ -413,8 +413,8 @@ _CONVEX = 0.9999
 # Steps without a new least error after which it is hopeless
 _HOPELESS = 30
 _LEAST_STEP = 1e-6
-# Shares of a step that are tried where rounding alone leads out of the cones, as directions are exact enough
-_SHARES = (1.0, 0.9, 0.75, 0.5)
+# Shares of a step that are tried: refined directions are exact, and only rounding leads out of the cones
+_SHARES = (1.0, 0.9)
 # Steps shorter than the first ask for a softer direction where they are held up: so many times, at contacts
 # that allow less than the second, where these are less than the third of all
 _LONG = 0.3

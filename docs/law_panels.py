@@ -12,7 +12,7 @@ from law_couplet import MACHINE, MEGA, MICRO, FloatArray, Specimen, growing, loa
 from matplotlib.axes import Axes
 
 from masonry_fem.joints import Bilinear, Exponential, Law, MonerieAcary, Trapezoidal, probe, pull
-from masonry_fem.joints.laws.softening import Softening
+from masonry_fem.joints.laws.parts.softening import Softening
 
 COLOURS = ("#1f5fa8", "#e07b1a", "#1b7f5c", "#8a4fa3", "#22262b")
 

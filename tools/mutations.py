@@ -38,8 +38,9 @@ ROOMS = {
     ("contact/kinematics", "contact/clipping", "contact/placement/quadrature", "contact/placement/corners",
      "contact/placement/nodes", "contact/interpolation"): ("tests/contact",),
     ("fem/condense", "fem/stress", "fem/assemble", "fem/material", "fem/traction"): ("tests/fem",),
-    ("joints/reduction", "joints/laws/softening", "joints/laws/fremond_cangemi", "joints/laws/bed",
-     "joints/laws/rough", "joints/laws/mohr_coulomb", "joints/laws/rigid_brittle"): ("tests/joints",),
+    ("joints/reduction", "joints/laws/fremond_cangemi", "joints/laws/mohr_coulomb", "joints/laws/parts/bed",
+     "joints/laws/parts/rigid_brittle", "joints/laws/parts/rough", "joints/laws/parts/softening"): (
+         "tests/joints",),
     ("limit/problem", "limit/program", "limit/strength"): ("tests/limit",),
     ("solid/polytope", "solid/pose"): ("tests/solid", "tests/contact"),
 }  # fmt: skip

@@ -10,21 +10,21 @@ for how, step by step.
 from masonry_fem.joints.assignment import Assignment
 from masonry_fem.joints.conformance import violations
 from masonry_fem.joints.law import Law, check_non_negative, check_positive, rub, spread
-from masonry_fem.joints.laws.adhesive import Adhesive, Evolution
-from masonry_fem.joints.laws.bed import Bed
 from masonry_fem.joints.laws.bilinear import Bilinear
 from masonry_fem.joints.laws.constant_threshold import ConstantThreshold
-from masonry_fem.joints.laws.dry import Dry
 from masonry_fem.joints.laws.elastic import Elastic
 from masonry_fem.joints.laws.elastic_brittle import ElasticBrittle
 from masonry_fem.joints.laws.exponential import Exponential
 from masonry_fem.joints.laws.fremond_cangemi import FremondCangemi
-from masonry_fem.joints.laws.kinetic import Kinetic
 from masonry_fem.joints.laws.mohr_coulomb import MohrCoulomb
 from masonry_fem.joints.laws.monerie_acary import MonerieAcary
-from masonry_fem.joints.laws.rigid_brittle import RigidBrittle
-from masonry_fem.joints.laws.rough import Rough
-from masonry_fem.joints.laws.softening import Softening
+from masonry_fem.joints.laws.parts.adhesive import Adhesive, Evolution
+from masonry_fem.joints.laws.parts.bed import Bed
+from masonry_fem.joints.laws.parts.dry import Dry
+from masonry_fem.joints.laws.parts.kinetic import Kinetic
+from masonry_fem.joints.laws.parts.rigid_brittle import RigidBrittle
+from masonry_fem.joints.laws.parts.rough import Rough
+from masonry_fem.joints.laws.parts.softening import Softening
 from masonry_fem.joints.laws.trapezoidal import Trapezoidal
 from masonry_fem.joints.probe import History, probe, pull
 from masonry_fem.joints.reduction import Reduction

@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 from masonry_fem.errors import LawError
 from masonry_fem.joints.assignment import Assignment
 from masonry_fem.joints.law import Law, layers_of
-from masonry_fem.joints.laws.bed import Bed
-from masonry_fem.joints.laws.dry import Dry
-from masonry_fem.joints.laws.kinetic import Kinetic
-from masonry_fem.joints.laws.rigid_brittle import RigidBrittle
-from masonry_fem.joints.laws.rough import Rough
+from masonry_fem.joints.laws.parts.bed import Bed
+from masonry_fem.joints.laws.parts.dry import Dry
+from masonry_fem.joints.laws.parts.kinetic import Kinetic
+from masonry_fem.joints.laws.parts.rigid_brittle import RigidBrittle
+from masonry_fem.joints.laws.parts.rough import Rough
 from masonry_fem.march.model import Model
 from masonry_fem.nscd.graphs import lengths
 

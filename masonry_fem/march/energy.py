@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from masonry_fem.joints.laws.adhesive import held
+from masonry_fem.joints.laws.parts.adhesive import held
 from masonry_fem.march.coupling import Coupling
 from masonry_fem.march.model import Model
 from masonry_fem.march.place import relative_velocity

@@ -22,7 +22,7 @@ from typing import ClassVar, override
 
 import numpy as np
 
-from masonry_fem.joints.laws.adhesive import Adhesive, Evolution
+from masonry_fem.joints.laws.parts.adhesive import Adhesive, Evolution
 from masonry_fem.joints.law import Parameter, check_positive
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from masonry_fem.joints import Assignment, Bed, Dry, JointState, Law, Reduction, pull, rub
-from masonry_fem.joints.laws.adhesive import held
+from masonry_fem.joints.laws.parts.adhesive import held
 
 K, TAU = 1e9, 0.2e6
 

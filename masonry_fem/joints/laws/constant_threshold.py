@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import ClassVar, override
 
 from masonry_fem.joints.law import FloatArray, Parameter, check_non_negative, spread
-from masonry_fem.joints.laws.rigid_brittle import RigidBrittle
+from masonry_fem.joints.laws.parts.rigid_brittle import RigidBrittle
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,7 +13,7 @@ from typing import ClassVar, override
 import numpy as np
 
 from masonry_fem.joints.law import FloatArray, Parameter, check_non_negative
-from masonry_fem.joints.laws.adhesive import Adhesive, Evolution
+from masonry_fem.joints.laws.parts.adhesive import Adhesive, Evolution
 from masonry_fem.joints.state import JointState
 
 

@@ -14,7 +14,7 @@ from typing import ClassVar, override
 import numpy as np
 
 from masonry_fem.joints.law import FloatArray, Parameter, check_non_negative, check_positive
-from masonry_fem.joints.laws.adhesive import Adhesive, Evolution, load
+from masonry_fem.joints.laws.parts.adhesive import Adhesive, Evolution, load
 from masonry_fem.joints.state import JointState
 
 

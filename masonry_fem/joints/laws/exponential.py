@@ -12,7 +12,7 @@ from typing import ClassVar, override
 import numpy as np
 
 from masonry_fem.joints.law import FloatArray
-from masonry_fem.joints.laws.softening import Softening
+from masonry_fem.joints.laws.parts.softening import Softening
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -21,7 +21,7 @@ import numpy as np
 
 from masonry_fem.errors import LawError
 from masonry_fem.joints.law import FloatArray, Parameter, check_non_negative, check_positive, spread
-from masonry_fem.joints.laws.adhesive import Adhesive, Evolution, check_friction_mode, load
+from masonry_fem.joints.laws.parts.adhesive import Adhesive, Evolution, check_friction_mode, load
 from masonry_fem.joints.spreading import spread_damage
 from masonry_fem.joints.state import JointState
 

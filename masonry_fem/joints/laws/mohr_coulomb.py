@@ -13,7 +13,7 @@ from typing import Any, ClassVar, override
 import numpy as np
 
 from masonry_fem.joints.law import FloatArray, Parameter, check_non_negative, check_positive, spread
-from masonry_fem.joints.laws.rigid_brittle import RigidBrittle
+from masonry_fem.joints.laws.parts.rigid_brittle import RigidBrittle
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,7 +13,7 @@ import numpy as np
 
 from masonry_fem.errors import LawError
 from masonry_fem.joints.law import FloatArray
-from masonry_fem.joints.laws.softening import Softening
+from masonry_fem.joints.laws.parts.softening import Softening
 
 
 @dataclass(frozen=True, slots=True, eq=False)

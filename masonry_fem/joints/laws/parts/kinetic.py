@@ -16,7 +16,7 @@ import numpy as np
 
 from masonry_fem.errors import LawError
 from masonry_fem.joints.law import FloatArray, Law, Parameter, check_non_negative, rub, spread
-from masonry_fem.joints.laws.rigid_brittle import RigidBrittle
+from masonry_fem.joints.laws.parts.rigid_brittle import RigidBrittle
 from masonry_fem.joints.reduction import Reduction
 from masonry_fem.joints.state import JointState
 

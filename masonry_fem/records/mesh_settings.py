@@ -6,7 +6,16 @@ from masonry_fem.records.record import Divisions, Element, Length, Spec
 
 
 class MeshSettings(Spec, frozen=True, kw_only=True):
-    """Elements of elastic blocks: an element kind and either a size or numbers of divisions."""
+    """Elements of elastic blocks: an element kind and either a size or numbers of divisions.
+
+    Attributes
+    ----------
+    element : Q are quadrangles and hexahedra, P triangles and tetrahedra; 1 is linear, 2 quadratic. Without
+        it Q1, and for a ``.geo`` or ``.step`` file the order that the file asks for
+    size : wanted length of an element's edge [m], whatever the unit of a file
+    divisions : numbers of elements along the block's axes (arch: along the arc, depth, thickness; dome: along
+        the parallel, the meridian, the thickness)
+    """
 
     element: Element | None = None
     size: Length | None = None

@@ -25,13 +25,25 @@ from masonry_fem.records.record import (
 
 
 class Table(Spec, frozen=True, kw_only=True, tag_field="kind", tag="table"):
-    """Piecewise-linear factor through (time [s], value) points, constant outside them."""
+    """Piecewise-linear factor through (time [s], value) points, constant before the first and after the last.
+
+    Attributes
+    ----------
+    points : pairs (time, value)
+    """
 
     points: Annotated[tuple[tuple[Instant, float], ...], Meta(min_length=1)]
 
 
 class Sine(Spec, frozen=True, kw_only=True, tag_field="kind", tag="sine"):
-    """amplitude · sin(2π frequency t + phase), frequency in Hz, phase in rad."""
+    """The factor amplitude · sin(2π · frequency · t + phase).
+
+    Attributes
+    ----------
+    frequency : cycles per second
+    amplitude : the largest value of the factor
+    phase : the sine's angle at t = 0
+    """
 
     frequency: Frequency
     amplitude: float = 1.0
@@ -39,9 +51,14 @@ class Sine(Spec, frozen=True, kw_only=True, tag_field="kind", tag="sine"):
 
 
 class Record(Spec, frozen=True, kw_only=True, tag_field="kind", tag="record"):
-    """Two columns (time, value) of a CSV file, linear between; path relative to the scene.
+    """A factor from two columns (time, value) of a CSV file, linear between the rows.
 
-    One line of titles may come first; ``#`` begins a remark. Any other line has two finite numbers.
+    The first line may hold titles, and ``#`` begins a comment. Every other line has two finite numbers.
+
+    Attributes
+    ----------
+    path : the CSV file, relative to the scene file
+    scale : multiplies the file's values
     """
 
     path: FilePath
@@ -52,9 +69,17 @@ TimeFunction = Table | Sine | Record
 
 
 class Motion(Spec, frozen=True, kw_only=True):
-    """Prescribed ``displacement`` [m] of a support and turn about ``pivot`` [rad].
+    """Prescribed motion of a support: a displacement [m], and a rotation [rad] about a pivot.
 
-    ``rotation`` is a rotation vector in 3D and an angle in 2D; both are multiplied by ``time``.
+    Both are multiplied by the factor ``time``.
+
+    Attributes
+    ----------
+    displacement : the displacement where the factor ``time`` is 1
+    rotation : a rotation vector in 3D, an angle in 2D, where the factor ``time`` is 1
+    pivot : point that the rotation is about; by default the middle of the block or face, if it is a single
+        one
+    time : factor as a function of time, 1 by default. In statics, time is the load factor from 0 to 1
     """
 
     displacement: Point | None = None
@@ -64,9 +89,15 @@ class Motion(Spec, frozen=True, kw_only=True):
 
 
 class Support(Spec, frozen=True, kw_only=True):
-    """Blocks, or faces (``blocks/face``), that are held or moved; ``components`` limits which axes.
+    """Blocks, or faces (``blocks/face``), that are held or moved.
 
     A held block becomes a support; a held face of an elastic block is clamped on the mesh.
+
+    Attributes
+    ----------
+    on : selector of blocks or of faces
+    components : the axes along which they are held; all by default
+    motion : prescribed motion; they stay at rest by default
     """
 
     on: Selector
@@ -75,14 +106,27 @@ class Support(Spec, frozen=True, kw_only=True):
 
 
 class Acceleration(Spec, frozen=True, kw_only=True):
-    """Body force by a uniform acceleration of everything [m/s²] (an earthquake's is −ü_ground)."""
+    """A uniform acceleration that acts on all mass as gravity does (for an earthquake, −ü of the ground).
+
+    Attributes
+    ----------
+    vector : the acceleration
+    time : factor as a function of time, 1 by default. In statics, time is the load factor from 0 to 1
+    """
 
     vector: AccelerationVector
     time: TimeFunction | None = None
 
 
 class Traction(Spec, frozen=True, kw_only=True):
-    """Uniform traction [Pa] on faces ``blocks/face``."""
+    """Uniform traction on faces ``blocks/face``.
+
+    Attributes
+    ----------
+    on : selector of faces
+    vector : force per area
+    time : factor as a function of time, 1 by default. In statics, time is the load factor from 0 to 1
+    """
 
     on: FaceSelector
     vector: TractionVector
@@ -90,7 +134,15 @@ class Traction(Spec, frozen=True, kw_only=True):
 
 
 class PointForce(Spec, frozen=True, kw_only=True):
-    """Force [N] on a block at a point [m]; at its centroid where no point is given."""
+    """Force on a block, at a point of it.
+
+    Attributes
+    ----------
+    block : selector that matches one block
+    vector : the force
+    point : where it acts, in world coordinates of the undeformed structure; the block's centroid by default
+    time : factor as a function of time, 1 by default. In statics, time is the load factor from 0 to 1
+    """
 
     block: BlockSelector
     vector: ForceVector
@@ -99,7 +151,16 @@ class PointForce(Spec, frozen=True, kw_only=True):
 
 
 class LineForce(Spec, frozen=True, kw_only=True):
-    """Force per length [N/m] spread along the segment from ``start`` to ``end`` [m] on a block."""
+    """Force per length, spread along a segment on a block.
+
+    Attributes
+    ----------
+    block : selector that matches one block
+    vector : force per length
+    start : one end of the segment, in world coordinates of the undeformed structure
+    end : the other end
+    time : factor as a function of time, 1 by default. In statics, time is the load factor from 0 to 1
+    """
 
     block: BlockSelector
     vector: LineForceVector
@@ -109,7 +170,17 @@ class LineForce(Spec, frozen=True, kw_only=True):
 
 
 class Loads(Spec, frozen=True, kw_only=True):
-    """What acts on the blocks."""
+    """What acts on the blocks.
+
+    Attributes
+    ----------
+    gravity : acceleration of gravity; none by default
+    gravity_time : factor of gravity as a function of time, 1 by default
+    accelerations : uniform accelerations besides gravity
+    tractions : forces per area on faces
+    points : forces at points
+    lines : forces per length along segments
+    """
 
     gravity: AccelerationVector | None = None
     gravity_time: TimeFunction | None = None

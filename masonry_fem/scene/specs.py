@@ -134,14 +134,28 @@ NO_SLIP = 1e2
 
 
 class Damping(Spec, frozen=True, kw_only=True):
-    """Rayleigh damping C = mass · M + stiffness · K."""
+    """Rayleigh damping: the damping matrix is C = α M + β K.
+
+    Attributes
+    ----------
+    mass : α, the factor of the mass matrix M
+    stiffness : β, the factor of the stiffness matrix K
+    """
 
     mass: Annotated[float, Meta(ge=0, extra={"unit": "1/s"})] = 0.0
     stiffness: Annotated[float, Meta(ge=0, extra={"unit": "s"})] = 0.0
 
 
 class Material(Spec, frozen=True, kw_only=True):
-    """Isotropic linear-elastic stone."""
+    """Isotropic linear-elastic stone.
+
+    Attributes
+    ----------
+    density : mass density
+    young : Young's modulus; needed by elastic blocks
+    poisson : Poisson's ratio
+    damping : Rayleigh damping of elastic blocks
+    """
 
     density: Density
     young: Pressure | None = None
@@ -150,7 +164,15 @@ class Material(Spec, frozen=True, kw_only=True):
 
 
 class Override(Spec, frozen=True, kw_only=True):
-    """Fidelity, material or elements of the selected blocks, against what their structure says."""
+    """Fidelity, material or elements of selected blocks, in place of what their structure says.
+
+    Attributes
+    ----------
+    blocks : selector of blocks
+    fidelity : rigid or elastic
+    material : name of a table in ``materials``
+    mesh : elements, with the keys of the scene's ``mesh``; ``run --refine-to`` writes such entries
+    """
 
     blocks: BlockSelector
     fidelity: Fidelity | None = None
@@ -159,17 +181,35 @@ class Override(Spec, frozen=True, kw_only=True):
 
 
 class Joint(Spec, frozen=True, kw_only=True):
-    """Contact law of the selected interfaces; the last joint that matches an interface holds.
+    """What the selected joints do: friction, and a cohesive law, mortar or dilatancy where wanted.
 
-    ``interface`` matches the joint label of the faces (bed, head, radial ...), ``between`` the
-    two blocks, in either order, and ``inclination`` the angle of the joint to the horizontal, for
-    blocks without labels: beds have 0, heads 90.
+    If several entries match a joint, the last one applies. Entries select joints by ``interface`` (their
+    label: bed, head, radial ...), ``between`` (the two blocks) and ``inclination`` (the angle to the
+    horizontal, for blocks without labels: bed joints have 0°, head joints 90°).
 
-    ``inset`` is the slides' ξ of the ``corners`` rule; ``density`` is the number of subdivisions of
-    the ``gauss`` rule. A ``law`` adds cohesion; its strengths and stiffnesses are per area, and each
-    contact point has its share of the face. A ``mortar`` gives way under pressure and shear before
-    the faces do anything; ``dilatancy`` opens what slides. ``friction = "no slip"`` is contact that
-    opens but never slides.
+    The strengths and stiffnesses of a ``law`` are per area, and each contact point has its share of the
+    face. A ``mortar`` is an elastic layer in series with the contact: it deforms under pressure and shear
+    even where the faces neither open nor slide. With ``dilatancy`` a joint that slides also opens.
+
+    Attributes
+    ----------
+    friction : Coulomb's μ; with ``no slip`` the joint can open but never slides
+    law : cohesive law, chosen by ``kind``; without it the joint is dry
+    mortar : elastic layer in series with the contact; none by default
+    dilatancy : opening that sliding causes; none by default
+    scatter : properties that vary from joint to joint; none by default
+    dynamic_friction : μ of a point that slides; equal to ``friction`` by default
+    restitution : Newton's coefficient e of the normal velocity; only with ``form = "velocity"``
+    tangential_restitution : the same for the tangential velocity
+    form : ``gap`` demands that blocks do not penetrate at the end of a step; ``velocity`` is an impact law
+    placement : where the contact points lie: at the ``nodes`` of the finer mesh (default where a block is
+        elastic), at the ``corners`` of the common face (default between rigid blocks), or at its ``gauss``
+        points
+    inset : for ``corners``: the points lie at this share of the half-thickness, 1 being the edge
+    density : for ``gauss``: number of subdivisions of the face
+    interface : pattern of the joint's label: ``bed``, ``head``, ``radial``, a file's surface group
+    between : selectors of the two blocks, in either order
+    inclination : smallest and largest angle between the joint's plane and the horizontal
     """
 
     friction: NonNegative | Literal["no slip"] = 0.6
@@ -200,9 +240,14 @@ class Joint(Spec, frozen=True, kw_only=True):
 
 
 class Statics(Spec, frozen=True, kw_only=True, tag_field="kind", tag="statics"):
-    """True statics: inertia left out, the loads applied in equal ``load_steps``.
+    """True statics: no inertia; the loads are applied in equal steps.
 
-    A step in which joints give way is halved again and again, into at most so many ``substeps``.
+    A step in which joints yield or break is halved again and again, into at most ``substeps`` parts.
+
+    Attributes
+    ----------
+    load_steps : number of equal steps from no load to the full load
+    substeps : largest number of parts that a step is divided into; needs joints with a ``law``
     """
 
     load_steps: Count = 1
@@ -210,7 +255,14 @@ class Statics(Spec, frozen=True, kw_only=True, tag_field="kind", tag="statics"):
 
 
 class Dynamics(Spec, frozen=True, kw_only=True, tag_field="kind", tag="dynamics"):
-    """θ-scheme from 0 to ``duration`` in steps of ``step``."""
+    """Motion in time from 0 to ``duration``, by the θ-scheme.
+
+    Attributes
+    ----------
+    step : length h of a time step
+    duration : time at which the march ends
+    theta : θ of the scheme: 0.5 conserves energy, 1 damps most
+    """
 
     step: Seconds
     duration: Seconds
@@ -218,7 +270,17 @@ class Dynamics(Spec, frozen=True, kw_only=True, tag_field="kind", tag="dynamics"
 
 
 class Equilibrium(Spec, frozen=True, kw_only=True, tag_field="kind", tag="equilibrium"):
-    """March in time towards rest by a ``strategy``; stops when the measures hold."""
+    """March in time towards rest by a ``strategy``; it ends when the structure is in equilibrium.
+
+    Attributes
+    ----------
+    strategy : how kinetic energy is taken out; see [which strategy when](strategies.md)
+    step : length h of a time step
+    theta : θ of the scheme: 0.5 conserves energy, 1 damps most
+    max_steps : number of steps after which the run ends without equilibrium
+    velocity_factor : for ``linear_damping``: velocities are multiplied by this factor after each step
+    tolerance : bound on the imbalance of forces, the contact error and the speed, all relative
+    """
 
     strategy: Literal["numerical_viscosity", "brutal_damping", "linear_damping", "large_step"]
     step: Seconds
@@ -232,7 +294,14 @@ Analysis = Statics | Dynamics | Equilibrium
 
 
 class Initial(Spec, frozen=True, kw_only=True):
-    """Starting velocity [m/s] and spin [rad/s] of the selected blocks (a vector in 3D, else a number)."""
+    """Velocity and spin of selected blocks at the start.
+
+    Attributes
+    ----------
+    blocks : selector of blocks
+    velocity : velocity of the centroid
+    spin : angular velocity about the centroid: a vector in 3D, a number in 2D
+    """
 
     blocks: BlockSelector
     velocity: VelocityVector | None = None
@@ -243,14 +312,26 @@ AIM = 1e-10  # of a contact solution whose tolerance nobody set
 
 
 class Solver(Spec, frozen=True, kw_only=True):
-    """How the contact problem of a step is solved, and how well.
+    """How the contact problem of each step is solved, and how accurately.
 
-    ``relaxation`` and ``threads`` are of method "nsgs" alone. Any number of threads gives the same results.
-    ``linear`` tells how the linear systems of rigid blocks are solved: "direct" by factors, "krylov" by
-    iterations with multigrid, which thick masonry of ten thousands of contacts wants.
+    Without a ``tolerance`` the solver aims at 1e-10; if it gets stuck at an error of up to 1e-6, it accepts
+    the answer and warns, stating the error. A ``tolerance`` that is given must be met.
 
-    Without a ``tolerance`` the solver aims at 1e-10; an error up to 1e-6 that nothing improves is an answer,
-    too, with a warning that tells it. A ``tolerance`` that is given is held to.
+    Attributes
+    ----------
+    method : sweeps by nonlinear Gauss-Seidel (``nsgs``), proximal Newton, interior point, ADMM or pivoting
+        (plane scenes of up to 400 contacts); ``auto`` chooses by the problem
+    tolerance : bound on the relative contact error
+    max_iterations : largest number of sweeps, Newton steps or ADMM iterations
+    time_limit : wall-clock time for the contact problem of one step
+    relaxation : for ``nsgs``: how far a sweep moves a contact towards the solution of its local problem,
+        1 being all the way
+    threads : for ``nsgs``: number of threads that share a sweep, colour by colour. By default one thread
+        sweeps in a shuffled order. Any number of threads gives the same results; see
+        [which contact solver](solvers.md)
+    linear : how linear systems of rigid blocks are solved: ``direct`` by factorisation, ``krylov`` by
+        iterations with multigrid (for thick masonry with tens of thousands of contacts), ``auto`` by
+        whichever is expected to cost less; see [which contact solver](solvers.md)
     """
 
     method: Literal["auto", "nsgs", "newton", "interior_point", "admm", "pivoting"] = "auto"
@@ -268,15 +349,21 @@ class Solver(Spec, frozen=True, kw_only=True):
 
 
 class Contact(Spec, frozen=True, kw_only=True):
-    """Which faces count as touching: at most ``reach`` [m] apart (default: 1e-3 of a block's size).
+    """Which faces count as touching, and how contacts follow blocks that move.
 
-    Blocks that overlap at the start are held where they are; with an ``expulsion`` speed the gap form
-    drives them apart, no faster than that.
+    Blocks that overlap at the start stay where they are, unless ``expulsion`` is positive.
 
-    With ``update`` "moving" contacts are those of the start and of blocks that meet later: their frames and
-    lever arms follow the blocks, however far these go. "fixed" leaves those of the start where they were, as
-    small kinematics has it, and blocks go through each other. "redetect" finds
-    contacts anew ``every`` so many steps: rigid blocks may slide off each other, tumble and fall.
+    Attributes
+    ----------
+    reach : largest gap between faces that are in contact; 1e-3 of a block's size by default
+    angle : largest angle between faces that are in contact
+    expulsion : largest speed at which blocks that overlap at the start are driven apart, in the gap form;
+        with 0 they are not
+    update : ``moving``: contacts of the start, and of blocks that meet later; their frames and lever arms
+        follow the blocks, however far these go. ``fixed``: contacts stay as they are at the start (small
+        displacements), and blocks that meet later go through each other. ``redetect``: contacts are detected
+        anew, so that rigid blocks may slide off each other, tumble and fall
+    every : for ``redetect``: number of steps between two detections
     """
 
     reach: Length | None = None
@@ -287,7 +374,14 @@ class Contact(Spec, frozen=True, kw_only=True):
 
 
 class Probe(Spec, frozen=True, kw_only=True):
-    """Named material point whose displacement is recorded."""
+    """A material point whose displacement is recorded.
+
+    Attributes
+    ----------
+    name : name of its columns in results
+    block : selector that matches one block
+    point : in world coordinates of the undeformed structure
+    """
 
     name: Name
     block: BlockSelector
@@ -298,10 +392,17 @@ CutField = Literal["von_mises", "vertical", "greatest", "least"]
 
 
 class Cut(Spec, frozen=True, kw_only=True):
-    """Picture ``cut_NAME_FIELD.png`` of the stresses on a plane through a 3D structure.
+    """A picture ``cut_NAME_FIELD.png`` of the stresses on a plane through a 3D structure.
 
-    ``von_mises``, ``vertical`` stress (zz), ``greatest`` and ``least`` principal stress; tension is
-    positive. Rigid blocks are grey.
+    Tension is positive. Rigid blocks are grey.
+
+    Attributes
+    ----------
+    name : part of the pictures' names
+    point : any point of the plane, in world coordinates of the undeformed structure
+    normal : normal of the plane, pointing towards the viewer
+    show : the fields, each of which gives a picture: von Mises stress, vertical stress (zz), greatest and
+        least principal stress
     """
 
     name: Name
@@ -313,16 +414,22 @@ class Cut(Spec, frozen=True, kw_only=True):
 class Output(Spec, frozen=True, kw_only=True):
     """What is written besides ``summary.json`` and ``history.csv``.
 
-    With ``interfaces`` the table ``interfaces.csv`` tells what each joint carries, where, and how far it
-    opened and slid; with pictures too thrust lines and maps of openings and slides are drawn, and with
-    fields ``interfaces.pvd`` has them for ParaView.
-
-    With ``determinacy`` the last step's reactions are those of least norm among all that solve it, and
-    ``determinacy.csv`` tells which resultants are the same in all of them. With ``limit_analysis`` the
-    summary tells what rigid blocks on the same contact points could carry.
-
-    With ``contact_error`` the analysis is made once more with contact points placed otherwise, and the
-    summary tells what changes.
+    Attributes
+    ----------
+    fields : write ``.vtu`` and ``.pvd`` files for ParaView
+    pictures : write PNG pictures of the last state
+    every : number of steps between field files; the first and the last are always written
+    interfaces : write [``interfaces.csv``](results.md#interfacescsv): which forces each joint carries, where,
+        and how far it opened and slid. With ``pictures``, thrust lines and maps of opening and sliding are
+        drawn, too; with ``fields``, ``interfaces.pvd`` is written for ParaView
+    cuts : pictures of [stresses on planes](results.md#cuts), in 3D
+    determinacy : write ``determinacy.csv``: [which resultants are determined](determinacy.md), that is, equal
+        in all solutions of the last step; its reactions are then those of least norm
+    limit_analysis : put into the summary what [limit analysis](limit_analysis.md) says about rigid blocks
+        with the same contact points
+    contact_error : run the analysis a second time with [other contact points](errors.md#contact), and put
+        into the summary what changes
+    amplification : factor of displacements in pictures; chosen automatically by default
     """
 
     fields: bool = True
@@ -337,7 +444,31 @@ class Output(Spec, frozen=True, kw_only=True):
 
 
 class Scene(Spec, frozen=True, kw_only=True):
-    """A whole problem: read it with ``masonry_fem.scene.load``, write it with ``save``."""
+    """A whole problem: read it with ``masonry_fem.load``, write it with ``masonry_fem.scene.save``.
+
+    Attributes
+    ----------
+    title : shown on pictures and in tables
+    large : build the scene even if it exceeds the [size limits](limits.md#sizes); ``--yes`` sets it
+    dimension : of space
+    plane : whether a 2D scene is in plane strain or plane stress
+    fidelity : what blocks are, rigid or elastic, where nothing else says so
+    mesh : elements of elastic blocks
+    mass : mass matrix of elastic blocks
+    materials : tables of material properties, by name
+    structures : families of blocks
+    overrides : exceptions for single blocks or groups
+    joints : what joints do
+    supports : blocks and faces that are held or moved, besides the supports that structures bring
+    loads : forces and accelerations
+    initial : velocities at the start
+    analysis : statics, dynamics or a march to equilibrium
+    solver : contact solver
+    contact : which faces are in contact
+    probes : points whose displacement is recorded
+    output : what is written
+    reading : limits on time and memory for reading files
+    """
 
     title: str = ""
     large: bool = False

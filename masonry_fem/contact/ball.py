@@ -1,4 +1,4 @@
-"""Ball: the largest one in two hulls at once, which tells how deep many-sided blocks are in each other."""
+"""Ball: how deep two many-sided blocks overlap, as the diameter of the largest ball that lies in both."""
 
 from __future__ import annotations
 
@@ -8,11 +8,15 @@ from masonry_fem.solid.pose import FloatArray
 
 
 def ball_in_both(one: FloatArray, two: FloatArray) -> float:
-    """Diameter [m] of the largest ball in the hulls of two clouds (n, 3); negative where they are apart.
+    """Diameter [m] of the largest ball within two convex hulls at once; negative if the hulls are apart.
 
-    To part the hulls takes at least as much.
+    To separate the hulls, one must be moved by at least this much.
+
+    Parameters
+    ----------
+    one, two : Points whose convex hulls are meant, each of shape (n, 3) [m].
     """
-    # loaded only for blocks that are in each other, as they take a fifth of a second
+    # loaded only for blocks that overlap, as loading takes a fifth of a second
     from scipy.optimize import linprog  # noqa: PLC0415
     from scipy.spatial import ConvexHull  # noqa: PLC0415
 

@@ -10,7 +10,22 @@ from masonry_fem.solid.pose import FloatArray
 
 
 def near_pairs(low: FloatArray, high: FloatArray, reach: float) -> IntArray:
-    """Pairs (i < j) of boxes at most ``reach`` apart along every axis, sorted, shape (m, 2)."""
+    """Pairs of boxes that are at most ``reach`` apart along every axis.
+
+    Parameters
+    ----------
+    low, high : Opposite corners of each box, shape (n, d) [m].
+    reach : Largest gap [m].
+
+    Returns
+    -------
+    Pairs (i < j), sorted, shape (m, 2).
+
+    References
+    ----------
+    Cohen, Lin, Manocha, Ponamgi, I-COLLIDE, Symp. on Interactive 3D Graphics 1995 (sweep and prune; here
+    along the axis of greatest variance).
+    """
     if len(low) < 2:
         return np.empty((0, 2), dtype=np.int64)
     axis = int(np.var(0.5 * (low + high), axis=0).argmax())
@@ -33,7 +48,7 @@ def _sweep(low: FloatArray, high: FloatArray, order: IntArray, axis: int, reach:
         for k in range(alive):
             j = active[k]
             if high[j, axis] + reach < low[i, axis]:
-                continue  # passed for good: the boxes to come start further on
+                continue  # no longer a candidate: all later boxes start beyond its end
             active[kept] = j
             kept += 1
             near = True

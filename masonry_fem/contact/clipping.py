@@ -17,7 +17,17 @@ STRAIGHT = 1e-9  # sine of a turn below which three corners are on a line
 
 @njit(cache=True)
 def clip(subject: FloatArray, window: FloatArray, tolerance: float) -> FloatArray:
-    """Common part of two convex polygons, shape (k, 2); k = 0 where they have none."""
+    """Common part of two convex polygons, shape (k, 2); k = 0 where they have none.
+
+    Parameters
+    ----------
+    subject, window : Corners in counter-clockwise order, shapes (n, 2) and (m, 2) [m].
+    tolerance : Distance below which they merely touch, and corners coincide [m].
+
+    References
+    ----------
+    Sutherland, Hodgman, Reentrant polygon clipping, Comm. ACM 17 (1974).
+    """
     now = np.empty((len(subject) + len(window), 2))
     new = np.empty_like(now)
     count = len(subject)
@@ -88,9 +98,13 @@ def polygon_area(polygon: FloatArray) -> float:
 
 @njit(cache=True)
 def depths(polygon: FloatArray, points: FloatArray) -> FloatArray:
-    """How deep points lie inside a convex polygon: distance to the nearest side, < 0 outside, (m,).
+    """Distances of points from the nearest side of a convex polygon, negative outside it, shape (m,) [m].
 
-    In one dimension the polygon is an interval given by its two ends in either order.
+    Parameters
+    ----------
+    polygon : Corners in counter-clockwise order, shape (k, 2); or the ends of an interval in either order,
+        shape (2, 1) [m].
+    points : Shape (m, 2) or (m, 1) [m].
     """
     result = np.full(len(points), np.inf)
     if polygon.shape[1] == 1:
@@ -112,13 +126,21 @@ def depths(polygon: FloatArray, points: FloatArray) -> FloatArray:
 
 @njit(cache=True)
 def locate(polygons: FloatArray, points: FloatArray, tolerance: float) -> IntArray:
-    """Which of the polygons (f, k, 2) holds each point; the nearest where none does, shape (m,)."""
+    """Which polygon holds each point, or the nearest one where none does, shape (m,).
+
+    Parameters
+    ----------
+    polygons : Convex, corners in counter-clockwise order, shape (f, k, 2) [m].
+    points : Shape (m, 2) [m].
+    tolerance : A point that is this much outside a polygon still lies in it [m]; so the first of two polygons
+        holds the points on their common side, whatever the rounding.
+    """
     best = np.full(len(points), -np.inf)
     found = np.zeros(len(points), dtype=np.int64)
     for number in range(len(polygons)):
         depth = depths(polygons[number], points)
         for i in range(len(points)):
-            # on a common side the first one holds, whatever the rounding
+            # the first polygon holds points on a common side, whatever the rounding
             if depth[i] > best[i] and best[i] < -tolerance:
                 best[i] = depth[i]
                 found[i] = number

@@ -1,8 +1,9 @@
 """Crossing: two edges of convex blocks that touch crosswise, in one point.
 
-By the separating axes along the cross products of edges. Only pairs whose arcs on the sphere of
-normals cross are a face of the Minkowski difference; the rest is not looked at. A crossing must
-lie inside both edges: blocks that merely share a corner do not touch.
+Found by the separating axes along cross products of edges. Each edge is an arc between the normals of its two
+faces on the unit sphere; only pairs of edges whose arcs cross are faces of the Minkowski difference, so no
+other pairs are examined. The crossing must lie inside both edges: blocks that merely share a corner do not
+touch.
 """
 
 from __future__ import annotations
@@ -14,8 +15,8 @@ from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import FloatArray
 
-PARALLEL = 1e-3  # sine of the angle of two edges below which they cross nowhere
-ALONG = 1e-6  # sine of an edge's angle to a face below which it lies along it: a matter of faces
+PARALLEL = 1e-3  # sine of the angle between two edges below which they count as parallel
+ALONG = 1e-6  # sine of the angle between an edge and a face below which the edge lies along the face
 
 
 def edges_of(solid: Polytope) -> IntArray:
@@ -71,7 +72,7 @@ def crossings(
                 o1, o2 = normal[b, edges[b, j, 2]], normal[b, edges[b, j, 3]]
                 q = vertices[b, edges[b, j, 0]]
                 w = vertices[b, edges[b, j, 1]] - q
-                # arcs n1-n2 and (-o1)-(-o2) cross where each parts the other's ends
+                # arcs n1-n2 and (-o1)-(-o2) cross where the ends of each are on different sides of the other
                 s1, s2 = -(u * o1).sum(), -(u * o2).sum()
                 t1, t2 = (w * n1).sum(), (w * n2).sum()
                 if s1 * s2 >= 0 or t1 * t2 >= 0:

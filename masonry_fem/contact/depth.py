@@ -1,11 +1,11 @@
-"""Depth: how deep blocks are in each other, wherever they have gone and however they are deformed.
+"""Depth: how deep blocks overlap, wherever they have moved and however they are deformed.
 
     found = overlaps(skin, points)
     found.pairs, found.depth
 
-Blocks that keep their shape: by separating axes, exactly where they are convex; a hollow counts as filled. Of
-two with very many edges what parts them at least: the diameter of a ball in both. Of deformed ones the
-least distance of two faces that look at each other, facet by facet.
+There are three measures. Blocks that keep their shape are judged by separating axes; this is exact for convex
+blocks, and a hollow counts as filled. If both have very many edges, the diameter of the largest ball in both
+replaces it. If one is deformed, the depth is at most the smallest distance between two opposite facets.
 """
 
 from __future__ import annotations
@@ -25,23 +25,39 @@ from masonry_fem.contact.skin import Skin
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
-ROUNDING = 1e-6  # of the smaller block's least extent: an overlap below it is none
+ROUNDING = 1e-6  # of the smaller block's least extent: smaller overlaps are rounding errors
 STEEPEST = -0.5  # cosine of the normals of facets that look at each other
-SLIVER = 1e-4  # of the smaller of two faces: a common part below it says nothing
-MANY = 20_000  # pairs of edges up to which each gives an axis to try
-PARALLEL = 1e-6  # sine of the angle of two edges that give no axis
+SLIVER = 1e-4  # of the smaller of two faces: smaller common parts are not considered
+MANY = 20_000  # pairs of edges above which the largest common ball replaces the axes
+PARALLEL = 1e-6  # sine of the angle below which two edges are parallel and give no axis
 
 
 @dataclass(frozen=True, slots=True)
 class Overlaps:
-    """Pairs of blocks in each other (lower number first), shape (m, 2), and how deep (m,) [m]."""
+    """Pairs of blocks that overlap, and how deep.
+
+    Attributes
+    ----------
+    pairs : Block numbers, the lower one first, shape (m, 2).
+    depth : Depth of each overlap, shape (m,) [m].
+    """
 
     pairs: IntArray
     depth: FloatArray
 
 
 def overlaps(skin: Skin, points: FloatArray) -> Overlaps:
-    """Blocks that overlap by more than rounding, for nodes at ``points`` (n, d) [m]; supports may."""
+    """Blocks that overlap by more than rounding errors; two supports are allowed to.
+
+    Parameters
+    ----------
+    skin : Surfaces of all blocks.
+    points : Where the nodes of the surfaces are now, shape (n, d) [m].
+
+    References
+    ----------
+    Gottschalk, Lin, Manocha, OBBTree, SIGGRAPH 1996 (separating axes: face normals and products of edges).
+    """
     low, high = skin.boxes(points)
     pairs = near_pairs(low, high, 0.0)
     pairs = pairs[~skin.support[pairs].all(axis=1)]

@@ -31,9 +31,10 @@ from masonry_fem.solid.pose import FloatArray
 
 SMALLEST = 1e-4  # of the smaller face: a common part below it is a sliver
 EDGE = 2e-6  # of a block's size: a common part no wider is a shared edge or corner
-REACH = 1e-3  # of a block's size: what a scene that says nothing takes for touching
+REACH = 1e-3  # of a block's size: largest gap that is a contact, unless the scene says otherwise
 ROUNDING = 1e-12  # of a block's size: a gap below it is zero
-THROUGH = 0.5  # of the thinner block behind its face: two faces deeper in each other are seen through blocks
+# of the thinner block's depth behind its face: faces that overlap by more look at each other through a block
+THROUGH = 0.5
 SHOWN = 5  # pairs of blocks that a message names
 
 logger = logging.getLogger(__name__)
@@ -89,7 +90,7 @@ def detect(
     support = np.array([block.support for block in assembly.blocks])
     low = np.minimum.reduceat(faces.points.min(axis=1), faces.first[:-1])
     high = np.maximum.reduceat(faces.points.max(axis=1), faces.first[:-1])
-    # boxes that only touch must not be lost to rounding
+    # boxes that merely touch must be found, whatever the rounding
     pairs = near_pairs(low, high, far + 1e-9 * size)
     if not support_pairs:
         pairs = pairs[~support[pairs].all(axis=1)]
@@ -162,13 +163,13 @@ def _cut(
     of_antagonist = height(polygon, along, faces.points[a, :1], faces.normal[a, None])
     gap = of_candidate - of_antagonist
     gap[np.abs(gap) < ROUNDING * size] = 0.0
-    # the common plane lies midway, or on the face that carries a tilted one
+    # the common plane lies midway between the faces, or on the face that carries an inclined one
     level = np.where(pairs.carried[:, None], of_antagonist, 0.5 * (of_candidate + of_antagonist))
     polygon += level[:, :, None] * normal[:, None]
     real = np.arange(gap.shape[1]) < corners[:, None]
     nearest = np.where(real, gap, np.inf).min(axis=1)
     rounding = 1e-9 * size
-    # with a reach of a block's size the top of one faces the bottom of the other, deep in each other
+    # if the reach is as large as a block, the top of one may face the bottom of the other through both blocks
     overlap = np.minimum(within[1], THROUGH * np.minimum(faces.depth[c], faces.depth[a]))
     touching = (nearest <= within[0] + rounding) & (nearest >= -overlap - rounding)
     accepted = large & touching

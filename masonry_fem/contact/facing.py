@@ -13,15 +13,21 @@ from masonry_fem.contact.surface import PosedFaces
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
-TILTED = 1e-5  # radians between faces above which one of them carries the other
-ALIKE = 0.5  # of the deeper: how far two tilted faces reach into the blocks must differ for one to carry
+TILTED = 1e-5  # angle between faces [rad] above which one of them carries the other
+# of two inclined faces one carries the other only if the depths to which they reach into the blocks differ
+# by more than this share of the larger depth
+ALIKE = 0.5
 
 
 @dataclass(frozen=True, slots=True)
 class FacePairs:
-    """Pairs of face pieces that may touch: candidate and antagonist rows of PosedFaces, (m,).
+    """Pairs of face pieces that may touch, m of them.
 
-    ``carried`` where the antagonist carries a tilted candidate, and gives the normal alone.
+    Attributes
+    ----------
+    candidate, antagonist : Rows of ``PosedFaces``, each of shape (m,).
+    carried : True if the two are inclined to each other and all of the candidate's block lies in front of the
+        antagonist; then the antagonist alone gives the normal. Shape (m,).
     """
 
     candidate: IntArray
@@ -33,7 +39,19 @@ class FacePairs:
 
 
 def facing(faces: PosedFaces, pairs: IntArray, far: float, angle: float) -> tuple[IntArray, IntArray]:
-    """Pieces of near blocks that look at each other and have near boxes: rows (m,), (m,)."""
+    """Pieces of faces that look at each other and whose bounding boxes are near.
+
+    Parameters
+    ----------
+    faces : The faces of all blocks.
+    pairs : Pairs of near blocks, shape (p, 2).
+    far : Largest gap between bounding boxes [m].
+    angle : Largest angle between one normal and the opposite of the other [degrees].
+
+    Returns
+    -------
+    Rows of ``faces``, one array for each block of the pairs, each of shape (m,).
+    """
     low, high = faces.points.min(axis=1), faces.points.max(axis=1)
     rows: IntArray = facing_rows(
         faces.normal, low, high, faces.first, pairs, -math.cos(math.radians(angle)), far
@@ -51,7 +69,21 @@ def facing_rows(
     cosine: float,
     far: float,
 ) -> IntArray:
-    """The pairs of rows of ``facing``, shape (m, 2); of thick masonry all pairs of faces fill memories."""
+    """The compiled loop of ``facing``; arrays of all pairs of faces of thick masonry would fill the memory.
+
+    Parameters
+    ----------
+    normal : Outward unit normals of the pieces, shape (f, d).
+    low, high : Opposite corners of their bounding boxes, shape (f, d) [m].
+    first : First piece of each block, shape (b + 1,).
+    pairs : Pairs of near blocks, shape (p, 2).
+    cosine : Largest scalar product of the two normals.
+    far : Largest gap between bounding boxes [m].
+
+    Returns
+    -------
+    Pairs of pieces, shape (m, 2).
+    """
     found = np.empty((max(16, 2 * len(pairs)), 2), dtype=np.int64)
     total = 0
     for pair in pairs:
@@ -73,13 +105,23 @@ def facing_rows(
 
 
 def orient(rows: tuple[IntArray, IntArray], posed: Posed, faces: PosedFaces) -> FacePairs:
-    """Choose candidate and antagonist of each pair of faces."""
+    """Choose candidate and antagonist of each pair of faces.
+
+    The later block is the candidate, unless it is a support. If the faces are inclined to each other, the
+    face with all of the other block in front of it becomes the antagonist.
+
+    Parameters
+    ----------
+    rows : Rows of ``faces``, one array for each side, each of shape (m,).
+    posed : Corners of all blocks.
+    faces : The faces of all blocks.
+    """
     antagonist, candidate = rows[0].copy(), rows[1].copy()  # the later block is the candidate
     cosine = -np.einsum("md,md->m", faces.normal[candidate], faces.normal[antagonist])
     tilted = cosine < math.cos(TILTED)
     swap = posed.support[faces.block[candidate]] & ~posed.support[faces.block[antagonist]]
-    # of tilted ones the face in front of which all of the other block lies carries it; of two curved
-    # ones neither does, and the normal lies between
+    # of two inclined faces the one with all of the other block in front of it carries that block; between
+    # two curved surfaces neither does, and the normal lies between theirs
     pair = np.flatnonzero(tilted)
     carries = [
         clearances(

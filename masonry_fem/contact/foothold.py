@@ -1,8 +1,8 @@
-"""Foothold: a corner of one block on a face of another, where blocks are not convex.
+"""Foothold: a corner of one block on a face of another, where at least one block is not convex.
 
-No plane parts such blocks as a whole, so corners are looked at one by one: a corner within reach of
-a face, inside it, whose edges lead away from it or, one of them, along it. What crosses edge over edge
-is not found.
+No plane separates such blocks as a whole, so corners are examined one by one. A corner is a foothold if it is
+within reach of a face, inside its outline, and its edges lead away from the face (one of them may run along
+it). Contacts where edge crosses edge are not found.
 """
 
 from __future__ import annotations
@@ -22,9 +22,16 @@ from masonry_fem.solid.pose import FloatArray
 def footholds(
     posed: Posed, faces: PosedFaces, pairs: IntArray, reach: float, overlap: float, size: float
 ) -> list[Interface]:
-    """Interfaces of one point between corners and faces of pairs that have a block that is not convex.
+    """Interfaces of one point each, between corners and faces of blocks of which one is not convex.
 
-    Corners at most ``reach`` off a face and ``overlap`` in it [m].
+    Parameters
+    ----------
+    posed : Corners and edges of all blocks.
+    faces : Their faces.
+    pairs : Pairs of near blocks, shape (p, 2).
+    reach : Largest distance of a corner in front of a face [m].
+    overlap : Largest distance behind it [m].
+    size : Typical size of a block, for tolerances [m].
     """
     made = []
     for first, second in pairs[~posed.convex[pairs].all(axis=1)].tolist():
@@ -47,11 +54,11 @@ def _on(
     made = []
     for corner in np.flatnonzero(near.any(axis=1)).tolist():
         climbs = heights[around[corner]] - heights[corner]
-        # in space one edge may lie on the face; with two it is a face that does
+        # in 3D one edge may lie on the face; if two do, a face lies on the face
         leads_away = (climbs >= -level).all(axis=0) & ((climbs <= level).sum(axis=0) <= vertices.shape[1] - 2)
         stands = np.flatnonzero(near[corner] & leads_away)
         inside = [k for k in stands.tolist() if _holds(faces, int(rows[k]), vertices[corner], INSIDE * size)]
-        if inside:  # the face that it is least deep in
+        if inside:  # take the face behind which it is least deep
             best = max(inside, key=lambda k: heights[corner, k])
             made.append(_interface(posed, faces, int(rows[best]), other, corner, size))
     return made

@@ -1,4 +1,4 @@
-"""Interpolation: what the nodes of a facet weigh at a point on it.
+"""Interpolation: weights of a facet's nodes at a point on it.
 
     N = weights(mesh, facets, points)      # displacement at the points: Σ_k N[:, k] u[mesh.facets[facets, k]]
 
@@ -46,7 +46,14 @@ def weights(mesh: Mesh, facets: IntArray, points: FloatArray) -> FloatArray:
 
 @njit(cache=True)
 def weights_at(kind: int, nodes: FloatArray, points: FloatArray) -> FloatArray:
-    """Shape functions of facets with given nodes (k, n, d) at points (k, d), shape (k, n)."""
+    """Shape functions of facets at points, shape (k, n).
+
+    Parameters
+    ----------
+    kind : Number of the facet's kind.
+    nodes : Nodes of each facet, shape (k, n, d) [m].
+    points : One point per facet, shape (k, d) [m].
+    """
     result = np.empty(nodes.shape[:2])
     for i in range(len(points)):
         result[i] = _shape(kind, _inverse(kind, nodes[i], points[i]))[0]

@@ -46,9 +46,18 @@ def current_gaps(frames: FloatArray, candidate: FloatArray, antagonist: FloatArr
 
 
 def height(points: FloatArray, normals: FloatArray, on_plane: FloatArray, plane: FloatArray) -> FloatArray:
-    """How far along ``normals`` points are from planes through ``on_plane`` with normals ``plane`` [m].
+    """How far points are from planes, measured along given directions [m].
 
-    All of shape (..., d); the result is positive where the plane lies ahead.
+    Parameters
+    ----------
+    points : Shape (..., d) [m].
+    normals : Unit vectors to measure along, shape (..., d).
+    on_plane : A point of each plane, shape (..., d) [m].
+    plane : Normal of each plane, shape (..., d).
+
+    Returns
+    -------
+    Shape (...,); positive where the plane lies ahead in the direction of ``normals``.
     """
     ahead = np.einsum("...a,...a->...", on_plane - points, plane)
     result: FloatArray = ahead / np.einsum("...a,...a->...", normals, plane)

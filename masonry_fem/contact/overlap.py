@@ -1,4 +1,4 @@
-"""Overlap: blocks that penetrate each other where they were put."""
+"""Overlap: blocks that overlap in their initial positions."""
 
 from __future__ import annotations
 

@@ -94,7 +94,16 @@ def clearances(
     on_plane: FloatArray,
     normal: FloatArray,
 ) -> FloatArray:
-    """Smallest heights of blocks above planes, one each, shape (m,) [m]."""
+    """Smallest height of blocks above planes, one plane per block, shape (m,) [m].
+
+    Parameters
+    ----------
+    vertices : Corners of all blocks, padded, shape (b, k, d) [m].
+    count : Number of corners of each block, shape (b,).
+    blocks : Block numbers, shape (m,).
+    on_plane : A point of each plane, shape (m, d) [m].
+    normal : Unit normal of each plane, shape (m, d).
+    """
     result = np.full(len(blocks), np.inf)
     for m in range(len(blocks)):
         for v in range(count[blocks[m]]):

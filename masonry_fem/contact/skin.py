@@ -1,10 +1,10 @@
-"""Skin: the boundaries of all blocks as arrays over their nodes, wherever these have gone.
+"""Skin: the boundaries of all blocks as arrays over their nodes, wherever the blocks have moved.
 
     skin = Skin.of(assembly, parts)            # once
     skin.areas(points), skin.boxes(points)     # facets' normals, blocks' boxes for nodes (n, d) [m]
 
-Blocks that keep their shape show the convex pieces of their faces, meshed ones the facets of their
-mesh, those of second order in straight parts.
+Rigid blocks contribute the convex pieces of their faces, meshed blocks the facets of their mesh; facets of
+second order are divided into straight parts.
 """
 
 from __future__ import annotations

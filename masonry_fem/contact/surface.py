@@ -141,7 +141,13 @@ class PosedFaces:
 
 
 def pose_faces(assembly: Assembly, surfaces: tuple[Surface, ...]) -> PosedFaces:
-    """The faces of all blocks in world coordinates, shape by shape."""
+    """The faces of all blocks in world coordinates.
+
+    Parameters
+    ----------
+    assembly : Blocks with their poses.
+    surfaces : Surface of each of its shapes, from ``surfaces_of``.
+    """
     d = assembly.dimension
     of_block = np.array([block.shape for block in assembly.blocks], dtype=np.int64)
     count = np.array([len(surface.face) for surface in surfaces], dtype=np.int64)[of_block]
@@ -173,7 +179,13 @@ def pose_faces(assembly: Assembly, surfaces: tuple[Surface, ...]) -> PosedFaces:
 
 
 def typical_size(assembly: Assembly, surfaces: tuple[Surface, ...]) -> float:
-    """Median over the blocks of the d-th root of their volume [m]: a wide floor does not count."""
+    """Median over the blocks of the d-th root of their volume [m]; one wide floor does not change it.
+
+    Parameters
+    ----------
+    assembly : Blocks.
+    surfaces : Surface of each of its shapes.
+    """
     return float(np.median([surfaces[block.shape].size for block in assembly.blocks]))
 
 
@@ -209,7 +221,19 @@ def _is_convex(solid: Polytope, normals: FloatArray) -> bool:
 
 
 def convex_pieces(solid: Polytope, face: int, normal: FloatArray) -> list[list[int]]:
-    """Vertex loops of the convex pieces of a face: itself, or its triangles by cutting ears."""
+    """Vertex loops of the convex pieces of a face: the face itself, or else triangles.
+
+    Parameters
+    ----------
+    solid : The solid.
+    face : Number of the face.
+    normal : Its outward unit normal, shape (3,).
+
+    References
+    ----------
+    Meisters, Polygons have ears, Am. Math. Monthly 82 (1975): a polygon is cut by removing ears, that is,
+    triangles of three consecutive corners that contain no other corner.
+    """
     loop = list(solid.faces[face])
     if solid.dimension == 2:
         return [loop]

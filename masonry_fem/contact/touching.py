@@ -1,9 +1,9 @@
 """Touching by a feature: a corner or an edge of one convex block that stands on a face of another.
 
-By the separating axis over the face normals: the block lies wholly in front of the face, and only
-one or two of its corners are nearest. The feature must lie inside the face: blocks that merely
-share an edge or a corner do not touch. Where two edges part the blocks better they cross
-(``crossing``).
+Found by the separating axis among the face normals: the block lies wholly in front of the face, and only
+one or two of its corners are nearest. The corner or edge must lie inside the face: blocks that merely
+share an edge or a corner do not touch. If the product of two edges separates the blocks better than a face
+normal does, the edges cross (``crossing``).
 """
 
 from __future__ import annotations
@@ -27,9 +27,15 @@ ROUNDING = 1e-12
 def standing_pairs(
     posed: Posed, pairs: IntArray, reach: float, overlap: float, size: float
 ) -> list[Interface]:
-    """Interfaces of one or two points between blocks that stand on a corner or on an edge, or cross.
+    """Interfaces of one or two points: convex blocks that stand on a corner or edge, or whose edges cross.
 
-    Features at most ``reach`` apart and ``overlap`` into each other [m].
+    Parameters
+    ----------
+    posed : Corners, edges and faces of all blocks.
+    pairs : Pairs of near blocks, shape (p, 2).
+    reach : Largest gap [m].
+    overlap : Largest overlap [m].
+    size : Typical size of a block, for tolerances [m].
     """
     pairs = pairs[posed.convex[pairs].all(axis=1)]
     if len(pairs) == 0:
@@ -50,7 +56,7 @@ def standing_pairs(
             side, face, u, v = found[m].tolist()
             corners = [u] if v < 0 else [u, v]
             interface = _interface(posed, pairs[m, side], face, pairs[m, 1 - side], corners, reach, size)
-        # a corner beside the face leaves the contact to edges that part the blocks as well
+        # the corner is beside the face: take the edges, if they separate the blocks equally well
         if interface is None and crossed[m] and apart[m] >= by_face[m] - level:
             interface = _crossing(posed, pairs[m], edges[m], axis[m], points[m], size)
         if interface is not None:
@@ -103,7 +109,7 @@ def _interface(
     gap[np.abs(gap) < ROUNDING * size] = 0.0
     own = posed.solids[posed.shape[other]]
     around = [f for f, members in enumerate(own.faces) if set(corners) <= set(members)]
-    if not around:  # two corners that no edge joins: only the lower one stands
+    if not around:  # two corners that no edge joins: the block stands on the lower one only
         return _interface(posed, carrier, face, other, corners[:1], reach, size)
     against = max(around, key=lambda f: (-round(float(posed.normal[other, f] @ normal), 9), -f))
     labels = own.labels[against], solid.labels[face]
@@ -179,12 +185,12 @@ def _features(
                 near = 0
                 for value in heights:
                     near += value <= lowest + level
-                if near > d - 1:  # a face: found by the faces, or an edge that only is shared
+                if near > d - 1:  # a face, which detection of faces finds, or an edge that is merely shared
                     flat = max(flat, lowest)
                     continue
                 best = lowest
                 result[m, 0], result[m, 1], result[m, 2] = side, f, low[0]
-                # a second corner within reach makes an edge where the first two stand out
+                # a second corner within reach makes an edge, if the other corners are clearly higher
                 two = d == 3 and heights[low[1]] <= reach and heights[low[2]] > heights[low[1]] + level
                 result[m, 3] = low[1] if two else -1
         # nothing near in front of some face: the blocks are apart; or a face parts them better

@@ -1,11 +1,11 @@
-"""Update: contacts found anew while blocks move, and who is who among the old and the new.
+"""Update: contacts detected anew while blocks move, and which new contact continues which old one.
 
     now = moved(assembly, rotation, translation)           # blocks where they are, x = R X + t
     contacts = returned(place(now, detect(now), rules), rotation, translation)
     old = partners(before, points_before, contacts, points_now, within)
 
-Contacts are kept in the configuration of reference, whenever they were found: a march needs no
-other reference, and loads and states stay as they are.
+Whenever contacts are found, they are stored in the reference configuration: so loads and states of the march
+stay as they are.
 """
 
 from __future__ import annotations
@@ -21,7 +21,14 @@ from masonry_fem.solid.pose import FloatArray, Pose
 
 
 def moved(assembly: Assembly, rotation: FloatArray, translation: FloatArray) -> Assembly:
-    """The assembly after each block's own motion x = R X + t, R of shape (b, d, d), t (b, d) [m]."""
+    """The assembly after each block's own motion x = R X + t.
+
+    Parameters
+    ----------
+    assembly : Blocks in their reference poses.
+    rotation : R of each block, shape (b, d, d).
+    translation : t of each block, shape (b, d) [m].
+    """
     blocks = tuple(
         replace(block, pose=Pose(turn @ block.pose.rotation, turn @ block.pose.translation + shift))
         for block, turn, shift in zip(assembly.blocks, rotation, translation, strict=True)
@@ -30,10 +37,14 @@ def moved(assembly: Assembly, rotation: FloatArray, translation: FloatArray) -> 
 
 
 def returned(contacts: Contacts, rotation: FloatArray, translation: FloatArray) -> Contacts:
-    """Contacts found on moved blocks, in the configuration of reference.
+    """Contacts that were found on moved blocks, transformed back to the reference configuration.
 
-    Points go back with their blocks, frames with the antagonists that they follow; a gap is what
-    the blocks' motion makes of the points, and stays as it was found.
+    Points go back with their blocks, and frames with the antagonists. The gap is not transformed.
+
+    Parameters
+    ----------
+    contacts : Found on the moved blocks.
+    rotation, translation : The motion of each block, as in ``moved``.
     """
     turn, shift = rotation[contacts.blocks], translation[contacts.blocks]
     points = np.einsum("csji,csj->csi", turn, contacts.points - shift)
@@ -44,7 +55,13 @@ def returned(contacts: Contacts, rotation: FloatArray, translation: FloatArray) 
 def returned_faces(
     interfaces: tuple[Interface, ...], rotation: FloatArray, translation: FloatArray
 ) -> tuple[Interface, ...]:
-    """Interfaces found on moved blocks, gone back with their antagonists."""
+    """Interfaces that were found on moved blocks, transformed back with their antagonists.
+
+    Parameters
+    ----------
+    interfaces : Found on the moved blocks.
+    rotation, translation : The motion of each block, as in ``moved``.
+    """
     back = []
     for one in interfaces:
         turn, shift = rotation[one.blocks[1]], translation[one.blocks[1]]
@@ -55,9 +72,17 @@ def returned_faces(
 def partners(
     old: Contacts, old_points: FloatArray, new: Contacts, new_points: FloatArray, within: float
 ) -> IntArray:
-    """The old contact that each new one goes on from: of the same blocks, the nearest, shape (c,).
+    """The old contact that each new one continues: the nearest one between the same blocks, shape (c,).
 
-    −1 where there is none ``within`` that distance [m]. Points are where the contacts are now.
+    Parameters
+    ----------
+    old, new : Contacts before and after detection.
+    old_points, new_points : Where these contacts are now, shapes (c_old, d) and (c, d) [m].
+    within : Largest distance between partners [m].
+
+    Returns
+    -------
+    Numbers of old contacts, −1 where there is none within that distance.
     """
     if old.count == 0 or new.count == 0:
         return np.full(new.count, -1)
@@ -65,7 +90,7 @@ def partners(
 
     blocks = max(int(old.blocks.max()), int(new.blocks.max())) + 1
     pairs = [np.sort(one.blocks, axis=1) @ [blocks, 1] for one in (old, new)]
-    # contacts of other blocks stand far away along an axis of their own
+    # a further coordinate separates contacts of different pairs of blocks, so that one tree serves all
     _, number = np.unique(np.concatenate(pairs), return_inverse=True)
     lifted = 4.0 * within * number[:, None]
     tree = KDTree(np.concatenate([old_points, lifted[: old.count]], axis=1))
@@ -79,7 +104,12 @@ def partners(
 def joined(
     kept: tuple[tuple[Interface, ...], Contacts], added: tuple[tuple[Interface, ...], Contacts]
 ) -> tuple[tuple[Interface, ...], Contacts]:
-    """Two sets of interfaces with their contacts as one, the kept ones first."""
+    """Two sets of interfaces with their contacts as one.
+
+    Parameters
+    ----------
+    kept, added : Interfaces and contacts; the kept ones come first.
+    """
     (first, before), (second, after) = kept, added
     return first + second, Contacts(
         blocks=np.concatenate([before.blocks, after.blocks]),
@@ -96,7 +126,14 @@ def joined(
 def chosen(
     interfaces: tuple[Interface, ...], contacts: Contacts, keep: np.ndarray
 ) -> tuple[tuple[Interface, ...], Contacts]:
-    """The interfaces in ``keep`` (i,) with their contacts."""
+    """Some of the interfaces, with their contacts.
+
+    Parameters
+    ----------
+    interfaces : All of them, i in number.
+    contacts : Their contacts.
+    keep : True for those to keep, shape (i,).
+    """
     number = np.cumsum(keep) - 1
     own = keep[contacts.interface] if contacts.count else np.zeros(0, dtype=bool)
     return tuple(one for one, stays in zip(interfaces, keep, strict=True) if stays), Contacts(

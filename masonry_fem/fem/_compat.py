@@ -1,7 +1,7 @@
-"""Compat: the one file that knows which DOLFINx is installed (0.9 to 0.11).
+"""Compatibility: the one file that knows which DOLFINx is installed (0.9 to 0.11).
 
 The PyPI wheel ``dolfinx-solver-real`` keeps PETSc and MPI in a package of its own, whose loader
-must be imported before DOLFINx; apt's and conda's DOLFINx have no such package.
+must be imported before DOLFINx; the DOLFINx packages of apt and conda have no such package.
 """
 
 from __future__ import annotations
@@ -41,12 +41,29 @@ if VERSION < (0, 9):
 
 
 def lagrange_element(cell: str, order: int, dimension: int) -> Any:
-    """Vector Lagrange element, for coordinates and displacements alike."""
+    """Vector Lagrange element, for coordinates and displacements alike.
+
+    Parameters
+    ----------
+    cell : Name of the cell in DOLFINx (``quadrilateral``, not ``quad``).
+    order : 1 or 2.
+    dimension : Number of components.
+    """
     return basix.ufl.element("Lagrange", cell, order, shape=(dimension,))
 
 
 def reference_nodes(cell: str, order: int) -> NDArray[np.float64]:
-    """Nodes of the Lagrange element in DOLFINx's own order, reference cell on [0, 1]."""
+    """Nodes of the Lagrange element in DOLFINx's own order, on the reference cell [0, 1]^t.
+
+    Parameters
+    ----------
+    cell : Name of the cell in DOLFINx.
+    order : 1 or 2.
+
+    Returns
+    -------
+    Coordinates, shape (nodes, t).
+    """
     kind = getattr(basix.CellType, cell)
     element = basix.create_element(basix.ElementFamily.P, kind, order, basix.LagrangeVariant.gll_warped)
     points: NDArray[np.float64] = element.points
@@ -54,7 +71,14 @@ def reference_nodes(cell: str, order: int) -> NDArray[np.float64]:
 
 
 def create_mesh(cells: NDArray[np.int64], points: NDArray[np.float64], element: Any) -> Any:
-    """DOLFINx mesh of this process alone; cells in DOLFINx's node order."""
+    """DOLFINx mesh of this process alone.
+
+    Parameters
+    ----------
+    cells : Node numbers in DOLFINx's order, shape (m, nodes of a cell).
+    points : Coordinates, shape (n, d) [m].
+    element : Element of the coordinates, as ``lagrange_element`` makes it.
+    """
     # 0.10 swapped e and x; their names stayed
     return dolfinx.mesh.create_mesh(MPI.COMM_SELF, cells=cells, e=ufl.Mesh(element), x=points)
 

@@ -168,7 +168,7 @@ def _forms(
     u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
     strain, virtual = ufl.sym(ufl.grad(u)), ufl.sym(ufl.grad(v))
     degree = order(cell)
-    # degree 2 and 4: two and three Gauss points a direction; simplices are integrated exactly
+    # degrees 2 and 4 give boxes two and three Gauss points per direction; simplices are integrated exactly
     dx = ufl.Measure("dx", domain=domain, metadata={"quadrature_degree": 2 * degree})
     exact = 2 * (degree - 1) if is_simplex(cell) else 2 * degree
     dx_stiffness = ufl.Measure("dx", domain=domain, metadata={"quadrature_degree": exact})
@@ -197,7 +197,18 @@ def _cut(matrix: sparse.csr_array, start: int, end: int) -> sparse.csr_array:
 
 
 def lumped_mass(mesh: Mesh, density: float) -> sparse.csr_array:
-    """Diagonal mass: row sums for order 1, scaled diagonals (HRZ) for order 2, which stay positive."""
+    """Diagonal mass: row sums for order 1; for order 2 the scaled diagonal, which stays positive.
+
+    Parameters
+    ----------
+    mesh : Elements.
+    density : [kg/m³].
+
+    References
+    ----------
+    Hinton, Rock, Zienkiewicz, A note on mass lumping and related processes in the finite element method,
+    Earthquake Engng Struct. Dyn. 4 (1976).
+    """
     points, weights = fine_quadrature(mesh.cell)
     values = lagrange(mesh.cell).values(points)
     volumes = cell_jacobians(mesh)[1] * weights

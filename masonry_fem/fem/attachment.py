@@ -1,7 +1,7 @@
-"""Attachment: elastic blocks seen through their contact sides.
+"""Attachment: elastic blocks as the contact solver sees them.
 
-A contact point moves as its facet's shape functions say, v = G u. Blocks whose points lie alike in
-their common shape have one W_el = G (M̂⁻¹)_el Gᵀ; it is computed once for all of them.
+The velocity of a contact point is interpolated from its facet's nodes, v = G u. Blocks of one shape whose
+points have the same places in it share one W_el = G (M̂⁻¹)_el Gᵀ, which is computed once.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from masonry_fem.fem.meshed import ElasticState
 if TYPE_CHECKING:
     from masonry_fem.fem.elastic import ElasticGroup
 
-ALIKE = 1e-11  # of a block's size: poses bring rounding errors into equal points
+ALIKE = 1e-11  # of a block's size: equal points differ by this much, as poses have rounding errors
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,6 @@
 """Balance: momentum and energy of a θ-step of elastic blocks, from the two states alone.
 
-Nothing here knows how the step was made, so that it can judge it.
+It uses nothing of the code that makes the step, so that it is an independent check.
 """
 
 from __future__ import annotations
@@ -112,6 +112,11 @@ def mean_velocity(before: ElasticState, after: ElasticState, theta: float) -> tu
 
 
 def dot(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Scalar products block by block, shape (b,)."""
+    """Scalar products block by block, shape (b,).
+
+    Parameters
+    ----------
+    a, b : One vector per block, shape (b, n).
+    """
     product: FloatArray = np.einsum("bn,bn->b", a, b)
     return product

@@ -1,6 +1,6 @@
 """Clamp: a face of an elastic block whose nodes are held, or moved as prescribed.
 
-Held dofs stay out of the unknowns; what they push enters the right-hand side of the others.
+Held degrees of freedom are no unknowns; the forces that they exert enter the right-hand side of the others.
 """
 
 from __future__ import annotations
@@ -58,12 +58,17 @@ class Holds:
 
 
 def holds(mesh: Mesh, clamps: Faces, name: str) -> Holds:
-    """The dofs held by clamps given as (face, components).
+    """The degrees of freedom that clamped faces of a block hold.
+
+    Parameters
+    ----------
+    mesh : Elements of the block.
+    clamps : Pairs (face number, held components); where two share a node, the first one holds it.
+    name : Name of the block, for the error message.
 
     Raises
     ------
-    GeometryError
-        If a clamped face has no mesh facets; ``name`` is the block's, for the message.
+    GeometryError : A clamped face has no mesh facets.
     """
     total, d = mesh.points.size, mesh.dimension
     owner = np.full(total, -1)

@@ -10,7 +10,7 @@ M̂ = c_m M + c_k K, and M̂⁻¹ = Φ Φᵀ/c_m + (M̂⁻¹)_el. The elastic pa
 
 which holds in statics (c_m = 0) too. Small shapes have it from a dense Cholesky factor of
 M̂ + σ M Φ Φᵀ M, projected on both sides; large ones from a sparse LDLᵀ of the bordered matrix.
-Subtracting Φ Φᵀ from M̂⁻¹ would lose all digits for long steps (formulation 2b).
+Subtracting Φ Φᵀ/c_m from M̂⁻¹ would lose all digits in long steps, where the two are nearly equal.
 """
 
 from __future__ import annotations
@@ -30,11 +30,17 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 DENSE_LIMIT = 1500  # dofs; below, a dense factor is as fast and needs no PETSc
-AT_ONCE = DENSE_LIMIT**2  # numbers in the columns that are solved together: more are slower, and fill memory
+AT_ONCE = DENSE_LIMIT**2  # numbers in columns that are solved together; more are slower and fill memory
 
 
 def coefficients(operators: ShapeOperators, scheme: Scheme) -> tuple[float, float]:
-    """c_m and c_k of M̂ = c_m M + c_k K with Rayleigh damping C = α M + β K."""
+    """c_m and c_k of M̂ = c_m M + c_k K, with Rayleigh damping C = α M + β K.
+
+    Parameters
+    ----------
+    operators : Matrices of the shape; its material has α [1/s] and β [s].
+    scheme : Step h [s], θ, and whether there is inertia.
+    """
     material, h, theta = operators.material, scheme.step, scheme.theta
     c_m = scheme.inertia * (1 + h * theta * material.mass_damping)
     c_k = scheme.inertia * h * theta * material.stiffness_damping + (h * theta) ** 2
@@ -73,7 +79,7 @@ class SparseFactor:
         self._size = effective.shape[0]
         matrix = effective
         if modes.shape[1]:
-            # the border is brought to the scale of M̂: pivots then are chosen by magnitude alone
+            # the border is scaled like M̂, since pivots are chosen by magnitude
             largest = float((momentum**2).sum(axis=0).max())
             scale = float(effective.diagonal().max()) / np.sqrt(largest)
             border = sparse.csr_array(scale * momentum)

@@ -6,7 +6,7 @@
     state = bricks.advance(state, free, free.rigid_velocity + free.rigid_impulse, nodal, scheme)
 
 Kinematics are small: blocks keep their reference rotations. Clamped dofs follow their prescribed
-motion u_c, and act on the others through the off-diagonal blocks of M̂ (formulation 3):
+motion u_c, and act on the others through the off-diagonal blocks of M̂:
 
     u_el,free = u_el + (M̂⁻¹)_el [h F − h C u − h K q − h²θ K u − M̂_fc (u_c⁺ − u_c)]
 
@@ -167,7 +167,7 @@ class ElasticGroup(Meshed):
     # --- the step ---------------------------------------------------------------------------------
 
     def free(self, state: ElasticState, guess: ElasticState, force: FloatArray, scheme: Scheme) -> Free:
-        """The step without contact impulses (formulation 3), in rigid and elastic part."""
+        """The step without contact impulses, in rigid and elastic part."""
         h, theta, inertia = scheme.step, scheme.theta, scheme.inertia
         operators, material, held = self.operators, self.operators.material, self.holds.dofs
         alpha, beta = material.mass_damping, material.stiffness_damping
@@ -191,7 +191,7 @@ class ElasticGroup(Meshed):
             h * (force @ self.modes.modes) - inertia * h * alpha * momentum - c_m * (change @ self._pull)
         )
         mass = np.full_like(state.rigid_velocity, c_m)
-        mass[:, self.modes.count :] = 1.0  # modes that clamps forbid: dummies at rest
+        mass[:, self.modes.count :] = 1.0  # modes that clamps forbid are placeholders that stay at rest
         return Free(state.rigid_velocity, impulse, mass, elastic)
 
     def advance(
@@ -216,7 +216,7 @@ class ElasticGroup(Meshed):
             velocity,
         )
 
-    # --- what the step is judged by ---------------------------------------------------------------
+    # --- measures of the step -----------------------------------------------------------------------
 
     def nodal_residual(
         self, state: ElasticState, after: ElasticState, force: FloatArray, nodal: FloatArray | None,

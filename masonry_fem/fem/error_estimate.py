@@ -1,10 +1,16 @@
-"""Error estimate: how far the elements' stress is from a recovered one, in energy (Zienkiewicz and Zhu).
+"""Error estimate: energy norm of the difference between recovered stress and the elements' own stress.
 
     estimate = ErrorEstimate.of(mesh, material)
     squares = estimate.squares(gauss)              # e² of each cell of each block, (b, m)
 
-e² = ∫ (σ* − σ_h) : C⁻¹ : (σ* − σ_h) with the recovered stress σ*, to be held against the stress itself,
-‖u_h‖² = ∫ σ_h : C⁻¹ : σ_h, which is twice the strain energy. All maps are linear and made once a shape.
+e² = ∫ (σ* − σ_h) : C⁻¹ : (σ* − σ_h) with the recovered stress σ*. It is compared with the norm of the stress
+itself, ‖u_h‖² = ∫ σ_h : C⁻¹ : σ_h, which is twice the strain energy. All maps are linear and made once for
+each shape.
+
+References
+----------
+Zienkiewicz, Zhu, A simple error estimator and adaptive procedure for practical engineering analysis, Int. J.
+Numer. Meth. Engng 24 (1987).
 """
 
 from __future__ import annotations
@@ -107,7 +113,7 @@ def _own(cell: str, points: FloatArray) -> FloatArray:
 
 
 def _triangle_of_degree_4() -> tuple[FloatArray, FloatArray]:
-    """Dunavant's six points."""
+    """Six points of degree 4 (Dunavant, Int. J. Numer. Meth. Engng 21, 1985)."""
     points, weights = [], []
     for a, w in ((0.445948490915965, 0.223381589678011), (0.091576213509771, 0.109951743655322)):
         points += [(a, a), (1 - 2 * a, a), (a, 1 - 2 * a)]

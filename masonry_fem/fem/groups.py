@@ -98,7 +98,7 @@ def elastic_groups(
 def _kind(assembly: Assembly, block: int, material: ElasticMaterial, clamps: Sequence[Clamp]) -> _Kind:
     stone, everything = assembly.blocks[block], tuple(range(assembly.dimension))
     held = tuple((clamp.face, tuple(sorted(clamp.components or everything))) for clamp in clamps)
-    # components are world axes: where only some are held, the mesh itself is turned to the world
+    # components are world axes: if only some of them are held, the mesh is rotated into the world's axes
     partial = any(components != everything for _, components in held)
     turned = partial and not np.array_equal(stone.pose.rotation, np.eye(assembly.dimension))
     turn = np.rint(stone.pose.rotation / SAME_TURN).astype(np.int64).tobytes() if turned else b""

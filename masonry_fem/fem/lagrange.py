@@ -4,8 +4,8 @@
     element.values(points), element.gradients(points)     # (p, nodes), (p, nodes, t)
     points, weights = quadrature("hexahedron27")
 
-Reference cells are [0, 1]^t or the unit simplex. The functions come from inverting monomials at
-the nodes, so that a kind of cell is nothing but the list of its nodes.
+Reference cells are [0, 1]^t or the unit simplex. Shape functions are found by inverting the matrix of
+monomials at the nodes, so that a kind of cell is defined by the list of its nodes alone.
 """
 
 from __future__ import annotations
@@ -136,7 +136,7 @@ def fine_quadrature(cell: str) -> tuple[FloatArray, FloatArray]:
     axes = lagrange(cell).nodes.shape[1]
     if not is_simplex(cell):
         return gauss(axes, order(cell) + 1)
-    # a simplex is a square or cube folded up (Duffy): the Jacobian costs two more degrees
+    # a simplex is the image of a square or cube (Duffy's map), whose Jacobian raises the degree by two
     points, weights = gauss(axes, order(cell) + 2)
     if axes == 2:
         u, v = points.T
@@ -147,7 +147,17 @@ def fine_quadrature(cell: str) -> tuple[FloatArray, FloatArray]:
 
 
 def gauss(axes: int, count: int) -> tuple[FloatArray, FloatArray]:
-    """Gauss-Legendre product rule on [0, 1]^t, ``count`` points a direction."""
+    """Gauss-Legendre product rule on [0, 1]^t.
+
+    Parameters
+    ----------
+    axes : The dimension t.
+    count : Number of points in each direction; exact for polynomials of degree 2 · count − 1.
+
+    Returns
+    -------
+    Points (count^t, t) and weights (count^t,), which sum to 1.
+    """
     nodes, weights = np.polynomial.legendre.leggauss(count)
     nodes, weights = 0.5 * (nodes + 1), 0.5 * weights
     points = np.array(list(product(nodes, repeat=axes)))

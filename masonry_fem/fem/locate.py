@@ -1,4 +1,4 @@
-"""Locate: which cell holds a point and what its nodes weigh there."""
+"""Locate: which cell contains a point, and the weights of its nodes there."""
 
 from __future__ import annotations
 
@@ -19,12 +19,22 @@ REACH = 0.1  # of the mesh's size: how far outside a point may lie (arcs, gaps) 
 
 
 def in_cells(mesh: Mesh, point: FloatArray, what: str) -> tuple[IntArray, FloatArray]:
-    """Nodes and weights (k,) that give a field at a point; linear fields are exact.
+    """Nodes and weights that interpolate a field at a point; exact for linear fields.
+
+    Parameters
+    ----------
+    mesh : Elements of a block.
+    point : Coordinates in the mesh's frame, shape (d,) [m].
+    what : What the point is, for the error message.
+
+    Returns
+    -------
+    Node numbers and weights of the cell that contains the point, each of shape (k,). A point slightly outside
+    belongs to the nearest cell.
 
     Raises
     ------
-    GeometryError
-        If the point is far outside the mesh; ``what`` names it in the message.
+    GeometryError : The point is far outside the mesh.
     """
     element, corners = lagrange(mesh.cell), mesh.points[mesh.cells]
     local = np.full((len(mesh.cells), mesh.dimension), 0.25 if is_simplex(mesh.cell) else 0.5)
@@ -32,7 +42,7 @@ def in_cells(mesh: Mesh, point: FloatArray, what: str) -> tuple[IntArray, FloatA
         miss = np.einsum("mk,mkd->md", element.values(local), corners) - point
         jacobian = np.einsum("mkd,mkt->mdt", corners, element.gradients(local))
         change = np.linalg.solve(jacobian, miss[..., None])[..., 0]
-        local = np.clip(local - change, -5.0, 6.0)  # far cells need no answer, only no overflow
+        local = np.clip(local - change, -5.0, 6.0)  # for cells far from the point: avoids overflow
         if np.abs(change).max() < 1e-14:
             break
     inside = _clipped(local, mesh.cell)
@@ -57,7 +67,18 @@ def _clipped(local: FloatArray, cell: str) -> FloatArray:
 
 
 def on_facets(mesh: Mesh, facets: IntArray, points: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Nodes and weights, each (k, f), of points (k, d) on boundary facets; −1: the nearest facet."""
+    """Nodes and weights that interpolate a field at points on the boundary.
+
+    Parameters
+    ----------
+    mesh : Elements of a block.
+    facets : Row of ``mesh.facets`` that each point lies on, −1 for the nearest one, shape (k,).
+    points : Coordinates in the mesh's frame, shape (k, d) [m].
+
+    Returns
+    -------
+    Node numbers and weights, each of shape (k, nodes of a facet).
+    """
     carrier = np.array(facets, dtype=np.int64)
     for index in np.flatnonzero(carrier < 0):
         carrier[index] = _nearest_facet(mesh, points[index])

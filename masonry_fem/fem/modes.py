@@ -37,7 +37,14 @@ class RigidModes:
 
 
 def rigid_modes(points: FloatArray, mass: sparse.csr_array, free: IntArray) -> RigidModes:
-    """Rigid modes of a mesh's nodes (k, d) with the given mass and free dofs."""
+    """Rigid modes of a mesh, orthonormal with respect to its mass, as far as clamps allow them.
+
+    Parameters
+    ----------
+    points : Nodes, shape (k, d) [m].
+    mass : Mass matrix, shape (k d, k d) [kg].
+    free : Degrees of freedom that no clamp holds.
+    """
     d = points.shape[1]
     unit = np.zeros((points.size, d))
     unit[np.arange(points.size), np.arange(points.size) % d] = 1.0

@@ -1,13 +1,13 @@
-"""Recovery: a better stress than the elements', from the points where theirs is best.
+"""Recovery: a more accurate stress, from the points where the elements' stress is most accurate.
 
     nodal = superconvergent(mesh)          # values at Gauss points -> values at nodes, sparse
     better = nodal @ gauss                 # linear: one matrix for all blocks and steps
 
-Superconvergent patch recovery (Zienkiewicz and Zhu 1992): about each corner of the cells a polynomial of the
+Superconvergent patch recovery (Zienkiewicz and Zhu 1992): for each corner of the cells a polynomial of the
 elements' order is fitted to the stress of the cells around it, at the points where finite elements are most
-exact. Corners on the surface take the polynomial of the inner corner next to them; where a mesh has none, as
-where it is one cell thick, that of the fullest patch near them. Blocks are apart, so that no patch reaches
-across a joint.
+accurate. Corners on the surface take the polynomial of the inner corner next to them or, where there is none
+(in a mesh that is one cell thick), that of the neighbouring corner with most cells. Each block has a mesh of
+its own, so that no patch extends across a joint.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-FLAT = 1e-12  # of the largest spread, squared: samples that vary less along an axis tell nothing of it
-RANK = 1e-8  # singular values below it belong to terms that the samples do not tell
-LOWER = 1e-4  # how much dearer a quadratic term is than a lower one that samples cannot tell from it
+FLAT = 1e-12  # of the largest variance of sample points: axes with less are not fitted along
+RANK = 1e-8  # singular values below it belong to terms that the samples do not determine
+LOWER = 1e-4  # weight of a quadratic term where samples cannot tell it from a lower one, which is preferred
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,14 @@ class _Samples:
 
 
 def superconvergent(mesh: Mesh) -> sparse.csr_array:
-    """Values at the Gauss points of all cells (rows cell, point) to values at nodes, shape (nodes, m p)."""
+    """Matrix from values at the Gauss points (rows cell, point) to values at nodes, shape (nodes, m p).
+
+    References
+    ----------
+    Zienkiewicz, Zhu, The superconvergent patch recovery and a posteriori error estimates, part 1, Int. J.
+    Numer. Meth. Engng 33 (1992).
+    Barlow, Optimal stress locations in finite element models, Int. J. Numer. Meth. Engng 10 (1976).
+    """
     return _Patches.of(mesh).fitted(mesh, _best_samples(mesh))
 
 
@@ -137,7 +144,7 @@ def _blend(mesh: Mesh) -> sparse.csr_array:
     rows, columns = mesh.cells[:, local].ravel(), mesh.cells[:, corner].ravel()
     data = np.tile(weight[local, corner], len(mesh.cells))
     total = sparse.coo_array((data, (rows, columns)), shape=(nodes, nodes)).tocsr()
-    count = np.bincount(mesh.cells.ravel(), minlength=nodes)  # each cell told it once
+    count = np.bincount(mesh.cells.ravel(), minlength=nodes)  # each cell has contributed once
     return sparse.csr_array(sparse.diags_array(1.0 / np.maximum(count, 1)) @ total)
 
 

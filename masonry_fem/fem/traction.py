@@ -13,12 +13,17 @@ FloatArray = NDArray[np.float64]
 
 
 def face_weights(mesh: Mesh, face: int, block: str) -> FloatArray:
-    """∫ N dA over a polytope face for each node, shape (nodes,) [m²; m in 2D].
+    """∫ N dA over a face of the solid for each node, shape (nodes,) [m²; m in 2D].
+
+    Parameters
+    ----------
+    mesh : Elements of the shape.
+    face : Number of the face.
+    block : Name of the block, for the error message.
 
     Raises
     ------
-    GeometryError
-        If no facet of the mesh lies on the face; ``block`` names the block in the message.
+    GeometryError : No facet of the mesh lies on the face.
     """
     facets = mesh.facets[mesh.facet_face == face]
     if not len(facets):

@@ -1,9 +1,9 @@
-"""Atomic: files that are whole or not there, however a program ends.
+"""Atomic: files that are written completely or not at all, however a program ends.
 
 write_atomic(path, content)        # a reader finds the old file or the new one, never a part of it
 
-While it is written a file is called NAME.part. Who keeps a list of what is written (a results folder, so
-that the next run can remove it) stands in ``watchers`` and is told of each file before it is begun.
+While a file is being written it is called NAME.part. ``watchers`` are told of each file before it is begun; a
+results folder keeps its list of files in this way, so that the next run can remove them.
 """
 
 from __future__ import annotations
@@ -30,7 +30,12 @@ def announce(path: Path) -> None:
 
 
 def write_atomic(path: Path, content: bytes) -> None:
-    """Replace a file so that a reader, or an interruption, finds the old or the new one whole.
+    """Replace a file so that a reader finds the old or the new one whole, even after an interruption.
+
+    Parameters
+    ----------
+    path : The file; missing folders are made.
+    content : All of its bytes.
 
     Raises
     ------
@@ -52,7 +57,13 @@ def write_atomic(path: Path, content: bytes) -> None:
 
 
 def unwritten(path: Path, error: OSError | UnicodeEncodeError) -> OutputError:
-    """The sentence that says why a file could not be written, and what helps."""
+    """The error to raise for a file that could not be written, with the reason and what helps.
+
+    Parameters
+    ----------
+    path : The file.
+    error : What the operating system, or the encoding of the name, raised.
+    """
     if isinstance(error, UnicodeEncodeError):
         reason, cure = "its name has letters that this locale lacks", "set LC_ALL=C.UTF-8"
     elif error.errno in FULL:

@@ -74,7 +74,17 @@ def lacking(extra: str) -> str | None:
 
 
 def require_extra(extra: str, consequence: str) -> None:
-    """Refuse to go on where an extra is missing; ``consequence`` is what cannot be done without it."""
+    """Refuse to go on if libraries of an extra are missing.
+
+    Parameters
+    ----------
+    extra : Name of the extra in ``EXTRAS``.
+    consequence : What cannot be done without it; the error message begins with it.
+
+    Raises
+    ------
+    InstallationError : A library is missing; the message says how to install it.
+    """
     if lack := lacking(extra):
         raise InstallationError(f"{consequence}: {lack}")
 

@@ -27,7 +27,13 @@ TETRA_LOOPS = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))
 
 
 def boundary_facets(cells: IntArray, cell: str) -> IntArray:
-    """Facets that belong to one cell only, turned outwards, shape (f, nodes of a facet)."""
+    """Facets that belong to one cell only, oriented outwards, shape (f, nodes of a facet).
+
+    Parameters
+    ----------
+    cells : Node numbers, shape (m, nodes of a cell).
+    cell : Kind of the cells, such as ``hexahedron27``.
+    """
     facets = np.concatenate([cells[:, list(local)] for local in local_facets(cell)])
     corners = corner_count(FACET_OF[cell])
     _, first, count = np.unique(

@@ -1,4 +1,4 @@
-"""Extrusion: hexahedra for prisms, whatever their base: quadrilaterals of the base, layer on layer.
+"""Extrusion: hexahedra for prisms of any base: the base is meshed with quadrilaterals, then swept in layers.
 
 body = prism_of(shape.solid)            # None where it is no prism
 mesh = hexahedra_of(shape, body, settings)
@@ -20,8 +20,8 @@ from masonry_fem.solid.mesh import IntArray, Mesh
 from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import FloatArray
 
-SAME = 1e-9  # of the sweep: its length may differ so much from corner to corner
-LAYERS = 2  # where the scene says nothing
+SAME = 1e-9  # of the sweep: largest difference of its length between corners
+LAYERS = 2  # if the scene gives no size
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +42,7 @@ class Prism:
 
 
 def prism_of(solid: Polytope) -> Prism | None:
-    """How a solid is a prism, its base the last such face; None where it is none."""
+    """Base and sweep of a solid that is a prism; of several possible bases the last face; else None."""
     count = len(solid.vertices) // 2
     if solid.dimension == 2 or len(solid.vertices) != 2 * count or len(solid.faces) != count + 2:
         return None
@@ -84,7 +84,18 @@ def _swept(solid: Polytope, base: int, own: set[int]) -> Prism | None:
 
 
 def hexahedra_of(shape: Shape, body: Prism, settings: MeshSettings) -> Mesh:
-    """Hexahedra of a prism: quadrilaterals of its base by gmsh, drawn out in layers."""
+    """Hexahedra of a prism: gmsh meshes its base with quadrilaterals, which are swept in layers.
+
+    Parameters
+    ----------
+    shape : The shape to mesh.
+    body : Its base and sweep, from ``prism_of``.
+    settings : Element order, and size or divisions.
+
+    Raises
+    ------
+    GeometryError : gmsh failed.
+    """
     order = int(settings.elements[1])
     size, layers = _sizes(shape.solid, body, settings)
     origin = shape.solid.vertices[body.loop[0]]

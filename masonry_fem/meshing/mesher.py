@@ -20,7 +20,7 @@ from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import FloatArray
 
 DEFAULT_DIVISIONS = 2
-DIVISIONS = 4  # elements along the longest side of what is not structured, where the scene gives no size
+DIVISIONS = 4  # elements along the longest side of an unstructured mesh, if the scene gives no size
 MOST = 1e7  # elements of one shape: their matrices would take some ten gigabytes
 CONCAVE = 0.05  # of its size: how far a corner of a six-sided solid stands out of a face to be concave
 
@@ -35,11 +35,16 @@ def refuse_many(shape: Shape, count: float) -> None:
 
 
 def foreseen_cells(shape: Shape, settings: MeshSettings) -> float:
-    """Quadrilaterals or hexahedra, or as many as its simplices would fill, that a shape will have.
+    """Expected number of cells of a shape; for simplices, the number of hexahedra that would fill it.
+
+    Parameters
+    ----------
+    shape : The shape to mesh.
+    settings : Element, and size or divisions.
 
     Raises
     ------
-    GeometryError : More than any memory holds.
+    GeometryError : The number exceeds any memory.
     """
     if _is_structured(shape):
         count = float(math.prod(_counts(shape, _corners(shape), settings)))
@@ -56,8 +61,18 @@ def foreseen_cells(shape: Shape, settings: MeshSettings) -> float:
 def mesh_shape(shape: Shape, settings: MeshSettings, dimension: int) -> Mesh:
     """Elements of one shape; the nodes on its arcs lie on the true arcs.
 
-    Prisms that are not six-sided get hexahedra all the same where they are wanted; other solids (in 2D those
-    without four sides) get simplices from gmsh.
+    Shapes with six faces (in 2D four sides) are meshed in a structured way. Other prisms get hexahedra if Q
+    elements are wanted; all other solids get simplices from gmsh.
+
+    Parameters
+    ----------
+    shape : The shape to mesh.
+    settings : Element, and size or divisions.
+    dimension : 2 or 3.
+
+    Raises
+    ------
+    GeometryError : There would be more cells than any memory holds, or gmsh failed.
     """
     foreseen_cells(shape, settings)
     if not _is_structured(shape):

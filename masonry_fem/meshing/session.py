@@ -42,7 +42,7 @@ def session(title: str) -> Iterator[Any]:
     gmsh.initialize(argv=[], readConfigFiles=False, run=False, interruptible=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
-        gmsh.option.setNumber("General.NumThreads", 1)  # the same mesh each time
+        gmsh.option.setNumber("General.NumThreads", 1)  # makes meshes reproducible
         gmsh.logger.start()
         yield gmsh
     except UnicodeDecodeError as error:  # names that the module hands over
@@ -50,7 +50,7 @@ def session(title: str) -> Iterator[Any]:
             f"{title} holds a name that is not in UTF-8 ({error}), expected names in it; save the file so"
         ) from error
     except Exception as error:
-        if type(error) is not Exception:  # gmsh raises bare ones; a defect of ours is not its failure
+        if type(error) is not Exception:  # gmsh raises plain Exception; anything else is a defect of our own
             raise
         said = [line.split(":", 1)[-1].strip() for line in gmsh.logger.get() if line.startswith("Error")]
         words = [one for one in (*said, str(error)) if one]
@@ -61,7 +61,7 @@ def session(title: str) -> Iterator[Any]:
             "(reading.memory), or make the file smaller"
         ) from error
     finally:
-        gmsh.logger.stop()  # or what one file did wrong is told of the next one too
+        gmsh.logger.stop()  # otherwise the errors of one file are reported for the next one, too
         gmsh.finalize()
 
 
@@ -91,11 +91,18 @@ class Elements:
 
 
 def elements_of(gmsh: Any, dimension: int, entities: list[int], what: str) -> Elements | None:
-    """Elements of all given entities; None where there are none.
+    """Elements of all given entities, of one kind; None where there are none.
+
+    Parameters
+    ----------
+    gmsh : The module, within a ``session``.
+    dimension : Of the entities: 3 for volumes, 2 for surfaces, 1 for curves.
+    entities : Their tags.
+    what : What is being read or meshed, for error messages.
 
     Raises
     ------
-    GeometryError : Mixed or incomplete (serendipity) elements, or of order above 2.
+    GeometryError : Elements are mixed, incomplete (serendipity), or of order above 2.
     """
     found: dict[int, list[IntArray]] = {}
     for entity in entities:

@@ -18,7 +18,17 @@ logger = logging.getLogger(__name__)
 
 
 def simplices_of(shape: Shape, settings: MeshSettings) -> Mesh:
-    """Triangles or tetrahedra of a shape; Q elements are replaced, with a warning."""
+    """Triangles or tetrahedra of a shape; if Q elements are wanted, P elements replace them, with a warning.
+
+    Parameters
+    ----------
+    shape : The shape to mesh.
+    settings : Element, and size or divisions.
+
+    Raises
+    ------
+    GeometryError : gmsh failed.
+    """
     solid, d = shape.solid, shape.solid.dimension
     if settings.elements.startswith("Q"):
         logger.warning(

@@ -1,4 +1,4 @@
-"""Prism: a polygon, or in space what it sweeps along y."""
+"""Prism: a polygon in 2D; in 3D the solid that the polygon sweeps along y."""
 
 from __future__ import annotations
 
@@ -18,10 +18,15 @@ def prism(
     dimension: int,
     sides: str = "",
 ) -> Polytope:
-    """Outline (counter-clockwise, n points) as a polygon, or drawn out along y by ``depth``.
+    """The polygon of an outline in 2D, the prism over it in 3D.
 
-    Edge i joins points i and i + 1 and bears names[i] and labels[i]; ``sides`` is the label of the front
-    and the back.
+    Parameters
+    ----------
+    outline : Corners in counter-clockwise order, shape (n, 2) [m]; x and z in 3D.
+    names, labels : Face name and joint label of each edge; edge i joins corners i and i + 1.
+    depth : Length of the prism along y, from 0 [m]; not used in 2D.
+    dimension : 2 or 3.
+    sides : Joint label of the faces ``front`` and ``back``.
     """
     n = len(outline)
     following = [(i + 1) % n for i in range(n)]

@@ -14,7 +14,13 @@ from masonry_fem.solid.pose import FloatArray
 
 
 def points(patch: Patch, rule: Rule) -> Spots:
-    """Corners at ξ of their distance from the centroid."""
+    """The polygon's corners, at ξ of their distance from the centroid.
+
+    Parameters
+    ----------
+    patch : The interface.
+    rule : Its ``inset`` is ξ.
+    """
     polygon = patch.polygon
     if patch.degenerate or polygon.shape[1] == 1:
         centroid = polygon.mean(axis=0)

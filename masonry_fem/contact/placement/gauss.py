@@ -18,7 +18,17 @@ from masonry_fem.solid.pose import FloatArray
 
 
 def points(patch: Patch, rule: Rule) -> Spots:
-    """Quadrature points over an interface; its corners where blocks touch at a point or an edge."""
+    """Quadrature points of an interface; its corners where blocks touch only at a point or along an edge.
+
+    Parameters
+    ----------
+    patch : The interface.
+    rule : Its ``density`` subdivides the face where neither side is meshed.
+
+    Raises
+    ------
+    GeometryError : Mesh facets do not cover the interface.
+    """
     if patch.degenerate:
         return corners.points(patch, Rule())
     placed, area, facets, _ = on_pieces(patch, (True, True), rule.density)
@@ -28,9 +38,22 @@ def points(patch: Patch, rule: Rule) -> Spots:
 def on_pieces(
     patch: Patch, use: tuple[bool, bool], density: int
 ) -> tuple[FloatArray, FloatArray, IntArray, IntArray]:
-    """Quadrature points, weights, mesh facets and their rows in the face, of the sides in ``use``.
+    """Quadrature points on the pieces that meshes cut out of an interface.
 
-    Shapes (m, d - 1), (m,), (m, 2), (m, 2). The weights sum to the interface's area.
+    Parameters
+    ----------
+    patch : The interface.
+    use : Whether to cut by the mesh of the candidate, and of the antagonist.
+    density : Subdivisions of the face where no mesh cuts it.
+
+    Returns
+    -------
+    Points in the common plane (m, d − 1), weights (m,), which sum to the interface's area, mesh facets (m,
+    2) and their rows within the face (m, 2).
+
+    Raises
+    ------
+    GeometryError : Mesh facets do not cover the interface.
     """
     meshed = [used and side.mesh is not None for used, side in zip(use, patch.sides, strict=True)]
     polygons = [patch.facet_polygons(side) if meshed[side] else patch.polygon[None] for side in (0, 1)]

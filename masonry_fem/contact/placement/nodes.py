@@ -1,8 +1,8 @@
 """Nodes: the mesh nodes of the finer side that lie in the polygon, its boundary included.
 
-A node's area is the integral of its shape function over the polygon. Nodes outside whose facets reach into
-the polygon stand at its nearest point, so that contact ends where the faces do, whatever the mesh; corners
-that still have no point near get one. The finer side becomes the candidate.
+A node's area is the integral of its shape function over the polygon. A node outside whose facets reach into
+the polygon is moved to the polygon's nearest point, so that contact ends where the faces do, whatever the
+mesh; a corner of the polygon that still has no point nearby gets one. The finer side becomes the candidate.
 """
 
 from __future__ import annotations
@@ -19,11 +19,21 @@ from masonry_fem.solid.pose import FloatArray
 
 SMALLEST = 1e-9  # of the polygon: an area below it is rounding
 SAME = 1e-6  # of the polygon's size: two points nearer than that are one
-NEAR = 0.1  # of a facet's size: how far a corner may be from the next point
+NEAR = 0.1  # of a facet's size: a corner that is farther from all points gets one of its own
 
 
 def points(patch: Patch, rule: Rule) -> Spots:
-    """Nodes of the finer side; corners where blocks touch at a point or an edge, or no node is inside."""
+    """Nodes of the finer side; corners where blocks touch at a point or an edge, or where no node is inside.
+
+    Parameters
+    ----------
+    patch : The interface.
+    rule : Not used: this rule has no parameters.
+
+    Raises
+    ------
+    GeometryError : Neither side has a mesh.
+    """
     if patch.sides[0].mesh is None and patch.sides[1].mesh is None:
         names = "' and '".join(side.surface.name for side in patch.sides)
         raise GeometryError(

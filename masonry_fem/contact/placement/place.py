@@ -32,10 +32,17 @@ def place(
     rules: Sequence[Rule],
     surfaces: tuple[Surface, ...] | None = None,
 ) -> Contacts:
-    """Contact points on the interfaces, one rule each; ``surfaces`` as in ``detect``.
+    """Contact points on interfaces.
 
-    Where the rule ``nodes`` finds the finer mesh on the antagonist, the contacts of that interface
-    have the two blocks, and the normal, exchanged.
+    If the rule ``nodes`` finds the finer mesh on the antagonist, then the contacts of that interface have
+    candidate and antagonist, and so the direction of the normal, exchanged.
+
+    Parameters
+    ----------
+    assembly : Blocks in their reference poses.
+    interfaces : Where they touch, from ``detect``.
+    rules : A placement rule for each interface.
+    surfaces : The surfaces of the assembly's shapes, if they are known (``surfaces_of``).
 
     Raises
     ------

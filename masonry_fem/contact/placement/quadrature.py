@@ -1,9 +1,9 @@
 """Quadrature over the pieces that two meshes cut out of a polygon.
 
-A piece is the common part of the polygon, one facet of each side; there the shape functions of
-both sides are polynomials. Parallelograms take tensor Gauss points, others a fan of triangles:
-products of linear (line, triangle) or bilinear shape functions of both sides are exact on affine
-facets, and the consistent forces of a uniform pressure on quadratic ones.
+A piece is the common part of the polygon and one facet of each side; there the shape functions of
+both sides are polynomials. Parallelograms get tensor-product Gauss points, other pieces a fan of triangles.
+On affine facets, products of linear (line, triangle) or bilinear shape functions of both sides are integrated
+exactly; on quadratic facets, the consistent forces of a uniform pressure are.
 """
 
 from __future__ import annotations
@@ -37,10 +37,20 @@ def quadrature(
     quadratic: bool,
     density: int,
 ) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Points, weights and facet rows of both sides over a polygon, (m, p), (m,), (m, 2).
+    """Points and weights that integrate products of shape functions of both sides over a polygon.
 
-    ``candidate`` and ``antagonist`` are facets in plane coordinates, shape (f, k, p); an unmeshed
-    side is one facet: the polygon itself. ``degree`` (2 or 4) is that of the triangles' rule.
+    Parameters
+    ----------
+    polygon : Corners in the common plane, shape (k, p) with p = d − 1 [m].
+    candidate, antagonist : Facets of either side in the same plane, shape (f, k, p) [m]; an unmeshed side
+        is one facet, the polygon itself.
+    degree : Of the rule for triangles, 2 or 4.
+    quadratic : Whether facets are of second order.
+    density : Subdivisions of each piece along its sides.
+
+    Returns
+    -------
+    Points (m, p), weights (m,) and rows of the facets of both sides (m, 2).
     """
     if polygon.shape[1] == 1:
         return _lines(polygon, candidate, antagonist, 3 if quadratic else 2, density)

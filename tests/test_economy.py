@@ -205,7 +205,7 @@ def test_a_rigid_run_loads_only_what_it_uses(tmp_path):
     assert not libraries & {"dolfinx", "ufl", "basix", "petsc4py", "mpi4py", "gmsh", "meshio", "pyvista",
                             "matplotlib", "clarabel", "rich", "pint", "pyamg"}  # fmt: skip
     own = {"analyses.study", "fem", "limit", "meshing.mesher", "importing.mesh_files", "importing.apart",
-           "output.interfaces", "output.picture", "output.vtu"}  # fmt: skip
+           "output.interfaces", "output.asked.fields", "output.asked.pictures"}  # fmt: skip
     assert not loaded & {"scipy.optimize", "scipy.spatial", *(f"masonry_fem.{name}" for name in own)}
 
 

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import contextlib
 import logging
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,17 +24,17 @@ from masonry_fem.march.march import March, Observer, march
 from masonry_fem.march.model import Model
 from masonry_fem.march.step import Increment
 from masonry_fem.nscd import save_problem
+from masonry_fem.output.asked import recorders
 from masonry_fem.output.folder import Folder, ended_by, refuse_busy
 from masonry_fem.output.history import History
-from masonry_fem.output.recorder import Recorder, Recorders
+from masonry_fem.output.recorder import Recorders, Request
 from masonry_fem.output.terminal import Progress
 from masonry_fem.results.blocks import status_counts, write_summary
-from masonry_fem.results.summary import seconds, summarise, wrench
+from masonry_fem.results.summary import summarise, wrench
 from masonry_fem.scene import check, specs
 
 if TYPE_CHECKING:
     from masonry_fem.march.determinacy import ForceDeterminacy
-    from masonry_fem.output.interface_table import InterfaceTable
 
 # What a scene did not ask for is not loaded: the outputs are imported where they are made.
 
@@ -52,6 +52,7 @@ class RunResult:
     summary : What ``summary.json`` holds.
     files : Files written.
     built, march : The model and the march, for further work in Python.
+    determinacy : Which forces are facts, where the scene asks for it.
     """
 
     outcome: str
@@ -60,6 +61,26 @@ class RunResult:
     files: list[Path]
     built: Built
     march: March
+    determinacy: ForceDeterminacy | None = None
+
+
+def solve_scene(scene: specs.Scene, base: Path = Path(), observers: Sequence[Observer] = ()) -> RunResult:
+    """Solve a scene without writing anything.
+
+    Parameters
+    ----------
+    scene : What to solve.
+    base : Folder that the paths in it are relative to.
+    observers : Told of every step's state and report, as recorders are.
+
+    Raises
+    ------
+    MasonryError : Where the scene cannot be built.
+    """
+    scene = check(scene, base=base)
+    built = build(scene, base)
+    *_, result = _solved(scene, base, built, _limits(scene, built), observers)
+    return result
 
 
 def run(
@@ -87,109 +108,64 @@ def run(
     ------
     MasonryError : Where the scene cannot be built or has no such step; nothing is written then.
     """
-    clock = Clock()
     scene = check(scene, base=base)
     _check_step(save_contact, strategy(scene.analysis).steps)
     refuse_busy(out)  # before the work of building
     built = build(scene, base, before)
-    clock.lap("build")
-    limits = _limits(scene, built)
+    recorders = _recorders(scene, built, out, quiet)
+    kept: list[tuple[Model, Increment]] = []
+    stages = _solved(scene, base, built, _limits(scene, built), (recorders,), save_contact, kept)
     with Folder(out, "run", title=scene.title, clears=("view",)):
-        return _recorded(scene, built, limits, out, base, save_contact, quiet, draws, clock)
+        summary: dict[str, Any] = {"title": scene.title}
+        try:
+            recorders.start(built.model)
+            for result in stages:
+                summary = result.summary
+            clock = Clock()
+            if draws is not None and not draws(built, result.march):
+                recorders.undrawn()
+            recorders.end(result.march, result.determinacy)
+            result.files.extend(recorders.close(summary))
+            if kept:
+                result.files.append(_save_problem(out, save_contact, *kept[0]))
+            elif save_contact is not None:
+                logger.warning("step %d was not reached: its contact problem is not saved", save_contact)
+            clock.lap("output")
+            summary["seconds"]["output"] += round(clock.phases["output"], 4)
+            result.files.append(write_summary(out / "summary.json", summary))
+        except BaseException as error:  # what was written so far is left readable, and says what it is
+            ending = ended_by(error)
+            so_far = "; history.csv and the field files hold the steps so far."
+            summary |= ending | {"message": ending["message"].removesuffix(".") + so_far}
+            with contextlib.suppress(OutputError):  # where even that has no place it goes on saying "running"
+                write_summary(out / "summary.json", summary)
+                recorders.close(summary)
+            raise
+    return result
 
 
-def _recorded(
+def _solved(
     scene: specs.Scene,
+    base: Path,
     built: Built,
     limits: dict[str, Any],
-    out: Path,
-    base: Path,
-    save_contact: int | None,
-    quiet: bool,
-    draws: Callable[[Built, March], bool] | None,
-    clock: Clock,
-) -> RunResult:
-    """March, and write what is seen; ``summary.json`` says how it ended when all else is written."""
-    table = _table(scene, out)
-    recorders = _recorders(scene, built, out, quiet, table)
-    kept: list[tuple[Model, Increment]] = []
-    summary: dict[str, Any] = {"title": scene.title}
-    try:
-        recorders.start(built.model)
-        made = march(
-            built.model,
-            strategy(scene.analysis),
-            solver_settings(scene.solver),
-            bodies=built.bodies,
-            observers=(recorders,),
-            keep=save_contact,
-            kept=kept,
-        )
-        start = started(made)
-        made = said(made, start)
-        clock.lap("march")
-        summary |= summarise(scene, built, made) | limits | _start(start)
-        summary |= {"errors": errors_of(scene, built, made, base)}
-        _compare(summary)
-        told = _determinacy(scene, built, made, summary)
-        if told is not None:
-            recorders.amend(made.model, told.state, made.report)
-            if table is not None:
-                table.determine(told)
-        summary |= _joints(scene, made, told)
-        if draws is not None and not draws(built, made):
-            recorders.undrawn()
-        files = recorders.close(summary)
-        if kept:
-            files.append(_save_problem(out, save_contact, *kept[0]))
-        elif save_contact is not None:
-            logger.warning("step %d was not reached: its contact problem is not saved", save_contact)
-        if made.outcome == "no_equilibrium" and scene.output.pictures:
-            files += _picture(scene, made, out)
-        if told is not None:
-            from masonry_fem.output.determinacy_table import write_determinacy  # noqa: PLC0415
-
-            files.append(write_determinacy(out / "determinacy.csv", made.model, told))
-        clock.lap("output")
-        summary["seconds"] = seconds(built, made, clock)
-        files.append(write_summary(out / "summary.json", summary))
-    except BaseException as error:  # what was written so far is left readable, and says what it is
-        ending = ended_by(error)
-        so_far = "; history.csv and the field files hold the steps so far."
-        summary |= ending | {"message": ending["message"].removesuffix(".") + so_far}
-        with contextlib.suppress(OutputError):  # where even that has no place it goes on saying "running"
-            write_summary(out / "summary.json", summary)
-            recorders.close(summary)
-        raise
-    return RunResult(made.outcome, made.message, summary, files, built, made)
-
-
-def solve_scene(scene: specs.Scene, base: Path = Path(), observers: Sequence[Observer] = ()) -> RunResult:
-    """Solve a scene without writing anything.
-
-    Parameters
-    ----------
-    scene : What to solve.
-    base : Folder that the paths in it are relative to.
-    observers : Told of every step's state and report, as recorders are.
-
-    Raises
-    ------
-    MasonryError : Where the scene cannot be built.
-    """
-    scene = check(scene, base=base)
-    built = build(scene, base)
-    limits = _limits(scene, built)
+    observers: Sequence[Observer],
+    keep: int | None = None,
+    kept: list[tuple[Model, Increment]] | None = None,
+) -> Iterator[RunResult]:
+    """What is known of a scene: after its march, and with each further analysis that it asks for."""
     plan, settings = strategy(scene.analysis), solver_settings(scene.solver)
-    made = march(built.model, plan, settings, bodies=built.bodies, observers=observers)
+    made = march(built.model, plan, settings, bodies=built.bodies, observers=observers, keep=keep, kept=kept)
     start = started(made)
     made = said(made, start)
     summary = summarise(scene, built, made) | limits | _start(start)
+    result = RunResult(made.outcome, made.message, summary, [], built, made)
+    yield result
     summary |= {"errors": errors_of(scene, built, made, base)}
     _compare(summary)
     told = _determinacy(scene, built, made, summary)
     summary |= _joints(scene, made, told)
-    return RunResult(made.outcome, made.message, summary, [], built, made)
+    yield replace(result, determinacy=told)
 
 
 def _start(start: Start | None) -> dict[str, Any]:
@@ -201,7 +177,7 @@ def _joints(scene: specs.Scene, made: March, told: ForceDeterminacy | None) -> d
     """Joints by state, where the scene asks for them."""
     if not scene.output.interfaces or not made.model.interfaces:
         return {}
-    from masonry_fem.output.interface_table import joint_summary  # noqa: PLC0415
+    from masonry_fem.output.asked.interfaces import joint_summary  # noqa: PLC0415
 
     return {"joints": joint_summary(made.model, made.state if told is None else told.state)}
 
@@ -241,7 +217,7 @@ def _determinacy(
         }
         return None
     from masonry_fem.march.determinacy import determine  # noqa: PLC0415
-    from masonry_fem.output.determinacy_table import determinacy_summary  # noqa: PLC0415
+    from masonry_fem.output.asked.determinacy import determinacy_summary  # noqa: PLC0415
 
     told = determine(made.model, made.last)
     d = built.model.assembly.dimension
@@ -257,36 +233,10 @@ def _check_step(save_contact: int | None, steps: int) -> None:
         raise MasonryError(f"step to save is {save_contact}, expected {expected} of this analysis")
 
 
-def _table(scene: specs.Scene, out: Path) -> InterfaceTable | None:
-    """Recorder of what the joints carry, where the scene asks for it."""
-    if not scene.output.interfaces:
-        return None
-    from masonry_fem.output.interface_table import InterfaceTable  # noqa: PLC0415
-
-    return InterfaceTable(out, fields=scene.output.fields)
-
-
-def _recorders(
-    scene: specs.Scene, built: Built, out: Path, quiet: bool, table: InterfaceTable | None
-) -> Recorders:
-    members: list[Recorder] = [_progress(scene, quiet), History(out)]
-    if scene.output.fields:
-        from masonry_fem.output.vtu import FieldFiles  # noqa: PLC0415
-
-        statics = isinstance(scene.analysis, specs.Statics)
-        members.append(FieldFiles(out, materials=built.stones.material, statics=statics))
-    if table is not None:
-        members.append(table)
-    if scene.output.pictures:
-        from masonry_fem.output.cut import Plane  # noqa: PLC0415
-        from masonry_fem.output.picture import Pictures  # noqa: PLC0415
-
-        output = scene.output
-        planes = [Plane(one.name, one.point, one.normal, one.show) for one in output.cuts]
-        members.append(
-            Pictures(out, scene.title, output.amplification, joints=output.interfaces, cuts=planes)
-        )
-    return Recorders(members, scene.output.every)
+def _recorders(scene: specs.Scene, built: Built, out: Path, quiet: bool) -> Recorders:
+    statics = isinstance(scene.analysis, specs.Statics)
+    request = Request(out, scene.title, scene.output, statics, built.stones.material)
+    return Recorders([_progress(scene, quiet), History(out), *recorders(request)], scene.output.every)
 
 
 def _progress(scene: specs.Scene, quiet: bool) -> Progress:
@@ -302,17 +252,3 @@ def _save_problem(out: Path, step: int | None, model: Model, made: Increment) ->
     path = out / f"contact_{step}.npz"
     save_problem(made.problem, path, found_arrays(made, model))
     return path
-
-
-def _picture(scene: specs.Scene, made: March, out: Path) -> list[Path]:
-    """The mechanism, on the structure as it was when the last step began, where this machine can draw."""
-    from masonry_fem.march.mechanism import mechanism_of_step  # noqa: PLC0415
-    from masonry_fem.output.mechanism_picture import draw_mechanism  # noqa: PLC0415
-    from masonry_fem.output.render import can_render  # noqa: PLC0415
-    from masonry_fem.output.scenery import Scenery  # noqa: PLC0415
-
-    found = mechanism_of_step(made.last, made.model)
-    if not found.parts or not can_render():
-        return []
-    scenery = Scenery.of(made.model, made.last.before, title=scene.title)
-    return [draw_mechanism(scenery, found, out / "mechanism.png")]

@@ -82,3 +82,11 @@ class InterfaceFields:
                 PRESSURE: told.linear.pressure,
             },
         )
+
+
+def interface_name(model: Model, number: int) -> str:
+    """Candidate and antagonist by name, and the joint's label."""
+    interface = model.interfaces[number]
+    candidate, antagonist = (model.assembly.blocks[block].name for block in interface.blocks)
+    label = f" ({interface.label})" if interface.label else ""
+    return f"{candidate} / {antagonist}{label}"

@@ -9,7 +9,6 @@ be drawn again without its model (``view``).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,17 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from masonry_fem.march.model import Model
-from masonry_fem.march.state import BONDED, OPEN, SLIP, STICK, SystemState
+from masonry_fem.march.state import BONDED, OPEN, SLIP, STICK
 from masonry_fem.output import fields
 from masonry_fem.output.arrows import add_arrows, interface_resultants, legend_sample
 from masonry_fem.output.backdrop import GHOST, draw_pale, title_of
-from masonry_fem.output.cut import Plane, draw_cut
 from masonry_fem.output.error_picture import draw_error
 from masonry_fem.output.joint_map import draw_opening, draw_sliding
 from masonry_fem.output.overview import draw_overview
-from masonry_fem.output.recorder import StepReport
-from masonry_fem.output.render import Stage, View, can_render
+from masonry_fem.output.render import Stage, View
 from masonry_fem.output.scenery import DeformedShape, Scenery
 from masonry_fem.output.sheet import (
     HELD,
@@ -49,44 +45,6 @@ STATUS_COLOURS = {OPEN: "#9aa2ab", STICK: "#1b7f5c", SLIP: "#e07b1a", BONDED: "#
 STATUS_WORDS = {OPEN: "open", STICK: "stick", SLIP: "slip", BONDED: "bonded"}
 DISPLACEMENT_COLOURS = "YlGnBu"
 DAMAGE_COLOURS = "inferno_r"
-
-
-class Pictures:
-    """Recorder that draws the last state when the run ends.
-
-    With ``joints`` the thrust and the maps of openings and slides too, and the ``cuts`` asked for.
-    """
-
-    dense = True  # it keeps the state only, which costs nothing
-    amendable = True
-    draws = True
-
-    def __init__(
-        self, directory: Path, title: str = "", amplification: float | None = None, *,
-        joints: bool = False, cuts: Sequence[Plane] = (),
-    ) -> None:  # fmt: skip
-        self._directory, self._title, self._amplification = Path(directory), title, amplification
-        self._joints, self._cuts = joints, tuple(cuts)
-        self._last: tuple[Model, SystemState] | None = None
-
-    def start(self, model: Model) -> None:
-        """Nothing to prepare."""
-
-    def record(self, model: Model, state: SystemState, report: StepReport) -> None:
-        """Keep the state."""
-        self._last = model, state
-
-    def close(self, summary: Mapping[str, Any]) -> list[Path]:
-        """Draw, where this machine can."""
-        last, self._last = self._last, None
-        # who has pressed Ctrl-C does not want to wait for pictures
-        if last is None or summary.get("outcome") in ("interrupted", "failed") or not can_render():
-            return []
-        scenery = Scenery.of(*last, title=self._title, joints=self._joints)
-        paths = draw_all(scenery, self._directory, self._amplification)
-        for plane in self._cuts:
-            paths += draw_cut(scenery, plane, self._directory, self._amplification)
-        return paths
 
 
 def draw_all(scenery: Scenery, directory: Path, amplification: float | None = None) -> list[Path]:

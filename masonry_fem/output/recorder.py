@@ -14,11 +14,15 @@ import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from masonry_fem.errors import MasonryError
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
+
+if TYPE_CHECKING:
+    from masonry_fem.march.determinacy import ForceDeterminacy
+    from masonry_fem.march.march import March
 
 logger = logging.getLogger(__name__)
 
@@ -37,8 +41,26 @@ class StepReport(Protocol):
         ...
 
 
+@dataclass(frozen=True, slots=True)
+class Request:
+    """What a recorder is made for.
+
+    Attributes
+    ----------
+    folder : Where its files go. title : Of the scene.
+    asked : The scene's ``[output]``. statics : Whether the analysis is one.
+    materials : Of the blocks, by their numbers.
+    """
+
+    folder: Path
+    title: str
+    asked: Any
+    statics: bool
+    materials: Sequence[str]
+
+
 class Recorder(Protocol):
-    """One output."""
+    """One output; one with a method ``end(march, determinacy)`` is told how the march ended."""
 
     dense: bool
     """True: wants every step, whatever the thinning (a history, a progress bar)."""
@@ -94,13 +116,19 @@ class Recorders:
             if due or member.dense:
                 self._guard(member, "record", model, state, report)
 
-    def amend(self, model: Model, state: SystemState, report: StepReport) -> None:
-        """Put another state in the place of the last one, for the members that can (``amendable``)."""
-        if self._pending is not None:
-            self._pending = _Moment(model, state, report)
+    def end(self, made: March, told: ForceDeterminacy | None) -> None:
+        """Tell those who ask how the march ended, and what forces are determined, where that is known.
+
+        The state with these forces takes the place of the last one, for the members that can (``amendable``).
+        """
+        if told is not None and self._pending is not None:
+            self._pending = _Moment(made.model, told.state, made.report)
         for member in list(self._members):
-            if getattr(member, "amendable", False) and (member.dense or self._pending is None):
-                self._guard(member, "record", model, state, report)
+            amends = getattr(member, "amendable", False) and (member.dense or self._pending is None)
+            if told is not None and amends:
+                self._guard(member, "record", made.model, told.state, made.report)
+            if hasattr(member, "end"):
+                self._guard(member, "end", made, told)
 
     def undrawn(self) -> None:
         """Leave out the members that draw (``draws``)."""

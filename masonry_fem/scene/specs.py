@@ -8,10 +8,11 @@ and pushes them in ``actions``; this module has the rest and gathers all names.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal, Union
+from typing import TYPE_CHECKING, Annotated, Literal, Union, cast
 
-from msgspec import Meta
+from msgspec import Meta, defstruct
 
+from masonry_fem.output import asked
 from masonry_fem.records.mesh_settings import MeshSettings
 from masonry_fem.records.reading_limits import Reading
 from masonry_fem.records.record import (
@@ -411,6 +412,19 @@ class Cut(Spec, frozen=True, kw_only=True):
     show: tuple[CutField, ...] = ("von_mises",)
 
 
+def _with_outputs(record: type[Output]) -> type[Output]:
+    """The record with a key for each further file of ``masonry_fem.output.asked``."""
+    keys = [key for key in asked.names() if key not in record.__struct_fields__]
+    if not keys:
+        return record
+    told = "\n".join(f"{key} : {asked.meaning(key)}" for key in keys)
+    text = {"__doc__": f"{record.__doc__}\nAttributes\n----------\n{told}"}
+    fields = [(key, bool, False) for key in keys]
+    wider = defstruct("Output", fields, bases=(record,), namespace=text, frozen=True, kw_only=True)
+    return cast("type[Output]", wider)
+
+
+@_with_outputs
 class Output(Spec, frozen=True, kw_only=True):
     """What is written besides ``summary.json`` and ``history.csv``.
 

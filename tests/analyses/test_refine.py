@@ -167,7 +167,7 @@ def test_interruption_leaves_the_last_whole_round(tmp_path, monkeypatch):
 
 
 def test_pictures_are_of_the_last_round_only(tmp_path, monkeypatch):
-    from masonry_fem.output.picture import Pictures
+    from masonry_fem.output.asked.pictures import Pictures
 
     drawn = []
     monkeypatch.setattr(Pictures, "close", lambda self, summary: drawn.append(summary["unknowns"]) or [])

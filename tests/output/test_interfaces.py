@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from masonry_fem.analyses.run import RunResult, run
-from masonry_fem.output.interface_table import joint_summary, write_interfaces
+from masonry_fem.output.asked.interfaces import joint_summary, write_interfaces
 from masonry_fem.output.interfaces import (
     CRACKED,
     FREE,

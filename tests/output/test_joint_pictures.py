@@ -12,8 +12,8 @@ from masonry_fem.analyses.run import RunResult, run
 from masonry_fem.build import build
 from masonry_fem.errors import SceneError
 from masonry_fem.output import cut, fields, interface_fields, joint_map, picture, render, sheet, thrust
+from masonry_fem.output.asked.pictures import Pictures
 from masonry_fem.output.cut import Plane, area_of, section_of
-from masonry_fem.output.picture import Pictures
 from masonry_fem.output.render import Stage, View
 from masonry_fem.output.scenery import Scenery
 from masonry_fem.output.thrust import thrust_segments

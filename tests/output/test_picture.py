@@ -9,12 +9,12 @@ from masonry_fem.errors import InstallationError, SceneError
 from masonry_fem.host import installation
 from masonry_fem.output import mesh_picture, picture, render, scenery, sheet, view
 from masonry_fem.output.arrows import interface_resultants
+from masonry_fem.output.asked.fields import FieldFiles
+from masonry_fem.output.asked.pictures import Pictures
 from masonry_fem.output.mesh_picture import write_mesh_files
-from masonry_fem.output.picture import Pictures
 from masonry_fem.output.render import View
 from masonry_fem.output.scenery import DeformedShape, Scenery, amplification_of
 from masonry_fem.output.sheet import colour_end
-from masonry_fem.output.vtu import FieldFiles
 
 pytest.importorskip("pyvista")
 draws = pytest.mark.skipif(not render.can_render(), reason="neither EGL nor OSMesa here")

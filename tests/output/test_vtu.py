@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from masonry_fem.analyses.run import run
+from masonry_fem.output.asked.fields import FieldFiles
 from masonry_fem.output.cell import HEXAHEDRON, PYRAMID, TETRA, standard_cell
 from masonry_fem.output.fields import cell_arrays, contact_arrays, point_arrays
 from masonry_fem.output.grid import POLYGON, POLYHEDRON, VTK_TYPE, grid_of, polygon_of, three
 from masonry_fem.output.masks import with_nan
-from masonry_fem.output.vtu import FieldFiles, write_points, write_vtu
+from masonry_fem.output.vtu import write_points, write_vtu
 from masonry_fem.scene import loads
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.polytope import Polytope

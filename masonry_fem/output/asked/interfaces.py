@@ -1,4 +1,4 @@
-"""Interface table: ``interfaces.csv``, one line a joint between two blocks at the end of a run.
+"""What joints carry: ``interfaces.csv``, one line a joint between two blocks at the end of a run.
 
 With field files ``interfaces.pvd`` has the same for each recorded step, for ParaView. The header
 states units; of plane scenes forces are for a metre of depth. A cell is empty where a joint has no
@@ -18,16 +18,21 @@ import numpy as np
 
 from masonry_fem.host.atomic import write_atomic
 from masonry_fem.march.determinacy import COMPONENTS, ForceDeterminacy
+from masonry_fem.march.march import March
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
-from masonry_fem.output.determinacy_table import interface_name
-from masonry_fem.output.interface_fields import InterfaceFields, labels_of
+from masonry_fem.output.interface_fields import InterfaceFields, interface_name, labels_of
 from masonry_fem.output.interfaces import STATUS_WORDS, InterfaceForces, interface_forces
 from masonry_fem.output.joint_faces import JointFaces
-from masonry_fem.output.recorder import StepReport
+from masonry_fem.output.recorder import Request, StepReport
 from masonry_fem.output.vtu import Series, field_data, named, write_faces
 
 Columns = dict[str, list[Any]]
+
+
+def recorder(request: Request) -> InterfaceTable:
+    """The table, and with field files the series."""
+    return InterfaceTable(request.folder, fields=request.asked.fields)
 
 
 class InterfaceTable:
@@ -56,9 +61,9 @@ class InterfaceTable:
             write_faces(path, InterfaceFields.of(model, told), field_data(model, state) | meta)
             self._series.add(path, report.time)
 
-    def determine(self, told: ForceDeterminacy) -> None:
-        """Say which forces of the last state are facts, for columns of their own."""
-        self._determined = told
+    def end(self, made: March, determinacy: ForceDeterminacy | None) -> None:
+        """Keep which forces of the last state are facts, for columns of their own."""
+        self._determined = determinacy
 
     def close(self, summary: Mapping[str, Any]) -> list[Path]:
         """Write the table."""

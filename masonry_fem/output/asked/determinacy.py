@@ -1,9 +1,10 @@
-"""Determinacy on paper: ``determinacy.csv``, one line an interface, and its part of ``summary.json``."""
+"""Which forces are facts: ``determinacy.csv``, one line an interface, and its part of ``summary.json``."""
 
 from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +12,44 @@ import numpy as np
 
 from masonry_fem.host.atomic import write_atomic
 from masonry_fem.march.determinacy import COMPONENTS, ForceDeterminacy
+from masonry_fem.march.march import March
 from masonry_fem.march.model import Model
+from masonry_fem.march.state import SystemState
+from masonry_fem.output.interface_fields import interface_name
+from masonry_fem.output.recorder import Request, StepReport
 
 SHOWN = 50  # interfaces that a summary names
 # Components of a support's wrench, in the axes of the scene
 WORLD = {2: ("fx", "fy", "mz"), 3: ("fx", "fy", "fz", "mx", "my", "mz")}
+
+
+def recorder(request: Request) -> DeterminacyTable:
+    """The table of the last step."""
+    return DeterminacyTable(request.folder / "determinacy.csv")
+
+
+class DeterminacyTable:
+    """Recorder of ``determinacy.csv``."""
+
+    dense = False
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._end: tuple[Model, ForceDeterminacy] | None = None
+
+    def start(self, model: Model) -> None:
+        """Nothing is written before the end."""
+
+    def record(self, model: Model, state: SystemState, report: StepReport) -> None:
+        """Nor of a step."""
+
+    def end(self, made: March, determinacy: ForceDeterminacy | None) -> None:
+        """Keep what is determined."""
+        self._end = None if determinacy is None else (made.model, determinacy)
+
+    def close(self, summary: Mapping[str, Any]) -> list[Path]:
+        """Write the table."""
+        return [] if self._end is None else [write_determinacy(self._path, *self._end)]
 
 
 def determinacy_summary(model: Model, told: ForceDeterminacy) -> dict[str, Any]:
@@ -65,14 +99,6 @@ def write_determinacy(path: Path, model: Model, told: ForceDeterminacy) -> Path:
         table.writerow([k, *blocks, interface.label, points[k], *told.resultant[k].tolist(), *known])
     write_atomic(path, text.getvalue().encode())
     return path
-
-
-def interface_name(model: Model, number: int) -> str:
-    """Candidate and antagonist by name, and the joint's label."""
-    interface = model.interfaces[number]
-    candidate, antagonist = (model.assembly.blocks[block].name for block in interface.blocks)
-    label = f" ({interface.label})" if interface.label else ""
-    return f"{candidate} / {antagonist}{label}"
 
 
 def _left_open(names: tuple[str, ...], known: np.ndarray) -> list[str]:

@@ -1,0 +1,53 @@
+"""Outputs that a scene asks for, one file each: its name is the key in ``[output]``, ``recorder`` makes it.
+
+    for recorder in recorders(request): ...      # those whose keys are true
+
+The first line of a file's docstring is the meaning of its key. A file is loaded only where its output is
+asked for; nothing else lists it.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from pkgutil import iter_modules
+from typing import TYPE_CHECKING
+
+from masonry_fem.errors import ExtensionError
+
+if TYPE_CHECKING:
+    from masonry_fem.output.recorder import Recorder, Request
+
+
+def names() -> tuple[str, ...]:
+    """What ``[output]`` may ask for, by the names of the files."""
+    return tuple(file.name for file in iter_modules(__path__))
+
+
+def meaning(key: str) -> str:
+    """The first line of its file's docstring, without its full stop."""
+    file = find_spec(f"{__name__}.{key}")
+    assert file is not None
+    told = ast.get_docstring(ast.parse(Path(str(file.origin)).read_text(encoding="utf-8")))
+    return (told or "").partition("\n")[0].rstrip(".")
+
+
+def recorders(request: Request) -> Iterator[Recorder]:
+    """What is asked for, in the order of the files.
+
+    Raises
+    ------
+    ExtensionError : A file that is asked for has no function ``recorder``.
+    """
+    for key in names():
+        if getattr(request.asked, key):
+            module = import_module(f"{__name__}.{key}")
+            if not callable(getattr(module, "recorder", None)):
+                raise ExtensionError(
+                    f"{module.__file__} has no function recorder, expected one that makes the output "
+                    f"'{key}'; write def recorder(request: Request) -> Recorder"
+                )
+            yield module.recorder(request)

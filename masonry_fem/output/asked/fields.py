@@ -1,0 +1,88 @@
+"""ParaView files.
+
+One ``.vtu`` a recorded step for the blocks and one for the contact points, and for each kind a
+``.pvd`` series that is rewritten after every step, so that an interrupted run can be read:
+
+    out/blocks.pvd   out/contacts.pvd   out/fields/blocks_000012.vtu   ...
+
+What acts on the blocks beside contacts stands in ``out/fields/acting_000012.csv``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from masonry_fem.host.atomic import write_atomic
+from masonry_fem.march.model import Model
+from masonry_fem.march.state import STATUS_NAMES, SystemState
+from masonry_fem.output.acting_table import acting_table
+from masonry_fem.output.fields import (
+    DISPLACEMENT,
+    MATERIAL,
+    SLIP,
+    VELOCITY,
+    cell_arrays,
+    contact_arrays,
+    point_arrays,
+)
+from masonry_fem.output.grid import FIDELITY_NAMES, Grid, grid_of, three
+from masonry_fem.output.recorder import Request, StepReport
+from masonry_fem.output.vtu import Series, field_data, named, write_points, write_vtu
+
+
+def recorder(request: Request) -> FieldFiles:
+    """Files of every recorded step."""
+    return FieldFiles(request.folder, materials=request.materials, statics=request.statics)
+
+
+class FieldFiles:
+    """Recorder of block and contact fields under ``directory``."""
+
+    dense = False
+    amendable = True  # a second record of a step replaces the first
+
+    def __init__(self, directory: Path, *, materials: Sequence[str] = (), statics: bool = False) -> None:
+        """Prepare files; ``materials`` by block. In ``statics`` velocities are none, and left out."""
+        self._directory = Path(directory)
+        self._materials, self._statics = materials, statics
+        self._blocks = Series(self._directory, "blocks")
+        self._contacts = Series(self._directory, "contacts")
+        self._grid: Grid | None = None
+
+    def start(self, model: Model) -> None:
+        """Fix the grid, which serves all steps."""
+        self._grid = grid_of(model, shells=True)
+
+    def record(self, model: Model, state: SystemState, report: StepReport) -> None:
+        """Write one step and bring the two series up to date."""
+        grid = self._grid or grid_of(model, shells=True)
+        points, cells, meta = point_arrays(grid, model, state), cell_arrays(grid, model, state), {}
+        if self._materials:
+            names, number = np.unique(self._materials, return_inverse=True)
+            cells[MATERIAL], meta["material_names"] = number[grid.cell_block], named(names)
+        meta |= field_data(model, state) | {"fidelity_names": named(FIDELITY_NAMES)}
+        if self._statics:
+            points.pop(VELOCITY)
+        path = self._blocks.next_path(state.index)
+        write_vtu(path, grid, points, cells, meta)
+        self._blocks.add(path, report.time)
+        if model.contacts.count:
+            path = self._contacts.next_path(state.index)
+            reference = three(model.contacts.points[:, 0])
+            arrays = {DISPLACEMENT: three(state.points) - reference} | contact_arrays(model, state)
+            if self._statics:
+                arrays.pop(SLIP)
+            meta = field_data(model, state) | {"status_names": named(STATUS_NAMES)}
+            write_points(path, reference, arrays, meta)
+            self._contacts.add(path, report.time)
+        if state.acting is not None:
+            path = self._directory / "fields" / f"acting_{state.index:06d}.csv"
+            write_atomic(path, acting_table(model, state.acting))
+
+    def close(self, summary: Mapping[str, Any]) -> list[Path]:
+        """Name the two series."""
+        return [series.path for series in (self._blocks, self._contacts) if series.path.exists()]

@@ -1,0 +1,82 @@
+"""PNG sheets at the end."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from masonry_fem.march.mechanism import mechanism_of_step
+from masonry_fem.march.model import Model
+from masonry_fem.march.state import SystemState
+from masonry_fem.output.cut import Plane, draw_cut
+from masonry_fem.output.mechanism_picture import draw_mechanism
+from masonry_fem.output.picture import draw_all
+from masonry_fem.output.recorder import Request, StepReport
+from masonry_fem.output.render import can_render
+from masonry_fem.output.scenery import Scenery
+
+if TYPE_CHECKING:
+    from masonry_fem.march.determinacy import ForceDeterminacy
+    from masonry_fem.march.march import March
+
+
+def recorder(request: Request) -> Pictures:
+    """Pictures of the end, and the cuts that are asked for."""
+    asked = request.asked
+    planes = [Plane(one.name, one.point, one.normal, one.show) for one in asked.cuts]
+    return Pictures(request.folder, request.title, asked.amplification, joints=asked.interfaces, cuts=planes)
+
+
+class Pictures:
+    """Recorder that draws the last state when the run ends.
+
+    With ``joints`` the thrust and the maps of openings and slides too, and the ``cuts`` asked for.
+    """
+
+    dense = True  # it keeps the state only, which costs nothing
+    amendable = True
+    draws = True
+
+    def __init__(
+        self, directory: Path, title: str = "", amplification: float | None = None, *,
+        joints: bool = False, cuts: Sequence[Plane] = (),
+    ) -> None:  # fmt: skip
+        self._directory, self._title, self._amplification = Path(directory), title, amplification
+        self._joints, self._cuts = joints, tuple(cuts)
+        self._last: tuple[Model, SystemState] | None = None
+        self._end: March | None = None
+
+    def start(self, model: Model) -> None:
+        """Nothing to prepare."""
+
+    def record(self, model: Model, state: SystemState, report: StepReport) -> None:
+        """Keep the state."""
+        self._last = model, state
+
+    def end(self, made: March, determinacy: ForceDeterminacy | None) -> None:
+        """Keep how it ended."""
+        self._end = made
+
+    def close(self, summary: Mapping[str, Any]) -> list[Path]:
+        """Draw, where this machine can."""
+        last, self._last = self._last, None
+        # who has pressed Ctrl-C does not want to wait for pictures
+        if last is None or summary.get("outcome") in ("interrupted", "failed") or not can_render():
+            return []
+        scenery = Scenery.of(*last, title=self._title, joints=self._joints)
+        paths = draw_all(scenery, self._directory, self._amplification)
+        for plane in self._cuts:
+            paths += draw_cut(scenery, plane, self._directory, self._amplification)
+        return paths + self._mechanism()
+
+    def _mechanism(self) -> list[Path]:
+        """Where there is no equilibrium: how it falls, from where it was when the last step began."""
+        made = self._end
+        if made is None or made.outcome != "no_equilibrium":
+            return []
+        found = mechanism_of_step(made.last, made.model)
+        if not found.parts:
+            return []
+        scenery = Scenery.of(made.model, made.last.before, title=self._title)
+        return [draw_mechanism(scenery, found, self._directory / "mechanism.png")]

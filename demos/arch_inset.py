@@ -37,6 +37,7 @@ from matplotlib.patches import Polygon
 
 from masonry_fem import load, solve
 from masonry_fem.analyses.run import RunResult
+from masonry_fem.bodies.base import by_block
 
 SCENE = Path(__file__).with_suffix(".toml")
 SPECIFIC_WEIGHT = 2400 * 9.81  # [N/m³]
@@ -95,8 +96,8 @@ def draw(axes: Axes, result: RunResult) -> float:
     model, state = result.built.model, result.march.state
     keystone = 0.0
     for group, own in zip(model.groups, state.bodies, strict=True):
-        for body, block in enumerate(group.blocks):
-            moved = group.displacement_field(own, body)
+        fields = by_block(group, group.displacements(own))
+        for body, (block, moved) in enumerate(zip(group.blocks, fields, strict=True)):
             axes.add_patch(
                 Polygon(
                     in_circle(group.nodes(body) + moved),

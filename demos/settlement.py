@@ -40,6 +40,7 @@ import numpy as np
 
 from masonry_fem import load, run, solve
 from masonry_fem.analyses.limit import analyse
+from masonry_fem.bodies.base import by_block
 
 SCENE = Path(__file__).with_suffix(".toml")
 WEIGHT = 271.22688e3  # [N/m]
@@ -76,9 +77,9 @@ def main(*, out: Path | None = None, settlement: float = 0.04) -> Settlement:
     result = solve(scene) if out is None else run(scene, out)
     model, state = result.built.model, result.march.state
     moved = {
-        model.assembly.blocks[block].name: group.displacement_field(own, body)
+        model.assembly.blocks[block].name: field
         for group, own in zip(model.groups, state.bodies, strict=True)
-        for body, block in enumerate(group.blocks.tolist())
+        for block, field in zip(group.blocks, by_block(group, group.displacements(own)), strict=True)
     }
     lintel = next(name for name in moved if "lintel" in name)
     corners = model.assembly.solid([b.name for b in model.assembly.blocks].index(lintel)).vertices

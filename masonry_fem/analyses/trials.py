@@ -142,7 +142,7 @@ class Trials:
             model = replace(self.built.model, loads=self.push.at_first(self.strategy, multiplier))
             return march(model, self.strategy, self.settings, bodies=self.built.bodies)
         ended = self._onward(self.strategy, *origin, multiplier)
-        rigid = all(group.cell == "polytope" for group in ended.model.groups)
+        rigid = not any(group.deforms for group in ended.model.groups)
         if ended.outcome != "no_convergence" or not isinstance(self.strategy, Statics) or not rigid:
             return ended
         again = self._onward(STRIKE, *origin, multiplier)

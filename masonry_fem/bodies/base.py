@@ -7,7 +7,9 @@ part, M-orthogonal to the rigid modes (split form, formulation 2b):
 
     u = Φ U + u_el,        Φᵀ M Φ = I
 
-The march knows groups only by the protocols of this file.
+The march knows groups only by the protocols of this file: what *moves*, what *is loaded*, what *is
+shown*. Who reads a group asks for the one that it needs. What a group can do it says by ``prescribed``,
+``turns`` and ``deforms``; nobody asks what it is.
 """
 
 from __future__ import annotations
@@ -192,20 +194,29 @@ class Attachment(Protocol):
         ...
 
 
-class BodyGroup(Protocol):
-    """b blocks of one kind. ``m`` rigid velocities each: 3 in 2D, 6 in 3D."""
+class Moves(Protocol):
+    """What steps and contacts ask of b blocks of one kind; ``m`` rigid velocities each: 3 in 2D, 6 in 3D."""
 
+    kind: str
+    """Name of this kind of body, for reports: the blocks' fidelity, or ``support``."""
     blocks: IntArray
     """Block numbers in the assembly, shape (b,)."""
-    prescribed: bool
-    """True for supports: their U is given (``Free.rigid_velocity``), not solved for."""
     mass: FloatArray
     """Masses [kg], shape (b,)."""
-
-    cell: str
-    """Kind of the cells in ``cells``: a key of ``solid.mesh.FACET_OF``, or ``"polytope"``."""
+    prescribed: bool
+    """Whether the motion is given, as that of supports: ``Free.rigid_velocity`` is U⁺, and not solved for."""
+    turns: bool
+    """Whether equations follow the blocks as these turn: frames, lever arms and loads are those of the place
+    where a block is. Else they stay those of the reference, as small kinematics has it."""
+    deforms: bool
+    """Whether blocks have an elastic part: nodal velocities, a compliance at contacts, strains."""
     factorisations: int
     """Matrices factorised so far: one for each scheme, whatever the number of blocks; 0 for rigid ones."""
+
+    @property
+    def unknowns(self) -> int:
+        """Displacements of all blocks that a step solves for; 0 where the motion is prescribed."""
+        ...
 
     def rest(self) -> State:
         """The state of reference: undeformed, in place, at rest."""
@@ -215,22 +226,8 @@ class BodyGroup(Protocol):
         """The group seen through contact sides."""
         ...
 
-    # forces are arrays of the group's own kind: nodal (b, n), or for rigid blocks the force and the
-    # dyadic of its lever arm (b, d + d²), world axes; they add and scale. Loads are dead.
-    def acceleration_force(self, acceleration: FloatArray) -> FloatArray:
-        """Body force of a uniform acceleration (d,) [m/s²]."""
-        ...
-
-    def traction_force(self, body: int, face: int, traction: FloatArray) -> FloatArray:
-        """Uniform traction (d,) [Pa], world axes, on a polytope face of one block."""
-        ...
-
-    def point_force(self, body: int, point: FloatArray | None, force: FloatArray) -> FloatArray:
-        """Force (d,) [N] at a world point of the reference configuration (None: centroid)."""
-        ...
-
-    def resultant(self, force: FloatArray) -> FloatArray:
-        """Force and moment about the world origin, shape (b, d + 1) in 2D, (b, 6) in 3D [N, N m]."""
+    def motion(self, state: State) -> tuple[FloatArray, FloatArray]:
+        """The rigid motions x = R X + t nearest to what blocks have done, (b, d, d) and (b, d) [m]."""
         ...
 
     def free(self, state: State, guess: State, force: FloatArray, scheme: Scheme) -> Free:
@@ -252,13 +249,53 @@ class BodyGroup(Protocol):
         """The state at the end of the step: U⁺ (b, m) and the nodal contact impulses Gᵀ p (b, n)."""
         ...
 
+    def velocity_parts(self, state: State) -> tuple[FloatArray, FloatArray | None]:
+        """The state's velocity as (U (b, m), u_el (b, n)); None where blocks do not deform."""
+        ...
+
+    def scale_velocity(self, state: State, factor: float) -> State:
+        """The state with its velocities multiplied by ``factor`` (0: velocity zeroing)."""
+        ...
+
+    def with_velocity(self, state: State, body: int, velocity: FloatArray, spin: FloatArray) -> State:
+        """One block set moving at ``velocity`` (d,) [m/s], turning at ``spin`` (1,) or (3,) [rad/s]."""
+        ...
+
+
+class Loaded(Protocol):
+    """What loads do to b blocks, and what a step is judged by: balance and energy, from the two states alone.
+
+    Forces are arrays of the group's own kind: nodal (b, n), or for rigid blocks the force and the dyadic of
+    its lever arm (b, d + d²), world axes; they add and scale. Loads are dead.
+    """
+
+    def acceleration_force(self, acceleration: FloatArray) -> FloatArray:
+        """Body force of a uniform acceleration (d,) [m/s²]."""
+        ...
+
+    def traction_force(self, body: int, face: int, traction: FloatArray) -> FloatArray:
+        """Uniform traction (d,) [Pa], world axes, on a polytope face of one block."""
+        ...
+
+    def point_force(self, body: int, point: FloatArray | None, force: FloatArray) -> FloatArray:
+        """Force (d,) [N] at a world point of the reference configuration (None: centroid)."""
+        ...
+
+    def resultant(self, force: FloatArray, state: State | None = None) -> FloatArray:
+        """Force and moment about the world origin, shape (b, m) [N, N m].
+
+        Of blocks that turn where they are in ``state``; None: in the reference.
+        """
+        ...
+
     def imbalance(
-        self, state: State, after: State, force: FloatArray, impulse: FloatArray, nodal: FloatArray | None,
-        scheme: Scheme,
+        self, state: State, guess: State, after: State, force: FloatArray, impulse: FloatArray,
+        nodal: FloatArray | None, scheme: Scheme,
     ) -> FloatArray:  # fmt: skip
         """Residual of each block's momentum equation over the step [N s], shape (b,).
 
-        ``impulse`` is Bᵀ p (b, m); evaluated from the two states, not from the solver's words.
+        ``impulse`` is Bᵀ p (b, m), ``guess`` the state in whose arms and axes it is written, as in ``free``:
+        ``after`` itself where the step balances there. Not from the solver's words.
         """
         ...
 
@@ -267,8 +304,7 @@ class BodyGroup(Protocol):
     ) -> dict[str, FloatArray]:
         """Force and moment about the origin that clamped faces give, by ``block/face`` name.
 
-        From the momentum of the clamped nodes over the step; shape (d + 1,) in 2D, (6,) in 3D
-        [N, N m]. Empty for groups without clamps.
+        From the momentum of the clamped nodes over the step, shape (m,) [N, N m]. Empty without clamps.
         """
         ...
 
@@ -278,20 +314,8 @@ class BodyGroup(Protocol):
         """What acts on the blocks in a step, where they balance.
 
         Blocks that turn balance where they are at the end of a step of statics and at the start of one of
-        dynamics; blocks of small kinematics in the reference.
+        dynamics; others in the reference.
         """
-        ...
-
-    def scale_velocity(self, state: State, factor: float) -> State:
-        """The state with its velocities multiplied by ``factor`` (0: velocity zeroing)."""
-        ...
-
-    def velocity_parts(self, state: State) -> tuple[FloatArray, FloatArray | None]:
-        """The state's velocity as (U (b, m), u_el (b, n)); None where the group has no elastic part."""
-        ...
-
-    def with_velocity(self, state: State, body: int, velocity: FloatArray, spin: FloatArray) -> State:
-        """One block set moving at ``velocity`` (d,) [m/s], turning at ``spin`` (1,) or (3,) [rad/s]."""
         ...
 
     def step_energy(
@@ -311,29 +335,41 @@ class BodyGroup(Protocol):
         """½ qᵀ K q, shape (b,) [J]."""
         ...
 
-    def displacement(self, state: State, body: int, point: FloatArray) -> FloatArray:
-        """Displacement of a material point given in world coordinates of reference, (d,) [m]."""
+
+class Shown(Protocol):
+    """Where b blocks are and what is in them, for pictures, tables and measures.
+
+    Values at nodes come for all blocks at once, block after block, world axes: v is the number of all nodes
+    (``by_block`` parts them). Nodes are those of the mesh, or the corners of blocks without one.
+    """
+
+    @property
+    def cell(self) -> str | None:
+        """Kind of the mesh's cells, a key of ``solid.mesh.FACET_OF``; None where ``cells`` are faces."""
         ...
 
-    # what post-processing asks for; one set of cells for all blocks of the group
-    def cells(self, body: int) -> Sequence[Any] | NDArray[np.int64]:
-        """Cells of one block over its nodes: (m, k) node numbers, or a polytope's face loops."""
+    def cells(self, body: int) -> Sequence[Any] | IntArray:
+        """Cells of one block over its nodes: (cells, k) node numbers, or the face loops of a solid."""
         ...
 
     def nodes(self, body: int) -> FloatArray:
-        """Nodes of one block in world coordinates of the reference, shape (n, d) [m]."""
+        """Nodes of one block in the reference, shape (n, d) [m]."""
         ...
 
     def positions(self, state: State) -> FloatArray:
-        """Where the nodes of all blocks are, block after block, world axes, shape (all nodes, d) [m]."""
+        """Where the nodes are, shape (v, d) [m]."""
         ...
 
-    def displacement_field(self, state: State, body: int) -> FloatArray:
-        """Displacement of the nodes of one block, world axes, shape (n, d) [m]."""
+    def displacements(self, state: State) -> FloatArray:
+        """How far the nodes have gone, shape (v, d) [m]."""
         ...
 
-    def velocity_field(self, state: State, body: int) -> FloatArray:
-        """Velocity of the nodes of one block, world axes, shape (n, d) [m/s]."""
+    def velocities(self, state: State, place: State | None = None) -> FloatArray:
+        """Velocity of the nodes, shape (v, d) [m/s]; of blocks that turn as if they were in ``place``."""
+        ...
+
+    def displacement(self, state: State, body: int, point: FloatArray) -> FloatArray:
+        """Displacement of a material point given in world coordinates of reference, (d,) [m]."""
         ...
 
     def stress(self, state: State) -> StressField | None:
@@ -343,3 +379,13 @@ class BodyGroup(Protocol):
     def stress_error(self, state: State) -> StressError | None:
         """How exact the stresses are, estimated; None where the group has none (rigid)."""
         ...
+
+
+class BodyGroup(Moves, Loaded, Shown, Protocol):
+    """All that a model's blocks owe: who adds a kind of body writes these."""
+
+
+def by_block(group: BodyGroup, values: FloatArray) -> list[FloatArray]:
+    """Values at all nodes of a group (v, ...) as one array a block."""
+    ends = np.cumsum([len(group.nodes(body)) for body in range(len(group.blocks))])
+    return np.split(values, ends[:-1])

@@ -77,6 +77,7 @@ class RigidGroup(Undeformed):
         If a shape has no volume (its faces are turned inside out), or a density is not positive.
     """
 
+    kind = "rigid"
     prescribed = False
 
     def __init__(
@@ -98,7 +99,7 @@ class RigidGroup(Undeformed):
         # √ of the diagonal of the mass matrix in (v, ω about principal axes), shape (b, m)
         mass_columns = np.repeat(self.mass[:, None], self.dimension, axis=1)
         self._scale: FloatArray = np.sqrt(np.concatenate([mass_columns, self.inertia], axis=1))
-        self._turns = turns
+        self.turns = turns
 
     def rest(self) -> RigidState:
         """The state of reference: in place, at rest."""
@@ -116,12 +117,7 @@ class RigidGroup(Undeformed):
 
     def _current_axes(self, rotation: FloatArray) -> FloatArray:
         """Principal axes now, as columns of world components, shape (b, 1 or 3, 1 or 3)."""
-        return rotation @ self.axes if self._turns and self.dimension == 3 else self.axes
-
-    def arm_rotation(self, state: Placed) -> FloatArray:
-        """How the lever arms of loads have turned, shape (b, d, d)."""
-        d = self.dimension
-        return state.rotation if self._turns else np.broadcast_to(np.eye(d), (self.count, d, d))
+        return rotation @ self.axes if self.turns and self.dimension == 3 else self.axes
 
     def velocity_map(self, state: Placed, bodies: IntArray, points: FloatArray) -> FloatArray:
         """Velocity at current points of ``bodies`` for unit U, world axes, shape (k, d, m)."""
@@ -159,7 +155,7 @@ class RigidGroup(Undeformed):
     def _generalised(self, state: RigidState, force: FloatArray) -> FloatArray:
         """Φᵀ F of a force array, shape (b, m)."""
         d = self.dimension
-        moments = self.moments(force, self.arm_rotation(state))
+        moments = self.moments(force, self.arms(state)[0])
         principal = np.einsum("bri,br->bi", self._current_axes(state.rotation), moments)
         return np.concatenate([force[:, :d], principal], axis=1) / self._scale
 
@@ -245,7 +241,7 @@ class RigidGroup(Undeformed):
         return RigidState(position, rotation, scale * mean)
 
     def imbalance(
-        self, state: RigidState, after: RigidState, force: FloatArray, impulse: FloatArray,
+        self, state: RigidState, guess: RigidState, after: RigidState, force: FloatArray, impulse: FloatArray,
         nodal: FloatArray | None, scheme: Scheme,
     ) -> FloatArray:  # fmt: skip
         """Residual of each block's momentum equation over the step [N s], shape (b,).
@@ -253,7 +249,7 @@ class RigidGroup(Undeformed):
         The part about the principal axes counts by the momentum that it has at the radius of
         gyration, √(J/m): both parts are then √m times a residual in U.
         """
-        free = self.free(state, after, force, scheme)
+        free = self.free(state, guess, force, scheme)
         residual = free.rigid_mass * (after.velocity - free.rigid_velocity) - impulse - free.rigid_impulse
         size: FloatArray = np.sqrt(self.mass) * np.linalg.norm(residual, axis=1)
         return size

@@ -78,7 +78,9 @@ class SupportGroup(Undeformed):
         If motions and blocks differ in number, or a motion's vector has the wrong length.
     """
 
+    kind = "support"
     prescribed = True
+    unknowns = 0
 
     def __init__(
         self,
@@ -187,8 +189,8 @@ class SupportGroup(Undeformed):
         return SupportState(time, *self._pose(time), velocity)
 
     def imbalance(
-        self, state: SupportState, after: SupportState, force: FloatArray, impulse: FloatArray,
-        nodal: FloatArray | None, scheme: Scheme,
+        self, state: SupportState, guess: SupportState, after: SupportState, force: FloatArray,
+        impulse: FloatArray, nodal: FloatArray | None, scheme: Scheme,
     ) -> FloatArray:  # fmt: skip
         """Nothing: a support takes whatever it is given, shape (b,) [N s]."""
         return np.zeros(self.count)

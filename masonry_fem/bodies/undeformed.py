@@ -58,7 +58,9 @@ class Undeformed(ABC):
     centres : Points about which they turn, reference configuration, shape (b, d) [m].
     """
 
-    cell = "polytope"
+    turns = True
+    deforms = False
+    cell = None
     factorisations = 0
 
     def __init__(self, assembly: Assembly, blocks: IntArray, centres: FloatArray) -> None:
@@ -81,13 +83,18 @@ class Undeformed(ABC):
         """The blocks seen through contact sides."""
         return UndeformedAttachment(self, sides, sides.point - self.centres[sides.body])
 
+    @property
+    def unknowns(self) -> int:
+        """Displacements that a step solves for, those of all blocks."""
+        return self.count * self.freedoms
+
+    def motion(self, state: Placed) -> tuple[FloatArray, FloatArray]:
+        """The motions x = R X + t of the blocks, shapes (b, d, d) and (b, d) [m]."""
+        return state.rotation, state.position - np.einsum("bij,bj->bi", state.rotation, self.centres)
+
     @abstractmethod
     def velocity_map(self, state: Placed, bodies: IntArray, points: FloatArray) -> FloatArray:
         """Velocity at current points of ``bodies`` for unit U, world axes, shape (k, d, m)."""
-
-    def arm_rotation(self, state: Placed) -> FloatArray:
-        """How the lever arms of loads have turned, shape (b, d, d)."""
-        return state.rotation
 
     # --- loads ------------------------------------------------------------------------------------
 
@@ -107,11 +114,16 @@ class Undeformed(ABC):
             return turning[:, 0, 1, None]
         return np.stack([turning[:, 1, 2], turning[:, 2, 0], turning[:, 0, 1]], axis=1)
 
-    def resultant(self, force: FloatArray) -> FloatArray:
-        """Force and moment about the world origin in the reference, shape (b, m) [N, N m]."""
-        d = self.dimension
-        unturned = np.broadcast_to(np.eye(d), (self.count, d, d))
-        about_origin = self.moments(force, unturned) + moment(self.centres, force[:, :d])
+    def arms(self, state: Placed | None) -> tuple[FloatArray, FloatArray]:
+        """How lever arms have turned, (b, d, d), and where they begin, (b, d) [m]; None: in the reference."""
+        if state is not None and self.turns:
+            return state.rotation, state.position
+        return np.broadcast_to(np.eye(self.dimension), (self.count, *2 * (self.dimension,))), self.centres
+
+    def resultant(self, force: FloatArray, state: Placed | None = None) -> FloatArray:
+        """Force and moment about the world origin, arms as in ``state``, shape (b, m) [N, N m]."""
+        d, (rotation, centre) = self.dimension, self.arms(state)
+        about_origin = self.moments(force, rotation) + moment(centre, force[:, :d])
         return np.concatenate([force[:, :d], about_origin], axis=1)
 
     def clamp_reactions(
@@ -125,11 +137,10 @@ class Undeformed(ABC):
     ) -> Actions:
         """Loads and inertia, at the end of a step of statics, at the start of one of dynamics."""
         d, there = self.dimension, state if scheme.inertia else after
-        about_origin = self.moments(force, self.arm_rotation(there)) + moment(there.position, force[:, :d])
-        load = np.concatenate([force[:, :d], about_origin], axis=1)
+        load, centre = self.resultant(force, there), self.arms(there)[1]
         taken = self.momentum_change(state, after, scheme)
-        taken[:, d:] += moment(there.position, taken[:, :d])
-        return Actions(load, np.zeros_like(load), taken, there.position, about_origin)
+        taken[:, d:] += moment(centre, taken[:, :d])
+        return Actions(load, np.zeros_like(load), taken, centre, load[:, d:])
 
     @abstractmethod
     def momentum_change(self, state: Placed, after: Placed, scheme: Scheme) -> FloatArray:
@@ -175,16 +186,17 @@ class Undeformed(ABC):
         owner = np.repeat(np.arange(self.count), [len(own) for own in nodes])
         return owner, np.concatenate(nodes) - self.centres[owner]
 
-    def displacement_field(self, state: Placed, body: int) -> FloatArray:
-        """Displacement of the vertices of one block, shape (n, d) [m]."""
-        return self.displacement(state, body, self.nodes(body))
+    def displacements(self, state: Placed) -> FloatArray:
+        """How far the vertices of all blocks have gone, shape (all vertices, d) [m]."""
+        owner, arms = self._corners
+        moved: FloatArray = self.positions(state) - self.centres[owner] - arms
+        return moved
 
-    def velocity_field(self, state: Placed, body: int) -> FloatArray:
-        """Velocity of the vertices of one block, shape (n, d) [m/s]."""
-        vertices = self.nodes(body)
-        now = vertices + self.displacement(state, body, vertices)
-        bodies = np.full(len(now), body, dtype=np.int64)
-        field: FloatArray = self.velocity_map(state, bodies, now) @ state.velocity[body]
+    def velocities(self, state: Placed, place: Placed | None = None) -> FloatArray:
+        """Velocity of all vertices, with the blocks as in ``place``, shape (all vertices, d) [m/s]."""
+        there, owner = state if place is None else place, self._corners[0]
+        rates = self.velocity_map(there, owner, self.positions(there))
+        field: FloatArray = np.einsum("vdm,vm->vd", rates, state.velocity[owner])
         return field
 
     def stress(self, state: Placed) -> StressField | None:

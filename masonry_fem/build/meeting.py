@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 
-from masonry_fem.bodies.undeformed import Undeformed
 from masonry_fem.build.joints import joint_of_interfaces, joints_at, rules_of
 from masonry_fem.build.stones import Stones
 from masonry_fem.contact.contacts import Contacts, Interface
@@ -83,7 +82,7 @@ class Meeting:
             return model
         turned = np.zeros(len(placed.blocks), dtype=bool)
         for group in model.groups:
-            turned[group.blocks] = isinstance(group, Undeformed)
+            turned[group.blocks] = group.turns
         back = _unturned(returned(contacts, *motion), contacts, turned)
         old = joint_of_interfaces(self.scene, self.stones, model.interfaces, tell=False)
         interfaces, contacts = joined(
@@ -131,22 +130,7 @@ def nearest_motions(model: Model, bodies: tuple[Any, ...]) -> tuple[FloatArray, 
     count, d = len(model.assembly.blocks), model.assembly.dimension
     rotation, translation = np.tile(np.eye(d), (count, 1, 1)), np.zeros((count, d))
     for group, state in zip(model.groups, bodies, strict=True):
-        if isinstance(group, Undeformed):
-            turn, shift = (
-                state.rotation,
-                state.position - np.einsum("bij,bj->bi", state.rotation, group.centres),
-            )
-        else:
-            start, now = (
-                group.positions(one).reshape(len(group.blocks), -1, d) for one in (group.rest(), state)
-            )
-            middles = start.mean(axis=1), now.mean(axis=1)
-            spread = np.einsum("bni,bnj->bij", now - middles[1][:, None], start - middles[0][:, None])
-            left, _, right = np.linalg.svd(spread)
-            left[:, :, -1] *= np.sign(np.linalg.det(left @ right))[:, None]
-            turn = left @ right
-            shift = middles[1] - np.einsum("bij,bj->bi", turn, middles[0])
-        rotation[group.blocks], translation[group.blocks] = turn, shift
+        rotation[group.blocks], translation[group.blocks] = group.motion(state)
     return rotation, translation
 
 

@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 
 from masonry_fem.bodies.base import Scheme
-from masonry_fem.bodies.undeformed import Undeformed
 from masonry_fem.build.joints import joint_of_interfaces, joints_at, rules_of
+from masonry_fem.build.meeting import nearest_motions
 from masonry_fem.build.stones import Stones, typical_length
 from masonry_fem.contact.contacts import Interface
 from masonry_fem.contact.detection import default_reach, detect
@@ -27,6 +27,7 @@ from masonry_fem.contact.surface import Surface, surfaces_of
 from masonry_fem.contact.update import chosen, joined, moved, returned, returned_faces
 from masonry_fem.march.loads import external_forces
 from masonry_fem.march.model import FloatArray, Model
+from masonry_fem.march.motion import BlockMotion
 from masonry_fem.scene import specs
 from masonry_fem.solid.mesh import IntArray
 
@@ -78,7 +79,10 @@ class Redetection:
 
         ``held`` are the contacts that cohesion holds, shape (c,).
         """
-        rotation, translation, rigid = _placed(model, bodies)
+        rotation, translation = nearest_motions(model, bodies)
+        rigid = np.ones(len(rotation), dtype=bool)
+        for group in model.groups:
+            rigid[group.blocks] = not group.deforms
         stones = replace(self.stones, assembly=moved(self.stones.assembly, rotation, translation))
         keep = _kept(model, held, rigid)
         bound = {
@@ -120,27 +124,13 @@ class Redetection:
 
     def _paths(self, model: Model, bodies: tuple[Any, ...], time: float, scheme: Scheme) -> _Paths:
         interval, assembly = self.every * scheme.step, model.assembly
-        count, d = len(assembly.blocks), assembly.dimension
-        shift, turn, pulled = np.zeros((count, d)), np.zeros(count), 0.0
-        forces = external_forces(model, time)
-        for group, state, force in zip(model.groups, bodies, forces, strict=True):
-            if not isinstance(group, Undeformed):
-                continue
-
-            def speed(aside: FloatArray, group: Undeformed = group, state: Any = state) -> FloatArray:
-                at = group.velocity_map(state, np.arange(group.count), state.position + aside)
-                velocity: FloatArray = np.einsum("bdm,bm->bd", at, state.velocity)
-                return velocity
-
-            centre = speed(np.zeros(d))
-            # Σ |ω × e|² over the axes e is 2 |ω|²
-            swung = sum(np.sum((speed(axis) - centre) ** 2, axis=1) for axis in np.eye(d))
-            shift[group.blocks] = interval * centre
-            turn[group.blocks] = interval * np.sqrt(swung / 2)
+        pulled, motion = 0.0, BlockMotion.of(model, bodies, bodies)
+        for group, force in zip(model.groups, external_forces(model, time), strict=True):
             if not group.prescribed and scheme.inertia > 0:
-                push = np.linalg.norm(group.resultant(force)[:, :d], axis=1) / group.mass
+                push = np.linalg.norm(group.resultant(force)[:, : assembly.dimension], axis=1) / group.mass
                 pulled = max(pulled, 0.5 * interval**2 * float(push.max(initial=0.0)))
-        return _Paths(shift, turn, self.extent, pulled)
+        turn = interval * np.linalg.norm(motion.spin, axis=1)
+        return _Paths(interval * motion.velocity, turn, self.extent, pulled)
 
     def _is_fresh(self, interface: Interface, rigid: np.ndarray, bound: set[tuple[int, ...]]) -> bool:
         """Between rigid blocks of which one can move, and not among those kept."""
@@ -161,21 +151,6 @@ def _kept(model: Model, held: np.ndarray, rigid: np.ndarray) -> np.ndarray:
     together[number[tied]] = True
     kept: np.ndarray = together[number] | ~rigid[pairs].all(axis=1)
     return kept
-
-
-def _placed(model: Model, bodies: tuple[Any, ...]) -> tuple[FloatArray, FloatArray, np.ndarray]:
-    """Motions x = R X + t of all blocks, (b, d, d), (b, d), and which of them keep their shape (b,)."""
-    count, d = len(model.assembly.blocks), model.assembly.dimension
-    rotation, translation = np.tile(np.eye(d), (count, 1, 1)), np.zeros((count, d))
-    rigid = np.zeros(count, dtype=bool)
-    for group, state in zip(model.groups, bodies, strict=True):
-        if isinstance(group, Undeformed):
-            rotation[group.blocks] = state.rotation
-            translation[group.blocks] = state.position - np.einsum(
-                "bij,bj->bi", state.rotation, group.centres
-            )
-            rigid[group.blocks] = True
-    return rotation, translation, rigid
 
 
 @dataclass(frozen=True, slots=True)

@@ -63,7 +63,10 @@ class ElasticGroup(Meshed):
     faces : Names of the polytope's faces, for reports.
     """
 
+    kind = "elastic"
     prescribed = False
+    turns = False
+    deforms = True
 
     def __init__(
         self,
@@ -230,8 +233,8 @@ class ElasticGroup(Meshed):
         return residual if nodal is None else residual - nodal
 
     def imbalance(
-        self, state: ElasticState, after: ElasticState, force: FloatArray, impulse: FloatArray,
-        nodal: FloatArray | None, scheme: Scheme,
+        self, state: ElasticState, guess: ElasticState, after: ElasticState, force: FloatArray,
+        impulse: FloatArray, nodal: FloatArray | None, scheme: Scheme,
     ) -> FloatArray:  # fmt: skip
         """Residual of each block's momentum equation over the step, rigid and nodal [N s], shape (b,)."""
         return self.balance.imbalance(self.balance.residual(state, after, force, scheme), impulse, nodal)

@@ -83,6 +83,24 @@ class Meshed:
         """Number of blocks b."""
         return len(self.blocks)
 
+    @property
+    def unknowns(self) -> int:
+        """Displacements that a step solves for: nodal and rigid ones of all blocks."""
+        nodal, rigid = self.modes.modes.shape
+        return int(self.count * (nodal + rigid))
+
+    def motion(self, state: ElasticState) -> tuple[FloatArray, FloatArray]:
+        """The rigid motions x = R X + t nearest to those of the nodes, (b, d, d) and (b, d) [m]."""
+        moved = self.displacements(state).reshape(self.count, -1, self.dimension)
+        start = np.stack([self.nodes(body) for body in range(self.count)])
+        now, middle = start + moved, start.mean(axis=1)
+        reached = now.mean(axis=1)
+        spread = np.einsum("bni,bnj->bij", now - reached[:, None], start - middle[:, None])
+        left, _, right = np.linalg.svd(spread)
+        left[:, :, -1] *= np.sign(np.linalg.det(left @ right))[:, None]
+        turn = left @ right
+        return turn, reached - np.einsum("bij,bj->bi", turn, middle)
+
     def to_shape(self, bodies: IntArray, points: FloatArray) -> FloatArray:
         """Shape coordinates of world points (k, d), each of its own block."""
         local: FloatArray = np.einsum("kij,ki->kj", self.rotation[bodies], points - self.translation[bodies])
@@ -118,8 +136,8 @@ class Meshed:
         total[body].reshape(-1, self.dimension)[nodes] = np.outer(weights, local)
         return total
 
-    def resultant(self, force: FloatArray) -> FloatArray:
-        """Force and moment about the world origin in the reference, shape (b, d + 1 or 6) [N, N m]."""
+    def resultant(self, force: FloatArray, state: ElasticState | None = None) -> FloatArray:
+        """Force and moment about the world origin in the reference, whatever the state, (b, m) [N, N m]."""
         nodal = force.reshape(len(force), -1, self.dimension)
         own = moment(np.broadcast_to(self.mesh.points, nodal.shape), nodal).sum(axis=1)
         total = np.einsum("bij,bj->bi", self.rotation, nodal.sum(axis=1))
@@ -144,7 +162,8 @@ class Meshed:
     def displacement(self, state: ElasticState, body: int, point: FloatArray) -> FloatArray:
         """Displacement of a material point given in world coordinates of reference, (d,) [m]."""
         nodes, weights = self._weights(body, point)
-        moved: FloatArray = weights @ self.displacement_field(state, body)[nodes]
+        local = self.modes.modes @ state.rigid_displacement[body] + state.displacement[body]
+        moved: FloatArray = weights @ self._world(local, body)[nodes]
         return moved
 
     def cells(self, body: int) -> IntArray:
@@ -158,17 +177,24 @@ class Meshed:
 
     def positions(self, state: ElasticState) -> FloatArray:
         """Where the nodes of all blocks are, block after block, world axes, shape (b · nodes, d) [m]."""
-        d = self.dimension
-        moved = state.rigid_displacement @ self.modes.modes.T + state.displacement
-        local = self.mesh.points + moved.reshape(self.count, -1, d)
-        world: FloatArray = np.einsum("bij,bnj->bni", self.rotation, local) + self.translation[:, None]
-        return world.reshape(-1, d)
+        moved = self._local(state.rigid_displacement, state.displacement)
+        world = self._turned(self.mesh.points + moved) + self.translation[:, None]
+        return world.reshape(-1, self.dimension)
 
-    def displacement_field(self, state: ElasticState, body: int) -> FloatArray:
-        """Displacement of the nodes of one block, world axes, shape (nodes, d) [m]."""
-        rigid = self.modes.modes @ state.rigid_displacement[body]
-        return self._world(rigid + state.displacement[body], body)
+    def displacements(self, state: ElasticState) -> FloatArray:
+        """How far the nodes of all blocks have gone, world axes, shape (b · nodes, d) [m]."""
+        moved = self._local(state.rigid_displacement, state.displacement)
+        return self._turned(moved).reshape(-1, self.dimension)
 
-    def velocity_field(self, state: ElasticState, body: int) -> FloatArray:
-        """Velocity of the nodes of one block, world axes, shape (nodes, d) [m/s]."""
-        return self._world(self.modes.modes @ state.rigid_velocity[body] + state.velocity[body], body)
+    def velocities(self, state: ElasticState, place: ElasticState | None = None) -> FloatArray:
+        """Velocity of the nodes of all blocks, world axes, shape (b · nodes, d) [m/s]."""
+        return self._turned(self._local(state.rigid_velocity, state.velocity)).reshape(-1, self.dimension)
+
+    def _local(self, rigid: FloatArray, elastic: FloatArray) -> FloatArray:
+        """Φ times rigid amplitudes (b, m) and a nodal field (b, n), shape axes, (b, nodes, d)."""
+        return (rigid @ self.modes.modes.T + elastic).reshape(self.count, -1, self.dimension)
+
+    def _turned(self, local: FloatArray) -> FloatArray:
+        """Vectors (b, nodes, d) from shape axes to world axes."""
+        world: FloatArray = np.einsum("bij,bnj->bni", self.rotation, local)
+        return world

@@ -17,9 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from masonry_fem.bodies.base import BodyGroup
 from masonry_fem.bodies.rotation import lever, moment
-from masonry_fem.bodies.undeformed import Undeformed
 from masonry_fem.limit.strength import Strength, strength_of
 from masonry_fem.march.coupling import SIGN, Placement, connect
 from masonry_fem.march.model import Model
@@ -180,22 +178,13 @@ def _wrench(
         return np.zeros((len(blocks), 3 if d == 2 else 6))
     total = np.concatenate(
         [
-            _about_origin(group, state, force)
+            group.resultant(force, state)
             for group, state, force in zip(model.groups, states, forces, strict=True)
             if not group.prescribed
         ]
     )
     total[:, d:] -= moment(centre, total[:, :d])
     return total
-
-
-def _about_origin(group: BodyGroup, state: Any, force: FloatArray) -> FloatArray:
-    """Force and moment about the origin of a force array, arms turned with blocks that have turned."""
-    if not isinstance(group, Undeformed):
-        return group.resultant(force).copy()
-    d = group.dimension
-    turned = group.moments(force, state.rotation) + moment(state.position, force[:, :d])
-    return np.concatenate([force[:, :d], turned], axis=1)
 
 
 def _equilibrium(

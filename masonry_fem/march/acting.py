@@ -40,7 +40,7 @@ class Acting:
     arms : Where each contact acts on its candidate and its antagonist as these balance, (c, 2, d) [m]:
         the point itself, for elastic blocks, which do not turn, that of the reference.
     solved : False for supports, which take what they are given, shape (b,).
-    elastic : Whether a block has small kinematics, shape (b,).
+    small : Whether a block deforms and balances in the reference, as small kinematics has it, shape (b,).
     """
 
     load: FloatArray
@@ -52,7 +52,7 @@ class Acting:
     size: FloatArray
     arms: FloatArray
     solved: np.ndarray
-    elastic: np.ndarray
+    small: np.ndarray
 
     @property
     def given(self) -> FloatArray:
@@ -79,25 +79,23 @@ def _acting(model: Model, made: Increment, size: FloatArray) -> Acting:
     m = 3 if d == 2 else 6
     load, clamp, inertia = np.zeros((3, count, m))
     displaced, centre = np.zeros((count, m - d)), np.zeros((count, d))
-    solved, elastic = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
+    solved, small = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
     rows = zip(
         model.groups, made.before.bodies, made.after.bodies, made.forces, made.nodal_impulse, strict=True
     )
     for group, start, end, force, nodal in rows:
         solved[group.blocks] = not group.prescribed
-        elastic[group.blocks] = small = group.cell != "polytope"
+        small[group.blocks] = group.deforms and not group.turns
         if group.prescribed:
             continue
-        ends = start, end
-        if model.fixed and not small:  # arms stay those of the start
-            ends = tuple(replace(one, position=group.rest().position) for one in ends)
-        own = group.actions(*ends, force, nodal, made.scheme)
+        own = group.actions(start, end, force, nodal, made.scheme)
         load[group.blocks], clamp[group.blocks], inertia[group.blocks] = own.load, own.clamp, own.inertia
         displaced[group.blocks], centre[group.blocks] = own.displaced, own.centre
-    reference = elastic[model.contacts.blocks]
-    arms = np.where(reference[:, :, None], model.contacts.points, made.here.points[:, None])
+    arms = np.where(
+        small[model.contacts.blocks][:, :, None], model.contacts.points, made.here.points[:, None]
+    )
     contact = contact_wrenches(model.contacts.blocks, arms, made.after.force, count)
-    return Acting(load, clamp, inertia, contact, displaced, centre, size, arms, solved, elastic)
+    return Acting(load, clamp, inertia, contact, displaced, centre, size, arms, solved, small)
 
 
 def contact_wrenches(blocks: IntArray, arms: FloatArray, force: FloatArray, count: int) -> FloatArray:

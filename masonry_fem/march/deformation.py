@@ -38,7 +38,7 @@ def _greatest(model: Model, state: SystemState) -> tuple[float, str, float, str]
     """Greatest mean strain and turn [rad] of the elastic blocks, each with its block's name."""
     strain, strained, turn, turned = 0.0, "", 0.0, ""
     for group, own in zip(model.groups, state.bodies, strict=True):
-        if group.prescribed or group.cell == "polytope":
+        if not group.deforms or group.turns:
             continue
         gradient = _mean_gradients(group, own)
         across = np.swapaxes(gradient, 1, 2)
@@ -61,7 +61,7 @@ def second_order(model: Model, bodies: tuple[object, ...]) -> float:
     """
     greatest = 0.0
     for group, own in zip(model.groups, bodies, strict=True):
-        if not group.prescribed and group.cell != "polytope":
+        if group.deforms and not group.turns:
             norms = np.linalg.norm(_mean_gradients(group, own), ord=2, axis=(1, 2))
             greatest = max(greatest, float(norms.max()))
     return greatest**2
@@ -69,8 +69,8 @@ def second_order(model: Model, bodies: tuple[object, ...]) -> float:
 
 def _mean_gradients(group: BodyGroup, state: object) -> FloatArray:
     """Displacement gradients of the affine fields nearest to the blocks' nodal displacements, (b, d, d)."""
-    shape = len(group.blocks), -1, group.nodes(0).shape[1]
-    start, now = (group.positions(one).reshape(shape) for one in (group.rest(), state))
-    arms, moved = (values - values.mean(axis=1, keepdims=True) for values in (start, now - start))
+    start = np.stack([group.nodes(body) for body in range(len(group.blocks))])
+    moved = group.displacements(state).reshape(start.shape)
+    arms, moved = (values - values.mean(axis=1, keepdims=True) for values in (start, moved))
     across = np.swapaxes(arms, 1, 2)
     return np.swapaxes(np.linalg.solve(across @ arms, across @ moved), 1, 2)

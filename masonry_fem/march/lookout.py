@@ -133,7 +133,7 @@ class Lookout:
         shapes = np.array([block.shape for block in self._model.assembly.blocks])
         layouts, start = [], 0
         for group in self._model.groups:
-            meshed = group.cell != "polytope"
+            meshed = group.cell is not None
             own = shapes[group.blocks]
             used = np.unique(own)
             solids = [self._model.assembly.shapes[shape] for shape in used]

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from masonry_fem.bodies.base import FloatArray, Scheme
+from masonry_fem.bodies.base import FloatArray, Scheme, by_block
 from masonry_fem.march.acting import Acting
 from masonry_fem.march.coupling import Coupling
 from masonry_fem.march.energy import energies, stored_energy
@@ -140,6 +140,7 @@ def _balance(model: Model, made: Increment, forces: tuple[FloatArray, ...], sche
         residual = group.imbalance(
             made.before.bodies[index],
             made.after.bodies[index],
+            made.after.bodies[index],
             forces[index],
             made.rigid_impulse[index],
             made.nodal_impulse[index],
@@ -170,8 +171,7 @@ def moving_blocks(model: Model, state: SystemState, share: float = 0.1) -> list[
     for group, own in zip(model.groups, state.bodies, strict=True):
         if group.prescribed:
             continue
-        for body, block in enumerate(group.blocks):
-            field = group.velocity_field(own, body)
+        for block, field in zip(group.blocks, by_block(group, group.velocities(own)), strict=True):
             mean = field.mean(axis=0)
             turn = float(np.linalg.norm(field - mean, axis=1).max())
             speed = float(np.linalg.norm(field, axis=1).max())

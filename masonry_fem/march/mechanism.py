@@ -266,7 +266,7 @@ def mechanism_of_step(made: Increment, model: Model) -> Mechanism:
     Of blocks that deform the mean rigid motions, whose rest is less sharp.
     """
     points = PointMotion(made.here.points, made.here.frame, made.here.gap <= OPEN * model.length)
-    deforms = any(group.cell != "polytope" for group in model.groups)
+    deforms = any(group.deforms for group in model.groups)
     rest = DEFORMED if deforms else RIGID
     return recognise(model, BlockMotion.of_step(made, model), points, rest=rest, share=BLURRED)
 

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from masonry_fem.bodies.base import by_block
 from masonry_fem.bodies.rotation import lever, spin_count
-from masonry_fem.bodies.undeformed import Undeformed
 from masonry_fem.march.model import Model
 from masonry_fem.march.step import Increment
 from masonry_fem.nscd.graphs import lengths
@@ -46,18 +46,22 @@ class BlockMotion:
     @classmethod
     def of_step(cls, made: Increment, model: Model) -> BlockMotion:
         """Velocities that a step ended with, at the places where it began: a fall may lead far."""
+        return cls.of(model, made.after.bodies, made.before.bodies)
+
+    @classmethod
+    def of(cls, model: Model, bodies: Sequence[Any], places: Sequence[Any]) -> BlockMotion:
+        """Velocities of given body states, with the blocks where they are in the states ``places``."""
         count, d = len(model.assembly.blocks), model.assembly.dimension
         centre, velocity = np.zeros((count, d)), np.zeros((count, d))
         spin, held = np.zeros((count, spin_count(d))), np.zeros(count, dtype=bool)
         corners: list[FloatArray] = [np.zeros((0, d))] * count
-        for group, before, after in zip(model.groups, made.before.bodies, made.after.bodies, strict=True):
-            moving = replace(before, velocity=after.velocity) if isinstance(group, Undeformed) else after
-            held[group.blocks] = group.prescribed
-            for body, block in enumerate(group.blocks.tolist()):
-                place = group.nodes(body) + group.displacement_field(before, body)
-                corners[block] = place
-                centre[block] = place.mean(axis=0)
-                velocity[block], spin[block] = _rigid(place, group.velocity_field(moving, body))
+        for group, state, place in zip(model.groups, bodies, places, strict=True):
+            own, points = group.blocks, group.positions(place)
+            held[own] = group.prescribed
+            for block, part in zip(own.tolist(), by_block(group, points), strict=True):
+                corners[block] = part
+            sizes = np.array([len(corners[block]) for block in own.tolist()])
+            centre[own], velocity[own], spin[own] = _rigid(points, group.velocities(state, place), sizes)
         return cls(centre, velocity, spin, held, tuple(corners))
 
     def at(self, blocks: IntArray, points: FloatArray) -> FloatArray:
@@ -113,16 +117,23 @@ def greatest_shift(model: Model, before: Sequence[Any], after: Sequence[Any]) ->
     """How far the fastest corner of the free blocks goes from one set of body states to another [m]."""
     far = 0.0
     for group, old, new in zip(model.groups, before, after, strict=True):
-        for body in range(0 if group.prescribed else len(group.blocks)):
-            shift = group.displacement_field(new, body) - group.displacement_field(old, body)
+        if not group.prescribed:
+            shift = group.displacements(new) - group.displacements(old)
             far = max(far, float(lengths(shift).max(initial=0.0)))
     return far
 
 
-def _rigid(points: FloatArray, field: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Velocity at the mean of points and spin of the rigid motion nearest to a field, both (n, d)."""
-    mean = field.mean(axis=0)
-    arms = lever(points - points.mean(axis=0))
-    matrix = np.einsum("nij,nik->jk", arms, arms)
-    right = np.einsum("nij,ni->j", arms, field - mean)
-    return mean, np.linalg.lstsq(matrix, right, rcond=None)[0]
+def _rigid(
+    points: FloatArray, field: FloatArray, sizes: IntArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Middles of the points of b blocks, (b, d), and the rigid motions nearest to fields on them.
+
+    Points and field have shape (v, d), ``sizes`` (b,) of them a block; the motions are velocities of the
+    middles, (b, d), and spins, (b, 1 or 3).
+    """
+    starts, owner = np.cumsum(sizes) - sizes, np.repeat(np.arange(len(sizes)), sizes)
+    middle, mean = (np.add.reduceat(values, starts) / sizes[:, None] for values in (points, field))
+    arms = lever(points - middle[owner])
+    matrix = np.add.reduceat(np.einsum("vij,vik->vjk", arms, arms), starts)
+    right = np.add.reduceat(np.einsum("vij,vi->vj", arms, field - mean[owner]), starts)
+    return middle, mean, np.linalg.solve(matrix, right[..., None])[..., 0]

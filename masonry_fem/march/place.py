@@ -90,7 +90,7 @@ def turning(
         if group.prescribed:
             continue
         moments = np.zeros_like(push)
-        if part.elastic is None:
+        if group.turns:
             moments = group.free(old, new, force, scheme).rigid_impulse - part.rigid_impulse
         size = np.sqrt(group.mass) * np.linalg.norm(push + moments, axis=1)
         worst = max(worst, float(size.max(initial=0.0)))

@@ -309,12 +309,11 @@ class _Work:
         """Largest momentum residual of a block relative to the largest impulse on any."""
         worst, scale, d = 0.0, 0.0, self.model.assembly.dimension
         pushes = self.coupling.rigid_impulses(made.impulse, made.place.rigid_map)
-        arms = made.place.bodies if self.scheme.inertia == 0 else made.bodies
         for group, old, new, at, force, push, field in zip(
             self.model.groups,
             self.state.bodies,
             made.bodies,
-            arms,
+            made.place.bodies,
             self.forces,
             pushes,
             made.nodal,
@@ -322,8 +321,7 @@ class _Work:
         ):
             if group.prescribed:
                 continue
-            turned = at if group.cell == "polytope" else new
-            residual = group.imbalance(old, turned, force, push, field, self.scheme)
+            residual = group.imbalance(old, at, new, force, push, field, self.scheme)
             worst = max(worst, float(np.abs(residual).max(initial=0.0)))
             given = self.scheme.step * np.linalg.norm(group.resultant(force)[:, :d], axis=1)
             scale = max(scale, float(given.max(initial=0.0)))

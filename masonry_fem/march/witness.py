@@ -88,13 +88,13 @@ class Witness:
         left = relative(imbalance(acting.contact + acting.given, acting.centre), acting, largest)
         self._last = self._worse(Worst(), left, state.index)
         self.balance = self._worse(self.balance, left, state.index)
-        if acting.elastic.any():
+        if acting.small.any():
             arms = np.repeat(state.points[:, None], 2, axis=1)
             moved = contact_wrenches(model.contacts.blocks, arms, state.force, len(left)) + acting.given
             d = arms.shape[2]
             moved[:, d:] += acting.displaced - (acting.load + acting.clamp)[:, d:]
             turned = relative(imbalance(moved, acting.centre), acting, largest)
-            self.turning = self._worse(self.turning, np.where(acting.elastic, turned, 0.0), state.index)
+            self.turning = self._worse(self.turning, np.where(acting.small, turned, 0.0), state.index)
         self._overlaps(model, state)
 
     def end(self, model: Model, state: SystemState) -> None:

@@ -16,14 +16,12 @@ from masonry_fem.march.acting import Acting
 from masonry_fem.march.model import Model
 from masonry_fem.output.history import AXES, WRENCH
 
-KINDS = np.array(["support", "rigid", "elastic"])
-
 
 def acting_table(model: Model, acting: Acting) -> bytes:
     """The table of one step; forces [N] and moments [N m] about the world origin, lengths [m]."""
     d = model.assembly.dimension
     axes, wrench = AXES[d], WRENCH[3 if d == 2 else 6]
-    kind = KINDS[np.where(acting.solved, 1 + acting.elastic, 0)].tolist()
+    kind = {block: group.kind for group in model.groups for block in group.blocks.tolist()}
     head = ["block", "name", "kind", "size", *(f"centre_{axis}" for axis in axes)]
     head += [f"{name}_{part}" for name in ("load", "clamp", "inertia") for part in wrench]
     head += [f"displaced_{part}" for part in wrench[d:]]
@@ -34,6 +32,6 @@ def acting_table(model: Model, acting: Acting) -> bytes:
     table = csv.writer(text, lineterminator="\n")
     table.writerow(head)
     names = [block.name for block in model.assembly.blocks]
-    rows = zip(names, kind, numbers.tolist(), strict=True)
-    table.writerows([number, name, what, *row] for number, (name, what, row) in enumerate(rows))
+    rows = zip(names, numbers.tolist(), strict=True)
+    table.writerows([number, name, kind[number], *row] for number, (name, row) in enumerate(rows))
     return text.getvalue().encode()

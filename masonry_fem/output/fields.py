@@ -36,10 +36,8 @@ def point_arrays(grid: Grid, model: Model, state: SystemState) -> Arrays:
     """Nodal fields: displacement [m], velocity [m/s] and, where a block has them, stresses [Pa]."""
     displacement, velocity = np.zeros_like(grid.points), np.zeros_like(grid.points)
     for (start, stop), group, moved in zip(grid.group_points, model.groups, state.bodies, strict=True):
-        bodies = range(len(group.blocks))
-        d = grid.dimension
-        displacement[start:stop, :d] = np.concatenate([group.displacement_field(moved, b) for b in bodies])
-        velocity[start:stop, :d] = np.concatenate([group.velocity_field(moved, b) for b in bodies])
+        displacement[start:stop, : grid.dimension] = group.displacements(moved)
+        velocity[start:stop, : grid.dimension] = group.velocities(moved)
     arrays: Arrays = {DISPLACEMENT: displacement, VELOCITY: velocity, BLOCK: grid.point_block}
     stress = np.full((len(grid.points), 6), np.nan)
     for (start, stop), group, moved in zip(grid.group_points, model.groups, state.bodies, strict=True):

@@ -131,13 +131,13 @@ def polygon_of(edges: Sequence[Any] | IntArray) -> IntArray:
 def _fidelity(group: BodyGroup) -> int:
     if group.prescribed:
         return SUPPORT
-    return RIGID if group.cell == "polytope" else ELASTIC
+    return ELASTIC if group.deforms else RIGID
 
 
 def _cells(group: BodyGroup, body: int, shells: bool) -> _Cells:
     nothing = np.zeros(0, dtype=np.int64)
     cells = group.cells(body)
-    if group.cell != "polytope":
+    if group.cell is not None:
         table = np.asarray(cells, dtype=np.int64)
         return _Cells(np.full(len(table), table.shape[1]), table.ravel(), VTK_TYPE[group.cell], nothing)
     if group.nodes(body).shape[1] == 2:

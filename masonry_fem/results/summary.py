@@ -89,10 +89,7 @@ def _scatter(scene: specs.Scene, model: Model) -> dict[str, Any]:
 
 def size(model: Model) -> dict[str, int]:
     """How large a model is: blocks, shapes, interfaces, contacts, unknowns."""
-    d = model.assembly.dimension
     free = [group for group in model.groups if not group.prescribed]
-    unknowns = sum(group.nodes(0).size * len(group.blocks) for group in free if group.cell != "polytope")
-    unknowns += sum((3 if d == 2 else 6) * len(group.blocks) for group in free)
     used = {model.assembly.blocks[int(block)].shape for group in free for block in group.blocks}
     return {
         "blocks": len(model.assembly.blocks),
@@ -100,7 +97,7 @@ def size(model: Model) -> dict[str, int]:
         "meshes": sum(shape.mesh is not None for shape in model.assembly.shapes),
         "interfaces": len(model.interfaces),
         "contacts": model.contacts.count,
-        "unknowns": unknowns + d * model.contacts.count,
+        "unknowns": sum(group.unknowns for group in free) + model.assembly.dimension * model.contacts.count,
     }
 
 

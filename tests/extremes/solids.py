@@ -149,7 +149,7 @@ def sinking_error(result: RunResult) -> float:
     flexibility: dict[int, float] = {}
     for group in model.groups:
         if not group.prescribed:
-            material = group.operators.material if group.cell != "polytope" else None
+            material = group.operators.material if group.deforms else None
             softness = 0.0 if material is None else 1.0 / material.young
             flexibility |= dict.fromkeys(group.blocks.tolist(), softness)
     size = float(np.ptp(model.assembly.solid(min(flexibility)).vertices[:, 0]))

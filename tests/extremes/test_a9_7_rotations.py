@@ -50,14 +50,7 @@ QUICK = ("arch", "wall that slips")
 def displacements(result: RunResult) -> np.ndarray:
     """Of all nodes of the blocks that are free [m]."""
     groups = zip(result.built.model.groups, result.march.state.bodies, strict=True)
-    return np.concatenate(
-        [
-            group.displacement_field(state, body)
-            for group, state in groups
-            if not group.prescribed
-            for body in range(len(group.blocks))
-        ]
-    )
+    return np.concatenate([group.displacements(state) for group, state in groups if not group.prescribed])
 
 
 def unique_reactions(result: RunResult) -> np.ndarray:

@@ -64,7 +64,7 @@ def unbalanced(result: RunResult, points: dict[str, tuple] | None = None) -> flo
     force = np.einsum("cij,ci->cj", state.frame, state.reaction)
     worst = 0.0
     for group, own in zip(model.groups, state.bodies, strict=True):
-        if group.prescribed or group.cell != "polytope":
+        if group.prescribed or group.deforms:
             continue
         for body, block in enumerate(group.blocks.tolist()):
             weight = np.array([0.0] * (d - 1) + [-G * group.mass[body]])

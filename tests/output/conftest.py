@@ -27,11 +27,15 @@ class Moved:
 @dataclass
 class FakeGroup:
     blocks: np.ndarray
-    cell: str
+    cell: str | None
     points: list[np.ndarray]
     table: Any
     prescribed: bool = False
     mass: np.ndarray = field(default_factory=lambda: np.ones(1))
+
+    @property
+    def deforms(self) -> bool:
+        return self.cell is not None
 
     def cells(self, body: int) -> Any:
         return self.table
@@ -39,11 +43,11 @@ class FakeGroup:
     def nodes(self, body: int) -> np.ndarray:
         return self.points[body]
 
-    def displacement_field(self, state: Moved, body: int) -> np.ndarray:
-        return state.displacement[body]
+    def displacements(self, state: Moved) -> np.ndarray:
+        return np.concatenate(list(state.displacement))
 
-    def velocity_field(self, state: Moved, body: int) -> np.ndarray:
-        return state.velocity[body]
+    def velocities(self, state: Moved) -> np.ndarray:
+        return np.concatenate(list(state.velocity))
 
     def stress(self, state: Moved) -> StressField | None:
         return state.stress
@@ -110,12 +114,12 @@ def wall_model(dimension: int, courses: int = 4, columns: int = 4, *, rigid: boo
     assembly = Assembly(dimension, (Shape("ground", ground), Shape("brick", brick)), tuple(blocks))
     numbers = np.arange(1, len(blocks))
     if rigid:
-        stones = FakeGroup(numbers, "polytope", [brick.vertices + low for low in lows], brick.faces)
+        stones = FakeGroup(numbers, None, [brick.vertices + low for low in lows], brick.faces)
     else:
         kind = "hexahedron" if dimension == 3 else "quad"
         points, cells = box_mesh(size, (4, 2, 2) if dimension == 3 else (6, 3))
         stones = FakeGroup(numbers, kind, [points + low for low in lows], cells)
-    base = FakeGroup(np.array([0]), "polytope", [ground.vertices], ground.faces, prescribed=True)
+    base = FakeGroup(np.array([0]), None, [ground.vertices], ground.faces, prescribed=True)
     interfaces, contacts = bed_contacts(lows, size, dimension)
     count = contacts.count
     joints = JointTable(*np.full((4, count), 0.5), np.zeros(count, bool))
@@ -160,14 +164,14 @@ def wall_state(model: Model, index: int = 3) -> SystemState:
     up = d - 1
     for group in model.groups:
         points = np.stack(group.points)  # type: ignore[attr-defined]
-        height = points[..., up].max() if group.cell != "polytope" or not group.prescribed else 0.0
+        height = points[..., up].max() if group.deforms or not group.prescribed else 0.0
         displacement = np.zeros_like(points)
         if not group.prescribed:
             z = points[..., up]
             displacement[..., up] = -1e-6 * z * (2 * height - z)
             displacement[..., 0] = 2e-6 * z**2
         field = None
-        if group.cell != "polytope":
+        if group.deforms:
             x = points[:, group.table].mean(axis=2)  # type: ignore[attr-defined]
             gauss = np.zeros((*x.shape[:2], 1, 6))
             nodal = np.zeros((*points.shape[:2], 6))

@@ -294,7 +294,7 @@ def test_blocks_of_other_forms_are_their_faces(tmp_path):
     prism = Polytope.box((0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
     cut = (*prism.faces[:-1], prism.faces[-1][:3], (prism.faces[-1][0], *prism.faces[-1][2:]))
     assert standard_cell(cut) is None
-    ground = FakeGroup(np.array([0]), "polytope", [prism.vertices], cut, prescribed=True)
+    ground = FakeGroup(np.array([0]), None, [prism.vertices], cut, prescribed=True)
     solid = Polytope(prism.vertices, cut)
     assembly = Assembly(3, (Shape("cut", solid),), (Block("a", 0, Pose.identity(3)),))
     model = SimpleNamespace(assembly=assembly, groups=(ground,))

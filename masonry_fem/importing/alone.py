@@ -1,7 +1,8 @@
 """Alone: a file for gmsh in a folder of its own, checked to be what its ending says.
 
-gmsh tells kinds of files by what they hold and takes whatever it does not know for a program; beside
-``wall.msh`` it reads ``wall.msh.opt``, a program too. So nothing but the file itself is shown to it.
+gmsh decides by the content what kind of file it reads, and takes whatever it does not know for a program.
+Besides, if there is a ``wall.msh.opt`` beside ``wall.msh``, it runs this, too. So gmsh is shown nothing but
+the file itself.
 """
 
 from __future__ import annotations
@@ -20,13 +21,18 @@ BEGINNINGS = dict.fromkeys(MESHES, b"$MeshFormat") | dict.fromkeys(DRAWINGS, b"I
 
 @contextmanager
 def alone(path: Path, title: str) -> Iterator[Path]:
-    """Where gmsh may open the file: a copy, or a line that includes a program where it stands.
+    """A place from which gmsh can safely open the file.
 
-    ``title`` names the file in messages, in which the copy bears the name of the original.
+    It holds a copy; for a program (``.geo``), a line that includes the program from where it is.
+
+    Parameters
+    ----------
+    path : The file.
+    title : Name of the file in messages.
 
     Raises
     ------
-    GeometryError : The file does not begin as its ending promises.
+    GeometryError : The file does not begin as files with its ending do.
     """
     kind = path.suffix.lower()
     with TemporaryDirectory(prefix="masonry-fem-") as folder:

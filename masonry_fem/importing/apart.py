@@ -2,8 +2,8 @@
 
     made = done_apart([Errand(title, build_structure, (spec, 3, base, settings))], scene.reading)
 
-Readers of foreign files are large libraries that damaged files crash, and gmsh's programs may never end.
-Neither ends the caller: what comes back is data, or an error that names the file.
+Readers of foreign files are large libraries that may crash on damaged files, and programs for gmsh may never
+end. Neither affects the caller, who gets either data or an error that names the file.
 """
 
 from __future__ import annotations
@@ -68,9 +68,14 @@ class Answer:
 def done_apart(errands: Sequence[Errand], limits: Reading) -> list[Any]:
     """What the errands return, in their order; one process does them all.
 
+    Parameters
+    ----------
+    errands : What to call, and the title of the file that errors name.
+    limits : Wall-clock time and memory for all of them.
+
     Raises
     ------
-    MasonryError : What the first that failed raised; that the process crashed at it, or left its limits.
+    MasonryError : The error of the first errand that failed, or that the process crashed or exceeded a limit.
     """
     answers, end = _answers(errands, limits)
     for errand, answer in zip(errands, answers, strict=False):
@@ -95,7 +100,7 @@ def _answers(errands: Sequence[Errand], limits: Reading) -> tuple[list[Answer], 
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
-            start_new_session=True,  # to be ended with all that it started
+            start_new_session=True,  # so that it can be ended together with all that it started
             cwd=folder,
             env=_environment(folder),
         )
@@ -118,7 +123,9 @@ def _environment(folder: str) -> dict[str, str]:
 
 
 def _kill(process: subprocess.Popen[bytes]) -> None:
-    with contextlib.suppress(ProcessLookupError, PermissionError):  # PermissionError: macOS, of the dead
+    with contextlib.suppress(
+        ProcessLookupError, PermissionError
+    ):  # macOS raises PermissionError if it has ended
         os.killpg(process.pid, signal.SIGKILL)
     process.wait()
 

@@ -22,7 +22,7 @@ from masonry_fem.errors import MasonryError
 from masonry_fem.importing.apart import TOO_LARGE, Answer
 from masonry_fem.records.reading_limits import Reading
 
-SLACK = 5.0  # CPU time beyond the limit [s]: the caller is the first to count, and this remains should it die
+SLACK = 5.0  # CPU time beyond the limit [s]; normally the caller ends this process first
 
 
 class _Log(logging.Handler):
@@ -39,7 +39,7 @@ class _Log(logging.Handler):
 def serve() -> None:
     """Answer one request; what else is printed goes nowhere."""
     limits, errands = pickle.load(sys.stdin.buffer)
-    with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as answers:  # which no program that is run inherits
+    with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as answers:  # programs that are run do not inherit it
         nothing = os.open(os.devnull, os.O_RDWR)
         for stream in (sys.stdin, sys.stdout, sys.stderr):
             os.dup2(nothing, stream.fileno())
@@ -53,7 +53,7 @@ def serve() -> None:
 
 def _limit(limits: Reading) -> None:
     """Bound the memory that is taken from now on and the time, where the system can."""
-    room = psutil.Process().memory_info().data + limits.memory  # libraries themselves do not count
+    room = psutil.Process().memory_info().data + limits.memory  # loaded libraries do not count
     for kind, value in (
         (resource.RLIMIT_DATA, room),
         (resource.RLIMIT_CPU, limits.time + SLACK),

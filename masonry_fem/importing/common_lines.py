@@ -16,7 +16,7 @@ from masonry_fem.importing.sides import Facing, Sides
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
-LAST = 1.5  # tolerances: how far an end may be from the line in the second round
+LAST = 1.5  # tolerances: largest distance of an end from the line in the second round
 
 
 @dataclass(frozen=True, slots=True)

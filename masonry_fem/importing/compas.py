@@ -2,12 +2,12 @@
 
     skins = read_compas(Path("arch.json"), "structures.arch.path 'arch.json'")
 
-Read without compas: a mesh is a record of ``vertex`` (x, y, z by key) and ``face`` (keys of its corners), in
-wrappings that changed: ``{"dtype", "value"}`` (compas 0 and 1), ``{"dtype", "data"}`` (1 and 2). Blocks are
+The package compas is not needed. A mesh is a record of ``vertex`` (x, y, z by key) and ``face`` (keys of its
+corners), wrapped as ``{"dtype", "value"}`` (compas 0 and 1) or ``{"dtype", "data"}`` (1 and 2). Blocks are
 the ``block`` or ``part`` of the nodes of an assembly's graph, the ``blocks`` of an old assembly, the
-``geometry`` of the elements of a model (or of that of a problem), or meshes, one or a list. They are called
-``b`` and their key in the file, a list's ``b1``, ``b2`` ... Those that the file marks ``is_support`` are
-held.
+``geometry``
+of the elements of a model (or of the model of a problem), or a mesh or list of meshes. A block is named ``b``
+and its key in the file; in a list ``b1``, ``b2`` ... Blocks that the file marks ``is_support`` are supports.
 """
 
 from __future__ import annotations
@@ -39,11 +39,16 @@ class _Found:
 
 
 def read_compas(path: Path, title: str) -> list[Skin]:
-    """The blocks of a file, in its order of keys.
+    """The blocks of a file, in the order of their keys in it.
+
+    Parameters
+    ----------
+    path : The JSON file.
+    title : Name of the file in messages.
 
     Raises
     ------
-    GeometryError : No JSON, no block in it, a mesh that lacks corners or faces.
+    GeometryError : The file is no JSON, has no block, or a mesh lacks corners or faces.
     """
     try:
         record = json.loads(path.read_text(encoding="utf-8"))

@@ -1,11 +1,11 @@
-"""Files: blocks that were drawn, meshed or surveyed elsewhere.
+"""Mesh files: blocks that were drawn, meshed or surveyed elsewhere.
 
 In files of gmsh (``.msh``, ``.geo``, ``.step``) physical groups of volumes (of surfaces in 2D) are blocks,
-those of surfaces (curves) are named faces; without groups each disconnected body is a block ``b1``,
-``b2`` ... A group that holds several disconnected bodies gives one block each, ``name_1``, ``name_2`` ...
-Nodes that blocks share in the file become one for each block. The joint label of a face is its name,
-``joint`` where it has none.
-What other files hold: see ``volumes``, ``surfaces`` and ``compas``.
+and groups of surfaces (curves) are named faces; without groups each disconnected body is a block ``b1``,
+``b2`` ... A group of several disconnected bodies gives one block each, ``name_1``, ``name_2`` ... Nodes that
+blocks share in the file are duplicated, one for each block. The joint label of a face is its name, or
+``joint`` if it has none.
+For other files see ``volumes``, ``surfaces`` and ``compas``.
 """
 
 from __future__ import annotations
@@ -53,7 +53,14 @@ class _Body:
 
 
 def read(spec: FileStructure, dimension: int, base: Path, settings: MeshSettings) -> Assembly:
-    """The blocks of a file; geometry files are meshed with ``settings``.
+    """The blocks of a file.
+
+    Parameters
+    ----------
+    spec : Its record in the scene.
+    dimension : 2 or 3.
+    base : Folder that the path is relative to.
+    settings : How geometry files are meshed.
 
     Raises
     ------
@@ -68,7 +75,7 @@ def read(spec: FileStructure, dimension: int, base: Path, settings: MeshSettings
         )
     kind = path.suffix.lower()
     title = f"{key} '{spec.path}'"
-    for fault, expected in spec.faults(dimension):  # a checked scene has none
+    for fault, expected in spec.faults(dimension):  # none, if the scene has been checked
         raise GeometryError(
             f"structures.{spec.name}.{fault} is {getattr(spec, fault)!r}, expected {expected}"
         )
@@ -114,7 +121,9 @@ def _volumes(spec: FileStructure, path: Path, dimension: int, title: str) -> lis
     bodies: list[_Body] = []
     for name, elements in found.parts:
         bodies += _split(name, "_", elements) if name else _split("b", "", elements, always=True)
-    if len({body.name for body in bodies}) < len(bodies):  # several kinds of elements and no field
+    if len({body.name for body in bodies}) < len(
+        bodies
+    ):  # several kinds of elements, and no field with blocks
         bodies = [_Body(f"b{number}", body.elements) for number, body in enumerate(bodies, start=1)]
     tags = np.arange(len(points))
     shapes = [_shape(spec, body, tags, points, {}) for body in bodies]

@@ -1,4 +1,4 @@
-"""Meshio reading: files of meshio's formats, its failures as errors of ours."""
+"""Reading with meshio: whatever its readers raise or print becomes a GeometryError that names the file."""
 
 from __future__ import annotations
 
@@ -13,11 +13,16 @@ from masonry_fem.errors import GeometryError
 
 
 def quietly_read(path: Path, title: str) -> Any:
-    """The ``meshio.Mesh`` of a file.
+    """The ``meshio.Mesh`` of a file; what meshio prints is discarded.
+
+    Parameters
+    ----------
+    path : The file.
+    title : Name of the file in messages.
 
     Raises
     ------
-    GeometryError : meshio cannot read it, or it has cells with corners that are not there.
+    GeometryError : meshio cannot read the file, or cells refer to points that do not exist.
     """
     import meshio  # noqa: PLC0415  foreign files are rare
 

@@ -1,10 +1,10 @@
-"""Naming: names of blocks and faces that selectors can use, from those that files have.
+"""Naming: names for blocks and faces that selectors can use, made from those in files.
 
     names = Names(UNSPACED)
     names.of("Mesh 0"), names.of("Mesh/0"), names.of("Mesh 0")     # "Mesh_0", "Mesh_0_2", "Mesh_0"
     tell_renamed("structures.d.path 'dome.obj'", names.changed)
 
-Names that a file tells apart stay apart; whatever was changed is told.
+Names that differ in the file stay different; changes are reported.
 """
 
 from __future__ import annotations
@@ -41,7 +41,13 @@ class Names:
 
 
 def tidy_name(text: str, forbidden: str = UNSPACED) -> str:
-    """The text with ``_`` for what is forbidden; "" where nothing else is left."""
+    """The text with ``_`` in place of forbidden characters; "" if nothing else is left.
+
+    Parameters
+    ----------
+    text : A name in a file.
+    forbidden : Regular expression of what a name may not contain.
+    """
     return re.sub(forbidden, "_", text.strip()).strip("_.")
 
 
@@ -56,7 +62,13 @@ def unlike(names: list[str]) -> list[str]:
 
 
 def tell_renamed(title: str, changed: Mapping[str, str]) -> None:
-    """Warn of names that are not as in the file."""
+    """Warn of names that differ from those in the file.
+
+    Parameters
+    ----------
+    title : Name of the file in messages.
+    changed : New names by the names in the file.
+    """
     if changed:
         some = ", ".join(f"'{text}' is '{name}'" for text, name in list(changed.items())[:SHOWN])
         logger.warning(

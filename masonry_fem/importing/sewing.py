@@ -17,7 +17,7 @@ from masonry_fem.importing.triangles import area_vector
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
-SAME = 1e-5  # radians: faces whose angles about an edge differ by less lie on each other
+SAME = 1e-5  # angle [rad]: faces whose angles about an edge differ by less coincide
 
 
 def bodies_of(points: FloatArray, loops: Sequence[tuple[int, ...]]) -> IntArray:
@@ -59,7 +59,7 @@ def _paired(
         angle = np.arctan2(inwards @ second, inwards @ first) % (2 * np.pi)
         if 2 * np.pi - angle < SAME:
             angle = 0.0
-        # a face that ends a body comes before one on it that begins the next
+        # of two coinciding faces, the one that ends a body comes before the one that begins the next
         order.append((round(angle / SAME), not forward, face))
     order.sort()
     pairs = []

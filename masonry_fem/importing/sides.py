@@ -17,7 +17,7 @@ from masonry_fem.contact.boxes import near_pairs
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
-TILT = np.cos(np.radians(15))  # of sides that face each other
+TILT = np.cos(np.radians(15))  # largest angle between sides that face each other
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +70,7 @@ class Sides:
         one, two = self._near(reach)
         opposite = np.einsum("md,md->m", self.along[one], self.along[two]) < -TILT
         one, two = one[opposite], two[opposite]
-        # along the first: where the second begins and ends, and the part that both have
+        # in coordinates along the first side: begin and end of the second, and their common part
         origin, along, normal = self.start[one], self.along[one], self.outward[one]
         length = np.einsum("md,md->m", self.end[one] - origin, along)
         there = np.stack(

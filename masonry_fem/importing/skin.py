@@ -1,10 +1,10 @@
-"""Skin: the closed surface of one block as polygons, before it is known to be closed.
+"""Skin: the surface of one block as polygons, before it is known to be closed.
 
     skin = Skin("key", points, loops, names=("crown",) * 6)
     shape = shape_of(skin, "structures.arch.path 'arch.stl'")
 
-Corners that coincide become one, the surface is checked (closed, turned the same way all over, volume),
-and neighbouring polygons of one plane and one name become one face of the solid.
+Corners that coincide are merged, the surface is checked (closed, consistently oriented, of positive volume),
+and neighbouring polygons of the same plane and name become one face of the solid.
 """
 
 from __future__ import annotations
@@ -27,9 +27,11 @@ from masonry_fem.solid.assembly import Shape
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
-COINCIDENT = 1e-6  # of a block's size: corners nearer than that are one
-THIN = 1e-9  # of its box: a volume below it is none
-FLAT = 2e-5  # sine of a kink that is none: files in single precision have faces so much out of plane
+COINCIDENT = 1e-6  # of a block's size: corners that are nearer to each other coincide
+THIN = 1e-9  # of its bounding box: smaller volumes count as zero
+FLAT = (
+    2e-5  # sine of the angle between faces of one plane: single precision in files makes them differ so much
+)
 UNNAMED = "joint"
 
 logger = logging.getLogger(__name__)
@@ -81,7 +83,14 @@ def _from_least(loop: tuple[int, ...]) -> tuple[int, ...]:
 
 
 def parts_of(skin: Skin, mark: str) -> list[Skin]:
-    """The bodies of a surface, each a skin ``name``, ``mark`` and its number; one stays as it is."""
+    """The connected bodies of a surface, each as a skin of its own.
+
+    Parameters
+    ----------
+    skin : The surface.
+    mark : Goes between the skin's name and the number of the body. If it is not empty, a single body keeps
+        its name.
+    """
     if not np.isfinite(skin.points).all():
         return [skin]  # which ``shape_of`` refuses
     skin = once(skin)
@@ -112,9 +121,15 @@ def parts_of(skin: Skin, mark: str) -> list[Skin]:
 def shape_of(skin: Skin, structure: str, file: str) -> Shape:
     """The solid that a skin bounds.
 
+    Parameters
+    ----------
+    skin : The surface.
+    structure : Name of the structure, with which the shape's name begins.
+    file : Name of the file in messages.
+
     Raises
     ------
-    GeometryError : The surface is open, crossed by itself, turned inconsistently, or bounds no volume.
+    GeometryError : The surface is open, intersects itself, is oriented inconsistently, or bounds no volume.
     """
     title = f"{file}, block '{skin.name}'"
     check_points(skin.points, title)
@@ -150,7 +165,7 @@ def shape_of(skin: Skin, structure: str, file: str) -> Shape:
 def _welded(skin: Skin) -> tuple[IntArray, list[tuple[int, ...]]]:
     """Number of the place of each corner, and the loops by these."""
     size = float(np.ptp(skin.points, axis=0).max()) if len(skin.points) else 0.0
-    if not SMALLEST <= size <= LARGEST:  # whoever places the skin says so
+    if not SMALLEST <= size <= LARGEST:  # an error that the caller reports
         return np.arange(len(skin.points)), list(skin.loops)
     pairs = cKDTree(skin.points).query_pairs(COINCIDENT * size, output_type="ndarray")
     links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(skin.points),) * 2)

@@ -21,11 +21,11 @@ from masonry_fem.importing.trimming import trimmed
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
-FARTHEST = 3.0  # tolerances: a corner that lines cross farther away stays on one of them
-ABREAST = 0.2  # sine between lines whose crossing means nothing
-SEARCH = 5.0  # tolerances: gaps up to that are told
-SHARE = 0.05  # of the shorter side: what two sides have in common at a gap
-CLOSED = 1e-6  # tolerances: a gap or a move below it is none
+FARTHEST = 3.0  # tolerances: a corner stays on one of its lines if the lines cross farther away
+ABREAST = 0.2  # sine of the angle between lines below which their crossing is too uncertain
+SEARCH = 5.0  # tolerances: gaps up to this size are reported
+SHARE = 0.05  # of the shorter side: two sides face each other if their common length is larger
+CLOSED = 1e-6  # tolerances: smaller gaps and moves are rounding errors
 SHOWN = 4  # gaps and stones that a message names
 
 logger = logging.getLogger(__name__)

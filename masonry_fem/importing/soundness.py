@@ -11,7 +11,7 @@ import numpy as np
 from masonry_fem.errors import GeometryError
 from masonry_fem.solid.pose import FloatArray
 
-SMALLEST, LARGEST = 1e-30, 1e30  # m: volumes and moments of inertia of such stay numbers
+SMALLEST, LARGEST = 1e-30, 1e30  # [m]: volumes and moments of inertia neither vanish nor overflow
 
 
 def check_points(points: FloatArray, title: str) -> None:

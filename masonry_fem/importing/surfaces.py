@@ -2,9 +2,10 @@
 
     skins = read_surfaces(Path("arch.stl"), "structures.arch.path 'arch.stl'")
 
-STL: each ``solid`` of a text file is a block, each body of a binary one. OBJ: each object ``o`` is
-one, or each group ``g`` in a file without objects, and ``usemtl`` names faces. PLY: each body.
-A solid, object or group that holds several bodies gives one block each, ``name_1``, ``name_2``...
+STL: each ``solid`` of a text file is a block; in a binary file each connected body. OBJ: each object ``o``
+is a block, or each group ``g`` in a file without objects, and ``usemtl`` names faces. PLY: each connected
+body.
+A solid, object or group with several bodies gives one block each, ``name_1``, ``name_2``...
 """
 
 from __future__ import annotations
@@ -26,11 +27,16 @@ ANY = "b"  # blocks without a name of their own are b1, b2, ...
 
 
 def read_surfaces(path: Path, title: str) -> list[Skin]:
-    """The blocks of a surface file, in its order, with names that differ.
+    """The blocks of a surface file, in its order, with different names.
+
+    Parameters
+    ----------
+    path : An STL, OBJ or PLY file.
+    title : Name of the file in messages.
 
     Raises
     ------
-    GeometryError : What the file says is no surface.
+    GeometryError : The file does not describe surfaces.
     """
     skins = READERS[path.suffix.lower()](path, title)
     if not skins:
@@ -80,7 +86,7 @@ def _solids(text: str, title: str) -> Iterator[tuple[str, FloatArray]]:
 
 def _named(solids: list[tuple[str, FloatArray]], title: str) -> list[Skin]:
     filled = [(name, corners) for name, corners in solids if len(corners)]
-    if len(filled) == 1:  # mostly the name of the program, or of all that was exported
+    if len(filled) == 1:  # its name is mostly that of the program or of the whole model, so it is not used
         return parts_of(_soup(ANY, filled[0][1]), "")
     tidy = Names(UNSPACED)
     names = unlike([tidy.of(name) or f"{ANY}{number}" for number, (name, _) in enumerate(filled, start=1)])
@@ -116,9 +122,14 @@ class ObjFace:
 def faces_of_obj(path: Path, title: str) -> tuple[FloatArray, list[ObjFace]]:
     """Points of an OBJ file, shape (n, 3), and its polygons.
 
+    Parameters
+    ----------
+    path : The file.
+    title : Name of the file in messages.
+
     Raises
     ------
-    GeometryError : A line that is neither.
+    GeometryError : A line that cannot be read.
     """
     points: list[list[float]] = []
     faces: list[ObjFace] = []

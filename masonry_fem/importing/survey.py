@@ -1,7 +1,9 @@
 """Survey: a wall from the measured faces of its stones.
 
-Fits the wall's plane, lays the polygons into it, snaps them (``snapping``) and draws each out to the depth.
-Nothing is moved silently: a log tells how far, and what is left open, cut or dropped.
+The wall's plane is fitted to the corners, and the polygons are projected on it, snapped together
+(``snapping``) and extruded to the wall's depth. Every change is reported: how far corners were moved, and
+what was left
+open, cut or dropped.
 """
 
 from __future__ import annotations
@@ -38,11 +40,17 @@ logger = logging.getLogger(__name__)
 
 
 def read(spec: SurveyStructure, dimension: int, base: Path) -> Assembly:
-    """Blocks ``name.`` and the stones' names, and ``name.ground``.
+    """Blocks named after the stones, and ``name.ground``.
+
+    Parameters
+    ----------
+    spec : Record of the survey in the scene.
+    dimension : 2 or 3.
+    base : Folder that the path is relative to.
 
     Raises
     ------
-    GeometryError : A file that is no survey; stones that cross themselves, overlap or stand on nothing.
+    GeometryError : The file is no survey; stones whose sides cross, that overlap, or stand on nothing.
     """
     key = f"structures.{spec.name}.path"
     path = base / spec.path

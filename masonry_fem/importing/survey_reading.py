@@ -1,7 +1,7 @@
 """Survey reading: the measured polygons of stones from ``.csv`` and ``.obj`` files.
 
-CSV: a line of column names, then one line a corner, the corners of a stone in the order of their numbers
-around its face; columns are parted by commas, semicolons or tabs, ``#`` begins a remark:
+CSV: a line of column names, then one line per corner; the corners of a stone are numbered in order around its
+face. Columns are separated by commas, semicolons or tabs, and ``#`` begins a comment:
 
     stone,vertex,x,y,z
     c01s01,1,0.000,0.001,0.002
@@ -30,7 +30,13 @@ COLUMNS = ("stone", "vertex", "x", "y", "z")
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """The visible face of a stone: its name, and corners around it in space, shape (k, 3)."""
+    """The visible face of a stone.
+
+    Attributes
+    ----------
+    name : Of the stone.
+    corners : In order around the face, shape (k, 3) [unit of the file].
+    """
 
     name: str
     corners: FloatArray
@@ -39,9 +45,15 @@ class Measured:
 def read_survey(path: Path, title: str) -> list[Measured]:
     """The stones of a survey, in the order of the file.
 
+    Parameters
+    ----------
+    path : A CSV or OBJ file.
+    title : Name of the file in messages.
+
     Raises
     ------
-    GeometryError : Another format, lines that cannot be read, stones of fewer than 3 corners, corners twice.
+    GeometryError : Another format, lines that cannot be read, stones of fewer than 3 corners, repeated
+        corners.
     """
     stones = _csv(path, title) if path.suffix.lower() == ".csv" else _obj(path, title)
     if not stones:

@@ -1,6 +1,7 @@
-"""Triangles: polygons in space cut without new corners, convex or not, flat or a little warped.
+"""Triangles: polygons in space divided without new corners, convex or not, flat or slightly warped.
 
-A warped quadrilateral is cut along its shorter diagonal, so that two blocks that share it cut it alike.
+A warped quadrilateral is divided along its shorter diagonal, so that two blocks that share it divide it
+alike.
 """
 
 from __future__ import annotations
@@ -19,7 +20,13 @@ def area_vector(corners: FloatArray) -> FloatArray:
 
 
 def triangles_of(points: FloatArray, loop: tuple[int, ...]) -> list[tuple[int, int, int]]:
-    """Triangles of a polygon, turned as it is."""
+    """Triangles of a polygon, oriented as the polygon is.
+
+    Parameters
+    ----------
+    points : All points, shape (n, 3) [m].
+    loop : Point numbers of the corners, in order.
+    """
     if len(loop) == 3:
         return [(loop[0], loop[1], loop[2])]
     flat = _flattened(points[list(loop)])
@@ -58,7 +65,7 @@ def _flattened(corners: FloatArray) -> FloatArray:
 def _quartered(points: FloatArray, loop: tuple[int, ...]) -> list[tuple[int, int, int]]:
     a, b, c, d = loop
     one, two = _length(points[a], points[c]), _length(points[b], points[d])
-    if abs(one - two) <= EQUAL * (one + two):  # whoever begins the loop, the diagonal is the same
+    if abs(one - two) <= EQUAL * (one + two):  # choose the same diagonal wherever the loop begins
         shorter = min(tuple(points[a]), tuple(points[c])) < min(tuple(points[b]), tuple(points[d]))
     else:
         shorter = one < two

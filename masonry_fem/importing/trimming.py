@@ -1,4 +1,4 @@
-"""Trimming: slivers by which outlines of stones still overlap, cut off along a neighbour's side."""
+"""Trimming: overlaps that remain between outlines of stones are cut off along a neighbour's side."""
 
 from __future__ import annotations
 
@@ -12,16 +12,23 @@ from masonry_fem.errors import GeometryError
 from masonry_fem.importing.triangles import ears
 from masonry_fem.solid.pose import FloatArray
 
-ROUNDS = 4  # what is cut may meet a third stone
-NOTHING = 1e-9  # of a stone's size: a depth below it is none
+ROUNDS = 4  # a cut may make a stone overlap with a third one
+NOTHING = 1e-9  # of a stone's size: smaller depths are rounding errors
 DEEP = 2.0  # tolerances: stones that overlap more were measured wrongly
-LARGE = 3.0  # times the overlap's depth along the whole side: what a cut may take from a stone
+LARGE = 3.0  # largest area that a cut takes from a stone, over the overlap's depth times the side's length
 
 
 def trimmed(
     outlines: Sequence[FloatArray | None], names: Sequence[str], tolerance: float, title: str
 ) -> tuple[list[FloatArray | None], tuple[tuple[str, str, float], ...]]:
-    """Outlines without overlaps, and the pairs that had some: names and depth [m].
+    """Outlines without overlaps, and which pairs overlapped by how much: names and depth [m].
+
+    Parameters
+    ----------
+    outlines : Of the stones in the wall's plane, each of shape (k, 2) [m]; None for stones that were dropped.
+    names : Of the stones.
+    tolerance : Of the survey [m].
+    title : Name of the file in messages.
 
     Raises
     ------
@@ -103,7 +110,7 @@ def _parted(one: FloatArray, two: FloatArray, common: FloatArray) -> tuple[Float
             outward = np.array([along[1], -along[0]])
             away = (common - corner) @ outward
             if away.max() > NOTHING * size or -away.min() >= shallowest:
-                continue  # it does not leave all that is common behind it, or a better one does
+                continue  # it does not remove the whole overlap, or another cut is better
             left = outside(cut, corner, outward)
             taken = polygon_area(cut) - (polygon_area(left) if len(left) > 2 else 0.0)
             if taken <= LARGE * -away.min() * size:
@@ -112,7 +119,14 @@ def _parted(one: FloatArray, two: FloatArray, common: FloatArray) -> tuple[Float
 
 
 def outside(outline: FloatArray, corner: FloatArray, outward: FloatArray) -> FloatArray:
-    """The part of an outline in front of a line, shape (k, 2)."""
+    """The part of an outline on one side of a line, shape (k, 2) [m].
+
+    Parameters
+    ----------
+    outline : Corners in order, shape (n, 2) [m].
+    corner : A point of the line, shape (2,) [m].
+    outward : Normal of the line towards the part that is kept, shape (2,).
+    """
     size = float(np.ptp(outline, axis=0).max())
     away = (outline - corner) @ outward
     away[np.abs(away) < NOTHING * size] = 0.0

@@ -2,8 +2,8 @@
 
     mesh = read_volumes(Path("arch.vtu"), 3, None, "structures.arch.path 'arch.vtu'")
 
-An integer cell field tells the blocks: ``block``, or the one that is asked for; without it each connected
-part is one.
+An integer cell field gives the number of each cell's block. It is called ``block`` unless the scene names
+another; without it each connected part is a block.
 """
 
 from __future__ import annotations
@@ -42,11 +42,19 @@ class Volumes:
 
 
 def read_volumes(path: Path, dimension: int, field: str | None, title: str) -> Volumes:
-    """Elements of the scene's dimension, block by block; those of lower dimension are passed over.
+    """Elements of the scene's dimension, block by block; elements of lower dimension are ignored.
+
+    Parameters
+    ----------
+    path : The file.
+    dimension : 2 or 3.
+    field : Name of the cell field with the blocks' numbers; None for ``block``, if there is one.
+    title : Name of the file in messages.
 
     Raises
     ------
-    GeometryError : An unreadable file, no or foreign elements, mixed ones in a block, no such field.
+    GeometryError : The file is unreadable, has no elements or unknown ones, several kinds in a block, or
+        lacks the field.
     """
     mesh = quietly_read(path, title)
     cells = [(number, one) for number, one in enumerate(mesh.cells) if one.dim == dimension and len(one.data)]

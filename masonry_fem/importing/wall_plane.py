@@ -16,9 +16,9 @@ import numpy as np
 from masonry_fem.solid.pose import FloatArray, Pose
 
 ROUNDS = 50
-SETTLED = 1e-12  # change of the normal that ends the rounds
-SPREAD = 1.4826  # standard deviation over the median of distances, for Gaussian noise
-SHARPEST = 1e-9  # of the wall's size: noise below it is none
+SETTLED = 1e-12  # change of the normal below which the iteration ends
+SPREAD = 1.4826  # ratio of the standard deviation to the median absolute deviation, for Gaussian noise
+SHARPEST = 1e-9  # of the wall's size: smallest noise that is assumed
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,15 +27,21 @@ from masonry_fem.limit.questions import (
 )
 from masonry_fem.march.mechanism import Mechanism
 
-LEAST = 1e-6  # share or factor that is told
-MOST = 24  # supports whose forces' intervals are told: each takes a dozen programs in space
+LEAST = 1e-6  # smaller shares and factors are taken as zero
+MOST = 24  # supports whose intervals are computed: in 3D each takes a dozen programs
 OUTSIDE = 1e-3  # of the loads: elastic blocks lean a little
 
 
 def answers(problem: LimitProblem, tilt: str | None = None) -> dict[str, Any]:
-    """Everything that is told of a problem whose live load is the scene's, or that of a ``tilt``.
+    """The results of limit analysis of a problem, as they are written to ``summary.json``.
 
-    The loads of the scene are the dead ones and once the live ones; without these where they are a tilt's.
+    Without ``tilt`` the loads of the scene are the dead loads and once the live ones; with it the dead ones
+    alone.
+
+    Parameters
+    ----------
+    problem : Blocks, contact points and loads; its live load is the scene's, or that of a tilt.
+    tilt : Direction of the tilt in words, None if the live load is the scene's.
     """
     present = float(tilt is None)
     carried = admissible(problem, present)
@@ -179,9 +185,19 @@ def _certificate(
 
 
 def outside(told: Mapping[str, Any], forces: Mapping[str, Any], applied: np.ndarray) -> list[dict[str, Any]]:
-    """Forces of a simulation's supports that lie outside their intervals: support, axis and force [N].
+    """Support forces of a simulation that lie outside their intervals from limit analysis.
 
-    None does in an equilibrium, unless the blocks have moved so far that their shape counts.
+    There are none in equilibrium, unless the blocks have moved so far that the changed geometry matters.
+
+    Parameters
+    ----------
+    told : Results of ``answers``.
+    forces : Forces on the supports by name, each with ``force`` (d,) [N].
+    applied : Sum of the loads, shape (d,) [N]; differences below 1e-3 of it do not count.
+
+    Returns
+    -------
+    One record for each such force: support, axis and force [N].
     """
     found = []
     for name, axes in told.get("supports", {}).items():

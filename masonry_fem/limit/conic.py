@@ -16,13 +16,13 @@ from masonry_fem.limit.program import FloatArray, Optimum, Program, judged
 TOLERANCE = 1e-11
 SOLVED = ("Solved", "AlmostSolved", "InsufficientProgress")
 INFEASIBLE = ("PrimalInfeasible", "AlmostPrimalInfeasible")
-EXACT = 1e-5  # an error with which an attempt is the last
+EXACT = 1e-5  # an attempt with a smaller error is accepted
 ATTEMPTS: tuple[dict[str, Any], ...] = (
     {},
     {"equilibrate_enable": False},
     {"iterative_refinement_max_iter": 30, "iterative_refinement_reltol": 1e-14},
 )
-UNBALANCED = 1e-3  # what is left by a solution that is none
+UNBALANCED = 1e-3  # relative imbalance above which a point is no solution
 
 
 def maximise_cones(program: Program) -> Optimum | None:
@@ -55,7 +55,7 @@ def maximise_cones(program: Program) -> Optimum | None:
     cost[-1] = -1.0
     nothing = sparse.csc_matrix((width, width))
     best, told = None, ""
-    for attempt in ATTEMPTS:  # at the very limit now one, now another makes insufficient progress
+    for attempt in ATTEMPTS:  # near the limit, Clarabel stalls with some settings and not with others
         settings = settings_of(clarabel, **attempt)
         found = clarabel.DefaultSolver(nothing, cost, rows, right, kinds, settings).solve()
         told = str(found.status)

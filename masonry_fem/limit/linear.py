@@ -48,7 +48,7 @@ def maximise_plane(program: Program) -> Optimum | None:
     if found.status == INFEASIBLE:
         return None
     if found.status != SOLVED:
-        # so near the limit that no vertex passes for feasible: an interior point has less to decide
+        # so near the limit that the simplex method finds no feasible vertex: try the interior-point method
         logger.debug("HiGHS ended with '%s'; Clarabel takes over", found.message.strip())
         return maximise_cones(program)
     force = np.concatenate([edges @ found.x[: 2 * c] - offset.ravel(), found.x[2 * c : -1]])

@@ -19,11 +19,17 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
-AT_REST = 1e-6  # of the fastest corner
+AT_REST = 1e-6  # of the speed of the fastest corner: slower blocks are at rest
 
 
 def mechanism_of(problem: LimitProblem, velocity: FloatArray) -> Mechanism:
-    """The mechanism of the dual velocities of a program, (b m,) or more, in its units."""
+    """The mechanism that the dual velocities of a program describe.
+
+    Parameters
+    ----------
+    problem : Blocks and contact points.
+    velocity : Velocities and spins block by block, in the problem's units; what follows them is ignored.
+    """
     d, assembly = problem.dimension, problem.model.assembly
     free = velocity[: len(problem.blocks) * (3 if d == 2 else 6)].reshape(len(problem.blocks), -1)
     count = len(assembly.blocks)

@@ -56,8 +56,8 @@ def least_prestress(problem: LimitProblem, joints: Sequence[int], pressed: Float
     joint = rank[problem.model.contacts.interface]
     own = np.flatnonzero((joint >= 0) & problem.active)
     k, j = len(own), len(joints)
-    # r_N = what is there + rise − fall at each point; the rises of a joint and what they lack make the
-    # thrust. Rises, falls and lacks are the normal forces of contacts without friction.
+    # r_N = present force + rise − fall at each point; the rises of a joint and a slack sum up to the thrust.
+    # Rises, falls and slacks are non-negative, so they enter as normal forces of contacts without friction.
     point = np.arange(k)
     normal = _ones(point, d * own, (k, c * d))
     above = _ones(point, d * point, (k, k * d))

@@ -1,10 +1,10 @@
-"""LimitProblem: rigid blocks on the contact points of a model, with loads that stay and loads that grow.
+"""LimitProblem: rigid blocks on the contact points of a model, with constant and growing loads.
 
     problem = limit_problem(model, live=["points.*"])
     problem.equilibrium @ force + problem.dead + factor * problem.live      # 0: balanced
 
-Forces are counted in the mean load of a block and lengths in the model's typical size, so that answers
-do not hang on units. Every block counts as rigid, whatever its fidelity: limit analysis knows no strain.
+Forces are divided by the mean load of a block and lengths by the model's typical size, so that results do not
+depend on units. All blocks are taken as rigid, whatever their fidelity.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from masonry_fem.march.model import Model
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-OPEN = 1e-3  # of the typical size: a contact point that stands further apart bears nothing
+OPEN = 1e-3  # of the typical size: a contact point with a larger gap bears nothing
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,7 +145,13 @@ def limit_problem(
 
 
 def group_forces(model: Model, factors: Mapping[str, float]) -> list[FloatArray]:
-    """Sum of the loads of a model named in ``factors``, times these, by body group."""
+    """Sum of some loads of a model, by body group.
+
+    Parameters
+    ----------
+    model : Blocks and loads.
+    factors : Factor of each load by name; loads that are not named are left out.
+    """
     total = [group.acceleration_force(np.zeros(model.assembly.dimension)) for group in model.groups]
     for load in model.loads:
         for index, pattern in enumerate(load.forces):

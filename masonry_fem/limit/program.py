@@ -1,10 +1,11 @@
-"""Program: the optimisation behind every question of limit analysis, whatever solves it.
+"""Program: the optimisation behind every question of limit analysis, whatever solver is used.
 
     maximise x    such that    A r + fixed + x · growing = 0,    r in the joints' strength,    x ≤ upper
 
 Its dual is kinematic: velocities V of the blocks with growing · V = 1 at which no joint closes, and whose
-power proves that no larger x exists. ``Optimum`` holds both sides; its errors are computed here from r, x
-and V alone, in units of the largest load, and no solver has a word in them.
+power proves that no larger x exists. ``Optimum`` holds both sides. Its errors are computed here from r, x
+and V
+alone, relative to the largest load, so that they do not rely on what a solver reports.
 """
 
 from __future__ import annotations
@@ -20,8 +21,8 @@ from masonry_fem.nscd.graphs import lengths
 
 FloatArray = NDArray[np.float64]
 
-AT_BOUND = 1e-6  # an x that much below its bound is at it
-SMALL = 1e-3  # an x below it is not worth a relative error of its own
+AT_BOUND = 1e-6  # an x that is no more below its bound is at it
+SMALL = 1e-3  # errors are relative to x, or to this where x is smaller
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +78,15 @@ class Optimum:
 
 
 def judged(program: Program, value: float, force: FloatArray, velocity: FloatArray) -> Optimum:
-    """An optimum with its errors, from what a solver says; forces are first brought into the strength."""
+    """An optimum with its errors, from a solver's solution; forces are first projected into the strength.
+
+    Parameters
+    ----------
+    program : What was solved.
+    value : x of the solution.
+    force : Contact forces r.
+    velocity : Dual velocities V, shape (n,).
+    """
     inside = within(program, force)
     residual = program.matrix @ inside + program.fixed + value * program.growing
     whole = 1.0 if np.isfinite(program.upper) else 0.0
@@ -92,7 +101,7 @@ def judged(program: Program, value: float, force: FloatArray, velocity: FloatArr
     wrong = max(_largest(short), _largest(opening[motion.size :]))
     closing = max(wrong / fast, abs(float(program.growing @ velocity) - 1.0))
     bound = float(program.strength.dissipation(motion).sum() - velocity @ program.fixed)
-    # power that the errors of either side could hide: bounds of true forces and motions lie that much off
+    # the errors of forces and motions change the power, and so the bounds, by at most this much
     pressed = program.contact(inside)[:, 0] + program.strength.apex
     hidden = float(short @ np.maximum(pressed, 0.0)) + float(np.abs(velocity) @ np.abs(residual))
     gap = (abs(bound - value) + hidden) / max(abs(value), SMALL)

@@ -1,15 +1,22 @@
-"""Questions of limit analysis: can the loads be carried, how far may they grow, how much thrust.
+"""Questions of limit analysis: can the loads be carried, how far may they grow, how large is the thrust.
 
     carried = admissible(problem)               # .holds: reactions, or the mechanism that proves it not
     collapse = collapse_multiplier(problem)     # .multiplier, .mechanism
     low, high = interval(problem, support_resultant(problem, block, axis=0))
 
-Joints are associated: what slides also opens, at the angle of friction. Loads that cannot be carried so
-cannot be carried at all; those that can may still bring a structure down that slides (Drucker). Blocks
-do not deform and have not moved.
+The flow rule is associated: a joint that slides also opens, at the angle of friction. Loads that cannot be
+carried in this model cannot be carried with Coulomb friction either; loads that can be carried may still
+make a structure collapse by sliding (Drucker). Blocks do not deform and have not moved.
 
-Every question is a ``Program`` that has a solution and a bounded value: whether a load may grow without
-limit is asked first, of the growing part alone. So no answer hangs on how a solver tells infinity.
+Every question is asked as a ``Program`` that has a solution and a bounded value: whether a load may grow
+without limit is asked first, with the growing part alone. So no answer depends on how a solver reports
+infinity.
+
+References
+----------
+Drucker, Coulomb friction, plasticity, and limit loads, J. Appl. Mech. 21 (1954).
+Heyman, The stone skeleton, Int. J. Solids Structures 2 (1966).
+Livesley, Limit analysis of structures formed from rigid blocks, Int. J. Numer. Meth. Engng 12 (1978).
 """
 
 from __future__ import annotations
@@ -28,7 +35,9 @@ from masonry_fem.limit.program import AT_BOUND, Optimum, Program
 from masonry_fem.limit.simplest import simplest
 from masonry_fem.march.mechanism import Mechanism
 
-EXACT = 1e-4  # what an answer may leave unbalanced or unproven, relative; it seldom leaves 1e-9
+EXACT = (
+    1e-4  # largest relative error of equilibrium, mechanism or bound in an answer; mostly it is below 1e-9
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +112,17 @@ class Interval:
 
 
 def admissible(problem: LimitProblem, factor: float = 0.0) -> Admissible:
-    """Whether dead and ``factor`` times live load can be carried."""
+    """Whether the dead load and ``factor`` times the live load can be carried.
+
+    Parameters
+    ----------
+    problem : Blocks, contact points and loads.
+    factor : Of the live load.
+
+    Raises
+    ------
+    ProblemError : The answer is not accurate enough.
+    """
     load = problem.load(factor)
     if not load.any():
         return Admissible(True, 1.0, np.zeros_like(problem.points), 0.0, None, 0.0)
@@ -152,11 +171,16 @@ def collapse_multiplier(problem: LimitProblem) -> Collapse:
 def interval(
     problem: LimitProblem, resultant: FloatArray, factor: float = 0.0, carried: bool | None = None
 ) -> Interval:
-    """Least and greatest value of a resultant under dead and ``factor`` times live load.
+    """Smallest and largest value of a resultant under the dead and ``factor`` times the live load.
 
-    ``resultant`` has a coefficient for each contact force component and hold, shape (c d + h,);
-    ``carried`` tells whether the loads can be carried, where the caller knows. An end that is not exact is
-    told with its error: that others are is worth knowing.
+    An end that is not accurate is returned with its error, since the other intervals remain useful.
+
+    Parameters
+    ----------
+    problem : Blocks, contact points and loads.
+    resultant : Coefficient of each contact force component and each hold, shape (c d + h,).
+    factor : Of the live load.
+    carried : Whether the loads can be carried, if the caller knows.
     """
     if not (admissible(problem, factor).holds if carried is None else carried):
         return Interval(np.nan, np.nan, np.nan)
@@ -196,14 +220,28 @@ def _extreme(problem: LimitProblem, resultant: FloatArray, factor: float) -> tup
 
 
 def support_resultant(problem: LimitProblem, block: int, axis: int) -> FloatArray:
-    """Coefficients of the force that a support gives along a world axis, shape (c d + h,)."""
+    """Coefficients of the force that a support exerts along a world axis, shape (c d + h,).
+
+    Parameters
+    ----------
+    problem : Blocks and contact points.
+    block : Number of the support.
+    axis : 0 for x.
+    """
     blocks = problem.model.contacts.blocks
     sign = np.where(blocks[:, 0] == block, -1.0, 0.0) + np.where(blocks[:, 1] == block, 1.0, 0.0)
     return _contacts(problem, sign, axis)
 
 
 def interface_resultant(problem: LimitProblem, interface: int, axis: int) -> FloatArray:
-    """Coefficients of the force on the candidate's side of an interface along a world axis, (c d + h,)."""
+    """Coefficients of the force on the candidate of an interface along a world axis, shape (c d + h,).
+
+    Parameters
+    ----------
+    problem : Blocks and contact points.
+    interface : Number of the interface.
+    axis : 0 for x.
+    """
     model = problem.model
     own = model.contacts.interface == interface
     candidate = model.interfaces[interface].blocks[0] if own.any() else -1
@@ -212,7 +250,14 @@ def interface_resultant(problem: LimitProblem, interface: int, axis: int) -> Flo
 
 
 def hold_resultant(problem: LimitProblem, name: str, axis: int) -> FloatArray:
-    """Coefficients of the force that the holds of a name give along a world axis, (c d + h,)."""
+    """Coefficients of the force that held faces exert along a world axis, shape (c d + h,).
+
+    Parameters
+    ----------
+    problem : Blocks and contact points.
+    name : Of the support that holds them.
+    axis : 0 for x.
+    """
     resultant = np.zeros(problem.equilibrium.shape[1])
     for number, hold in enumerate(problem.holds, start=problem.points.size):
         resultant[number] = float(hold.name == name and hold.axis == axis)

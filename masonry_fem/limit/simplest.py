@@ -1,8 +1,8 @@
-"""Simplest: of all motions that prove an optimum, the one that opens least.
+"""Simplest: of all motions that prove an optimum, the one with the smallest sum of openings.
 
-A collapse often has many mechanisms, and an interior point ends at the middle of them, where every joint
-opens a little. Here the sum of the openings is made as small as it can be, as sums of absolute values make
-many of their terms zero: what need not move rests, and what can move as one does.
+Often a collapse has many mechanisms. An interior-point solver ends in the middle of them, where every joint
+opens a little. Minimising a sum of absolute values makes many of its terms zero: blocks that need not move
+stay at rest, and blocks that can move as one do.
 """
 
 from __future__ import annotations
@@ -15,13 +15,19 @@ from scipy import sparse
 from masonry_fem.limit.conic import settings_of
 from masonry_fem.limit.program import SMALL, FloatArray, Optimum, Program, judged
 
-SLACK = 1e-11  # of the value: how much worse the motion may prove it, beyond what is known of it
-LARGE = 10_000  # contact points: beyond them it takes longer than the question itself
-WORSE = 1e-6  # error that such a motion may have
+SLACK = 1e-11  # of the value: how much weaker the motion's bound may be, besides the optimum's own gap
+LARGE = 10_000  # contact points: with more, this takes longer than the question itself
+WORSE = 1e-6  # largest error of such a motion
 
 
 def simplest(program: Program, found: Optimum) -> FloatArray:
-    """Velocities of least opening that prove the same value, (n,); those found if there are none better."""
+    """Velocities of smallest opening that prove the same value, shape (n,).
+
+    Parameters
+    ----------
+    program : What was solved.
+    found : Its optimum; its own velocities are returned if no better ones are found.
+    """
     strength = program.strength
     if strength.cut.any() or not np.isfinite(found.gap) or program.count > LARGE:
         return found.velocity

@@ -27,7 +27,7 @@ from masonry_fem.nscd.graphs import lengths
 
 FloatArray = NDArray[np.float64]
 
-LAYERS = (Bed, Rough, Kinetic)  # what stands around a law without changing what it can bear at most
+LAYERS = (Bed, Rough, Kinetic)  # laws around another law that do not change its strength
 
 
 @dataclass(frozen=True, slots=True)

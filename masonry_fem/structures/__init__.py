@@ -1,6 +1,10 @@
-"""Structures: families of blocks, one file each, which holds its record and its ``build``.
+"""Structures: families of blocks, one file each, which holds its record and its function ``build``.
 
-What several of them need stands in ``parts``. ``kinds()`` finds them; nothing else lists them.
+``build(spec, dimension)`` makes the ``Assembly`` of a record in a scene of dimension 2 or 3, and raises
+GeometryError where the record's values do not go together. Structures that are read from files get two
+arguments more: the folder that their path is relative to, and the settings of the mesh.
+
+What several structures need is in ``parts``. ``kinds()`` finds them; they are listed nowhere else.
 """
 
 from __future__ import annotations
@@ -41,7 +45,20 @@ def build_structures(
     meshes: Sequence[MeshSettings],
     reading: Reading,
 ) -> list[Assembly]:
-    """The blocks of each structure; those of files are read in another process, within its limits."""
+    """The blocks of each structure; those of files are read in another process, within its limits.
+
+    Parameters
+    ----------
+    structures : Records of the scene.
+    dimension : 2 or 3.
+    base : Folder that the paths of files are relative to.
+    meshes : Mesh settings of each structure.
+    reading : Limits on time and memory for reading files.
+
+    Raises
+    ------
+    GeometryError : Values that do not go together, or a file that cannot be read.
+    """
     wanted = [(one, dimension, base.resolve(), mesh) for one, mesh in zip(structures, meshes, strict=True)]
     foreign = {
         at: f"structures.{one.name}.path '{one.source}'"

@@ -1,7 +1,8 @@
 """Arch: equal voussoirs about a centre, between two springings.
 
-With radial joints one voussoir is the shape of all: it stands at the crown, its joints symmetrical about
-the vertical, its own axes tangential (x), along the depth (y, in 3D only) and radial (last).
+With radial joints all voussoirs share one shape. In its own frame it is the voussoir at the crown: its joints
+are symmetrical about the vertical, its axes tangential (x), along the depth (y, in 3D only) and radial
+(last).
 """
 
 from __future__ import annotations
@@ -115,7 +116,13 @@ def build(spec: ArchStructure, dimension: int) -> Assembly:
 
 
 def turned(angle: float, dimension: int) -> FloatArray:
-    """Rotation in the arch's plane, counter-clockwise seen from the front (x right, up)."""
+    """Rotation in the arch's plane, counter-clockwise seen from the front (x to the right), shape (d, d).
+
+    Parameters
+    ----------
+    angle : [rad].
+    dimension : d, 2 or 3.
+    """
     c, s = np.cos(angle), np.sin(angle)
     if dimension == 2:
         return np.array([[c, -s], [s, c]])
@@ -130,7 +137,7 @@ def voussoir(spec: ArchStructure, step: float, dimension: int) -> Shape:
         outline = [polar(inner, half), polar(inner, -half), polar(outer, -half), polar(outer, half)]
         names = ["intrados", "end", "extrados", "start"]
         return Shape(f"{spec.name}.voussoir", plate(np.array(outline), names, spec.depth, dimension))
-    # Between the exact corners the facets' points lie a little further out than the arc, so that
+    # The corners are exact; the points between them lie a little outside the arc, so that
     # the polygon has the sector's area: rigid voussoirs have their exact mass.
     angles = step / 2 - step * np.arange(FACETS + 1) / FACETS
     low, high = (arc_points(r, angles) for r in (inner, outer))
@@ -160,7 +167,13 @@ def arc_points(radius: float, angles: FloatArray) -> list[FloatArray]:
 
 
 def polar(radius: float, angle: float) -> FloatArray:
-    """Point of the arch's plane at ``angle`` from the vertical, counter-clockwise."""
+    """Point of the arch's plane, relative to the centre, shape (2,) [m].
+
+    Parameters
+    ----------
+    radius : [m].
+    angle : From the vertical, counter-clockwise [rad].
+    """
     return radius * np.array([-np.sin(angle), np.cos(angle)])
 
 
@@ -171,7 +184,14 @@ def plate(outline: FloatArray, names: list[str], depth: float, dimension: int) -
 
 
 def springing(spec: ArchStructure, sign: float, dimension: int) -> Polytope:
-    """Block below a springing (sign 1: left), in a frame turned to the springing's joint."""
+    """Support below a springing, in a frame rotated with the springing's joint.
+
+    Parameters
+    ----------
+    spec : The arch.
+    sign : 1 for the left springing, −1 for the right one.
+    dimension : 2 or 3.
+    """
     inner, outer = spec.radius - spec.thickness / 2, spec.radius + spec.thickness / 2
     margin = 0.25 * spec.thickness
     low, high, width = inner - margin, outer + margin, spec.thickness

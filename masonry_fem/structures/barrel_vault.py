@@ -1,6 +1,6 @@
-"""Barrel vault: courses of straight stones about an axis, every other one moved by half a stone.
+"""Barrel vault: courses of straight stones about an axis, every other course shifted by half a stone.
 
-A whole stone and a half one are the shapes of all; they stand as a voussoir does at the crown.
+All stones share two shapes, a whole stone and a half one; their frames are those of a voussoir at the crown.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Block: one box, turned about its lower corner."""
+"""Block: one box, rotated about its lower corner."""
 
 from __future__ import annotations
 

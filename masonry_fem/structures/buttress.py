@@ -1,6 +1,6 @@
-"""Buttress: a pier of level courses between a plane face and one that slopes or goes back in steps.
+"""Buttress: a pier of level courses between a plane face and one that slopes or is stepped back.
 
-Across the pier, u is measured from its left face; a lean moves a course to the right with its height.
+Across the pier, u is measured from its left face; if the pier leans, courses shift to the right with height.
 """
 
 from __future__ import annotations

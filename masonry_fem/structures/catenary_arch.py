@@ -1,4 +1,4 @@
-"""Catenary arch: stones between two curves beside a catenary."""
+"""Catenary arch: stones between two curves at equal distances from a catenary."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Column: drums one on another, each a prism (a frustum where the column tapers) about the axis."""
+"""Column: drums on top of each other, each a prism (a frustum if the column tapers) about the axis."""
 
 from __future__ import annotations
 

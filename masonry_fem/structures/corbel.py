@@ -1,4 +1,4 @@
-"""Corbel: equal boxes that stand out one over another."""
+"""Corbel: equal boxes, each projecting beyond the one below."""
 
 from __future__ import annotations
 

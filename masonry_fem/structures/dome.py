@@ -1,8 +1,8 @@
 """Dome: rings of equal stones about a centre, cut by parallels and meridians.
 
-Each ring has one stone, the shape of all: it stands on the meridian through the world's x axis, its own
-axes along the parallel (x), up the meridian (y) and radial (z). Its edges are chords, so that all faces are
-flat: meridian joints lie in planes through the axis, bed joints in planes through the centre.
+The stones of a ring share one shape. In its own frame the stone lies on the meridian through the world's x
+axis, its axes along the parallel (x), up the meridian (y) and radial (z). Its edges are chords, so that all
+faces are flat: meridian joints lie in planes through the axis, bed joints in planes through the centre.
 """
 
 from __future__ import annotations
@@ -253,14 +253,29 @@ def frame_at(parallel: float) -> FloatArray:
 
 
 def at(radius: float, parallel: float, longitudes: FloatArray) -> FloatArray:
-    """Points on a parallel of a sphere, shape (n, 3)."""
+    """Points on a parallel of a sphere, relative to its centre, shape (n, 3) [m].
+
+    Parameters
+    ----------
+    radius : Of the sphere [m].
+    parallel : Angle from the crown [rad].
+    longitudes : Of the points, shape (n,) [rad].
+    """
     out = radius * np.sin(parallel)
     level = np.full(len(longitudes), radius * np.cos(parallel))
     return np.column_stack([out * np.cos(longitudes), out * np.sin(longitudes), level])
 
 
 def stone(name: str, cut: Cut, ring: int, frame: FloatArray) -> Shape:
-    """The stone of a ring, in its own frame."""
+    """The stone of a ring, in its own frame.
+
+    Parameters
+    ----------
+    name : Of the shape.
+    cut : How the dome is cut.
+    ring : Number of the ring, 0 for the lowest.
+    frame : The stone's axes as columns, shape (3, 3).
+    """
     below, above = cut.parallels[ring], cut.parallels[ring + 1]
     corners = [at(r, p, cut.longitudes) for r in (cut.low, cut.high) for p in (below, above)]
     return ring_stone(
@@ -284,7 +299,14 @@ def footing(name: str, cut: Cut) -> Shape:
 
 
 def crown(cut: Cut, sweep: float, slices: int) -> Polytope:
-    """The stone that closes the eye: a frustum with a side for each piece of the ring below."""
+    """The stone that closes the opening at the crown: a frustum with a side for each piece of the ring below.
+
+    Parameters
+    ----------
+    cut : How the dome is cut.
+    sweep : Longitude that the dome extends over [degrees].
+    slices : Number of stones in a ring.
+    """
     sides = slices * cut.pieces
     whole = sweep == 360
     longitudes = np.radians(sweep) * np.arange(sides + (not whole)) / sides

@@ -1,4 +1,4 @@
-"""Elliptical arch: stones between two curves beside half an ellipse."""
+"""Elliptical arch: stones between two curves at equal distances from half an ellipse."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Flat arch: stones between two levels, their joints on lines through one point below."""
+"""Flat arch: stones between two horizontal planes, with joints along lines through one point below."""
 
 from __future__ import annotations
 

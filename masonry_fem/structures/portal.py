@@ -124,7 +124,7 @@ def build(spec: PortalStructure, dimension: int) -> Assembly:
         low[0] += left
         if spec.ground:
             name = f"{spec.name}.ground_{side}"
-            foot = slab(spec.name, low, low + size, spec.pier_width / 2)
+            foot = slab(low, low + size, spec.pier_width / 2)
             blocks.append(Block(name, len(shapes), Pose.identity(dimension), (spec.name,), support=True))
             shapes.append(Shape(name, foot))
         for course in range(spec.courses):

@@ -112,7 +112,7 @@ def build(spec: RubbleStructure, dimension: int) -> Assembly:
 def stones_of(spec: RubbleStructure) -> list[Polytope]:
     """The stones, the box's lower corner at the origin."""
     stretch = np.ones(len(spec.size))
-    stretch[-1] = spec.elongation  # points are drawn where stones are as long as high
+    stretch[-1] = spec.elongation  # points are drawn in a space in which stones are as long as high
     size = np.array(spec.size) * stretch
     points = np.random.default_rng(spec.seed).uniform(size=(spec.stones, len(size))) * size
     for _ in range(spec.relaxation):

@@ -1,4 +1,4 @@
-"""Stack: equal boxes one on another, straight or as a staircase."""
+"""Stack: equal boxes on top of each other, straight or shifted like a staircase."""
 
 from __future__ import annotations
 

@@ -114,7 +114,7 @@ class WallStructure(Structure, frozen=True, kw_only=True, tag="wall"):
         else:
             row, keys = self.columns or 0.0, ("columns", "courses", "wythes")
         through = self.through or self.wythes <= 2
-        headers = 2 * row if through else row * self.wythes  # a header is half as long, and two wythes thick
+        headers = 2 * row if through else row * self.wythes  # seen in the face, a header is half as long
         course = row * self.wythes
         match self.bond:
             case "header":
@@ -236,7 +236,7 @@ def build(spec: WallStructure, dimension: int) -> Assembly:
     if spec.position is not None:
         origin = np.array(spec.position, dtype=float)
     stones = _Stones(spec, dimension)
-    # the two that nearly every wall has; the numbers of the others follow from where they come first
+    # nearly every wall has these two shapes; the others are numbered in order of appearance
     stones.number_of(stones.size(spec.brick[0]), name="brick")
     stones.number_of(stones.size(spec.brick[0] / 2), name="half")
     blocks = []
@@ -255,7 +255,7 @@ def build(spec: WallStructure, dimension: int) -> Assembly:
 
 def _turned(blocks: list[Block], angle: float, origin: FloatArray) -> list[Block]:
     """Blocks turned about the vertical through the wall's corner by ``angle`` [deg]."""
-    # by the quarter and the rest, so that quarter turns are exact: walls at right angles share planes
+    # quarter turns and the rest apart, so that quarter turns are exact and walls at right angles share planes
     quarters, rest = divmod(angle, 90.0)
     turn = np.linalg.matrix_power(QUARTER, int(quarters) % 4)
     if rest:

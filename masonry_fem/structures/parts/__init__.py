@@ -1,1 +1,1 @@
-"""What structures share: curves, bonds, grounds, rings; no structure stands here."""
+"""What structures share: curves, bonds, grounds, rings. Files here are not searched for structures."""

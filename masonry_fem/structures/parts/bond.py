@@ -3,8 +3,8 @@
     for row in rows_of(spec, course=1):
         row.low, row.high, [(piece.start, piece.end, piece.kind) for piece in row.pieces]
 
-A course has one row of pieces for each stone that it is thick. Pieces are counted in quarters of a brick:
-a stretcher has 4 of them, the face of a header 2, a closer 1.
+Seen from above, a course has as many rows as there are stones across the wall's thickness. Lengths are
+counted in quarters of a brick: a stretcher has 4 of them, the face of a header 2, a closer 1.
 """
 
 from __future__ import annotations
@@ -26,7 +26,13 @@ KIND: dict[int, Kind] = {STRETCHER: "stretcher", 3: "stretcher", HEADER: "header
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """A stone of a row: from ``start`` to ``end`` along the wall [m]."""
+    """A stone of a row.
+
+    Attributes
+    ----------
+    start, end : Its ends along the wall [m].
+    kind : Stretcher, header or closer.
+    """
 
     start: float
     end: float
@@ -40,7 +46,13 @@ class Piece:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """Stones one beside the other, from wythe ``low`` (0 is the front one) up to wythe ``high``."""
+    """Stones side by side along the wall.
+
+    Attributes
+    ----------
+    low, high : The row extends from wythe ``low`` up to, not including, wythe ``high``; 0 is at the front.
+    pieces : Its stones, from the left.
+    """
 
     low: int
     high: int
@@ -48,7 +60,13 @@ class Row:
 
 
 def rows_of(spec: WallStructure, course: int) -> list[Row]:
-    """Rows of a course (1 is the lowest), from the front."""
+    """Rows of a course, from the front.
+
+    Parameters
+    ----------
+    spec : The wall.
+    course : Number of the course, 1 for the lowest.
+    """
     if spec.pattern:
         return [Row(0, spec.wythes, _listed(spec, course))]
     count = round(4 * (spec.columns or 0))
@@ -74,7 +92,7 @@ def _across(spec: WallStructure, course: int) -> Iterator[tuple[int, int, bool]]
         else:
             yield from ((low, low + 1, False) for low in range(wythes))
         return
-    # headers tie pairs of wythes from the front, and in the other courses the pairs behind the first wythe
+    # headers tie wythes 1 and 2, 3 and 4 ...; in every other course of headers wythes 2 and 3, 4 and 5 ...
     crossing = number % 2 == 1 if spec.header_courses else even
     paired = of_headers or spec.bond == "english"
     low = 0

@@ -4,7 +4,9 @@
     extrados = Offset(line, 0.1)
     extrados.at(np.array([0.0]))        # the crown, [[0, 1.1]]
 
-Curves lie in the arch's plane (x right, y up) and run from left to right with a parameter of their own.
+Curves lie in the arch's plane (x right, y up), run from left to right and have a parameter p each. ``at``
+gives points and ``along`` derivatives with respect to p, both of shape (n, 2), ``bend`` the curvature (n,)
+[1/m].
 """
 
 from __future__ import annotations
@@ -18,7 +20,7 @@ import numpy as np
 
 from masonry_fem.solid.pose import FloatArray
 
-LEAST = 4 * float(np.finfo(float).eps)  # relative tolerance that SciPy takes
+LEAST = 4 * float(np.finfo(float).eps)  # smallest relative tolerance that SciPy accepts
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 
@@ -59,7 +61,13 @@ class Segment:
 
 @dataclass(frozen=True, slots=True)
 class Circle:
-    """Circle of ``radius`` about (``x``, ``y``); p is the angle from the vertical to the right."""
+    """Circle; p is the angle from the vertical, positive to the right [rad].
+
+    Attributes
+    ----------
+    radius : [m].
+    x, y : Centre [m].
+    """
 
     radius: float
     x: float = 0.0
@@ -80,7 +88,12 @@ class Circle:
 
 @dataclass(frozen=True, slots=True)
 class Ellipse:
-    """Ellipse about the origin with half axes ``a`` along x and ``b`` upwards; p as in the circle it was."""
+    """Ellipse about the origin, the image of a circle whose angle from the vertical is p [rad].
+
+    Attributes
+    ----------
+    a, b : Half axes along x and y [m].
+    """
 
     a: float
     b: float
@@ -100,7 +113,13 @@ class Ellipse:
 
 @dataclass(frozen=True, slots=True)
 class Catenary:
-    """Hanging chain turned over, its crown at (0, ``top``); ``scale`` is its least radius, p is x."""
+    """Catenary turned upside down, y = top + scale (1 − cosh(x / scale)); p is x [m].
+
+    Attributes
+    ----------
+    scale : Radius of curvature at the crown [m].
+    top : Height of the crown [m].
+    """
 
     scale: float
     top: float
@@ -131,7 +150,13 @@ class Catenary:
 
 @dataclass(frozen=True, slots=True)
 class Offset:
-    """The line at a distance ``by`` [m] to the left of ``line``: above it, outside an arch."""
+    """The line at a constant distance from another.
+
+    Attributes
+    ----------
+    line : The other line.
+    by : Distance to the left of its direction, that is, above an arch [m].
+    """
 
     line: Line
     by: float
@@ -157,14 +182,28 @@ class Offset:
 
 
 def swept(line: Line, start: float, end: float, pieces: int) -> float:
-    """Area between a part of a line and the origin, positive where it runs counter-clockwise [m²]."""
+    """Area between a part of a line and the origin, positive where the line runs counter-clockwise [m²].
+
+    Parameters
+    ----------
+    line : The line.
+    start, end : Parameters at the ends of the part.
+    pieces : Number of pieces for Gauss quadrature.
+    """
     p, weight = _gauss(start, end, pieces)
     point, along = line.at(p), line.along(p)
     return float((weight * (point[:, 0] * along[:, 1] - point[:, 1] * along[:, 0])).sum() / 2)
 
 
 def length(line: Line, start: float, end: float, pieces: int = 16) -> float:
-    """Length of a part of a line [m]."""
+    """Length of a part of a line [m].
+
+    Parameters
+    ----------
+    line : The line.
+    start, end : Parameters at the ends of the part.
+    pieces : Number of pieces for Gauss quadrature.
+    """
     p, weight = _gauss(start, end, pieces)
     return float((weight * np.linalg.norm(line.along(p), axis=1)).sum())
 
@@ -177,7 +216,14 @@ def _gauss(start: float, end: float, pieces: int) -> tuple[FloatArray, FloatArra
 
 
 def equal_parts(line: Line, start: float, end: float, count: int) -> FloatArray:
-    """Parameters that cut a part of a line into ``count`` parts of equal length, shape (count + 1,)."""
+    """Parameters that divide a part of a line into parts of equal length, shape (count + 1,).
+
+    Parameters
+    ----------
+    line : The line.
+    start, end : Parameters at the ends of the part.
+    count : Number of parts.
+    """
     if isinstance(line, Circle | Segment):
         return np.linspace(start, end, count + 1)
     whole = length(line, start, end)
@@ -190,7 +236,15 @@ def equal_parts(line: Line, start: float, end: float, count: int) -> FloatArray:
 
 
 def crossing(line: Line, start: float, end: float, point: FloatArray, normal: FloatArray) -> float:
-    """Parameter at which a part of a line crosses the straight line through ``point`` across ``normal``."""
+    """Parameter at which a part of a line crosses a straight line.
+
+    Parameters
+    ----------
+    line : The line.
+    start, end : Parameters at the ends of the part, which lie on different sides of the straight line.
+    point : A point of the straight line, shape (2,) [m].
+    normal : Its normal, shape (2,).
+    """
 
     def height(p: float) -> float:
         return float((line.at(np.array([p]))[0] - point) @ normal)

@@ -1,9 +1,9 @@
-"""Discovery: the structures of a folder, found by looking into its files.
+"""Discovery: the structures of a folder, found by importing its files.
 
     discovered("masonry_fem.structures", folders)["wall"].build(spec, 3)
 
 A file has one record, whose ``kind`` is its name in scene files, and a function ``build`` that makes its
-blocks. Folders within the folder hold no structures.
+blocks. Subfolders are not searched.
 """
 
 from __future__ import annotations
@@ -35,7 +35,12 @@ class Kind:
 
 
 def discovered(package: str, folders: Iterable[str]) -> Mapping[str, Kind]:
-    """Kinds of a package by name, in the order of their files.
+    """Kinds of structures in a package by name, in the order of their files.
+
+    Parameters
+    ----------
+    package : Its dotted name.
+    folders : Folders that hold its files (``__path__``).
 
     Raises
     ------
@@ -71,7 +76,7 @@ def _kind(module: ModuleType) -> tuple[str, Kind]:
         )
     (record,) = records
     name = record.__struct_config__.tag
-    if name == record.__name__:  # what msgspec takes where nothing is said
+    if name == record.__name__:  # msgspec's default if the record gives no tag
         raise ExtensionError(
             f"{file}: {name} has no kind, expected the name that scene files call it by; write "
             f'class {name}(Structure, frozen=True, kw_only=True, tag="name")'

@@ -1,6 +1,6 @@
 """Drum: courses of stones in a ring under a dome, and the piers under them.
 
-All faces follow the flat pieces of the dome's lowest ring, so that they meet it wholly.
+All faces continue the flat pieces of the dome's lowest ring, so that drum and dome meet without gaps.
 """
 
 from __future__ import annotations
@@ -49,9 +49,19 @@ def depth_below(spec: DomeStructure) -> float:
 def add_drum(
     spec: DomeStructure, pieces: int, low: float, centre: FloatArray, shapes: list[Shape], blocks: list[Block]
 ) -> None:
-    """Stones ``name.d1.s1`` ..., piers ``name.p1.c1`` ... from below, and ``name.base`` under the lowest.
+    """Add stones ``name.d1.s1`` ..., piers ``name.p1.c1`` ... from below, and ``name.base`` under the lowest.
 
-    ``pieces`` are those of a stone of the dome, ``low`` is the radius of its intrados.
+    Parameters
+    ----------
+    spec : The dome.
+    pieces : Flat pieces of a stone's curved face.
+    low : Radius of the intrados [m].
+    centre : Of the dome, shape (3,) [m].
+    shapes, blocks : Lists that shapes and blocks are appended to.
+
+    Raises
+    ------
+    GeometryError : Values of the record that do not go together.
     """
     faults = list(spec.faults(3))
     if faults:
@@ -112,7 +122,7 @@ def _courses(spec: DomeStructure, pieces: int) -> list[Layer]:
     first = 0
     if spec.piers and spec.pier_slices is not None:
         first = spec.pier_slices * pieces // 2
-    elif spec.staggered and spec.drum_courses % 2:  # the top course is turned against the dome's first ring
+    elif spec.staggered and spec.drum_courses % 2:  # so that the top course is staggered with the first ring
         first = long // 2
     made = []
     for course in range(spec.drum_courses):

@@ -1,10 +1,10 @@
-"""Healing: points moved a little, until their Voronoi cells have no short edges.
+"""Healing: move points a little until their Voronoi cells have no short edges.
 
     tiling = healed(Tiling.of(points, size), shortest=0.05)     # [m]
 
-Slivers of stone have short edges, which no mesher and no contact likes. Each round takes the smallest move
-of the points that would bring all short edges to the wanted length, to first order (Gauss-Newton); damping
-keeps the other edges from being folded over on the way.
+Thin stones have short edges, which give poor meshes and poor contacts. Each round makes the smallest move of
+the points that would, to first order, bring all short edges to the wanted length (Gauss-Newton). A penalty on
+the change of the other edges keeps these from becoming short or inverted.
 """
 
 from __future__ import annotations
@@ -15,14 +15,20 @@ from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 from masonry_fem.structures.parts.voronoi import Tiling
 
-ROUNDS = 60  # mostly 3 to 8 do
-SURPLUS = 1.1  # edges are driven to that multiple of the shortest length, so that the last round ends
-DAMPING = 0.5  # of a move, against the change of length that it brings
-FARTHEST = 0.1  # of a cell's size: how far a round moves a point
+ROUNDS = 60  # mostly 3 to 8 suffice
+SURPLUS = 1.1  # times the shortest length: the target, so that the last round exceeds the shortest length
+DAMPING = 0.5  # weight of a move relative to the change of edge lengths
+FARTHEST = 0.1  # of a cell's size: largest move of a point in a round
 
 
 def healed(tiling: Tiling, shortest: float) -> Tiling:
-    """The tiling moved to have edges of ``shortest`` [m] at least, or as near to it as it came."""
+    """The tiling with its points moved until no edge is too short, or the best one found.
+
+    Parameters
+    ----------
+    tiling : Voronoi cells in a box.
+    shortest : Wanted length of the shortest edge [m].
+    """
     best, longest = tiling, 0.0
     farthest = FARTHEST * tiling.cell_size
     margin = 1e-3 * tiling.cell_size
@@ -98,7 +104,7 @@ def _slopes(
     place, d = tiling.vertices[vertex], len(tiling.size)
     arms = tiling.points[cells] - place
     rows = np.concatenate([np.eye(d)[axes], arms[1:] - arms[0]])
-    # as many conditions as axes, except where cells happen to meet in more than they need
+    # as many conditions as axes, except where more cells meet in a vertex than is usual
     weights = np.linalg.lstsq(rows.T, direction, rcond=None)[0][len(axes) :]
     shares = [-weights.sum(), *weights]
     return [(cell, share * arm) for cell, share, arm in zip(cells, shares, arms, strict=True)]

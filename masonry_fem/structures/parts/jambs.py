@@ -2,8 +2,8 @@
 
     fitted(pieces, 1.0, 2.5, brick=0.4)
 
-A brick is cut where a stretch ends. What would be shorter than a quarter of a brick is one with its
-neighbour, where that makes a brick at most, or takes a quarter from it.
+A brick is cut where a stretch ends. A rest shorter than a quarter of a brick is joined with its neighbour, if
+the two are no longer than a brick; otherwise the rest is extended to a quarter at the neighbour's cost.
 """
 
 from __future__ import annotations
@@ -13,11 +13,18 @@ from dataclasses import replace
 from masonry_fem.structures.parts.bond import Piece
 from masonry_fem.structures.parts.opening import ROUNDING
 
-SLIVER = 0.25  # of a brick: what is shorter is no stone
+SLIVER = 0.25  # of a brick: no stone is shorter
 
 
 def fitted(pieces: tuple[Piece, ...], start: float, end: float, *, brick: float) -> list[Piece]:
-    """The pieces from ``start`` to ``end`` [m]; ``brick`` is the length of a whole one [m]."""
+    """The pieces of a row within a stretch of wall.
+
+    Parameters
+    ----------
+    pieces : The whole row.
+    start, end : Ends of the stretch along the wall [m].
+    brick : Length of a whole brick [m].
+    """
     rounding = ROUNDING * brick
     inside = []
     for piece in pieces:

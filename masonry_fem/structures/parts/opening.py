@@ -1,10 +1,10 @@
 """Opening: a door or a window, a rectangle of a wall's plane without stones.
 
-    door = Opening(position=(1.0, 0.0), size=(0.9, 2.0))     # a lintel above it, where the wall goes on
+    door = Opening(position=(1.0, 0.0), size=(0.9, 2.0))     # has a lintel, unless it goes up to the top
     span = Span.of(door, length=0.5, height=0.25, courses=12)
     span.open_in(3), span.lintel_in(9)
 
-Its sill and its head lie on bed joints; its jambs stand anywhere.
+Its sill and its head lie on bed joints; its jambs may be anywhere.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from masonry_fem.records.record import Count, Distance, Length, Spec
 
-ROUNDING = 1e-6  # of a brick: what decimals of a scene file may be off
+ROUNDING = 1e-6  # of a brick: rounding of decimals in a scene file
 
 
 class Opening(Spec, frozen=True, kw_only=True):
@@ -92,7 +92,17 @@ class Span:
 def solid_stretches(
     spans: tuple[Span, ...], course: int, extent: tuple[float, float], rounding: float
 ) -> list[tuple[float, float]]:
-    """What openings and lintels leave of a course, from the left [m]; backwards where they overlap."""
+    """The stretches of a course that openings and lintels leave, from the left [m].
+
+    Where openings overlap, a stretch has its end before its start.
+
+    Parameters
+    ----------
+    spans : What openings take from the wall.
+    course : Number of the course, 0 for the lowest.
+    extent : Ends of the course [m].
+    rounding : Stretches shorter than this are left out [m].
+    """
     taken = sorted(stretch for span in spans if (stretch := span.taken(course)) is not None)
     ends = [extent[0], *(x for stretch in taken for x in stretch), extent[1]]
     return [(a, b) for a, b in zip(ends[::2], ends[1::2], strict=True) if abs(b - a) > rounding]

@@ -1,10 +1,11 @@
-"""Quarry: voussoirs as shapes and blocks; those that are congruent by a turn become one shape.
+"""Quarry: voussoirs as shapes and blocks; congruent voussoirs share one shape.
 
     quarry = Quarry("arch", dimension=2, depth=1.0, origin=np.zeros(2))
     lay_arch(quarry, stones)
     quarry.shapes, quarry.blocks
 
-A shape's own axes lie across (x) and along (last) its left joint, the origin at that joint's foot.
+A shape's frame has its origin at the foot of its left joint, x normal to the joint and the last axis along
+it.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from masonry_fem.structures.arch import ArchStructure
 
 ALIKE = 1e-9  # of a stone's size: outlines that differ by less are one shape
-MARGIN = 0.25  # of the joint: how far a support stands out beside it
+MARGIN = 0.25  # of the joint's length: how far a support extends beyond it
 
 
 @dataclass(slots=True)
@@ -89,7 +90,15 @@ class Quarry:
 def arch_of(
     spec: VoussoirStructure | ArchStructure, stones: Sequence[Voussoir], dimension: int, straight: bool
 ) -> Assembly:
-    """The arch of those stones about a scene's ``centre``, between its springings."""
+    """An arch of given stones, between its springings.
+
+    Parameters
+    ----------
+    spec : Name, depth, centre, and whether there are springings.
+    stones : The voussoirs from the left, in the arch's plane.
+    dimension : 2 or 3.
+    straight : Whether intrados and extrados are straight between the joints of a stone.
+    """
     origin = np.zeros(dimension) if spec.centre is None else np.array(spec.centre, dtype=float)
     quarry = Quarry(spec.name, dimension, spec.depth, origin, straight)
     if spec.springings:
@@ -99,7 +108,13 @@ def arch_of(
 
 
 def lay_arch(quarry: Quarry, stones: Sequence[Voussoir]) -> None:
-    """Stones ``name.v01`` ... from the left; groups ``name.springers`` and ``name.keystone``."""
+    """Add stones ``name.v01`` ... from the left, with groups ``name.springers`` and ``name.keystone``.
+
+    Parameters
+    ----------
+    quarry : Where shapes and blocks are added.
+    stones : The voussoirs from the left.
+    """
     digits = max(2, len(str(len(stones))))
     for number, stone in enumerate(stones):
         groups = roles(quarry.name, number, len(stones))
@@ -107,13 +122,26 @@ def lay_arch(quarry: Quarry, stones: Sequence[Voussoir]) -> None:
 
 
 def roles(name: str, number: int, count: int) -> tuple[str, ...]:
-    """Groups of the stone of that number from the left (0 first): a springer, the keystone."""
+    """Groups of a stone by its place: a springer at either end, the keystone in the middle.
+
+    Parameters
+    ----------
+    name : Of the structure.
+    number : Of the stone from the left, 0 for the first.
+    count : Of all stones.
+    """
     made = (f"{name}.springers",) if number in {0, count - 1} else ()
     return (*made, f"{name}.keystone") if 2 * number + 1 == count else made
 
 
 def lay_springings(quarry: Quarry, stones: Sequence[Voussoir]) -> None:
-    """Supports ``name.springing_left`` and ``name.springing_right`` of a row of stones."""
+    """Add the supports ``name.springing_left`` and ``name.springing_right`` of a row of stones.
+
+    Parameters
+    ----------
+    quarry : Where shapes and blocks are added.
+    stones : The voussoirs from the left.
+    """
     for side, stone, at, label in (
         ("left", stones[0], 0, stones[0].start),
         ("right", stones[-1], -1, stones[-1].end),
@@ -125,10 +153,16 @@ def lay_springings(quarry: Quarry, stones: Sequence[Voussoir]) -> None:
 def wedge(
     outline: FloatArray, low: int, labels: tuple[str, str], depth: float, dimension: int, sides: str = ""
 ) -> Polytope:
-    """Stone of an outline (counter-clockwise) whose first ``low`` points are its intrados.
+    """The solid of a voussoir.
 
-    ``labels`` are those of the left and the right joint face, ``start`` and ``end``, ``sides`` that of
-    front and back.
+    Parameters
+    ----------
+    outline : Corners in counter-clockwise order, the intrados first, shape (n, 2) [m].
+    low : Number of corners on the intrados.
+    labels : Joint labels of the faces ``start`` (left) and ``end`` (right).
+    depth : Along y in 3D [m].
+    dimension : 2 or 3.
+    sides : Joint label of the faces ``front`` and ``back``.
     """
     names = ["intrados"] * (low - 1) + ["end"] + ["extrados"] * (len(outline) - low - 1) + ["start"]
     of_name = {"start": labels[0], "end": labels[1]}

@@ -1,4 +1,4 @@
-"""Ring: stones side by side around a vertical axis, their curved faces in flat pieces."""
+"""Ring: stones side by side around a vertical axis, with curved faces divided into flat pieces."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from masonry_fem.solid.assembly import Shape
 from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import FloatArray
 
-MARGIN = 0.25  # of the thickness: how far supports stand out beside the stones
+MARGIN = 0.25  # of the thickness: how far supports extend beyond the stones
 
 
 def about_axis(longitude: float) -> FloatArray:
@@ -20,10 +20,15 @@ def about_axis(longitude: float) -> FloatArray:
 def ring_stone(
     name: str, points: FloatArray, pieces: int, names: tuple[str, ...], labels: tuple[str, ...]
 ) -> Shape:
-    """Shape between two parallels and two radii, its curved faces in flat ``pieces``.
+    """Shape between two parallels and two radii.
 
-    ``points`` are the corners along the parallel, ``pieces`` + 1 each: below and above on the inner side,
-    below and above on the outer. ``names`` and ``labels``: inner, outer, lower, upper, left, right.
+    Parameters
+    ----------
+    name : Of the shape.
+    points : Corners along four arcs, ``pieces`` + 1 each: inner side below and above, outer side below and
+        above, shape (4 (pieces + 1), 3) [m].
+    pieces : Flat pieces of each curved face.
+    names, labels : Face names and joint labels of inner, outer, lower, upper, left and right faces.
     """
     n = pieces + 1
     low_in, high_in, low_out, high_out = (range(k * n, (k + 1) * n) for k in range(4))

@@ -1,9 +1,9 @@
-"""Voronoi: a box parted among points, each cell what lies nearest to its point.
+"""Voronoi: a box divided among points; each cell is the part of the box that is nearest to its point.
 
     tiling = Tiling.of(points, size)
     tiling.solid(0)                    # convex polytope of the first cell
 
-Points are mirrored at the box's sides, so that these are cell faces like the others; cells share vertices.
+Points are mirrored at the box's sides, so that the sides become faces of cells; cells share vertices.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.polytope import BOX_FACES, Polytope
 from masonry_fem.solid.pose import FloatArray
 
-SAME = 1e-9  # of the box: vertices nearer than that are one
+SAME = 1e-9  # of the box: vertices that are nearer to each other are merged
 INNER = "rubble"  # label of joints between cells
 SIDES = {2: ("left", "right", "bottom", "top"), 3: BOX_FACES}
 LABELS = {"left": "head", "right": "head", "bottom": "bed", "top": "bed"}
@@ -118,13 +118,20 @@ def _merged(vertices: FloatArray, used: IntArray, size: FloatArray) -> tuple[Flo
 
 
 def in_order(vertices: FloatArray, loop: IntArray, outward: FloatArray) -> tuple[int, ...]:
-    """Corners of a convex face in order, counter-clockwise seen from where ``outward`` points to."""
+    """Corners of a convex face in order, counter-clockwise as seen from outside.
+
+    Parameters
+    ----------
+    vertices : All vertices, shape (v, d) [m].
+    loop : Vertex numbers of the face in any order.
+    outward : Outward normal, shape (d,).
+    """
     places = vertices[loop]
     if len(outward) == 2:
         edge = places[1] - places[0]
         ahead = edge[1] * outward[0] - edge[0] * outward[1] > 0
         return tuple(int(v) for v in (loop if ahead else loop[::-1]))
-    # seen along the axis that the face looks at most, it stays convex
+    # projected along the largest component of its normal, the face stays convex
     across = int(np.argmax(np.abs(outward)))
     spokes = places - places.sum(axis=0) / len(places)
     angles = np.arctan2(spokes[:, across - 1], spokes[:, across - 2])

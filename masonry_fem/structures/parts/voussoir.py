@@ -23,7 +23,13 @@ FACETS = 16  # flat facets for each smooth part of a curved face
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """A smooth part of a face, from parameter ``start`` to ``end`` of ``curve``."""
+    """A smooth part of a face.
+
+    Attributes
+    ----------
+    curve : Intrados or extrados.
+    start, end : Parameters of the curve at the ends.
+    """
 
     curve: Offset
     start: float
@@ -91,8 +97,14 @@ def _chained(runs: tuple[Run, ...], facets: int) -> FloatArray:
 def cut_line(line: Line, start: float, end: float, thickness: float, count: int, cut: str) -> list[Voussoir]:
     """Stones along a line that is symmetrical about the vertical.
 
-    ``cut``: joints normal to the line that part it into equal lengths (``radial``), or vertical ones
-    that part the intrados' span equally, between springing joints that stay normal to the line.
+    Parameters
+    ----------
+    line : Mean line of the arch.
+    start, end : Its parameters at the springings.
+    thickness : Of the arch, normal to the line [m].
+    count : Number of stones.
+    cut : ``radial`` joints are normal to the line and divide it into equal lengths; ``vertical`` ones
+        divide the span of the intrados equally, between springing joints that stay normal to the line.
     """
     faces = [Offset(line, side * thickness / 2) for side in (-1, 1)]
     if cut == "radial":

@@ -5,7 +5,7 @@ import importlib.util
 import pytest
 
 # rooms in which all do; this list only grows
-DONE = ["contact", "fem", "host", "importing", "limit", "meshing", "records", "solid", "structures"]
+DONE = ["cli", "contact", "fem", "host", "importing", "limit", "meshing", "records", "solid", "structures"]
 
 
 @pytest.fixture(scope="module")

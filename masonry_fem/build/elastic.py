@@ -1,4 +1,4 @@
-"""Elastic groups of a scene; importing this brings DOLFINx and PETSc."""
+"""Elastic groups of a scene; importing this module imports DOLFINx and PETSc."""
 
 from __future__ import annotations
 
@@ -20,7 +20,17 @@ def elastic(
 ) -> list[BodyGroup]:
     """One group for each distinct shape, material and clamping, all assembled at once.
 
-    What the groups ``before`` have of the same is used again.
+    Parameters
+    ----------
+    scene : The scene.
+    stones : Its blocks, meshed.
+    base : Folder that its paths are relative to.
+    before : Groups of an earlier model; matrices that are the same are taken from them.
+
+    Raises
+    ------
+    GeometryError : A mesh that elements cannot use.
+    InstallationError : There is no usable DOLFINx.
     """
     materials = {block: _material(scene, stones.material[block]) for block in stones.of_role("elastic")}
     clamps = {

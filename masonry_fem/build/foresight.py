@@ -1,11 +1,11 @@
-"""Foresight: how large a scene will be, told before anything large is made of it.
+"""Foresight: estimate how large a scene is before anything large is made of it.
 
     foresee_blocks(scene)               # from the keys alone
-    foresee_meshes(scene, stones)       # from the stones as they were laid, before they are meshed
+    foresee_meshes(scene, stones)       # from the blocks, before they are meshed
     foresee_points(scene, counts)       # from the common faces, before points are placed on them
     foresee_memory(scene, ...)          # from the points, before anything is factorised
 
-Each refuses what is larger than the limits below unless ``scene.large`` says that it is meant.
+Each raises an error if the limits below are exceeded, unless ``scene.large`` says that the size is meant.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from masonry_fem.scene.misfit import shown
 from masonry_fem.solid.assembly import Shape
 
 BLOCKS = 1e5  # a rigid wall of so many is built in about a minute
-SHARE = 0.9  # of this machine's memory that a scene may be foreseen to need
+SHARE = 0.9  # of this machine's memory: what a scene may need by the estimate
 
 # measured on walls of rigid bricks and on cubes of up to 30³ elements, in bytes
 START = 3.5e8  # libraries, DOLFINx among them
@@ -60,7 +60,17 @@ def foresee_blocks(scene: specs.Scene) -> None:
 
 
 def foresee_meshes(scene: specs.Scene, stones: Stones) -> None:
-    """Refuse elements whose factor has no room in this machine's memory."""
+    """Refuse meshes whose factors would not fit into this machine's memory.
+
+    Parameters
+    ----------
+    scene : The scene.
+    stones : Its blocks, not yet meshed.
+
+    Raises
+    ------
+    SceneError : They would not fit.
+    """
     if scene.large:
         return
     total = START
@@ -86,7 +96,17 @@ def foresee_meshes(scene: specs.Scene, stones: Stones) -> None:
 
 
 def foresee_points(scene: specs.Scene, density: Sequence[int]) -> None:
-    """Refuse more Gauss points than there is memory for; ``density`` is the subdivision of each interface."""
+    """Refuse more Gauss points than fit into memory.
+
+    Parameters
+    ----------
+    scene : The scene.
+    density : Subdivision of each interface.
+
+    Raises
+    ------
+    SceneError : They would not fit.
+    """
     total = float((np.array(density, dtype=float) ** (scene.dimension - 1)).sum())
     if not scene.large and not A_POINT * total <= _room():
         raise _refused(
@@ -98,7 +118,17 @@ def foresee_points(scene: specs.Scene, density: Sequence[int]) -> None:
 
 
 def foresee_memory(scene: specs.Scene, memory: float) -> None:
-    """Refuse a run that needs more memory [bytes] than this machine has."""
+    """Refuse a run that needs more memory than this machine has.
+
+    Parameters
+    ----------
+    scene : The scene.
+    memory : What the run is expected to need [bytes].
+
+    Raises
+    ------
+    SceneError : It is more than there is.
+    """
     if not scene.large and not memory <= _room():
         raise _refused(
             f"a run of this scene needs some {_size(memory)} of memory",

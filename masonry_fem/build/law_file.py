@@ -40,7 +40,7 @@ def law_of_file(
     SceneError : Where the file is not trusted, cannot be run, has no such law, or the law refuses its
         parameters.
     """
-    for fault, expected in spec.faults():  # a checked scene has none
+    for fault, expected in spec.faults():  # none, if the scene has been checked
         raise SceneError(f"{key}.{fault} is {getattr(spec, fault)!r}, expected {expected}")
     path = base / spec.file
     kind = _class(_run(path, key), spec, path, key)
@@ -72,11 +72,11 @@ class _FreshLoader(SourceFileLoader):
 def _run(path: Path, key: str) -> ModuleType:
     if not path.is_file():
         raise SceneError(f"{key}.file: '{path}' does not exist, expected a Python file with the law's class")
-    # a name of its own by its folder too; dataclasses look their module up under it
+    # the name must be unique, so it contains the folder; dataclasses look their module up by it
     name = f"masonry_fem_law_{path.stem}_{zlib.crc32(str(path.resolve()).encode()):08x}"
     loader = _FreshLoader(name, str(path))
     origin = importlib.util.spec_from_file_location(name, path, loader=loader)
-    assert origin is not None  # a loader is given
+    assert origin is not None  # as a loader is given
     module = importlib.util.module_from_spec(origin)
     sys.modules[name] = module
     try:

@@ -21,7 +21,18 @@ LINE_POINTS = 20  # equal pieces of a line force, each at its middle
 def time_factor(
     scene: specs.Scene, function: specs.TimeFunction | None, base: Path
 ) -> Callable[[float], float]:
-    """The factor of a load: its function of time; without one, a ramp in statics and 1 in time."""
+    """The factor of a load as a function of time.
+
+    Parameters
+    ----------
+    scene : The scene.
+    function : What the load says; None for the load factor in statics and 1 otherwise.
+    base : Folder that the scene's paths are relative to.
+
+    Raises
+    ------
+    SceneError : The file of a record cannot be read.
+    """
     if function is not None:
         return evaluator(function, base)
     if isinstance(scene.analysis, specs.Statics):
@@ -92,7 +103,19 @@ def _add(total: list[FloatArray | None], group: int, force: FloatArray) -> None:
 
 
 def loads(scene: specs.Scene, stones: Stones, groups: tuple[BodyGroup, ...], base: Path) -> tuple[Load, ...]:
-    """All loads of a scene."""
+    """All loads of a scene.
+
+    Parameters
+    ----------
+    scene : The scene.
+    stones : Its blocks.
+    groups : Its bodies.
+    base : Folder that its paths are relative to.
+
+    Raises
+    ------
+    SceneError : A selector selects nothing, or what a load cannot act on.
+    """
     patterns, wanted, made = Patterns(stones, groups), scene.loads, []
     if wanted.gravity is not None:
         factor = time_factor(scene, wanted.gravity_time, base)

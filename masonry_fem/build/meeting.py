@@ -31,8 +31,8 @@ from masonry_fem.solid.assembly import Assembly
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import Pose
 
-STEEPEST = 40.0  # degrees between faces that may come to lie on each other
-AHEAD = 2.0  # times the way that blocks went in the step: how far they may have been apart
+STEEPEST = 40.0  # largest angle between faces that may come into contact [degrees]
+AHEAD = 2.0  # times the blocks' displacement in the step: distance within which blocks are examined
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ class Meeting:
         interfaces, contacts = joined(
             (model.interfaces, model.contacts), (returned_faces(fresh, *motion), back)
         )
-        # gaps that arise on the way are no matter of how the structure was built
+        # no warnings of gaps: those that arise during the march do not come from the scene
         closed = replace(contacts, gap=np.zeros(contacts.count))
         joints, laws, scatter = joints_at(self.scene, interfaces, closed, old + records, self.base)
         return replace(

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 SHOWN = 5  # blocks or pairs of them that a message names
 ROUNDING = 1e-9  # of a time
-GAP = 1e-6  # of a block's size: a gap below it is not worth telling
+GAP = 1e-6  # of a block's size: smaller gaps are not reported
 
 logger = logging.getLogger(__name__)
 

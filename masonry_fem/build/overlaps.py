@@ -1,4 +1,4 @@
-"""Overlap at the start: refused where it is deep, told where it is held."""
+"""Overlaps at the start: deep ones are refused, small ones are reported in a warning."""
 
 from __future__ import annotations
 
@@ -17,10 +17,19 @@ Overlap = tuple[int, int, float]  # two blocks, and how deep they penetrate each
 
 
 def refuse_overlaps(stones: Stones, reach: float | None) -> None:
-    """Refuse blocks that overlap by more than the contact's reach, and name those that do by less.
+    """Refuse blocks that overlap by more than the contact's reach; warn of smaller overlaps.
 
-    However wide the reach, a block may not be in another by half of its own thickness: no face tells on which
-    side it belongs.
+    An overlap of half a block's thickness is refused even with a larger reach, since it is no longer clear
+    on which side of the other block the thinner one belongs.
+
+    Parameters
+    ----------
+    stones : Blocks of the scene.
+    reach : Reach of contact [m]; None for the default.
+
+    Raises
+    ------
+    SceneError : Blocks overlap too deeply.
     """
     found = overlapping(stones.assembly)
     if not found:

@@ -1,4 +1,4 @@
-"""Places: whether numbers can tell the blocks' corners apart where they stand."""
+"""Places: whether coordinates in double precision resolve the blocks, and whether sizes are plausible."""
 
 from __future__ import annotations
 
@@ -9,18 +9,23 @@ import numpy as np
 from masonry_fem.build.stones import Stones
 from masonry_fem.errors import SceneError
 
-LOST = 1e-4  # of a block's thickness: coordinates that are further apart no longer draw it
-COARSE = 1e-8  # of it: gaps and lever arms lose digits
+LOST = 1e-4  # of a block's thickness: spacing of coordinates above which they distort the block
+COARSE = 1e-8  # of it: spacing above which gaps and lever arms lose digits
 
-SIZES = (1e-4, 100.0)  # m: no stone is smaller or larger, but coordinates in mm taken for m make it so
+SIZES = (1e-4, 100.0)  # plausible sizes of stones [m]; coordinates in mm read as m lie outside
 
 logger = logging.getLogger(__name__)
 
 
 def check_places(stones: Stones) -> None:
-    """Refuse blocks so far from the origin that coordinates cannot draw them; warn where they lose digits.
+    """Check the blocks' distances from the origin and their sizes.
 
-    And of blocks of sizes that no stones have.
+    Blocks so far from the origin that rounding of coordinates distorts them are refused; if only gaps and
+    lever arms lose digits, there is a warning, as there is for sizes that no stones have.
+
+    Raises
+    ------
+    SceneError : Coordinates cannot resolve a block.
     """
     assembly = stones.assembly
     thin = np.array([float(np.ptp(shape.solid.vertices, axis=0).min()) for shape in assembly.shapes])

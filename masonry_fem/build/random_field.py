@@ -1,11 +1,12 @@
-"""RandomField: numbers that differ from place to place, the same for the same seed.
+"""Random field: numbers that vary in space, the same for the same seed.
 
     field = gaussian_field(points, seed=1, length=0.5)          # mean 0, variance 1, shape (n,)
     strength = 0.35e6 * factors(field, 0.2, "lognormal")        # mean 1, coefficient of variation 0.2
 
-Correlated fields are sums of waves with wave vectors drawn from the spectrum of exp(−r²/ℓ²) and normal
-amplitudes: normally distributed with variance 1 at every point whatever the number of waves, at a cost
-of one wave a point.
+Correlated fields are sums of waves with random normal amplitudes, whose wave vectors are drawn from the
+spectrum of the correlation exp(−r²/ℓ²). Values at a point are normally distributed with variance 1,
+whatever the
+number of waves.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from scipy.special import gamma, log_ndtr, ndtr, ndtri
 
 FloatArray = NDArray[np.float64]
 
-WAVES = 1024  # the correlation is off by about 1/√WAVES
+WAVES = 1024  # the error of the correlation is about 1/√WAVES
 CHUNK = 2048  # points at once, to bound the memory
 
 
@@ -45,11 +46,17 @@ def gaussian_field(points: FloatArray, seed: int, length: float | None) -> Float
 
 
 def factors(field: FloatArray, variation: float, distribution: str) -> FloatArray:
-    """Values > 0 of mean 1 and a coefficient of variation, growing with a standard normal field, shape (n,).
+    """Positive factors with mean 1 that increase with a standard normal field, shape (n,).
+
+    Parameters
+    ----------
+    field : Standard normal values, shape (n,).
+    variation : Coefficient of variation.
+    distribution : ``lognormal``, ``truncated_normal`` or ``weibull``.
 
     Raises
     ------
-    ValueError : A variation that the distribution does not have; the text says which it has.
+    ValueError : The distribution cannot have that variation.
     """
     return _DISTRIBUTIONS[distribution](field, variation)
 
@@ -62,7 +69,7 @@ def _lognormal(field: FloatArray, variation: float) -> FloatArray:
 
 def _truncated_normal(field: FloatArray, variation: float) -> FloatArray:
     """Normal about 1, cut off at 0 and 2."""
-    greatest = 0.5  # a uniform distribution has 1/√3
+    greatest = 0.5  # the limit of a very wide normal distribution, a uniform one on (0, 2), has 1/√3
     if variation > greatest:
         raise ValueError(f"at most {greatest} with distribution 'truncated_normal'; take 'lognormal'")
 
@@ -81,7 +88,7 @@ def _weibull(field: FloatArray, variation: float) -> FloatArray:
     def excess(shape: float) -> float:
         return float(gamma(1.0 + 2.0 / shape) / gamma(1.0 + 1.0 / shape) ** 2 - 1.0 - variation**2)
 
-    # about 1.2/variation for small ones
+    # the shape is about 1.2/variation for small variations
     shape: Any = brentq(excess, 0.3, 3.0 + 2.0 / variation, xtol=1e-14)
     return np.asarray((-log_ndtr(-field)) ** (1.0 / shape) / gamma(1.0 + 1.0 / shape))
 

@@ -31,9 +31,9 @@ from masonry_fem.march.motion import BlockMotion
 from masonry_fem.scene import specs
 from masonry_fem.solid.mesh import IntArray
 
-DEEP = 5e-2  # of a block's size: how deep blocks may overlap that met between two detections
-AHEAD = 2.0  # times the way that blocks go until the next detection: how far it looks
-STEEPEST = 40.0  # degrees between faces that may come to lie on each other
+DEEP = 5e-2  # of a block's size: largest overlap of blocks that have met between two detections
+AHEAD = 2.0  # times the blocks' expected displacement until the next detection: reach of this one
+STEEPEST = 40.0  # largest angle between faces that may come into contact [degrees]
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +96,7 @@ class Redetection:
         records = joint_of_interfaces(self.scene, self.stones, old[0], tell=False) + records
         faces = returned_faces(fresh, rotation, translation)
         interfaces, contacts = joined(old, (faces, returned(contacts, rotation, translation)))
-        # gaps that arise on the way are no matter of how the structure was built
+        # no warnings of gaps: those that arise during the march do not come from the scene
         closed = replace(contacts, gap=np.zeros(contacts.count))
         joints, laws, scatter = joints_at(self.scene, interfaces, closed, records, self.base)
         return replace(

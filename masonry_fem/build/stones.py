@@ -1,7 +1,7 @@
 """Stones: the blocks of a scene with what the scene says of each.
 
-Which blocks are supports, rigid or elastic, of which material, clamped on which faces and moving
-how; shapes meshed where an elastic block needs it, once for each distinct shape and mesh.
+Which blocks are supports, rigid or elastic, of which material, which faces are clamped, and how they move. An
+elastic block's shape has a mesh; equal shapes with equal mesh settings share it.
 
     stones = meshed(lay(scene, base))
 """
@@ -78,7 +78,18 @@ def block_names(assembly: Assembly) -> list[tuple[str, ...]]:
 
 
 def lay(scene: specs.Scene, base: Path) -> Stones:
-    """Generate or read all structures and give each block its role."""
+    """Generate or read all structures and decide what each block is.
+
+    Parameters
+    ----------
+    scene : The scene.
+    base : Folder that its paths are relative to.
+
+    Raises
+    ------
+    GeometryError : A structure is impossible, or a file cannot be read.
+    SceneError : A selector selects nothing.
+    """
     meshes = [_mesh_of(scene, structure) for structure in scene.structures]
     parts = build_structures(scene.structures, scene.dimension, base, meshes, scene.reading)
     owner = [structure for structure, part in zip(scene.structures, parts, strict=True) for _ in part.blocks]
@@ -154,7 +165,19 @@ def _refuse_turns(support: specs.Support, count: int, index: int) -> None:
 
 
 def faces_of(assembly: Assembly, block: int, pattern: str, key: str) -> list[int]:
-    """Polytope faces of a block whose names match a pattern; an error when there are none."""
+    """Numbers of a block's faces whose names match a pattern.
+
+    Parameters
+    ----------
+    assembly : All blocks.
+    block : Number of the block.
+    pattern : Shell-style pattern of face names.
+    key : Where the pattern stands, for the message.
+
+    Raises
+    ------
+    SceneError : No face matches.
+    """
     solid = assembly.shapes[assembly.blocks[block].shape].solid
     named = [(name,) if name else () for name in solid.names]
     return select(pattern, named, key, noun=f"face of block '{assembly.blocks[block].name}'")
@@ -170,9 +193,16 @@ def _check_materials(scene: specs.Scene, assembly: Assembly, role: list[str], ma
 
 
 def meshed(stones: Stones, before: Stones | None = None) -> Stones:
-    """The stones with one shape for each distinct (shape, mesh); unmeshed where they are not elastic.
+    """The stones with a mesh for each elastic block, shared by blocks of equal shape and settings.
 
-    Meshes of ``before`` are used again where it has the same solid with the same settings.
+    Parameters
+    ----------
+    stones : As ``lay`` made them.
+    before : Earlier stones, whose meshes are used again where solid and settings are the same.
+
+    Raises
+    ------
+    GeometryError : A shape cannot be meshed.
     """
     known = {} if before is None else before.meshes()
     if "elastic" in stones.role:

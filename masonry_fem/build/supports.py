@@ -17,7 +17,14 @@ from masonry_fem.scene.time_function import Piecewise, evaluator
 
 
 def support_group(scene: specs.Scene, stones: Stones, base: Path) -> SupportGroup | None:
-    """All supports of a scene as one group; None where nothing is held as a whole."""
+    """All supports of a scene as one group; None where no block is a support.
+
+    Parameters
+    ----------
+    scene : The scene.
+    stones : Its blocks.
+    base : Folder that its paths are relative to.
+    """
     blocks = stones.of_role("support")
     if not blocks:
         return None
@@ -28,7 +35,14 @@ def support_group(scene: specs.Scene, stones: Stones, base: Path) -> SupportGrou
 
 
 def motion_of(scene: specs.Scene, motion: specs.Motion, base: Path) -> Motion:
-    """A motion record as functions of time; without one it grows evenly over the analysis."""
+    """A motion as functions of time.
+
+    Parameters
+    ----------
+    scene : The scene; without a time function of its own the motion grows linearly over the analysis.
+    motion : The record.
+    base : Folder that the scene's paths are relative to.
+    """
     factor = ramp(scene) if motion.time is None else time_factor(scene, motion.time, base)
     return Motion(
         displacement=None if motion.displacement is None else _scaled(motion.displacement, factor),
@@ -52,7 +66,13 @@ def _end_of_ramp(analysis: specs.Analysis) -> float:
 
 
 def last_change(scene: specs.Scene, base: Path) -> float:
-    """Time after which loads and supports stay as they are, but for what oscillates [s]."""
+    """Time after which loads and supports no longer change, oscillations apart [s].
+
+    Parameters
+    ----------
+    scene : The scene.
+    base : Folder that its paths are relative to.
+    """
     functions = [
         evaluator(record, base)
         for _, record in records(scene)

@@ -1,7 +1,9 @@
-"""Command line ``masonry-fem``: one file a command, each a few calls into the package.
+"""Command line ``masonry-fem``: one file per command, each with a few calls into the package.
 
-What exit codes say stands in ``exit_codes``. Nothing heavy is loaded before a command needs it, hence the
-imports in functions.
+A command's function ``add(commands, parents)`` adds its parser to ``commands``; ``parents`` has the options
+that commands share. Exit codes are explained in ``exit_codes``. Heavy libraries are imported within
+functions, so
+that ``--help`` does not wait for them.
 """
 
 from __future__ import annotations
@@ -29,7 +31,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code; errors become one line on standard error."""
     speak_readably()
     options = parser().parse_args(arguments)
-    # PETSc would answer a closed pipe or a kill with a crash report of its own
+    # otherwise PETSc would print a crash report when a pipe is closed or the process is ended
     asked = os.environ.get("PETSC_OPTIONS", "").split()
     if "-no_signal_handler" not in asked:
         os.environ["PETSC_OPTIONS"] = " ".join([*asked, "-no_signal_handler"])
@@ -51,7 +53,7 @@ def _answer(options: argparse.Namespace) -> int:
         kept = f"; what was written so far is in {out}" if out and out.exists() else ""
         complain(f"interrupted{f' by {error}' if str(error) else ''}{kept}")
         return INTERRUPTED
-    # who read our output has had enough, as in "masonry-fem run ... | head"; rich ends the program itself
+    # the reader of our output has closed it, as in "masonry-fem run ... | head"; rich then ends the program
     except (BrokenPipeError, SystemExit):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or Python complains at its end
         return PIPE_CLOSED
@@ -63,7 +65,7 @@ def _answer(options: argparse.Namespace) -> int:
         if options.debug:
             raise
         complain(f"{error.filename}: {error.strerror}" if error.filename else str(error))
-    except Exception as error:  # a defect of ours: one sentence to a user, all of it with --debug
+    except Exception as error:  # a defect of this program: the traceback is shown with --debug
         if options.debug:
             raise
         complain(f"unexpected {type(error).__name__}: {error}; run again with --debug for the details")

@@ -20,7 +20,7 @@ def collapse_scene(options: argparse.Namespace) -> int:
     from masonry_fem.output.folder import Folder
 
     options.out = results_folder(options)
-    # before the search, lest its findings have no place to go
+    # before the search, so that a folder that cannot be written to is found at once
     with Folder(options.out, "collapse", title=scene.title):
         with Watch(quiet=options.quiet) as watch:
             found = collapse(

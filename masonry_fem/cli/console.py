@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-NARROW = 72  # columns: tables below that would lose their figures
+NARROW = 72  # columns: narrower tables would cut off figures
 PLAIN = {
     "–": "-", "—": "-", "−": "-", "×": "x", "·": ".", "•": "*", "…": "...", "°": " deg", "∞": "inf",
     "≤": "<=", "≥": ">=", "≈": "~", "±": "+-", "→": "->", "√": "sqrt", "µ": "u", "“": '"', "”": '"',

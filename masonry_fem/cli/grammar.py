@@ -1,4 +1,4 @@
-"""Grammar: what can be written on the command line, and what commands read from it alike."""
+"""Grammar: the options that commands share, and how commands read them."""
 
 from __future__ import annotations
 
@@ -28,7 +28,13 @@ class Parser(argparse.ArgumentParser):
 
 @dataclass(frozen=True, slots=True)
 class Parents:
-    """Options that commands share: ``common`` to all, ``scene`` to those of a scene."""
+    """Options that commands share.
+
+    Attributes
+    ----------
+    common : Options of all commands.
+    scene : Options of commands that read a scene.
+    """
 
     common: Parser
     scene: Parser
@@ -81,7 +87,17 @@ def results_folder(options: argparse.Namespace) -> Path:
 
 
 def share(text: str, option: str) -> float:
-    """A share of one, written so or in per cent; ``option`` is where it stands."""
+    """A share of one, from a number or a percentage.
+
+    Parameters
+    ----------
+    text : ``0.01`` or ``1%``.
+    option : Name of the option, for the message.
+
+    Raises
+    ------
+    MasonryError : The text is neither.
+    """
     try:
         return float(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
     except ValueError:

@@ -25,7 +25,7 @@ def run_scene(options: argparse.Namespace) -> int:
     if not options.quiet:
         from masonry_fem.output.terminal import print_summary
 
-        # what went wrong is said once, at the end and on standard error
+        # errors are printed once, at the end, on standard error
         print_summary({**result.summary, "message": ""} if code else result.summary)
         print_files(result.files)
     if code:
@@ -59,7 +59,7 @@ def refine_scene(options: argparse.Namespace) -> int:
         from masonry_fem.output.terminal import print_summary
 
         summary = {**found.result.summary, "message": ""} if code else found.result.summary
-        if not found.reached:  # why not is said once, as above
+        if not found.reached:  # the reason is printed once, as above
             summary = {**summary, "refinement": {**summary["refinement"], "message": ""}}
         print_summary(summary)
         print_files(found.files)

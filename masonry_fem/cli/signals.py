@@ -19,7 +19,7 @@ ANSWERED = {
     signal.SIGHUP: signal.SIG_DFL,
     signal.SIGINT: signal.default_int_handler,
 }
-AGAIN = 0.01  # seconds after which a signal is sent again that came when no exception could lead out
+AGAIN = 0.01  # seconds after which a signal is sent again if it came where no exception could be raised
 IMPORTING = importlib._bootstrap._find_and_load.__code__  # type: ignore[attr-defined]  # private, as old as Python 3.3
 
 

@@ -1,8 +1,9 @@
-"""Acting table: what acts on each block beside contacts, a CSV file a recorded step.
+"""Acting table: what acts on each block besides contacts, one CSV file per recorded step.
 
     fields/acting_000012.csv
 
-With ``contacts_000012.vtu`` of the same step it is all that a balance needs (docs/certificate.md).
+Together with ``contacts_000012.vtu`` of the same step it is all that one needs to check the balance of every
+block (docs/certificate.md).
 """
 
 from __future__ import annotations
@@ -18,7 +19,13 @@ from masonry_fem.output.history import AXES, WRENCH
 
 
 def acting_table(model: Model, acting: Acting) -> bytes:
-    """The table of one step; forces [N] and moments [N m] about the world origin, lengths [m]."""
+    """The table of one step as CSV: forces [N], moments about the world origin [N m], lengths [m].
+
+    Parameters
+    ----------
+    model : The model.
+    acting : Loads, clamp forces and inertia of each block.
+    """
     d = model.assembly.dimension
     axes, wrench = AXES[d], WRENCH[3 if d == 2 else 6]
     kind = {block: group.kind for group in model.groups for block in group.blocks.tolist()}

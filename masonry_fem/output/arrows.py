@@ -1,4 +1,4 @@
-"""Arrow: a force in a picture, and the scale in the legend that says how long a newton is."""
+"""Arrows: forces in a picture, and the scale in the legend that tells the length of a force."""
 
 from __future__ import annotations
 
@@ -31,7 +31,16 @@ def interface_resultants(contacts: Any) -> tuple[FloatArray, FloatArray]:
 
 
 def add_arrows(stage: Stage, points: FloatArray, vectors: FloatArray, colour: str, *, fine: bool) -> None:
-    """Arrows from ``points`` along ``vectors`` [m]; coarse ones where there are many."""
+    """Draw arrows.
+
+    Parameters
+    ----------
+    stage : The picture.
+    points : Where they begin, shape (n, 3) [m].
+    vectors : From begin to tip, shape (n, 3) [m].
+    colour : Of all of them.
+    fine : Round sections rather than hexagonal ones, which need less memory.
+    """
     import pyvista as pv  # noqa: PLC0415
 
     if not len(points):
@@ -50,6 +59,12 @@ def add_arrows(stage: Stage, points: FloatArray, vectors: FloatArray, colour: st
 
 
 def legend_sample(top: float, pixels: float) -> tuple[float, float]:
-    """A round value for the legend and its length, where ``top`` is ``pixels`` long."""
+    """A round value for the legend's sample arrow, and its length in pixels.
+
+    Parameters
+    ----------
+    top : Largest value in the picture.
+    pixels : Length of that value's arrow.
+    """
     sample = round_down(top * max(1.0, 2 * SAMPLE / pixels))
     return sample, sample / top * pixels

@@ -1,4 +1,4 @@
-"""Backdrop: the blocks behind what a picture is about, and its title."""
+"""Backdrop: the blocks behind the subject of a picture, and its title."""
 
 from __future__ import annotations
 
@@ -11,7 +11,13 @@ GLASS_CELLS = 30_000  # faces of elements
 
 
 def draw_pale(stage: Stage, surface: Any, outline: Any) -> None:
-    """Blocks as a background that bars and arrows inside them can be seen through."""
+    """Draw blocks as a background, transparent so that bars and arrows inside them can be seen.
+
+    Parameters
+    ----------
+    stage : The picture.
+    surface, outline : Of the blocks, as pyvista meshes.
+    """
     # through many layers of glass nothing is seen: many blocks are drawn opaque
     opaque = stage.view.flat or surface.n_cells > GLASS_CELLS
     stage.surface(surface, color=STONE, opacity=1.0 if opaque else 0.16)
@@ -19,7 +25,13 @@ def draw_pale(stage: Stage, surface: Any, outline: Any) -> None:
 
 
 def title_of(title: str, what: str) -> str:
-    """First line of a sheet: the scene's title and what is shown."""
+    """First line of a picture.
+
+    Parameters
+    ----------
+    title : Of the scene; may be empty.
+    what : What is shown.
+    """
     return f"{title}: {what}" if title else what[0].upper() + what[1:]
 
 

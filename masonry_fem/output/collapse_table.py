@@ -1,4 +1,4 @@
-"""CollapseTable: the search for a collapse multiplier on the console, while it runs and when it has ended."""
+"""Collapse table: the search for a collapse multiplier on the console, while it runs and at its end."""
 
 from __future__ import annotations
 
@@ -12,10 +12,15 @@ STYLES = {"stands": "green", "falls": "red", "undecided": "yellow"}
 
 
 class Watch:
-    """A line on standard error with the bracket so far; nothing where that is no terminal, or with ``quiet``.
+    """A line on standard error with the bracket found so far.
 
-    with Watch() as watch:
-        collapse(scene, tell=watch.tell)
+        with Watch() as watch:
+            collapse(scene, tell=watch.tell)
+
+    Parameters
+    ----------
+    quiet : Show nothing; so it is, too, if standard error is no terminal.
+    console : Where to write; by default standard error.
     """
 
     def __init__(self, *, quiet: bool = False, console: Console | None = None) -> None:
@@ -48,7 +53,13 @@ class Watch:
 
 
 def print_collapse(told: Mapping[str, Any], console: Console | None = None) -> None:
-    """The verdict, the trials and the mechanism."""
+    """Print the verdict, the trials and the mechanism.
+
+    Parameters
+    ----------
+    told : Contents of ``collapse.json``.
+    console : Where to write; by default standard output.
+    """
     from rich.console import Console  # noqa: PLC0415
     from rich.panel import Panel  # noqa: PLC0415
     from rich.table import Table  # noqa: PLC0415
@@ -83,7 +94,13 @@ def print_collapse(told: Mapping[str, Any], console: Console | None = None) -> N
 
 
 def mechanism_lines(mechanism: Mapping[str, Any] | None, most: int = 16) -> list[str]:
-    """A mechanism part by part and joint by joint, the first of them."""
+    """A mechanism part by part and joint by joint, in words.
+
+    Parameters
+    ----------
+    mechanism : As in ``collapse.json``; None for none.
+    most : Number of lines after which the rest is left out.
+    """
     words = list(mechanism["words"]) if mechanism else []
     more = len(words) - most
     return words if more <= 1 else [*words[:most], f"and {more} more, in the file"]

@@ -1,8 +1,8 @@
-"""Contact file: what a step found, beside its contact problem in ``contact_STEP.npz``.
+"""Contact file: what a step computed, stored beside its contact problem in ``contact_STEP.npz``.
 
     save_problem(made.problem, path, found_arrays(made, model))
 
-The arrays are of the contacts that took part, in the order of the problem's.
+The arrays are of the active contacts, in the order of the problem.
 """
 
 from __future__ import annotations
@@ -17,7 +17,13 @@ from masonry_fem.march.step import Increment
 
 
 def found_arrays(made: Increment, model: Model) -> dict[str, NDArray[Any]]:
-    """Impulses, velocities and geometry of k contacts and b bodies, by the names that the docs tell."""
+    """Impulses, velocities and geometry of k contacts and b bodies, by the names that docs/results.md lists.
+
+    Parameters
+    ----------
+    made : The step.
+    model : Its model.
+    """
     active, here = made.contacts, made.here
     names = [block.name for block in model.assembly.blocks]
     solved = [block for group in model.groups if not group.prescribed for block in group.blocks.tolist()]

@@ -1,10 +1,10 @@
-"""Cut: stresses on a plane through a 3D structure, seen straight on.
+"""Cut: stresses on a plane through a 3D structure, seen along the plane's normal.
 
     plane = Plane("middle", (0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
     draw_cut(scenery, plane, Path("out"))           # out/cut_middle_von_mises.png
 
-The undeformed structure is cut; the section is drawn displaced, as in the other pictures. Stresses
-are those smoothed to the nodes, interpolated to the plane. Rigid blocks have none.
+The undeformed structure is cut; the section is drawn displaced, as in the other pictures. Stresses are the
+nodal ones, interpolated to the plane. Rigid blocks have no stresses.
 """
 
 from __future__ import annotations
@@ -70,7 +70,19 @@ class Plane:
 def draw_cut(
     scenery: Scenery, plane: Plane, directory: Path, amplification: float | None = None
 ) -> list[Path]:
-    """One picture a field; none, with a warning, where the plane meets no block."""
+    """Draw one picture per field; if the plane meets no block there is a warning and no picture.
+
+    Parameters
+    ----------
+    scenery : What to draw.
+    plane : Name, point, normal and fields of the cut.
+    directory : Folder for the pictures.
+    amplification : Of displacements; None to choose one.
+
+    Returns
+    -------
+    Paths of the pictures.
+    """
     section = section_of(scenery.blocks, plane)
     if not section.n_cells:
         points = np.asarray(scenery.blocks.points)

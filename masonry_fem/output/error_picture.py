@@ -1,4 +1,4 @@
-"""Error picture: where the elements' stress is least exact, element by element."""
+"""Error picture: where the elements' stress is least accurate, element by element."""
 
 from __future__ import annotations
 
@@ -16,7 +16,13 @@ COLOURS = "magma_r"
 
 
 def draw_error(scenery: Scenery, path: Path) -> Path:
-    """Estimated error of each element's stress over the mean of all, on the undeformed mesh."""
+    """Draw each element's estimated stress error over the mean of all, on the undeformed mesh.
+
+    Parameters
+    ----------
+    scenery : What to draw.
+    path : The picture.
+    """
     blocks = scenery.blocks.copy(deep=False)
     density = np.asarray(blocks.cell_data[fields.STRESS_ERROR], float)
     sizes = blocks.compute_cell_sizes(length=False)

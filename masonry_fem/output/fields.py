@@ -1,7 +1,7 @@
-"""Fields: displacement, velocity and stress of all blocks at one instant, on the nodes and cells of a grid.
+"""Fields: displacement, velocity and stress of all blocks at one instant, and the forces of contacts.
 
-Also what contacts carry, in world axes. These named arrays are what the files hold and the
-pictures read; tensors have the components (xx, yy, zz, xy, yz, xz), which is ParaView's order.
+Field files store these named arrays and pictures read them. Vectors are in world axes; tensors have the
+components (xx, yy, zz, xy, yz, xz), which is ParaView's order.
 """
 
 from __future__ import annotations
@@ -33,7 +33,13 @@ TANGENTS, LOCAL, ARMS = ("tangent_1", "tangent_2"), "reaction_local", ("arm_cand
 
 
 def point_arrays(grid: Grid, model: Model, state: SystemState) -> Arrays:
-    """Nodal fields: displacement [m], velocity [m/s] and, where a block has them, stresses [Pa]."""
+    """Nodal fields: displacement [m], velocity [m/s] and, for blocks that have them, stresses [Pa].
+
+    Parameters
+    ----------
+    grid : Grid of the model.
+    model, state : Of which instant.
+    """
     displacement, velocity = np.zeros_like(grid.points), np.zeros_like(grid.points)
     for (start, stop), group, moved in zip(grid.group_points, model.groups, state.bodies, strict=True):
         displacement[start:stop, : grid.dimension] = group.displacements(moved)
@@ -48,7 +54,13 @@ def point_arrays(grid: Grid, model: Model, state: SystemState) -> Arrays:
 
 
 def cell_arrays(grid: Grid, model: Model, state: SystemState) -> Arrays:
-    """Cell fields: block and group numbers and, where a block has them, mean stresses [Pa]."""
+    """Cell fields: block and group numbers and, for blocks that have them, mean stresses [Pa].
+
+    Parameters
+    ----------
+    grid : Grid of the model.
+    model, state : Of which instant.
+    """
     stress = np.full((len(grid.types), 6), np.nan)
     for (start, stop), group, moved in zip(grid.group_cells, model.groups, state.bodies, strict=True):
         field = group.stress(moved)
@@ -117,10 +129,15 @@ def _arms(state: SystemState) -> Arrays:
 def contact_arrays(model: Model, state: SystemState) -> Arrays:
     """What contact points carry, in world axes; reactions [N] act on the candidate.
 
-    ``reaction_local`` has their components along the normal and the tangents; ``arm_candidate`` and
-    ``arm_antagonist`` are where they act on the two blocks as these balance (``dynamics.acting``).
-    What joint laws remember is there where they are (``joint_arrays``).
-    Properties that scatter stand as factors on the scene's values: ``scatter_cohesion``.
+    ``reaction_local`` has their components along the normal and the tangents. ``arm_candidate`` and
+    ``arm_antagonist`` are the points where reactions act in the balance of the two blocks
+    (``march.acting``). The states of joint laws are added where there are any, and properties that scatter
+    as factors on the scene's
+    values, such as ``scatter_cohesion``.
+
+    Parameters
+    ----------
+    model, state : Of which instant.
     """
     contacts, frame = model.contacts, state.reaction_frame
     reaction = three(np.einsum("cai,ca->ci", frame, state.reaction))

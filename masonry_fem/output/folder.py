@@ -62,7 +62,7 @@ class Folder:
         self._lock = _locked(self.path)
         try:
             self._begin()
-        except BaseException:  # old files may be left: it goes on saying "running"
+        except BaseException:  # old files may remain: the summary keeps saying "running"
             os.close(self._lock)
             raise
         watchers.append(self._enter)
@@ -121,7 +121,7 @@ class Folder:
             return
         self._names.add(name)
         for other, theirs in self._theirs.items():
-            if name in theirs:  # what it was is overwritten: it is ours from here on
+            if name in theirs:  # another command's file is overwritten: from now on this command owns it
                 theirs.remove(name)
                 write_atomic(other, _lines(theirs))
         try:
@@ -175,7 +175,13 @@ def writer_of(out: Path) -> str:
 
 
 def unfinished(out: Path, summary: str = "summary.json") -> str:
-    """One sentence where the command that writes to a folder is not done, or never will be; else empty."""
+    """A sentence if the command that writes to a folder is still running or was killed; else empty.
+
+    Parameters
+    ----------
+    out : The folder.
+    summary : Name of the command's summary in it.
+    """
     if _outcome(out / summary) != RUNNING:
         return ""
     writer = writer_of(out)

@@ -1,8 +1,9 @@
 """Grid: the cells of all blocks of a model as one unstructured mesh in VTK's terms. NumPy only.
 
-Blocks share no nodes: a grid is their disjoint union, ordered by group and by block within the
-group, so that a group's fields drop into one slice. Rigid blocks are cells of VTK's where they have the
-form of one; else polyhedra or, as few programs read these beside other cells, the polygons of their faces.
+Blocks share no nodes: a grid is their disjoint union, ordered by group and by block within the group, so
+that a group's fields fill one slice. A rigid block is one VTK cell if it has the form of one. Otherwise it
+is a
+polyhedron or, since few programs read polyhedra beside other cells, the polygons of its faces.
 """
 
 from __future__ import annotations
@@ -75,7 +76,13 @@ class _Cells:
 
 
 def grid_of(model: Model, *, shells: bool = False) -> Grid:
-    """The grid of a model; walks over its blocks once. With ``shells`` it has no polyhedra."""
+    """The grid of a model.
+
+    Parameters
+    ----------
+    model : The model.
+    shells : Use polygons of faces in place of polyhedra.
+    """
     points, blocks, parts, starts = [], [], [], [0]
     cell_group, cell_fidelity, group_points, group_cells = [], [], [], []
     cell_count = 0

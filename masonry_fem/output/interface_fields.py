@@ -1,6 +1,6 @@
-"""Interface fields: the faces of joints as cells, with what they carry and how far they opened and slid.
+"""Interface fields: the faces of joints as cells, with their forces, openings and slides.
 
-These named arrays are what the field files ``interfaces_*.vtu`` hold and the pictures of joints read.
+The field files ``interfaces_*.vtu`` store these named arrays and the pictures of joints read them.
 """
 
 from __future__ import annotations
@@ -85,7 +85,13 @@ class InterfaceFields:
 
 
 def interface_name(model: Model, number: int) -> str:
-    """Candidate and antagonist by name, and the joint's label."""
+    """Names of candidate and antagonist, and the joint's label.
+
+    Parameters
+    ----------
+    model : The model.
+    number : Of the interface.
+    """
     interface = model.interfaces[number]
     candidate, antagonist = (model.assembly.blocks[block].name for block in interface.blocks)
     label = f" ({interface.label})" if interface.label else ""

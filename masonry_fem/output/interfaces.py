@@ -3,9 +3,10 @@
     told = interface_forces(model, state)
     told.normal[k], told.eccentricity[k], told.status_words[k], told.opening[k]
 
-Everything is measured where the blocks are now: forces act on the candidate (N > 0 presses), moments
-are about the middle of the face, which turns with the antagonist, and so are eccentricities. Sliding is
-that of the two material points of a contact since the start.
+Everything is measured where the blocks are now. Forces act on the candidate (N > 0 is compression); moments
+and eccentricities are about the middle of the face, which moves with the antagonist. Sliding is that of the
+two
+material points of a contact since the start.
 """
 
 from __future__ import annotations
@@ -100,7 +101,13 @@ class InterfaceForces:
 def interface_forces(
     model: Model, state: SystemState, reference: JointFaces | None = None
 ) -> InterfaceForces:
-    """Forces, openings and slides of a model's interfaces; ``reference`` are its faces, where known."""
+    """Forces, openings and slides of a model's interfaces.
+
+    Parameters
+    ----------
+    model, state : Of which instant.
+    reference : Faces of the joints in the reference configuration, if they are known.
+    """
     reference = JointFaces.of(model) if reference is None else reference
     number, count = model.contacts.interface, len(model.interfaces)
     points = both_points(model, state)

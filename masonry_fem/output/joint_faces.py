@@ -25,9 +25,9 @@ from masonry_fem.solid.polytope import Polytope
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-BESIDE = 1e-3  # of a face's size: a block's face that far from the end of a joint bounds it
+BESIDE = 1e-3  # of a face's size: a block's face that is no farther from the end of a joint bounds it
 
-SLANTWISE = 0.2  # cosine to the axis: a face that looks that much along it may bound a joint
+SLANTWISE = 0.2  # a face may bound a joint if the cosine between its normal and the axis is larger
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +104,7 @@ def _flush_axes(flat: FloatArray, tangents: FloatArray) -> FloatArray:
     along = np.where(real[:, :, None], edge, [1.0, 0.0]) / np.where(real, length, 1.0)[:, :, None]
     across = np.stack([-along[:, :, 1], along[:, :, 0]], axis=2)
     spans = [np.ptp(np.einsum("ika,ima->ikm", axis, flat), axis=2) for axis in (along, across)]
-    # of rectangles alike (all edges of a square) the one that lies along the contact frame
+    # of equally good rectangles (for a square, any edge gives one) take the one along the contact frame
     tilt = np.minimum(np.abs(along[:, :, 0]), np.abs(along[:, :, 1]))
     box = spans[0] * spans[1]
     box = box * (1 + 1e-6 * tilt) + np.where(real, 0.0, np.inf)

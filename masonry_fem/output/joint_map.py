@@ -1,9 +1,9 @@
-"""Joint maps: how far joints have opened and how far they have slid, in colours on the deformed shape.
+"""Joint maps: how far joints have opened and slid, in colours on the deformed shape.
 
     draw_opening(scenery, Path("opening.png"))       # a map of cracks
     draw_sliding(scenery, Path("sliding.png"))
 
-In 2D joints are thick lines, in 3D their faces; those that did nothing stay pale.
+In 2D joints are thick lines, in 3D their faces; joints that neither opened nor slid are pale.
 """
 
 from __future__ import annotations
@@ -30,12 +30,26 @@ SHOWN = 1e-3  # of the greatest: what opened or slid less stays pale
 
 
 def draw_opening(scenery: Scenery, path: Path, amplification: float | None = None) -> Path:
-    """Openings, normal to the joints."""
+    """Draw openings, normal to the joints.
+
+    Parameters
+    ----------
+    scenery : What to draw.
+    path : The picture.
+    amplification : Of displacements; None to choose one.
+    """
     return _draw(scenery, path, amplification, interface_fields.OPENING, "opening", "open")
 
 
 def draw_sliding(scenery: Scenery, path: Path, amplification: float | None = None) -> Path:
-    """Slides since the start, along the joints."""
+    """Draw slides since the start, along the joints.
+
+    Parameters
+    ----------
+    scenery : What to draw.
+    path : The picture.
+    amplification : Of displacements; None to choose one.
+    """
     return _draw(scenery, path, amplification, interface_fields.SLIDING, "sliding", "have slid")
 
 

@@ -4,7 +4,7 @@
     faces = moved_faces(model, state, JointFaces.of(model), points)
     slides_of(model, state, points)
 
-Faces turn with the antagonists, rigidly: elastic blocks strain too little for that to matter.
+Faces move rigidly with the antagonists: the strains of elastic blocks are too small to matter here.
 """
 
 from __future__ import annotations
@@ -25,7 +25,12 @@ IntArray = NDArray[np.int64]
 
 
 def both_points(model: Model, state: SystemState) -> FloatArray:
-    """Where the candidates' and the antagonists' points are now, shape (c, 2, d) [m]."""
+    """Where the candidates' and the antagonists' points are now, shape (c, 2, d) [m].
+
+    Parameters
+    ----------
+    model, state : Of which instant.
+    """
     coupling = connect(model)
     points = np.empty_like(model.contacts.points)
     for sides, attachment, own in zip(coupling.sides, coupling.attachments, state.bodies, strict=True):
@@ -48,9 +53,16 @@ def signs(model: Model) -> FloatArray:
 
 
 def moved_faces(model: Model, state: SystemState, faces: JointFaces, points: FloatArray) -> JointFaces:
-    """The faces where they are now: on the antagonists, but along them with the candidates' points.
+    """The faces where they are now: they rotate with the antagonists and slide with the candidates.
 
-    Reactions act at these: a face that stayed behind what slides would end before its centre of pressure.
+    Reactions act at the candidates' points; a face that stayed with the antagonist might no longer contain
+    its centre of pressure once the candidate has slid.
+
+    Parameters
+    ----------
+    model, state : Of which instant.
+    faces : In the reference configuration.
+    points : As ``both_points`` returns them.
     """
     number, count = model.contacts.interface, len(model.interfaces)
     first = first_contacts(model)
@@ -77,7 +89,13 @@ def moved_faces(model: Model, state: SystemState, faces: JointFaces, points: Flo
 
 
 def slides_of(model: Model, state: SystemState, points: FloatArray) -> FloatArray:
-    """How far candidates' points have slid over the antagonists' since the start, shape (c, d − 1) [m]."""
+    """How far candidates' points have slid over the antagonists' since the start, shape (c, d − 1) [m].
+
+    Parameters
+    ----------
+    model, state : Of which instant.
+    points : As ``both_points`` returns them.
+    """
     frame, start = model.contacts.frame, model.contacts.points
     now = np.einsum("cai,ci->ca", state.frame[:, 1:], points[:, 0] - points[:, 1])
     slide: FloatArray = now - np.einsum("cai,ci->ca", frame[:, 1:], start[:, 0] - start[:, 1])
@@ -85,7 +103,13 @@ def slides_of(model: Model, state: SystemState, points: FloatArray) -> FloatArra
 
 
 def nearest_contacts(model: Model, faces: JointFaces) -> IntArray:
-    """Contact of the same interface that is nearest to each corner, shape (i, k)."""
+    """The contact of the same interface that is nearest to each corner of its face, shape (i, k).
+
+    Parameters
+    ----------
+    model : The model.
+    faces : Faces of its i joints, with k corners, in the reference configuration.
+    """
     number, points = model.contacts.interface, model.contacts.points[:, 1]
     if not len(faces.polygon):
         return np.zeros(faces.polygon.shape[:2], dtype=np.int64)
@@ -99,7 +123,14 @@ def nearest_contacts(model: Model, faces: JointFaces) -> IntArray:
 
 
 def sum_by(values: FloatArray, number: IntArray, count: int) -> FloatArray:
-    """Sums of what contacts have over the interfaces, shape (count, ...)."""
+    """Sums over the contacts of each interface, shape (count, ...).
+
+    Parameters
+    ----------
+    values : One per contact, shape (c, ...).
+    number : Interface of each contact, shape (c,).
+    count : Number of interfaces.
+    """
     total = np.zeros((count, *values.shape[1:]))
     np.add.at(total, number, values)
     return total

@@ -1,4 +1,4 @@
-"""LimitTable: what limit analysis says of a scene, on the console."""
+"""Limit table: the results of limit analysis on the console."""
 
 from __future__ import annotations
 
@@ -17,7 +17,14 @@ Rows = Iterator[tuple[str, str, str]]
 
 
 def print_limits(told: Mapping[str, Any], dimension: int, console: Console | None = None) -> None:
-    """Table of the answers, the verdict first."""
+    """Print a table of the results, the verdict first.
+
+    Parameters
+    ----------
+    told : Results of ``limit.answers``.
+    dimension : Of the scene, for units.
+    console : Where to write; by default standard output.
+    """
     from rich.console import Console  # noqa: PLC0415
     from rich.panel import Panel  # noqa: PLC0415
     from rich.table import Table  # noqa: PLC0415
@@ -62,7 +69,13 @@ def _loads(told: Mapping[str, Any]) -> Rows:
 
 
 def support_rows(told: Mapping[str, Any], dimension: int) -> Rows:
-    """Least and greatest force of each support on the blocks, by axis."""
+    """Smallest and largest force of each support on the blocks, by axis.
+
+    Parameters
+    ----------
+    told : Results of ``limit.answers``.
+    dimension : Of the scene, for units.
+    """
     unit = "N/m" if dimension == 2 else "N"
     supports: Mapping[str, Any] = told.get("supports", {})
     inexact: Mapping[str, Any] = told.get("inexact", {})

@@ -1,9 +1,9 @@
-"""Marks: flat figures that face the eye: bands of any width, discs. They lie over all else in a picture.
+"""Marks: flat figures that face the viewer: bands of any width, discs. They lie over all else in a picture.
 
     stage.mark(bands(stage.view, starts, ends, widths), "#1f5fa8")
     stage.mark(discs(stage.view, points, radius), "#c8352b", rank=5)
 
-Sizes are in metres; ``stage.scale`` says how many pixels that is.
+Sizes are in metres; ``stage.scale`` is the number of pixels per metre.
 """
 
 from __future__ import annotations
@@ -21,7 +21,14 @@ CORNERS = 24  # of a disc
 
 
 def bands(view: View, starts: FloatArray, ends: FloatArray, widths: FloatArray) -> Any:
-    """Quadrangles from ``starts`` to ``ends`` (n, 3) as wide as ``widths`` (n, 2) [m] says at both."""
+    """Quadrangles along segments.
+
+    Parameters
+    ----------
+    view : Direction of view.
+    starts, ends : Of the segments, shape (n, 3) [m].
+    widths : At start and end, shape (n, 2) [m].
+    """
     along = (ends - starts) @ view.axes[:2].T
     length = np.linalg.norm(along, axis=1)
     unit = np.divide(along, length[:, None], out=np.zeros_like(along), where=length[:, None] > 0)
@@ -34,7 +41,14 @@ def bands(view: View, starts: FloatArray, ends: FloatArray, widths: FloatArray) 
 
 
 def discs(view: View, points: FloatArray, radius: float | FloatArray) -> Any:
-    """Discs about points (n, 3), of one radius or of one each (n,) [m]."""
+    """Discs about points.
+
+    Parameters
+    ----------
+    view : Direction of view.
+    points : Centres, shape (n, 3) [m].
+    radius : One for all, or shape (n,) [m].
+    """
     angle = np.linspace(0, 2 * np.pi, CORNERS, endpoint=False)
     rim = np.cos(angle)[:, None] * view.axes[0] + np.sin(angle)[:, None] * view.axes[1]
     size = np.broadcast_to(radius, len(points))

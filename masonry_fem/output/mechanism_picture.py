@@ -1,8 +1,8 @@
-"""Mechanism picture: what moves as one in one colour, hinges as circles, sliding joints as double arrows.
+"""Mechanism picture: each part that moves as one in a colour, hinges as circles, sliding as double arrows.
 
     draw_mechanism(Scenery.of(model, state), mechanism, Path("mechanism.png"))
 
-The structure is drawn as it begins to move, carried on along the velocities by some per cent of its size.
+The structure is drawn as it begins to move: displaced along its velocities by a few per cent of its size.
 """
 
 from __future__ import annotations
@@ -29,13 +29,20 @@ FloatArray = NDArray[np.float64]
 # muted, told apart by readers who confuse red and green; parts beyond them share the colours again
 PART_COLOURS = ("#9dbbd9", "#e7c08a", "#b7c4a0", "#c3b1cf", "#d9a99a", "#9fc3bd", "#d9cf8f", "#aab2c9")
 FIXED, HINGE, SLIDING, OPENING, ARROW = "#cfd2d6", "#c8352b", "#7a4fa3", "#1b7f5c", INK
-CARRIED = 0.06  # of the structure's size: how far its fastest corner is carried on
-MANY = 60  # moving blocks: beyond them a part has one arrow
+CARRIED = 0.06  # of the structure's size: displacement of its fastest corner in the picture
+MANY = 60  # moving blocks: with more, there is one arrow per part instead of one per block
 KEYS = 4  # parts that the legend names
 
 
 def draw_mechanism(scenery: Scenery, mechanism: Mechanism, path: Path) -> Path:
-    """The structure as it moves; see the module."""
+    """Draw a mechanism on the displaced structure.
+
+    Parameters
+    ----------
+    scenery : What to draw.
+    mechanism : Its parts, hinges and sliding joints.
+    path : The picture.
+    """
     shape = DeformedShape(scenery, 1.0)
     here, edges = shape.deformed(), shape.deformed_outline()
     size = float(np.linalg.norm(np.ptp(here.points, axis=0)))

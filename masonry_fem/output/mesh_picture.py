@@ -1,4 +1,4 @@
-"""Mesh picture: the blocks' cells by shape and the interfaces that detection found, before any solving."""
+"""Mesh picture: the blocks' cells by shape and the detected interfaces, before anything is solved."""
 
 from __future__ import annotations
 
@@ -27,7 +27,14 @@ SHOWN = 6
 
 
 def write_mesh_files(model: Model, directory: Path, title: str = "") -> list[Path]:
-    """Write ``mesh.vtu`` and, where this machine can draw, ``mesh.png`` and ``interfaces.png``."""
+    """Write ``mesh.vtu`` and, if this machine can draw, ``mesh.png`` and ``interfaces.png``.
+
+    Parameters
+    ----------
+    model : The model.
+    directory : Folder for the files.
+    title : Of the scene.
+    """
     directory = Path(directory)
     grid = grid_of(model, shells=True)
     shape = np.array([block.shape for block in model.assembly.blocks])

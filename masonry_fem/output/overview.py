@@ -29,15 +29,21 @@ from masonry_fem.output.sheet import (
 )
 
 THRUST = "#e0218a"  # a colour that the stress scale has not
-LONGEST = 0.8  # of a block, the longest arrow
+LONGEST = 0.8  # length of the longest arrow over a block's size
 
 
 def draw_overview(scenery: Scenery, path: Path, amplification: float | None = None) -> Path:
-    """Von Mises stress on the deformed shape with the joints' resultants, which move along with it.
+    """Draw von Mises stress on the deformed shape, with the joints' resultants at their displaced places.
+
+    Parameters
+    ----------
+    scenery : What to draw.
+    path : The picture.
+    amplification : Of displacements; None to choose one.
 
     Raises
     ------
-    KeyError : Where no block has stresses.
+    KeyError : No block has stresses.
     """
     shape = DeformedShape(scenery, amplification)
     mises = np.asarray(shape.surface.point_data[fields.VON_MISES])

@@ -48,7 +48,18 @@ DAMAGE_COLOURS = "inferno_r"
 
 
 def draw_all(scenery: Scenery, directory: Path, amplification: float | None = None) -> list[Path]:
-    """All sheets that the scenery has data for."""
+    """Draw all pictures that the scenery has data for.
+
+    Parameters
+    ----------
+    scenery : What to draw.
+    directory : Folder for the pictures.
+    amplification : Of displacements; None to choose one.
+
+    Returns
+    -------
+    Paths of the pictures.
+    """
     directory = Path(directory)
     paths = [draw_deformed(scenery, directory / "deformed.png", amplification)]
     if fields.VON_MISES in scenery.blocks.point_data:

@@ -86,10 +86,19 @@ class _Moment:
 
 
 class Recorders:
-    """Several recorders as one, thinned: first step, each ``every``-th and the last.
+    """Several recorders as one, which get the first step, each ``every``-th and the last.
 
-    A recorder that fails loses its own output only: the failure is logged once, the march and the
-    other recorders go on. Errors that a user can mend (``MasonryError``) and interruptions pass.
+    A recorder that fails loses only its own output: the failure is logged once, the march and the other
+    recorders go on. Errors that a user can remedy (``MasonryError``) and interruptions are raised.
+
+    Parameters
+    ----------
+    members : The recorders.
+    every : Steps between two records; a recorder that is ``dense`` gets all of them.
+
+    Raises
+    ------
+    ValueError : ``every`` is below 1.
     """
 
     dense = True

@@ -1,7 +1,7 @@
 """Scenery: what a picture shows, as pyvista data: all blocks with their fields, and the contact points.
 
-It is made from a model and a state, or read from the field files of a results folder, so that old
-results can be drawn again without their model. ``DeformedShape`` is its surface, amplified.
+It is made from a model and a state, or read from the field files of a results folder, so that results can be
+drawn again without their model. ``DeformedShape`` is its surface with amplified displacements.
 """
 
 from __future__ import annotations
@@ -76,7 +76,13 @@ class Scenery:
 
 
 class DeformedShape:
-    """Surface and outline of the blocks, which can be moved by their displacement."""
+    """Surface and outline of the blocks, with amplified displacements.
+
+    Parameters
+    ----------
+    scenery : The blocks.
+    amplification : Of displacements; None to choose one.
+    """
 
     def __init__(self, scenery: Scenery, amplification: float | None) -> None:
         grid = scenery.blocks.copy()
@@ -120,7 +126,17 @@ class DeformedShape:
 
 
 def amplification_of(displacement: FloatArray, points: FloatArray) -> float:
-    """1-2-5 factor that shows the greatest displacement at about 5 % of the structure, at least 1."""
+    """Factor that shows the greatest displacement at about 5 % of the size: 1, 2 or 5 times a power of ten.
+
+    Parameters
+    ----------
+    displacement : Of the nodes, shape (n, 3) [m].
+    points : The nodes, shape (n, 3) [m].
+
+    Returns
+    -------
+    The factor, at least 1.
+    """
     if at_rest(displacement, points):
         return 1.0
     greatest = float(np.linalg.norm(displacement, axis=1).max(initial=0.0))
@@ -129,7 +145,13 @@ def amplification_of(displacement: FloatArray, points: FloatArray) -> float:
 
 
 def at_rest(displacement: FloatArray, points: FloatArray) -> bool:
-    """Whether displacements are what a solver's tolerance leaves: magnified they would show noise."""
+    """Whether displacements are within the solver's rounding errors; amplified, they would show noise.
+
+    Parameters
+    ----------
+    displacement : Of the nodes, shape (n, 3) [m].
+    points : The nodes, shape (n, 3) [m].
+    """
     size = float(np.linalg.norm(np.ptp(points, axis=0)))
     return float(np.linalg.norm(displacement, axis=1).max(initial=0.0)) <= ROUNDING * size
 

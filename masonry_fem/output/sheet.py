@@ -1,7 +1,7 @@
 """Sheet: the page around an image: title, captions, colour bar, scales and legend.
 
-Text is set by matplotlib around an image that VTK has drawn, so that no label lies over the
-structure, and scales are true: a metre or a newton on the page is what the caption says.
+matplotlib sets text around an image that VTK has drawn, so that no label covers the structure and scales are
+true: a metre or a newton on the page has the length that the caption states.
 """
 
 from __future__ import annotations
@@ -29,7 +29,15 @@ PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "
 
 @dataclass(frozen=True, slots=True)
 class ColourBar:
-    """Scale of a coloured field: ``limits`` in units of ``label``; ``over`` where values exceed it."""
+    """Scale of a coloured field.
+
+    Attributes
+    ----------
+    label : Name and unit of the field.
+    colours : Name of the colour map.
+    limits : Values at its ends, in the unit of the label.
+    over : Whether values exceed the upper limit.
+    """
 
     label: str
     colours: str
@@ -39,7 +47,15 @@ class ColourBar:
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """An entry of the legend: a stroke (arrow or bar) ``pixels`` long or a dot, and its words."""
+    """An entry of the legend.
+
+    Attributes
+    ----------
+    text : Its words.
+    colour : Of the mark.
+    mark : Kind of the mark.
+    pixels : Length of an arrow or bar, thickness of a band.
+    """
 
     text: str
     colour: str
@@ -49,7 +65,15 @@ class Key:
 
 @dataclass(slots=True)
 class Sheet:
-    """A page under construction."""
+    """A page under construction.
+
+    Attributes
+    ----------
+    title : First line.
+    caption : Lines below the image.
+    keys : Entries of the legend.
+    bar : Colour bar, if there is one.
+    """
 
     title: str
     caption: str
@@ -216,7 +240,14 @@ def prefix_of(value: float) -> tuple[float, str]:
 
 
 def quantity(value: float, unit: str, digits: int = 3) -> str:
-    """A value to ``digits`` digits with its unit, e.g. ``12.5 kPa``."""
+    """A value with its unit, such as ``12.5 kPa``.
+
+    Parameters
+    ----------
+    value : In SI units.
+    unit : Without prefix.
+    digits : Significant digits.
+    """
     factor, prefix = prefix_of(value)
     return f"{value / factor:.{digits}g} {prefix}{unit}".replace("-", "−")
 

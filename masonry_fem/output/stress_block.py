@@ -1,12 +1,14 @@
-"""Stress block: how a joint without tension may carry a normal force at a centre of pressure.
+"""Stress block: pressure distributions that carry a normal force at a centre of pressure without tension.
 
-    linear = linear_block(faces, centre)       # pressure that grows linearly from the neutral line
+    linear = linear_block(faces, centre)       # pressure grows linearly from the neutral line
     plastic = plastic_block(faces, centre)     # uniform pressure on the largest part centred there
 
-Both are per unit of force: multiply ``pressure`` by N. Where the centre of pressure lies in the kern the
-linear one covers the whole face (Navier), else the neutral line cuts it; in 2D this gives 2/(3(B/2 − e)) on
-3(B/2 − e), and 1/(B − 2e) for the plastic one. In 3D, with an eccentricity in both directions, both
-neutral lines are found by Newton's method for all joints at once. NumPy only.
+Both are per unit of force: multiply ``pressure`` by N. If the centre of pressure lies in the kern, the linear
+block covers the whole face (Navier's formula); otherwise the neutral line cuts the face. In 2D the linear
+block then has the pressure 2/(3(B/2 − e)) on a length 3(B/2 − e), and the plastic one 1/(B − 2e). In 3D,
+with an
+eccentricity in both directions, both neutral lines are found by Newton's method for all joints at once. NumPy
+only.
 """
 
 from __future__ import annotations
@@ -31,10 +33,15 @@ EDGE = 1e-6  # of a face's width: a centre of pressure that near its outline pre
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """Greatest pressure for unit force [1/m²; 1/m in 2D] and the area pressed [m²; m], shape (i,).
+    """Pressure of a joint for unit force.
 
-    NaN where the face has no area or the centre of pressure lies outside it; on its outline the
-    pressure is infinite and the area 0.
+    Both are NaN if the face has no area or the centre of pressure lies outside it; if it lies on the
+    outline, the pressure is infinite and the area 0.
+
+    Attributes
+    ----------
+    pressure : Greatest pressure, shape (i,) [1/m²; 1/m in 2D].
+    area : Compressed area, shape (i,) [m²; m in 2D].
     """
 
     pressure: FloatArray
@@ -42,10 +49,15 @@ class Block:
 
 
 def kern_share(faces: JointFaces, centre: FloatArray) -> FloatArray:
-    """How far a centre of pressure is out: 0 in the centroid, 1 on the rim of the kern, shape (i,).
+    """Eccentricity relative to the kern: 0 in the centroid, 1 on the rim of the kern, shape (i,).
 
-    The kern of a rectangle is the rhomb of the middle thirds, of a length its middle third. NaN
-    where the face has no area.
+    The kern of a rectangle is a rhombus whose diagonals are its middle thirds; that of a line its middle
+    third. NaN if the face has no area.
+
+    Parameters
+    ----------
+    faces : Faces of i joints.
+    centre : Centres of pressure, from the centroid along the axes of the face, shape (i, a) [m].
     """
     stress = _navier(faces, centre)
     least = np.where(_real(faces), stress, np.inf).min(axis=1, initial=np.inf)
@@ -54,7 +66,13 @@ def kern_share(faces: JointFaces, centre: FloatArray) -> FloatArray:
 
 
 def linear_block(faces: JointFaces, centre: FloatArray) -> Block:
-    """Linear pressure without tension; ``centre`` from the centroid along the axes, shape (i, a) [m]."""
+    """Linear pressure without tension.
+
+    Parameters
+    ----------
+    faces : Faces of i joints.
+    centre : Centres of pressure, from the centroid along the axes of the face, shape (i, a) [m].
+    """
     inside, edge = _position(faces, centre)
     if faces.flat.shape[2] == 1:
         width, e = faces.size[:, 0], np.abs(centre[:, 0])
@@ -78,9 +96,12 @@ def linear_block(faces: JointFaces, centre: FloatArray) -> Block:
 
 
 def plastic_block(faces: JointFaces, centre: FloatArray) -> Block:
-    """Uniform pressure on the largest part of the face whose centroid is ``centre`` (i, a) [m].
+    """Uniform pressure on the part of the face that a straight line cuts off with its centroid at ``centre``.
 
-    That part is what a straight line cuts off.
+    Parameters
+    ----------
+    faces : Faces of i joints.
+    centre : Centres of pressure, from the centroid along the axes of the face, shape (i, a) [m].
     """
     inside, edge = _position(faces, centre)
     if faces.flat.shape[2] == 1:

@@ -1,4 +1,4 @@
-"""Report: what the console shows: a progress bar while a run goes on, a table of its summary after it."""
+"""Terminal: what the console shows: a progress bar during a run, and a table of its summary afterwards."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SHOWN_LINES = 10  # of a mechanism
 SIZES = ("blocks", "shapes", "meshes", "factorisations", "contacts")
 FEM_SIZES = ("meshes", "factorisations")
 GOOD = ("equilibrium", "finished")
-ROUNDING = 1e-8  # errors below it are not worth their digits
+ROUNDING = 1e-8  # smaller errors are shown as '<' and this
 CHANGES = ("supports", "probes", "stress", "block_stress")  # by other contact points
 AXES = {2: "xy", 3: "xyz"}
 
@@ -31,8 +31,12 @@ AXES = {2: "xy", 3: "xyz"}
 class Progress:
     """Recorder that shows a bar on a terminal: step, residual, kinetic energy, time left.
 
-    ``total`` is the number of steps where it is known; else the bar goes by time, to ``end``. Nothing is
-    shown with ``quiet`` or where standard error is no terminal.
+    Parameters
+    ----------
+    total : Number of steps, if it is known.
+    end : Time at which the march ends, if not [s]; the bar then shows time.
+    quiet : Show nothing; so it is, too, if standard error is no terminal.
+    console : Where to write; by default standard error.
     """
 
     dense = True
@@ -95,7 +99,13 @@ class Progress:
 
 
 def print_summary(summary: Mapping[str, Any], console: Console | None = None) -> None:
-    """Table of a summary, the outcome first; what the summary lacks is left out."""
+    """Print a table of a summary, the outcome first; rows without data are left out.
+
+    Parameters
+    ----------
+    summary : Contents of ``summary.json``.
+    console : Where to write; by default standard output.
+    """
     from rich.console import Console  # noqa: PLC0415
     from rich.panel import Panel  # noqa: PLC0415
     from rich.table import Table  # noqa: PLC0415

@@ -1,10 +1,10 @@
-"""Thrust line: how forces pass from joint to joint through the blocks, and where joints are about to turn.
+"""Thrust line: how forces pass from joint to joint through the blocks, and which joints are about to rotate.
 
     draw_thrust(scenery, Path("thrust.png"))
 
-A band as wide as the force joins the centres of pressure of a block's loaded joints: straight where
-there are two, over their mean (weighted by the forces) where there are more; from a single joint it goes
-to the block's middle. Supports end it. Dots on the joints tell their state.
+A band as wide as the force connects the centres of pressure of a block's loaded joints: directly if there are
+two, through their mean, weighted by the forces, if there are more; from a single joint the band goes to the
+block's middle. Supports have no band. Dots on the joints show their state.
 """
 
 from __future__ import annotations
@@ -36,7 +36,13 @@ LEAST = 1e-6  # of the greatest force: no band is drawn for less
 
 
 def draw_thrust(scenery: Scenery, path: Path) -> Path:
-    """Thrust through all blocks, on the structure where it is now."""
+    """Draw the thrust through all blocks, on the structure where it is now.
+
+    Parameters
+    ----------
+    scenery : What to draw.
+    path : The picture.
+    """
     faces = scenery.interfaces
     status = np.asarray(faces.cell_data[fields.STATUS])
     slides = np.asarray(faces.cell_data[interface_fields.SLIDES], bool)

@@ -1,4 +1,4 @@
-"""View: look at a results folder again, in a window or as pictures, without its model."""
+"""View: show a results folder again, in a window or as pictures, without its model."""
 
 from __future__ import annotations
 
@@ -25,15 +25,19 @@ logger = logging.getLogger(__name__)
 def view(directory: Path, png: Path | None = None) -> list[Path]:
     """Open the last recorded step of a results folder.
 
-    ``directory`` is where a run wrote ``blocks.pvd``, ``png`` a folder for pictures; without it a
-    window opens, and the call returns when that is closed. Returns the pictures written.
+    Parameters
+    ----------
+    directory : Where a run wrote ``blocks.pvd``.
+    png : Folder for pictures; without it a window opens, and the call returns when it is closed.
+
+    Returns
+    -------
+    Paths of the pictures.
 
     Raises
     ------
-    SceneError
-        The folder holds no field files.
-    InstallationError
-        This machine has no screen, or cannot draw at all.
+    SceneError : The folder holds no field files.
+    InstallationError : This machine has no screen, or cannot draw at all.
     """
     installation.require_extra("pictures", f"'{directory}' cannot be shown")
     if said := unfinished(Path(directory)):

@@ -26,13 +26,19 @@ from masonry_fem.output.interface_fields import InterfaceFields
 from masonry_fem.output.masks import without_nan
 
 BLOCK_BYTES = 1 << 20
-LEVEL = 1  # of zlib: fields are noise to a higher one, which costs ten times the time
+LEVEL = 1  # of zlib: higher levels hardly compress fields better, and take ten times as long
 VTK_NAMES = {"f8": "Float64", "f4": "Float32", "i8": "Int64", "i4": "Int32", "u1": "UInt8", "i1": "Int8"}
 COMPONENTS = ("XX", "YY", "ZZ", "XY", "YZ", "XZ")
 
 
 class Series:
-    """A ``.pvd`` collection: files and the times they belong to."""
+    """A ``.pvd`` collection: files and the times that they belong to.
+
+    Parameters
+    ----------
+    directory : Results folder.
+    name : Of the collection, with which names of its files begin.
+    """
 
     def __init__(self, directory: Path, name: str) -> None:
         self.path = directory / f"{name}.pvd"
@@ -58,7 +64,12 @@ class Series:
 
 
 def field_data(model: Model, state: SystemState) -> Arrays:
-    """What a reader must know besides the fields: time, dimension, a typical size [m], names of blocks."""
+    """What a reader must know besides the fields: time, dimension, a typical size [m], names of blocks.
+
+    Parameters
+    ----------
+    model, state : Of which instant.
+    """
     return {
         "block_names": named([block.name for block in model.assembly.blocks]),
         "TimeValue": np.array([state.time]),
@@ -73,7 +84,20 @@ def named(names: Iterable[str]) -> NDArray[np.generic]:
 
 
 def write_vtu(path: Path, grid: Grid, points: Arrays, cells: Arrays, meta: Arrays | None = None) -> None:
-    """Write a grid with nodal arrays (n, ...) and cell arrays (m, ...)."""
+    """Write a grid with its arrays.
+
+    Parameters
+    ----------
+    path : The file.
+    grid : Points and cells.
+    points : Nodal arrays, shape (n, ...).
+    cells : Cell arrays, shape (m, ...).
+    meta : Arrays for the field data.
+
+    Raises
+    ------
+    OutputError : The file cannot be written.
+    """
     topology: Arrays = {"connectivity": grid.connectivity, "offsets": grid.offsets, "types": grid.types}
     if grid.faces.size:
         topology |= {"faces": grid.faces, "faceoffsets": grid.face_offsets}
@@ -81,7 +105,19 @@ def write_vtu(path: Path, grid: Grid, points: Arrays, cells: Arrays, meta: Array
 
 
 def write_points(path: Path, points: NDArray[np.float64], arrays: Arrays, meta: Arrays | None = None) -> None:
-    """Write a cloud of points (c, 3) with its arrays, each point a vertex cell."""
+    """Write a cloud of points with its arrays, each point a vertex cell.
+
+    Parameters
+    ----------
+    path : The file.
+    points : Shape (c, 3) [m].
+    arrays : Shape (c, ...).
+    meta : Arrays for the field data.
+
+    Raises
+    ------
+    OutputError : The file cannot be written.
+    """
     number = np.arange(len(points))
     types = np.full(len(points), VERTEX, np.uint8)
     topology: Arrays = {"connectivity": number, "offsets": number + 1, "types": types}
@@ -89,7 +125,18 @@ def write_points(path: Path, points: NDArray[np.float64], arrays: Arrays, meta: 
 
 
 def write_faces(path: Path, faces: InterfaceFields, meta: Arrays | None = None) -> None:
-    """Write the faces of joints with their arrays."""
+    """Write the faces of joints with their arrays.
+
+    Parameters
+    ----------
+    path : The file.
+    faces : Polygons and arrays.
+    meta : Arrays for the field data.
+
+    Raises
+    ------
+    OutputError : The file cannot be written.
+    """
     topology: Arrays = {
         "connectivity": np.arange(len(faces.points)),
         "offsets": faces.offsets,

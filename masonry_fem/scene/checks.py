@@ -1,7 +1,7 @@
-"""Check: the parts of a scene held against each other, without building any geometry.
+"""Checks: whether the parts of a scene fit together, without building any geometry.
 
-``cross_check`` refuses the first contradiction, ``doubts`` lists what is possible but seldom
-meant. What needs the blocks (do they touch, does a selector select) is checked when they exist.
+``cross_check`` raises an error at the first contradiction, ``doubts`` lists what is possible but seldom
+meant. What depends on the blocks (whether they touch, what a selector selects) is checked once they exist.
 """
 
 from __future__ import annotations
@@ -40,7 +40,17 @@ MOST_STEPS = 1e9  # a thousandth of a second each: two weeks of computing
 
 
 def cross_check(scene: Scene, base: Path) -> None:
-    """Raise a MisfitError for the first contradiction; ``base`` is the scene file's folder."""
+    """Raise an error at the first contradiction.
+
+    Parameters
+    ----------
+    scene : Each value fits its annotation already.
+    base : Folder that paths in the scene are relative to.
+
+    Raises
+    ------
+    MisfitError : Two parts of the scene contradict each other.
+    """
     _names(scene)
     _materials(scene)
     _fidelities(scene)
@@ -58,7 +68,13 @@ def doubts(scene: Scene) -> tuple[str, ...]:
 
 
 def records(value: Any, path: KeyPath = ()) -> Iterator[tuple[KeyPath, msgspec.Struct]]:
-    """Every record of a scene with its key path, outer ones first."""
+    """Every record of a scene with its key path, outer ones before inner ones.
+
+    Parameters
+    ----------
+    value : A scene, or a part of it.
+    path : Keys that lead to this part.
+    """
     if isinstance(value, msgspec.Struct):
         yield path, value
         for name in value.__struct_fields__:

@@ -1,4 +1,4 @@
-"""Expectation: what an annotation asks of a value, in words: ``a pressure > 0 in Pa``."""
+"""Expectation: what an annotation demands of a value, in words: ``a pressure > 0 in Pa``."""
 
 from __future__ import annotations
 
@@ -11,7 +11,13 @@ from masonry_fem.scene.quantity import noun_of
 
 
 def expectation(kind: inspect.Type, dimension: int | None = None) -> str:
-    """What a type expects, in words: ``a pressure > 0 in Pa``."""
+    """What a type expects, in words: ``a pressure > 0 in Pa``.
+
+    Parameters
+    ----------
+    kind : Type as msgspec describes it, with its unit and range.
+    dimension : Of the scene, where it is known: vectors then have so many numbers.
+    """
     extra: dict[str, Any] = {}
     if isinstance(kind, inspect.Metadata):
         extra, kind = kind.extra or {}, kind.type

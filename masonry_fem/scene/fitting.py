@@ -19,8 +19,8 @@ from masonry_fem.scene.lines import KeyPath
 from masonry_fem.scene.misfit import MisfitError, braced, listed, nearest, wrong
 from masonry_fem.scene.quantity import QuantityError, si_value
 
-SMALLEST = sys.float_info.min  # of numbers: below it they lose their digits
-LARGEST = 1e100  # squares and most products of such are numbers, too
+SMALLEST = sys.float_info.min  # smaller numbers have fewer digits
+LARGEST = 1e100  # squares and most products of such numbers do not overflow
 LARGEST_COUNT = 2**63 - 1  # what TOML promises
 
 
@@ -50,7 +50,7 @@ def _fit_number(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, _: 
             raise wrong(path, value, expected, str(error)) from error
     if isinstance(number, bool) or not isinstance(number, int | float):
         raise wrong(path, value, expected)
-    if not abs(number) <= sys.float_info.max or not _in_range(number, kind):  # the first also refuses nan
+    if not abs(number) <= sys.float_info.max or not _in_range(number, kind):  # the first is true for nan, too
         raise wrong(path, value, expected)
     if number and not SMALLEST <= abs(number) <= LARGEST:
         raise wrong(
@@ -149,7 +149,7 @@ def _fit_union(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, dime
     fitting = of_lists if isinstance(value, list | tuple) else others
     if len(fitting) == 1:
         return fitted(value, fitting[0], path, dimension)
-    for one in fitting:  # a number or a text: the first that takes it
+    for one in fitting:  # a number or a text: take the first type that accepts the value
         try:
             return fitted(value, one, path, dimension)
         except MisfitError:

@@ -1,6 +1,6 @@
-r"""Lines: where in a TOML text each key stands, for messages that name the line.
+r"""Lines: the line of each key in a TOML text, for messages.
 
-``tomllib`` tells no positions, so the text, known to be valid by then, is scanned once more:
+``tomllib`` gives no positions, so the text, already known to be valid, is scanned once more:
 
     key_lines('a = 1\n[[b]]\nc = [2,\n3]')    # {('a',): 1, ('b', 0): 2, ('b', 0, 'c'): 3, ...}
 """
@@ -26,7 +26,13 @@ def key_lines(text: str) -> dict[KeyPath, int]:
 
 
 def line_of(lines: Mapping[KeyPath, int], path: KeyPath) -> int | None:
-    """Line of a key path, or of the nearest enclosing table that the text writes down."""
+    """Line of a key, or of the nearest enclosing table that the text contains; None where there is none.
+
+    Parameters
+    ----------
+    lines : Lines by key path, from ``key_lines``.
+    path : Key path.
+    """
     for length in range(len(path), 0, -1):
         if (line := lines.get(path[:length])) is not None:
             return line

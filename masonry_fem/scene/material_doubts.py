@@ -9,11 +9,11 @@ from masonry_fem.scene.specs import Scene
 DENSITIES = (200.0, 12e3)  # aerated concrete to lead [kg/m^3]
 STIFFNESSES = (1e6, 1e12)  # rubber to beyond any stone [Pa]
 LOCKING = 0.4  # ν from which linear elements are too stiff in bending by a tenth and more
-# Stress of the stiffer of two blocks whose meshes do not match errs by so much times the ratio of their E
-# times the solver's tolerance (patch test): their contact is measured by the softer one's compliance
+# Relative stress error in the stiffer of two blocks with non-matching meshes, divided by the ratio of their
+# moduli and by the solver's tolerance (from patch tests; the tolerance is relative to the softer block)
 MAGNIFIED = 50.0
-TOLERATED = 1e-3  # of that stress
-FINEST = 1e-14  # the least tolerance worth asking for
+TOLERATED = 1e-3  # relative stress error that needs no warning
+FINEST = 1e-14  # smallest tolerance that makes sense
 
 
 def material_doubts(scene: Scene) -> Iterator[str]:

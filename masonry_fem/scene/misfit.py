@@ -1,4 +1,4 @@
-"""Misfit: what is wrong with one value of a scene, before it is known where the value stood."""
+"""Misfit: a value of a scene that does not fit its key, before its line in the file is known."""
 
 from __future__ import annotations
 
@@ -31,7 +31,15 @@ class MisfitError(Exception):
 
 
 def wrong(path: KeyPath, value: Any, expected: str, hint: str = "") -> MisfitError:
-    """The error for a value that is not what its key expects."""
+    """The error for a value that is not what its key expects.
+
+    Parameters
+    ----------
+    path : Key path.
+    value : What stands there.
+    expected : What is expected, in words.
+    hint : Further words, such as those of ``nearest``.
+    """
     return MisfitError(path, f"{{path}} is {braced(shown(value))}, expected {braced(expected)}{braced(hint)}")
 
 
@@ -65,14 +73,26 @@ def listed(names: Iterable[str]) -> str:
 
 
 def nearest(name: Any, known: Iterable[str]) -> str:
-    """``; did you mean 'x'?`` for the known name that looks most like ``name``, else nothing."""
+    """``; did you mean 'x'?`` for the known name that is most similar to ``name``; empty if none is.
+
+    Parameters
+    ----------
+    name : What was written.
+    known : All names that would be right.
+    """
     by_small_letters = {candidate.lower(): candidate for candidate in reversed(list(known))}
     close = get_close_matches(str(name).lower(), by_small_letters, n=1, cutoff=0.5)
     return f"; did you mean '{by_small_letters[close[0]]}'?" if close else ""
 
 
 def path_text(path: KeyPath, tree: Any = None) -> str:
-    """A path as ``--set`` takes it: dotted, list items by their name where it is unique."""
+    """A key path in the form that ``--set`` takes: dotted, list items by name where the name is unique.
+
+    Parameters
+    ----------
+    path : Key path.
+    tree : The scene as tables and lists, for the names.
+    """
     parts: list[str] = []
     for key in path:
         parts.append(_item_name(tree, key) if isinstance(key, int) else str(key))

@@ -1,4 +1,4 @@
-"""Moved: a scene whose files are named from another folder, so that it may be saved there."""
+"""Moved: a scene whose paths are made relative to another folder, so that it can be saved there."""
 
 from __future__ import annotations
 
@@ -13,7 +13,14 @@ from masonry_fem.scene.specs import Scene
 
 
 def moved(scene: Scene, base: Path, folder: Path) -> Scene:
-    """The scene with its relative paths, which start from ``base``, starting from ``folder``."""
+    """The scene with its relative paths rewritten for another folder.
+
+    Parameters
+    ----------
+    scene : The scene.
+    base : Folder that its paths are relative to.
+    folder : Folder that they will be relative to.
+    """
 
     def renamed(value: Any) -> Any:
         if isinstance(value, msgspec.Struct):

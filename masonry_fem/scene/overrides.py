@@ -2,8 +2,8 @@
 
     apply(tree, ["analysis.step=1e-3", "structures.arch.voussoirs=21"])
 
-A list item is named by its index or by its ``name``; the value is read as TOML, or is a string
-where it is none (``materials.stone.young=10 GPa``).
+A list item is given by its index or its ``name``. The value is read as TOML; what is not valid TOML is
+taken as a string (``materials.stone.young=10 GPa``).
 """
 
 from __future__ import annotations
@@ -21,9 +21,14 @@ from masonry_fem.scene.misfit import listed, nearest
 def apply(tree: dict[str, Any], overrides: Iterable[str]) -> dict[KeyPath, str]:
     """Write overrides into a tree, in place; returns each changed path with the override's text.
 
+    Parameters
+    ----------
+    tree : The scene as tables and lists.
+    overrides : Texts ``dotted.key=value``.
+
     Raises
     ------
-    SceneError : Where an override has no ``=`` or leads through something that is not there.
+    SceneError : An override has no ``=``, or its key leads through something that does not exist.
     """
     changed: dict[KeyPath, str] = {}
     for text in overrides:
@@ -36,11 +41,17 @@ def apply(tree: dict[str, Any], overrides: Iterable[str]) -> dict[KeyPath, str]:
 
 
 def trusting(scene: Path, overrides: Iterable[str]) -> list[str]:
-    """Overrides by which every file of a scene is trusted; none where the scene cannot be read."""
+    """Overrides by which every program of a scene is trusted; none if the scene cannot be read.
+
+    Parameters
+    ----------
+    scene : The scene's file.
+    overrides : Texts ``dotted.key=value`` that apply before.
+    """
     try:
         tree = tomllib.loads(scene.read_text(encoding="utf-8-sig"))
     except (OSError, ValueError, RecursionError):
-        return []  # whoever loads the scene says why
+        return []  # the error is reported when the scene is loaded
     apply(tree, overrides)
     programs = [
         f"structures.{index}" for index, one in _tables(tree, "structures") if one.get("kind") == "file"

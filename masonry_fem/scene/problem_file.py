@@ -1,11 +1,11 @@
-"""Problem file: supports, friction and loads that a COMPAS file has beside its blocks, as records of a scene.
+"""Problem file: supports, friction and loads of a COMPAS file, beside its blocks, as records of a scene.
 
-    scene = with_conditions(scene, base)        # a scene that says what its problem files say
+    scene = with_conditions(scene, base)        # the scene, completed by its problem files
 
 A ``Problem`` of compas_dem holds a model, boundary conditions by the numbers of its blocks, and one contact
-model. What the scene says itself stands: its gravity, its joints, and the motion of a block that both hold.
-Gravity and accelerations act on everything: of several files that say the same they are taken once.
-A structure whose conditions were taken says ``conditions = false``, so that they are taken once.
+model. What the scene itself says has precedence: its gravity, its joints, and the motion of a block that both
+hold. Gravity and accelerations act on everything; if several files give the same, they are taken once.
+A structure whose conditions have been taken gets ``conditions = false``, so that they are not taken twice.
 """
 
 from __future__ import annotations
@@ -31,14 +31,19 @@ IGNORED = ("c", "t_c", "k_n", "k_t")  # of a contact model: cohesion, tension, s
 
 
 def with_conditions(scene: specs.Scene, base: Path) -> specs.Scene:
-    """The scene with the conditions of its problem files; the same one where there are none.
+    """The scene with the conditions of its problem files; the same scene where there are none.
+
+    Parameters
+    ----------
+    scene : The scene.
+    base : Folder that its paths are relative to.
 
     Raises
     ------
-    SceneError : A condition that cannot be read, that the program does not have, or that another file denies.
+    SceneError : A condition cannot be read, is not available in this program, or contradicts another file.
     """
     if scene.dimension != 3:
-        return scene  # reading their blocks tells that they need space
+        return scene  # that such files need 3D is reported when their blocks are read
     own = scene
     for index, structure in enumerate(scene.structures):
         if not isinstance(structure, FileStructure) or not structure.conditions:
@@ -223,7 +228,7 @@ def _area(corners: Sequence[Sequence[float]]) -> tuple[list[float], tuple[float,
     size = math.hypot(*total)
     if size == 0:
         raise ValueError(f"a pressure on a polygon of {len(corners)} corners without area")
-    for cross, place in pieces:  # of a polygon that is not convex some count off
+    for cross, place in pieces:  # some are negative, if the polygon is not convex
         share = sum(x * y for x, y in zip(cross, total, strict=True)) / (2 * size * size)
         middle = [x + share * y for x, y in zip(middle, place, strict=True)]
     return total, tuple(middle)

@@ -35,7 +35,7 @@ COMMON_UNITS = (
     "kN/m", "N/m", "kg/m^3", "g/cm^3", "t/m^3", "m/s", "mm/s", "m/s^2", "mm/s^2", "deg", "rad", "rad/s",
     "MB", "GB",
 )  # fmt: skip
-# "++" and "*+" give nothing back: else a long text that is no quantity takes minutes to refuse
+# "++" and "*+" do not backtrack; otherwise a long text that is no quantity would take minutes
 _NUMBER_AND_UNIT = re.compile(r"([+-]?(?:\d++\.?\d*+|\.\d++)(?:[eE][+-]?\d++)?)\s*+(.*)")
 _UNIT = r"[^\W\d]+(?:(?:\^|\*\*) ?-?\d|[²³])?"  # letters, and one digit of an exponent
 _UNITS = re.compile(rf" *(?:1 ?/ ?)?(?:{_UNIT}(?: ?[*/·] ?| |(?= *$)))* *|%")
@@ -52,11 +52,16 @@ def noun_of(unit: str | None) -> str:
 
 
 def si_value(text: str, unit: str | None) -> float:
-    """The number that ``text`` stands for, in ``unit`` (None: a pure number).
+    """The number that a text stands for.
+
+    Parameters
+    ----------
+    text : A number with a unit.
+    unit : Unit of the result; None for a pure number.
 
     Raises
     ------
-    QuantityError : Where the text is no number with a unit, or one of another dimension.
+    QuantityError : The text is no number with a unit, or its unit has another dimension.
     """
     match = _NUMBER_AND_UNIT.fullmatch(text.strip())
     if match is None:

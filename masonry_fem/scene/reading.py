@@ -1,10 +1,10 @@
-"""Reading: from TOML text, or from Python objects, to a scene that holds what it promises.
+"""Reading: from TOML text, or from Python objects, to a scene that has been checked.
 
     scene = load("arch.toml", overrides=("structures.arch.voussoirs=21",))
     scene = check(Scene(materials=..., structures=...))
 
-Both pass the same two sieves: each value against its annotation (``fitting``), then the parts
-of the scene against each other (``checks``).
+Both make the same two checks: each value against its annotation (``fitting``), then the parts of the scene
+against each other (``checks``).
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from masonry_fem.scene.problem_file import with_conditions
 from masonry_fem.scene.specs import Scene
 from masonry_fem.scene.writing import plain
 
-DEEPEST = 100  # tables and lists within one another, of which a scene has a handful
+DEEPEST = 100  # nested tables and lists; scenes have a handful of levels
 _DEEP_KEY = re.compile(rf"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
 
 logger = logging.getLogger(__name__)
@@ -74,7 +74,7 @@ def loads(
     source : What messages call the text.
     """
     deep = f"{source}: tables or lists within one another, expected at most {DEEPEST}; write it plainly"
-    if _DEEP_KEY.search(text):  # which tomllib would take minutes for
+    if _DEEP_KEY.search(text):  # tomllib would take minutes
         raise SceneError(deep)
     try:
         tree = tomllib.loads(text)
@@ -89,9 +89,19 @@ def loads(
 def check(scene: Scene, *, base: str | Path = ".", source: str = "scene") -> Scene:
     """The same scene, checked as a file would be, with quantities and lists converted.
 
-    A scene built in Python may hold ``"10 GPa"``, lists and NumPy values; the result does not. It says
-    itself what problem files that it names say of supports, friction and loads.
+    A scene built in Python may hold ``"10 GPa"``, lists and NumPy values; the result does not. Supports,
+    friction and loads of problem files that the scene names become part of the result.
     What is allowed but seldom meant is logged as a warning.
+
+    Parameters
+    ----------
+    scene : The scene.
+    base : Folder that its paths are relative to.
+    source : What messages call the scene.
+
+    Raises
+    ------
+    SceneError : The scene describes something impossible.
     """
     checked = _scene(plain(scene), _Origin(source), Path(base))
     completed = with_conditions(checked, Path(base))
@@ -136,6 +146,6 @@ def _scene(tree: dict[str, Any], origin: _Origin, base: Path) -> Scene:
         cross_check(scene, base)
     except MisfitError as misfit:
         raise origin.error(misfit, tree) from None
-    except msgspec.ValidationError as error:  # fitting lets nothing through; should it, say what we know
+    except msgspec.ValidationError as error:  # should not happen, as all values have been fitted
         raise SceneError(f"{origin.source}: {error}") from error
     return scene

@@ -16,7 +16,13 @@ SHOWN = 8
 
 
 def matches(selector: str, names: Iterable[str]) -> bool:
-    """True where the pattern matches one of a block's names (its own or a group's)."""
+    """True if the pattern matches one of a block's names.
+
+    Parameters
+    ----------
+    selector : Shell-style pattern.
+    names : The block's own name and those of its groups.
+    """
     return any(fnmatchcase(name, selector) for name in names)
 
 
@@ -48,11 +54,18 @@ def select(selector: str, candidates: Sequence[Iterable[str]], what: str, noun: 
 
 
 def only(chosen: Sequence[int], selector: str, candidates: Sequence[Iterable[str]], what: str) -> int:
-    """The one candidate that was selected where one block is meant.
+    """The block that was selected, where a single one is meant.
+
+    Parameters
+    ----------
+    chosen : Numbers of the selected blocks.
+    selector : Pattern that selected them.
+    candidates : Names of each block.
+    what : Key of the selector, for the message.
 
     Raises
     ------
-    SceneError : Where there are several; it names the first.
+    SceneError : There are several; the message names the first of them.
     """
     if len(chosen) > 1:
         names = [next(iter(candidates[index])) for index in chosen[:SHOWN]]

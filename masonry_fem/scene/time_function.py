@@ -34,7 +34,7 @@ class Factor(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Constant:
-    """The factor of what does not vary."""
+    """A factor that does not vary."""
 
     value: float = 1.0
 

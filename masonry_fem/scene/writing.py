@@ -1,4 +1,4 @@
-"""Writing: a scene as TOML text that reads back to an equal scene; defaults are left out."""
+"""Writing: a scene as TOML text that reads back to an equal scene; values equal to defaults are left out."""
 
 from __future__ import annotations
 
@@ -23,7 +23,17 @@ def dumps(scene: Scene) -> str:
 
 
 def save(scene: Scene, path: str | Path) -> None:
-    """Write the scene to a TOML file; relative paths in it stay as they are."""
+    """Write a scene to a TOML file.
+
+    Parameters
+    ----------
+    scene : The scene; relative paths in it stay as they are (``moved`` adapts them).
+    path : The file.
+
+    Raises
+    ------
+    OutputError : The file cannot be written.
+    """
     write_atomic(Path(path), dumps(scene).encode())
 
 

@@ -24,7 +24,6 @@ from masonry_fem.output.recorder import StepReport
 from masonry_fem.results.summary import peak_memory
 from masonry_fem.scene import check
 from masonry_fem.scene.specs import (
-    ArchStructure,
     Dynamics,
     Joint,
     Loads,
@@ -34,8 +33,9 @@ from masonry_fem.scene.specs import (
     Solver,
     Statics,
     Structure,
-    WallStructure,
 )
+from masonry_fem.structures.arch import ArchStructure
+from masonry_fem.structures.wall import WallStructure
 
 G = 9.81
 SWEEPS = 2000

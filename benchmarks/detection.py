@@ -21,11 +21,12 @@ from masonry_fem.contact.contacts import Interface
 from masonry_fem.contact.detection import detect
 from masonry_fem.contact.overlap import overlapping
 from masonry_fem.contact.placement import Rule, place
-from masonry_fem.scene.specs import MeshSettings, WallStructure
+from masonry_fem.scene.specs import MeshSettings
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import Pose
 from masonry_fem.structures import build_structure
+from masonry_fem.structures.wall import WallStructure
 
 SIZES = (1_000, 2_000, 4_000, 10_000, 20_000, 40_000)
 QUICK = 4_000

@@ -29,8 +29,8 @@ from masonry_fem.scene.specs import (
     MeshSettings,
     Scene,
     Statics,
-    WallStructure,
 )
+from masonry_fem.structures.wall import WallStructure
 
 ANALYSES: dict[str, Analysis] = {
     "statics, one step": Statics(),

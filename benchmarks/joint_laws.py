@@ -26,15 +26,12 @@ from masonry_fem.scene.specs import (
     Acceleration,
     AnyLaw,
     Dynamics,
-    ElasticJoint,
-    FremondCangemi,
     Joint,
     Loads,
     MeshSettings,
-    MohrCoulomb,
-    MonerieAcary,
     Solver,
     Statics,
+    law_record,
 )
 
 STRENGTH = {"strong": 0.35e6, "weak": 2e3}
@@ -45,14 +42,14 @@ STEPS = 20
 def laws(strength: float) -> dict[str, AnyLaw | None]:
     """Laws of about the same strength [Pa]."""
     softening = {"normal_strength": strength, "tangential_strength": strength}
-    energy = 20.0 * strength**2 / STIFF["tangential_stiffness"]
+    energy = strength**2 / STIFF["tangential_stiffness"]
     return {
         "dry": None,
-        "mohr_coulomb": MohrCoulomb(cohesion=strength),
-        "elastic": ElasticJoint(**STIFF),
-        "fremond_cangemi": FremondCangemi(**STIFF, energy=strength**2 / STIFF["tangential_stiffness"]),
-        "monerie_acary": MonerieAcary(
-            **STIFF, **softening, normal_energy=energy, tangential_energy=energy
+        "mohr_coulomb": law_record("mohr_coulomb", cohesion=strength),
+        "elastic": law_record("elastic", **STIFF),
+        "fremond_cangemi": law_record("fremond_cangemi", **STIFF, energy=energy),
+        "monerie_acary": law_record("monerie_acary",
+            **STIFF, **softening, normal_energy=20.0 * energy, tangential_energy=20.0 * energy
         ),
     }  # fmt: skip
 

@@ -21,7 +21,8 @@ from benchmarks.process import Row, alone
 from masonry_fem.analyses.run import solve_scene
 from masonry_fem.results.summary import peak_memory
 from masonry_fem.scene import check, load
-from masonry_fem.scene.specs import MeshSettings, Opening, Scene, Statics, WallStructure
+from masonry_fem.scene.specs import MeshSettings, Opening, Scene, Statics
+from masonry_fem.structures.wall import WallStructure
 
 HERE = Path(__file__).resolve().parent
 DEMOS = HERE.parent / "demos"

@@ -4,8 +4,7 @@
     python docs/scene_reference.py --check    # exit code 1 where it is stale
 
 Key, type, range and unit come from the annotations, defaults from the records, and the text of a
-table and the meaning of its keys from the record's docstring (those of joint laws still from ``MEANING``
-below). A key without a meaning is an error.
+table and the meaning of its keys from the record's docstring. A key without a meaning is an error.
 """
 
 from __future__ import annotations
@@ -18,6 +17,7 @@ from typing import Any
 import msgspec
 from msgspec import inspect
 
+from masonry_fem.joints import kinds as laws
 from masonry_fem.records import docstring
 from masonry_fem.records.record import Spec
 from masonry_fem.scene import specs
@@ -76,16 +76,8 @@ TABLES: dict[type[Spec], str] = {
     specs.Opening: "`[[structures.openings]]` of a wall",
     specs.Override: "`[[overrides]]`",
     specs.Joint: "`[[joints]]`",
-    specs.ConstantThreshold: '`law` of a joint, `kind = "constant_threshold"`',
-    specs.MohrCoulomb: '`law` of a joint, `kind = "mohr_coulomb"`',
-    specs.ElasticJoint: '`law` of a joint, `kind = "elastic"`',
-    specs.ElasticBrittle: '`law` of a joint, `kind = "elastic_brittle"`',
-    specs.FremondCangemi: '`law` of a joint, `kind = "fremond_cangemi"`',
-    specs.MonerieAcary: '`law` of a joint, `kind = "monerie_acary"`',
-    specs.Bilinear: '`law` of a joint, `kind = "bilinear"`',
-    specs.Exponential: '`law` of a joint, `kind = "exponential"`',
-    specs.Trapezoidal: '`law` of a joint, `kind = "trapezoidal"`',
-    specs.PythonLaw: '`law` of a joint, `kind = "python"`',
+    **{kind.record: f'`[joints.law]`, `kind = "{name}"`' for name, kind in laws().items()},
+    specs.PythonLaw: '`[joints.law]`, `kind = "python"`',
     specs.Mortar: "`[joints.mortar]`",
     specs.Dilatancy: "`[joints.dilatancy]`",
     specs.Scatter: "`[joints.scatter]`",
@@ -110,49 +102,6 @@ TABLES: dict[type[Spec], str] = {
     specs.Reading: "`[reading]`",
     specs.Cut: "`[[output.cuts]]`",
 }
-COMMON = {
-    "normal_stiffness": "c_N of the springs",
-    "tangential_stiffness": "c_T of the springs",
-    "normal_strength": "tensile strength",
-    "tangential_strength": "shear strength without pressure",
-    "normal_energy": "fracture energy in tension, more than what the springs store at the strength",
-    "tangential_energy": "the same in shear",
-    "friction_mode": "μ all along, or μ (1 − β) that comes with damage",
-    "mixing": "exponent of the energies in mixed mode",
-    "residual": "share of the inelastic opening that stays",
-    "critical_slip": "slide that breaks the joint",
-    "critical_opening": "opening that breaks the joint",
-}
-MEANING: dict[str, str] = {
-    "PythonLaw.trusted": "run the file: you have read it",
-    "ConstantThreshold.strength": "in tension",
-    "MohrCoulomb.cohesion": "c, shear strength without pressure; the tip of the cone is at the tension c/μ",
-    "MohrCoulomb.tension_strength": "tension cut-off; c/μ where it is not given",
-    "MohrCoulomb.residual_friction": "μ once broken; the joint's friction where it is not given",
-    "FremondCangemi.energy": "w of decohesion",
-    "FremondCangemi.viscosity": "b of damage; 0: at any rate the same",
-    "FremondCangemi.exponent": "p of the viscous evolution",
-    "FremondCangemi.gradient": "k that spreads damage over √(k/Y) along a joint; degree and exponent 1 only",
-    "FremondCangemi.degree": "of h(β) = β or β²",
-    "Trapezoidal.plateau": "its length, of the way to rupture",
-    "Scatter.seed": "of the random field",
-    "Scatter.variation": "coefficients of variation by parameter",
-    "Scatter.distribution": "of the properties, about the values in the scene",
-    "Scatter.correlation_length": "ℓ of the correlation exp(−r²/ℓ²); joints are independent where not given",
-    "Mortar.normal_stiffness": "k_N: pressure over closing",
-    "Mortar.tangential_stiffness": "k_T: shear stress over slide",
-    "Mortar.thickness": "t of the layer",
-    "Mortar.young": "E of the mortar",
-    "Mortar.poisson": "ν of the mortar; 0.2 where it is not given",
-    "Mortar.shear_weight": "C of the cap σ² + C τ² = crushing²; literature has 9",
-    "Mortar.crushing": "compressive strength; none where it is not given",
-    "Mortar.hardening": "slope of the pressure while it crushes; k_N/1000 where it is not given",
-    "Dilatancy.tangent": "tan ψ at the start, at most the friction",
-    "Dilatancy.bound": "opening after a long slide",
-    "PythonLaw.file": "a `.py` file, relative to the scene file",
-    "PythonLaw.law": "name of the class in it",
-    "PythonLaw.parameters": "its keywords: numbers in SI units, texts, true or false",
-}
 
 
 def page() -> str:
@@ -167,7 +116,7 @@ def section(kind: type[Spec], heading: str) -> str:
         "",
         text_of(kind),
         "",
-        *example_of(kind),
+        *example_of(kind, heading),
         "| key | expected | default | meaning |",
         "|---|---|---|---|",
     ]
@@ -207,19 +156,18 @@ def default(field: inspect.Field) -> str:
 def meaning(kind: type[Spec], name: str) -> str:
     """What a key means."""
     told = docstring.meanings(kind).get(name)
-    found = marked(told) if told else MEANING.get(f"{kind.__name__}.{name}") or COMMON.get(name)
-    if found is None:
+    if told is None:
         raise SystemExit(
             f"{sys.modules[kind.__module__].__file__}: the key '{name}' of {kind.__name__} has no meaning, "
             f"expected one under Attributes in its docstring; write '{name} : ...' there"
         )
-    return found
+    return marked(told)
 
 
-def example_of(kind: type[Spec]) -> list[str]:
-    """Lines of a structure's example."""
+def example_of(kind: type[Spec], heading: str) -> list[str]:
+    """Lines of a record's example."""
     lines = docstring.example(kind)
-    return ["```toml", "[[structures]]", *lines.splitlines(), "```", ""] if lines else []
+    return ["```toml", heading.split("`")[1], *lines.splitlines(), "```", ""] if lines else []
 
 
 def text_of(kind: type[Spec]) -> str:

@@ -12,8 +12,6 @@ import pytest
 
 from masonry_fem.analyses.run import run
 from masonry_fem.scene.specs import (
-    ArchStructure,
-    BlockStructure,
     Contact,
     Dynamics,
     Initial,
@@ -25,12 +23,14 @@ from masonry_fem.scene.specs import (
     Output,
     Override,
     Scene,
-    StackStructure,
     Statics,
     Support,
     Table,
-    WallStructure,
 )
+from masonry_fem.structures.arch import ArchStructure
+from masonry_fem.structures.block import BlockStructure
+from masonry_fem.structures.stack import StackStructure
+from masonry_fem.structures.wall import WallStructure
 
 pytest.importorskip("pyvista")
 

@@ -21,17 +21,17 @@ from masonry_fem.meshing import mesher as meshing
 from masonry_fem.output.terminal import print_summary
 from masonry_fem.scene.specs import (
     Dynamics,
-    FremondCangemi,
     Joint,
     Loads,
     Material,
     MeshSettings,
     Output,
     Scene,
-    StackStructure,
     Statics,
-    WallStructure,
+    law_record,
 )
+from masonry_fem.structures.stack import StackStructure
+from masonry_fem.structures.wall import WallStructure
 
 BARE = Output(fields=False, pictures=False)
 FEM_PHASES = {"import", "mesh", "assemble", "factorise"}
@@ -133,7 +133,9 @@ def test_dry_joints_carry_no_law_state():
     assert dry.built.model.laws is None
     assert dry.march.state.joints is None
     assert dry.march.state.jump is None
-    law = FremondCangemi(normal_stiffness=1e10, tangential_stiffness=1e10, energy=50.0, viscosity=0.0)
+    law = law_record(
+        "fremond_cangemi", normal_stiffness=1e10, tangential_stiffness=1e10, energy=50.0, viscosity=0.0
+    )
     glued = solve_scene(wall("rigid", joints=(Joint(law=law),)))
     assert glued.march.state.joints is not None
 

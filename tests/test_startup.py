@@ -10,7 +10,8 @@ HANDY = {"numpy", "scipy", "numba", "rich", "pint"}
 
 RIGID = """
 from masonry_fem.analyses.run import solve_scene
-from masonry_fem.scene.specs import Dynamics, Loads, Material, Output, Scene, StackStructure
+from masonry_fem.scene.specs import Dynamics, Loads, Material, Output, Scene
+from masonry_fem.structures.stack import StackStructure
 result = solve_scene(Scene(
     dimension=2,
     fidelity="rigid",

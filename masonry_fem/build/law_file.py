@@ -19,7 +19,8 @@ from types import CodeType, ModuleType
 from typing import Any, override
 
 from masonry_fem.errors import LawError, SceneError
-from masonry_fem.joints.law import Law, Parameter
+from masonry_fem.joints.law import Law
+from masonry_fem.joints.parameters import Parameter
 from masonry_fem.scene import specs
 from masonry_fem.scene.misfit import listed, nearest
 

@@ -11,8 +11,9 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -20,15 +21,15 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from masonry_fem.build.law_file import law_of_file
-from masonry_fem.build.scatter import scattered, with_ductility
+from masonry_fem.build.scatter import scattered
 from masonry_fem.contact.contacts import Contacts, Interface
 from masonry_fem.errors import LawError, SceneError
 from masonry_fem.joints.assignment import Assignment
+from masonry_fem.joints.interface_laplacian import interface_laplacian
+from masonry_fem.joints.kinds import kinds
+from masonry_fem.joints.law import Law, Place
+from masonry_fem.joints.laws.parts.rigid_brittle import RigidBrittle
 from masonry_fem.scene import specs
-from masonry_fem.scene.laws import Softening
-
-if TYPE_CHECKING:
-    from masonry_fem.joints.law import Law
 
 FloatArray = NDArray[np.float64]
 
@@ -115,7 +116,9 @@ def _tell_apart(
     points: NDArray[np.int64],
 ) -> None:
     """Warn of faces that are open at the start under a rigid law, which pulls them together."""
-    if not isinstance(joint.law, specs.MohrCoulomb | specs.ConstantThreshold):
+    if joint.law is None or joint.law.kind not in kinds():  # a class of the user's own says nothing of gaps
+        return
+    if not issubclass(kinds()[joint.law.kind].law, RigidBrittle):
         return
     areas = np.array([interface.area for interface in interfaces])[contacts.interface[points]]
     extent = areas ** (1.0 / (contacts.points.shape[-1] - 1))
@@ -125,7 +128,7 @@ def _tell_apart(
         logger.warning(
             "%s.law: at %d contact points the faces are up to %.3g m apart at the start, and %s pulls them "
             "together with its strength; close the gaps, lower contact.reach, or take a law with springs",
-            key, int(apart.sum()), float(gaps[apart].max()), joint.law.__struct_config__.tag,
+            key, int(apart.sum()), float(gaps[apart].max()), joint.law.kind,
         )  # fmt: skip
 
 
@@ -156,32 +159,24 @@ def _bedded(part: _Part, law: Law, mortar: specs.Mortar) -> Law:
 
 def _faces(part: _Part) -> Law:
     """What holds the two faces together."""
-    from masonry_fem.joints import LAWS  # noqa: PLC0415 - only scenes with cohesion need them
-
     joint = part.joint
     if not joint.dry:
         _check(part)
     if joint.law is None:
         return _dry(part)
-    friction = joint.coefficient * part.rubbing
+    key, friction = f"{part.key}.law", joint.coefficient * part.rubbing
     if isinstance(joint.law, specs.PythonLaw):
         arrays = scattered(joint.law.parameters or {}, part.factor)
-        return law_of_file(joint.law, friction, part.base, f"{part.key}.law", arrays)
-    values = scattered(msgspec.structs.asdict(joint.law), part.factor)
-    if isinstance(joint.law, specs.MohrCoulomb) and joint.law.residual_friction is not None:
-        values["residual_friction"] = joint.law.residual_friction * part.rubbing
-    if isinstance(joint.law, Softening):
-        values = with_ductility(joint.law, values, part.key)
-    if isinstance(joint.law, specs.FremondCangemi) and joint.law.gradient > 0:
-        values["laplacian"] = _laplacian(part)
-    kind = LAWS[str(joint.law.__struct_config__.tag)]
-    return _made(f"{part.key}.law", kind, friction=friction, **values)
+        return law_of_file(joint.law, friction, part.base, key, arrays)
+    told = msgspec.structs.asdict(joint.law)
+    alike = {"residual_friction": part.factor["friction"]} if "friction" in part.factor else {}
+    drawn = {"friction": friction} | scattered(told, part.factor | alike)
+    make = kinds()[joint.law.kind].law.made
+    return _made(key, make, told, drawn, Place(key, partial(_laplacian, part)))
 
 
 def _laplacian(part: _Part) -> sparse.csr_array:
     """−Δ among the part's points, each in the plane of its interface."""
-    from masonry_fem.joints.interface_laplacian import interface_laplacian  # noqa: PLC0415 - as above
-
     contacts, points = part.contacts, part.points
     own = contacts.interface[points]
     _, first, of_own = np.unique(own, return_index=True, return_inverse=True)

@@ -1,14 +1,15 @@
 """Joint laws: how the faces of a joint hold together, one file a law.
 
-To add a law write its file and name it in ``LAWS``; see ``law.py`` for what it owes and docs/add_a_law.md
-for how, step by step.
+To add a law write its file in ``laws``; see ``law.py`` for what it owes and docs/add_a_law.md for how, step
+by step.
 
-    law = LAWS["mohr_coulomb"](cohesion=0.35e6, friction=0.75)
+    law = MohrCoulomb(cohesion=0.35e6, friction=0.75)
     history = probe(law, jumps, pressure=0.1e6)
 """
 
 from masonry_fem.joints.assignment import Assignment
 from masonry_fem.joints.conformance import violations
+from masonry_fem.joints.kinds import kinds
 from masonry_fem.joints.law import Law, check_non_negative, check_positive, rub, spread
 from masonry_fem.joints.laws.bilinear import Bilinear
 from masonry_fem.joints.laws.constant_threshold import ConstantThreshold
@@ -31,26 +32,7 @@ from masonry_fem.joints.reduction import Reduction
 from masonry_fem.joints.state import JointState
 from masonry_fem.joints.tangent import linearise
 
-LAWS: dict[str, type[Law]] = {
-    law.name: law
-    for law in (
-        Dry,
-        ConstantThreshold,
-        MohrCoulomb,
-        Elastic,
-        ElasticBrittle,
-        FremondCangemi,
-        MonerieAcary,
-        Bilinear,
-        Trapezoidal,
-        Exponential,
-        Bed,
-        Rough,
-    )
-}
-
 __all__ = [
-    "LAWS",
     "Adhesive",
     "Assignment",
     "Bed",
@@ -75,6 +57,7 @@ __all__ = [
     "Trapezoidal",
     "check_non_negative",
     "check_positive",
+    "kinds",
     "linearise",
     "probe",
     "pull",

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.errors import LawError, MasonryError
-from masonry_fem.joints.law import FloatArray, Law, layers_of
+from masonry_fem.joints.law import Law, layers_of
+from masonry_fem.joints.parameters import FloatArray
 from masonry_fem.joints.reduction import Reduction
 from masonry_fem.joints.state import JointState
 

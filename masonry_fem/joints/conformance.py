@@ -13,7 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from masonry_fem.joints.law import FloatArray, Law
+from masonry_fem.joints.law import Law
+from masonry_fem.joints.parameters import FloatArray
 from masonry_fem.joints.probe import History, probe
 
 TINY = 1e-9  # of a quantity's greatest value: what rounding may do

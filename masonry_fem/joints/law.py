@@ -16,24 +16,35 @@ the solver and the law take turns until the trial state stays:
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
-from dataclasses import replace
-from typing import Any, ClassVar
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from msgspec import Meta
+from scipy import sparse
 
-from masonry_fem.errors import LawError
+from masonry_fem.joints.parameters import FloatArray, Parameter, check, check_ranges
 from masonry_fem.joints.reduction import Reduction
 from masonry_fem.joints.state import JointState
 from masonry_fem.nscd.graphs import lengths
 
-FloatArray = NDArray[np.float64]
-Parameter = float | FloatArray  # one for all contact points, or one each, shape (c,)
-
 # a sliding contact's ‖r̃_T‖ falls short of μ r̃_N by the solver's tolerance
 ON_CONE = 1e-6
 ROUNDING = 1e-9  # of two reactions whose difference would be a pressure
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a law holds.
+
+    Attributes
+    ----------
+    key : Where it stands in the scene. laplacian : Makes −Δ among its contact points, shape (c, c) [1/m²].
+    """
+
+    key: str
+    laplacian: Callable[[], sparse.csr_array]
 
 
 class Law(ABC):
@@ -43,6 +54,16 @@ class Law(ABC):
 
     name: ClassVar[str]
     memory: ClassVar[int] = 0  # numbers a contact that the law keeps in ``JointState.own``
+    cone: ClassVar[bool] = False  # friction shapes what it holds intact: 'no slip' has no meaning
+
+    def __post_init__(self) -> None:
+        """Refuse parameters out of their range."""
+        check_ranges(self)
+
+    @classmethod
+    def made(cls, told: Mapping[str, Any], drawn: Mapping[str, Any], place: Place) -> Self:
+        """The law of a joint: ``told`` is what the scene says, ``drawn`` the same where values scatter."""
+        return cls(**drawn)
 
     def initial(self, count: int, dimension: int) -> JointState:
         """State of fresh joints."""
@@ -142,18 +163,10 @@ def spread(value: Parameter, count: int) -> FloatArray:
 def check_positive(law: Law, *names: str) -> None:
     """Raise LawError where a parameter is not a number > 0."""
     for name in names:
-        _check(law, name, lambda value: value > 0, "> 0")
+        check(law, name, Meta(gt=0))
 
 
 def check_non_negative(law: Law, *names: str) -> None:
     """Raise LawError where a parameter is not a number ≥ 0."""
     for name in names:
-        _check(law, name, lambda value: value >= 0, ">= 0")
-
-
-def _check(law: Law, name: str, holds: Callable[[FloatArray], Any], expected: str) -> None:
-    value = np.asarray(getattr(law, name), dtype=float)
-    wrong = ~holds(value)  # NaN too
-    if wrong.any():
-        shown = value[wrong].flat[0] if value.ndim else float(value)
-        raise LawError(f"law '{law.name}': {name} is {shown:g}, expected a number {expected}; correct it")
+        check(law, name, Meta(ge=0))

@@ -14,7 +14,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from masonry_fem.joints.law import FloatArray, Law
+from masonry_fem.joints.law import Law
+from masonry_fem.joints.parameters import FloatArray
 from masonry_fem.joints.reduction import Reduction
 from masonry_fem.joints.state import JointState, Mask
 from masonry_fem.nscd.graphs import lengths

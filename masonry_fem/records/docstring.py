@@ -12,33 +12,36 @@ from __future__ import annotations
 import inspect
 import re
 
-from masonry_fem.records.record import Spec
-
 HEADING = re.compile(r"^(Attributes|Examples)\n-+\n", re.MULTILINE)
 ENTRY = re.compile(r"^(\w+) : (.*(?:\n +.*)*)", re.MULTILINE)
 
 
-def text(record: type[Spec]) -> str:
+def text(record: type) -> str:
     """What the record is, without its sections."""
     return _parts(record)[""]
 
 
-def meanings(record: type[Spec]) -> dict[str, str]:
+def meanings(record: type) -> dict[str, str]:
     """Meaning of each key that the record or what it derives from explains."""
     found: dict[str, str] = {}
     for one in reversed(record.__mro__):
-        if issubclass(one, Spec):
-            entries = ENTRY.findall(_parts(one).get("Attributes", ""))
-            found |= {key: " ".join(words.split()) for key, words in entries}
+        entries = ENTRY.findall(_parts(one).get("Attributes", ""))
+        found |= {key: " ".join(words.split()) for key, words in entries}
     return found
 
 
-def example(record: type[Spec]) -> str:
+def example(record: type) -> str:
     """A table as a scene file has it; nothing where the record gives none."""
     return _parts(record).get("Examples", "")
 
 
-def _parts(record: type[Spec]) -> dict[str, str]:
+def whole(record: type) -> str:
+    """All of it, with what the record inherits."""
+    entries = "\n".join(f"{key} : {words}" for key, words in meanings(record).items())
+    return f"{text(record)}\n\nAttributes\n----------\n{entries}\n\nExamples\n--------\n{example(record)}"
+
+
+def _parts(record: type) -> dict[str, str]:
     """The docstring by its headings; what comes first has none."""
     first, *rest = HEADING.split(inspect.cleandoc(record.__doc__ or ""))
     named = zip(rest[::2], rest[1::2], strict=True)

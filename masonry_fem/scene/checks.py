@@ -23,7 +23,6 @@ from masonry_fem.scene.specs import (
     Equilibrium,
     Initial,
     MeshSettings,
-    MohrCoulomb,
     Motion,
     Override,
     PythonLaw,
@@ -270,7 +269,7 @@ def _doubts(scene: Scene) -> Iterator[str]:
         yield "analysis.substeps divides steps in which joints give way: dry ones do not, and all are dry"
     for index, joint in enumerate(scene.joints):
         place = f"joints.{index}"
-        residual = joint.law.residual_friction if isinstance(joint.law, MohrCoulomb) else None
+        residual = getattr(joint.law, "residual_friction", None)
         if residual is not None and residual > joint.coefficient:
             yield (
                 f"{place}.law.residual_friction {residual:g} exceeds the friction {joint.coefficient:g} of "

@@ -6,12 +6,12 @@ from collections.abc import Iterator
 
 import msgspec
 
+from masonry_fem.joints.kinds import kinds
+from masonry_fem.joints.parameters import spreads
 from masonry_fem.scene.lines import KeyPath
 from masonry_fem.scene.misfit import MisfitError, listed, nearest, wrong
-from masonry_fem.scene.specs import Joint, MohrCoulomb, Mortar, PythonLaw, Scatter, Scene
+from masonry_fem.scene.specs import Joint, Mortar, PythonLaw, Scatter, Scene
 
-# exponents, shares and switches: they shape a law and have no scatter of their own
-SHAPES = ("mixing", "residual", "exponent", "degree", "plateau", "gradient", "poisson")
 WIDEST_NORMAL = 0.5  # between nothing and twice the mean there is no room for more
 
 
@@ -33,8 +33,10 @@ def check_joints(scene: Scene) -> None:
 def _no_slip(joint: Joint, path: KeyPath) -> None:
     """What makes no sense where nothing slides."""
     scatter = joint.scatter is not None and "friction" in joint.scatter.variation
-    if isinstance(joint.law, MohrCoulomb):
-        raise wrong((*path, "friction"), joint.friction, "a number beside mohr_coulomb, whose cone it shapes")
+    kind = None if joint.law is None else kinds().get(joint.law.kind)
+    if joint.law is not None and kind is not None and kind.law.cone:
+        expected = f"a number beside {joint.law.kind}, whose cone it shapes"
+        raise wrong((*path, "friction"), joint.friction, expected)
     for name, there in (
         ("dynamic_friction", joint.dynamic_friction is not None),
         ("dilatancy", joint.dilatancy is not None),
@@ -82,11 +84,17 @@ def _scatter(joint: Joint, scatter: Scatter, path: KeyPath) -> None:
 def scattering_names(joint: Joint) -> Iterator[str]:
     """Names of a joint's numbers that may differ from place to place."""
     yield "friction"
-    for prefix, record in (("", joint.law), ("mortar.", joint.mortar)):
-        given = {} if record is None else msgspec.structs.asdict(record)
-        if isinstance(record, PythonLaw):
-            given = record.parameters or {}
-        for name, value in given.items():
-            # the residual friction scatters with the friction
-            if isinstance(value, float) and name not in {*SHAPES, "residual_friction"}:
-                yield f"{prefix}{name}"
+    if isinstance(joint.law, PythonLaw):
+        yield from (name for name, value in (joint.law.parameters or {}).items() if isinstance(value, float))
+    elif joint.law is not None:
+        law = kinds()[joint.law.kind].law
+        # the residual friction scatters with the friction; exponents and shares shape a law and do not
+        yield from (
+            name
+            for name, value in msgspec.structs.asdict(joint.law).items()
+            if isinstance(value, float) and name != "residual_friction" and spreads(law, name)
+        )
+    given = {} if joint.mortar is None else msgspec.structs.asdict(joint.mortar)
+    yield from (
+        f"mortar.{name}" for name, one in given.items() if isinstance(one, float) and name != "poisson"
+    )

@@ -12,21 +12,21 @@
     tangent = 0.1
     bound = "1 mm"
 
-Friction is the joint's own ``friction``. The mechanics is in ``masonry_fem.joints``, under the same names.
+Friction is the joint's own ``friction``. Laws stand in their files in ``masonry_fem.joints.laws``; in Python
+the record of one is ``law_record("mohr_coulomb", cohesion=0.35e6)``.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Union
 
 from msgspec import Meta
 
-from masonry_fem.records.record import Distance, FilePath, Length, Name, NonNegative, Pressure, Spec
+from masonry_fem.joints.kinds import LawRecord, kinds
+from masonry_fem.records.record import FilePath, Length, Name, NonNegative, Pressure, Spec
 
 Stiffness = Annotated[float, Meta(gt=0, extra={"unit": "N/m^3"})]
-SurfaceEnergy = Annotated[float, Meta(gt=0, extra={"unit": "J/m^2"})]
-Viscosity = Annotated[float, Meta(ge=0, extra={"unit": "J s/m^2"})]
 ParameterName = Annotated[
     str,
     Meta(
@@ -34,94 +34,26 @@ ParameterName = Annotated[
         extra={"expected": "the name of a parameter such as 'cohesion', 'friction' or 'mortar.young'"},
     ),
 ]
-Cohesion = Annotated[float, Meta(ge=0, extra={"unit": "Pa"})]
 
 
-class ConstantThreshold(Spec, frozen=True, kw_only=True, tag_field="kind", tag="constant_threshold"):
-    """Adhesion of constant strength until it breaks, then none."""
-
-    strength: Pressure
-    critical_slip: Distance = 0.0
-    critical_opening: Distance = 0.0
+def law_record(kind: str, **keys: Any) -> LawRecord:
+    """The record of a law: ``law_record("mohr_coulomb", cohesion=0.35e6)``."""
+    return kinds()[kind].record(**keys)
 
 
-class MohrCoulomb(Spec, frozen=True, kw_only=True, tag_field="kind", tag="mohr_coulomb"):
-    """Cohesion and friction with a tension cut-off; breaks for good by slide or by opening."""
-
-    cohesion: Cohesion
-    tension_strength: Pressure | None = None
-    residual_friction: NonNegative | None = None
-    critical_slip: Distance = 0.0
-    critical_opening: Distance = 0.0
-
-
-class ElasticJoint(Spec, frozen=True, kw_only=True, tag_field="kind", tag="elastic"):
-    """Springs in tension and in shear, contact in compression."""
-
-    normal_stiffness: Stiffness
-    tangential_stiffness: Stiffness
-
-
-class ElasticBrittle(Spec, frozen=True, kw_only=True, tag_field="kind", tag="elastic_brittle"):
-    """Springs up to their strength, then nothing."""
-
-    normal_stiffness: Stiffness
-    tangential_stiffness: Stiffness
-    normal_strength: Pressure
-    tangential_strength: Pressure
-
-
-class FremondCangemi(Spec, frozen=True, kw_only=True, tag_field="kind", tag="fremond_cangemi"):
-    """Adhesion β that decays with the energy of the springs, with friction (Raous, Cangémi, Cocu)."""
-
-    normal_stiffness: Stiffness
-    tangential_stiffness: Stiffness
-    energy: SurfaceEnergy
-    viscosity: Viscosity = 0.0
-    exponent: Annotated[float, Meta(gt=0)] = 1.0
-    degree: Literal[1, 2] = 1
-    friction_mode: Literal["constant", "damage"] = "constant"
-    gradient: Annotated[float, Meta(ge=0, extra={"unit": "J"})] = 0.0
-
-
-class Softening(Spec, frozen=True, kw_only=True):
-    """Springs up to separate strengths, then a softening with separate fracture energies."""
-
-    normal_stiffness: Stiffness
-    tangential_stiffness: Stiffness
-    normal_strength: Pressure
-    tangential_strength: Pressure
-    normal_energy: SurfaceEnergy
-    tangential_energy: SurfaceEnergy
-    friction_mode: Literal["constant", "damage"] = "constant"
-    mixing: Annotated[float, Meta(ge=1)] = 1.0
-    residual: Annotated[float, Meta(ge=0, lt=1)] = 0.0
-
-
-class MonerieAcary(Softening, frozen=True, kw_only=True, tag_field="kind", tag="monerie_acary"):
-    """Springs up to separate strengths, then a parabolic loss of stress (Monerie and Acary)."""
-
-
-class Bilinear(Softening, frozen=True, kw_only=True, tag_field="kind", tag="bilinear"):
-    """Springs up to separate strengths, then a linear loss of stress."""
-
-
-class Exponential(Softening, frozen=True, kw_only=True, tag_field="kind", tag="exponential"):
-    """Springs up to separate strengths, then an exponential loss of stress."""
-
-
-class Trapezoidal(Softening, frozen=True, kw_only=True, tag_field="kind", tag="trapezoidal"):
-    """Springs up to separate strengths, a plateau, then a linear loss (Tvergaard and Hutchinson)."""
-
-    plateau: Annotated[float, Meta(ge=0, lt=1)] = 0.5
-
-
-class PythonLaw(Spec, frozen=True, kw_only=True, tag_field="kind", tag="python"):
+class PythonLaw(LawRecord, frozen=True, kw_only=True, tag="python"):
     """A law of the user's own: a class of a Python file beside the scene.
 
     The class derives from `masonry_fem.joints.Law`; it gets the `parameters` as keywords, in SI
     units, and the joint's `friction` where it takes one. The file is a program that may do anything on the
     machine: it is run where it is `trusted`, `masonry-fem check` included.
+
+    Attributes
+    ----------
+    file : a `.py` file, relative to the scene file
+    law : name of the class in it
+    trusted : run the file: you have read it
+    parameters : its keywords: numbers in SI units, texts, true or false
     """
 
     file: FilePath
@@ -144,6 +76,17 @@ class Mortar(Spec, frozen=True, kw_only=True):
 
     It is given by its stiffnesses, or by its thickness and moduli: then k_N = E'/t, k_T = G/t, where E' is
     that of a layer whose stretch in its plane is hindered.
+
+    Attributes
+    ----------
+    normal_stiffness : k_N: pressure over closing
+    tangential_stiffness : k_T: shear stress over slide
+    thickness : t of the layer
+    young : E of the mortar
+    poisson : ν of the mortar; 0.2 where it is not given
+    crushing : compressive strength; none where it is not given
+    hardening : slope of the pressure while it crushes; k_N/1000 where it is not given
+    shear_weight : C of the cap σ² + C τ² = crushing²; literature has 9
     """
 
     normal_stiffness: Stiffness | None = None
@@ -157,7 +100,13 @@ class Mortar(Spec, frozen=True, kw_only=True):
 
 
 class Dilatancy(Spec, frozen=True, kw_only=True):
-    """Sliding that opens the joint, by bound (1 − exp(−tangent · slide/bound)); sliding back closes it."""
+    """Sliding that opens the joint, by bound (1 − exp(−tangent · slide/bound)); sliding back closes it.
+
+    Attributes
+    ----------
+    tangent : tan ψ at the start, at most the friction
+    bound : opening after a long slide
+    """
 
     tangent: Annotated[float, Meta(gt=0)]
     bound: Length
@@ -170,6 +119,13 @@ class Scatter(Spec, frozen=True, kw_only=True):
     `friction`, and of the mortar as `"mortar.young"`; the values in the scene are the means. One field drives
     all parameters of a joint record: a joint that is weak in one is weak in all. The same seed gives the same
     field again. `truncated_normal` is cut off at nothing and at twice the mean.
+
+    Attributes
+    ----------
+    seed : of the random field
+    variation : coefficients of variation by parameter
+    distribution : of the properties, about the values in the scene
+    correlation_length : ℓ of the correlation exp(−r²/ℓ²); joints are independent where not given
     """
 
     seed: Annotated[int, Meta(ge=0)]
@@ -178,15 +134,8 @@ class Scatter(Spec, frozen=True, kw_only=True):
     correlation_length: Length | None = None
 
 
-AnyLaw = (
-    ConstantThreshold
-    | MohrCoulomb
-    | ElasticJoint
-    | ElasticBrittle
-    | FremondCangemi
-    | MonerieAcary
-    | Bilinear
-    | Exponential
-    | Trapezoidal
-    | PythonLaw
-)
+# what ``law`` of a joint may be: told from the files of joints/laws
+if TYPE_CHECKING:
+    AnyLaw = LawRecord
+else:
+    AnyLaw = Union[(*(kind.record for kind in kinds().values()), PythonLaw)]

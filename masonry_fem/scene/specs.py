@@ -2,8 +2,8 @@
 
 A field's unit and range stand in its annotation and are checked on reading. Selectors are
 shell-style patterns matched against block and group names (``wall.*``); a face selector is
-``block-selector/face`` (``wall.c5.*/top``). Structures stand in ``masonry_fem.structures``, what holds
-and pushes them in ``actions``; this module has the rest and gathers all names.
+``block-selector/face`` (``wall.c5.*/top``). Structures stand in their files in ``masonry_fem.structures``,
+laws in ``masonry_fem.joints.laws``, what holds and pushes in ``actions``; this module has the rest.
 """
 
 from __future__ import annotations
@@ -51,22 +51,7 @@ from masonry_fem.scene.actions import (
     TimeFunction,
     Traction,
 )
-from masonry_fem.scene.laws import (
-    AnyLaw,
-    Bilinear,
-    ConstantThreshold,
-    Dilatancy,
-    ElasticBrittle,
-    ElasticJoint,
-    Exponential,
-    FremondCangemi,
-    MohrCoulomb,
-    MonerieAcary,
-    Mortar,
-    PythonLaw,
-    Scatter,
-    Trapezoidal,
-)
+from masonry_fem.scene.laws import AnyLaw, Dilatancy, Mortar, PythonLaw, Scatter, law_record
 from masonry_fem.structures import kinds
 from masonry_fem.structures.parts.opening import Opening
 
@@ -75,28 +60,20 @@ __all__ = [
     "Analysis",
     "AnyLaw",
     "AnyStructure",
-    "Bilinear",
-    "ConstantThreshold",
     "Contact",
     "Cut",
     "Damping",
     "Dilatancy",
     "Dynamics",
-    "ElasticBrittle",
-    "ElasticJoint",
     "Element",
     "Equilibrium",
-    "Exponential",
     "Fidelity",
-    "FremondCangemi",
     "Initial",
     "Joint",
     "LineForce",
     "Loads",
     "Material",
     "MeshSettings",
-    "MohrCoulomb",
-    "MonerieAcary",
     "Mortar",
     "Motion",
     "Opening",
@@ -118,17 +95,14 @@ __all__ = [
     "Table",
     "TimeFunction",
     "Traction",
-    "Trapezoidal",
+    "law_record",
 ]
 
-# what ``structures`` of a scene may be: told from the files there; their records are known here, too
+# what ``structures`` of a scene may be: told from the files there
 if TYPE_CHECKING:
     AnyStructure = Structure
 else:
-    STRUCTURES = {kind.record.__name__: kind.record for kind in kinds().values()}
-    AnyStructure = Union[tuple(STRUCTURES.values())]  # noqa: UP007  made while running
-    globals().update(STRUCTURES)
-    __all__ += list(STRUCTURES)
+    AnyStructure = Union[tuple(kind.record for kind in kinds().values())]  # noqa: UP007  made while running
 
 # μ of joints that do not slip: only what is about to open has less pressure than a hundredth of its shear
 NO_SLIP = 1e2

@@ -10,26 +10,54 @@ What several structures need is in ``parts``. ``kinds()`` finds them; they are l
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 
-from masonry_fem.errors import GeometryError, SceneError
+from masonry_fem.errors import ExtensionError, GeometryError, SceneError
+from masonry_fem.records.discovery import Found, discovered
 from masonry_fem.records.mesh_settings import MeshSettings
 from masonry_fem.records.reading_limits import Reading
 from masonry_fem.records.structure import Structure
 from masonry_fem.solid.assembly import Assembly, Block, Shape
-from masonry_fem.structures.parts.discovery import Kind, discovered
 
 __all__ = ["Kind", "assemble", "build_structure", "build_structures", "kinds"]
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A structure that scene files can ask for.
+
+    Attributes
+    ----------
+    record : What a scene file says of it. file : Where record and ``build`` stand.
+    build : Makes its blocks from record and dimension; with a ``source`` from folder and mesh settings, too.
+    """
+
+    record: type[Structure]
+    build: Callable[..., Assembly]
+    file: str
 
 
 @cache
 def kinds() -> Mapping[str, Kind]:
     """Every kind of structure by its name in scene files: record and ``build``."""
-    return discovered("masonry_fem.structures", __path__)
+    found = discovered("masonry_fem.structures", __path__, Structure, "structure")
+    return {name: _kind(one) for name, one in found.items()}
+
+
+def _kind(found: Found[Structure]) -> Kind:
+    build = getattr(found.module, "build", None)
+    if not callable(build):
+        record = found.kind.__name__
+        raise ExtensionError(
+            f"{found.file} has no function build, expected one that makes the blocks of a {record}; write "
+            f"def build(spec: {record}, dimension: int) -> Assembly"
+        )
+    return Kind(found.kind, build, found.file)
 
 
 def build_structure(spec: Structure, dimension: int, base: Path, mesh: MeshSettings) -> Assembly:

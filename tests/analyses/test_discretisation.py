@@ -10,7 +10,6 @@ from masonry_fem.analyses.run import solve_scene
 from masonry_fem.contact.placement import Rule
 from masonry_fem.output.terminal import print_summary
 from masonry_fem.scene.specs import (
-    BlockStructure,
     Contact,
     Dynamics,
     Joint,
@@ -19,10 +18,11 @@ from masonry_fem.scene.specs import (
     Output,
     Override,
     Probe,
-    StackStructure,
     Support,
     Traction,
 )
+from masonry_fem.structures.block import BlockStructure
+from masonry_fem.structures.stack import StackStructure
 from tests.analyses.test_refine import wall
 from tests.validation.scenes import solved
 

@@ -14,7 +14,8 @@ from masonry_fem.analyses.run import run, solve_scene
 from masonry_fem.errors import LawError, MasonryError
 from masonry_fem.limit.answers import outside
 from masonry_fem.scene import load
-from masonry_fem.scene.specs import Material, Scene, StackStructure
+from masonry_fem.scene.specs import Material, Scene
+from masonry_fem.structures.stack import StackStructure
 
 SCENE = """
 title = "loaded arch"

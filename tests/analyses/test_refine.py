@@ -19,7 +19,6 @@ from masonry_fem.output.stress_error import block_errors
 from masonry_fem.scene import load, save
 from masonry_fem.scene.moved import moved
 from masonry_fem.scene.specs import (
-    FileStructure,
     Joint,
     Loads,
     Material,
@@ -28,8 +27,9 @@ from masonry_fem.scene.specs import (
     Record,
     Scene,
     Traction,
-    WallStructure,
 )
+from masonry_fem.structures.file import FileStructure
+from masonry_fem.structures.wall import WallStructure
 from tests.importing.test_mesh_files import two_boxes
 from tests.validation.true_error import true_squares
 

@@ -13,7 +13,6 @@ from masonry_fem.analyses.inspect import check_scene, write_mesh
 from masonry_fem.analyses.run import run, solve_scene
 from masonry_fem.errors import MasonryError, SceneError
 from masonry_fem.scene.specs import (
-    BlockStructure,
     Dynamics,
     Equilibrium,
     Joint,
@@ -23,10 +22,11 @@ from masonry_fem.scene.specs import (
     Output,
     Probe,
     Scene,
-    StackStructure,
     Statics,
-    WallStructure,
 )
+from masonry_fem.structures.block import BlockStructure
+from masonry_fem.structures.stack import StackStructure
+from masonry_fem.structures.wall import WallStructure
 
 STONE = {"stone": Material(density=2000.0, young=1e9)}
 STACK = StackStructure(name="pile", material="stone", size=(1.0, 1.0), count=2)

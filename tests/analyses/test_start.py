@@ -6,22 +6,22 @@ import pytest
 
 from masonry_fem.analyses.run import run, solve_scene
 from masonry_fem.scene.specs import (
-    ArchStructure,
-    BlockStructure,
-    FileStructure,
     Joint,
     Loads,
     Material,
     MeshSettings,
-    MohrCoulomb,
     Output,
     Override,
     Scene,
-    StackStructure,
     Statics,
     Support,
-    WallStructure,
+    law_record,
 )
+from masonry_fem.structures.arch import ArchStructure
+from masonry_fem.structures.block import BlockStructure
+from masonry_fem.structures.file import FileStructure
+from masonry_fem.structures.stack import StackStructure
+from masonry_fem.structures.wall import WallStructure
 
 STONE = {"stone": Material(density=2000.0, young=1e10)}
 FRICTION = 0.8
@@ -87,14 +87,14 @@ def test_rigid_stones_beside_elastic_ones_are_asked_as_rigid(where, reached):
 
 
 def test_elastic_stones_with_a_law_take_their_stress_from_what_moves():
-    law = Joint(friction=FRICTION, law=MohrCoulomb(cohesion=1e5, tension_strength=1e4))
+    law = Joint(friction=FRICTION, law=law_record("mohr_coulomb", cohesion=1e5, tension_strength=1e4))
     found = solve_scene(beam(joints=(law,), fidelity="elastic", mesh=MeshSettings(divisions=(2, 2))))
     assert found.summary["start"] == {"reached": True}
     assert found.summary["message"] == "Equilibrium after 1 step."
 
 
 def test_joints_with_a_law_are_not_asked():
-    law = Joint(friction=FRICTION, law=MohrCoulomb(cohesion=1e5, tension_strength=1e4))
+    law = Joint(friction=FRICTION, law=law_record("mohr_coulomb", cohesion=1e5, tension_strength=1e4))
     told = solve_scene(beam(joints=(law,))).summary["start"]
     assert told["reached"] is None
     assert "law of their own" in told["note"]

@@ -8,7 +8,6 @@ from msgspec.structs import replace
 
 from masonry_fem.build.supports import last_change
 from masonry_fem.scene.specs import (
-    BlockStructure,
     Equilibrium,
     Loads,
     Material,
@@ -18,6 +17,7 @@ from masonry_fem.scene.specs import (
     Support,
     Table,
 )
+from masonry_fem.structures.block import BlockStructure
 from tests.validation.scenes import G, solved
 
 LATE = Table(points=((0.0, 0.0), (1.0, 0.0), (2.0, 1.0), (9.0, 1.0)))

@@ -9,17 +9,22 @@ from masonry_fem.analyses.run import solve_scene
 from masonry_fem.build import build
 from masonry_fem.errors import SceneError
 from masonry_fem.scene import check, loads, specs
+from masonry_fem.structures.stack import StackStructure
 
 G = 9.81
-BRITTLE = specs.ElasticBrittle(
-    normal_stiffness=1e8, tangential_stiffness=1e8, normal_strength=1e3, tangential_strength=1e3
+BRITTLE = specs.law_record(
+    "elastic_brittle",
+    normal_stiffness=1e8,
+    tangential_stiffness=1e8,
+    normal_strength=1e3,
+    tangential_strength=1e3,
 )
 
 
 def block_on_block(dimension, joint, push, *, size=(0.4, 0.8), fidelity="rigid", **keys):
     """A slender block on the ground, pushed sideways by ``push`` times its weight."""
     flat = dimension == 2
-    structure = specs.StackStructure(
+    structure = StackStructure(
         name="s", material="m", size=size if flat else (size[0], 0.3, size[1]), count=1
     )  # fmt: skip
     up = (0.0,) * (dimension - 1)
@@ -82,14 +87,15 @@ def test_without_slip_in_dynamics():
 
 def test_a_strong_threshold_without_slip():
     """Springs and thresholds take it; what r_T may be goes with the pressure and the threshold."""
-    joint = specs.Joint(friction="no slip", law=specs.ConstantThreshold(strength=1e4))
+    joint = specs.Joint(friction="no slip", law=specs.law_record("constant_threshold", strength=1e4))
     assert solve_scene(block_on_block(2, joint, 0.501)).outcome == "equilibrium"
 
 
 @pytest.mark.parametrize(
     ("keys", "words"),
     [
-        ({"law": specs.MohrCoulomb(cohesion=1e5)}, r"'no slip', expected a number beside mohr_coulomb"),
+        ({"law": specs.law_record("mohr_coulomb", cohesion=1e5)},
+         r"'no slip', expected a number beside mohr_coulomb"),
         ({"dynamic_friction": 0.4}, r"'no slip', expected a number beside joints\.0\.dynamic_friction"),
         ({"dilatancy": specs.Dilatancy(tangent=0.1, bound=1e-3)}, r"beside joints\.0\.dilatancy; drop one"),
         ({"scatter": specs.Scatter(seed=1, variation={"friction": 0.1})}, r"variation\.friction; drop"),
@@ -112,7 +118,7 @@ def test_no_slip_is_read_from_a_file():
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
-@pytest.mark.parametrize("law", [None, specs.MohrCoulomb(cohesion=100.0), BRITTLE])
+@pytest.mark.parametrize("law", [None, specs.law_record("mohr_coulomb", cohesion=100.0), BRITTLE])
 @pytest.mark.parametrize("mortar", [None, specs.Mortar(normal_stiffness=1e11, tangential_stiffness=1e11)])
 def test_a_broken_joint_slides_with_its_dynamic_friction(dimension, law, mortar):
     """a = (0.6 − μ_d) g once it slides."""
@@ -139,7 +145,7 @@ def test_dynamic_friction_beside_a_law_without_any(tmp_path):
     )
     law = specs.PythonLaw(file="slick.py", law="Slick", trusted=True)
     joint = specs.Joint(law=law, dynamic_friction=0.2)
-    stack = specs.StackStructure(name="s", material="m", size=(1.0, 1.0), count=1)
+    stack = StackStructure(name="s", material="m", size=(1.0, 1.0), count=1)
     scene = specs.Scene(dimension=2, fidelity="rigid", materials={"m": specs.Material(density=2e3)},
                         structures=(stack,), joints=(joint,))  # fmt: skip
     with pytest.raises(SceneError, match=r"joints\.0\.law: .*0\.2 beside a friction of 0"):

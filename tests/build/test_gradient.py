@@ -7,11 +7,12 @@ import pytest
 from masonry_fem.analyses.run import solve_scene
 from masonry_fem.errors import SceneError
 from masonry_fem.scene import check, specs
+from masonry_fem.structures.block import BlockStructure
 
 C, ENERGY = 1e10, 50.0
 U0 = np.sqrt(ENERGY / C)
-LOCAL = specs.FremondCangemi(normal_stiffness=C, tangential_stiffness=C, energy=ENERGY)
-GLUE = specs.ElasticJoint(normal_stiffness=1e14, tangential_stiffness=1e14)
+LOCAL = specs.law_record("fremond_cangemi", normal_stiffness=C, tangential_stiffness=C, energy=ENERGY)
+GLUE = specs.law_record("elastic", normal_stiffness=1e14, tangential_stiffness=1e14)
 
 
 def pulled(law, dimension, ends, *, order=(0, 1, 2), placement=None, density=1, length=0.4, **motion):
@@ -19,9 +20,7 @@ def pulled(law, dimension, ends, *, order=(0, 1, 2), placement=None, density=1, 
     size = (length, 0.2) if dimension == 2 else (length, 0.3, 0.2)
     up = (0.0,) * (dimension - 1)
     blocks = [
-        specs.BlockStructure(
-            name=name, material="m", size=size, position=(*up, 0.2 * i), support=name != "mid"
-        )
+        BlockStructure(name=name, material="m", size=size, position=(*up, 0.2 * i), support=name != "mid")
         for i, name in enumerate(("low", "mid", "top"))
     ]
     move = specs.Motion(displacement=(*up, ends), **motion)

@@ -10,6 +10,7 @@ import pytest
 from masonry_fem.build import build
 from masonry_fem.errors import SceneError
 from masonry_fem.scene import check, load, loads, specs
+from masonry_fem.structures.wall import WallStructure
 
 BY_ANGLE = (
     specs.Joint(friction=0.1),
@@ -20,7 +21,7 @@ BY_ANGLE = (
 
 def wall(dimension, **keys):
     brick = (0.4, 0.2) if dimension == 2 else (0.4, 0.2, 0.2)
-    structure = specs.WallStructure(name="w", material="m", brick=brick, columns=2, courses=2)
+    structure = WallStructure(name="w", material="m", brick=brick, columns=2, courses=2)
     given = {
         "dimension": dimension,
         "fidelity": "rigid",
@@ -52,7 +53,7 @@ def test_joints_of_a_file_whose_labels_tell_nothing(repository):
 
 def test_the_last_that_matches_holds():
     """By label and by angle; a law by angle."""
-    law = specs.MohrCoulomb(cohesion=1e5)
+    law = specs.law_record("mohr_coulomb", cohesion=1e5)
     ground = specs.Joint(friction=0.5, inclination=(0.0, 0.0), between=("w.ground", "*"), law=law)
     joints = (*BY_ANGLE, specs.Joint(friction=0.4, interface="bed"), ground)
     model = build(check(wall(2, joints=joints)), Path()).model

@@ -11,6 +11,7 @@ from masonry_fem.analyses.run import solve_scene
 from masonry_fem.build import build
 from masonry_fem.errors import SceneError
 from masonry_fem.scene import check, load, loads, save, specs
+from masonry_fem.structures.stack import StackStructure
 
 CORK = '''\
 """Cork: springs in tension and shear."""
@@ -23,7 +24,8 @@ from typing import ClassVar, override
 import numpy as np
 
 from masonry_fem.joints.laws.parts.adhesive import Adhesive, Evolution
-from masonry_fem.joints.law import Parameter, check_positive
+from masonry_fem.joints.law import check_positive
+from masonry_fem.joints.parameters import Parameter
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -229,7 +231,7 @@ def test_a_file_that_does_not_run(folder, code, words):
 
 def test_from_python_the_file_must_be_there_too():
     law = specs.PythonLaw(file="nowhere.py", law="Cork", trusted=True)
-    block = specs.StackStructure(name="s", material="m", size=(1.0, 1.0), count=1)
+    block = StackStructure(name="s", material="m", size=(1.0, 1.0), count=1)
     scene = specs.Scene(dimension=2, materials={"m": specs.Material(density=2000.0)}, structures=(block,),
                         joints=(specs.Joint(law=law),), fidelity="rigid")  # fmt: skip
     with pytest.raises(SceneError, match=r"nowhere\.py.*expected an existing file"):

@@ -6,7 +6,6 @@ import pytest
 from masonry_fem.analyses.run import solve_scene
 from masonry_fem.errors import SceneError
 from masonry_fem.scene.specs import (
-    ArchStructure,
     Joint,
     LineForce,
     Loads,
@@ -15,10 +14,11 @@ from masonry_fem.scene.specs import (
     Motion,
     PointForce,
     Scene,
-    StackStructure,
     Support,
     Traction,
 )
+from masonry_fem.structures.arch import ArchStructure
+from masonry_fem.structures.stack import StackStructure
 
 
 def stack(**keys: object) -> Scene:

@@ -11,6 +11,8 @@ from masonry_fem.build import build
 from masonry_fem.errors import SceneError
 from masonry_fem.output.fields import contact_arrays
 from masonry_fem.scene import check, specs
+from masonry_fem.structures.block import BlockStructure
+from masonry_fem.structures.stack import StackStructure
 
 K_N, K_T = 2e9, 0.8e9
 MORTAR = specs.Mortar(normal_stiffness=K_N, tangential_stiffness=K_T)
@@ -24,7 +26,7 @@ def stack(dimension, joint, *, count=3, up=(0.0,), **keys):
     given = {
         "dimension": dimension,
         "materials": {"stone": specs.Material(density=DENSITY, young=young, poisson=0.0)},
-        "structures": (specs.StackStructure(name="s", material="stone", size=size, count=count),),
+        "structures": (StackStructure(name="s", material="stone", size=size, count=count),),
         "joints": (joint,),
         "fidelity": "rigid",
         "mesh": specs.MeshSettings(divisions=(2,) * dimension),
@@ -103,7 +105,7 @@ def test_crushing_caps_the_pressure():
 
 
 def test_a_bonded_bed_stretches_both_ways_and_breaks():
-    joint = specs.Joint(friction=0.75, law=specs.MohrCoulomb(cohesion=0.3e6), mortar=MORTAR)
+    joint = specs.Joint(friction=0.75, law=specs.law_record("mohr_coulomb", cohesion=0.3e6), mortar=MORTAR)
 
     def pulled(stress):
         loads = specs.Loads(tractions=(specs.Traction(on="s.b1/top", vector=(0.0, stress)),))
@@ -116,7 +118,7 @@ def test_a_bonded_bed_stretches_both_ways_and_breaks():
 
 
 def test_springs_on_a_bed_are_in_series():
-    law = specs.ElasticJoint(normal_stiffness=1e9, tangential_stiffness=1e9)
+    law = specs.law_record("elastic", normal_stiffness=1e9, tangential_stiffness=1e9)
     loads = specs.Loads(tractions=(specs.Traction(on="s.b1/top", vector=(0.0, 0.0, 1e5)),))
     scene = stack(3, specs.Joint(law=law, mortar=MORTAR), count=1, loads=loads)
     moved = solved(scene).march.report.probes["top"]
@@ -161,7 +163,7 @@ def test_points_without_an_area_bear_nothing_on_mortar(element):
 
 
 def test_points_without_an_area_have_no_cohesion():
-    joint = specs.Joint(law=specs.MohrCoulomb(cohesion=0.3e6))
+    joint = specs.Joint(law=specs.law_record("mohr_coulomb", cohesion=0.3e6))
     scene = stack(3, joint, count=1, fidelity="elastic", mesh=specs.MeshSettings(element="P2", size=0.2))
     model = solved(scene).built.model
     kinds = {law.name: len(points) for law, points in model.laws.parts}
@@ -203,7 +205,10 @@ def test_a_mortar_is_given_in_one_of_two_ways(mortar, words):
     ("keys", "words"),
     [
         ({"friction": 0.1}, r"joints\.0\.dilatancy: .*0\.2, expected at most the friction 0\.1"),
-        ({"law": specs.MohrCoulomb(cohesion=1e5, residual_friction=0.15)}, r"at most the friction 0\.15"),
+        (
+            {"law": specs.law_record("mohr_coulomb", cohesion=1e5, residual_friction=0.15)},
+            r"at most the friction 0\.15",
+        ),
         ({"dynamic_friction": 0.15}, r"at most the friction 0\.15"),
         ({"form": "velocity"}, r"joints\.0\.form is 'velocity' beside a dilatancy"),
     ],
@@ -217,12 +222,12 @@ def test_dilatancy_must_not_create_energy(keys, words):
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_cohesion_across_a_gap_is_told(dimension, caplog):
     """A rigid law pulls faces together that were apart at the start; springs wait until they open."""
-    stacked = specs.StackStructure(
+    stacked = StackStructure(
         name="s", material="stone", size=(WIDTH,) * (dimension - 1) + (HEIGHT,), count=3, gap=1e-4
     )
     for law, told in (
-        (specs.MohrCoulomb(cohesion=1e5), True),
-        (specs.ElasticJoint(normal_stiffness=1e9, tangential_stiffness=1e9), False),
+        (specs.law_record("mohr_coulomb", cohesion=1e5), True),
+        (specs.law_record("elastic", normal_stiffness=1e9, tangential_stiffness=1e9), False),
     ):
         caplog.clear()
         scene = stack(dimension, specs.Joint(law=law), structures=(stacked,), probes=())
@@ -231,19 +236,21 @@ def test_cohesion_across_a_gap_is_told(dimension, caplog):
         assert ("up to 0.0001 m apart at the start, and mohr_coulomb pulls" in caplog.text) == told
     caplog.clear()
     with caplog.at_level("WARNING"):
-        build(check(stack(dimension, specs.Joint(law=specs.MohrCoulomb(cohesion=1e5)))), Path())
+        build(
+            check(stack(dimension, specs.Joint(law=specs.law_record("mohr_coulomb", cohesion=1e5)))), Path()
+        )
     assert not caplog.records
 
 
 def test_a_corner_on_a_face_has_no_mortar():
     """A tilted square on its corner, held from tipping by nothing but symmetry."""
-    block = specs.BlockStructure(
+    block = BlockStructure(
         name="tilted", material="stone", size=(0.2, 0.2), position=(0.0, 0.0), rotation=45.0
     )
-    floor = specs.BlockStructure(
+    floor = BlockStructure(
         name="floor", material="stone", size=(2.0, 0.2), position=(-1.0, -0.2), support=True
     )
-    joint = specs.Joint(law=specs.MohrCoulomb(cohesion=1e5), mortar=MORTAR)
+    joint = specs.Joint(law=specs.law_record("mohr_coulomb", cohesion=1e5), mortar=MORTAR)
     scene = stack(
         2, joint, structures=(block, floor), probes=(), analysis=specs.Dynamics(step=1e-3, duration=5e-3)
     )

@@ -9,7 +9,8 @@ import pytest
 
 from masonry_fem.build import build
 from masonry_fem.errors import SceneError
-from masonry_fem.scene.specs import BlockStructure, Contact, Material, Scene
+from masonry_fem.scene.specs import Contact, Material, Scene
+from masonry_fem.structures.block import BlockStructure
 
 
 def two_cubes(gap: float, **contact: float) -> Scene:

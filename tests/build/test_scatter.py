@@ -12,9 +12,11 @@ from masonry_fem.build import build
 from masonry_fem.errors import SceneError
 from masonry_fem.output.fields import contact_arrays
 from masonry_fem.scene import check, loads, save, specs
+from masonry_fem.structures.stack import StackStructure
+from masonry_fem.structures.wall import WallStructure
 
-MOHR = specs.MohrCoulomb(cohesion=0.3e6, residual_friction=0.5)
-SPRINGS = specs.Bilinear(
+MOHR = specs.law_record("mohr_coulomb", cohesion=0.3e6, residual_friction=0.5)
+SPRINGS = specs.law_record("bilinear",
     normal_stiffness=8e10, tangential_stiffness=4e10, normal_strength=0.25e6, tangential_strength=0.35e6,
     normal_energy=18.0, tangential_energy=125.0,
 )  # fmt: skip
@@ -22,7 +24,7 @@ SPRINGS = specs.Bilinear(
 
 def wall(joint, *, columns=10, courses=12, dimension=2):
     brick = (0.2, 0.1) if dimension == 2 else (0.2, 0.1, 0.1)
-    structure = specs.WallStructure(name="w", material="m", brick=brick, columns=columns, courses=courses)
+    structure = WallStructure(name="w", material="m", brick=brick, columns=columns, courses=courses)
     return specs.Scene(
         dimension=dimension, fidelity="rigid", materials={"m": specs.Material(density=2000.0)},
         structures=(structure,), joints=(joint,),
@@ -163,8 +165,8 @@ def test_weakest_joint_of_a_chain():
     """Three blocks glued in a row, pulled: stands just below the weakest draw, falls just above."""
 
     def pulled(stress):
-        stack = specs.StackStructure(name="s", material="m", size=(1.0, 1.0), count=3)
-        law = specs.ConstantThreshold(strength=1e5)
+        stack = StackStructure(name="s", material="m", size=(1.0, 1.0), count=3)
+        law = specs.law_record("constant_threshold", strength=1e5)
         scene = specs.Scene(
             dimension=2, fidelity="rigid", materials={"m": specs.Material(density=2000.0)},
             structures=(stack,), joints=(joint_of(law, variation={"strength": 0.3}),),

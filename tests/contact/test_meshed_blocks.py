@@ -7,7 +7,9 @@ from pathlib import Path
 import pytest
 
 from masonry_fem.analyses.run import solve_scene
-from masonry_fem.scene.specs import BlockStructure, FileStructure, Loads, Material, Scene
+from masonry_fem.scene.specs import Loads, Material, Scene
+from masonry_fem.structures.block import BlockStructure
+from masonry_fem.structures.file import FileStructure
 
 ELL = """SetFactory("Built-in"); h = 0.25;
 Point(1) = {0, 0, 0, h}; Point(2) = {1, 0, 0, h}; Point(3) = {1, 0.5, 0, h};

@@ -9,11 +9,14 @@ import pytest
 from scipy.spatial import ConvexHull
 
 from masonry_fem.contact.overlap import overlapping
-from masonry_fem.scene.specs import ArchStructure, BlockStructure, MeshSettings, WallStructure
+from masonry_fem.scene.specs import MeshSettings
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import Pose
 from masonry_fem.structures import assemble, build_structure
+from masonry_fem.structures.arch import ArchStructure
+from masonry_fem.structures.block import BlockStructure
+from masonry_fem.structures.wall import WallStructure
 
 
 def together(dimension: int, *specs):

@@ -18,8 +18,6 @@ from numpy.typing import NDArray
 from masonry_fem.analyses.run import RunResult
 from masonry_fem.scene.specs import (
     Analysis,
-    ArchStructure,
-    BlockStructure,
     Contact,
     Dynamics,
     Equilibrium,
@@ -32,11 +30,13 @@ from masonry_fem.scene.specs import (
     Probe,
     Scene,
     Solver,
-    StackStructure,
     Statics,
     Support,
-    WallStructure,
 )
+from masonry_fem.structures.arch import ArchStructure
+from masonry_fem.structures.block import BlockStructure
+from masonry_fem.structures.stack import StackStructure
+from masonry_fem.structures.wall import WallStructure
 
 G = 9.81
 DENSITY = 2400.0

@@ -19,8 +19,6 @@ import numpy as np
 from masonry_fem.analyses.run import RunResult
 from masonry_fem.scene.specs import (
     Analysis,
-    ArchStructure,
-    BlockStructure,
     Contact,
     Dynamics,
     Element,
@@ -34,13 +32,15 @@ from masonry_fem.scene.specs import (
     Override,
     Probe,
     Scene,
-    StackStructure,
     Statics,
     Support,
     Table,
     Traction,
-    WallStructure,
 )
+from masonry_fem.structures.arch import ArchStructure
+from masonry_fem.structures.block import BlockStructure
+from masonry_fem.structures.stack import StackStructure
+from masonry_fem.structures.wall import WallStructure
 
 G = 9.81
 DENSITY = 2400.0

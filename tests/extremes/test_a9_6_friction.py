@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from masonry_fem.analyses.run import solve_scene
-from masonry_fem.scene.specs import Dynamics, Equilibrium, Joint, Probe, StackStructure, Statics
+from masonry_fem.scene.specs import Dynamics, Equilibrium, Joint, Probe, Statics
+from masonry_fem.structures.stack import StackStructure
 from tests.extremes.scenes import (
     LARGE_STEP,
     arch,

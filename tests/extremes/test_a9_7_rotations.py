@@ -15,17 +15,9 @@ import pytest
 
 from masonry_fem.analyses.run import RunResult, solve_scene
 from masonry_fem.march.determinacy import determine
-from masonry_fem.scene.specs import (
-    BlockStructure,
-    DomeStructure,
-    Dynamics,
-    Joint,
-    Loads,
-    MeshSettings,
-    Scene,
-    Solver,
-    Statics,
-)
+from masonry_fem.scene.specs import Dynamics, Joint, Loads, MeshSettings, Scene, Solver, Statics
+from masonry_fem.structures.block import BlockStructure
+from masonry_fem.structures.dome import DomeStructure
 from tests.extremes.scenes import STONE, arch, block_on_slope, down, leaning, pushed_wall, standing_wall
 from tests.extremes.turning import rotation_of, solve_turned
 

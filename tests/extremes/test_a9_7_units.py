@@ -10,11 +10,7 @@ import pytest
 
 from masonry_fem.analyses.run import RunResult, solve_scene
 from masonry_fem.scene.specs import (
-    ArchStructure,
-    BlockStructure,
     Contact,
-    FileStructure,
-    FremondCangemi,
     Joint,
     Loads,
     Material,
@@ -27,7 +23,11 @@ from masonry_fem.scene.specs import (
     Support,
     Table,
     Traction,
+    law_record,
 )
+from masonry_fem.structures.arch import ArchStructure
+from masonry_fem.structures.block import BlockStructure
+from masonry_fem.structures.file import FileStructure
 from tests.validation.discs import RADIUS, half_discs, line_contact
 from tests.validation.scenes import G, solved
 
@@ -157,7 +157,9 @@ def series_bar(length: float, mass: float) -> tuple[list[float], list[float]]:
     bar, width = 0.1 * length, 0.05 * length
     ends = [ratio * opening * (1 + stiffness * bar / young) for ratio in (0.5, 1.0, 1.1, 1.5, 2.0, 4.0)]
     path = Table(points=((0.0, 0.0), *(((i + 1) / len(ends), end) for i, end in enumerate(ends))))
-    law = FremondCangemi(normal_stiffness=stiffness, tangential_stiffness=stiffness, energy=energy)
+    law = law_record(
+        "fremond_cangemi", normal_stiffness=stiffness, tangential_stiffness=stiffness, energy=energy
+    )
     scene = Scene(
         dimension=2,
         plane="stress",

@@ -6,15 +6,8 @@ import numpy as np
 import pytest
 
 from masonry_fem.analyses.run import RunResult, solve_scene
-from masonry_fem.scene.specs import (
-    Dynamics,
-    Equilibrium,
-    Joint,
-    Material,
-    MeshSettings,
-    Probe,
-    StackStructure,
-)
+from masonry_fem.scene.specs import Dynamics, Equilibrium, Joint, Material, MeshSettings, Probe
+from masonry_fem.structures.stack import StackStructure
 from tests.extremes.scenes import (
     base_force,
     bouncing,

@@ -10,8 +10,6 @@ import pytest
 
 from masonry_fem.nscd import ContactProblem, Solution, SolverSettings, Start, solve
 from masonry_fem.scene.specs import (
-    BlockStructure,
-    FileStructure,
     Joint,
     Loads,
     Material,
@@ -21,6 +19,8 @@ from masonry_fem.scene.specs import (
     Support,
     Traction,
 )
+from masonry_fem.structures.block import BlockStructure
+from masonry_fem.structures.file import FileStructure
 from tests.validation.patch import P, by_block, pressed, worst_stress
 from tests.validation.scenes import solved
 

@@ -15,6 +15,8 @@ from masonry_fem.analyses.run import solve_scene
 from masonry_fem.errors import MasonryError
 from masonry_fem.scene import loads, specs
 from masonry_fem.structures import build_structure
+from masonry_fem.structures.file import FileStructure
+from masonry_fem.structures.survey import SurveyStructure
 
 PIER = """
 dimension = 2
@@ -89,7 +91,7 @@ LOOPS = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]
 
 def blocks_of(path: Path, **keys: Any) -> None:
     """Read a file as a structure."""
-    kind = specs.SurveyStructure if path.suffix == ".csv" else specs.FileStructure
+    kind = SurveyStructure if path.suffix == ".csv" else FileStructure
     build_structure(
         kind(name="f", material="s", path=path.name, **keys), 3, path.parent, specs.MeshSettings()
     )

@@ -8,9 +8,11 @@ import pytest
 from masonry_fem.analyses.run import solve_scene
 from masonry_fem.errors import MasonryError
 from masonry_fem.meshing.mesher import mesh_shape
-from masonry_fem.scene.specs import BlockStructure, Contact, Material, MeshSettings, StackStructure
+from masonry_fem.scene.specs import Contact, Material, MeshSettings
 from masonry_fem.solid.assembly import Shape
 from masonry_fem.solid.polytope import Polytope
+from masonry_fem.structures.block import BlockStructure
+from masonry_fem.structures.stack import StackStructure
 from tests.extremes.solids import lifted
 
 NAN, INF = float("nan"), float("inf")

@@ -7,7 +7,8 @@ import logging
 import pytest
 
 from masonry_fem.analyses.run import solve_scene
-from masonry_fem.scene.specs import BlockStructure, Dynamics, Initial, Loads, Material, MeshSettings, Scene
+from masonry_fem.scene.specs import Dynamics, Initial, Loads, Material, MeshSettings, Scene
+from masonry_fem.structures.block import BlockStructure
 from tests.extremes.solids import DENSITY, arch, column, slender, wall
 
 

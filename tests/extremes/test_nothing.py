@@ -8,14 +8,8 @@ import pytest
 
 from masonry_fem.analyses.run import solve_scene
 from masonry_fem.errors import SceneError
-from masonry_fem.scene.specs import (
-    Analysis,
-    BlockStructure,
-    Dynamics,
-    Equilibrium,
-    Statics,
-    Support,
-)
+from masonry_fem.scene.specs import Analysis, Dynamics, Equilibrium, Statics, Support
+from masonry_fem.structures.block import BlockStructure
 from tests.extremes.scenes import (
     LARGE_STEP,
     WEIGHT,

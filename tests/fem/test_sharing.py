@@ -4,7 +4,8 @@ import pytest
 
 from masonry_fem.analyses.run import solve_scene
 from masonry_fem.fem import elastic
-from masonry_fem.scene.specs import Loads, Material, MeshSettings, Scene, WallStructure
+from masonry_fem.scene.specs import Loads, Material, MeshSettings, Scene
+from masonry_fem.structures.wall import WallStructure
 
 
 @pytest.fixture

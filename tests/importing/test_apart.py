@@ -20,8 +20,10 @@ from masonry_fem.errors import GeometryError, SceneError
 from masonry_fem.importing.apart import Errand, done_apart
 from masonry_fem.scene import check, load
 from masonry_fem.scene.quantity import si_value
-from masonry_fem.scene.specs import FileStructure, MeshSettings, Reading, Scene, StackStructure
+from masonry_fem.scene.specs import MeshSettings, Reading, Scene
 from masonry_fem.structures import build_structure, build_structures
+from masonry_fem.structures.file import FileStructure
+from masonry_fem.structures.stack import StackStructure
 from tests.importing.test_trust import SCENE
 
 PATIENT = Reading(time=120.0)

@@ -11,10 +11,11 @@ import pytest
 
 from masonry_fem.contact.detection import detect
 from masonry_fem.errors import GeometryError
-from masonry_fem.scene.specs import FileStructure, MeshSettings
+from masonry_fem.scene.specs import MeshSettings
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.solid.polytope import Polytope
 from masonry_fem.structures import build_structure
+from masonry_fem.structures.file import FileStructure
 
 OLD = {"dva": {"x": 0.0, "y": 0.0, "z": 0.0}, "dea": {}, "dfa": {}}
 NEW = {"default_vertex_attributes": {"x": 0.0, "y": 0.0, "z": 0.0}, "default_edge_attributes": {},

@@ -16,18 +16,15 @@ from masonry_fem.errors import GeometryError
 from masonry_fem.importing.sewing import bodies_of
 from masonry_fem.importing.triangles import area_vector, ears, triangles_of
 from masonry_fem.meshing.mesher import mesh_shape
-from masonry_fem.scene.specs import (
-    ArchStructure,
-    FileStructure,
-    MeshSettings,
-    RubbleStructure,
-    Structure,
-    WallStructure,
-)
+from masonry_fem.scene.specs import MeshSettings, Structure
 from masonry_fem.solid.assembly import Assembly, Shape
 from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import Pose
 from masonry_fem.structures import build_structure
+from masonry_fem.structures.arch import ArchStructure
+from masonry_fem.structures.file import FileStructure
+from masonry_fem.structures.rubble import RubbleStructure
+from masonry_fem.structures.wall import WallStructure
 from tests.meshing.test_meshing import check
 
 WALL = WallStructure(name="w", material="s", brick=(0.4, 0.2, 0.2), columns=3, courses=4, ground=False)

@@ -14,7 +14,8 @@ from masonry_fem.fem.lagrange import lagrange, quadrature
 from masonry_fem.importing.mesh_files import read
 from masonry_fem.meshing.cells import turned
 from masonry_fem.meshing.session import session
-from masonry_fem.scene.specs import FileStructure, MeshSettings
+from masonry_fem.scene.specs import MeshSettings
+from masonry_fem.structures.file import FileStructure
 from tests.meshing.test_meshing import check
 
 

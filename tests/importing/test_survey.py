@@ -22,20 +22,13 @@ from masonry_fem.importing.wall_plane import WallPlane
 from masonry_fem.meshing.extrusion import prism_of
 from masonry_fem.meshing.mesher import mesh_shape
 from masonry_fem.scene import check
-from masonry_fem.scene.specs import (
-    Joint,
-    Loads,
-    Material,
-    MeshSettings,
-    Scene,
-    Statics,
-    SurveyStructure,
-    WallStructure,
-)
+from masonry_fem.scene.specs import Joint, Loads, Material, MeshSettings, Scene, Statics
 from masonry_fem.solid.assembly import Assembly, Shape
 from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.prism import prism
 from masonry_fem.structures import build_structure
+from masonry_fem.structures.survey import SurveyStructure
+from masonry_fem.structures.wall import WallStructure
 from meshes.window_bay import measured, settled, stones, write
 from tests.meshing.test_meshing import check as check_mesh
 

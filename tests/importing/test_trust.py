@@ -11,7 +11,8 @@ from masonry_fem import cli
 from masonry_fem.errors import GeometryError, SceneError
 from masonry_fem.importing.mesh_files import read
 from masonry_fem.scene import load
-from masonry_fem.scene.specs import FileStructure, MeshSettings
+from masonry_fem.scene.specs import MeshSettings
+from masonry_fem.structures.file import FileStructure
 
 SCENE = """
 dimension = 3

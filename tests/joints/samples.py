@@ -1,52 +1,53 @@
-"""One or more joints of every law in the list, for tests over all of them."""
+"""One or more joints of every law in the folder, for tests over all of them."""
+
+import tomllib
 
 import numpy as np
 
-from masonry_fem.joints import LAWS, Bed, Bilinear, Dry, FremondCangemi, Kinetic, MohrCoulomb, Rough
+from masonry_fem.joints import Bed, Bilinear, Dry, FremondCangemi, Kinetic, MohrCoulomb, Rough, kinds
 from masonry_fem.joints.spreading import path_laplacian
+from masonry_fem.records.docstring import example
 
 STIFFNESS = {"normal_stiffness": 2e10, "tangential_stiffness": 1e10}
 STRENGTH = {"normal_strength": 0.25e6, "tangential_strength": 0.35e6}
 ENERGY = {"normal_energy": 18.0, "tangential_energy": 60.0}
 FRACTURE = STIFFNESS | STRENGTH | ENERGY
 
-PARAMETERS = {
-    "dry": [{"friction": 0.6}],
-    "constant_threshold": [{"strength": 0.2e6}, {"strength": 0.2e6, "critical_opening": 2e-5}],
-    "mohr_coulomb": [
-        {"cohesion": 0.2e6, "friction": 0.7},
-        {"cohesion": 0.2e6, "friction": 0.7, "tension_strength": 0.1e6, "critical_slip": 1e-5},
-    ],
-    "elastic": [STIFFNESS],
-    "elastic_brittle": [STIFFNESS | STRENGTH],
+# besides the example in each law's docstring
+VARIANTS = {
+    "constant_threshold": [{"critical_opening": 2e-5}],
+    "mohr_coulomb": [{"tension_strength": 0.1e6, "critical_slip": 1e-5}],
     "fremond_cangemi": [
-        STIFFNESS | {"energy": 20.0},
-        STIFFNESS | {"energy": 20.0, "viscosity": 5.0, "friction_mode": "damage"},
-        STIFFNESS | {"energy": 20.0, "viscosity": 5.0, "exponent": 2.0},
-        STIFFNESS | {"energy": 20.0, "degree": 2},
+        {"viscosity": 5.0, "friction_mode": "damage"},
+        {"viscosity": 5.0, "exponent": 2.0},
+        {"degree": 2},
     ],
-    "monerie_acary": [FRACTURE, FRACTURE | {"residual": 0.3}],
-    "bilinear": [FRACTURE | {"friction_mode": "damage"}, FRACTURE | {"residual": 0.3}],
-    "trapezoidal": [FRACTURE | {"plateau": 0.4}, FRACTURE | {"mixing": 2.0}],
-    "exponential": [FRACTURE],
-    "bed": [
-        STIFFNESS | {"law": MohrCoulomb(cohesion=0.2e6, friction=0.7)},
-        STIFFNESS | {"law": FremondCangemi(**STIFFNESS, energy=20.0)},
-        STIFFNESS | {"law": Dry(0.6), "crushing": 0.1e6},
-    ],
-    "rough": [
-        {"law": Dry(friction=0.6), "dilatancy": 0.2, "bound": 5e-5},
-        {"law": MohrCoulomb(cohesion=0.2e6, friction=0.7), "dilatancy": 0.2, "bound": 5e-5},
-    ],
+    "monerie_acary": [{"residual": 0.3}],
+    "bilinear": [{"friction_mode": "damage"}, {"residual": 0.3}],
+    "trapezoidal": [{"mixing": 2.0}],
 }
 
-SAMPLES = [LAWS[name](**values) for name in LAWS for values in PARAMETERS[name]]
+
+def sampled(name, kind):
+    """A law with the keys of its example, and its variants."""
+    keys = tomllib.loads(example(kind.law))
+    assert keys.pop("kind") == name, f"{kind.file}: give a table of a scene file under Examples"
+    return [kind.law(**{"friction": 0.7} | keys | variant) for variant in ({}, *VARIANTS.get(name, []))]
+
+
+SAMPLES = [law for name, kind in kinds().items() for law in sampled(name, kind)]
 
 POINTS = 10  # of a path, and of the joint along which damage spreads
 SPREADING = STIFFNESS | {"energy": 20.0, "gradient": 1e-4, "laplacian": path_laplacian(2e-3, POINTS)}
 
 # what joint records make of these laws, and damage that spreads among all points of a path
 COMPOSED = [
+    Dry(0.6),
+    Bed(MohrCoulomb(cohesion=0.2e6, friction=0.7), 2e10, 1e10),
+    Bed(FremondCangemi(**STIFFNESS, energy=20.0), 2e10, 1e10),
+    Bed(Dry(0.6), 2e10, 1e10, crushing=0.1e6),
+    Rough(Dry(0.6), dilatancy=0.2, bound=5e-5),
+    Rough(MohrCoulomb(cohesion=0.2e6, friction=0.7), dilatancy=0.2, bound=5e-5),
     FremondCangemi(**SPREADING),
     FremondCangemi(**SPREADING, viscosity=5.0),
     FremondCangemi(**STIFFNESS, energy=20.0, degree=2, viscosity=5.0),

@@ -7,9 +7,10 @@ import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
-from masonry_fem.joints import LAWS, Dry, JointState, probe, pull
+from masonry_fem.joints import Dry, JointState, kinds, probe, pull
 from masonry_fem.joints.law import layers_of
-from tests.joints.samples import ALL, PARAMETERS, POINTS, finer, label, wander
+from masonry_fem.records.docstring import meanings
+from tests.joints.samples import ALL, POINTS, finer, label, wander
 
 seeds = st.integers(0, 2**32 - 1)
 every_law = pytest.mark.parametrize("law", ALL, ids=label)
@@ -22,8 +23,10 @@ def dried(law, friction):
     return replace(law, law=dried(law.law, friction)) if hasattr(law, "law") else Dry(friction=friction)
 
 
-def test_every_law_is_sampled():
-    assert set(PARAMETERS) == set(LAWS)
+@pytest.mark.parametrize("name", kinds())
+def test_its_keys_are_explained(name):
+    kind = kinds()[name]
+    assert set(meanings(kind.record)) == set(kind.record.__struct_fields__), kind.file
 
 
 @every_law

@@ -13,16 +13,17 @@ from masonry_fem.build import build
 from masonry_fem.errors import SceneError
 from masonry_fem.output.fields import contact_arrays
 from masonry_fem.scene import check, specs
+from masonry_fem.structures.block import BlockStructure
 
 AREA = 0.04
-RCC = specs.FremondCangemi(normal_stiffness=1e10, tangential_stiffness=1e10, energy=50.0)
-GLUE = specs.ElasticJoint(normal_stiffness=1e13, tangential_stiffness=1e13)
+RCC = specs.law_record("fremond_cangemi", normal_stiffness=1e10, tangential_stiffness=1e10, energy=50.0)
+GLUE = specs.law_record("elastic", normal_stiffness=1e13, tangential_stiffness=1e13)
 
 
 def cubes(law, *, top=False, **keys):
     """A cube on a fixed one, both 0.2 m; with ``top`` a third one, held, glued to the free one."""
     blocks = [
-        specs.BlockStructure(
+        BlockStructure(
             name=name, material="stone", size=(0.2,) * 3, position=(0.0, 0.0, 0.2 * i), support=name != "mid"
         )
         for i, name in enumerate(("low", "mid", "top")[: 3 if top else 2])
@@ -52,9 +53,9 @@ def pulled(law, stress, axis=2, **keys):
 @pytest.mark.parametrize(
     ("law", "strength"),
     [
-        (specs.MohrCoulomb(cohesion=0.35e6), 0.35e6 / 0.75),
-        (specs.MohrCoulomb(cohesion=0.35e6, tension_strength=0.2e6), 0.2e6),
-        (specs.ConstantThreshold(strength=0.3e6), 0.3e6),
+        (specs.law_record("mohr_coulomb", cohesion=0.35e6), 0.35e6 / 0.75),
+        (specs.law_record("mohr_coulomb", cohesion=0.35e6, tension_strength=0.2e6), 0.2e6),
+        (specs.law_record("constant_threshold", strength=0.3e6), 0.3e6),
     ],
     ids=["cone's tip", "cut-off", "threshold"],
 )
@@ -64,7 +65,7 @@ def test_a_joint_holds_a_pull_up_to_its_strength(law, strength):
 
 
 def test_springs_stretch_by_stress_over_stiffness():
-    law = specs.ElasticJoint(normal_stiffness=2e9, tangential_stiffness=1e9)
+    law = specs.law_record("elastic", normal_stiffness=2e9, tangential_stiffness=1e9)
     probes = (specs.Probe(name="p", block="mid", point=(0.1, 0.1, 0.3)),)
     result = pulled(law, 1e5, probes=probes)
     assert result.outcome == "equilibrium"
@@ -93,7 +94,7 @@ def test_adhesion_decays_as_the_joint_opens():
 def test_dry_joints_beside_cohesive_ones_are_not_damaged():
     """The joint above rests on its weight and has no adhesion to lose."""
     dry = specs.Joint(friction=0.4, between=("high", "mid"))
-    high = specs.BlockStructure(name="high", material="stone", size=(0.2,) * 3, position=(0.0, 0.0, 0.4))
+    high = BlockStructure(name="high", material="stone", size=(0.2,) * 3, position=(0.0, 0.0, 0.4))
     scene = cubes(RCC, loads=specs.Loads(gravity=(0.0, 0.0, -9.81)))
     scene = msgspec.structs.replace(
         scene, structures=(*scene.structures, high), joints=(*scene.joints, dry)
@@ -111,7 +112,10 @@ def test_dry_joints_beside_cohesive_ones_are_not_damaged():
 
 def test_without_cohesion_a_law_changes_nothing():
     push = specs.Loads(gravity=(0.0, 0.0, -9.81), accelerations=(specs.Acceleration(vector=(2.0, 0.0, 0.0)),))
-    dry, law = (solve_scene(check(cubes(one, loads=push))) for one in (None, specs.MohrCoulomb(cohesion=0.0)))
+    dry, law = (
+        solve_scene(check(cubes(one, loads=push)))
+        for one in (None, specs.law_record("mohr_coulomb", cohesion=0.0))
+    )
     assert dry.march.state.joints is None
     np.testing.assert_array_equal(dry.march.state.reaction, law.march.state.reaction)
 
@@ -124,7 +128,7 @@ def test_what_laws_do_not_go_with():
 
 
 def test_parameters_that_contradict_each_other():
-    law = specs.Bilinear(
+    law = specs.law_record("bilinear",
         normal_stiffness=1e9, tangential_stiffness=1e9, normal_strength=1e6, tangential_strength=1e6,
         normal_energy=1.0, tangential_energy=1.0,
     )  # fmt: skip
@@ -137,7 +141,7 @@ def stretched(**analysis):
 
     Local snap-back: the compliant joint gives more than the soft branch lets go.
     """
-    compliant = specs.ElasticJoint(normal_stiffness=2.5e8, tangential_stiffness=2.5e8)
+    compliant = specs.law_record("elastic", normal_stiffness=2.5e8, tangential_stiffness=2.5e8)
     peak = np.sqrt(50.0 * 1e10)
     end = 1.5 * (peak / 2.5e8 + peak / 1e10)
     motion = specs.Support(on="top", motion=specs.Motion(displacement=(0.0, 0.0, end)))
@@ -200,7 +204,7 @@ def dropped(law, height, **keys):
 
 def test_a_joint_with_restitution_bounces_once_its_cohesion_is_gone():
     """Faces that meet for the first time in flight are not bonded: c = 0 and dry are the same."""
-    dry, loose = (dropped(law, 0.05) for law in (None, specs.MohrCoulomb(cohesion=0.0)))
+    dry, loose = (dropped(law, 0.05) for law in (None, specs.law_record("mohr_coulomb", cohesion=0.0)))
     np.testing.assert_array_equal(dry, loose)
     landed = int((dry < 1e-3).argmax())
     assert dry[landed + 5 :].max() == pytest.approx(0.64 * 0.05, rel=0.05)
@@ -208,7 +212,7 @@ def test_a_joint_with_restitution_bounces_once_its_cohesion_is_gone():
 
 def test_cohesion_holds_across_a_gap_in_the_velocity_form():
     """Springs let the joint open and stay in force though the contact is open: it swings."""
-    law = specs.ElasticJoint(normal_stiffness=1e7, tangential_stiffness=1e7)
+    law = specs.law_record("elastic", normal_stiffness=1e7, tangential_stiffness=1e7)
     weight, area = 2400.0 * 0.008 * 9.81, AREA
     sag = weight / (1e7 * area)
     period = 2 * np.pi * np.sqrt(2400.0 * 0.008 / (1e7 * area))

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from masonry_fem.analyses.run import solve_scene
 from masonry_fem.scene import check, specs
 from masonry_fem.scene import laws as records
+from masonry_fem.structures.block import BlockStructure
 
 SIZE = (0.3, 0.2)
 STIFFNESS = {"normal_stiffness": 2e9, "tangential_stiffness": 1e9}
@@ -17,14 +18,16 @@ FRACTURE = STIFFNESS | {"normal_strength": 1e5, "tangential_strength": 1.5e5,
                         "normal_energy": 20.0, "tangential_energy": 60.0}  # fmt: skip
 JOINTS = {
     "dry": specs.Joint(),
-    "mohr_coulomb": specs.Joint(law=specs.MohrCoulomb(cohesion=1e5, critical_slip=1e-4)),
-    "elastic": specs.Joint(law=specs.ElasticJoint(**STIFFNESS)),
-    "fremond_cangemi": specs.Joint(law=specs.FremondCangemi(**STIFFNESS, energy=5.0, gradient=1e-3)),
-    "monerie_acary": specs.Joint(law=records.MonerieAcary(**FRACTURE, residual=0.2)),
-    "bilinear": specs.Joint(law=specs.Bilinear(**FRACTURE, friction_mode="damage")),
-    "exponential": specs.Joint(law=records.Exponential(**FRACTURE), dynamic_friction=0.4),
+    "mohr_coulomb": specs.Joint(law=specs.law_record("mohr_coulomb", cohesion=1e5, critical_slip=1e-4)),
+    "elastic": specs.Joint(law=specs.law_record("elastic", **STIFFNESS)),
+    "fremond_cangemi": specs.Joint(
+        law=specs.law_record("fremond_cangemi", **STIFFNESS, energy=5.0, gradient=1e-3)
+    ),
+    "monerie_acary": specs.Joint(law=records.law_record("monerie_acary", **FRACTURE, residual=0.2)),
+    "bilinear": specs.Joint(law=specs.law_record("bilinear", **FRACTURE, friction_mode="damage")),
+    "exponential": specs.Joint(law=records.law_record("exponential", **FRACTURE), dynamic_friction=0.4),
     "mortar": specs.Joint(
-        law=records.Bilinear(**FRACTURE),
+        law=records.law_record("bilinear", **FRACTURE),
         mortar=specs.Mortar(**STIFFNESS, crushing=4e4, hardening=1e9),
     ),
     "dilatancy": specs.Joint(dilatancy=specs.Dilatancy(tangent=0.2, bound=1e-4)),
@@ -39,7 +42,7 @@ def sheared(joint, angle):
         return (float(cosine * x - sine * y), float(sine * x + cosine * y))
 
     blocks = tuple(
-        specs.BlockStructure(
+        BlockStructure(
             name=name,
             material="stone",
             size=SIZE,
@@ -55,7 +58,7 @@ def sheared(joint, angle):
         fidelity="rigid",
         materials={"stone": specs.Material(density=2000.0)},
         structures=blocks,
-        joints=(joint, specs.Joint(between=("top", "mid"), law=specs.ElasticJoint(**STIFFNESS),
+        joints=(joint, specs.Joint(between=("top", "mid"), law=specs.law_record("elastic", **STIFFNESS),
                                    mortar=specs.Mortar(**STIFFNESS), friction=1.5)),
         supports=(specs.Support(on="top", motion=motion),),
         loads=specs.Loads(gravity=turned(0.0, -10.0)),

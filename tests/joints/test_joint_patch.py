@@ -6,21 +6,24 @@ import pytest
 from masonry_fem.analyses.run import solve_scene
 from masonry_fem.scene import check, specs
 from masonry_fem.scene import laws as records
+from masonry_fem.structures.block import BlockStructure
 
 PULL, YOUNG, HEIGHT = 2e5, 1e10, 0.4
 STIFFNESS = {"normal_stiffness": 1e18, "tangential_stiffness": 1e18}
 WHOLE = STIFFNESS | {"normal_strength": 1e12, "tangential_strength": 1e12,
                      "normal_energy": 1e12, "tangential_energy": 1e12}  # fmt: skip
 BONDED = {
-    "constant_threshold": specs.ConstantThreshold(strength=1e9),
-    "mohr_coulomb": specs.MohrCoulomb(cohesion=1e9),
-    "elastic": specs.ElasticJoint(**STIFFNESS),
-    "elastic_brittle": specs.ElasticBrittle(**STIFFNESS, normal_strength=1e12, tangential_strength=1e12),
-    "fremond_cangemi": specs.FremondCangemi(**STIFFNESS, energy=1e12),
-    "monerie_acary": records.MonerieAcary(**WHOLE),
-    "bilinear": specs.Bilinear(**WHOLE),
-    "exponential": records.Exponential(**WHOLE),
-    "trapezoidal": records.Trapezoidal(**WHOLE),
+    "constant_threshold": specs.law_record("constant_threshold", strength=1e9),
+    "mohr_coulomb": specs.law_record("mohr_coulomb", cohesion=1e9),
+    "elastic": specs.law_record("elastic", **STIFFNESS),
+    "elastic_brittle": specs.law_record(
+        "elastic_brittle", **STIFFNESS, normal_strength=1e12, tangential_strength=1e12
+    ),
+    "fremond_cangemi": specs.law_record("fremond_cangemi", **STIFFNESS, energy=1e12),
+    "monerie_acary": records.law_record("monerie_acary", **WHOLE),
+    "bilinear": specs.law_record("bilinear", **WHOLE),
+    "exponential": records.law_record("exponential", **WHOLE),
+    "trapezoidal": records.law_record("trapezoidal", **WHOLE),
 }
 
 
@@ -30,7 +33,7 @@ def test_a_uniform_pull_stays_uniform(kind, dimension):
     """Two blocks hang on their joint; Poisson's ratio narrows them as it does a bar of one piece."""
     plane = dimension - 1
     blocks = tuple(
-        specs.BlockStructure(
+        BlockStructure(
             name=name,
             material="stone",
             size=(0.3,) * plane + (HEIGHT,),

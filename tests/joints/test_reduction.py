@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from masonry_fem.joints import Assignment
+from masonry_fem.joints import Assignment, Bed, MohrCoulomb
 from masonry_fem.nscd import graphs
 from masonry_fem.nscd.local import solve_contact
 from tests.joints.samples import SAMPLES
@@ -63,7 +63,7 @@ def test_folded_sweeps_solve_the_unfolded_problem(law, dimension):
 
 def test_dense_fold_is_the_local_one_for_a_single_contact():
     """(I + h W B)⁻¹ W of all contacts at once, for solvers that fold globally."""
-    law = SAMPLES[18]
+    law = Bed(MohrCoulomb(cohesion=0.2e6, friction=0.7), 2e10, 1e10)
     joints = Assignment(((law, np.arange(1)),))
     state = joints.initial(1, 3)
     reduction = joints.reduce(state, np.zeros((1, 3)), np.array([0.1]), STEP)

@@ -12,7 +12,9 @@ from masonry_fem.build import build
 from masonry_fem.limit import LimitProblem, group_forces, limit_problem
 from masonry_fem.march.model import Model
 from masonry_fem.scene import check
-from masonry_fem.scene.specs import ArchStructure, Joint, Loads, Material, Scene, StackStructure
+from masonry_fem.scene.specs import Joint, Loads, Material, Scene
+from masonry_fem.structures.arch import ArchStructure
+from masonry_fem.structures.stack import StackStructure
 
 G = 9.81
 STONE = Material(density=2400.0)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from masonry_fem.limit import Mechanism, admissible, collapse_multiplier
-from masonry_fem.scene.specs import Joint, WallStructure
+from masonry_fem.scene.specs import Joint
+from masonry_fem.structures.wall import WallStructure
 from tests.limit.scenes import G, accelerated, arch, number, problem, scene
 
 

@@ -24,16 +24,11 @@ from masonry_fem.limit.conic import maximise_cones
 from masonry_fem.limit.linear import maximise_plane
 from masonry_fem.limit.program import Program, judged
 from masonry_fem.nscd.graphs import lengths
-from masonry_fem.scene.specs import (
-    ArchStructure,
-    BlockStructure,
-    Joint,
-    Loads,
-    Material,
-    Scene,
-    StackStructure,
-    WallStructure,
-)
+from masonry_fem.scene.specs import Joint, Loads, Material, Scene
+from masonry_fem.structures.arch import ArchStructure
+from masonry_fem.structures.block import BlockStructure
+from masonry_fem.structures.stack import StackStructure
+from masonry_fem.structures.wall import WallStructure
 from tests.limit.scenes import GAMMA, G, accelerated, arch, column, number, problem, pushed, scene, weight
 
 BLOCK = {2: (1.0, 2.0), 3: (1.0, 1.0, 2.0)}

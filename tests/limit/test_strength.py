@@ -12,18 +12,8 @@ from masonry_fem.build import build
 from masonry_fem.errors import LawError
 from masonry_fem.limit import admissible, collapse_multiplier
 from masonry_fem.limit.strength import strength_of
-from masonry_fem.scene.specs import (
-    Bilinear,
-    ConstantThreshold,
-    Dilatancy,
-    ElasticJoint,
-    Joint,
-    Loads,
-    MohrCoulomb,
-    Mortar,
-    Scene,
-    StackStructure,
-)
+from masonry_fem.scene.specs import Dilatancy, Joint, Loads, Mortar, Scene, law_record
+from masonry_fem.structures.stack import StackStructure
 from tests.limit.scenes import GAMMA, accelerated, problem, pushed, scene, weight
 
 SIZE = {2: (1.0, 2.0), 3: (1.0, 1.0, 2.0)}
@@ -39,7 +29,7 @@ def glued(dimension: int = 2, **joint: Any) -> Scene:
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("cut", [None, 0.2 * GAMMA, 1e-3])
 def test_pull_takes_weight_and_tension(dimension: int, cut: float | None) -> None:
-    law = MohrCoulomb(cohesion=COHESION, tension_strength=cut)
+    law = law_record("mohr_coulomb", cohesion=COHESION, tension_strength=cut)
     up = (0.0,) * (dimension - 1) + (1.0,)
     made = problem(glued(dimension, law=law), pushed("p.b1", up))
     strength = COHESION / MU if cut is None else cut
@@ -50,7 +40,7 @@ def test_pull_takes_weight_and_tension(dimension: int, cut: float | None) -> Non
 @pytest.mark.parametrize("cut", [None, 0.2 * GAMMA])
 def test_shear_takes_cohesion_and_friction(dimension: int, cut: float | None) -> None:
     """Pushed at the foot, so low that it cannot tip: c A + μ W."""
-    law = MohrCoulomb(cohesion=COHESION, tension_strength=cut)
+    law = law_record("mohr_coulomb", cohesion=COHESION, tension_strength=cut)
     along = (1.0,) + (0.0,) * (dimension - 1)
     foot = (0.0,) + (0.5,) * (dimension - 2) + (0.0,)
     made = problem(glued(dimension, law=law), pushed("p.b1", along, foot))
@@ -62,14 +52,14 @@ def test_shear_takes_cohesion_and_friction(dimension: int, cut: float | None) ->
 def test_tipping_takes_tension_at_the_heel() -> None:
     """Points at both ends of the joint with half of its area each: F·2 = W/2 + t/2 (b = 1, h = 2)."""
     tension = 0.1 * GAMMA
-    law = MohrCoulomb(cohesion=GAMMA, tension_strength=tension)
+    law = law_record("mohr_coulomb", cohesion=GAMMA, tension_strength=tension)
     made = problem(glued(law=law, friction=5.0), pushed("p.b1", (1.0, 0.0), (0.0, 2.0)))
     found = collapse_multiplier(made)
     assert found.multiplier == pytest.approx((weight(made) + tension) / 4, rel=1e-8)
 
 
 def test_a_hanging_block_shows_the_share_that_glue_carries() -> None:
-    law = ConstantThreshold(strength=0.5 * GAMMA)
+    law = law_record("constant_threshold", strength=0.5 * GAMMA)
     lifted = glued(law=law, friction=1.0)
     upwards = Loads(gravity=(0.0, 9.81))  # as if it hung from its ground
     made = problem(scene(*lifted.structures, joints=lifted.joints, loads=upwards))
@@ -81,7 +71,7 @@ def test_a_hanging_block_shows_the_share_that_glue_carries() -> None:
 
 def test_cohesion_does_not_bear_without_limit() -> None:
     """Growing without limit is what friction alone carries; glue carries a little."""
-    made = problem(glued(law=MohrCoulomb(cohesion=COHESION)), accelerated(1.0, 0.0))
+    made = problem(glued(law=law_record("mohr_coulomb", cohesion=COHESION)), accelerated(1.0, 0.0))
     assert np.isfinite(collapse_multiplier(made).multiplier)
 
 
@@ -90,7 +80,7 @@ def test_cohesion_does_not_bear_without_limit() -> None:
     [
         {"mortar": Mortar(normal_stiffness=1e10, tangential_stiffness=4e9)},
         {"dilatancy": Dilatancy(tangent=0.1, bound=1e-3)},
-        {"law": MohrCoulomb(cohesion=0.0), "dynamic_friction": 0.5},
+        {"law": law_record("mohr_coulomb", cohesion=0.0), "dynamic_friction": 0.5},
     ],
 )
 def test_what_stands_around_a_law_changes_nothing(joint: dict[str, Any]) -> None:
@@ -103,9 +93,10 @@ def test_what_stands_around_a_law_changes_nothing(joint: dict[str, Any]) -> None
 @pytest.mark.parametrize(
     ("joint", "named"),
     [
-        ({"law": ElasticJoint(normal_stiffness=1e10, tangential_stiffness=1e10)}, "elastic"),
+        ({"law": law_record("elastic", normal_stiffness=1e10, tangential_stiffness=1e10)}, "elastic"),
         (
-            {"law": Bilinear(normal_stiffness=1e11, tangential_stiffness=1e11, normal_strength=1e5,
+            {"law": law_record("bilinear",
+                             normal_stiffness=1e11, tangential_stiffness=1e11, normal_strength=1e5,
                              tangential_strength=1e5, normal_energy=50.0, tangential_energy=50.0)},
             "bilinear",
         ),

@@ -9,7 +9,6 @@ import pytest
 
 from masonry_fem.analyses.run import RunResult
 from masonry_fem.scene.specs import (
-    BlockStructure,
     Contact,
     Dynamics,
     Equilibrium,
@@ -26,6 +25,7 @@ from masonry_fem.scene.specs import (
     Support,
     Table,
 )
+from masonry_fem.structures.block import BlockStructure
 from tests.validation.scenes import G, solved
 
 DENSITY, YOUNG, LENGTH, THICK = 2400.0, 1e9, 2.0, 0.2

@@ -11,12 +11,8 @@ from masonry_fem.analyses.run import RunResult
 from masonry_fem.bodies.rotation import exponential
 from masonry_fem.march import step as stepping
 from masonry_fem.scene.specs import (
-    ArchStructure,
-    BlockStructure,
     Contact,
     Dynamics,
-    ElasticJoint,
-    FremondCangemi,
     Joint,
     Loads,
     MeshSettings,
@@ -25,8 +21,11 @@ from masonry_fem.scene.specs import (
     Statics,
     Support,
     Table,
-    WallStructure,
+    law_record,
 )
+from masonry_fem.structures.arch import ArchStructure
+from masonry_fem.structures.block import BlockStructure
+from masonry_fem.structures.wall import WallStructure
 from tests.validation.scenes import G, solved
 
 EVENLY = Table(points=((0.0, 0.0), (1.0, 1.0)))
@@ -341,8 +340,8 @@ def unbalanced_of(result: RunResult) -> float:
 @pytest.mark.parametrize(
     "law",
     [
-        ElasticJoint(normal_stiffness=1e9, tangential_stiffness=1e9),
-        FremondCangemi(normal_stiffness=1e10, tangential_stiffness=1e10, energy=2.0),
+        law_record("elastic", normal_stiffness=1e9, tangential_stiffness=1e9),
+        law_record("fremond_cangemi", normal_stiffness=1e10, tangential_stiffness=1e10, energy=2.0),
     ],
     ids=["elastic", "adhesion"],
 )

@@ -7,6 +7,8 @@ import math
 import pytest
 
 from masonry_fem.scene import specs
+from masonry_fem.structures.block import BlockStructure
+from masonry_fem.structures.stack import StackStructure
 from tests.validation.scenes import G, solved
 
 LOST = ("dissipation", "viscosity", "impact_normal", "impact_tangential")
@@ -42,7 +44,7 @@ def moved(on: str, vector: tuple[float, float], components=None) -> specs.Suppor
 
 def test_a_moved_face_whose_nodes_are_contacts_gives_the_work_that_is_spent():
     """The face's lower node lies on the ground: its friction is overcome by the face, and by nothing else."""
-    stone = specs.StackStructure(name="st", material="stone", size=(1.0, 0.5), count=1)
+    stone = StackStructure(name="st", material="stone", size=(1.0, 0.5), count=1)
     push = moved("st.b1/left", (1e-4, 0.0), components=("x",))
     result = brick(fidelity="elastic", structures=(stone,), supports=(push,))
     told = ledger(result)
@@ -54,7 +56,7 @@ def test_a_moved_face_whose_nodes_are_contacts_gives_the_work_that_is_spent():
 
 def test_work_of_a_clamped_face_is_that_of_its_support():
     """A block pressed by δ between its faces stores half of the end force times δ."""
-    stone = specs.BlockStructure(name="b", material="stone", size=(1.0, 1.0))
+    stone = BlockStructure(name="b", material="stone", size=(1.0, 1.0))
     supports = (specs.Support(on="b/bottom"), moved("b/top", (0.0, -1e-4)))
     result = brick(
         fidelity="elastic", structures=(stone,), supports=supports, loads=specs.Loads(gravity=(0.0, 0.0))
@@ -73,8 +75,8 @@ def test_what_an_impact_takes_is_told_by_direction(restitution):
     In one step of the velocity form the fall is stopped, or turned into e times its speed, and the cube held.
     """
     height, speed = 0.05, 2.0
-    stone = specs.BlockStructure(name="b", material="stone", size=(1.0, 0.02), position=(0.0, height))
-    floor = specs.BlockStructure(
+    stone = BlockStructure(name="b", material="stone", size=(1.0, 0.02), position=(0.0, height))
+    floor = BlockStructure(
         name="floor", material="stone", size=(9.0, 1.0), position=(-4.0, -1.0), support=True
     )
     result = brick(
@@ -99,7 +101,7 @@ def test_what_an_impact_takes_is_told_by_direction(restitution):
 
 def test_velocities_that_are_set_to_zero_between_steps_are_damping():
     """Of two stones the upper one is shoved, in a march that takes velocities away: all is lost."""
-    stone = specs.StackStructure(name="st", material="stone", size=(1.0, 0.5), count=2)
+    stone = StackStructure(name="st", material="stone", size=(1.0, 0.5), count=2)
     result = brick(
         fidelity="rigid",
         structures=(stone,),
@@ -123,10 +125,10 @@ def test_a_rocking_block_loses_what_housner_says_in_its_first_impact():
     result = brick(
         fidelity="rigid",
         structures=(
-            specs.BlockStructure(
+            BlockStructure(
                 name="ground", material="stone", size=(4.0, 0.5), position=(-2.0, -0.5), support=True
             ),
-            specs.BlockStructure(
+            BlockStructure(
                 name="post", material="stone", size=(0.5, 2.0), rotation=math.degrees(0.5 * slope)
             ),
         ),
@@ -147,7 +149,7 @@ def test_a_rocking_block_loses_what_housner_says_in_its_first_impact():
 def test_a_shaken_stack_takes_the_work_that_its_support_gives(dimension: int):
     """A support that swings: its way in a step is not what its velocities at both ends say, to (ωh)²/12."""
     swing = specs.Motion(displacement=(0.08, *(0.0,) * (dimension - 1)), time=specs.Sine(frequency=2.0))
-    stack = specs.StackStructure(name="s", material="stone", size=(0.3,) * (dimension - 1) + (0.5,), count=3)
+    stack = StackStructure(name="s", material="stone", size=(0.3,) * (dimension - 1) + (0.5,), count=3)
     result = solved(
         dimension=dimension,
         fidelity="rigid",

@@ -3,17 +3,9 @@
 import numpy as np
 import pytest
 
-from masonry_fem.scene.specs import (
-    ArchStructure,
-    BlockStructure,
-    Contact,
-    Equilibrium,
-    Joint,
-    Loads,
-    Motion,
-    Support,
-    Table,
-)
+from masonry_fem.scene.specs import Contact, Equilibrium, Joint, Loads, Motion, Support, Table
+from masonry_fem.structures.arch import ArchStructure
+from masonry_fem.structures.block import BlockStructure
 from tests.validation.scenes import G, solved
 
 TILT = np.radians(1.0)

@@ -15,7 +15,9 @@ from masonry_fem.march.mechanism import Mechanism, recognise
 from masonry_fem.march.model import Model
 from masonry_fem.march.motion import BlockMotion, PointMotion
 from masonry_fem.scene import check
-from masonry_fem.scene.specs import Loads, Material, Scene, StackStructure, WallStructure
+from masonry_fem.scene.specs import Loads, Material, Scene
+from masonry_fem.structures.stack import StackStructure
+from masonry_fem.structures.wall import WallStructure
 
 
 def model_of(structure, dimension: int = 2) -> Model:

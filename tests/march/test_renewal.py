@@ -11,20 +11,20 @@ from masonry_fem.analyses.run import run
 from masonry_fem.bodies.base import by_block
 from masonry_fem.errors import SceneError
 from masonry_fem.scene.specs import (
-    BlockStructure,
     Contact,
     Dynamics,
     Initial,
     Joint,
     Loads,
     Material,
-    MohrCoulomb,
     Scatter,
     Scene,
     Solver,
-    StackStructure,
     Statics,
+    law_record,
 )
+from masonry_fem.structures.block import BlockStructure
+from masonry_fem.structures.stack import StackStructure
 from tests.validation.scenes import STONE, solved
 from tests.validation.tape import Tape, taped
 
@@ -224,12 +224,19 @@ def test_reactions_go_over_from_old_contacts_to_new() -> None:
 
 def test_mortar_holds_its_contacts_and_new_ones_have_none() -> None:
     """A block glued to a wall hangs there; one that falls on it is not glued to it."""
-    glued = Joint(law=MohrCoulomb(cohesion=1e6, tension_strength=5e5), friction=0.6, between=("wall", "held"))
+    glued = Joint(
+        law=law_record("mohr_coulomb", cohesion=1e6, tension_strength=5e5),
+        friction=0.6,
+        between=("wall", "held"),
+    )
     tape, made = rigid(
         block("wall", (0.5, 3.0), (-0.5, 0.0), support=True),
         block("held", (0.5, 0.5), (0.0, 1.0)),
         block("falls", (0.2, 0.2), (0.1, 1.8)),
-        joints=(Joint(friction=0.6, law=MohrCoulomb(cohesion=1e5, tension_strength=5e4)), glued),
+        joints=(
+            Joint(friction=0.6, law=law_record("mohr_coulomb", cohesion=1e5, tension_strength=5e4)),
+            glued,
+        ),
         duration=0.5,
         every=2,
     )

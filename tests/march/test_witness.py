@@ -8,8 +8,6 @@ import pytest
 from masonry_fem.analyses.run import RunResult
 from masonry_fem.march.acting import contact_wrenches, imbalance
 from masonry_fem.scene.specs import (
-    ArchStructure,
-    BlockStructure,
     Contact,
     Dynamics,
     Initial,
@@ -17,12 +15,14 @@ from masonry_fem.scene.specs import (
     Loads,
     MeshSettings,
     Motion,
-    StackStructure,
     Statics,
     Support,
     Table,
     Traction,
 )
+from masonry_fem.structures.arch import ArchStructure
+from masonry_fem.structures.block import BlockStructure
+from masonry_fem.structures.stack import StackStructure
 from tests.validation.scenes import G, solved
 
 

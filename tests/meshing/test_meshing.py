@@ -8,10 +8,11 @@ import pytest
 from masonry_fem.fem.lagrange import lagrange, quadrature
 from masonry_fem.meshing.cells import corner_count
 from masonry_fem.meshing.mesher import mesh_shape
-from masonry_fem.scene.specs import ArchStructure, MeshSettings
+from masonry_fem.scene.specs import MeshSettings
 from masonry_fem.solid.assembly import Shape
 from masonry_fem.solid.mesh import FACET_OF, NODES_OF, Mesh
 from masonry_fem.solid.polytope import Polytope
+from masonry_fem.structures.arch import ArchStructure
 from masonry_fem.structures.arch import build as build_arch
 
 ELEMENTS = ("Q1", "P1", "Q2", "P2")

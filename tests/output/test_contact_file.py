@@ -19,11 +19,11 @@ from masonry_fem.scene.specs import (
     Motion,
     Output,
     Scene,
-    StackStructure,
     Statics,
     Support,
     Table,
 )
+from masonry_fem.structures.stack import StackStructure
 
 
 def saved(tmp_path, analysis, **keys):

@@ -7,17 +7,9 @@ import numpy as np
 import pytest
 
 from masonry_fem.analyses.run import run, solve_scene
-from masonry_fem.scene.specs import (
-    ArchStructure,
-    Joint,
-    Loads,
-    Material,
-    MeshSettings,
-    Output,
-    Scene,
-    StackStructure,
-    Statics,
-)
+from masonry_fem.scene.specs import Joint, Loads, Material, MeshSettings, Output, Scene, Statics
+from masonry_fem.structures.arch import ArchStructure
+from masonry_fem.structures.stack import StackStructure
 
 STONE = {"stone": Material(density=2000.0, young=1e9)}
 

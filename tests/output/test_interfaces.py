@@ -23,10 +23,8 @@ from masonry_fem.output.interfaces import (
     interface_forces,
 )
 from masonry_fem.scene.specs import (
-    BlockStructure,
     Contact,
     Dynamics,
-    ElasticBrittle,
     Joint,
     Loads,
     MeshSettings,
@@ -34,11 +32,13 @@ from masonry_fem.scene.specs import (
     Output,
     PointForce,
     Scene,
-    StackStructure,
     Statics,
     Support,
-    WallStructure,
+    law_record,
 )
+from masonry_fem.structures.block import BlockStructure
+from masonry_fem.structures.stack import StackStructure
+from masonry_fem.structures.wall import WallStructure
 from tests.validation.scenes import STONE, G, rigid_arch, solved
 from tests.validation.test_a6_5_floor_rotation import THETA, B, lowered
 
@@ -304,7 +304,7 @@ def test_cohesion_that_pulls_is_held():
         joints=(
             Joint(
                 friction=0.5,
-                law=ElasticBrittle(
+                law=law_record("elastic_brittle",
                     normal_stiffness=1e11, tangential_stiffness=1e11, normal_strength=1e6,
                     tangential_strength=1e6,
                 ),

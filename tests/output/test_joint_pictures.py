@@ -19,7 +19,6 @@ from masonry_fem.output.scenery import Scenery
 from masonry_fem.output.thrust import thrust_segments
 from masonry_fem.scene import check
 from masonry_fem.scene.specs import (
-    BlockStructure,
     Cut,
     Joint,
     Loads,
@@ -28,12 +27,13 @@ from masonry_fem.scene.specs import (
     Motion,
     Output,
     Scene,
-    StackStructure,
     Statics,
     Support,
     Traction,
-    WallStructure,
 )
+from masonry_fem.structures.block import BlockStructure
+from masonry_fem.structures.stack import StackStructure
+from masonry_fem.structures.wall import WallStructure
 from tests.validation.scenes import STONE, G, rigid_arch, solved
 
 pv = pytest.importorskip("pyvista")

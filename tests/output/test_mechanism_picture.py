@@ -14,7 +14,8 @@ from masonry_fem.analyses.run import run
 from masonry_fem.output.mechanism_picture import FIXED, PART_COLOURS, SLIDING, draw_mechanism
 from masonry_fem.output.render import can_render
 from masonry_fem.output.scenery import Scenery
-from masonry_fem.scene.specs import Acceleration, Joint, Loads, Material, Output, Scene, WallStructure
+from masonry_fem.scene.specs import Acceleration, Joint, Loads, Material, Output, Scene
+from masonry_fem.structures.wall import WallStructure
 
 pytestmark = pytest.mark.skipif(not can_render(), reason="this machine cannot draw")
 

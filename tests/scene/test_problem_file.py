@@ -13,6 +13,7 @@ from masonry_fem.analyses.run import solve_scene
 from masonry_fem.errors import MasonryError, SceneError
 from masonry_fem.scene import check, specs
 from masonry_fem.solid.polytope import Polytope
+from masonry_fem.structures.file import FileStructure
 
 STONE = {"stone": specs.Material(density=2000.0)}
 
@@ -51,7 +52,7 @@ def problem(**conditions: Any) -> dict[str, Any]:
 
 def scene(folder: Path, record: Any, keys: dict[str, Any] | None = None, **others: Any) -> specs.Scene:
     (folder / "p.json").write_text(json.dumps(record))
-    file = specs.FileStructure(name="p", material="stone", path="p.json", **keys or {})
+    file = FileStructure(name="p", material="stone", path="p.json", **keys or {})
     return specs.Scene(fidelity="rigid", materials=STONE, structures=(file,), **others)
 
 
@@ -145,7 +146,7 @@ def test_what_cannot_be_read_is_said(tmp_path: Path, conditions: dict[str, Any],
 def test_barrel_of_compas_dem(shared_data: Path) -> None:
     """121 blocks, 26 of them held, μ .5, 80 156.4 N (its README)."""
     path = shared_data / "compas" / "dem_barrel_problem.json"
-    file = specs.FileStructure(name="v", material="stone", path=str(path))
+    file = FileStructure(name="v", material="stone", path=str(path))
     given = specs.Scene(
         fidelity="rigid", materials=STONE, structures=(file,), loads=specs.Loads(gravity=(0.0, 0.0, -9.81))
     )
@@ -170,7 +171,7 @@ def test_a_file_that_is_no_json_is_told_by_its_reader(tmp_path: Path) -> None:
 def two_problems(folder: Path, first: Any, second: Any, **others: Any) -> specs.Scene:
     one = scene(folder, first, **others)
     (folder / "q.json").write_text(json.dumps(second))
-    file = specs.FileStructure(name="q", material="stone", path="q.json")
+    file = FileStructure(name="q", material="stone", path="q.json")
     return replace(one, structures=(*one.structures, file))
 
 

@@ -8,17 +8,10 @@ import pytest
 
 from masonry_fem.errors import SceneError
 from masonry_fem.scene import check, load, loads
-from masonry_fem.scene.specs import (
-    ArchStructure,
-    BlockStructure,
-    Joint,
-    Loads,
-    Material,
-    Motion,
-    Scene,
-    Support,
-)
+from masonry_fem.scene.specs import Joint, Loads, Material, Motion, Scene, Support
 from masonry_fem.structures import kinds
+from masonry_fem.structures.arch import ArchStructure
+from masonry_fem.structures.block import BlockStructure
 
 KINDS = ", ".join(map(repr, kinds()))
 

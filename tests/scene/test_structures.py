@@ -6,15 +6,13 @@ import pytest
 
 from masonry_fem.scene import load as load_scene
 from masonry_fem.scene import loads, save
-from masonry_fem.scene.specs import (
-    ButtressStructure,
-    ColumnStructure,
-    CorbelStructure,
-    Opening,
-    RubbleStructure,
-    StaircaseStructure,
-    WallStructure,
-)
+from masonry_fem.scene.specs import Opening
+from masonry_fem.structures.buttress import ButtressStructure
+from masonry_fem.structures.column import ColumnStructure
+from masonry_fem.structures.corbel import CorbelStructure
+from masonry_fem.structures.rubble import RubbleStructure
+from masonry_fem.structures.staircase import StaircaseStructure
+from masonry_fem.structures.wall import WallStructure
 
 TEXT = """
 fidelity = "rigid"

@@ -21,23 +21,23 @@ from masonry_fem.meshing.mesher import mesh_shape
 from masonry_fem.scene import check
 from masonry_fem.scene.specs import (
     AnyStructure,
-    ArchStructure,
-    CatenaryArchStructure,
-    EllipticalArchStructure,
     Equilibrium,
-    FlatArchStructure,
     Joint,
     Loads,
     Material,
     MeshSettings,
-    PointedArchStructure,
     Scene,
     Solver,
     Statics,
 )
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.structures import build_structure
+from masonry_fem.structures.arch import ArchStructure
+from masonry_fem.structures.catenary_arch import CatenaryArchStructure
+from masonry_fem.structures.elliptical_arch import EllipticalArchStructure
+from masonry_fem.structures.flat_arch import FlatArchStructure
 from masonry_fem.structures.parts.curve import Catenary, Ellipse, Offset, equal_parts, length
+from masonry_fem.structures.pointed_arch import PointedArchStructure
 from tests.meshing.test_meshing import check as check_mesh
 from tests.meshing.test_meshing import volumes
 

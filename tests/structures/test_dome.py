@@ -11,9 +11,10 @@ import pytest
 from masonry_fem.contact.detection import detect
 from masonry_fem.errors import GeometryError
 from masonry_fem.meshing.mesher import mesh_shape
-from masonry_fem.scene.specs import DomeStructure, MeshSettings
+from masonry_fem.scene.specs import MeshSettings
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.structures import build_structure
+from masonry_fem.structures.dome import DomeStructure
 from tests.meshing.test_meshing import check
 
 

@@ -16,8 +16,6 @@ from masonry_fem.errors import GeometryError, SceneError
 from masonry_fem.meshing.mesher import mesh_shape
 from masonry_fem.scene import check
 from masonry_fem.scene.specs import (
-    DomeStructure,
-    ElasticBrittle,
     Joint,
     Loads,
     Material,
@@ -25,9 +23,11 @@ from masonry_fem.scene.specs import (
     Scene,
     Solver,
     Statics,
+    law_record,
 )
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.structures import build_structure
+from masonry_fem.structures.dome import DomeStructure
 from tests.meshing.test_meshing import check as check_mesh
 from tests.meshing.test_meshing import volumes
 
@@ -210,7 +210,7 @@ def test_a5_4_without_a_tambour_only_cohesion_holds_a_dome_on_piers(
     """Dry stones between the piers fall; brittle joints of 300 kPa carry them, and none breaks."""
     law = None
     if strength is not None:
-        law = ElasticBrittle(
+        law = law_record("elastic_brittle",
             normal_stiffness=1e11, tangential_stiffness=1e11, normal_strength=strength,
             tangential_strength=2 * strength,
         )  # fmt: skip

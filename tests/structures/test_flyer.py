@@ -19,19 +19,19 @@ from masonry_fem.scene import check
 from masonry_fem.scene.specs import (
     AnyStructure,
     Equilibrium,
-    FlyingButtressStructure,
     Joint,
     Loads,
     Material,
     MeshSettings,
-    PortalStructure,
     Scene,
     Solver,
-    StackStructure,
     Statics,
 )
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.structures import assemble, build_structure
+from masonry_fem.structures.flying_buttress import FlyingButtressStructure
+from masonry_fem.structures.portal import PortalStructure
+from masonry_fem.structures.stack import StackStructure
 from tests.meshing.test_meshing import volumes
 
 G, DENSITY = 9.81, 2000.0

@@ -13,9 +13,6 @@ from masonry_fem.errors import SceneError
 from masonry_fem.scene import check
 from masonry_fem.scene.specs import (
     AnyStructure,
-    ButtressStructure,
-    ColumnStructure,
-    CorbelStructure,
     Equilibrium,
     Joint,
     Loads,
@@ -27,6 +24,9 @@ from masonry_fem.scene.specs import (
 )
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.structures import build_structure
+from masonry_fem.structures.buttress import ButtressStructure
+from masonry_fem.structures.column import ColumnStructure
+from masonry_fem.structures.corbel import CorbelStructure
 from tests.validation.scenes import G, solved
 
 ONE_STEP = Equilibrium(strategy="large_step", step=0.01, max_steps=3, tolerance=1e-6)

@@ -13,9 +13,10 @@ from masonry_fem.contact.detection import detect
 from masonry_fem.contact.overlap import overlapping
 from masonry_fem.errors import SceneError
 from masonry_fem.scene import check
-from masonry_fem.scene.specs import Joint, Loads, Material, MeshSettings, PortalStructure, Scene, Statics
+from masonry_fem.scene.specs import Joint, Loads, Material, MeshSettings, Scene, Statics
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.structures import build_structure
+from masonry_fem.structures.portal import PortalStructure
 from tests.meshing.test_meshing import volumes
 from tests.structures.test_arches import exact_area
 

@@ -14,20 +14,13 @@ from masonry_fem.contact.detection import detect
 from masonry_fem.contact.overlap import overlapping
 from masonry_fem.errors import SceneError
 from masonry_fem.scene import check
-from masonry_fem.scene.specs import (
-    Equilibrium,
-    Joint,
-    Material,
-    MeshSettings,
-    RubbleStructure,
-    Scene,
-    Statics,
-)
+from masonry_fem.scene.specs import Equilibrium, Joint, Material, MeshSettings, Scene, Statics
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.solid.polytope import Polytope
 from masonry_fem.structures import build_structure
 from masonry_fem.structures.parts.healing import _around, _slopes, edge_lengths, healed
 from masonry_fem.structures.parts.voronoi import Tiling
+from masonry_fem.structures.rubble import RubbleStructure
 from tests.validation.scenes import G, solved
 
 SIZE = (1.5, 0.6, 1.0)

@@ -11,16 +11,9 @@ from masonry_fem.contact.detection import detect
 from masonry_fem.contact.overlap import overlapping
 from masonry_fem.errors import SceneError
 from masonry_fem.scene import check
-from masonry_fem.scene.specs import (
-    Equilibrium,
-    Joint,
-    Material,
-    MeshSettings,
-    Scene,
-    StaircaseStructure,
-    Statics,
-)
+from masonry_fem.scene.specs import Equilibrium, Joint, Material, MeshSettings, Scene, Statics
 from masonry_fem.structures import build_structure
+from masonry_fem.structures.staircase import StaircaseStructure
 from tests.validation.scenes import G, solved
 
 ONE_STEP = Equilibrium(strategy="large_step", step=0.01, max_steps=3, tolerance=1e-6)

@@ -9,15 +9,13 @@ import pytest
 
 from masonry_fem.contact.detection import detect
 from masonry_fem.errors import GeometryError, SceneError
-from masonry_fem.scene.specs import (
-    ArchStructure,
-    BlockStructure,
-    MeshSettings,
-    StackStructure,
-    WallStructure,
-)
+from masonry_fem.scene.specs import MeshSettings
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.structures import assemble, build_structure
+from masonry_fem.structures.arch import ArchStructure
+from masonry_fem.structures.block import BlockStructure
+from masonry_fem.structures.stack import StackStructure
+from masonry_fem.structures.wall import WallStructure
 
 
 def built(spec, dimension: int) -> Assembly:

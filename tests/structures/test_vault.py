@@ -15,8 +15,6 @@ from masonry_fem.errors import GeometryError, SceneError
 from masonry_fem.meshing.mesher import mesh_shape
 from masonry_fem.scene import check
 from masonry_fem.scene.specs import (
-    ArchStructure,
-    BarrelVaultStructure,
     Equilibrium,
     Joint,
     Loads,
@@ -28,6 +26,8 @@ from masonry_fem.scene.specs import (
 )
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.structures import build_structure
+from masonry_fem.structures.arch import ArchStructure
+from masonry_fem.structures.barrel_vault import BarrelVaultStructure
 from tests.meshing.test_meshing import check as check_mesh
 
 G, DENSITY = 9.81, 2000.0

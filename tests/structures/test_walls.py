@@ -22,11 +22,11 @@ from masonry_fem.scene.specs import (
     Opening,
     Scene,
     Statics,
-    WallStructure,
 )
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.structures import assemble, build_structure
 from masonry_fem.structures.parts.bond import rows_of
+from masonry_fem.structures.wall import WallStructure
 from tests.validation.scenes import G, solved
 
 L, B, H = 0.4, 0.2, 0.1

@@ -12,9 +12,6 @@ import numpy as np
 from masonry_fem.analyses.run import RunResult, solve_scene
 from masonry_fem.scene.specs import (
     AnyLaw,
-    DomeStructure,
-    ElasticBrittle,
-    ElasticJoint,
     Joint,
     Loads,
     Material,
@@ -25,19 +22,25 @@ from masonry_fem.scene.specs import (
     Statics,
     Support,
     Table,
+    law_record,
 )
+from masonry_fem.structures.dome import DomeStructure
 
 RADIUS, GAMMA, G = 5.0, 20e3, 9.81
 SWEEP = 10.0
 STIFF = 1e13  # springs of bonded joints [N/m³]: they give way 1e-4 of what the stones do
-BONDED = ElasticJoint(normal_stiffness=STIFF, tangential_stiffness=STIFF)
-PLANE = ElasticJoint(normal_stiffness=STIFF, tangential_stiffness=1.0)  # bonded, yet free to slide
+BONDED = law_record("elastic", normal_stiffness=STIFF, tangential_stiffness=STIFF)
+PLANE = law_record("elastic", normal_stiffness=STIFF, tangential_stiffness=1.0)  # bonded, yet free to slide
 
 
-def brittle(strength: float) -> ElasticBrittle:
+def brittle(strength: float) -> AnyLaw:
     """A joint on a plane of symmetry that cracks at ``strength`` [Pa]."""
-    return ElasticBrittle(
-        normal_stiffness=STIFF, tangential_stiffness=1.0, normal_strength=strength, tangential_strength=1e9
+    return law_record(
+        "elastic_brittle",
+        normal_stiffness=STIFF,
+        tangential_stiffness=1.0,
+        normal_strength=strength,
+        tangential_strength=1e9,
     )
 
 

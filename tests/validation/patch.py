@@ -8,7 +8,6 @@ import numpy as np
 
 from masonry_fem.analyses.run import RunResult
 from masonry_fem.scene.specs import (
-    BlockStructure,
     Joint,
     Loads,
     Material,
@@ -18,6 +17,7 @@ from masonry_fem.scene.specs import (
     Support,
     Traction,
 )
+from masonry_fem.structures.block import BlockStructure
 from tests.validation.scenes import solved
 
 P = 1e6  # pressure [Pa]

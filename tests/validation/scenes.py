@@ -7,18 +7,10 @@ from typing import Any
 import numpy as np
 
 from masonry_fem.analyses.run import RunResult, solve_scene
-from masonry_fem.scene.specs import (
-    ArchStructure,
-    Joint,
-    Loads,
-    Material,
-    MeshSettings,
-    Scene,
-    Solver,
-    StackStructure,
-    Statics,
-    WallStructure,
-)
+from masonry_fem.scene.specs import Joint, Loads, Material, MeshSettings, Scene, Solver, Statics
+from masonry_fem.structures.arch import ArchStructure
+from masonry_fem.structures.stack import StackStructure
+from masonry_fem.structures.wall import WallStructure
 
 G = 9.81
 STONE = Material(density=2400.0, young=10e9, poisson=0.2)

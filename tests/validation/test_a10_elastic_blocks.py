@@ -12,7 +12,6 @@ import pytest
 
 from masonry_fem.analyses.run import RunResult
 from masonry_fem.scene.specs import (
-    BlockStructure,
     Damping,
     Equilibrium,
     Joint,
@@ -23,6 +22,7 @@ from masonry_fem.scene.specs import (
     Support,
     Traction,
 )
+from masonry_fem.structures.block import BlockStructure
 from tests.validation.scenes import STONE, low_wall, solved
 
 TOP = (

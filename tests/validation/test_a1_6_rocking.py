@@ -11,8 +11,9 @@ from masonry_fem.build import build, strategy
 from masonry_fem.march.march import march
 from masonry_fem.nscd import SolverSettings
 from masonry_fem.scene import check
-from masonry_fem.scene.specs import BlockStructure, Dynamics, Joint, Loads, Scene
 from masonry_fem.scene.specs import Contact as Reach
+from masonry_fem.scene.specs import Dynamics, Joint, Loads, Scene
+from masonry_fem.structures.block import BlockStructure
 from tests.validation.scenes import STONE, G
 
 ALPHA = float(np.arctan(0.25))

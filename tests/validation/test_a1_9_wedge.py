@@ -10,7 +10,6 @@ import pytest
 
 from masonry_fem.analyses.run import RunResult
 from masonry_fem.scene.specs import (
-    ArchStructure,
     Dynamics,
     Equilibrium,
     Joint,
@@ -19,6 +18,7 @@ from masonry_fem.scene.specs import (
     PointForce,
     Table,
 )
+from masonry_fem.structures.arch import ArchStructure
 from tests.validation.scenes import G, solved
 
 ONE_STEP = Equilibrium(strategy="large_step", step=0.01, max_steps=3, tolerance=1e-9)

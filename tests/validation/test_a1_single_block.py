@@ -12,16 +12,8 @@ from masonry_fem.march.march import march
 from masonry_fem.nscd import SolverSettings
 from masonry_fem.scene import check
 from masonry_fem.scene.specs import Contact as Reach
-from masonry_fem.scene.specs import (
-    Dynamics,
-    Initial,
-    Joint,
-    Loads,
-    PointForce,
-    Probe,
-    Scene,
-    StackStructure,
-)
+from masonry_fem.scene.specs import Dynamics, Initial, Joint, Loads, PointForce, Probe, Scene
+from masonry_fem.structures.stack import StackStructure
 from tests.validation.scenes import STONE, G, cube_on_slope, solved
 
 CRITICAL = {0.5: 26.56505, 0.6: 30.96376, 0.7: 34.99202}

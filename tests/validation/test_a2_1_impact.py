@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from masonry_fem.scene.specs import (
-    BlockStructure,
     Contact,
     Dynamics,
     Initial,
@@ -15,8 +14,9 @@ from masonry_fem.scene.specs import (
     MeshSettings,
     Probe,
     Solver,
-    StackStructure,
 )
+from masonry_fem.structures.block import BlockStructure
+from masonry_fem.structures.stack import StackStructure
 from tests.validation.tape import Tape, taped
 
 # --- A2.1: a bar thrown at a rigid wall ---------------------------------------------------------

@@ -11,17 +11,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from masonry_fem.analyses.run import RunResult
-from masonry_fem.scene.specs import (
-    BlockStructure,
-    FileStructure,
-    Joint,
-    Loads,
-    Material,
-    MeshSettings,
-    Probe,
-    Statics,
-    Traction,
-)
+from masonry_fem.scene.specs import Joint, Loads, Material, MeshSettings, Probe, Statics, Traction
+from masonry_fem.structures.block import BlockStructure
+from masonry_fem.structures.file import FileStructure
 from tests.validation.patch import P, pair, pressed, worst_stress
 from tests.validation.scenes import solved
 

@@ -9,9 +9,7 @@ import pytest
 
 from masonry_fem.analyses.run import RunResult, solve_scene
 from masonry_fem.scene.specs import (
-    BlockStructure,
     Contact,
-    FileStructure,
     Joint,
     Loads,
     MeshSettings,
@@ -20,6 +18,8 @@ from masonry_fem.scene.specs import (
     Support,
     Traction,
 )
+from masonry_fem.structures.block import BlockStructure
+from masonry_fem.structures.file import FileStructure
 from tests.validation.discs import RADIUS, ball_octant, half_discs, line_contact, point_contact
 from tests.validation.scenes import STONE
 

@@ -13,7 +13,6 @@ import pytest
 from masonry_fem.analyses.run import solve_scene
 from masonry_fem.scene.specs import (
     Contact,
-    FileStructure,
     Joint,
     MeshSettings,
     Motion,
@@ -22,6 +21,7 @@ from masonry_fem.scene.specs import (
     Support,
     Table,
 )
+from masonry_fem.structures.file import FileStructure
 from tests.validation.discs import RADIUS, half_discs, line_contact
 from tests.validation.scenes import STONE
 

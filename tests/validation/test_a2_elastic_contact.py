@@ -8,7 +8,6 @@ import pytest
 from masonry_fem.analyses.run import RunResult
 from masonry_fem.scene.specs import (
     Acceleration,
-    BlockStructure,
     Contact,
     Dynamics,
     Equilibrium,
@@ -17,11 +16,12 @@ from masonry_fem.scene.specs import (
     Material,
     MeshSettings,
     Probe,
-    StackStructure,
     Statics,
     Support,
     Traction,
 )
+from masonry_fem.structures.block import BlockStructure
+from masonry_fem.structures.stack import StackStructure
 from tests.validation.scenes import G, solved
 from tests.validation.tape import Tape, taped
 

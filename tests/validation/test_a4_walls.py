@@ -10,7 +10,6 @@ from __future__ import annotations
 import pytest
 
 from masonry_fem.scene.specs import (
-    BlockStructure,
     Equilibrium,
     Joint,
     Loads,
@@ -18,10 +17,11 @@ from masonry_fem.scene.specs import (
     MeshSettings,
     PointForce,
     Solver,
-    StackStructure,
     Statics,
-    WallStructure,
 )
+from masonry_fem.structures.block import BlockStructure
+from masonry_fem.structures.stack import StackStructure
+from masonry_fem.structures.wall import WallStructure
 from tests.validation.scenes import G, solved
 
 ONE_STEP = Equilibrium(strategy="large_step", step=0.01, max_steps=3, tolerance=1e-6)

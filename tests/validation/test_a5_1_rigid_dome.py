@@ -9,7 +9,8 @@ from __future__ import annotations
 import pytest
 
 from masonry_fem.analyses.run import solve_scene
-from masonry_fem.scene.specs import DomeStructure, Joint, Loads, Material, Scene
+from masonry_fem.scene.specs import Joint, Loads, Material, Scene
+from masonry_fem.structures.dome import DomeStructure
 from tests.validation.domes import GAMMA, RADIUS, G, lune, meridian_points, thrust
 
 

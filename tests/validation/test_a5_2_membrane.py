@@ -12,14 +12,8 @@ import numpy as np
 import pytest
 
 from masonry_fem.analyses.run import solve_scene
-from masonry_fem.scene.specs import (
-    DomeStructure,
-    Joint,
-    Loads,
-    Material,
-    MeshSettings,
-    Scene,
-)
+from masonry_fem.scene.specs import Joint, Loads, Material, MeshSettings, Scene
+from masonry_fem.structures.dome import DomeStructure
 from tests.validation.domes import BONDED, GAMMA, PLANE, RADIUS, G, lune, mean_stresses, membrane
 
 THIN = 0.1  # t/R = 0.02

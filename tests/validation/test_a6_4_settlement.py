@@ -10,7 +10,6 @@ import pytest
 
 from masonry_fem.analyses.limit import analyse
 from masonry_fem.scene.specs import (
-    BlockStructure,
     Equilibrium,
     Joint,
     Loads,
@@ -21,6 +20,7 @@ from masonry_fem.scene.specs import (
     Support,
     Table,
 )
+from masonry_fem.structures.block import BlockStructure
 from tests.validation.scenes import STONE, G, solved
 
 SPAN, WIDTH, HEIGHT = 5.0, 1e-3, 0.3

@@ -15,9 +15,6 @@ import pytest
 from masonry_fem.analyses.run import RunResult, solve_scene
 from masonry_fem.scene.specs import (
     AnyLaw,
-    BlockStructure,
-    ConstantThreshold,
-    ElasticBrittle,
     Joint,
     Loads,
     Material,
@@ -29,7 +26,9 @@ from masonry_fem.scene.specs import (
     Statics,
     Support,
     Table,
+    law_record,
 )
+from masonry_fem.structures.block import BlockStructure
 
 B, SPAN, DEPTH, HEIGHT = 0.4, 4.0, 0.2, 1.0
 DENSITY, G = 2400.0, 9.81
@@ -106,8 +105,9 @@ def assert_on_edge(result: RunResult) -> None:
     "law",
     [
         None,
-        ConstantThreshold(strength=0.98 * STRENGTH),
-        ElasticBrittle(
+        law_record("constant_threshold", strength=0.98 * STRENGTH),
+        law_record(
+            "elastic_brittle",
             normal_stiffness=1e13,
             tangential_stiffness=1e13,
             normal_strength=0.9 * STRENGTH,
@@ -121,7 +121,7 @@ def test_a6_5_rigid_slab_turns_on_the_edge(law: AnyLaw | None) -> None:
 
 
 def test_a6_5_a_strong_joint_holds_the_slab_as_a_cantilever() -> None:
-    result = lowered("rigid", ConstantThreshold(strength=1.02 * STRENGTH))
+    result = lowered("rigid", law_record("constant_threshold", strength=1.02 * STRENGTH))
     assert result.outcome == "equilibrium"
     _, gap, _ = on_wall(result)
     assert gap == pytest.approx([0.0, 0.0], abs=1e-10)
@@ -130,7 +130,7 @@ def test_a6_5_a_strong_joint_holds_the_slab_as_a_cantilever() -> None:
 
 
 def test_a6_5_the_joint_opens_where_it_is_broken() -> None:
-    result = lowered("rigid", ConstantThreshold(strength=0.98 * STRENGTH))
+    result = lowered("rigid", law_record("constant_threshold", strength=0.98 * STRENGTH))
     gap, broken = result.march.state.gap, result.march.state.joints.broken
     np.testing.assert_array_equal(broken[gap > 1e-6], True)
     assert (gap > 1e-6).sum() >= 1
@@ -140,8 +140,12 @@ def test_a6_5_the_joint_opens_where_it_is_broken() -> None:
     "law",
     [
         None,
-        ElasticBrittle(
-            normal_stiffness=1e13, tangential_stiffness=1e13, normal_strength=1e5, tangential_strength=1e9
+        law_record(
+            "elastic_brittle",
+            normal_stiffness=1e13,
+            tangential_stiffness=1e13,
+            normal_strength=1e5,
+            tangential_strength=1e9,
         ),
     ],
     ids=["dry", "brittle springs"],

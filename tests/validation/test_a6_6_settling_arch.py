@@ -10,15 +10,8 @@ import numpy as np
 import pytest
 
 from masonry_fem.analyses.limit import analyse
-from masonry_fem.scene.specs import (
-    ArchStructure,
-    Joint,
-    Loads,
-    Motion,
-    Scene,
-    Statics,
-    Support,
-)
+from masonry_fem.scene.specs import Joint, Loads, Motion, Scene, Statics, Support
+from masonry_fem.structures.arch import ArchStructure
 from tests.validation.scenes import STONE, G, rigid_arch
 
 LEAST, GREATEST = 0.488294, 0.511706

@@ -13,20 +13,20 @@ import pytest
 
 from masonry_fem.analyses.run import RunResult
 from masonry_fem.scene.specs import (
-    BlockStructure,
     Equilibrium,
-    FlyingButtressStructure,
     Joint,
     Loads,
     MeshSettings,
     Motion,
     PointForce,
-    PortalStructure,
-    StackStructure,
     Statics,
     Support,
 )
 from masonry_fem.structures import build_structure
+from masonry_fem.structures.block import BlockStructure
+from masonry_fem.structures.flying_buttress import FlyingButtressStructure
+from masonry_fem.structures.portal import PortalStructure
+from masonry_fem.structures.stack import StackStructure
 from tests.structures.test_arches import thrust_bounds
 from tests.validation.scenes import STONE, G, solved
 

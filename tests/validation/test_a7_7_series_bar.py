@@ -16,8 +16,6 @@ from scipy.optimize import brentq
 
 from masonry_fem.analyses.run import RunResult, solve_scene
 from masonry_fem.scene.specs import (
-    BlockStructure,
-    FremondCangemi,
     Joint,
     Material,
     MeshSettings,
@@ -27,7 +25,9 @@ from masonry_fem.scene.specs import (
     Statics,
     Support,
     Table,
+    law_record,
 )
+from masonry_fem.structures.block import BlockStructure
 
 YOUNG, STIFFNESS, ENERGY = 10e9, 1e10, 50.0
 U0 = np.sqrt(ENERGY / STIFFNESS)
@@ -80,7 +80,12 @@ def stretched(length: float, ends: list[float]) -> tuple[RunResult, _Tape]:
         mesh=MeshSettings(divisions=(1, 4)),
         joints=(
             Joint(
-                law=FremondCangemi(normal_stiffness=STIFFNESS, tangential_stiffness=STIFFNESS, energy=ENERGY)
+                law=law_record(
+                    "fremond_cangemi",
+                    normal_stiffness=STIFFNESS,
+                    tangential_stiffness=STIFFNESS,
+                    energy=ENERGY,
+                )
             ),
         ),
         supports=(Support(on="bar/top", motion=Motion(displacement=(0.0, 1.0), time=path)),),

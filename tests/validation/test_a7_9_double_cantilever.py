@@ -23,10 +23,7 @@ import pytest
 from masonry_fem.analyses.run import solve_scene
 from masonry_fem.scene.specs import (
     AnyLaw,
-    Bilinear,
     Contact,
-    FileStructure,
-    FremondCangemi,
     Joint,
     Material,
     MeshSettings,
@@ -36,7 +33,9 @@ from masonry_fem.scene.specs import (
     Statics,
     Support,
     Table,
+    law_record,
 )
+from masonry_fem.structures.file import FileStructure
 
 HEIGHT, YOUNG, ENERGY, STIFFNESS = 0.02, 10e9, 50.0, 1e12
 BENDING = YOUNG * HEIGHT**3 / 12  # EI of an arm 1 m wide [N m²]
@@ -58,7 +57,8 @@ Transfinite Surface {1, 2}; Recombine Surface {1, 2};
 Physical Surface("$name") = {1, 2}; Physical Curve("tip") = {5}; Physical Curve("end") = {7};
 Physical Curve("glue") = {$glued};
 """
-BILINEAR = Bilinear(
+BILINEAR = law_record(
+    "bilinear",
     normal_stiffness=STIFFNESS,
     tangential_stiffness=STIFFNESS,
     normal_strength=2e6,
@@ -66,7 +66,7 @@ BILINEAR = Bilinear(
     normal_energy=ENERGY,
     tangential_energy=ENERGY,
 )
-RCC = FremondCangemi(normal_stiffness=STIFFNESS, tangential_stiffness=STIFFNESS, energy=ENERGY)
+RCC = law_record("fremond_cangemi", normal_stiffness=STIFFNESS, tangential_stiffness=STIFFNESS, energy=ENERGY)
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,18 +15,18 @@ from masonry_fem.analyses.limit import posed
 from masonry_fem.build import build
 from masonry_fem.limit import Collapse, collapse_multiplier
 from masonry_fem.scene.specs import (
-    ArchStructure,
     Equilibrium,
     Joint,
     Loads,
     MeshSettings,
     PointForce,
-    PortalStructure,
     Scene,
-    StackStructure,
     Statics,
-    WallStructure,
 )
+from masonry_fem.structures.arch import ArchStructure
+from masonry_fem.structures.portal import PortalStructure
+from masonry_fem.structures.stack import StackStructure
+from masonry_fem.structures.wall import WallStructure
 from tests.validation.scenes import STONE, G
 
 ONE_STEP = Equilibrium(strategy="large_step", step=0.01, max_steps=3, tolerance=1e-6)

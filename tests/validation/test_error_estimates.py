@@ -15,7 +15,9 @@ import pytest
 
 from masonry_fem.analyses.run import RunResult
 from masonry_fem.output.stress_error import BlockErrors, block_errors
-from masonry_fem.scene.specs import ArchStructure, Joint, Loads, MeshSettings, Traction, WallStructure
+from masonry_fem.scene.specs import Joint, Loads, MeshSettings, Traction
+from masonry_fem.structures.arch import ArchStructure
+from masonry_fem.structures.wall import WallStructure
 from tests.validation.scenes import low_wall, solved
 from tests.validation.test_a10_elastic_blocks import two_cubes
 from tests.validation.true_error import true_squares

@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from masonry_fem.limit import LimitProblem, admissible, interval, support_resultant
-from masonry_fem.scene.specs import DomeStructure, Joint, Scene
+from masonry_fem.scene.specs import Joint, Scene
+from masonry_fem.structures.dome import DomeStructure
 from tests.limit.scenes import GAMMA, number, problem, scene
 
 EYE = 1e-2  # oculus [deg]: joints then lie at equal angles from the springing to the crown

@@ -18,14 +18,11 @@ from masonry_fem.limit import (
     limit_problem,
     support_resultant,
 )
-from masonry_fem.scene.specs import (
-    ArchStructure,
-    BlockStructure,
-    Joint,
-    Scene,
-    StackStructure,
-    WallStructure,
-)
+from masonry_fem.scene.specs import Joint, Scene
+from masonry_fem.structures.arch import ArchStructure
+from masonry_fem.structures.block import BlockStructure
+from masonry_fem.structures.stack import StackStructure
+from masonry_fem.structures.wall import WallStructure
 from tests.limit.scenes import GAMMA, accelerated, column, number, problem, pushed, scene, weight
 
 DIGIT = 6e-6

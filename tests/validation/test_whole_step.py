@@ -10,15 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from masonry_fem.analyses.run import RunResult
 from masonry_fem.nscd import SolverSettings, load_problem, save_problem, solve
-from masonry_fem.scene.specs import (
-    BlockStructure,
-    Dynamics,
-    Joint,
-    Loads,
-    Material,
-    MeshSettings,
-    Statics,
-)
+from masonry_fem.scene.specs import Dynamics, Joint, Loads, Material, MeshSettings, Statics
+from masonry_fem.structures.block import BlockStructure
 from tests.validation.scenes import G, low_wall, solved
 from tests.validation.tape import taped
 

@@ -11,13 +11,26 @@ from typing import ClassVar, override
 
 import numpy as np
 
-from masonry_fem.joints.law import FloatArray
 from masonry_fem.joints.laws.parts.softening import Softening
+from masonry_fem.joints.parameters import FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bilinear(Softening):
-    """β λ = (γ − λ)/(γ − 1): gone at λ = γ."""
+    """Springs up to separate strengths, then a linear loss of stress.
+
+    β λ = (γ − λ)/(γ − 1): gone at λ = γ.
+
+    Examples
+    --------
+    kind = "bilinear"
+    normal_stiffness = 2e10
+    tangential_stiffness = 1e10
+    normal_strength = 0.25e6
+    tangential_strength = 0.35e6
+    normal_energy = 18.0
+    tangential_energy = 60.0
+    """
 
     name: ClassVar[str] = "bilinear"
 

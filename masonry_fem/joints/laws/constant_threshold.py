@@ -10,31 +10,33 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, override
 
-from masonry_fem.joints.law import FloatArray, Parameter, check_non_negative, spread
+from masonry_fem.joints.law import spread
 from masonry_fem.joints.laws.parts.rigid_brittle import RigidBrittle
+from masonry_fem.joints.parameters import Distance, FloatArray, Friction, Strength
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ConstantThreshold(RigidBrittle):
-    """Brittle adhesion of constant strength.
+    """Adhesion of constant strength until it breaks, then none.
 
     Attributes
     ----------
-    strength : Tensile strength r_c [Pa].
-    friction : Coulomb's coefficient μ, intact and broken.
-    critical_slip, critical_opening : Slide and opening at the strength that break the joint [m]; more
-        than 0 for a joint that yields before it breaks.
+    strength : in tension
+    critical_slip : slide that breaks the joint
+    critical_opening : opening that breaks the joint; more than 0 where it yields before
+
+    Examples
+    --------
+    kind = "constant_threshold"
+    strength = 0.2e6
     """
 
-    strength: Parameter
-    friction: Parameter = 0.6
-    critical_slip: Parameter = 0.0
-    critical_opening: Parameter = 0.0
+    strength: Strength
+    friction: Friction = 0.6
+    critical_slip: Distance = 0.0
+    critical_opening: Distance = 0.0
 
     name: ClassVar[str] = "constant_threshold"
-
-    def __post_init__(self) -> None:
-        check_non_negative(self, "strength", "friction", "critical_slip", "critical_opening")
 
     @override
     def apex(self, count: int) -> FloatArray:

@@ -12,29 +12,32 @@ from typing import ClassVar, override
 
 import numpy as np
 
-from masonry_fem.joints.law import FloatArray, Parameter, check_non_negative
 from masonry_fem.joints.laws.parts.adhesive import Adhesive, Evolution
+from masonry_fem.joints.parameters import FloatArray, Friction, Stiffness
 from masonry_fem.joints.state import JointState
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Elastic(Adhesive):
-    """Linear springs in tension and in shear.
+    """Springs in tension and in shear, contact in compression.
 
     Attributes
     ----------
-    normal_stiffness, tangential_stiffness : c_N, c_T [N/m³].
-    friction : Coulomb's coefficient.
+    normal_stiffness : c_N of the springs
+    tangential_stiffness : c_T of the springs
+
+    Examples
+    --------
+    kind = "elastic"
+    normal_stiffness = 2e10
+    tangential_stiffness = 1e10
     """
 
-    normal_stiffness: Parameter
-    tangential_stiffness: Parameter
-    friction: Parameter = 0.6
+    normal_stiffness: Stiffness
+    tangential_stiffness: Stiffness
+    friction: Friction = 0.6
 
     name: ClassVar[str] = "elastic"
-
-    def __post_init__(self) -> None:
-        check_non_negative(self, "normal_stiffness", "tangential_stiffness", "friction")
 
     @override
     def evolve(self, state: JointState, jump: FloatArray, step: float) -> Evolution:

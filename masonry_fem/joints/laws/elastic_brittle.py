@@ -13,34 +13,38 @@ from typing import ClassVar, override
 
 import numpy as np
 
-from masonry_fem.joints.law import FloatArray, Parameter, check_non_negative, check_positive
 from masonry_fem.joints.laws.parts.adhesive import Adhesive, Evolution, load
+from masonry_fem.joints.parameters import FloatArray, Friction, Stiffness, Strength
 from masonry_fem.joints.state import JointState
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ElasticBrittle(Adhesive):
-    """Springs that break.
+    """Springs up to their strength, then nothing.
 
     Attributes
     ----------
-    normal_stiffness, tangential_stiffness : c_N, c_T [N/m³].
-    normal_strength, tangential_strength : s_N, s_T [Pa].
-    friction : Coulomb's coefficient.
+    normal_stiffness : c_N of the springs
+    tangential_stiffness : c_T of the springs
+    normal_strength : tensile strength s_N
+    tangential_strength : shear strength s_T without pressure
+
+    Examples
+    --------
+    kind = "elastic_brittle"
+    normal_stiffness = 2e10
+    tangential_stiffness = 1e10
+    normal_strength = 0.25e6
+    tangential_strength = 0.35e6
     """
 
-    normal_stiffness: Parameter
-    tangential_stiffness: Parameter
-    normal_strength: Parameter
-    tangential_strength: Parameter
-    friction: Parameter = 0.6
+    normal_stiffness: Stiffness
+    tangential_stiffness: Stiffness
+    normal_strength: Strength
+    tangential_strength: Strength
+    friction: Friction = 0.6
 
     name: ClassVar[str] = "elastic_brittle"
-
-    def __post_init__(self) -> None:
-        check_positive(self, "normal_stiffness", "tangential_stiffness")
-        check_positive(self, "normal_strength", "tangential_strength")
-        check_non_negative(self, "friction")
 
     @override
     def factors(self, state: JointState) -> FloatArray:

@@ -11,13 +11,26 @@ from typing import ClassVar, override
 
 import numpy as np
 
-from masonry_fem.joints.law import FloatArray
 from masonry_fem.joints.laws.parts.softening import Softening
+from masonry_fem.joints.parameters import FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Exponential(Softening):
-    """β λ = exp(−φ (λ − 1)) with φ = 2/(γ − 1)."""
+    """Springs up to separate strengths, then an exponential loss of stress.
+
+    β λ = exp(−φ (λ − 1)) with φ = 2/(γ − 1).
+
+    Examples
+    --------
+    kind = "exponential"
+    normal_stiffness = 2e10
+    tangential_stiffness = 1e10
+    normal_strength = 0.25e6
+    tangential_strength = 0.35e6
+    normal_energy = 18.0
+    tangential_energy = 60.0
+    """
 
     name: ClassVar[str] = "exponential"
 

@@ -14,14 +14,17 @@ the term is +k Δβ: the sign that spreads damage and is well posed. It is the o
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal, override
+from typing import Annotated, Any, ClassVar, Literal, Self, override
 
 import numpy as np
+from msgspec import Meta
 
 from masonry_fem.errors import LawError
-from masonry_fem.joints.law import FloatArray, Parameter, check_non_negative, check_positive, spread
-from masonry_fem.joints.laws.parts.adhesive import Adhesive, Evolution, check_friction_mode, load
+from masonry_fem.joints.law import Place, spread
+from masonry_fem.joints.laws.parts.adhesive import Adhesive, Evolution, load
+from masonry_fem.joints.parameters import Energy, FloatArray, Friction, Stiffness, Viscosity, check_ranges
 from masonry_fem.joints.spreading import spread_damage
 from masonry_fem.joints.state import JointState
 
@@ -30,47 +33,53 @@ BISECTIONS = 60  # from the width of [0, 1] to rounding
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FremondCangemi(Adhesive):
-    """Progressive loss of adhesion.
+    """Adhesion β that decays with the energy of the springs, with friction (Raous, Cangémi, Cocu).
 
     Attributes
     ----------
-    normal_stiffness, tangential_stiffness : c_N, c_T [N/m³].
-    energy : w, energy of decohesion [J/m²].
-    viscosity : b [J s/m² for exponent 1]; 0: independent of the rate.
-    exponent : p of the viscous evolution.
-    degree : h(β) = β (1) or β² (2).
-    friction : Coulomb's coefficient μ.
-    friction_mode : "constant" μ, or "damage": μ (1 − β).
-    gradient : k of the non-local term [J]; for degree 1 and exponent 1.
-    laplacian : Matrix for −Δ among the law's contact points, sparse, an M-matrix, shape (c, c)
-        [1/m²], such as ``interface_laplacian``; needed where k > 0.
+    normal_stiffness : c_N of the springs
+    tangential_stiffness : c_T of the springs
+    energy : w of decohesion
+    viscosity : b of damage; 0: at any rate the same
+    exponent : p of the viscous evolution
+    degree : of h(β) = β or β²
+    friction_mode : μ all along, or μ (1 − β) that comes with damage
+    gradient : k that spreads damage over √(k/Y) along a joint; degree and exponent 1 only
+
+    Examples
+    --------
+    kind = "fremond_cangemi"
+    normal_stiffness = 2e10
+    tangential_stiffness = 1e10
+    energy = 20.0
     """
 
-    normal_stiffness: Parameter
-    tangential_stiffness: Parameter
-    energy: Parameter
-    viscosity: Parameter = 0.0
-    exponent: float = 1.0
+    normal_stiffness: Stiffness
+    tangential_stiffness: Stiffness
+    energy: Energy
+    viscosity: Viscosity = 0.0
+    exponent: Annotated[float, Meta(gt=0)] = 1.0
     degree: Literal[1, 2] = 1
-    friction: Parameter = 0.6
+    friction: Friction = 0.6
     friction_mode: Literal["constant", "damage"] = "constant"
-    gradient: float = 0.0
+    gradient: Annotated[float, Meta(ge=0, extra={"unit": "J"})] = 0.0
+    # for −Δ among the law's contact points, sparse, an M-matrix, shape (c, c) [1/m²]; needed where k > 0
     laplacian: Any = None
 
     name: ClassVar[str] = "fremond_cangemi"
 
     def __post_init__(self) -> None:
-        check_positive(self, "normal_stiffness", "tangential_stiffness", "energy", "exponent")
-        check_non_negative(self, "viscosity", "friction", "gradient")
-        check_friction_mode(self, self.friction_mode)
-        if self.degree not in {1, 2}:
-            raise LawError(f"law '{self.name}': degree is {self.degree}, expected 1 (h = β) or 2 (h = β²)")
-
+        check_ranges(self)
         if self.gradient > 0 and (self.laplacian is None or self.degree != 1 or self.exponent != 1.0):
             raise LawError(
                 f"law '{self.name}': gradient is {self.gradient:g}, expected with a laplacian, degree 1 and "
                 "exponent 1; give the Laplacian of the interface's points or leave the gradient out"
             )
+
+    @classmethod
+    @override
+    def made(cls, told: Mapping[str, Any], drawn: Mapping[str, Any], place: Place) -> Self:
+        return cls(**drawn, laplacian=place.laplacian() if told["gradient"] > 0 else None)
 
     @override
     def factors(self, state: JointState) -> FloatArray:

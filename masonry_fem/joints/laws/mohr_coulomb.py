@@ -8,41 +8,43 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, ClassVar, override
+from typing import Annotated, Any, ClassVar, override
 
 import numpy as np
+from msgspec import Meta
 
-from masonry_fem.joints.law import FloatArray, Parameter, check_non_negative, check_positive, spread
+from masonry_fem.joints.law import spread
 from masonry_fem.joints.laws.parts.rigid_brittle import RigidBrittle
+from masonry_fem.joints.parameters import Cohesion, Distance, FloatArray, Friction, Parameter, Strength
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MohrCoulomb(RigidBrittle):
-    """Cohesion and friction with brittle rupture by slide, by opening or by the tension cut-off.
+    """Cohesion and friction with a tension cut-off; breaks for good by slide or by opening.
 
     Attributes
     ----------
-    cohesion : c [Pa]. friction : μ = tan φ > 0; the cone's tip lies at the tension c/μ.
-    tension_strength : Tensile strength [Pa]; None, or more than c/μ: c/μ.
-    residual_friction : Coulomb's coefficient once broken; None: μ.
-    critical_slip, critical_opening : Slide and opening that break the joint [m].
+    cohesion : c, shear strength without pressure; the tip of the cone is at the tension c/μ
+    tension_strength : tension cut-off; c/μ where it is not given, or where that is less
+    residual_friction : μ once broken; the joint's friction where it is not given
+    critical_slip : slide that breaks the joint
+    critical_opening : opening that breaks the joint
+
+    Examples
+    --------
+    kind = "mohr_coulomb"
+    cohesion = 0.2e6
     """
 
-    cohesion: Parameter
-    friction: Parameter
-    tension_strength: Parameter | None = None
-    residual_friction: Parameter | None = None
-    critical_slip: Parameter = 0.0
-    critical_opening: Parameter = 0.0
+    cohesion: Cohesion
+    friction: Annotated[Parameter, Meta(gt=0)]
+    tension_strength: Strength | None = None
+    residual_friction: Friction | None = None
+    critical_slip: Distance = 0.0
+    critical_opening: Distance = 0.0
 
     name: ClassVar[str] = "mohr_coulomb"
-
-    def __post_init__(self) -> None:
-        check_positive(self, "friction")
-        check_non_negative(self, "cohesion", "critical_slip", "critical_opening")
-        for optional in ("tension_strength", "residual_friction"):
-            if getattr(self, optional) is not None:
-                check_non_negative(self, optional)
+    cone: ClassVar[bool] = True
 
     @classmethod
     def of_angle(cls, cohesion: Parameter, angle: float, **others: Any) -> MohrCoulomb:

@@ -13,13 +13,26 @@ from typing import ClassVar, override
 
 import numpy as np
 
-from masonry_fem.joints.law import FloatArray
 from masonry_fem.joints.laws.parts.softening import Softening
+from masonry_fem.joints.parameters import FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MonerieAcary(Softening):
-    """β λ = 1 − ((λ − 1)/τ)² with τ = 3/4 (γ − 1)."""
+    """Springs up to separate strengths, then a parabolic loss of stress (Monerie and Acary).
+
+    β λ = 1 − ((λ − 1)/τ)² with τ = 3/4 (γ − 1).
+
+    Examples
+    --------
+    kind = "monerie_acary"
+    normal_stiffness = 2e10
+    tangential_stiffness = 1e10
+    normal_strength = 0.25e6
+    tangential_strength = 0.35e6
+    normal_energy = 18.0
+    tangential_energy = 60.0
+    """
 
     name: ClassVar[str] = "monerie_acary"
 

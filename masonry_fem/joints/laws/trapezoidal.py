@@ -7,32 +7,40 @@ Trapezoidal(normal_stiffness=82e9, tangential_stiffness=36e9, normal_strength=0.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, override
+from typing import Annotated, ClassVar, override
 
 import numpy as np
+from msgspec import Meta
 
-from masonry_fem.errors import LawError
-from masonry_fem.joints.law import FloatArray
 from masonry_fem.joints.laws.parts.softening import Softening
+from masonry_fem.joints.parameters import FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trapezoidal(Softening):
-    """β λ = 1 up to λ_p = 1 + plateau (γ − 1)/2, then a line to λ_u = γ + 1 − λ_p.
+    """Springs up to separate strengths, a plateau, then a linear loss (Tvergaard and Hutchinson).
+
+    β λ = 1 up to λ_p = 1 + plateau (γ − 1)/2, then a line to λ_u = γ + 1 − λ_p.
 
     Attributes
     ----------
-    plateau : Length of the plateau, 0 (bilinear) to less than 1 (a block of stress).
+    plateau : its length, of the way to rupture
+
+    Examples
+    --------
+    kind = "trapezoidal"
+    normal_stiffness = 2e10
+    tangential_stiffness = 1e10
+    normal_strength = 0.25e6
+    tangential_strength = 0.35e6
+    normal_energy = 18.0
+    tangential_energy = 60.0
+    plateau = 0.4
     """
 
-    plateau: float = 0.5
+    plateau: Annotated[float, Meta(ge=0, lt=1)] = 0.5
 
     name: ClassVar[str] = "trapezoidal"
-
-    def __post_init__(self) -> None:
-        Softening.__post_init__(self)
-        if not 0.0 <= self.plateau < 1.0:
-            raise LawError(f"law '{self.name}': plateau is {self.plateau:g}, expected 0 <= plateau < 1")
 
     def _ends(self, ductility: FloatArray) -> tuple[FloatArray, FloatArray]:
         plateau = 1.0 + 0.5 * self.plateau * (ductility - 1.0)

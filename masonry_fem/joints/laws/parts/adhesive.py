@@ -14,8 +14,8 @@ from typing import override
 
 import numpy as np
 
-from masonry_fem.errors import LawError
-from masonry_fem.joints.law import FloatArray, Law, Parameter, rub, spread
+from masonry_fem.joints.law import Law, rub, spread
+from masonry_fem.joints.parameters import FloatArray, Parameter
 from masonry_fem.joints.reduction import Reduction
 from masonry_fem.joints.state import JointState, Mask
 
@@ -128,14 +128,6 @@ def load(springs: FloatArray, jump: FloatArray) -> FloatArray:
     tangential: FloatArray = (springs[:, 1:] * jump[:, 1:] ** 2).sum(axis=1)
     total: FloatArray = normal + tangential
     return total
-
-
-def check_friction_mode(law: Law, mode: str) -> None:
-    """Raise LawError for an unknown dependence of friction on adhesion."""
-    if mode not in {"constant", "damage"}:
-        raise LawError(
-            f"law '{law.name}': friction_mode is '{mode}', expected 'constant' (μ) or 'damage' (μ (1 − β))"
-        )
 
 
 def _stretch(state: JointState, jump: FloatArray) -> FloatArray:

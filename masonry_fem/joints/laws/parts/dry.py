@@ -10,7 +10,8 @@ from typing import ClassVar, override
 
 import numpy as np
 
-from masonry_fem.joints.law import FloatArray, Law, Parameter, check_non_negative, rub, spread
+from masonry_fem.joints.law import Law, check_non_negative, rub, spread
+from masonry_fem.joints.parameters import FloatArray, Parameter
 from masonry_fem.joints.reduction import Reduction
 from masonry_fem.joints.state import JointState
 

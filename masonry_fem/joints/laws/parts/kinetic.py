@@ -15,8 +15,9 @@ from typing import ClassVar, override
 import numpy as np
 
 from masonry_fem.errors import LawError
-from masonry_fem.joints.law import FloatArray, Law, Parameter, check_non_negative, rub, spread
+from masonry_fem.joints.law import Law, check_non_negative, rub, spread
 from masonry_fem.joints.laws.parts.rigid_brittle import RigidBrittle
+from masonry_fem.joints.parameters import FloatArray, Parameter
 from masonry_fem.joints.reduction import Reduction
 from masonry_fem.joints.state import JointState
 

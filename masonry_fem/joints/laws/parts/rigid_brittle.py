@@ -14,7 +14,8 @@ from typing import override
 
 import numpy as np
 
-from masonry_fem.joints.law import ON_CONE, FloatArray, Law, Parameter, rub, spread
+from masonry_fem.joints.law import ON_CONE, Law, rub, spread
+from masonry_fem.joints.parameters import FloatArray, Parameter
 from masonry_fem.joints.reduction import Reduction
 from masonry_fem.joints.state import JointState
 from masonry_fem.nscd.graphs import lengths

@@ -17,7 +17,8 @@ from typing import ClassVar, override
 import numpy as np
 
 from masonry_fem.errors import LawError
-from masonry_fem.joints.law import FloatArray, Law, Parameter, check_non_negative, check_positive, pressure
+from masonry_fem.joints.law import Law, check_non_negative, check_positive, pressure
+from masonry_fem.joints.parameters import FloatArray, Parameter
 from masonry_fem.joints.reduction import Reduction
 from masonry_fem.joints.state import JointState
 from masonry_fem.nscd.graphs import tangential_norm

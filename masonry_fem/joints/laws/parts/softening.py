@@ -16,16 +16,25 @@ u_p = η (1 − β) u_N instead of the origin, and the faces touch at u_p.
 
 from __future__ import annotations
 
+import logging
 from abc import abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal, override
+from typing import Annotated, Any, Literal, Self, override
 
 import numpy as np
+from msgspec import Meta
 
 from masonry_fem.errors import LawError
-from masonry_fem.joints.law import FloatArray, Parameter, check_non_negative, check_positive, spread
-from masonry_fem.joints.laws.parts.adhesive import Adhesive, Evolution, check_friction_mode
+from masonry_fem.joints.law import Place, spread
+from masonry_fem.joints.laws.parts.adhesive import Adhesive, Evolution
+from masonry_fem.joints.parameters import Energy, FloatArray, Friction, Stiffness, Strength, check_ranges
 from masonry_fem.joints.state import JointState
+
+logger = logging.getLogger(__name__)
+
+# of the least energy that a strength and a stiffness allow: where a draw leaves less
+LEAST_DUCTILITY = 1.05
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,35 +43,30 @@ class Softening(Adhesive):
 
     Attributes
     ----------
-    normal_stiffness, tangential_stiffness : c_N, c_T [N/m³].
-    normal_strength, tangential_strength : s_N, s_T [Pa].
-    normal_energy, tangential_energy : G_N, G_T, more than s²/2c [J/m²].
-    friction : Coulomb's coefficient μ.
-    friction_mode : "constant" μ, or "damage": μ (1 − β).
-    mixing : Exponent a ≥ 1 of the mixed-mode energy.
-    residual : Part η of the inelastic opening that stays, 0 ≤ η < 1.
+    normal_stiffness : c_N of the springs
+    tangential_stiffness : c_T of the springs
+    normal_strength : tensile strength s_N
+    tangential_strength : shear strength s_T without pressure
+    normal_energy : fracture energy G_N in tension, more than what the springs store at the strength
+    tangential_energy : the same in shear, G_T
+    friction_mode : μ all along, or μ (1 − β) that comes with damage
+    mixing : exponent a of the energies in mixed mode
+    residual : share η of the inelastic opening that stays
     """
 
-    normal_stiffness: Parameter
-    tangential_stiffness: Parameter
-    normal_strength: Parameter
-    tangential_strength: Parameter
-    normal_energy: Parameter
-    tangential_energy: Parameter
-    friction: Parameter = 0.6
+    normal_stiffness: Stiffness
+    tangential_stiffness: Stiffness
+    normal_strength: Strength
+    tangential_strength: Strength
+    normal_energy: Energy
+    tangential_energy: Energy
+    friction: Friction = 0.6
     friction_mode: Literal["constant", "damage"] = "constant"
-    mixing: float = 1.0
-    residual: Parameter = 0.0
+    mixing: Annotated[float, Meta(ge=1)] = 1.0
+    residual: Annotated[float, Meta(ge=0, lt=1)] = 0.0
 
     def __post_init__(self) -> None:
-        check_positive(self, "normal_stiffness", "tangential_stiffness", "normal_strength")
-        check_positive(self, "tangential_strength", "normal_energy", "tangential_energy")
-        check_non_negative(self, "friction", "residual")
-        check_friction_mode(self, self.friction_mode)
-        if (np.asarray(self.residual) >= 1).any():
-            raise LawError(f"law '{self.name}': residual is {np.max(self.residual):g}, expected less than 1")
-        if self.mixing < 1:
-            raise LawError(f"law '{self.name}': mixing is {self.mixing:g}, expected >= 1")
+        check_ranges(self)
         for mode in ("normal", "tangential"):
             self._check_energy(mode)
 
@@ -78,6 +82,29 @@ class Softening(Adhesive):
                 f"the elastic s²/2c = {least:g} J/m²; "
                 "raise the energy or the stiffness, or take 'elastic_brittle'"
             )
+
+    @classmethod
+    @override
+    def made(cls, told: Mapping[str, Any], drawn: Mapping[str, Any], place: Place) -> Self:
+        """Energies raised where a draw left less than springs of that strength store: s²/2c.
+
+        Such a joint would snap back; what the scene itself gets wrong is left to be refused.
+        """
+        kept = dict(drawn)
+        for mode in ("normal", "tangential"):
+            names = [f"{mode}_{part}" for part in ("strength", "stiffness", "energy")]
+            strength, stiffness, energy = (np.asarray(drawn[name], dtype=float) for name in names)
+            floor = LEAST_DUCTILITY * strength**2 / (2.0 * stiffness)
+            least = LEAST_DUCTILITY * told[names[0]] ** 2 / (2.0 * told[names[1]])
+            short = np.atleast_1d(energy < floor)
+            if told[names[2]] > least and short.any():
+                logger.warning(
+                    "%s.scatter: %d of %d contact points drew a %s below what their springs store at the "
+                    "strength, s²/2c; it is raised to %g of that",
+                    place.key, int(short.sum()), len(short), names[2], LEAST_DUCTILITY,
+                )  # fmt: skip
+                kept[names[2]] = np.maximum(energy, floor)
+        return cls(**kept)
 
     @abstractmethod
     def shape(self, stretch: FloatArray, ductility: FloatArray) -> FloatArray:

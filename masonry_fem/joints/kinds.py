@@ -1,0 +1,77 @@
+"""Kinds: the laws of the folder ``laws``, each with the record that a scene file makes of it.
+
+    kinds()["mohr_coulomb"].record(cohesion=0.35e6)      # what a scene says
+    kinds()["mohr_coulomb"].law(cohesion=0.35e6, friction=0.75)
+
+A record has the law's parameters as its keys, but for those that the program gives.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, cast
+
+import msgspec
+
+from masonry_fem.errors import ExtensionError
+from masonry_fem.joints import laws
+from masonry_fem.joints.law import Law
+from masonry_fem.joints.parameters import keys_of
+from masonry_fem.records import docstring
+from masonry_fem.records.discovery import Found, discovered
+from masonry_fem.records.record import Spec
+
+
+class LawRecord(Spec, frozen=True, kw_only=True, tag_field="kind"):
+    """What a scene says of a joint's law."""
+
+    @property
+    def kind(self) -> str:
+        """The law's name in scene files."""
+        return str(self.__struct_config__.tag)
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A law that scene files can ask for: its record, its class and where they stand."""
+
+    record: type[LawRecord]
+    law: type[Law]
+    file: str
+
+
+@cache
+def kinds() -> Mapping[str, Kind]:
+    """Every law by its name in scene files."""
+    base, naming = cast("Any", Law), 'write name: ClassVar[str] = "..." in it'
+    found = discovered("masonry_fem.joints.laws", laws.__path__, base, "law", _name, naming)
+    return {name: _kind(name, one) for name, one in found.items()}
+
+
+def _name(law: type[Law]) -> str | None:
+    return vars(law).get("name")
+
+
+def _kind(name: str, found: Found[Law]) -> Kind:
+    law = found.kind
+    lacking = sorted(getattr(law, "__abstractmethods__", ()))
+    if lacking:
+        raise ExtensionError(
+            f"{found.file}: {law.__name__} lacks {', '.join(lacking)}, expected all that "
+            "masonry_fem.joints.Law asks for; write it"
+        )
+    try:
+        record = msgspec.defstruct(
+            law.__name__, keys_of(law), bases=(LawRecord,), module=law.__module__, frozen=True, kw_only=True,
+            tag=name, namespace={"__doc__": docstring.whole(law)},
+        )  # fmt: skip
+        msgspec.inspect.type_info(record)
+    except (TypeError, NameError) as error:
+        raise ExtensionError(
+            f"{found.file}: {law.__name__} gives no table of a scene file ({error}), expected a dataclass "
+            "whose parameters have types such as Strength, float or Literal; give them one of "
+            "masonry_fem.joints.parameters"
+        ) from error
+    return Kind(cast("type[LawRecord]", record), law, found.file)

@@ -1,0 +1,98 @@
+"""Discovery: what stands in the files of a folder, one thing a file.
+
+    discovered("masonry_fem.structures", folders, Structure, "structure")["wall"].kind     # WallStructure
+
+A file has one class derived from that of its room, which carries the name that scene files call it by.
+Folders within the folder hold what several files share.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from importlib import import_module
+from pkgutil import iter_modules
+from types import ModuleType
+from typing import Any
+
+from masonry_fem.errors import ExtensionError
+
+
+@dataclass(frozen=True, slots=True)
+class Found[Base]:
+    """What a file holds.
+
+    Attributes
+    ----------
+    kind : Its class. module : The file as Python imported it.
+    """
+
+    kind: type[Base]
+    module: ModuleType
+
+    @property
+    def file(self) -> str:
+        """Where it stands."""
+        return str(self.module.__file__)
+
+
+def tag_of(record: Any) -> str | None:
+    """The name of a record in scene files; None where it has none of its own."""
+    tag = record.__struct_config__.tag
+    return None if tag == record.__name__ else tag  # which msgspec takes where nothing is said
+
+
+def discovered[Base](
+    package: str,
+    folders: Iterable[str],
+    base: type[Base],
+    noun: str,
+    name_of: Callable[[type[Base]], str | None] = tag_of,
+    naming: str = 'write class {kind}({base}, frozen=True, kw_only=True, tag="name")',
+) -> dict[str, Found[Base]]:
+    """What the files of a package hold, by name, in the order of the files.
+
+    Parameters
+    ----------
+    package, folders : Its name and where its files stand. base : What its classes derive from.
+    noun : What they are, for messages. name_of : Their name. naming : How one is given.
+
+    Raises
+    ------
+    ExtensionError : A file lacks its class or its name, or has the name of another.
+    """
+    found: dict[str, Found[Base]] = {}
+    for file in iter_modules(folders):
+        if file.ispkg:
+            continue
+        module = import_module(f"{package}.{file.name}")
+        one = Found(_only(module, base, noun), module)
+        name = name_of(one.kind)
+        if name is None:
+            raise ExtensionError(
+                f"{one.file}: {one.kind.__name__} has no name, expected the one that scene files call it by; "
+                + naming.format(kind=one.kind.__name__, base=base.__name__)
+            )
+        if name in found:
+            raise ExtensionError(
+                f"{one.file} and {found[name].file} both have the name '{name}', expected a name of its own "
+                f"for each {noun}; rename one"
+            )
+        found[name] = one
+    return found
+
+
+def _only[Base](module: ModuleType, base: type[Base], noun: str) -> type[Base]:
+    """The class of a file that derives from ``base``."""
+    own = [
+        one
+        for one in vars(module).values()
+        if isinstance(one, type) and issubclass(one, base) and one.__module__ == module.__name__
+    ]
+    if len(own) != 1:
+        raise ExtensionError(
+            f"{module.__file__} has {len(own)} classes of a {noun} "
+            f"({', '.join(one.__name__ for one in own) or 'none'}), expected one, derived from "
+            f"{base.__name__}; put each into a file of its own, and what is no {noun} into the folder 'parts'"
+        )
+    return own[0]

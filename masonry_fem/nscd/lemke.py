@@ -16,7 +16,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import blas
+from scipy.linalg import blas, lapack
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -26,6 +26,8 @@ TINY = 1e-12
 SAME = 1e-10
 # Of the largest variable: an artificial one that is smaller has left but for rounding.
 NOTHING = 1e-13
+# Pivots after which the tableau is made anew of M and q: each exchange adds rounding to what it has.
+FRESH = 50
 
 
 class Lemke:
@@ -55,6 +57,8 @@ class Lemke:
     def pivot(self) -> None:
         """One complementary pivot; sets the verdict where it is the last."""
         n = len(self.q)
+        if self.pivots and self.pivots % FRESH == 0:
+            self._remake()
         column = int(self.column_of[self.entering])
         rates = self.columns[:, column]
         row = self._first() if self.pivots == 0 else self._blocking(rates)
@@ -136,6 +140,18 @@ class Lemke:
             if not inverse.shape[1]:
                 break
         return int(rows[0])
+
+    def _remake(self) -> None:
+        """The tableau of its basis, from M and q: w − M z − z_0 = q solved for the basic variables."""
+        n = len(self.q)
+        matrix = np.column_stack([np.eye(n), -self.M, -np.ones(n)])
+        factor, pivots, singular = lapack.dgetrf(matrix[:, self.basic])
+        if singular:  # rounding chose a basis that is none; the tableau knows no better
+            return
+        given = np.column_stack([-matrix[:, self.free], self.q])
+        made = lapack.dgetrs(factor, pivots, given)[0]
+        made += lapack.dgetrs(factor, pivots, given - matrix[:, self.basic] @ made)[0]
+        self.columns, self.right = np.asfortranarray(made[:, :-1]), np.maximum(made[:, -1], 0.0)
 
     def _exchange(self, row: int, column: int) -> None:
         """Swap the basic variable of a row with the nonbasic one of a column."""

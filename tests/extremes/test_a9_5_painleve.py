@@ -76,7 +76,7 @@ def test_a9_5_no_force_where_the_margin_is_negative(friction: float) -> None:
     angles = np.radians(np.linspace(1, 89, 177))
     negative = np.array([margin(angle, friction) < 0 for angle in angles])
     assert negative.any() == (friction > 4 / 3)
-    assert margin(STEEP, friction) < 0 or friction < 4 / 3
+    assert (margin(STEEP, friction) < 0) == (friction > 4 / 3)
     for angle, paradox in zip(angles[::8], negative[::8], strict=True):
         # so short that near a margin of zero friction does not stop the end within the step
         found = enumerate_solutions(contact(rod(angle, 10.0), friction, 1e-8))

@@ -60,25 +60,36 @@ CASES = [
 ]  # fmt: skip
 
 
+REFUSED = [("nsgs", analysis) for analysis in ("statics", "load steps")]  # sweeps want inertia
+
+
+def gives_up(name: str, fidelity: str, analysis: str, method: str) -> bool:
+    """Sweeps crawl between elastic blocks, and ADMM stalls in one case."""
+    if fidelity == "elastic" and method == "nsgs":
+        return (name, analysis) != ("slope", "dynamics")
+    return (name, fidelity, analysis, method) == ("slope", "elastic", "dynamics", "admm")
+
+
 @pytest.mark.parametrize(("name", "fidelity", "analysis", "method"), CASES)
 def test_whatever_is_asked_for_is_solved_or_told(
     name: str, fidelity: str, analysis: str, method: str
 ) -> None:
     """No method pretends: what it calls solved carries the weight, what it gives up on says what to try."""
     result = attempted(name, fidelity, analysis, method)
-    if isinstance(result, str):  # sweeps want inertia
-        assert re.search("expected|needs|choose|use", result)
+    if (method, analysis) in REFUSED:
+        assert isinstance(result, str)
+        assert "use method 'auto' or 'newton'" in result
         return
+    assert not isinstance(result, str)
     assert finite(result)
-    if result.outcome in {"equilibrium", "finished"}:
-        if fidelity == "rigid" or analysis != "dynamics":
-            assert SCENES[name][1](result) < 1e-5
-        assert max(certificate(result).values()) < 1e-5
-    else:
+    if gives_up(name, fidelity, analysis, method):
         assert result.outcome == "no_convergence"
         assert re.search(r"[Tt]ry|[Rr]aise|[Aa]llow|Compare|Apply", result.message)
-    if method == "auto":
-        assert result.outcome == ("finished" if analysis == "dynamics" else "equilibrium")
+        return
+    assert result.outcome == ("finished" if analysis == "dynamics" else "equilibrium")
+    if fidelity == "rigid" or analysis != "dynamics":
+        assert SCENES[name][1](result) < 1e-5
+    assert max(certificate(result).values()) < 1e-5
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -87,10 +98,12 @@ def test_whatever_is_asked_for_is_solved_or_told(
 def test_no_method_holds_what_slides(fidelity: str, analysis: str, method: str) -> None:
     """tan 20° > 0.3."""
     scene = block_on_slope(0.3, 20.0, fidelity, 2, ANALYSES[analysis])
-    try:
-        result = solve_scene(msgspec.structs.replace(scene, solver=Solver(method=method, tolerance=1e-8)))
-    except MasonryError:
+    scene = msgspec.structs.replace(scene, solver=Solver(method=method, tolerance=1e-8))
+    if (method, analysis) in REFUSED:
+        with pytest.raises(MasonryError, match="use method 'auto' or 'newton'"):
+            solve_scene(scene)
         return
+    result = solve_scene(scene)
     assert result.outcome in {"no_equilibrium", "no_convergence"}
     assert finite(result)
     if method == "auto":

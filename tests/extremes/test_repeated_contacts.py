@@ -14,6 +14,7 @@ from scipy import sparse
 
 from masonry_fem.analyses.run import RunResult, solve_scene
 from masonry_fem.nscd import ContactProblem, SolverSettings, solve
+from masonry_fem.nscd.outcome import Outcome
 from masonry_fem.scene.specs import Joint, Scene
 from tests.extremes.scenes import arch, certificate, pushed_wall, standing_wall, wall_error
 
@@ -63,7 +64,11 @@ def test_every_method_bears_copies(name: str, method: str) -> None:
     settings = SolverSettings(method=method, tolerance=1e-8)
     made = solve(problem, settings)
     assert np.isfinite(made.impulse).all()
-    assert made.converged or made.outcome.advice(settings)
+    if name == "elastic wall in time" and method == "nsgs":  # it crawls there without copies, too
+        assert made.outcome is Outcome.NO_CONVERGENCE
+        assert made.outcome.advice(settings)
+    else:
+        assert made.converged
 
 
 @pytest.mark.parametrize("density", [1, 2, 3, pytest.param(10, marks=pytest.mark.slow)])

@@ -66,7 +66,8 @@ def test_elastic_plates(aspect: float, worst: float, caplog: pytest.LogCaptureFi
     assert result.outcome == "equilibrium"
     inexact = "no method came nearer" in caplog.text
     assert inexact == (told["natural_map"] > 1e-10)
-    assert not inexact or aspect >= 1e3
+    if aspect < 1e3:
+        assert not inexact
     assert max(told.values()) < worst
     assert carried_error(result) < 1e-9
 

@@ -65,7 +65,7 @@ def test_every_method_bears_copies(name: str, method: str) -> None:
     made = solve(problem, settings)
     assert np.isfinite(made.impulse).all()
     if name == "elastic wall in time" and method == "nsgs":  # it crawls there without copies, too
-        assert made.outcome is Outcome.NO_CONVERGENCE
+        assert made.outcome is Outcome.MAX_ITERATIONS
         assert made.outcome.advice(settings)
     else:
         assert made.converged

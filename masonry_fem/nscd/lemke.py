@@ -26,8 +26,10 @@ TINY = 1e-12
 SAME = 1e-10
 # Of the largest variable: an artificial one that is smaller has left but for rounding.
 NOTHING = 1e-13
-# Pivots after which the tableau is made anew of M and q: each exchange adds rounding to what it has.
-FRESH = 50
+# Exchanges by small pivots amplify rounding. Every LOOK pivots the right-hand side is held against M and q;
+# where it has strayed by more than this the tableau is made anew.
+LOOK = 10
+STRAYED = 1e-12
 
 
 class Lemke:
@@ -57,7 +59,7 @@ class Lemke:
     def pivot(self) -> None:
         """One complementary pivot; sets the verdict where it is the last."""
         n = len(self.q)
-        if self.pivots and self.pivots % FRESH == 0:
+        if self.pivots % LOOK == 0 and self._strayed() > STRAYED:
             self._remake()
         column = int(self.column_of[self.entering])
         rates = self.columns[:, column]
@@ -140,6 +142,14 @@ class Lemke:
             if not inverse.shape[1]:
                 break
         return int(rows[0])
+
+    def _strayed(self) -> float:
+        """How far the right-hand side is from w − M z − z_0 = q, over its largest entry."""
+        n = len(self.q)
+        values = np.zeros(2 * n + 1)
+        values[self.basic] = self.right
+        left = values[:n] - self.M @ values[n : 2 * n] - values[2 * n] - self.q
+        return float(np.abs(left).max() / max(1.0, np.abs(self.right).max()))
 
     def _remake(self) -> None:
         """The tableau of its basis, from M and q: w − M z − z_0 = q solved for the basic variables."""

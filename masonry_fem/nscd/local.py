@@ -7,12 +7,12 @@ With the normal impulse eliminated (v_N = 0), what is left is tangential:
 Three states are tried in turn: open (b_N ≥ 0), stick (v_T = 0 inside the cone), slip. In slip
 v_T = −λ p_T with λ > 0, so p_T(λ) = −(A + λ I)⁻¹ c, and λ is the root of ‖p_T‖ = μ p_N. At λ = 0
 the stick impulse lies outside the cone; as λ grows p_T vanishes and p_N → −b_N/W_NN > 0: a root
-always exists. In 2D it is explicit (the intersection of the two graphs). In 3D it is a root of a
-quartic, found by Newton's method on μ p_N/‖p_T‖ − 1, which is nearly linear in λ, inside a bracket
-that halves whenever Newton would leave it, so that the search always ends.
+always exists. It is found by Newton's method on μ p_N/‖p_T‖ − 1, which is nearly linear in λ (in a plane
+it is linear: one step), inside a bracket that halves whenever Newton would leave it, so that the search
+always ends.
 
 Cohesion with a stiffness S folds into the block, w' = (I + w S)⁻¹ w and b' = (I + w S)⁻¹ b: what is
-solved for is p̃, and p = p̃ − S v (``answer_2d``, ``answer_3d``, formulation 5).
+solved for is p̃, and p = p̃ − S v (``answer``, formulation 5).
 
 Numba kernels; ``reduce_blocks`` prepares them, ``solve_contact`` is one contact by itself.
 """
@@ -26,7 +26,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 FloatArray = NDArray[np.float64]
-# Of all contacts: (I + w S)⁻¹, w' and S by rows, each (c, d²); None where joints are dry.
+# Of all contacts: (I + w S)⁻¹, w' and S, each (c, 3, 3); None where joints are dry.
 Law = tuple[FloatArray, FloatArray, FloatArray] | None
 
 # A's stiffness in any direction is kept above this fraction of ‖W_ii‖: below it is rounding
@@ -42,8 +42,8 @@ def reduce_blocks(blocks: FloatArray) -> FloatArray:
 
     Returns
     -------
-    Shape (c, 4) in 2D: 1/W_NN, W_NT/W_NN, W_TN, A; shape (c, 9) in 3D: 1/W_NN, W_NT/W_NN (2),
-    W_TN (2), A (4, by rows). 1/W_NN is 0 where an impulse moves nothing: it stays 0 there.
+    Shape (c, 9): 1/W_NN, W_NT/W_NN (2), W_TN (2), A (4, by rows). 1/W_NN is 0 where an impulse moves
+    nothing: it stays 0 there. Plane contacts slide as alike in all directions, of which they know one.
     """
     normal = blocks[:, 0, 0]
     size = np.abs(blocks).max(axis=(1, 2), initial=0.0)
@@ -54,7 +54,8 @@ def reduce_blocks(blocks: FloatArray) -> FloatArray:
     tangential = blocks[:, 1:, 1:] - down[:, :, None] * right[:, None, :]
     small = FLOOR * np.where(size > 0, size, 1.0)
     if blocks.shape[1] == 2:
-        tangential = np.maximum(tangential, small[:, None, None])
+        right, down = np.pad(right, ((0, 0), (0, 1))), np.pad(down, ((0, 0), (0, 1)))
+        tangential = np.maximum(tangential, small[:, None, None]) * np.eye(2)
     else:
         # lift the symmetric part's least eigenvalue to the floor
         a11, a12 = tangential[:, 0, 0], tangential[:, 0, 1]
@@ -66,26 +67,8 @@ def reduce_blocks(blocks: FloatArray) -> FloatArray:
     )
 
 
-@njit(cache=True, inline="always")
-def solve_2d(local: FloatArray, friction: float, bn: float, bt: float) -> tuple[float, float]:
-    """Impulse (p_N, p_T) of one contact in 2D; ``local`` is a row of ``reduce_blocks``."""
-    if bn >= 0.0 or local[0] == 0.0:
-        return 0.0, 0.0
-    alone = -bn * local[0]
-    c = bt + local[2] * alone
-    pt = -c / local[3]
-    pn = alone - local[1] * pt
-    if pn >= 0.0 and abs(pt) <= friction * pn:
-        return pn, pt
-    # stick is outside the cone, so the slope below is positive: see the module's docstring
-    sign = -1.0 if c > 0.0 else 1.0
-    slope = 1.0 + friction * sign * local[1]
-    pn = alone / slope
-    return pn, sign * friction * pn
-
-
 @njit(cache=True)
-def slip_3d(
+def slip(
     local: FloatArray, friction: float, alone: float, c1: float, c2: float, guess: float
 ) -> tuple[float, float, float, float]:
     """Impulse of a slipping contact in 3D, and λ = ‖v_T‖/‖p_T‖."""
@@ -94,8 +77,9 @@ def slip_3d(
     low, high = 0.0, math.inf
     mean = 0.5 * (a11 + a22)
     lam = guess
-    if not lam > 0.0:  # as if A were isotropic
-        lam = max(math.sqrt(c1 * c1 + c2 * c2) / (friction * alone) - mean, 1e-3 * mean)
+    if not lam > 0.0 or (a12 == a21 and a12 == 0.0 and a11 == a22):  # exact where A is isotropic
+        across = math.sqrt(c1 * c1 + c2 * c2) - friction * (k1 * c1 + k2 * c2)
+        lam = max(across / (friction * alone) - mean, 1e-3 * mean)
     pn, p1, p2, size = alone, 0.0, 0.0, 0.0
     for _ in range(LIMIT):
         m11, m22 = a11 + lam, a22 + lam
@@ -104,6 +88,8 @@ def slip_3d(
         p2 = (a21 * c1 - m11 * c2) * inverse
         size = math.sqrt(p1 * p1 + p2 * p2)
         pn = alone - k1 * p1 - k2 * p2
+        if size == 0.0:  # beside a slip so fast that the impulse is lost in its square
+            break
         miss = friction * pn - size
         if miss < 0.0:
             low = lam
@@ -113,7 +99,7 @@ def slip_3d(
             break
         d1 = (a12 * p2 - m22 * p1) * inverse
         d2 = (a21 * p1 - m11 * p2) * inverse
-        rise = -friction * (k1 * d1 + k2 * d2) - friction * pn * (p1 * d1 + p2 * d2) / (size * size)
+        rise = -friction * (k1 * d1 + k2 * d2) - friction * (pn / size) * (p1 / size * d1 + p2 / size * d2)
         new = lam - miss / rise if rise > 0.0 else -1.0
         if not (low < new < high):
             new = 4.0 * lam if high == math.inf else 0.5 * (low + high)
@@ -129,7 +115,7 @@ def slip_3d(
 
 
 @njit(cache=True, inline="always")
-def solve_3d(
+def solve_local(
     local: FloatArray, friction: float, bn: float, b1: float, b2: float, guess: float
 ) -> tuple[float, float, float, float]:
     """Impulse (p_N, p_T1, p_T2) of one contact in 3D, and λ (0 but for slip), next time's guess."""
@@ -145,81 +131,53 @@ def solve_3d(
     pn = alone - local[1] * p1 - local[2] * p2
     if pn >= 0.0 and p1 * p1 + p2 * p2 <= friction * friction * pn * pn:
         return pn, p1, p2, 0.0
-    if friction == 0.0:
+    if friction * alone == 0.0:
         return alone, 0.0, 0.0, 0.0
-    slipping: tuple[float, float, float, float] = slip_3d(local, friction, alone, c1, c2, guess)
+    slipping: tuple[float, float, float, float] = slip(local, friction, alone, c1, c2, guess)
     return slipping
 
 
-@njit(cache=True, forceinline=True)
-def answer_2d(
-    local: FloatArray, friction: float, bn: float, bt: float, law: Law, i: int
-) -> tuple[float, float]:
-    """Impulse of contact ``i`` in 2D, cohesion included; ``b`` is the velocity without it."""
-    if law is None:  # compiled without the rest where joints are dry
-        dry: tuple[float, float] = solve_2d(local, friction, bn, bt)
-        return dry
-    turn, block, stiffness = law
-    cn = turn[i, 0] * bn + turn[i, 1] * bt
-    ct = turn[i, 2] * bn + turn[i, 3] * bt
-    pn, pt = solve_2d(local, friction, cn, ct)
-    vn = cn + block[i, 0] * pn + block[i, 1] * pt
-    vt = ct + block[i, 2] * pn + block[i, 3] * pt
+@njit(cache=True, inline="always")
+def _times(block: FloatArray, xn: float, x1: float, x2: float) -> tuple[float, float, float]:
+    """A (3, 3) block's product with a vector."""
     return (
-        pn - stiffness[i, 0] * vn - stiffness[i, 1] * vt,
-        pt - stiffness[i, 2] * vn - stiffness[i, 3] * vt,
+        block[0, 0] * xn + block[0, 1] * x1 + block[0, 2] * x2,
+        block[1, 0] * xn + block[1, 1] * x1 + block[1, 2] * x2,
+        block[2, 0] * xn + block[2, 1] * x1 + block[2, 2] * x2,
     )
 
 
 @njit(cache=True, forceinline=True)
-def answer_3d(
+def answer(
     local: FloatArray, friction: float, bn: float, b1: float, b2: float, guess: float, law: Law, i: int
 ) -> tuple[float, float, float, float]:
-    """The same in 3D, and λ."""
-    if law is None:
-        dry: tuple[float, float, float, float] = solve_3d(local, friction, bn, b1, b2, guess)
+    """Impulse of contact ``i``, cohesion included, and λ; ``b`` is the velocity without it."""
+    if law is None:  # compiled without the rest where joints are dry
+        dry: tuple[float, float, float, float] = solve_local(local, friction, bn, b1, b2, guess)
         return dry
     turn, block, stiffness = law
-    cn = turn[i, 0] * bn + turn[i, 1] * b1 + turn[i, 2] * b2
-    c1 = turn[i, 3] * bn + turn[i, 4] * b1 + turn[i, 5] * b2
-    c2 = turn[i, 6] * bn + turn[i, 7] * b1 + turn[i, 8] * b2
-    pn, p1, p2, lam = solve_3d(local, friction, cn, c1, c2, guess)
-    vn = cn + block[i, 0] * pn + block[i, 1] * p1 + block[i, 2] * p2
-    v1 = c1 + block[i, 3] * pn + block[i, 4] * p1 + block[i, 5] * p2
-    v2 = c2 + block[i, 6] * pn + block[i, 7] * p1 + block[i, 8] * p2
-    return (
-        pn - stiffness[i, 0] * vn - stiffness[i, 1] * v1 - stiffness[i, 2] * v2,
-        p1 - stiffness[i, 3] * vn - stiffness[i, 4] * v1 - stiffness[i, 5] * v2,
-        p2 - stiffness[i, 6] * vn - stiffness[i, 7] * v1 - stiffness[i, 8] * v2,
-        lam,
-    )
+    cn, c1, c2 = _times(turn[i], bn, b1, b2)
+    pn, p1, p2, lam = solve_local(local, friction, cn, c1, c2, guess)
+    vn, v1, v2 = _times(block[i], pn, p1, p2)
+    sn, s1, s2 = _times(stiffness[i], cn + vn, c1 + v1, c2 + v2)
+    return pn - sn, p1 - s1, p2 - s2, lam
 
 
 @njit(cache=True, forceinline=True)
-def pressed_2d(pn: float, pt: float, vn: float, vt: float, law: Law, i: int) -> tuple[float, float]:
-    """Contact part p̃ = p + S v of contact ``i`` in 2D."""
-    if law is None:
-        return pn, pt
-    stiffness = law[2]
-    return (
-        pn + stiffness[i, 0] * vn + stiffness[i, 1] * vt,
-        pt + stiffness[i, 2] * vn + stiffness[i, 3] * vt,
-    )
-
-
-@njit(cache=True, forceinline=True)
-def pressed_3d(
+def pressed(
     pn: float, p1: float, p2: float, vn: float, v1: float, v2: float, law: Law, i: int
 ) -> tuple[float, float, float]:
-    """The same in 3D."""
+    """Contact part p̃ = p + S v of contact ``i``."""
     if law is None:
         return pn, p1, p2
-    stiffness = law[2]
-    return (
-        pn + stiffness[i, 0] * vn + stiffness[i, 1] * v1 + stiffness[i, 2] * v2,
-        p1 + stiffness[i, 3] * vn + stiffness[i, 4] * v1 + stiffness[i, 5] * v2,
-        p2 + stiffness[i, 6] * vn + stiffness[i, 7] * v1 + stiffness[i, 8] * v2,
-    )
+    sn, s1, s2 = _times(law[2][i], vn, v1, v2)
+    return pn + sn, p1 + s1, p2 + s2
+
+
+def in_space(blocks: FloatArray) -> FloatArray:
+    """Blocks of plane contacts, (c, 2, 2), as blocks in space whose third direction is empty, (c, 3, 3)."""
+    missing = 3 - blocks.shape[1]
+    return np.pad(blocks, ((0, 0), (0, missing), (0, missing)))
 
 
 def solve_contact(block: ArrayLike, free_velocity: ArrayLike, friction: float) -> FloatArray:
@@ -232,6 +190,5 @@ def solve_contact(block: ArrayLike, free_velocity: ArrayLike, friction: float) -
     """
     W, b = np.asarray(block, dtype=float), np.asarray(free_velocity, dtype=float)
     local = reduce_blocks(W[None])[0]
-    if len(b) == 2:
-        return np.array(solve_2d(local, float(friction), b[0], b[1]))
-    return np.array(solve_3d(local, float(friction), b[0], b[1], b[2], 0.0)[:3])
+    found = solve_local(local, float(friction), *b, *(0.0,) * (4 - len(b)))
+    return np.array(found[: len(b)])

@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 
 from masonry_fem.errors import ProblemError
 from masonry_fem.nscd import Outcome, SolverSettings, Start, assess, load_problem, solve, threads
-from masonry_fem.nscd.solvers import sweep_forms
-from masonry_fem.nscd.solvers.sweep_forms import ColouredForm, make_form
+from masonry_fem.nscd.solvers.sweep_form import SweepForm
 from tests.nscd.families import FAMILIES
 from tests.nscd.plane import plane_wall
 from tests.nscd.walls import rigid_wall
@@ -39,23 +38,20 @@ def walls():
 def test_threads_change_no_bit(name, relaxation):
     """Twice the same kernel with one and two threads, and once its twin that has none."""
     problem = walls()[name]
-    form = make_form(problem, relaxation, 2)
-    assert isinstance(form, ColouredForm)
+    form = SweepForm(problem, relaxation, 2)
+    assert form.threads == 2
     assert form.colouring.count > 3
     made = []
     for parallel, count in ((False, 1), (True, 1), (True, min(2, numba.config.NUMBA_NUM_THREADS))):
         before = numba.get_num_threads()
-        form = make_form(problem, relaxation, 1)
-        impulse, order = np.zeros_like(problem.free_velocity), form.colouring.order
-        data = (*form.same, impulse, *form.form.moving(impulse), form.slip)
-        sweep = sweep_forms.kernel(f"{form.form.name}_{problem.dimension}d", parallel=parallel)
+        form = SweepForm(problem, relaxation, 1)
+        impulse = np.zeros_like(problem.free_velocity)
         numba.set_num_threads(count)
         try:
-            head = (form.colouring.groups, form.colouring.colours, form.sums, form.form.speed)
-            result = sweep(*head, relaxation, 0, 13, 5, 1e-12, data)
+            result = form.swept(impulse, 13, 1e-12, parallel=parallel)
         finally:
             numba.set_num_threads(before)
-        made.append((result, impulse[np.argsort(order)]))
+        made.append((result, impulse))
     for result, impulse in made[1:]:
         assert result == made[0][0]
         assert np.array_equal(impulse, made[0][1])
@@ -96,11 +92,11 @@ def test_a_solution_stays_under_any_relaxation(seed, dimension, relaxation):
     solved = nsgs(problem, 1e-12)
     assert solved.converged
     kept = solved.impulse.copy()
-    make_form(problem, relaxation, None).sweep(kept, 3, 1e-300)
+    SweepForm(problem, relaxation, None).sweep(kept, 3, 1e-300)
     assert kept == pytest.approx(solved.impulse, abs=1e-9 * max(np.abs(solved.impulse).max(), 1e-300))
     cold = np.zeros_like(kept)
     for _ in range(5):
-        make_form(problem, relaxation, None).sweep(cold, 1, 1e-300)
+        SweepForm(problem, relaxation, None).sweep(cold, 1, 1e-300)
         slack = 1e-14 * np.abs(cold).max()
         assert (np.linalg.norm(cold[:, 1:], axis=1) <= problem.friction * cold[:, 0] + slack).all()
         assert (cold[:, 0] >= 0).all()
@@ -119,7 +115,7 @@ def test_relaxation_of_one_contact_by_hand():
     )
     for count in (1, 2, 3):
         impulse = np.zeros((1, 2))
-        make_form(alone, 0.5, None).sweep(impulse, count, 1e-300)
+        SweepForm(alone, 0.5, None).sweep(impulse, count, 1e-300)
         assert impulse[0] == pytest.approx((1 - 0.5**count) * np.array([1.0, -0.1]), rel=1e-14)
 
 

@@ -1,12 +1,9 @@
 """Nonlinear Gauss–Seidel (NSGS): contact after contact, each solved exactly with the others held.
 
 The thesis's own solver. It reaches 1e-4 fast and then crawls where W is rank-deficient, as it is
-in most masonry, so it gives up once sweeping no longer pays. Two forms give the same iterates:
-
-- **bodies**: all blocks rigid. The bodies' velocities are kept up to date and W is never formed.
-- **plain**: any other problem, condensed to its block-sparse W.
-
-Relaxed or with threads, sweeps go colour after colour, else in a shuffled order (``sweep_forms``).
+in most masonry, so it gives up once sweeping no longer pays. Where all blocks are rigid their velocities
+are kept up to date; any other problem is condensed to its block-sparse W. Relaxed or with threads, sweeps
+go colour after colour, else in a shuffled order (``sweep_form``).
 
     solution = iterate(problem, GaussSeidel(), SolverSettings(tolerance=1e-6))
 """
@@ -26,7 +23,7 @@ from masonry_fem.nscd.outcome import Outcome
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import Quality
 from masonry_fem.nscd.settings import SolverSettings, Start
-from masonry_fem.nscd.solvers.sweep_forms import Form, make_form
+from masonry_fem.nscd.solvers.sweep_form import SweepForm
 
 FloatArray = NDArray[np.float64]
 
@@ -70,7 +67,7 @@ class _SweepRun:
 
     def __init__(self, method: GaussSeidel, problem: ContactProblem, impulse: FloatArray) -> None:
         self.method, self.problem, self.impulse = method, problem, impulse
-        self.form: Form | None = None
+        self.form: SweepForm | None = None
         self.made, self.batch, self.strictness = 0, FIRST_BATCH, 1.0
         self.errors: list[tuple[int, float]] = []
 
@@ -84,7 +81,7 @@ class _SweepRun:
         if self.form is None:
             if settings.relaxation != 1.0:
                 refuse_stiffness(self.problem, f"method 'nsgs' with relaxation {settings.relaxation}")
-            self.form = make_form(self.problem, settings.relaxation, settings.threads)
+            self.form = SweepForm(self.problem, settings.relaxation, settings.threads)
         made, error = self.form.sweep(self.impulse, count, self.strictness * settings.tolerance)
         if made < count:
             # the sweeps' own measure held: should assess() disagree, ask more of it next time

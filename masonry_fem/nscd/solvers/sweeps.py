@@ -1,48 +1,89 @@
-"""Sweeps: the compiled inner loops of nonlinear Gauss–Seidel.
+"""Sweeps: contact after contact, each solved exactly with the others held; the one compiled loop of NSGS.
 
-Four loops, for blocks of W or velocities of bodies, in 2D and 3D. Each makes ``count`` sweeps over
-the contacts in the given ``order``, measures the natural map every ``interval`` sweeps with the velocities
-of that moment, and returns early at ``tolerance``. All arrays are flat in their last axes; ``law`` is the
-stiffness of cohesion (``local``). Where it is None Numba leaves out, before it compiles, all that it is for.
+Contacts stand in the order of a colouring. Groups of one colour share nothing (``colouring``), so it does
+not matter in which order they are visited, or at once by several threads. What an error sums up it sums
+within groups, then over groups in their order. So results depend on no number of threads.
 
-The measure is ``Quality.error`` without the bodies' balance, which sweeps keep by themselves.
+    sweep = kernel(parallel=True)
+    made, error = sweep(groups, colours, sums, speed, relaxation, turns, interval, tolerance, data)
+
+``data`` are, contact after contact: what couples them, of two ways one (the others are None: Numba leaves
+out, before it compiles, all that they are for)
+
+    bodies (c, 2), maps B M^-½ (c, 2, 3, 6) and motions M^½ U (b, 6), which sweeps keep up to date, or
+    pointer, other and blocks (k, 3, 3) of W by rows, the contacts' own included;
+
+and own (c, 3, 3) and ``local.reduce_blocks``, scale, friction, free velocity, law (``local``), impulse (c, 3)
+and λ of slip (c,). Plane problems are problems in space whose third direction is empty.
+
+A visit goes ω times as far as the exact local solution s, and back to the cone: p ← P_K(p + ω (s − p)).
+Its fixed points are those of ω = 1: there ω (s − p) is normal to K at p, so (s − p)·(z − p) ≤ 0 for all
+z in K, s among them, and s = p.
+
+Each sweep (``turns``) begins a group at another contact and goes forwards or backwards. A fixed order favours
+one corner of an interface all the time: walls then need up to ten times the sweeps and more. A turn of 0
+leaves the first group as it stands: one group of all contacts, shuffled, needs no more than that.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import cache
+from types import FunctionType
+from typing import Any
 
 import numpy as np
-from numba import njit
+from numba import njit, prange
 from numpy.typing import NDArray
 
-from masonry_fem.nscd.local import Law, answer_2d, answer_3d, pressed_2d, pressed_3d, solve_2d, solve_3d
+from masonry_fem.nscd.local import answer, pressed
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+Vector = tuple[float, float, float]
+
+
+@njit(cache=True, forceinline=True)
+def _velocity(
+    bodies: Any, maps: Any, motion: Any, pointer: Any, other: Any, blocks: Any, free: FloatArray,
+    impulse: FloatArray, i: int,
+) -> Vector:  # fmt: skip
+    """Velocity of contact ``i``."""
+    vn, v1, v2 = free[i, 0], free[i, 1], free[i, 2]
+    if pointer is not None:  # what is None is left out before it is compiled
+        for e in range(pointer[i], pointer[i + 1]):
+            j = other[e]
+            pn, p1, p2 = impulse[j, 0], impulse[j, 1], impulse[j, 2]
+            vn += blocks[e, 0, 0] * pn + blocks[e, 0, 1] * p1 + blocks[e, 0, 2] * p2
+            v1 += blocks[e, 1, 0] * pn + blocks[e, 1, 1] * p1 + blocks[e, 1, 2] * p2
+            v2 += blocks[e, 2, 0] * pn + blocks[e, 2, 1] * p1 + blocks[e, 2, 2] * p2
+    if bodies is not None:
+        for s in range(2):
+            body = bodies[i, s]
+            if body >= 0:
+                for m in range(6):
+                    u = motion[body, m]
+                    vn += maps[i, s, 0, m] * u
+                    v1 += maps[i, s, 1, m] * u
+                    v2 += maps[i, s, 2, m] * u
+    return vn, v1, v2
+
+
+@njit(cache=True, forceinline=True)
+def _move(bodies: Any, maps: Any, motion: Any, i: int, pn: float, p1: float, p2: float) -> None:
+    """Give an impulse at contact ``i`` to the motions of its bodies."""
+    if bodies is not None:
+        for s in range(2):
+            body = bodies[i, s]
+            if body >= 0:
+                for m in range(6):
+                    motion[body, m] += maps[i, s, 0, m] * pn + maps[i, s, 1, m] * p1 + maps[i, s, 2, m] * p2
 
 
 @njit(cache=True, inline="always")
-def _map_2d(mu: float, w: float, pn: float, pt: float, vn: float, vt: float) -> float:
-    """‖p − P_K(p − v̂/w)‖² of one contact."""
-    xn = pn - (vn + mu * abs(vt)) / w
-    xt = pt - vt / w
-    size = abs(xt)
-    if size > mu * xn:
-        if mu * size <= -xn:
-            xn, xt = 0.0, 0.0
-        else:
-            xn = (xn + mu * size) / (1.0 + mu * mu)
-            xt = mu * xn * (1.0 if xt > 0.0 else -1.0)
-    return (pn - xn) ** 2 + (pt - xt) ** 2
-
-
-@njit(cache=True, inline="always")
-def _map_3d(mu: float, w: float, pn: float, p1: float, p2: float, vn: float, v1: float, v2: float) -> float:
-    """‖p − P_K(p − v̂/w)‖² of one contact."""
-    xn = pn - (vn + mu * math.sqrt(v1 * v1 + v2 * v2)) / w
-    x1 = p1 - v1 / w
-    x2 = p2 - v2 / w
+def _onto_cone(mu: float, xn: float, x1: float, x2: float) -> Vector:
+    """P_K of one impulse."""
     size = math.sqrt(x1 * x1 + x2 * x2)
     if size > mu * xn:
         if mu * size <= -xn:
@@ -51,12 +92,75 @@ def _map_3d(mu: float, w: float, pn: float, p1: float, p2: float, vn: float, v1:
             xn = (xn + mu * size) / (1.0 + mu * mu)
             x1 *= mu * xn / size
             x2 *= mu * xn / size
-    return (pn - xn) ** 2 + (p1 - x1) ** 2 + (p2 - x2) ** 2
+    return xn, x1, x2
 
 
 @njit(cache=True, inline="always")
-def _error(square: float, size: float, worst: float, caused: float, fastest: float) -> float:
-    """Both natural maps' larger one, from sums of squares and squared maxima."""
+def _visit(first: int, last: int, turn: int, relaxation: float, data: Any) -> None:
+    """Visit the contacts of a group."""
+    bodies, maps, motion, pointer, other, blocks, own, local, _, friction, free, law, impulse, slip = data
+    # bits that look random, and are the same in every run
+    mixed = (turn * 2654435761 + first * 40503) & 0xFFFFFFFF
+    start = (mixed >> 16) % (last - first)
+    for k in range(last - first):
+        step = k + start
+        if step >= last - first:
+            step -= last - first
+        i = last - 1 - step if mixed & 512 else first + step
+        pn, p1, p2 = impulse[i, 0], impulse[i, 1], impulse[i, 2]
+        bn, b1, b2 = _velocity(bodies, maps, motion, pointer, other, blocks, free, impulse, i)
+        bn -= own[i, 0, 0] * pn + own[i, 0, 1] * p1 + own[i, 0, 2] * p2
+        b1 -= own[i, 1, 0] * pn + own[i, 1, 1] * p1 + own[i, 1, 2] * p2
+        b2 -= own[i, 2, 0] * pn + own[i, 2, 1] * p1 + own[i, 2, 2] * p2
+        qn, q1, q2, slip[i] = answer(local[i], friction[i], bn, b1, b2, slip[i], law, i)
+        if relaxation != 1.0:
+            qn, q1, q2 = pn + relaxation * (qn - pn), p1 + relaxation * (q1 - p1), p2 + relaxation * (q2 - p2)
+            qn, q1, q2 = _onto_cone(friction[i], qn, q1, q2)
+        impulse[i, 0], impulse[i, 1], impulse[i, 2] = qn, q1, q2
+        qn, q1, q2 = qn - pn, q1 - p1, q2 - p2
+        if qn != 0.0 or q1 != 0.0 or q2 != 0.0:
+            _move(bodies, maps, motion, i, qn, q1, q2)
+
+
+@njit(cache=True, inline="always")
+def _judge(first: int, last: int, data: Any) -> tuple[float, float, float, float, float]:
+    """What a group adds to the error: the sums of squares of the natural map p − P_K(p − v̂/w) and of p.
+
+    And the largest squares of the map in velocities, of what impulses cause, and of the velocity.
+    """
+    bodies, maps, motion, pointer, other, blocks, _, _, scale, friction, free, law, impulse, _ = data
+    square = size = worst = caused = fastest = 0.0
+    for i in range(first, last):
+        pn, p1, p2 = impulse[i, 0], impulse[i, 1], impulse[i, 2]
+        vn, v1, v2 = _velocity(bodies, maps, motion, pointer, other, blocks, free, impulse, i)
+        xn, x1, x2 = pressed(pn, p1, p2, vn, v1, v2, law, i)
+        mu, w = friction[i], scale[i]
+        yn, y1, y2 = _onto_cone(
+            mu, xn - (vn + mu * math.sqrt(v1 * v1 + v2 * v2)) / w, x1 - v1 / w, x2 - v2 / w
+        )
+        miss = (xn - yn) ** 2 + (x1 - y1) ** 2 + (x2 - y2) ** 2
+        square += miss
+        size += pn * pn + p1 * p1 + p2 * p2
+        worst = max(worst, w**2 * miss)
+        caused = max(caused, (vn - free[i, 0]) ** 2 + (v1 - free[i, 1]) ** 2 + (v2 - free[i, 2]) ** 2)
+        fastest = max(fastest, vn * vn + v1 * v1 + v2 * v2)
+    return square, size, worst, caused, fastest
+
+
+@njit(cache=True)
+def _error(sums: FloatArray, speed: float) -> float:
+    """``Quality.error`` without the bodies' balance, from the groups' judgements, shape (g, 5).
+
+    ``speed`` is what it is measured by, the largest free velocity; 0: by what the impulses cause.
+    """
+    square = size = worst = caused = fastest = 0.0
+    for g in range(len(sums)):
+        square += sums[g, 0]
+        size += sums[g, 1]
+        worst = max(worst, sums[g, 2])
+        caused = max(caused, sums[g, 3])
+        fastest = max(fastest, sums[g, 4])
+    caused = speed**2 if speed > 0.0 else caused
     if size == 0.0:
         return 0.0 if worst == 0.0 else math.sqrt(worst / fastest)
     if worst == 0.0:
@@ -64,240 +168,35 @@ def _error(square: float, size: float, worst: float, caused: float, fastest: flo
     return max(math.sqrt(square / size), math.sqrt(worst / caused) if caused > 0.0 else math.inf)
 
 
-@njit(cache=True)
-def plain_2d(
-    order: IntArray, pointer: IntArray, other: IntArray, blocks: FloatArray, own: FloatArray,
-    local: FloatArray, scale: FloatArray, friction: FloatArray, free: FloatArray, impulse: FloatArray,
-    count: int, interval: int, tolerance: float, law: Law,
+def _sweep(
+    groups: IntArray, colours: IntArray, sums: FloatArray, speed: float, relaxation: float,
+    turns: IntArray, interval: int, tolerance: float, data: Any,
 ) -> tuple[int, float]:  # fmt: skip
-    """Sweeps with W's off-diagonal ``blocks`` (k, 4) by rows and its diagonal ones ``own`` (c, 4)."""
+    """At most as many sweeps as there are ``turns``; how many, and the error they left."""
+    count = len(turns)
     error = math.inf
     for sweep in range(count):
-        for i in order:
-            bn, bt = free[i, 0], free[i, 1]
-            for k in range(pointer[i], pointer[i + 1]):
-                j = other[k]
-                bn += blocks[k, 0] * impulse[j, 0] + blocks[k, 1] * impulse[j, 1]
-                bt += blocks[k, 2] * impulse[j, 0] + blocks[k, 3] * impulse[j, 1]
-            if law is None:
-                impulse[i, 0], impulse[i, 1] = solve_2d(local[i], friction[i], bn, bt)
-            else:
-                impulse[i, 0], impulse[i, 1] = answer_2d(local[i], friction[i], bn, bt, law, i)
+        for colour in range(len(colours) - 1):
+            for g in prange(colours[colour], colours[colour + 1]):
+                _visit(groups[g], groups[g + 1], turns[sweep], relaxation, data)
         if (sweep + 1) % interval and sweep + 1 < count:
             continue
-        square = size = worst = caused = fastest = 0.0
-        for i in range(len(friction)):
-            pn, pt = impulse[i, 0], impulse[i, 1]
-            un = own[i, 0] * pn + own[i, 1] * pt
-            ut = own[i, 2] * pn + own[i, 3] * pt
-            for k in range(pointer[i], pointer[i + 1]):
-                j = other[k]
-                un += blocks[k, 0] * impulse[j, 0] + blocks[k, 1] * impulse[j, 1]
-                ut += blocks[k, 2] * impulse[j, 0] + blocks[k, 3] * impulse[j, 1]
-            vn, vt = un + free[i, 0], ut + free[i, 1]
-            if law is None:
-                miss = _map_2d(friction[i], scale[i], pn, pt, vn, vt)
-            else:
-                xn, xt = pressed_2d(pn, pt, vn, vt, law, i)
-                miss = _map_2d(friction[i], scale[i], xn, xt, vn, vt)
-            given = pn * pn + pt * pt
-            square += miss
-            size += given
-            worst = max(worst, scale[i] ** 2 * miss)
-            caused = max(caused, un * un + ut * ut)
-            fastest = max(fastest, vn * vn + vt * vt)
-        error = _error(square, size, worst, caused, fastest)
+        for g in prange(len(sums)):
+            sums[g, 0], sums[g, 1], sums[g, 2], sums[g, 3], sums[g, 4] = _judge(
+                groups[g], groups[g + 1], data
+            )
+        error = _error(sums, speed)
         if error <= tolerance:
             return sweep + 1, error
     return count, error
 
 
-@njit(cache=True)
-def plain_3d(
-    order: IntArray, pointer: IntArray, other: IntArray, blocks: FloatArray, own: FloatArray,
-    local: FloatArray, scale: FloatArray, friction: FloatArray, free: FloatArray, impulse: FloatArray,
-    slip: FloatArray,
-    count: int, interval: int, tolerance: float, law: Law,
-) -> tuple[int, float]:  # fmt: skip
-    """Sweeps with W's off-diagonal ``blocks`` (k, 9) and diagonal ones ``own`` (c, 9); λ in ``slip``."""
-    error = math.inf
-    for sweep in range(count):
-        for i in order:
-            bn, b1, b2 = free[i, 0], free[i, 1], free[i, 2]
-            for k in range(pointer[i], pointer[i + 1]):
-                j = other[k]
-                pn, p1, p2 = impulse[j, 0], impulse[j, 1], impulse[j, 2]
-                bn += blocks[k, 0] * pn + blocks[k, 1] * p1 + blocks[k, 2] * p2
-                b1 += blocks[k, 3] * pn + blocks[k, 4] * p1 + blocks[k, 5] * p2
-                b2 += blocks[k, 6] * pn + blocks[k, 7] * p1 + blocks[k, 8] * p2
-            if law is None:
-                impulse[i, 0], impulse[i, 1], impulse[i, 2], slip[i] = solve_3d(
-                    local[i], friction[i], bn, b1, b2, slip[i]
-                )
-            else:
-                impulse[i, 0], impulse[i, 1], impulse[i, 2], slip[i] = answer_3d(
-                    local[i], friction[i], bn, b1, b2, slip[i], law, i
-                )
-        if (sweep + 1) % interval and sweep + 1 < count:
-            continue
-        square = size = worst = caused = fastest = 0.0
-        for i in range(len(friction)):
-            qn, q1, q2 = impulse[i, 0], impulse[i, 1], impulse[i, 2]
-            un = own[i, 0] * qn + own[i, 1] * q1 + own[i, 2] * q2
-            u1 = own[i, 3] * qn + own[i, 4] * q1 + own[i, 5] * q2
-            u2 = own[i, 6] * qn + own[i, 7] * q1 + own[i, 8] * q2
-            for k in range(pointer[i], pointer[i + 1]):
-                j = other[k]
-                pn, p1, p2 = impulse[j, 0], impulse[j, 1], impulse[j, 2]
-                un += blocks[k, 0] * pn + blocks[k, 1] * p1 + blocks[k, 2] * p2
-                u1 += blocks[k, 3] * pn + blocks[k, 4] * p1 + blocks[k, 5] * p2
-                u2 += blocks[k, 6] * pn + blocks[k, 7] * p1 + blocks[k, 8] * p2
-            vn, v1, v2 = un + free[i, 0], u1 + free[i, 1], u2 + free[i, 2]
-            if law is None:
-                miss = _map_3d(friction[i], scale[i], qn, q1, q2, vn, v1, v2)
-            else:
-                xn, x1, x2 = pressed_3d(qn, q1, q2, vn, v1, v2, law, i)
-                miss = _map_3d(friction[i], scale[i], xn, x1, x2, vn, v1, v2)
-            given = qn * qn + q1 * q1 + q2 * q2
-            square += miss
-            size += given
-            worst = max(worst, scale[i] ** 2 * miss)
-            caused = max(caused, un * un + u1 * u1 + u2 * u2)
-            fastest = max(fastest, vn * vn + v1 * v1 + v2 * v2)
-        error = _error(square, size, worst, caused, fastest)
-        if error <= tolerance:
-            return sweep + 1, error
-    return count, error
-
-
-@njit(cache=True)
-def bodies_2d(
-    order: IntArray, bodies: IntArray, maps: FloatArray, own: FloatArray, local: FloatArray,
-    scale: FloatArray, friction: FloatArray, free: FloatArray, impulse: FloatArray, motion: FloatArray,
-    speed: float, count: int, interval: int, tolerance: float, law: Law,
-) -> tuple[int, float]:  # fmt: skip
-    """Sweeps that keep the bodies' velocities ``motion`` = M^½ U (b, 3); ``maps`` = B M^-½ (c, 2, 6).
-
-    ``speed`` is the largest free velocity, which errors are measured by.
-    """
-    error = math.inf
-    for sweep in range(count):
-        for i in order:
-            pn, pt = impulse[i, 0], impulse[i, 1]
-            bn = free[i, 0] - own[i, 0] * pn - own[i, 1] * pt
-            bt = free[i, 1] - own[i, 2] * pn - own[i, 3] * pt
-            for s in range(2):
-                body = bodies[i, s]
-                if body >= 0:
-                    for m in range(3):
-                        bn += maps[i, s, m] * motion[body, m]
-                        bt += maps[i, s, 3 + m] * motion[body, m]
-            if law is None:
-                impulse[i, 0], impulse[i, 1] = solve_2d(local[i], friction[i], bn, bt)
-            else:
-                impulse[i, 0], impulse[i, 1] = answer_2d(local[i], friction[i], bn, bt, law, i)
-            pn, pt = impulse[i, 0] - pn, impulse[i, 1] - pt
-            for s in range(2):
-                body = bodies[i, s]
-                if body >= 0:
-                    for m in range(3):
-                        motion[body, m] += maps[i, s, m] * pn + maps[i, s, 3 + m] * pt
-        if (sweep + 1) % interval and sweep + 1 < count:
-            continue
-        square = size = worst = caused = fastest = 0.0
-        for i in range(len(friction)):
-            pn, pt = impulse[i, 0], impulse[i, 1]
-            vn, vt = free[i, 0], free[i, 1]
-            for s in range(2):
-                body = bodies[i, s]
-                if body >= 0:
-                    for m in range(3):
-                        vn += maps[i, s, m] * motion[body, m]
-                        vt += maps[i, s, 3 + m] * motion[body, m]
-            if law is None:
-                miss = _map_2d(friction[i], scale[i], pn, pt, vn, vt)
-            else:
-                xn, xt = pressed_2d(pn, pt, vn, vt, law, i)
-                miss = _map_2d(friction[i], scale[i], xn, xt, vn, vt)
-            given = pn * pn + pt * pt
-            square += miss
-            size += given
-            worst = max(worst, scale[i] ** 2 * miss)
-            caused = max(caused, scale[i] ** 2 * given)
-            fastest = max(fastest, vn * vn + vt * vt)
-        error = _error(square, size, worst, speed**2 if speed > 0.0 else caused, fastest)
-        if error <= tolerance:
-            return sweep + 1, error
-    return count, error
-
-
-@njit(cache=True)
-def bodies_3d(
-    order: IntArray, bodies: IntArray, maps: FloatArray, own: FloatArray, local: FloatArray,
-    scale: FloatArray, friction: FloatArray, free: FloatArray, impulse: FloatArray, motion: FloatArray,
-    slip: FloatArray,
-    speed: float, count: int, interval: int, tolerance: float, law: Law,
-) -> tuple[int, float]:  # fmt: skip
-    """Sweeps that keep the bodies' velocities ``motion`` = M^½ U (b, 6); ``maps`` = B M^-½ (c, 2, 18).
-
-    ``speed`` is the largest free velocity, which errors are measured by.
-    """
-    error = math.inf
-    for sweep in range(count):
-        for i in order:
-            pn, p1, p2 = impulse[i, 0], impulse[i, 1], impulse[i, 2]
-            bn = free[i, 0] - own[i, 0] * pn - own[i, 1] * p1 - own[i, 2] * p2
-            b1 = free[i, 1] - own[i, 3] * pn - own[i, 4] * p1 - own[i, 5] * p2
-            b2 = free[i, 2] - own[i, 6] * pn - own[i, 7] * p1 - own[i, 8] * p2
-            for s in range(2):
-                body = bodies[i, s]
-                if body >= 0:
-                    for m in range(6):
-                        u = motion[body, m]
-                        bn += maps[i, s, m] * u
-                        b1 += maps[i, s, 6 + m] * u
-                        b2 += maps[i, s, 12 + m] * u
-            if law is None:
-                qn, q1, q2, slip[i] = solve_3d(local[i], friction[i], bn, b1, b2, slip[i])
-            else:
-                qn, q1, q2, slip[i] = answer_3d(local[i], friction[i], bn, b1, b2, slip[i], law, i)
-            impulse[i, 0], impulse[i, 1], impulse[i, 2] = qn, q1, q2
-            qn, q1, q2 = qn - pn, q1 - p1, q2 - p2
-            if qn == 0.0 and q1 == 0.0 and q2 == 0.0:
-                continue
-            for s in range(2):
-                body = bodies[i, s]
-                if body >= 0:
-                    for m in range(6):
-                        motion[body, m] += (
-                            maps[i, s, m] * qn + maps[i, s, 6 + m] * q1 + maps[i, s, 12 + m] * q2
-                        )
-        if (sweep + 1) % interval and sweep + 1 < count:
-            continue
-        square = size = worst = caused = fastest = 0.0
-        for i in range(len(friction)):
-            pn, p1, p2 = impulse[i, 0], impulse[i, 1], impulse[i, 2]
-            vn, v1, v2 = free[i, 0], free[i, 1], free[i, 2]
-            for s in range(2):
-                body = bodies[i, s]
-                if body >= 0:
-                    for m in range(6):
-                        u = motion[body, m]
-                        vn += maps[i, s, m] * u
-                        v1 += maps[i, s, 6 + m] * u
-                        v2 += maps[i, s, 12 + m] * u
-            if law is None:
-                miss = _map_3d(friction[i], scale[i], pn, p1, p2, vn, v1, v2)
-            else:
-                xn, x1, x2 = pressed_3d(pn, p1, p2, vn, v1, v2, law, i)
-                miss = _map_3d(friction[i], scale[i], xn, x1, x2, vn, v1, v2)
-            given = pn * pn + p1 * p1 + p2 * p2
-            square += miss
-            size += given
-            worst = max(worst, scale[i] ** 2 * miss)
-            caused = max(caused, scale[i] ** 2 * given)
-            fastest = max(fastest, vn * vn + v1 * v1 + v2 * v2)
-        error = _error(square, size, worst, speed**2 if speed > 0.0 else caused, fastest)
-        if error <= tolerance:
-            return sweep + 1, error
-    return count, error
+@cache
+def kernel(*, parallel: bool) -> Callable[..., tuple[int, float]]:
+    """The compiled sweeps; only what is ``parallel`` loads Numba's threads."""
+    source = FunctionType(_sweep.__code__, globals(), _sweep.__name__)
+    # Numba's cache on disk tells kernels apart by their names
+    source.__qualname__ = "parallel" if parallel else "alone"
+    source.__module__ = __name__
+    compiled: Callable[..., tuple[int, float]] = njit(cache=True, parallel=parallel)(source)
+    return compiled

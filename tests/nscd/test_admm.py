@@ -128,35 +128,6 @@ def test_a_load_that_vanishes_leaves_no_impulse():
     assert np.abs(after.rigid_velocity).max() < 1e-6 * np.abs(loaded.rigid_impulse).max()
 
 
-@pytest.mark.parametrize(("horizontal", "friction"), [(0.1, 0.6), (0.3, 0.2), (0.6, 1.2)])
-def test_products_alone_do(horizontal, friction):
-    problem = walls.rigid_wall(5, 4, friction=friction, horizontal=horizontal)
-    for form in (problem, problem.condensed()):
-        solution = iterate(form, ADMM(factorise=False, accuracy=1e-4), SolverSettings(tolerance=1e-8))
-        assert solution.converged
-        assert solution.linear_solves == 0
-        exact = admm(problem, 1e-9).velocity
-        np.testing.assert_allclose(
-            solution.velocity, exact, atol=1e-6 * np.abs(problem.plain_velocity()).max()
-        )
-
-
-def test_products_alone_do_for_rigid_statics():
-    problem = walls.rigid_wall(5, 4, inertia=0.0)
-    solution = iterate(problem, ADMM(factorise=False), SolverSettings(tolerance=1e-8))
-    assert solution.converged
-    speed = np.abs(problem.contact_velocity(problem.rigid_impulse)).max()  # of unit masses
-    assert np.abs(solution.velocity).max() < 1e-6 * speed
-
-
-def test_products_alone_do_for_elastic_statics():
-    problem = walls.wall(2, 1.0, (2, 1, 1)).problem()
-    solution = iterate(problem, ADMM(factorise=False), SolverSettings(tolerance=1e-8))
-    assert solution.converged
-    exact = admm(problem, 1e-9).velocity
-    np.testing.assert_allclose(solution.velocity, exact, atol=1e-6 * np.abs(exact).max())
-
-
 def test_a_wall_that_neither_tips_nor_slides_although_it_might():
     """With a friction term that is updated in each iteration this one never ends."""
     problem = walls.rigid_wall(10, 8, horizontal=0.6, friction=1.2)

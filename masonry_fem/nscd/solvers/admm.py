@@ -13,8 +13,7 @@ The friction term makes the problem non-convex. Updated in each iteration it fee
 tip, and the iteration never ends; so it starts at 0, as in a convex problem, and follows the velocities
 only when x − y has become small beside what it lags behind.
 
-The linear half is solved by one factorisation for each ρ (two or three in all), or by conjugate
-gradients, which need nothing but products with B, W_el and M: the form that can be distributed.
+The linear half is solved by one factorisation for each ρ (two or three in all).
 
 Where cohesion has a stiffness S, all this is of p̃ = p + S v, but what is offered is p.
 
@@ -31,7 +30,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from masonry_fem.nscd.cohesion import refuse_stiffness
 from masonry_fem.nscd.graphs import augmented_velocity, project_cone, tangential_norm
 from masonry_fem.nscd.iterate import Iterate
 from masonry_fem.nscd.linear import Library
@@ -42,7 +40,7 @@ from masonry_fem.nscd.scaling import contact_scale
 from masonry_fem.nscd.settings import SolverSettings, Start
 from masonry_fem.nscd.solvers.admm_kernel import advance, reflect
 from masonry_fem.nscd.solvers.anderson import Anderson
-from masonry_fem.nscd.solvers.proximal_step import factorised, iterated
+from masonry_fem.nscd.solvers.proximal_step import ProximalStep
 
 FloatArray = NDArray[np.float64]
 
@@ -61,8 +59,6 @@ class ADMM:
     tight, loose : ‖x − y‖ relative to what s lags behind, at which s moves on; ``loose`` and ``tight``
         by turns where ``phase`` iterations, then 1.5 times as many, did not halve the error.
     follow : Share of its lag by which s moves.
-    factorise : False: the linear half by conjugate gradients, with nothing but products.
-    accuracy : Share of its residual that conjugate gradients leave.
     interval : Iterations between two tests of the error.
     patience : Iterations before it may be called stalled.
     progress : It is stalled where the second half of all iterations left more than this of the error.
@@ -79,8 +75,6 @@ class ADMM:
     loose: float = 1.0
     phase: int = 150
     follow: float = 0.6
-    factorise: bool = True
-    accuracy: float = 1e-3
     interval: int = 10
     patience: int = 3_000
     progress: float = 0.5
@@ -94,8 +88,6 @@ class ADMM:
 
     def init(self, problem: ContactProblem, start: Start | None) -> ADMMRun:
         """A run on a problem."""
-        if not self.factorise:
-            refuse_stiffness(problem, "method 'admm' by conjugate gradients")
         return ADMMRun(problem, self, start)
 
 
@@ -106,11 +98,7 @@ class ADMMRun:
         self.problem, self.settings = problem, settings
         scale = contact_scale(problem)
         self.scale, self.root = scale, np.sqrt(scale)
-        self.part = (
-            factorised(problem, scale, settings.library)
-            if settings.factorise
-            else iterated(problem, settings.accuracy)
-        )
+        self.part = ProximalStep(problem, scale, settings.library)
         shape = problem.free_velocity.shape
         self.state = np.zeros(shape)  # z
         self.slip = np.zeros(problem.count)  # s

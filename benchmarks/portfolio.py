@@ -48,9 +48,9 @@ TOLERANCE = 1e-8
 LIMIT = 40.0  # seconds a problem
 COHESION = "joints with cohesion"
 TURNS = (
-    "first sweeps", "few sweeps", "sweeps after the interior point", "last sweeps", "first newton steps",
-    "newton with even scales", "newton from held impulses", "newton", "rigid twin", "weaker twin", "rest",
-    "interior point", "polish", "pivoting", "firm newton", "path", "admm", "patient newton",
+    "first sweeps", "sweeps after the interior point", "first newton steps", "newton with even scales",
+    "newton from held impulses", "newton", "rigid twin", "weaker twin", "rest", "interior point", "polish",
+    "pivoting", "firm newton", "path", "admm", "patient newton",
 )  # fmt: skip
 
 
@@ -148,8 +148,7 @@ def _found(made: Any, *_: Any) -> bool:
 
 
 def _changed(made: Any, problem: Any, before: Any, *_: Any) -> bool:
-    same = isinstance(made, np.ndarray) and np.array_equal(made, before)
-    return made is not before and not same
+    return made is not before
 
 
 def _parts() -> list[Switch]:
@@ -158,9 +157,6 @@ def _parts() -> list[Switch]:
 
     def as_made(_: Any, made: Any, *rest: Any) -> Any:
         return made
-
-    def as_it_is(_: Any, impulse: Any, velocity: Any) -> Any:
-        return impulse
 
     def no_swing(self: Any, line: Any, *, settled: bool) -> Any:
         return np.zeros_like(self.rough)
@@ -173,11 +169,9 @@ def _parts() -> list[Switch]:
         Switch("plane form", kind, turns, "plane_form", nothing, _found),
         Switch("flips of rough contacts", kind, Flips, "swinging", no_swing, _some),
         Switch("escape", kind, Escape, "watch", never, _some),
-        Switch("newton's further tries", kind, newton.NewtonRun, "_may_try_again", never, _some),
         Switch("krylov iterations", kind, body_solver.BodySolver, "iterates", never, _some),
         Switch("guesses kept as they are", kind, looping, "_holds", never, _some),
         Switch("brought to rest", kind, solving, "brought_to_rest", as_made, _changed),
-        Switch("starts put on the cones", kind, solving, "onto_cones", as_it_is, _changed),
         Switch("fall of closed contacts", kind, solving, "falling", nothing, _found),
         Switch("limit of elastic blocks", kind, turns, "at_limit", never, _some),
     ]
@@ -192,7 +186,6 @@ def _constants() -> list[Switch]:
         Switch("few contacts as many", kind, turns, "MANY", 0),
         Switch("many contacts as few", kind, turns, "MANY", 10**9),
         Switch("sweeps without foresight", kind, turns, "PATIENCE", 10**9, where="first sweeps"),
-        Switch("polish by plain newton", kind, turns, "_polish", made(ProximalNewton()), where="polish"),
         Switch("newton's crawl", kind, newton, "_CRAWL", 10**9),
         Switch("interior point slides at once", kind, turns, "_interior_point",
                made(InteriorPoint(align=0.0, sliding=0.0)), where="interior point"),
@@ -206,29 +199,24 @@ def _constants() -> list[Switch]:
 
 def label(turn: Turn) -> str:
     """Which of ``TURNS`` a turn is."""
-    if turn.stiff or turn.weak:
-        return "weaker twin" if turn.weak else "rigid twin"
+    if turn.twin is not None:
+        return "weaker twin" if turn.twin < 1 else "rigid twin"
     method = turn.make()
     while isinstance(method, InPlane):
         method = method.inner
     if isinstance(method, GaussSeidel):
-        return _sweeps(turn, method)
+        return "sweeps after the interior point" if turn.origin == "best" else "first sweeps"
     if isinstance(method, ProximalNewton):
         return _newton(turn, method)
     return {"interior_point": "interior point"}.get(method.name, method.name)
 
 
-def _sweeps(turn: Turn, method: GaussSeidel) -> str:
-    known = {turns.FEW: "few sweeps", turns.ENDING: "sweeps after the interior point"}
-    return known.get(method.iterations, "last sweeps" if turn.origin == "best" else "first sweeps")
-
-
 def _newton(turn: Turn, method: ProximalNewton) -> str:
-    if method.slender:
-        return "newton with even scales"
     if turn.origin == "held":
         return "newton from held impulses"
-    if turn.rescue:
+    if method.slender:
+        return "newton with even scales"
+    if method.weight is not None:
         return "patient newton" if method.adaptive else "firm newton"
     if turn.iterations == turns.POLISH:
         return "polish"

@@ -20,7 +20,6 @@ from scipy import sparse
 
 from masonry_fem.errors import ProblemError
 from masonry_fem.nscd.admissible import Admissible, admissible_impulses, falling
-from masonry_fem.nscd.cohesion import onto_cones
 from masonry_fem.nscd.in_plane import InPlane
 from masonry_fem.nscd.iterate import Iterate, Method, iterate
 from masonry_fem.nscd.outcome import Outcome, Solution
@@ -50,8 +49,6 @@ _ENDED = {
 }
 # Share of what pushes contacts together that they may be in each other by.
 FOLLOWED = 1e-2
-# Share of friction with which a structure at its limit moves fast enough to be seen.
-WEAK = 0.97
 
 
 def solve(
@@ -148,8 +145,6 @@ def _choose(
     total: Solution | None = None
     inside: Solution | None = None
     for turn in turns(problem, settings, start, loads):
-        if turn.rescue and total is not None and total.quality.error <= ROUNDED:
-            return replace(total, outcome=Outcome.STALLED)
         own = _share(turn, settings, 0 if total is None else total.iterations, time.monotonic() - began)
         if own is None:
             break
@@ -179,16 +174,16 @@ def _share(turn: Turn, settings: SolverSettings, iterations: int, seconds: float
 def _made(turn: Turn, problem: ContactProblem, settings: SolverSettings, start: Start | None) -> Solution:
     """What a turn's method makes of the problem."""
     method = _with_linear(turn.make(), settings)
-    if not (turn.stiff or turn.weak):
+    if turn.twin is None:
         return iterate(problem, method, settings, start)
     nothing = sparse.bsr_array(problem.compliance.shape, blocksize=problem.compliance.blocksize)
-    friction = WEAK * problem.friction if turn.weak else problem.friction
-    made = iterate(replace(problem, compliance=nothing, friction=friction), method, settings, start)
+    twin = replace(problem, compliance=nothing, friction=turn.twin * problem.friction)
+    made = iterate(twin, method, settings, start)
     velocity = problem.velocity(made.impulse, made.rigid_velocity)
     quality = assess(problem, made.impulse, made.rigid_velocity, least_impulse=settings.least_impulse)
     # a verdict holds for both, convergence does not
     outcome = Outcome.STALLED if made.solved else made.outcome
-    if turn.weak and outcome is Outcome.NO_EQUILIBRIUM:
+    if turn.twin < 1 and outcome is Outcome.NO_EQUILIBRIUM:
         outcome = Outcome.AT_LIMIT
     return replace(made, velocity=velocity, quality=quality, outcome=outcome)
 
@@ -218,7 +213,7 @@ def _origin(turn: Turn, problem: ContactProblem, state: Solution | None, start: 
     close = CLOSE_OF_BODIES if problem.body_count else CLOSE
     if turn.origin == "close" and state.quality.error > close:
         return None
-    return Start(onto_cones(problem, state.impulse, state.velocity), state.rigid_velocity)
+    return Start(state.impulse, state.rigid_velocity)
 
 
 def _judged(made: Solution, loads: Callable[[], Admissible]) -> Solution:

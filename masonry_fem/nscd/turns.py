@@ -37,10 +37,6 @@ HORIZON_OF_BODIES = 20_000
 PATIENCE = 300
 # Rigid contacts from which sweeps from cold are not worth a try.
 MANY = 500
-# To a tolerance this loose, so many sweeps mend the last step's impulses of a wall, which Newton takes
-# ten to a hundred steps for.
-LOOSE = 1e-6
-FEW = 300
 # Sweeps after the interior point, where PATIENCE of them foretell an end.
 ENDING = 1_500
 # Newton steps in which blocks show whether they stick: then they are enough.
@@ -51,6 +47,8 @@ NEWTON_STEPS = 120
 HELD_STEPS = 60
 # Proximal weights to try on few contacts: which leads out of a cycle differs from problem to problem.
 WEIGHTS = (1e-2, 1e-1, 1e-3)
+# Share of friction with which a structure at its limit moves fast enough to be seen.
+WEAK = 0.97
 # Newton steps that polish: what takes more, ADMM does in less time.
 POLISH = 25
 
@@ -59,28 +57,20 @@ POLISH = 25
 class Turn:
     """A method's turn: how it is made, its iterations, and what it starts from.
 
-    ``origin`` is "given" (the caller's first guess), "best" (the best state so far, projected on the
-    cones), "held" (impulses that balance the loads, see ``rest``), "close" (the best state where that is
-    close to a solution, else nothing), "inside" (where the interior-point method ended: what Newton cycles on
-    holds up ADMM) or "cold".
-    ``stiff`` leaves the compliance out; ``weak`` some friction, too, to see how a structure at its limit is
-    about to move. ``rescue`` finds other sets of sticking and sliding contacts: it is for problems on which
-    the turns before it have not come close, not for rounding that one may ask to be solved away.
+    ``origin`` is "given" (the caller's first guess), "best" (the best state so far), "held" (impulses that
+    balance the loads, see ``rest``), "close" (the best state where that is close to a solution, else none),
+    "inside" (where the interior-point method ended: what Newton cycles on holds up ADMM) or "cold".
+    ``twin`` is the share of friction of the rigid twin that is asked instead: it shows what moves.
     """
 
     make: Callable[[], Method]
     iterations: int | None = None
     origin: Literal["given", "best", "close", "held", "inside", "cold"] = "given"
-    stiff: bool = False
-    weak: bool = False
-    rescue: bool = False
+    twin: float | None = None
 
 
 def turns(
-    problem: ContactProblem,
-    settings: SolverSettings,
-    start: Start | None,
-    loads: Callable[[], Admissible],
+    problem: ContactProblem, settings: SolverSettings, start: Start | None, loads: Callable[[], Admissible]
 ) -> Iterator[Turn]:
     """Who has a go at a problem, in order; what a turn needs is found out only when it comes.
 
@@ -91,13 +81,13 @@ def turns(
         if _uneven(problem):
             yield Turn(_slender_newton, BRIEF, "cold")
         if loads().falls:
-            # what moves, it shows as rigid blocks at a hundredth of the cost
+            # what moves, it shows as rigid blocks at a fifth of the cost
             if not problem.rigid:
-                yield Turn(_newton, stiff=True)
+                yield Turn(_newton, twin=1.0)
             yield Turn(_newton)
             return
         if not problem.rigid and problem.count >= MANY and at_limit(problem):
-            yield Turn(_newton, weak=True)
+            yield Turn(_newton, twin=WEAK)
             return
         if problem.rigid:
             yield Turn(Rest)
@@ -110,20 +100,16 @@ def turns(
             yield Turn(_brief_sweeps(HORIZON_OF_BODIES))
             yield Turn(_newton, NEWTON_STEPS, "close")
         yield from _thorough(problem, settings.tolerance)
-        yield Turn(_sweeps, origin="best", rescue=True)
     elif not problem.body_count:
         yield Turn(_brief_sweeps(HORIZON))
         yield Turn(_newton, origin="close")
         yield from _exact(problem)
-        yield Turn(_sweeps, origin="best")
     elif problem.count < MANY:
         yield Turn(_brief_sweeps(HORIZON_OF_BODIES))
         yield Turn(_newton, NEWTON_STEPS, "close")
         yield from _thorough(problem, settings.tolerance)
     else:
         if start is not None and start.impulse is not None:
-            if settings.tolerance >= LOOSE:
-                yield Turn(_few_sweeps)
             yield Turn(_newton, BRIEF)
         yield from _thorough(problem, settings.tolerance)
 
@@ -136,17 +122,17 @@ def _thorough(problem: ContactProblem, tolerance: float) -> Iterator[Turn]:
     if problem.rigid and not _static(problem):
         # where the interior point meets a fold of its path the error is local: sweeps get across
         yield Turn(_within(flat, _brief_sweeps(ENDING)), origin="best")
-    yield Turn(_within(flat, _polish), POLISH, origin="best")
+    yield Turn(_within(flat, _newton), POLISH, origin="best")
     yield from _exact(problem)
     if problem.count < MANY:
         for weight in WEIGHTS:
-            yield Turn(_firm_newton(weight), NEWTON_STEPS, rescue=True)
+            yield Turn(_firm_newton(weight), NEWTON_STEPS)
         flat = plane_form(problem, tolerance)
     if problem.rigid and _followable(problem if flat is None else flat.problem):
-        yield Turn(_within(flat, _path), origin="best", rescue=True)
+        yield Turn(_within(flat, _path), origin="best")
     flat = flat if problem.count >= MANY else None
-    yield Turn(_within(flat, _splitting), origin="inside", rescue=True)
-    yield Turn(_within(flat, _patient_newton), origin="best", rescue=True)
+    yield Turn(_within(flat, _splitting), origin="inside")
+    yield Turn(_within(flat, _patient_newton), origin="best")
 
 
 def _within(form: PlaneForm | None, make: Callable[[], Method]) -> Callable[[], Method]:
@@ -196,13 +182,6 @@ def _slender_newton() -> Method:
     return ProximalNewton(slender=True)
 
 
-def _polish() -> Method:
-    from masonry_fem.nscd.solvers.newton import ProximalNewton  # noqa: PLC0415
-
-    # statuses are nearly right: little regularisation, and no patience with any round
-    return ProximalNewton(weight=1e-4, adaptive=True, round_steps=10, patience=12)
-
-
 def _patient_newton() -> Method:
     from masonry_fem.nscd.solvers.newton import ProximalNewton  # noqa: PLC0415
 
@@ -238,16 +217,6 @@ def _path() -> Method:
 
 def _splitting() -> Method:
     return make_method("admm")
-
-
-def _sweeps() -> Method:
-    return make_method("nsgs")
-
-
-def _few_sweeps() -> Method:
-    from masonry_fem.nscd.solvers.gauss_seidel import GaussSeidel  # noqa: PLC0415 - Numba is slow to import
-
-    return GaussSeidel(iterations=FEW)
 
 
 def _brief_sweeps(horizon: int) -> Callable[[], Method]:

@@ -127,33 +127,24 @@ class NewtonRun:
         self.static = problem.rigid_mass <= 0
         weight, decrease, least = _usual_weights(problem)
         self.least_weight = least if settings.least_weight is None else settings.least_weight
-        self.first_weight = weight if settings.weight is None else settings.weight
         self.decrease = decrease if settings.decrease is None else settings.decrease
-        self.full_steps = settings.full_steps
-        self.tries: tuple[int, ...] = _COLD_TRIES
         self.bonded_size = np.inf  # of U after the bonded step
         self.flips = Flips(problem.friction)
-        self._start_cold()
+        self.weight = weight if settings.weight is None else settings.weight
+        self.static_mass = settings.static_mass
+        self.bonded = True
+        self.impulse = np.zeros_like(problem.free_velocity)
+        self.rigid_velocity = problem.rigid_velocity.copy()
+        self.error = 1.0  # natural map at the last centre
+        self.softens = True  # ε may fall again after it had to rise
+        self.escape = Escape()
+        self.best, self.idle, self.crawling = np.inf, 0, 0
         if start is not None and start.impulse is not None:
-            self.tries = _WARM_TRIES
             self.bonded = False
             self.impulse = start.impulse.copy()
             self.rigid_velocity = problem.balanced_velocity(start.impulse)
             if start.rigid_velocity is not None:
                 self.rigid_velocity = np.where(self.static, start.rigid_velocity, self.rigid_velocity)
-            self.round = self._new_round()
-
-    def _start_cold(self) -> None:
-        """Nothing known yet: the first step will be the bonded one."""
-        self.weight, self.static_mass = self.first_weight, self.settings.static_mass
-        self.bonded = True
-        self.impulse = np.zeros_like(self.problem.free_velocity)
-        self.rigid_velocity = self.problem.rigid_velocity.copy()
-        self.error = 1.0  # natural map at the last centre
-        self.softens = True  # ε may fall again after it had to rise
-        self.escape = Escape()
-        self.best, self.idle, self.crawling = np.inf, 0, 0
-        self.flips.forget()
         self.round = self._new_round()
 
     def guess(self) -> Iterate:
@@ -178,20 +169,9 @@ class NewtonRun:
         running_off = self.static.any() and np.linalg.norm(self.rigid_velocity) > 1e3 * self.bonded_size
         if running_off and self.static_mass < _FIRM and self._restart():
             return self._offer(None, solves=1)
-        if self.round.steps >= self._patience():
+        if self.round.steps >= self.settings.round_steps:
             return self._offer(self._give_up_round(), solves=1)
         return self._offer(None, solves=1)
-
-    def _may_try_again(self) -> bool:
-        """True while tries are left and no round of this one was solved, well where it was a first guess."""
-        warm = len(self.tries) == len(_WARM_TRIES)
-        return bool(self.tries) and self.best > (_HOLD if warm else _ANY)
-
-    def _patience(self) -> int:
-        """Newton steps after which the round is given up: few before a try has taken hold."""
-        if self._may_try_again():
-            return min(self.settings.round_steps, _WARM_STEPS if len(self.tries) > 1 else _TRY_STEPS)
-        return self.settings.round_steps
 
     def _offer(self, verdict: Outcome | None, solves: int) -> Iterate:
         velocity = self.rigid_velocity
@@ -212,7 +192,7 @@ class NewtonRun:
                 self.bonded_size = min(self.bonded_size, float(np.linalg.norm(full.rigid_velocity)))
             return full
         self.round.residuals.append(here.residual)
-        if self.round.steps < self.full_steps:
+        if self.round.steps < self.settings.full_steps:
             return full
         return self._search(here, change, motion, full)
 
@@ -320,8 +300,7 @@ class NewtonRun:
 
     def _give_up_round(self) -> Outcome | None:
         """A round that does not end: regularise more, and begin it again."""
-        another_try = self._may_try_again()
-        if (another_try or (self.static.any() and self.static_mass < _FIRM)) and self._restart():
+        if self.static.any() and self.static_mass < _FIRM and self._restart():
             return None
         self.weight = min(10.0 * self.weight, 1.0)
         self.impulse, self.rigid_velocity = self.round.impulse, self.round.rigid_velocity
@@ -330,12 +309,7 @@ class NewtonRun:
         return Outcome.STALLED if self.idle >= self.settings.patience else None
 
     def _restart(self) -> bool:
-        """Start again: cold, or from the last centre with more regularisation; False where all was tried."""
-        if self._may_try_again():
-            self.full_steps, self.tries = self.tries[0], self.tries[1:]
-            self._start_cold()
-            return True
-        self.full_steps = self.settings.full_steps
+        """Start again from the last centre with more regularisation; False where that was tried."""
         self.softens = self.static_mass <= self.settings.static_mass  # once: it led here again
         if self.weight >= 1.0 and self.static_mass >= 1.0:
             return False
@@ -356,14 +330,6 @@ _LEAST = 1e-9
 # Newton steps, and the error reached, of a round after which a tenth of ε will do
 _EASY = 4
 _CLOSE = 1e-3
-# Full steps of the further tries from the bonded state, after a first guess and after none. Full
-# steps diverge where joints open widely; a search from the first step on is slower, but holds.
-_WARM_TRIES = (5, 0)
-_COLD_TRIES = (0,)
-_WARM_STEPS = 20  # a first guess that is worth having needs fewer
-_TRY_STEPS = 25
-_ANY = 1e300  # of a solved round
-_HOLD = 0.1  # error of a solved round from which a first guess is kept
 _CHEAP, _DEAR = 2, 4  # steps of a round up to which an adaptive α falls, above which it rises
 _SETTLED = 2  # steps of a round before its contacts' swinging means anything
 _FIRM = 1e-2  # ε from which a mechanism moves slowly enough to be followed

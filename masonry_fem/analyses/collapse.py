@@ -156,7 +156,7 @@ def _limit(scene: specs.Scene, built: Built, push: Push, notes: list[str]) -> fl
     except (ProblemError, MasonryError) as error:
         notes.append(f"limit analysis has no answer: {error}")
         return None
-    if "elastic" in built.stones.role:
+    if built.stones.deforming:
         notes.append("limit analysis counts elastic blocks as rigid")
     return found if math.isfinite(found) and found > 0 else None
 

@@ -10,8 +10,10 @@ from typing import Any
 import numpy as np
 import psutil
 
+from masonry_fem.bodies.support import SupportGroup
 from masonry_fem.build import build, strategy
 from masonry_fem.build.foresight import memory_of_run
+from masonry_fem.fidelities import fidelities
 from masonry_fem.output.folder import Folder
 from masonry_fem.results.summary import size
 from masonry_fem.scene import check, specs
@@ -22,7 +24,7 @@ logger = logging.getLogger(__name__)
 def check_scene(scene: specs.Scene, base: Path = Path()) -> Mapping[str, Any]:
     """Build a scene without solving it: its size, interfaces and a memory estimate."""
     built = build(check(scene, base=base), base, solved=False)
-    points = np.bincount(built.model.contacts.blocks.ravel(), minlength=len(built.stones.role))
+    points = np.bincount(built.model.contacts.blocks.ravel(), minlength=len(built.stones.fidelity))
     memory, present = memory_of_run(built.stones, points) / 1e6, psutil.virtual_memory().total / 1e6
     if memory > present:
         logger.warning(
@@ -36,7 +38,8 @@ def check_scene(scene: specs.Scene, base: Path = Path()) -> Mapping[str, Any]:
     return {
         "title": scene.title,
         **size(built.model),
-        "roles": {role: built.stones.role.count(role) for role in ("support", "rigid", "elastic")},
+        "roles": {SupportGroup.kind: len(built.stones.of(None))}
+        | {name: len(built.stones.of(name)) for name in fidelities()},
         "interfaces_by_label": labels,
         "most_steps": strategy(scene.analysis).steps,
         "estimated_memory_mb": memory,

@@ -158,13 +158,13 @@ def _holds(built: Built) -> tuple[Hold, ...]:
         for clamp in clamps:
             name = f"{assembly.blocks[block].name}/{solid.names[clamp.face]}"
             for point in solid.face_points(clamp.face):
-                found += [Hold(block, point, axis, name) for axis in clamp.components]
+                found += [Hold(block, point, axis, name) for axis in clamp.components or range(len(point))]
     return tuple(found)
 
 
 def _notes(scene: specs.Scene, built: Built, problem: LimitProblem) -> Iterable[str]:
     """What was left out or taken otherwise than the scene says."""
-    if "elastic" in built.stones.role:
+    if built.stones.deforming:
         yield "elastic blocks count as rigid"
     if problem.strength.cohesive:
         yield "joints keep their cohesion however far they move"

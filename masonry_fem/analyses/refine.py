@@ -196,7 +196,7 @@ class _Search:
         for block in chosen:
             volume = assembly.solid(block).mass_properties().volume
             self._finer[assembly.blocks[block].name] = halved(stones.mesh[block], _mesh(built, block), volume)
-        groups = {assembly.blocks[b].name: assembly.blocks[b].groups for b in stones.of_role("elastic")}
+        groups = {assembly.blocks[b].name: assembly.blocks[b].groups for b in stones.deforming}
         overrides = (*self._first.overrides, *mesh_overrides(self._finer, groups))
         self._next = msgspec.structs.replace(self._first, overrides=overrides)
 

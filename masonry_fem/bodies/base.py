@@ -343,6 +343,9 @@ class Shown(Protocol):
     (``by_block`` parts them). Nodes are those of the mesh, or the corners of blocks without one.
     """
 
+    blocks: IntArray
+    """Block numbers in the assembly, shape (b,)."""
+
     @property
     def cell(self) -> str | None:
         """Kind of the mesh's cells, a key of ``solid.mesh.FACET_OF``; None where ``cells`` are faces."""
@@ -385,7 +388,13 @@ class BodyGroup(Moves, Loaded, Shown, Protocol):
     """All that a model's blocks owe: who adds a kind of body writes these."""
 
 
-def by_block(group: BodyGroup, values: FloatArray) -> list[FloatArray]:
-    """Values at all nodes of a group (v, ...) as one array a block."""
+def by_block(group: Shown, values: FloatArray) -> list[FloatArray]:
+    """Values at all nodes of a group as one array a block.
+
+    Parameters
+    ----------
+    group : The blocks.
+    values : As its ``positions`` and fields come, shape (v, ...).
+    """
     ends = np.cumsum([len(group.nodes(body)) for body in range(len(group.blocks))])
     return np.split(values, ends[:-1])

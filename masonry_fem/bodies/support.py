@@ -42,6 +42,22 @@ class Motion:
 
 
 @dataclass(frozen=True, slots=True)
+class Clamp:
+    """A held face of a block that deforms.
+
+    Attributes
+    ----------
+    face : Polytope face.
+    components : Held world axes; None: all.
+    motion : How it moves (about the mean of the face's nodes unless it has a pivot); None: not.
+    """
+
+    face: int
+    components: tuple[int, ...] | None = None
+    motion: Motion | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class SupportState:
     """Where b supports are at ``time`` and how they move.
 

@@ -145,9 +145,8 @@ def memory_of_run(stones: Stones, points: np.ndarray) -> float:
     stones : As they are meshed. points : Contact points of each block, shape (blocks,).
     """
     d = stones.assembly.dimension
-    elastic = np.array([role == "elastic" for role in stones.role])
-    compliance = COPIES * 8.0 * float(((d * points[elastic].astype(float)) ** 2).sum())
-    shapes = {stones.assembly.blocks[block].shape for block in stones.of_role("elastic")}
+    compliance = COPIES * 8.0 * float(((d * points[stones.deforming].astype(float)) ** 2).sum())
+    shapes = {stones.assembly.blocks[block].shape for block in stones.deforming}
     meshes = [stones.assembly.shapes[shape].mesh for shape in shapes]
     factors = sum(factor_memory(float(mesh.points.size), d) for mesh in meshes if mesh is not None)
     return START + A_POINT * float(points.sum()) / 2 + compliance + factors
@@ -171,7 +170,7 @@ def unknowns_of(shape: Shape, cells: float, settings: specs.MeshSettings) -> flo
 
 def _elastic_shapes(stones: Stones) -> Iterator[tuple[int, float]]:
     """A block of each distinct shape and mesh that is still to be meshed, and its elements."""
-    if not (elastic := stones.of_role("elastic")):
+    if not (elastic := stones.deforming):
         return
     from masonry_fem.meshing.mesher import foreseen_cells  # noqa: PLC0415 - rigid stones need no meshes
 

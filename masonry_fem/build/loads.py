@@ -2,42 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
 from masonry_fem.bodies.base import BodyGroup, FloatArray
 from masonry_fem.build.stones import Stones, block_names, faces_of
+from masonry_fem.build.supports import time_factor
 from masonry_fem.errors import SceneError
 from masonry_fem.march.model import Load
 from masonry_fem.scene import specs
 from masonry_fem.scene.selector import only, select, split_face
-from masonry_fem.scene.time_function import evaluator
 
 LINE_POINTS = 20  # equal pieces of a line force, each at its middle
-
-
-def time_factor(
-    scene: specs.Scene, function: specs.TimeFunction | None, base: Path
-) -> Callable[[float], float]:
-    """The factor of a load as a function of time.
-
-    Parameters
-    ----------
-    scene : The scene.
-    function : What the load says; None for the load factor in statics and 1 otherwise.
-    base : Folder that the scene's paths are relative to.
-
-    Raises
-    ------
-    SceneError : The file of a record cannot be read.
-    """
-    if function is not None:
-        return evaluator(function, base)
-    if isinstance(scene.analysis, specs.Statics):
-        return lambda load_factor: load_factor
-    return lambda _: 1.0
 
 
 class Patterns:
@@ -88,7 +65,7 @@ class Patterns:
 
     def _free(self, selector: str, key: str) -> list[int]:
         chosen = select(selector, self.names, key)
-        held = [block for block in chosen if self.stones.role[block] == "support"]
+        held = [block for block in chosen if self.stones.fidelity[block] is None]
         if held and len(held) == len(chosen):
             name = self.stones.assembly.blocks[held[0]].name
             raise SceneError(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +11,7 @@ import numpy as np
 from scipy import sparse
 
 from masonry_fem.bodies.base import BodyGroup
-from masonry_fem.bodies.rigid import RigidGroup
+from masonry_fem.bodies.support import SupportGroup
 from masonry_fem.build.foresight import foresee_blocks, foresee_memory, foresee_meshes, memory_of_run
 from masonry_fem.build.joints import contacts_and_joints
 from masonry_fem.build.loads import loads
@@ -20,11 +19,11 @@ from masonry_fem.build.meeting import Meeting
 from masonry_fem.build.overlaps import refuse_overlaps
 from masonry_fem.build.places import check_places
 from masonry_fem.build.stones import Stones, block_names, lay, meshed, typical_length
-from masonry_fem.build.supports import last_change, support_group
+from masonry_fem.build.supports import last_change
 from masonry_fem.contact.contacts import Interface
 from masonry_fem.contact.detection import REACH, detect
 from masonry_fem.errors import MasonryError, SceneError
-from masonry_fem.host import installation
+from masonry_fem.fidelities import Fidelity, Given, deforms, fidelities
 from masonry_fem.march.clock import Clock
 from masonry_fem.march.model import Model, Probe
 from masonry_fem.scene import specs
@@ -46,7 +45,7 @@ class Built:
 
     Attributes
     ----------
-    model : Ready to march. stones : Roles of its blocks.
+    model : Ready to march. stones : What its blocks are.
     bodies : State of each group at the start. seconds : CPU time by phase [s].
     """
 
@@ -77,7 +76,7 @@ def build(scene: specs.Scene, base: Path, before: Built | None = None, *, solved
     foresee_meshes(scene, stones)
     clock.lap("build")
     stones = meshed(stones, None if before is None else before.stones)
-    clock.lap("mesh" if stones.of_role("elastic") else "build")
+    clock.lap("mesh" if stones.deforming else "build")
     reach = scene.contact.reach
     refuse_overlaps(stones, reach)
     interfaces = detect(stones.assembly, reach=reach, angle=scene.contact.angle)
@@ -89,11 +88,11 @@ def build(scene: specs.Scene, base: Path, before: Built | None = None, *, solved
     if solved:
         points = np.bincount(contacts.blocks.ravel(), minlength=len(stones.assembly.blocks))
         foresee_memory(scene, memory_of_run(stones, points))
-    if stones.of_role("elastic"):
-        _load_fenicsx()
-        clock.lap("import")
-    groups = body_groups(scene, stones, base, () if before is None else before.model.groups)
-    clock.lap("assemble" if stones.of_role("elastic") else "build")
+    for kind in _used(stones):
+        kind.load()
+    clock.lap("import" if stones.deforming else "build")
+    groups = body_groups(scene, stones, () if before is None else before.model.groups)
+    clock.lap("assemble" if stones.deforming else "build")
     model = Model(
         assembly=stones.assembly,
         groups=groups,
@@ -136,7 +135,7 @@ def _update(scene: specs.Scene, stones: Stones, base: Path) -> Redetection | Non
     """What finds contacts anew during the march; None where they stay."""
     if scene.contact.update != "redetect":
         return None
-    if not stones.of_role("rigid"):
+    if not any(own is not None and not deforms(own) for own in stones.fidelity):
         raise SceneError(
             "contact.update is 'redetect', expected rigid blocks in the scene: elastic ones keep their "
             "contacts; set fidelity = 'rigid', or leave contact.update out"
@@ -157,35 +156,32 @@ def _meet(scene: specs.Scene, stones: Stones, base: Path) -> Meeting | None:
 
 
 def body_groups(
-    scene: specs.Scene, stones: Stones, base: Path, before: tuple[BodyGroup, ...] = ()
+    scene: specs.Scene, stones: Stones, before: tuple[BodyGroup, ...] = ()
 ) -> tuple[BodyGroup, ...]:
-    """One group of supports, one of rigid blocks, one of elastic blocks for each distinct shape.
+    """One group of supports, and those that the stones' fidelities make, the coarsest first.
 
-    Matrices and factors of the groups ``before`` are used again where mesh and material are the same.
+    What the groups ``before`` have is used again where it fits.
     """
     groups: list[BodyGroup] = []
-    supports = support_group(scene, stones, base)
-    if supports is not None:
-        groups.append(supports)
-    rigid = stones.of_role("rigid")
-    if rigid:
-        materials = [scene.materials[stones.material[block]] for block in rigid]
-        density = np.array([material.density for material in materials])
-        damping = np.array([material.damping.mass for material in materials])
-        turns = scene.contact.update != "fixed"
-        groups.append(RigidGroup(stones.assembly, rigid, density, damping, turns=turns))
-    if stones.of_role("elastic"):
-        groups.extend(_load_fenicsx()(scene, stones, base, before))
+    if held := stones.of(None):
+        groups.append(SupportGroup(stones.assembly, held, [stones.motion.get(block) for block in held]))
+    for kind in _used(stones):
+        given = Given(
+            assembly=stones.assembly,
+            materials={block: scene.materials[stones.material[block]] for block in stones.of(kind.name)},
+            clamps=stones.clamps,
+            plane=scene.plane,
+            lumped=scene.mass == "lumped",
+            turns=scene.contact.update != "fixed",
+            before=tuple(group for group in before if group.kind == kind.name),
+        )
+        groups.extend(kind.groups(given))
     return tuple(groups)
 
 
-def _load_fenicsx() -> Callable[[specs.Scene, Stones, Path, tuple[BodyGroup, ...]], list[BodyGroup]]:
-    """What makes the elastic groups; only scenes with elastic blocks load DOLFINx and PETSc."""
-    installation.require_fenicsx()
-    installation.require_compiler()
-    from masonry_fem.build.elastic import elastic  # noqa: PLC0415
-
-    return elastic
+def _used(stones: Stones) -> list[type[Fidelity]]:
+    """Fidelities that some stones have."""
+    return [kind for name, kind in fidelities().items() if name in stones.fidelity]
 
 
 def _tell_gaps(stones: Stones, interfaces: tuple[Interface, ...]) -> None:
@@ -221,9 +217,7 @@ def loose_blocks(stones: Stones, interfaces: tuple[Interface, ...]) -> list[int]
     pairs = np.array([interface.blocks for interface in interfaces], dtype=int).reshape(-1, 2)
     links = sparse.coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
     _, part = sparse.csgraph.connected_components(links, directed=False)
-    held = {
-        part[block] for block in range(count) if stones.role[block] == "support" or block in stones.clamps
-    }
+    held = {part[block] for block in (*stones.of(None), *stones.clamps)}
     return [block for block in range(count) if part[block] not in held]
 
 
@@ -232,7 +226,7 @@ def _between_free(stones: Stones, interfaces: tuple[Interface, ...]) -> tuple[In
     return tuple(
         interface
         for interface in interfaces
-        if any(stones.role[block] != "support" for block in interface.blocks)
+        if any(stones.fidelity[block] is not None for block in interface.blocks)
     )
 
 

@@ -135,7 +135,7 @@ class Redetection:
     def _is_fresh(self, interface: Interface, rigid: np.ndarray, bound: set[tuple[int, ...]]) -> bool:
         """Between rigid blocks of which one can move, and not among those kept."""
         pair = list(interface.blocks)
-        moves = any(self.stones.role[block] != "support" for block in pair)
+        moves = any(self.stones.fidelity[block] is not None for block in pair)
         return bool(moves and rigid[pair].all() and tuple(sorted(pair)) not in bound)
 
 

@@ -1,7 +1,7 @@
 """Stones: the blocks of a scene with what the scene says of each.
 
-Which blocks are supports, rigid or elastic, of which material, which faces are clamped, and how they move. An
-elastic block's shape has a mesh; equal shapes with equal mesh settings share it.
+Which blocks are supports and as what the others are computed, of which material, clamped on which faces and
+moving how; shapes meshed where a block deforms, once for each distinct shape and mesh.
 
     stones = meshed(lay(scene, base))
 """
@@ -14,7 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
+from masonry_fem.bodies.support import Clamp, Motion
+from masonry_fem.build.supports import motion_of
 from masonry_fem.errors import SceneError
+from masonry_fem.fidelities import deforms
 from masonry_fem.scene import specs
 from masonry_fem.scene.selector import select, split_face
 from masonry_fem.solid.assembly import Assembly, Shape
@@ -23,38 +26,24 @@ from masonry_fem.structures import assemble, build_structures
 
 
 @dataclass(frozen=True, slots=True)
-class Clamp:
-    """A held face of an elastic block: components of the displacement that its motion prescribes.
-
-    Attributes
-    ----------
-    face : Polytope face. components : Held world axes. motion : How it moves; None: it is fixed.
-    """
-
-    face: int
-    components: tuple[int, ...]
-    motion: specs.Motion | None
-
-
-@dataclass(frozen=True, slots=True)
 class Stones:
-    """Blocks and their roles, all tuples by block number.
+    """Blocks and what they are, all tuples by block number.
 
     Attributes
     ----------
-    assembly : Geometry; after ``meshed`` with the meshes of the elastic blocks.
-    role : ``support``, ``rigid`` or ``elastic``.
+    assembly : Geometry; after ``meshed`` with the meshes of the blocks that deform.
+    fidelity : As what each is computed, a name of ``fidelities``; None: it is a support.
     material : Name in the scene.
     motion : Prescribed motion of supports that move.
-    clamps : Held faces of elastic blocks.
-    mesh : What elements an elastic block has.
+    clamps : Held faces of blocks that deform.
+    mesh : What elements such a block has.
     given : Blocks whose shapes came with their elements.
     """
 
     assembly: Assembly
-    role: tuple[str, ...]
+    fidelity: tuple[str | None, ...]
     material: tuple[str, ...]
-    motion: dict[int, specs.Motion]
+    motion: dict[int, Motion]
     clamps: dict[int, tuple[Clamp, ...]]
     mesh: tuple[specs.MeshSettings, ...]
     given: frozenset[int] = frozenset()
@@ -67,9 +56,14 @@ class Stones:
         ]
         return {(shape.name, wanted): shape for shape, wanted in pairs if shape.mesh is not None}
 
-    def of_role(self, role: str) -> list[int]:
-        """Numbers of the blocks with a role."""
-        return [block for block, own in enumerate(self.role) if own == role]
+    def of(self, fidelity: str | None) -> list[int]:
+        """Numbers of the blocks of a fidelity; None: of the supports."""
+        return [block for block, own in enumerate(self.fidelity) if own == fidelity]
+
+    @property
+    def deforming(self) -> list[int]:
+        """Numbers of the blocks that deform."""
+        return [block for block, own in enumerate(self.fidelity) if deforms(own)]
 
 
 def block_names(assembly: Assembly) -> list[tuple[str, ...]]:
@@ -94,8 +88,8 @@ def lay(scene: specs.Scene, base: Path) -> Stones:
     parts = build_structures(scene.structures, scene.dimension, base, meshes, scene.reading)
     owner = [structure for structure, part in zip(scene.structures, parts, strict=True) for _ in part.blocks]
     assembly = assemble(parts)
-    role = [
-        "support" if block.support else (structure.fidelity or scene.fidelity)
+    fidelity = [
+        None if block.support else (structure.fidelity or scene.fidelity)
         for block, structure in zip(assembly.blocks, owner, strict=True)
     ]
     material = [structure.material for structure in owner]
@@ -103,18 +97,18 @@ def lay(scene: specs.Scene, base: Path) -> Stones:
     names = block_names(assembly)
     for index, override in enumerate(scene.overrides):
         for block in select(override.blocks, names, f"overrides.{index}.blocks"):
-            if override.fidelity is not None and role[block] != "support":
-                role[block] = override.fidelity
+            if fidelity[block] is not None:
+                fidelity[block] = override.fidelity or fidelity[block]
             material[block] = override.material or material[block]
             mesh[block] = override.mesh or mesh[block]
-    motion, clamps = _supports(scene, assembly, names, role)
-    _check_materials(scene, assembly, role, material)
+    motion, clamps = _supports(scene, assembly, names, fidelity, base)
+    _check_materials(scene, assembly, fidelity, material)
     given = frozenset(
         number
         for number, block in enumerate(assembly.blocks)
         if assembly.shapes[block.shape].mesh is not None
     )
-    return Stones(assembly, tuple(role), tuple(material), motion, clamps, tuple(mesh), given)
+    return Stones(assembly, tuple(fidelity), tuple(material), motion, clamps, tuple(mesh), given)
 
 
 def _mesh_of(scene: specs.Scene, structure: specs.Structure) -> specs.MeshSettings:
@@ -122,27 +116,32 @@ def _mesh_of(scene: specs.Scene, structure: specs.Structure) -> specs.MeshSettin
 
 
 def _supports(
-    scene: specs.Scene, assembly: Assembly, names: list[tuple[str, ...]], role: list[str]
-) -> tuple[dict[int, specs.Motion], dict[int, tuple[Clamp, ...]]]:
-    """Turn blocks into supports and faces into clamps; ``role`` is changed in place."""
-    motion: dict[int, specs.Motion] = {}
+    scene: specs.Scene,
+    assembly: Assembly,
+    names: list[tuple[str, ...]],
+    fidelity: list[str | None],
+    base: Path,
+) -> tuple[dict[int, Motion], dict[int, tuple[Clamp, ...]]]:
+    """Turn blocks into supports and faces into clamps; ``fidelity`` is changed in place."""
+    motion: dict[int, Motion] = {}
     clamps: dict[int, tuple[Clamp, ...]] = {}
     for index, support in enumerate(scene.supports):
         key = f"supports.{index}.on"
         blocks, face = split_face(support.on)
         chosen = select(blocks, names, key)
         _refuse_turns(support, len(chosen), index)
+        moves = None if support.motion is None else motion_of(scene, support.motion, base)
         for block in chosen:
-            if face is None or role[block] != "elastic":
+            if face is None or not deforms(fidelity[block]):
                 _refuse_partial(assembly, block, support, key)
-                role[block] = "support"
-                if support.motion is not None:
-                    motion[block] = support.motion
+                fidelity[block] = None
+                if moves is not None:
+                    motion[block] = moves
                 continue
             axes = tuple("xyz".index(axis) for axis in support.components or "xyz"[: scene.dimension])
-            held = tuple(Clamp(f, axes, support.motion) for f in faces_of(assembly, block, face, key))
+            held = tuple(Clamp(f, axes, moves) for f in faces_of(assembly, block, face, key))
             clamps[block] = clamps.get(block, ()) + held
-    return motion, {block: held for block, held in clamps.items() if role[block] == "elastic"}
+    return motion, {block: held for block, held in clamps.items() if deforms(fidelity[block])}
 
 
 def _refuse_partial(assembly: Assembly, block: int, support: specs.Support, key: str) -> None:
@@ -183,11 +182,13 @@ def faces_of(assembly: Assembly, block: int, pattern: str, key: str) -> list[int
     return select(pattern, named, key, noun=f"face of block '{assembly.blocks[block].name}'")
 
 
-def _check_materials(scene: specs.Scene, assembly: Assembly, role: list[str], material: list[str]) -> None:
-    for block, (own, name) in enumerate(zip(role, material, strict=True)):
-        if own == "elastic" and scene.materials[name].young is None:
+def _check_materials(
+    scene: specs.Scene, assembly: Assembly, fidelity: list[str | None], material: list[str]
+) -> None:
+    for block, (own, name) in enumerate(zip(fidelity, material, strict=True)):
+        if deforms(own) and scene.materials[name].young is None:
             raise SceneError(
-                f"materials.{name}.young is missing: block '{assembly.blocks[block].name}' is elastic and "
+                f"materials.{name}.young is missing: block '{assembly.blocks[block].name}' is {own} and "
                 "needs Young's modulus in Pa; give it, or set fidelity = 'rigid'"
             )
 
@@ -205,18 +206,18 @@ def meshed(stones: Stones, before: Stones | None = None) -> Stones:
     GeometryError : A shape cannot be meshed.
     """
     known = {} if before is None else before.meshes()
-    if "elastic" in stones.role:
+    if stones.deforming:
         from masonry_fem.meshing.mesher import mesh_shape  # noqa: PLC0415  brings gmsh
     assembly = stones.assembly
     shapes: list[Shape] = []
     number: dict[tuple[int, specs.MeshSettings | None], int] = {}
     blocks = []
-    for block, own, wanted in zip(assembly.blocks, stones.role, stones.mesh, strict=True):
-        key = (block.shape, wanted if own == "elastic" else None)
+    for block, own, wanted in zip(assembly.blocks, stones.fidelity, stones.mesh, strict=True):
+        key = (block.shape, wanted if deforms(own) else None)
         if key not in number:
             number[key] = len(shapes)
             shape = assembly.shapes[block.shape]
-            if own != "elastic":
+            if not deforms(own):
                 shape = replace(shape, mesh=None)
             else:
                 mesh = _again(known, shape, wanted) or shape.mesh

@@ -1,4 +1,4 @@
-"""From motion records to the prescribed motions of supports."""
+"""What changes in time: factors of loads, motions of supports and clamped faces."""
 
 from __future__ import annotations
 
@@ -8,30 +8,32 @@ from pathlib import Path
 import numpy as np
 
 from masonry_fem.bodies.base import FloatArray
-from masonry_fem.bodies.support import Motion, SupportGroup
-from masonry_fem.build.loads import time_factor
-from masonry_fem.build.stones import Stones
+from masonry_fem.bodies.support import Motion
 from masonry_fem.scene import specs
 from masonry_fem.scene.checks import records
 from masonry_fem.scene.time_function import Piecewise, evaluator
 
 
-def support_group(scene: specs.Scene, stones: Stones, base: Path) -> SupportGroup | None:
-    """All supports of a scene as one group; None where no block is a support.
+def time_factor(
+    scene: specs.Scene, function: specs.TimeFunction | None, base: Path
+) -> Callable[[float], float]:
+    """The factor of a load as a function of time.
 
     Parameters
     ----------
     scene : The scene.
-    stones : Its blocks.
-    base : Folder that its paths are relative to.
+    function : What the load says; None for the load factor in statics and 1 otherwise.
+    base : Folder that the scene's paths are relative to.
+
+    Raises
+    ------
+    SceneError : The file of a record cannot be read.
     """
-    blocks = stones.of_role("support")
-    if not blocks:
-        return None
-    motions = [
-        motion_of(scene, stones.motion[block], base) if block in stones.motion else None for block in blocks
-    ]
-    return SupportGroup(stones.assembly, blocks, motions)
+    if function is not None:
+        return evaluator(function, base)
+    if isinstance(scene.analysis, specs.Statics):
+        return lambda load_factor: load_factor
+    return lambda _: 1.0
 
 
 def motion_of(scene: specs.Scene, motion: specs.Motion, base: Path) -> Motion:

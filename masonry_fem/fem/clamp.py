@@ -26,22 +26,6 @@ FIRST_STEP = 1e-6  # time over which a motion is differentiated where no step is
 
 
 @dataclass(frozen=True, slots=True)
-class Clamp:
-    """A held face of an elastic block.
-
-    Attributes
-    ----------
-    face : Polytope face.
-    components : Held world axes; None: all.
-    motion : How it moves (about the mean of the face's nodes unless it has a pivot); None: not.
-    """
-
-    face: int
-    components: tuple[int, ...] | None = None
-    motion: Motion | None = None
-
-
-@dataclass(frozen=True, slots=True)
 class Holds:
     """Which dofs of a shape its clamps hold; alike for all blocks of a group.
 

@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from masonry_fem.bodies.support import Clamp
 from masonry_fem.errors import GeometryError
 from masonry_fem.fem.assemble import assemble_shapes
-from masonry_fem.fem.clamp import Clamp, Faces
+from masonry_fem.fem.clamp import Faces
 from masonry_fem.fem.elastic import ElasticGroup
 from masonry_fem.fem.material import ElasticMaterial, Plane
 from masonry_fem.solid.assembly import Assembly

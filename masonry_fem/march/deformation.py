@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from masonry_fem.bodies.base import BodyGroup, FloatArray
+from masonry_fem.bodies.base import FloatArray, Shown
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
 
@@ -67,7 +67,7 @@ def second_order(model: Model, bodies: tuple[object, ...]) -> float:
     return greatest**2
 
 
-def _mean_gradients(group: BodyGroup, state: object) -> FloatArray:
+def _mean_gradients(group: Shown, state: object) -> FloatArray:
     """Displacement gradients of the affine fields nearest to the blocks' nodal displacements, (b, d, d)."""
     start = np.stack([group.nodes(body) for body in range(len(group.blocks))])
     moved = group.displacements(state).reshape(start.shape)

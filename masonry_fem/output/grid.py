@@ -15,7 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from masonry_fem.bodies.base import BodyGroup
+from masonry_fem.bodies.base import Shown
+from masonry_fem.bodies.support import SupportGroup
+from masonry_fem.fidelities import fidelities
 from masonry_fem.march.model import Model
 from masonry_fem.output.cell import standard_cell
 
@@ -27,8 +29,7 @@ VTK_TYPE = {
     "triangle": 5, "quad": 9, "tetra": 10, "hexahedron": 12,
     "triangle6": 22, "tetra10": 24, "quad9": 28, "hexahedron27": 29,
 }  # fmt: skip
-SUPPORT, RIGID, ELASTIC = 0, 1, 2
-FIDELITY_NAMES = ("support", "rigid", "elastic")
+SUPPORT = 0  # among ``fidelity_names``
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +47,7 @@ class Grid:
     face_offsets : End of each cell in ``faces``, −1 for a cell that is no polyhedron, shape (m,).
     point_block, cell_block : Block number in the assembly, shapes (n,) and (m,).
     cell_group : Body group of each cell, shape (m,).
-    cell_fidelity : SUPPORT, RIGID or ELASTIC, shape (m,).
+    cell_fidelity : Number of its block's fidelity in ``fidelity_names``, shape (m,).
     group_points, group_cells : Range (start, stop) of each body group's nodes and cells.
     """
 
@@ -99,7 +100,7 @@ def grid_of(model: Model, *, shells: bool = False) -> Grid:
         group_points.append((first[0], starts[-1]))
         group_cells.append((first[1], cell_count))
         cell_group.append(np.full(cell_count - first[1], number))
-        cell_fidelity.append(np.full(cell_count - first[1], _fidelity(group)))
+        cell_fidelity.append(np.full(cell_count - first[1], fidelity_names().index(group.kind)))
     counts = np.array([len(part.sizes) for part in parts])
     faces, face_offsets = _join_streams(parts, starts)
     return Grid(
@@ -135,13 +136,12 @@ def polygon_of(edges: Sequence[Any] | IntArray) -> IntArray:
     return np.array(loop)
 
 
-def _fidelity(group: BodyGroup) -> int:
-    if group.prescribed:
-        return SUPPORT
-    return ELASTIC if group.deforms else RIGID
+def fidelity_names() -> list[str]:
+    """What the numbers of fidelities in results mean."""
+    return [SupportGroup.kind, *fidelities()]
 
 
-def _cells(group: BodyGroup, body: int, shells: bool) -> _Cells:
+def _cells(group: Shown, body: int, shells: bool) -> _Cells:
     nothing = np.zeros(0, dtype=np.int64)
     cells = group.cells(body)
     if group.cell is not None:

@@ -12,7 +12,7 @@ from masonry_fem.contact.contacts import Interface
 from masonry_fem.march.model import Model
 from masonry_fem.output import fields
 from masonry_fem.output.backdrop import draw_pale, title_of
-from masonry_fem.output.grid import ELASTIC, FIDELITY_NAMES, Grid, grid_of, three
+from masonry_fem.output.grid import Grid, fidelity_names, grid_of, three
 from masonry_fem.output.render import Stage, View, can_render
 from masonry_fem.output.scenery import element_edges_of, outline_of, pyvista_grid, surface_of
 from masonry_fem.output.sheet import LINE, Key, Sheet
@@ -48,7 +48,7 @@ def write_mesh_files(model: Model, directory: Path, title: str = "") -> list[Pat
     names: fields.Arrays = {
         "block_names": named([block.name for block in model.assembly.blocks]),
         "shape_names": named([one.name for one in model.assembly.shapes]),
-        "fidelity_names": named(FIDELITY_NAMES),
+        "fidelity_names": named(fidelity_names()),
     }
     write_vtu(paths[0], grid, {fields.BLOCK: grid.point_block}, arrays, names)
     if can_render():
@@ -65,11 +65,12 @@ def draw_mesh(model: Model, path: Path, title: str = "", grid: Grid | None = Non
     blocks = pyvista_grid(grid)
     blocks.cell_data["shape"] = shape[grid.cell_block]
     surface = surface_of(blocks)
-    elastic = int((grid.cell_fidelity == ELASTIC).sum())
+    ranges = zip(grid.group_cells, model.groups, strict=True)
+    elements = sum(stop - start for (start, stop), group in ranges if group.deforms)
     sheet = Sheet(
         title_of(title, "mesh"),
         f"{len(model.assembly.blocks)} blocks of {len(model.assembly.shapes)} shapes, "
-        f"{elastic} elements, {len(grid.points)} nodes",
+        f"{elements} elements, {len(grid.points)} nodes",
     )
     stage = Stage(View.of(grid.points, grid.dimension), sheet.image_width, model.length)
     present = np.unique(shape)

@@ -81,7 +81,7 @@ Selector = Annotated[
 ]
 FilePath = Annotated[str, Meta(min_length=1, extra={"expected": "a file's path, relative to the scene file"})]
 
-Fidelity = Literal["rigid", "elastic"]
+Fidelity = Annotated[str, Meta(extra={"named in": "masonry_fem.fidelities"})]
 Element = Literal["Q1", "P1", "Q2", "P2"]
 
 

@@ -13,6 +13,7 @@ from typing import Any
 
 import msgspec
 
+from masonry_fem.fidelities import deforms
 from masonry_fem.scene.joint_checks import check_joints
 from masonry_fem.scene.lines import KeyPath
 from masonry_fem.scene.material_doubts import material_doubts
@@ -119,15 +120,14 @@ def _materials(scene: Scene) -> None:
 
 def _fidelities(scene: Scene) -> None:
     """Elastic blocks need a stiffness; those that an override may make rigid are left to the build."""
-    softened = any(one.fidelity == "rigid" or one.material is not None for one in scene.overrides)
+    softened = any(one.material or (one.fidelity and not deforms(one.fidelity)) for one in scene.overrides)
     for index, structure in enumerate(scene.structures):
-        if (structure.fidelity or scene.fidelity) == "elastic" and not softened:
-            _young(
-                scene, structure.material, f"the elastic blocks of structures.{index} ('{structure.name}')"
-            )
+        own = structure.fidelity or scene.fidelity
+        if deforms(own) and not softened:
+            _young(scene, structure.material, f"the {own} blocks of structures.{index} ('{structure.name}')")
     for index, override in enumerate(scene.overrides):
-        if override.fidelity == "elastic" and override.material is not None:
-            _young(scene, override.material, f"the elastic blocks of overrides.{index}")
+        if deforms(override.fidelity) and override.material is not None:
+            _young(scene, override.material, f"the {override.fidelity} blocks of overrides.{index}")
 
 
 def _young(scene: Scene, material: str, users: str) -> None:

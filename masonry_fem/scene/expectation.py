@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib import import_module
 from typing import Any
 
 from msgspec import inspect
@@ -18,11 +19,19 @@ def expectation(kind: inspect.Type, dimension: int | None = None) -> str:
     kind : Type as msgspec describes it, with its unit and range.
     dimension : Of the scene, where it is known: vectors then have so many numbers.
     """
+    kind, extra = bare(kind)
+    words = extra.get("expected") or _WORDS.get(type(kind), "a table")
+    return str(words) if isinstance(words, str) else words(kind, extra, dimension)
+
+
+def bare(kind: inspect.Type) -> tuple[inspect.Type, dict[str, Any]]:
+    """A type without what is said beside it, and that; where a room has names it is one of these."""
     extra: dict[str, Any] = {}
     if isinstance(kind, inspect.Metadata):
         extra, kind = kind.extra or {}, kind.type
-    words = extra.get("expected") or _WORDS.get(type(kind), "a table")
-    return str(words) if isinstance(words, str) else words(kind, extra, dimension)
+    if "named in" in extra:
+        kind = inspect.LiteralType(tuple(import_module(extra["named in"]).names()))
+    return kind, extra
 
 
 def _number_expectation(kind: Any, extra: dict[str, Any], _: int | None) -> str:

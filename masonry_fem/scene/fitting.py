@@ -14,7 +14,7 @@ from typing import Any
 
 from msgspec import inspect
 
-from masonry_fem.scene.expectation import alternatives, expectation, is_vector
+from masonry_fem.scene.expectation import alternatives, bare, expectation, is_vector
 from masonry_fem.scene.lines import KeyPath
 from masonry_fem.scene.misfit import MisfitError, braced, listed, nearest, wrong
 from masonry_fem.scene.quantity import QuantityError, si_value
@@ -34,9 +34,7 @@ def fitted(value: Any, kind: inspect.Type, path: KeyPath, dimension: int | None)
     path : Where the value stands.
     dimension : The scene's dimension, which vectors must have; None where it is not known.
     """
-    extra: dict[str, Any] = {}
-    if isinstance(kind, inspect.Metadata):
-        extra, kind = kind.extra or {}, kind.type
+    kind, extra = bare(kind)
     return _FITTERS[type(kind)](value, kind, extra, path, dimension)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from masonry_fem.fidelities import deforms
 from masonry_fem.scene.specs import Scene
 
 DENSITIES = (200.0, 12e3)  # aerated concrete to lead [kg/m^3]
@@ -40,10 +41,10 @@ def _elastic(scene: Scene) -> dict[str, set[str]]:
     users: dict[str, set[str]] = {}
     elements = {(structure.mesh or scene.mesh).elements for structure in scene.structures}
     for structure in scene.structures:
-        if (structure.fidelity or scene.fidelity) == "elastic" and not getattr(structure, "support", False):
+        if deforms(structure.fidelity or scene.fidelity) and not getattr(structure, "support", False):
             users.setdefault(structure.material, set()).add((structure.mesh or scene.mesh).elements)
     for override in scene.overrides:
-        if override.material is not None and (override.fidelity or scene.fidelity) == "elastic":
+        if override.material is not None and deforms(override.fidelity or scene.fidelity):
             users.setdefault(override.material, set()).update(elements)
     return users
 

@@ -478,3 +478,9 @@ class Scene(Spec, frozen=True, kw_only=True):
     probes: tuple[Probe, ...] = ()
     output: Output = Output()
     reading: Reading = Reading()
+
+    @property
+    def fidelities(self) -> set[str]:
+        """Those that stones may have."""
+        own = {one.fidelity or self.fidelity for one in self.structures}
+        return own | {one.fidelity for one in self.overrides if one.fidelity is not None}

@@ -1,21 +1,24 @@
 """Body groups that the conformance tests run over: one factory a kind and dimension.
 
-A new kind of body joins by a line in ``FREE_GROUPS``; its factory returns the group that it makes
-of the given assembly's blocks, and may import what it needs inside.
+Fidelities of stones that keep their shape join by themselves; those that deform are in ``tests/fem``.
 """
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
 from masonry_fem.bodies.base import BodyGroup, Sides
 from masonry_fem.bodies.rigid import RigidGroup
 from masonry_fem.bodies.rotation import exponential
+from masonry_fem.fidelities import Given, deforms, fidelities, fidelity
+from masonry_fem.scene.specs import Material
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import Pose
 
 DENSITY = 2400.0
+STONE = Material(density=DENSITY, young=1e7, poisson=0.2)
 
 
 def bricks(dimension: int) -> Assembly:
@@ -31,15 +34,21 @@ def bricks(dimension: int) -> Assembly:
     return Assembly(dimension, (brick, slab), blocks)
 
 
-def rigid(assembly: Assembly) -> BodyGroup:
-    return RigidGroup(assembly, range(len(assembly.blocks)), DENSITY)
+def made(name: str, assembly: Assembly, material: Material = STONE, *, lumped: bool = False) -> BodyGroup:
+    """What a fidelity makes of all blocks."""
+    materials = dict.fromkeys(range(len(assembly.blocks)), material)
+    (group,) = fidelity(name).groups(Given(assembly, materials, {}, "strain", lumped, turns=True))
+    return group
 
 
 def damped_rigid(assembly: Assembly) -> BodyGroup:
     return RigidGroup(assembly, range(len(assembly.blocks)), DENSITY, damping=np.array([0.5, 0.0, 2.0]))
 
 
-FREE_GROUPS: dict[str, Callable[[Assembly], BodyGroup]] = {"rigid": rigid, "damped rigid": damped_rigid}
+FREE_GROUPS: dict[str, Callable[[Assembly], BodyGroup]] = {
+    **{name: partial(made, name) for name in fidelities() if not deforms(name)},
+    "damped rigid": damped_rigid,
+}
 
 
 def sides_of(group: BodyGroup, assembly: Assembly, per_block: int = 4) -> Sides:

@@ -118,7 +118,7 @@ def stack_error(result: RunResult) -> float:
     forces = joint_forces(result)
     count = len(forces)
     error = np.abs(forces / (np.arange(count, 0, -1) * WEIGHT) - 1).max()
-    if result.built.stones.of_role("elastic"):
+    if result.built.stones.deforming:
         settlement = WEIGHT * count**2 / 2 / YOUNG
         error = max(error, abs(result.summary["probes"]["top"][2] / -settlement - 1))
     return float(error)

@@ -1,17 +1,16 @@
-"""Elastic groups pass the tests of every free body group; those tests are imported by name."""
-
-from dataclasses import replace
+"""Stones that deform pass the tests of every free body group; those tests are imported by name."""
 
 import numpy as np
 import pytest
 
 from masonry_fem.bodies.base import Scheme
 from masonry_fem.bodies.rotation import exponential
-from masonry_fem.fem.groups import elastic_groups
-from masonry_fem.fem.material import ElasticMaterial
+from masonry_fem.fidelities import deforms, fidelities
+from masonry_fem.scene.specs import Damping, Material
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.pose import Pose
-from tests.bodies.groups import DENSITY, sides_of
+from tests.bodies import groups
+from tests.bodies.groups import DENSITY, STONE, sides_of
 from tests.bodies.test_conformance import step as advance
 from tests.bodies.test_conformance import (  # noqa: F401 - collected here with this file's fixture
     test_closed_surface_under_uniform_pressure_has_no_resultant,
@@ -30,8 +29,8 @@ from tests.bodies.test_conformance import (  # noqa: F401 - collected here with 
 from tests.bodies.test_conformance import test_with_velocity_moves_one_block as moves_one_block
 from tests.fem.meshes import box, box_mesh
 
-STONE = ElasticMaterial(1e7, 0.2, DENSITY)
-DAMPED = replace(STONE, mass_damping=0.7, stiffness_damping=1e-3)
+DAMPED = Material(density=DENSITY, young=1e7, poisson=0.2, damping=Damping(mass=0.7, stiffness=1e-3))
+KINDS = [name for name in fidelities() if deforms(name)]
 CASES = [
     ("hexahedron", STONE, False), ("hexahedron", DAMPED, True), ("tetra", STONE, False),
     ("hexahedron27", STONE, False), ("tetra10", DAMPED, True), ("quad", STONE, False),
@@ -51,17 +50,21 @@ def bricks(cell):
     return Assembly(d, (shape,), tuple(Block(f"b{i}", 0, pose) for i, pose in enumerate(poses)))
 
 
-@pytest.fixture(scope="module", params=CASES, ids=lambda case: "-".join(str(part) for part in case[::2]))
+@pytest.fixture(
+    scope="module",
+    params=[(kind, *case) for kind in KINDS for case in CASES],
+    ids=lambda case: "-".join(map(str, (*case[:2], case[3]))),
+)
 def made(request):
-    cell, material, lumped = request.param
+    kind, cell, material, lumped = request.param
     assembly = bricks(cell)
-    (group,) = elastic_groups(assembly, dict.fromkeys(range(3), material), lumped=lumped)
+    group = groups.made(kind, assembly, material, lumped=lumped)
     sides = sides_of(group, assembly)
     return group, assembly, sides, group.attach(sides)
 
 
 def test_with_velocity_moves_one_block(made, request):
-    if request.node.callspec.params["made"][2]:
+    if request.node.callspec.params["made"][3]:
         pytest.skip("a lumped mass has not the solid's exact inertia")
     moves_one_block(made)
 

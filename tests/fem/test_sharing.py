@@ -35,7 +35,7 @@ def test_a_wall_has_two_shapes_and_two_factors(count, factored):
     assert result.outcome == "equilibrium"
     elastic_shapes = {
         stone.shape
-        for stone, role in zip(result.built.model.assembly.blocks, result.built.stones.role, strict=True)
+        for stone, role in zip(result.built.model.assembly.blocks, result.built.stones.fidelity, strict=True)
         if role == "elastic"
     }
     assert len(elastic_shapes) == 2

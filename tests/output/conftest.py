@@ -37,6 +37,10 @@ class FakeGroup:
     def deforms(self) -> bool:
         return self.cell is not None
 
+    @property
+    def kind(self) -> str:
+        return "support" if self.prescribed else "elastic" if self.deforms else "rigid"
+
     def cells(self, body: int) -> Any:
         return self.table
 

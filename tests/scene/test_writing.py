@@ -10,14 +10,14 @@ from hypothesis import strategies as st
 from msgspec import inspect
 
 from masonry_fem.scene import check, dumps, load, loads, save
+from masonry_fem.scene.expectation import bare
 from masonry_fem.scene.fitting import LARGEST, fitted
 from masonry_fem.scene.specs import Scene
 
 
 def values(kind: inspect.Type, dimension: int) -> st.SearchStrategy[object]:  # noqa: PLR0911
     """Plain values that fit an annotation."""
-    if isinstance(kind, inspect.Metadata):
-        kind = kind.type
+    kind, _ = bare(kind)
     match kind:
         case inspect.FloatType():
             return numbers(kind)

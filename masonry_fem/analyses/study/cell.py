@@ -18,8 +18,8 @@ from typing import Any
 from masonry_fem import __version__
 from masonry_fem.analyses.study.variation import Variation
 from masonry_fem.errors import MasonryError, SceneError
+from masonry_fem.fidelities import deforms
 from masonry_fem.scene import Scene, dumps, loads
-from masonry_fem.scene.specs import Override, Structure
 from masonry_fem.scene.writing import plain
 
 MOST = 2000
@@ -131,8 +131,7 @@ def fingerprint(scene: Scene, base: Path) -> str:
 
 
 def _wholly_rigid(scene: Scene) -> bool:
-    owners: list[Structure | Override] = [*scene.structures, *scene.overrides]
-    return scene.fidelity == "rigid" and all(one.fidelity != "elastic" for one in owners)
+    return not any(deforms(name) for name in scene.fidelities)
 
 
 def _ordered(value: Any) -> str:

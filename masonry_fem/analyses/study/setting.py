@@ -14,6 +14,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from masonry_fem.fidelities import fidelities
 from masonry_fem.scene.quantity import si_value
 
 Role = Literal["width", "tolerance", "ordered", "given", "case"]
@@ -101,8 +102,8 @@ KNOWN: tuple[tuple[str, Setting], ...] = (
     ("joints.*.placement", Setting("given", None, "contact")),
     ("joints.*.inset", Setting("given", None, "contact")),
     ("joints.*.form", Setting("given")),
-    ("fidelity", Setting("ordered", _listed("rigid", "elastic"))),
-    ("*.fidelity", Setting("ordered", _listed("rigid", "elastic"))),
+    ("fidelity", Setting("ordered", _listed(*fidelities()))),
+    ("*.fidelity", Setting("ordered", _listed(*fidelities()))),
     ("analysis.kind", Setting("given")),
     ("analysis.strategy", Setting("given")),
     ("analysis.velocity_factor", Setting("given")),

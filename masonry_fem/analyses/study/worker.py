@@ -95,15 +95,17 @@ def compute(text: str, base: Path, limit: float | None) -> dict[str, Any]:
 
     ``limit`` is the CPU time [s] after which the kernel ends the process.
     """
-    from masonry_fem.scene import loads  # noqa: PLC0415 - with the rest, after the fork
+    from masonry_fem.fidelities import deforms  # noqa: PLC0415 - with the rest, after the fork
+    from masonry_fem.scene import loads  # noqa: PLC0415
 
     scene = loads(text, base=base, source="scene of the cell")
     notes = Notes()
     logging.getLogger("masonry_fem").addHandler(notes)
-    if "elastic" in text or scene.fidelity == "elastic":
-        logging.disable()
-        _warm(scene.dimension, "elastic")
-        logging.disable(logging.NOTSET)
+    for fidelity in scene.fidelities:
+        if deforms(fidelity):
+            logging.disable()
+            _warm(scene.dimension, fidelity)
+            logging.disable(logging.NOTSET)
     start, cpu = time.process_time(), 0.0
     if limit is not None:
         _, hard = resource.getrlimit(resource.RLIMIT_CPU)

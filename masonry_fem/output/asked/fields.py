@@ -29,7 +29,7 @@ from masonry_fem.output.fields import (
     contact_arrays,
     point_arrays,
 )
-from masonry_fem.output.grid import FIDELITY_NAMES, Grid, grid_of, three
+from masonry_fem.output.grid import Grid, fidelity_names, grid_of, three
 from masonry_fem.output.recorder import Request, StepReport
 from masonry_fem.output.vtu import Series, field_data, named, write_points, write_vtu
 
@@ -64,7 +64,7 @@ class FieldFiles:
         if self._materials:
             names, number = np.unique(self._materials, return_inverse=True)
             cells[MATERIAL], meta["material_names"] = number[grid.cell_block], named(names)
-        meta |= field_data(model, state) | {"fidelity_names": named(FIDELITY_NAMES)}
+        meta |= field_data(model, state) | {"fidelity_names": named(fidelity_names())}
         if self._statics:
             points.pop(VELOCITY)
         path = self._blocks.next_path(state.index)

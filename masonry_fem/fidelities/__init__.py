@@ -1,0 +1,96 @@
+"""Fidelities: as what stones are computed, one file each: rigid, elastic.
+
+    fidelity("elastic").groups(given)
+
+A file has one class derived from ``Fidelity``; ``fidelities()`` finds it, nothing else lists it. What it
+needs beyond NumPy it imports when it makes bodies: scenes that do not ask for it never load it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+from masonry_fem.bodies.base import BodyGroup
+from masonry_fem.bodies.support import Clamp
+from masonry_fem.errors import SceneError
+from masonry_fem.records.discovery import discovered
+from masonry_fem.solid.assembly import Assembly
+
+if TYPE_CHECKING:
+    from masonry_fem.scene.specs import Material
+
+
+@dataclass(frozen=True, slots=True)
+class Given:
+    """The stones of one fidelity, and what the scene says of them.
+
+    Attributes
+    ----------
+    assembly : Blocks and shapes; shapes of stones that deform are meshed.
+    materials : By block, ascending: these stones and no others.
+    clamps : Held faces of blocks that deform, by block.
+    plane : What 2D means. lumped : Diagonal instead of consistent mass.
+    turns : Whether equations are to follow stones that turn; else they are those of the reference.
+    before : Groups that the same fidelity made of the same scene with other meshes, to use again what fits.
+    """
+
+    assembly: Assembly
+    materials: Mapping[int, Material]
+    clamps: Mapping[int, Sequence[Clamp]]
+    plane: Literal["strain", "stress"] | None
+    lumped: bool
+    turns: bool
+    before: tuple[BodyGroup, ...] = ()
+
+
+class Fidelity:
+    """As what stones are computed.
+
+    Attributes
+    ----------
+    name : What scene files call it, and ``kind`` of its groups.
+    rank : Place among the others, the coarsest first; a study goes from coarse to fine.
+    deforms : Whether stones are meshed, need Young's modulus, and may be held by single faces.
+    """
+
+    name: ClassVar[str | None] = None
+    rank: ClassVar[float]
+    deforms: ClassVar[bool]
+
+    @classmethod
+    def load(cls) -> None:
+        """Import what ``groups`` needs; an InstallationError says what is missing."""
+
+    @classmethod
+    def groups(cls, given: Given) -> Sequence[BodyGroup]:
+        """The bodies of all stones of this fidelity."""
+        raise NotImplementedError
+
+
+@cache
+def fidelities() -> Mapping[str, type[Fidelity]]:
+    """Every fidelity by its name in scene files, the coarsest first."""
+    naming = 'write name = "..." into {kind}'
+    found = discovered(__name__, __path__, Fidelity, "fidelity", lambda kind: kind.name, naming)
+    return {name: one.kind for name, one in sorted(found.items(), key=lambda pair: pair[1].kind.rank)}
+
+
+def names() -> list[str]:
+    """What scene files may say."""
+    return sorted(fidelities())
+
+
+def fidelity(name: str) -> type[Fidelity]:
+    """The fidelity of a name."""
+    if name not in fidelities():
+        expected = ", ".join(map(repr, names()))
+        raise SceneError(f"fidelity is {name!r}, expected one of {expected}; files of masonry_fem/fidelities")
+    return fidelities()[name]
+
+
+def deforms(name: str | None) -> bool:
+    """Whether stones of a fidelity deform; None is that of supports, which do not."""
+    return name is not None and fidelity(name).deforms

@@ -18,6 +18,7 @@ import msgspec
 from msgspec import inspect
 
 from masonry_fem.joints import kinds as laws
+from masonry_fem.march.equilibrium import kinds as strategies
 from masonry_fem.records import docstring
 from masonry_fem.records.record import Spec
 from masonry_fem.scene import specs
@@ -92,9 +93,7 @@ TABLES: dict[type[Spec], str] = {
     specs.Sine: '`time = { kind = "sine" }`',
     specs.Record: '`time = { kind = "record" }`',
     specs.Initial: "`[[initial]]`",
-    specs.Statics: '`[analysis]`, `kind = "statics"`',
-    specs.Dynamics: '`[analysis]`, `kind = "dynamics"`',
-    specs.Equilibrium: '`[analysis]`, `kind = "equilibrium"`',
+    **{record: f'`[analysis]`, `kind = "{name}"`' for name, record in strategies().items()},
     specs.Solver: "`[solver]`",
     specs.Contact: "`[contact]`",
     specs.Probe: "`[[probes]]`",

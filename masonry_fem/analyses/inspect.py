@@ -11,7 +11,7 @@ import numpy as np
 import psutil
 
 from masonry_fem.bodies.support import SupportGroup
-from masonry_fem.build import build, strategy
+from masonry_fem.build import build
 from masonry_fem.build.foresight import memory_of_run
 from masonry_fem.fidelities import fidelities
 from masonry_fem.output.folder import Folder
@@ -41,7 +41,7 @@ def check_scene(scene: specs.Scene, base: Path = Path()) -> Mapping[str, Any]:
         "roles": {SupportGroup.kind: len(built.stones.of(None))}
         | {name: len(built.stones.of(name)) for name in fidelities()},
         "interfaces_by_label": labels,
-        "most_steps": strategy(scene.analysis).steps,
+        "most_steps": scene.analysis.steps,
         "estimated_memory_mb": memory,
     }
 

@@ -97,7 +97,7 @@ def growth_of(
             f"{listed(dead)} is named dead beside a tilt or an acceleration, expected none: all loads stay "
             "then; leave it out"
         )
-    end = _end(scene.analysis)
+    end = scene.analysis.end
     names = {_name(load): load for load in model.loads}
     growing = [] if tilt is not None else _growing(names, dead)
     live = group_forces(model, {names[name].name: names[name].factor(end) for name in growing})
@@ -108,15 +108,6 @@ def growth_of(
         live=live if tilt is None else _tilted(scene, model, tilt),
         end=end,
     )
-
-
-def _end(analysis: specs.Analysis) -> float:
-    """Time at the end of an analysis [s]; the load factor in statics."""
-    if isinstance(analysis, specs.Statics):
-        return 1.0
-    if isinstance(analysis, specs.Dynamics):
-        return analysis.duration
-    return analysis.step * analysis.max_steps
 
 
 def _name(load: Load) -> str:

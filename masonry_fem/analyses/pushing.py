@@ -14,7 +14,7 @@ from typing import Any
 
 from masonry_fem.analyses.limit import Growth
 from masonry_fem.errors import MasonryError
-from masonry_fem.march.equilibrium import Statics, Strategy
+from masonry_fem.march.equilibrium import Strategy
 from masonry_fem.march.model import Load, Model
 from masonry_fem.scene import specs
 
@@ -75,7 +75,7 @@ class Push:
         if tilt is not None and "gravity" not in growth.dead:
             raise MasonryError("a tilt turns gravity, and the scene has none; expected loads.gravity")
         notes = []
-        if isinstance(scene.analysis, specs.Equilibrium) and not _constant(scene):
+        if scene.analysis.inertia and scene.analysis.seeks_equilibrium and not _constant(scene):
             notes.append("loads and motions with a sine go on while loads grow")
         if axis is None:
             action, unit, first = f"loads that grow: {', '.join(growth.growing)}", "times", 1.0
@@ -112,7 +112,7 @@ class Push:
                 share = multiplier
             loads.append(Load(load.name, load.forces, partial(_times, load.factor, share)))
         if self.axis is not None and multiplier:
-            ramp = partial(_ramp, 0.0, self.growth.end if isinstance(strategy, Statics) else 0.0, 0.0)
+            ramp = partial(_ramp, 0.0, 0.0 if strategy.inertia else self.growth.end, 0.0)
             loads.append(Load("push", self._live(), partial(_times, ramp, self._ahead(multiplier))))
         return tuple(loads)
 
@@ -121,7 +121,7 @@ class Push:
 
         In statics they grow evenly over the load steps; a march in time is struck by the difference.
         """
-        span = 1.0 if isinstance(strategy, Statics) else 0.0
+        span = 0.0 if strategy.inertia else 1.0
 
         def grown(share: Share) -> Callable[[float], float]:
             return partial(_between, since, span, share(reached), share(multiplier))

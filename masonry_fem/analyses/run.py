@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from masonry_fem.analyses.discretisation import errors_of
 from masonry_fem.analyses.start import Start, said, started
-from masonry_fem.build import Built, build, solver_settings, strategy
+from masonry_fem.build import Built, build, solver_settings
 from masonry_fem.errors import MasonryError, OutputError
 from masonry_fem.march.clock import Clock
 from masonry_fem.march.march import March, Observer, march
@@ -109,7 +109,7 @@ def run(
     MasonryError : Where the scene cannot be built or has no such step; nothing is written then.
     """
     scene = check(scene, base=base)
-    _check_step(save_contact, strategy(scene.analysis).steps)
+    _check_step(save_contact, scene.analysis.steps)
     refuse_busy(out)  # before the work of building
     built = build(scene, base, before)
     recorders = _recorders(scene, built, out, quiet)
@@ -154,7 +154,7 @@ def _solved(
     kept: list[tuple[Model, Increment]] | None = None,
 ) -> Iterator[RunResult]:
     """What is known of a scene: after its march, and with each further analysis that it asks for."""
-    plan, settings = strategy(scene.analysis), solver_settings(scene.solver)
+    plan, settings = scene.analysis, solver_settings(scene.solver)
     made = march(built.model, plan, settings, bodies=built.bodies, observers=observers, keep=keep, kept=kept)
     start = started(made)
     made = said(made, start)
@@ -234,13 +234,13 @@ def _check_step(save_contact: int | None, steps: int) -> None:
 
 
 def _recorders(scene: specs.Scene, built: Built, out: Path, quiet: bool) -> Recorders:
-    statics = isinstance(scene.analysis, specs.Statics)
+    statics = not scene.analysis.inertia
     request = Request(out, scene.title, scene.output, statics, built.stones.material)
     return Recorders([_progress(scene, quiet), History(out), *recorders(request)], scene.output.every)
 
 
 def _progress(scene: specs.Scene, quiet: bool) -> Progress:
-    plan = strategy(scene.analysis)
+    plan = scene.analysis
     if plan.parts > 1:  # how many steps there will be is not known
         return Progress(end=1.0, quiet=quiet)
     return Progress(plan.steps, quiet=quiet)

@@ -14,9 +14,12 @@ from dataclasses import dataclass, replace
 
 from masonry_fem.analyses.bracket import Verdict
 from masonry_fem.analyses.pushing import Push
-from masonry_fem.build import Built, solver_settings, strategy
+from masonry_fem.build import Built, solver_settings
 from masonry_fem.march.clock import Clock
-from masonry_fem.march.equilibrium import Onward, Statics, Strategy, linear_damping
+from masonry_fem.march.equilibrium import Strategy
+from masonry_fem.march.equilibrium.equilibrium import Equilibrium
+from masonry_fem.march.equilibrium.parts.onward import Onward
+from masonry_fem.march.equilibrium.statics import Statics
 from masonry_fem.march.march import March, march
 from masonry_fem.march.mechanism import OPEN
 from masonry_fem.march.model import Model
@@ -26,7 +29,7 @@ from masonry_fem.scene import specs
 
 VERDICTS: dict[str, Verdict] = {"equilibrium": "stands", "no_equilibrium": "falls"}
 # where statics of rigid blocks does not decide, steps in time from rest may
-STRIKE = linear_damping(step=0.01, factor=0.0, max_steps=3, tolerance=1e-6)
+STRIKE = Equilibrium(strategy="brutal_damping", step=0.01, max_steps=3)
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +95,7 @@ class Trials:
         self.built, self.push, self.at_once, self.tell, self.notes = built, push, at_once, tell, notes
         # an error of 1e-6 is more than what lies between standing and falling near the limit
         self.settings = replace(solver_settings(scene.solver), acceptable=0.0)
-        self.strategy: Strategy = strategy(scene.analysis)
+        self.strategy: Strategy = scene.analysis
         if not self.strategy.seeks_equilibrium:
             self.strategy = Statics()
             notes.append("dynamics does not end by standing or falling: statics was taken for the trials")
@@ -143,7 +146,7 @@ class Trials:
             return march(model, self.strategy, self.settings, bodies=self.built.bodies)
         ended = self._onward(self.strategy, *origin, multiplier)
         rigid = not any(group.deforms for group in ended.model.groups)
-        if ended.outcome != "no_convergence" or not isinstance(self.strategy, Statics) or not rigid:
+        if ended.outcome != "no_convergence" or self.strategy.inertia or not rigid:
             return ended
         again = self._onward(STRIKE, *origin, multiplier)
         if again.outcome not in VERDICTS:
@@ -155,7 +158,9 @@ class Trials:
         """Go on from where a march ended, from one multiplier to another."""
         since = made.state.time
         model = replace(made.model, loads=self.push.onward(plan, since, reached, multiplier))
-        return march(model, Onward(plan, since), self.settings, start=_rested(model, made.state))
+        return march(
+            model, Onward(strategy=plan, since=since), self.settings, start=_rested(model, made.state)
+        )
 
 
 def _rested(model: Model, state: SystemState) -> SystemState:

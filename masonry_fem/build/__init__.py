@@ -1,6 +1,6 @@
 """Composition root: a Scene becomes a Model; only this folder picks concrete classes."""
 
-from masonry_fem.build.analysis import solver_settings, strategy
+from masonry_fem.build.analysis import solver_settings
 from masonry_fem.build.model import Built, build
 
-__all__ = ["Built", "build", "solver_settings", "strategy"]
+__all__ = ["Built", "build", "solver_settings"]

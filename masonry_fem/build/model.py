@@ -119,9 +119,9 @@ def build(scene: specs.Scene, base: Path, before: Built | None = None, *, solved
 def _changing(scene: specs.Scene, base: Path) -> float:
     """Until when a march to equilibrium goes on, whether or not all is at rest in between [s]."""
     analysis = scene.analysis
-    if not isinstance(analysis, specs.Equilibrium):
+    if not (analysis.inertia and analysis.seeks_equilibrium):
         return 0.0
-    changing, end = last_change(scene, base), analysis.step * analysis.max_steps
+    changing, end = last_change(scene, base), analysis.end
     if changing > end * (1 + ROUNDING):
         logger.warning(
             "loads or supports change until t = %g s, and the march ends at %g s at the latest; expected "

@@ -31,7 +31,7 @@ def time_factor(
     """
     if function is not None:
         return evaluator(function, base)
-    if isinstance(scene.analysis, specs.Statics):
+    if not scene.analysis.inertia:
         return lambda load_factor: load_factor
     return lambda _: 1.0
 
@@ -55,16 +55,8 @@ def motion_of(scene: specs.Scene, motion: specs.Motion, base: Path) -> Motion:
 
 def ramp(scene: specs.Scene) -> Callable[[float], float]:
     """From 0 to 1 over the load factor, the duration, or the first tenth of the allowed steps."""
-    end = _end_of_ramp(scene.analysis)
+    end = scene.analysis.ramp
     return lambda time: min(time / end, 1.0)
-
-
-def _end_of_ramp(analysis: specs.Analysis) -> float:
-    if isinstance(analysis, specs.Statics):
-        return 1.0
-    if isinstance(analysis, specs.Dynamics):
-        return analysis.duration
-    return analysis.step * max(1, analysis.max_steps // 10)
 
 
 def last_change(scene: specs.Scene, base: Path) -> float:
@@ -82,7 +74,7 @@ def last_change(scene: specs.Scene, base: Path) -> float:
     ]
     ends = [function.end for function in functions if isinstance(function, Piecewise)]
     if any(one.motion is not None and one.motion.time is None for one in scene.supports):
-        ends.append(_end_of_ramp(scene.analysis))
+        ends.append(scene.analysis.ramp)
     return max(ends, default=0.0)
 
 

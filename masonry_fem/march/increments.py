@@ -60,7 +60,7 @@ def increments(
             coupling = met
             if made.solution.solved:  # what was not solved may be any size
                 largest = max(largest, float(np.linalg.norm(made.impulse)))
-            state = _rested(coupling.model, made.after, strategy.velocity_factor)
+            state = _rested(coupling.model, made.after, strategy.kept)
             yield coupling, made
 
 
@@ -114,7 +114,7 @@ def _halves(
             yield now, part
             if scheme.inertia == 0 and not part.solution.solved:
                 return  # statics ends there
-            state = _rested(now.model, part.after, strategy.velocity_factor)
+            state = _rested(now.model, part.after, strategy.kept)
 
 
 def _rested(model: Model, state: SystemState, factor: float) -> SystemState:

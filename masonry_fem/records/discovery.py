@@ -19,7 +19,7 @@ from masonry_fem.errors import ExtensionError
 
 
 @dataclass(frozen=True, slots=True)
-class Found[Base]:
+class Found:
     """What a file holds.
 
     Attributes
@@ -27,7 +27,7 @@ class Found[Base]:
     kind : Its class. module : The file as Python imported it.
     """
 
-    kind: type[Base]
+    kind: Any
     module: ModuleType
 
     @property
@@ -42,14 +42,14 @@ def tag_of(record: Any) -> str | None:
     return None if tag == record.__name__ else tag  # which msgspec takes where nothing is said
 
 
-def discovered[Base](
+def discovered(
     package: str,
     folders: Iterable[str],
-    base: type[Base],
+    base: Any,
     noun: str,
-    name_of: Callable[[type[Base]], str | None] = tag_of,
+    name_of: Callable[[Any], str | None] = tag_of,
     naming: str = 'write class {kind}({base}, frozen=True, kw_only=True, tag="name")',
-) -> dict[str, Found[Base]]:
+) -> dict[str, Found]:
     """What the files of a package hold, by name, in the order of the files.
 
     Parameters
@@ -59,9 +59,9 @@ def discovered[Base](
 
     Raises
     ------
-    ExtensionError : A file lacks its class or its name, or has the name of another.
+    ExtensionError : A file lacks its class, its name or a method, or has the name of another.
     """
-    found: dict[str, Found[Base]] = {}
+    found: dict[str, Found] = {}
     for file in iter_modules(folders):
         if file.ispkg:
             continue
@@ -78,11 +78,22 @@ def discovered[Base](
                 f"{one.file} and {found[name].file} both have the name '{name}', expected a name of its own "
                 f"for each {noun}; rename one"
             )
+        lacking = [key for key in dir(one.kind) if _owed(getattr(one.kind, key))]
+        if lacking:
+            raise ExtensionError(
+                f"{one.file}: {one.kind.__name__} lacks {', '.join(lacking)}, expected all that "
+                f"{base.__name__} asks for; write it"
+            )
         found[name] = one
     return found
 
 
-def _only[Base](module: ModuleType, base: type[Base], noun: str) -> type[Base]:
+def _owed(member: Any) -> bool:
+    """Whether a method or a property was left abstract."""
+    return getattr(member, "__isabstractmethod__", False) is True
+
+
+def _only(module: ModuleType, base: Any, noun: str) -> Any:
     """The class of a file that derives from ``base``."""
     own = [
         one

@@ -12,6 +12,11 @@ from typing import TYPE_CHECKING, Annotated, Literal, Union, cast
 
 from msgspec import Meta, defstruct
 
+from masonry_fem.march.equilibrium import Strategy
+from masonry_fem.march.equilibrium import kinds as strategies
+from masonry_fem.march.equilibrium.dynamics import Dynamics
+from masonry_fem.march.equilibrium.equilibrium import Equilibrium
+from masonry_fem.march.equilibrium.statics import Statics
 from masonry_fem.output import asked
 from masonry_fem.records.mesh_settings import MeshSettings
 from masonry_fem.records.reading_limits import Reading
@@ -98,10 +103,12 @@ __all__ = [
     "law_record",
 ]
 
-# what ``structures`` of a scene may be: told from the files there
+# what ``structures`` and ``analysis`` of a scene may be: told from the files there
 if TYPE_CHECKING:
     AnyStructure = Structure
+    Analysis = Strategy
 else:
+    Analysis = Union[tuple(strategies().values())]  # noqa: UP007
     AnyStructure = Union[tuple(kind.record for kind in kinds().values())]  # noqa: UP007  made while running
 
 # μ of joints that do not slip: only what is about to open has less pressure than a hundredth of its shear
@@ -212,60 +219,6 @@ class Joint(Spec, frozen=True, kw_only=True):
     def dry(self) -> bool:
         """True where contact and friction are all there is."""
         return self.law is None and self.mortar is None and self.dilatancy is None
-
-
-class Statics(Spec, frozen=True, kw_only=True, tag_field="kind", tag="statics"):
-    """True statics: no inertia; the loads are applied in equal steps.
-
-    A step in which joints yield or break is halved again and again, into at most ``substeps`` parts.
-
-    Attributes
-    ----------
-    load_steps : number of equal steps from no load to the full load
-    substeps : largest number of parts that a step is divided into; needs joints with a ``law``
-    """
-
-    load_steps: Count = 1
-    substeps: Count = 1
-
-
-class Dynamics(Spec, frozen=True, kw_only=True, tag_field="kind", tag="dynamics"):
-    """Motion in time from 0 to ``duration``, by the θ-scheme.
-
-    Attributes
-    ----------
-    step : length h of a time step
-    duration : time at which the march ends
-    theta : θ of the scheme: 0.5 conserves energy, 1 damps most
-    """
-
-    step: Seconds
-    duration: Seconds
-    theta: Annotated[float, Meta(ge=0.5, le=1)] = 0.5
-
-
-class Equilibrium(Spec, frozen=True, kw_only=True, tag_field="kind", tag="equilibrium"):
-    """March in time towards rest by a ``strategy``; it ends when the structure is in equilibrium.
-
-    Attributes
-    ----------
-    strategy : how kinetic energy is taken out; see [which strategy when](strategies.md)
-    step : length h of a time step
-    theta : θ of the scheme: 0.5 conserves energy, 1 damps most
-    max_steps : number of steps after which the run ends without equilibrium
-    velocity_factor : for ``linear_damping``: velocities are multiplied by this factor after each step
-    tolerance : bound on the imbalance of forces, the contact error and the speed, all relative
-    """
-
-    strategy: Literal["numerical_viscosity", "brutal_damping", "linear_damping", "large_step"]
-    step: Seconds
-    theta: Annotated[float, Meta(ge=0.5, le=1)] = 1.0
-    max_steps: Count = 1000
-    velocity_factor: Annotated[float, Meta(ge=0, lt=1)] = 0.9
-    tolerance: Positive = 1e-6
-
-
-Analysis = Statics | Dynamics | Equilibrium
 
 
 class Initial(Spec, frozen=True, kw_only=True):

@@ -49,7 +49,7 @@ def kinds() -> Mapping[str, Kind]:
     return {name: _kind(one) for name, one in found.items()}
 
 
-def _kind(found: Found[Structure]) -> Kind:
+def _kind(found: Found) -> Kind:
     build = getattr(found.module, "build", None)
     if not callable(build):
         record = found.kind.__name__

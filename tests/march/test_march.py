@@ -14,7 +14,9 @@ from masonry_fem.contact.detection import detect
 from masonry_fem.contact.placement import Rule, place
 from masonry_fem.march.acting import acted, extents
 from masonry_fem.march.coupling import connect
-from masonry_fem.march.equilibrium import Statics, Transient, linear_damping
+from masonry_fem.march.equilibrium.dynamics import Dynamics
+from masonry_fem.march.equilibrium.equilibrium import Equilibrium
+from masonry_fem.march.equilibrium.statics import Statics
 from masonry_fem.march.march import march
 from masonry_fem.march.measure import measure
 from masonry_fem.march.model import JointTable, Load, Model
@@ -51,7 +53,9 @@ def stack(count: int, dimension: int = 3, friction: float = 0.6, push: float = 0
 
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_stack_stands_and_the_ground_carries_it(dimension: int) -> None:
-    made = march(stack(5, dimension), linear_damping(step=0.1, factor=0.0), SolverSettings(tolerance=1e-12))
+    made = march(
+        stack(5, dimension), Equilibrium(strategy="brutal_damping", step=0.1), SolverSettings(tolerance=1e-12)
+    )
     assert made.outcome == "equilibrium"
     support = made.report.support_resultants["ground"]
     assert support[dimension - 1] == pytest.approx(5000 * G, rel=1e-9)
@@ -61,7 +65,7 @@ def test_stack_stands_and_the_ground_carries_it(dimension: int) -> None:
 
 def test_push_beyond_friction_slides() -> None:
     """With a = 0.5 g and µ = 0.3 a cube slides at 0.2 g."""
-    made = march(stack(1, 3, 0.3, 0.5 * G), Transient(step=0.01, duration=0.1, theta=0.5), SolverSettings())
+    made = march(stack(1, 3, 0.3, 0.5 * G), Dynamics(step=0.01, duration=0.1, theta=0.5), SolverSettings())
     assert made.outcome == "finished"
     assert made.report.speed == pytest.approx(0.2 * G * 0.1, rel=1e-9)
     assert made.ledger.imbalance < 1e-12
@@ -71,7 +75,7 @@ def test_push_beyond_friction_slides() -> None:
 @pytest.mark.parametrize("theta", [0.5, 1.0])
 def test_global_balance_holds_while_blocks_speed_up(theta: float) -> None:
     """A cube slides at 0.2 g: the ground does not carry the push, inertia does."""
-    made = march(stack(2, 3, 0.3, 0.5 * G), Transient(step=0.01, duration=0.1, theta=theta), SolverSettings())
+    made = march(stack(2, 3, 0.3, 0.5 * G), Dynamics(step=0.01, duration=0.1, theta=theta), SolverSettings())
     carried = made.report.support_resultants["ground"] + made.report.applied
     assert np.linalg.norm(carried[:3]) > 0.1 * np.linalg.norm(made.report.applied[:3])
     assert made.report.global_balance < 1e-9
@@ -90,13 +94,15 @@ def test_global_balance_tells_a_reaction_that_was_left_out() -> None:
 
 def test_global_balance_of_blocks_that_nothing_acts_on() -> None:
     model = replace(stack(2), loads=())
-    made = march(model, Transient(step=0.01, duration=0.05, theta=0.5), SolverSettings())
+    made = march(model, Dynamics(step=0.01, duration=0.05, theta=0.5), SolverSettings())
     assert made.report.global_balance == 0.0
 
 
 def test_no_equilibrium_names_the_blocks() -> None:
     made = march(
-        stack(2, 3, 0.3, 0.5 * G), linear_damping(step=0.01, factor=0.5, max_steps=20), SolverSettings()
+        stack(2, 3, 0.3, 0.5 * G),
+        Equilibrium(strategy="linear_damping", step=0.01, velocity_factor=0.5, max_steps=20),
+        SolverSettings(),
     )
     assert made.outcome == "no_equilibrium"
     assert {name for name, _, _ in made.moving} == {"b1", "b2"}
@@ -107,7 +113,11 @@ def test_blocks_drawn_upwards_rise() -> None:
     model = stack(2)
     up = model.groups[1].acceleration_force(np.array([0.0, 0.0, G]))
     model = replace(model, loads=(Load("gravity", (None, up), lambda _: 1.0),))
-    made = march(model, linear_damping(step=0.01, factor=0.5, max_steps=3), SolverSettings())
+    made = march(
+        model,
+        Equilibrium(strategy="linear_damping", step=0.01, velocity_factor=0.5, max_steps=3),
+        SolverSettings(),
+    )
     assert made.outcome == "no_equilibrium"
     assert {way for _, _, way in made.moving} == {"rises"}
     assert " rise;" in made.message
@@ -115,13 +125,13 @@ def test_blocks_drawn_upwards_rise() -> None:
 
 def test_steps_that_miss_the_tolerance_are_told(caplog) -> None:
     tight = SolverSettings(tolerance=1e-300, max_iterations=600)
-    march(stack(2, 3, 0.3, 0.1 * G), Transient(step=0.01, duration=0.03, theta=1.0), tight)
+    march(stack(2, 3, 0.3, 0.1 * G), Dynamics(step=0.01, duration=0.03, theta=1.0), tight)
     assert "of 3 steps missed the solver's tolerance 1e-300, the worst with an error of" in caplog.text
 
 
 def test_moving_support_carries_the_stack() -> None:
     lift = Motion(displacement=lambda t: np.array([0.0, 0.0, 0.1 * t]))
-    made = march(stack(2, 3, motion=lift), Transient(step=0.01, duration=0.1, theta=1.0), SolverSettings())
+    made = march(stack(2, 3, motion=lift), Dynamics(step=0.01, duration=0.1, theta=1.0), SolverSettings())
     assert made.state.gap == pytest.approx(np.zeros(8), abs=1e-12)
     assert made.report.speed == pytest.approx(0.1, rel=1e-9)
 
@@ -134,7 +144,7 @@ def test_true_statics_of_rigid_blocks() -> None:
 
 def test_same_bits_twice() -> None:
     one, two = (
-        march(stack(3, push=0.2 * G), Transient(step=0.01, duration=0.05), SolverSettings()) for _ in range(2)
+        march(stack(3, push=0.2 * G), Dynamics(step=0.01, duration=0.05), SolverSettings()) for _ in range(2)
     )
     assert np.array_equal(one.state.reaction, two.state.reaction)
     assert np.array_equal(one.state.bodies[1].velocity, two.state.bodies[1].velocity)
@@ -149,7 +159,7 @@ def test_overlap_is_held_or_driven_apart_slowly(expulsion: float, left: float) -
     sunk = replace(sunk, position=sunk.position - np.array([0, 0, 1e-3]))
     made = march(
         model,
-        Transient(step=0.01, duration=0.1, theta=1.0),
+        Dynamics(step=0.01, duration=0.1, theta=1.0),
         SolverSettings(),
         bodies=(ground.rest(), sunk),
     )
@@ -166,7 +176,7 @@ def test_loads_count_with_theta_where_a_step_ends(theta: float, impulses: float)
     )
     made = march(
         replace(model, loads=(*model.loads, push)),
-        Transient(step=0.01, duration=0.03, theta=theta),
+        Dynamics(step=0.01, duration=0.03, theta=theta),
         SolverSettings(),
     )
     assert made.report.speed == pytest.approx(0.01 * impulses, rel=1e-9)

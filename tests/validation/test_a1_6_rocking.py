@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from masonry_fem.build import build, strategy
+from masonry_fem.build import build
 from masonry_fem.march.march import march
 from masonry_fem.nscd import SolverSettings
 from masonry_fem.scene import check
@@ -57,7 +57,7 @@ def rocking(share: float, h: float, duration: float) -> Spin:
         )
     )
     built, seen = build(scene, Path()), Spin()
-    plan = strategy(scene.analysis)
+    plan = scene.analysis
     march(built.model, plan, SolverSettings(tolerance=1e-12), observers=(seen,))
     return seen
 

@@ -10,7 +10,6 @@ from masonry_fem.analyses.study.reference import Reference
 from masonry_fem.analyses.study.row import Row
 from masonry_fem.analyses.study.variation import Variation
 from masonry_fem.scene import Scene
-from masonry_fem.scene.specs import Dynamics
 
 
 def replaced(text: str, vary: Sequence[Variation], overrides: Sequence[str]) -> list[str]:
@@ -57,7 +56,7 @@ def unseen(scene: Scene, vary: Sequence[Variation], rows: Sequence[Row]) -> list
     found = []
     if "mesh" not in told and any("stress.means" in row.quantities for row in rows):
         found.append("the mesh")
-    if "time" not in told and isinstance(scene.analysis, Dynamics):
+    if "time" not in told and not scene.analysis.seeks_equilibrium:
         found.append("the time step")
     return found
 

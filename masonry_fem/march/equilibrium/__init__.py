@@ -1,20 +1,22 @@
-"""Ways to come to rest, one file a strategy."""
+"""Strategies: how a scene's ``[analysis]`` is marched, one file a kind; what they share stands in ``parts``.
+
+A kind is its record and what it does in one class: which steps it makes, what it does between them, and
+when it has arrived. ``kinds()`` finds them; nothing else lists them.
+"""
 
 from __future__ import annotations
 
-from masonry_fem.march.equilibrium.base import Strategy, at_rest
-from masonry_fem.march.equilibrium.damped import Damped, linear_damping, numerical_viscosity
-from masonry_fem.march.equilibrium.onward import Onward
-from masonry_fem.march.equilibrium.statics import Statics
-from masonry_fem.march.equilibrium.transient import Transient
+from collections.abc import Mapping
+from functools import cache
 
-__all__ = [
-    "Damped",
-    "Onward",
-    "Statics",
-    "Strategy",
-    "Transient",
-    "at_rest",
-    "linear_damping",
-    "numerical_viscosity",
-]
+from masonry_fem.march.equilibrium.parts.base import Strategy
+from masonry_fem.records.discovery import discovered
+
+__all__ = ["Strategy", "kinds"]
+
+
+@cache
+def kinds() -> Mapping[str, type[Strategy]]:
+    """Every strategy by its name in scene files."""
+    found = discovered("masonry_fem.march.equilibrium", __path__, Strategy, "strategy")
+    return {name: one.kind for name, one in found.items()}

@@ -1,27 +1,61 @@
-"""True statics: the loads grow in equal steps and inertia is left out (formulation 2b)."""
+"""Statics: the loads grow in equal steps, without inertia."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from masonry_fem.bodies.base import Scheme
-from masonry_fem.march.step_report import StepReport
+from masonry_fem.march.equilibrium.parts.base import Strategy
+from masonry_fem.records.record import Count
+
+if TYPE_CHECKING:
+    from masonry_fem.march.step_report import StepReport
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Statics:
-    """``load_steps`` equal steps of the load factor from 0 to 1, divided where joints give way."""
+class Statics(Strategy, frozen=True, kw_only=True, tag="statics"):
+    """True statics: no inertia; the loads are applied in equal steps.
 
-    load_steps: int = 1
-    parts: int = 1
-    seeks_equilibrium: bool = True
-    velocity_factor: float = 0.0
+    A step in which joints yield or break is halved again and again, into at most ``substeps`` parts.
+
+    Attributes
+    ----------
+    load_steps : number of equal steps from no load to the full load
+    substeps : largest number of parts that a step is divided into; needs joints with a ``law``
+
+    Examples
+    --------
+    kind = "statics"
+    load_steps = 10
+    """
+
+    load_steps: Count = 1
+    substeps: Count = 1
 
     @property
     def steps(self) -> int:
         """Largest number of load steps, parts of steps counted."""
-        return self.load_steps * self.parts
+        return self.load_steps * self.substeps
+
+    @property
+    def end(self) -> float:
+        """The full load."""
+        return 1.0
+
+    @property
+    def parts(self) -> int:
+        """Most parts of a step in which joints give way."""
+        return self.substeps
+
+    @property
+    def inertia(self) -> bool:
+        """None."""
+        return False
+
+    @property
+    def kept(self) -> float:
+        """No velocity goes from one step into the next."""
+        return 0.0
 
     def schedule(self) -> Iterator[tuple[Scheme, float]]:
         """One step a load factor; the step length is 1/n so that time is the load factor."""
@@ -29,5 +63,5 @@ class Statics:
             yield Scheme(1.0 / self.load_steps, 1.0, 0.0), index / self.load_steps
 
     def settled(self, report: StepReport) -> bool:
-        """Statics is at rest when the last load factor is reached."""
+        """At rest when the last load factor is reached."""
         return report.time >= 1.0

@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from masonry_fem.bodies.base import Scheme
-from masonry_fem.march.equilibrium.base import Strategy
-from masonry_fem.march.step_report import StepReport
+from masonry_fem.march.equilibrium.parts.base import Strategy
+
+if TYPE_CHECKING:
+    from masonry_fem.march.step_report import StepReport
 
 
-@dataclass(frozen=True, slots=True)
-class Onward:
-    """The steps of ``strategy`` after the time ``since`` [s] (load factor in statics)."""
+class Onward(Strategy, frozen=True, kw_only=True):
+    """The steps of a strategy after another march.
+
+    Attributes
+    ----------
+    strategy : what to do once more
+    since : when the other march ended [s]; the load factor in statics
+    """
 
     strategy: Strategy
     since: float
@@ -23,9 +31,19 @@ class Onward:
         return self.strategy.steps
 
     @property
+    def end(self) -> float:
+        """Time at the end of the last step [s]."""
+        return self.since + self.strategy.end
+
+    @property
     def parts(self) -> int:
         """Most parts of a step in which joints give way."""
         return self.strategy.parts
+
+    @property
+    def inertia(self) -> bool:
+        """As the strategy's."""
+        return self.strategy.inertia
 
     @property
     def seeks_equilibrium(self) -> bool:
@@ -33,9 +51,9 @@ class Onward:
         return self.strategy.seeks_equilibrium
 
     @property
-    def velocity_factor(self) -> float:
+    def kept(self) -> float:
         """As the strategy's."""
-        return self.strategy.velocity_factor
+        return self.strategy.kept
 
     def schedule(self) -> Iterator[tuple[Scheme, float]]:
         """The strategy's steps, later."""

@@ -1,0 +1,1 @@
+"""What strategies share, and marches that no scene asks for by name."""

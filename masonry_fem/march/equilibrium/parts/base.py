@@ -1,0 +1,78 @@
+"""Strategy: which steps to make, what to do between them, and when to stop."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from masonry_fem.bodies.base import Scheme
+from masonry_fem.records.record import Spec
+
+if TYPE_CHECKING:
+    from masonry_fem.march.step_report import StepReport
+
+SHORTEST, LONGEST = 1e-100, 1e30  # steps [s]: squares of impulses and stiffnesses times h² stay numbers
+
+
+class Strategy(Spec, frozen=True, kw_only=True, tag_field="kind"):
+    """How a scene is marched: what every kind of ``[analysis]`` has."""
+
+    @property
+    @abstractmethod
+    def steps(self) -> int:
+        """Largest number of steps, parts of steps counted."""
+
+    @property
+    @abstractmethod
+    def end(self) -> float:
+        """Time at the end of the last step [s]; the load factor in statics."""
+
+    @abstractmethod
+    def schedule(self) -> Iterator[tuple[Scheme, float]]:
+        """(scheme, time at the end) of each step in turn."""
+
+    @property
+    def ramp(self) -> float:
+        """Time by which motions without a function of time have come to their end [s]."""
+        return self.end
+
+    @property
+    def parts(self) -> int:
+        """Most parts that a step in which joints give way may be divided into."""
+        return 1
+
+    @property
+    def inertia(self) -> bool:
+        """Whether time is time; if not it is the load factor."""
+        return True
+
+    @property
+    def seeks_equilibrium(self) -> bool:
+        """Whether ending without an equilibrium is a failure."""
+        return True
+
+    @property
+    def kept(self) -> float:
+        """What velocities are multiplied by after each step."""
+        return 1.0
+
+    def settled(self, report: StepReport) -> bool:
+        """Whether the state that a step reached is an equilibrium."""
+        return False
+
+    def faults(self) -> Iterator[tuple[str, str]]:
+        """Keys whose values do not go together: (key, what was expected)."""
+        return iter(())
+
+
+def step_faults(step: float) -> Iterator[tuple[str, str]]:
+    """A step of which numbers cannot be computed."""
+    if not SHORTEST <= step <= LONGEST:
+        yield "step", f"a time from {SHORTEST:g} to {LONGEST:g} s"
+
+
+def equal_steps(step: float, theta: float, count: int) -> Iterator[tuple[Scheme, float]]:
+    """``count`` steps; times are multiples of the step, not sums of rounded ones."""
+    for index in range(1, count + 1):
+        yield Scheme(step, theta), index * step

@@ -35,8 +35,8 @@ ROOMS = {
     ("bodies/rigid", "bodies/rotation", "bodies/inertia", "bodies/support"):
         ("tests/bodies", "tests/march"),
     ("nscd/local", "nscd/graphs", "nscd/problem", "nscd/residuals", "nscd/scaling"): ("tests/nscd",),
-    ("contact/kinematics", "contact/clipping", "contact/placement/quadrature", "contact/placement/corners",
-     "contact/placement/nodes", "contact/interpolation"): ("tests/contact",),
+    ("contact/kinematics", "contact/clipping", "contact/placement/corners", "contact/placement/nodes",
+     "contact/placement/parts/quadrature", "contact/interpolation"): ("tests/contact",),
     ("fem/condense", "fem/stress", "fem/assemble", "fem/material", "fem/traction"): ("tests/fem",),
     ("joints/reduction", "joints/laws/fremond_cangemi", "joints/laws/mohr_coulomb", "joints/laws/parts/bed",
      "joints/laws/parts/rigid_brittle", "joints/laws/parts/rough", "joints/laws/parts/softening"): (

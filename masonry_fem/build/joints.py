@@ -16,7 +16,8 @@ from masonry_fem.build.laws import joint_laws
 from masonry_fem.build.scatter import scatter_factors
 from masonry_fem.build.stones import Stones, block_names
 from masonry_fem.contact.contacts import Contacts, Interface
-from masonry_fem.contact.placement import Rule, place
+from masonry_fem.contact.place import place
+from masonry_fem.contact.placement import Rule
 from masonry_fem.errors import SceneError
 from masonry_fem.joints.assignment import Assignment
 from masonry_fem.march.model import JointTable, Model

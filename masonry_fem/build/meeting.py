@@ -21,7 +21,7 @@ from masonry_fem.build.joints import joint_of_interfaces, joints_at, rules_of
 from masonry_fem.build.stones import Stones
 from masonry_fem.contact.contacts import Contacts, Interface
 from masonry_fem.contact.detection import default_reach, detect
-from masonry_fem.contact.placement import place
+from masonry_fem.contact.place import place
 from masonry_fem.contact.surface import Surface, surfaces_of
 from masonry_fem.contact.update import chosen, joined, partners, returned, returned_faces
 from masonry_fem.march.model import FloatArray, Model

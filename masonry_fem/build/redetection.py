@@ -22,7 +22,7 @@ from masonry_fem.build.meeting import nearest_motions
 from masonry_fem.build.stones import Stones, typical_length
 from masonry_fem.contact.contacts import Interface
 from masonry_fem.contact.detection import default_reach, detect
-from masonry_fem.contact.placement import place
+from masonry_fem.contact.place import place
 from masonry_fem.contact.surface import Surface, surfaces_of
 from masonry_fem.contact.update import chosen, joined, moved, returned, returned_faces
 from masonry_fem.march.loads import external_forces

@@ -18,6 +18,31 @@ from typing import Any
 from masonry_fem.errors import ExtensionError
 
 
+def names(folders: Iterable[str]) -> tuple[str, ...]:
+    """Files of a folder, by name; none of them is loaded."""
+    return tuple(file.name for file in iter_modules(folders) if not file.ispkg)
+
+
+def function(module: str, signature: str, does: str) -> Any:
+    """The function that a file owes, such as ``points(patch: Patch) -> Spots``.
+
+    Parameters
+    ----------
+    module : Name of the file's module. signature : Of the function. does : What it does, for messages.
+
+    Raises
+    ------
+    ExtensionError : The file does not have it.
+    """
+    file, name = import_module(module), signature.partition("(")[0]
+    found = getattr(file, name, None)
+    if not callable(found):
+        raise ExtensionError(
+            f"{file.__file__} has no function {name}, expected one that {does}; write def {signature}"
+        )
+    return found
+
+
 @dataclass(frozen=True, slots=True)
 class Found:
     """What a file holds.
@@ -62,10 +87,8 @@ def discovered(
     ExtensionError : A file lacks its class, its name or a method, or has the name of another.
     """
     found: dict[str, Found] = {}
-    for file in iter_modules(folders):
-        if file.ispkg:
-            continue
-        module = import_module(f"{package}.{file.name}")
+    for file in names(folders):
+        module = import_module(f"{package}.{file}")
         one = Found(_only(module, base, noun), module)
         name = name_of(one.kind)
         if name is None:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Union, cast
 
 from msgspec import Meta, defstruct
 
+from masonry_fem.contact.placement import names as placements
 from masonry_fem.march.equilibrium import Strategy
 from masonry_fem.march.equilibrium import kinds as strategies
 from masonry_fem.march.equilibrium.dynamics import Dynamics
@@ -103,11 +104,13 @@ __all__ = [
     "law_record",
 ]
 
-# what ``structures`` and ``analysis`` of a scene may be: told from the files there
+# what ``structures``, ``analysis`` and ``placement`` of a scene may be: told from the files there
 if TYPE_CHECKING:
     AnyStructure = Structure
     Analysis = Strategy
+    PlacementName = str
 else:
+    PlacementName = Literal[placements()]
     Analysis = Union[tuple(strategies().values())]  # noqa: UP007
     AnyStructure = Union[tuple(kind.record for kind in kinds().values())]  # noqa: UP007  made while running
 
@@ -203,7 +206,7 @@ class Joint(Spec, frozen=True, kw_only=True):
     restitution: Unit = 0.0
     tangential_restitution: Unit = 0.0
     form: Literal["gap", "velocity"] = "gap"
-    placement: Literal["corners", "gauss", "nodes"] | None = None
+    placement: PlacementName | None = None
     inset: Fraction = 1.0
     density: Count = 1
     interface: str = "*"

@@ -17,8 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
-from masonry_fem.errors import ExtensionError, GeometryError, SceneError
-from masonry_fem.records.discovery import Found, discovered
+from masonry_fem.errors import GeometryError, SceneError
+from masonry_fem.records.discovery import Found, discovered, function
 from masonry_fem.records.mesh_settings import MeshSettings
 from masonry_fem.records.reading_limits import Reading
 from masonry_fem.records.structure import Structure
@@ -50,13 +50,9 @@ def kinds() -> Mapping[str, Kind]:
 
 
 def _kind(found: Found) -> Kind:
-    build = getattr(found.module, "build", None)
-    if not callable(build):
-        record = found.kind.__name__
-        raise ExtensionError(
-            f"{found.file} has no function build, expected one that makes the blocks of a {record}; write "
-            f"def build(spec: {record}, dimension: int) -> Assembly"
-        )
+    record = found.kind.__name__
+    signature = f"build(spec: {record}, dimension: int) -> Assembly"
+    build = function(found.module.__name__, signature, f"makes the blocks of a {record}")
     return Kind(found.kind, build, found.file)
 
 

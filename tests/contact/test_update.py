@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from masonry_fem.contact.detection import detect
-from masonry_fem.contact.placement import Rule, place
+from masonry_fem.contact.place import place
+from masonry_fem.contact.placement import Rule
 from masonry_fem.contact.update import chosen, joined, moved, partners, returned
 from tests.contact.blocks import turning, turning_2d, wall
 

@@ -11,7 +11,8 @@ from masonry_fem.bodies.base import Scheme
 from masonry_fem.bodies.rigid import RigidGroup
 from masonry_fem.bodies.support import Motion, SupportGroup
 from masonry_fem.contact.detection import detect
-from masonry_fem.contact.placement import Rule, place
+from masonry_fem.contact.place import place
+from masonry_fem.contact.placement import Rule
 from masonry_fem.march.acting import acted, extents
 from masonry_fem.march.coupling import connect
 from masonry_fem.march.equilibrium.dynamics import Dynamics

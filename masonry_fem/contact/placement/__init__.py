@@ -1,13 +1,29 @@
-"""Placement: which points of an interface carry its contact.
+"""Placement: which points of an interface carry its contact, one file a rule.
 
-    contacts = place(assembly, interfaces, [Rule("corners", inset=0.95)] * len(interfaces))
-
-One file a rule, a function ``points(patch, rule) -> Spots``; a new rule is listed in ``RULES``.
+A file has a function ``points(patch, rule) -> Spots``; its name is that of the rule. Nothing else lists it.
 """
 
 from __future__ import annotations
 
-from masonry_fem.contact.placement.place import RULES, place
-from masonry_fem.contact.placement.rule import Rule, Spots
+from collections.abc import Callable
+from functools import cache
 
-__all__ = ["RULES", "Rule", "Spots", "place"]
+from masonry_fem.contact.placement.parts.patch import Patch
+from masonry_fem.contact.placement.parts.rule import Rule, Spots
+from masonry_fem.records import discovery
+
+__all__ = ["Rule", "Spots", "names", "points_of"]
+
+
+def names() -> tuple[str, ...]:
+    """The rules that a scene may ask for."""
+    return discovery.names(__path__)
+
+
+@cache
+def points_of(name: str) -> Callable[[Patch, Rule], Spots]:
+    """What places the points of a rule."""
+    points: Callable[[Patch, Rule], Spots] = discovery.function(
+        f"{__name__}.{name}", "points(patch: Patch, rule: Rule) -> Spots", "places contact points"
+    )
+    return points

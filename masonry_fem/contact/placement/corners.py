@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 
 from masonry_fem.contact.clipping import polygon_area
-from masonry_fem.contact.placement.patch import Patch
-from masonry_fem.contact.placement.rule import Rule, Spots
+from masonry_fem.contact.placement.parts.patch import Patch
+from masonry_fem.contact.placement.parts.rule import Rule, Spots
 from masonry_fem.solid.pose import FloatArray
 
 

@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from masonry_fem.contact.placement import corners
-from masonry_fem.contact.placement.patch import Patch
-from masonry_fem.contact.placement.quadrature import quadrature
-from masonry_fem.contact.placement.rule import Rule, Spots
+from masonry_fem.contact.placement.parts.patch import Patch
+from masonry_fem.contact.placement.parts.quadrature import quadrature
+from masonry_fem.contact.placement.parts.rule import Rule, Spots
 from masonry_fem.errors import GeometryError
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray

@@ -12,8 +12,8 @@ import numpy as np
 from masonry_fem.contact.interpolation import KINDS, weights_at
 from masonry_fem.contact.placement import corners
 from masonry_fem.contact.placement.gauss import on_pieces
-from masonry_fem.contact.placement.patch import Patch
-from masonry_fem.contact.placement.rule import Rule, Spots
+from masonry_fem.contact.placement.parts.patch import Patch
+from masonry_fem.contact.placement.parts.rule import Rule, Spots
 from masonry_fem.errors import GeometryError
 from masonry_fem.solid.pose import FloatArray
 

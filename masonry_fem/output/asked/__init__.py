@@ -10,13 +10,11 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
-from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from pkgutil import iter_modules
 from typing import TYPE_CHECKING
 
-from masonry_fem.errors import ExtensionError
+from masonry_fem.records import discovery
 
 if TYPE_CHECKING:
     from masonry_fem.output.recorder import Recorder, Request
@@ -24,7 +22,7 @@ if TYPE_CHECKING:
 
 def names() -> tuple[str, ...]:
     """What ``[output]`` may ask for, by the names of the files."""
-    return tuple(file.name for file in iter_modules(__path__))
+    return discovery.names(__path__)
 
 
 def meaning(key: str) -> str:
@@ -44,10 +42,5 @@ def recorders(request: Request) -> Iterator[Recorder]:
     """
     for key in names():
         if getattr(request.asked, key):
-            module = import_module(f"{__name__}.{key}")
-            if not callable(getattr(module, "recorder", None)):
-                raise ExtensionError(
-                    f"{module.__file__} has no function recorder, expected one that makes the output "
-                    f"'{key}'; write def recorder(request: Request) -> Recorder"
-                )
-            yield module.recorder(request)
+            signature = "recorder(request: Request) -> Recorder"
+            yield discovery.function(f"{__name__}.{key}", signature, f"makes the output '{key}'")(request)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from masonry_fem.contact.placement.patch import Patch
+from masonry_fem.contact.placement.parts.patch import Patch
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 

@@ -2,27 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from hashlib import blake2b
 
 import numpy as np
 
 from masonry_fem.contact.contacts import Contacts, Interface
 from masonry_fem.contact.kinematics import height, local_frames
-from masonry_fem.contact.placement import corners, gauss, nodes
-from masonry_fem.contact.placement.patch import Patch
-from masonry_fem.contact.placement.rule import Rule, Spots
+from masonry_fem.contact.placement import names, points_of
+from masonry_fem.contact.placement.parts.patch import Patch
+from masonry_fem.contact.placement.parts.rule import Rule
 from masonry_fem.contact.surface import Surface, surfaces_of, typical_size
 from masonry_fem.errors import GeometryError
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
-RULES: dict[str, Callable[[Patch, Rule], Spots]] = {
-    "corners": corners.points,
-    "gauss": gauss.points,
-    "nodes": nodes.points,
-}
 ROUNDING = 1e-12  # of a block's size: a gap below it is zero
 
 
@@ -55,7 +50,7 @@ def place(
     d = assembly.dimension
     normals = np.array([interface.normal for interface in interfaces]).reshape(-1, d)
     spots = [
-        RULES[rule.name](Patch.of(assembly, surfaces, interface, frame), rule)
+        points_of(rule.name)(Patch.of(assembly, surfaces, interface, frame), rule)
         for interface, rule, frame in zip(interfaces, rules, local_frames(normals), strict=True)
     ]
     if not spots:
@@ -82,8 +77,8 @@ def place(
 
 def _check(number: int, rule: Rule) -> None:
     where = f"interface {number}"
-    if rule.name not in RULES:
-        raise GeometryError(f"{where}: placement is '{rule.name}', expected one of {', '.join(RULES)}")
+    if rule.name not in names():
+        raise GeometryError(f"{where}: placement is '{rule.name}', expected one of {', '.join(names())}")
     if not 0 < rule.inset <= 1:
         raise GeometryError(f"{where}: inset is {rule.inset}, expected 0 < inset <= 1 (1 is the very corner)")
     if rule.density < 1:

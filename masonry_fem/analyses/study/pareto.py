@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.analyses.study.comparison import Comparison
+from masonry_fem.analyses.study.row import Row
 from masonry_fem.analyses.study.variation import Variation
 
 SAME = 0.02  # costs and bounds that differ by less are the same, relative ...
@@ -50,44 +51,37 @@ def gather(comparisons: Sequence[Comparison], vary: Sequence[Variation], names: 
     found: dict[tuple[int, ...], list[tuple[Comparison, int]]] = {}
     for made in comparisons:
         for number, row in enumerate(made.rows):
-            places = tuple(
-                -1 if one.is_case else place for one, place in zip(vary, row.cell.places, strict=True)
-            )
-            found.setdefault(places, []).append((made, number))
-    errors = {id(made): made.worst(names, made.error) for made in comparisons if _has(made, names)}
-    bounds = {id(made): made.worst(names, made.bound) for made in comparisons if _has(made, names)}
-    points = []
-    taken: set[tuple[str, ...]] = set()  # settings that make no difference are one point
+            found.setdefault(setting_places(vary, row), []).append((made, number))
+    points: dict[tuple[str, ...], Point] = {}  # settings that make no difference are one point
     for places, members in found.items():
-        if any(id(made) not in errors for made, _ in members):
-            continue
-        error = float(np.max([errors[id(made)][number] for made, number in members]))
-        bound = float(np.max([bounds[id(made)][number] for made, number in members]))
         rows = [made.rows[number] for made, number in members]
-        keys = tuple(row.cell.key for row in rows)
-        if not math.isfinite(error) or not all(row.solved for row in rows):
-            continue
-        if keys in taken:
-            continue
-        taken.add(keys)
-        settings = {one.key: rows[0].cell.settings[one.key] for one in vary if not one.is_case}
-        points.append(
-            Point(
-                places,
-                settings,
-                sum(row.cpu for row in rows),
-                sum(row.start for row in rows),
-                error,
-                bound,
-                max((made.rest[name] for made, _ in members for name in names), default=0.0),
-                all(made.reference is row for (made, _), row in zip(members, rows, strict=True)),
+        error = _worst([(made.error, number) for made, number in members], names)
+        if math.isfinite(error) and all(row.solved for row in rows):
+            point = Point(
+                places=places,
+                settings={one.key: rows[0].cell.settings[one.key] for one in vary if not one.is_case},
+                cpu=sum(row.cpu for row in rows),
+                start=sum(row.start for row in rows),
+                error=error,
+                bound=_worst([(made.bound, number) for made, number in members], names),
+                rest=max((made.rest[name] for made, _ in members for name in names), default=0.0),
+                is_reference=all(made.reference is made.rows[number] for made, number in members),
             )
-        )
-    return [replace(point, best=bool(best)) for point, best in zip(points, _best(points), strict=True)]
+            points.setdefault(tuple(row.cell.key for row in rows), point)
+    best = _best(list(points.values()))
+    return [replace(point, best=bool(one)) for point, one in zip(points.values(), best, strict=True)]
 
 
-def _has(made: Comparison, names: Sequence[str]) -> bool:
-    return all(name in made.error for name in names)
+def setting_places(vary: Sequence[Variation], row: Row) -> tuple[int, ...]:
+    """Place of the row's value of each variation; −1 for keys that make cases."""
+    return tuple(-1 if one.is_case else place for one, place in zip(vary, row.cell.places, strict=True))
+
+
+def _worst(members: list[tuple[dict[str, NDArray[np.float64]], int]], names: Sequence[str]) -> float:
+    """Greatest of some quantities over the cases; NaN where one lacks."""
+    return float(
+        np.max([of[name][number] if name in of else math.nan for of, number in members for name in names])
+    )
 
 
 def _best(points: Sequence[Point]) -> NDArray[np.bool_]:

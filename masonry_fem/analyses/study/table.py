@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from masonry_fem.analyses.study.outputs import orders
+from masonry_fem.analyses.study.pareto import setting_places
 from masonry_fem.analyses.study.recommendation import percent
 from masonry_fem.analyses.study.row import SOLVED
 
@@ -98,13 +99,7 @@ def _shown(study: Study) -> list[Row]:
     if len(rows) <= SHOWN:
         return rows
     best = {point.places for aim in study.targets for point in study.points(aim) if point.best}
-    return [row for row in rows if _places(study, row) in best]
-
-
-def _places(study: Study, row: Row) -> tuple[int, ...]:
-    """Where the point of a row stands."""
-    pairs = zip(study.vary, row.cell.places, strict=True)
-    return tuple(-1 if one.is_case else place for one, place in pairs)
+    return [row for row in rows if setting_places(study.vary, row) in best]
 
 
 def _errors(study: Study) -> dict[tuple[int, str], tuple[float, Point | None]]:
@@ -116,7 +111,7 @@ def _errors(study: Study) -> dict[tuple[int, str], tuple[float, Point | None]]:
             known = all(name in made.error for name in aim.names)
             values = made.worst(aim.names, made.error) if known else [math.nan] * len(made.rows)
             for row, value in zip(made.rows, values, strict=True):
-                found[id(row), aim.label] = float(value), points.get(_places(study, row))
+                found[id(row), aim.label] = float(value), points.get(setting_places(study.vary, row))
     return found
 
 

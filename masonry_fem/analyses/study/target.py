@@ -39,26 +39,24 @@ def targets(comparisons: Sequence[Comparison], asked: Sequence[str]) -> list[Tar
     MasonryError : Where nothing is so named.
     """
     names = next(([*made.values] for made in comparisons if made.values), [])
-    present = list(
-        dict.fromkeys(name for made in comparisons for row in made.rows for name in row.quantities)
-    )
     if not asked:
-        groups = dict.fromkeys(group_of(name) for name in names)
+        groups = {group_of(name): None for name in names}
         ordered = [group for group in WORDS if group in groups] + [g for g in groups if g not in WORDS]
-        return [
-            Target(group, WORDS.get(group, group), tuple(n for n in names if group_of(n) == group))
-            for group in ordered
-        ]
+        return [_target(group, [name for name in names if group_of(name) == group]) for group in ordered]
     made = []
     for pattern in asked:
-        own = tuple(name for name in names if name == pattern or matches(name, pattern))
-        if not own:
-            left = {name for one in comparisons for name in one.left_out}
-            if any(matches(name, pattern) for name in left):
-                continue
+        own = [name for name in names if matches(name, pattern)]
+        if own:
+            made.append(_target(pattern, own))
+        elif not any(matches(name, pattern) for one in comparisons for name in one.left_out):
+            rows = (row for one in comparisons for row in one.rows)
+            present = list(dict.fromkeys(name for row in rows for name in row.quantities))
             known = listed(present) or "none, as no cell was solved"
             raise MasonryError(
                 f"--quantity {pattern}: no such quantity{nearest(pattern, present)}; known: {known}"
             )
-        made.append(Target(pattern, WORDS.get(pattern, pattern), own))
     return made
+
+
+def _target(label: str, names: list[str]) -> Target:
+    return Target(label, WORDS.get(label, label), tuple(names))

@@ -124,32 +124,35 @@ def _is_convex(solid: Polytope) -> bool:
 def _corners(shape: Shape) -> IntArray:
     """Vertex at each corner of the unit cell, shape (2,) * d."""
     solid, d = shape.solid, shape.solid.dimension
-    if shape.arcs:
-        rows = [(a, b, e, c) for (a, b, _), (c, e, _) in zip(shape.arcs[::2], shape.arcs[1::2], strict=True)]
-        flat = np.array(rows).reshape(-1, 2, 2)  # depth, radial, tangential
-        return flat[0].T if d == 2 else flat.transpose(2, 0, 1)
-    if shape.rails:
-        ends_of = np.array([(rail[0], rail[-1]) for rail in shape.rails]).reshape(-1, 2, 2)
-        return ends_of[0].T if d == 2 else ends_of.transpose(2, 0, 1)  # from depth, radial, tangential
-    ends = {frozenset(p) for f in solid.faces for p in zip(f, (*f[1:], f[0]), strict=True)}
+    ends_of = [(rail[0], rail[-1]) for rail in shape.rails]
+    for (a, b, _), (c, e, _) in zip(shape.arcs[::2], shape.arcs[1::2], strict=True):
+        ends_of += [(a, b), (e, c)]
+    if ends_of:  # by depth, radial, tangential
+        curved = np.array(ends_of).reshape(-1, 2, 2)
+        return curved[0].T if d == 2 else curved.transpose(2, 0, 1)
+    return _box_corners(solid)
+
+
+def _box_corners(solid: Polytope) -> IntArray:
+    """Vertex at each corner of the unit cell of a solid with as many vertices, shape (2,) * d."""
+    d = solid.dimension
+    beside: dict[int, set[int]] = {vertex: set() for vertex in range(2**d)}
+    for face in solid.faces:
+        for a, b in zip(face, (*face[1:], face[0]), strict=True):
+            beside[a].add(b)
+            beside[b].add(a)
     first = int(np.argmin((solid.vertices / np.ptp(solid.vertices, axis=0)).sum(axis=1)))
-    near = [v for v in range(2**d) if frozenset((first, v)) in ends]
     along = solid.vertices - solid.vertices[first]
     along = along / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-300)
-    near = list(max(permutations(near), key=lambda p: sum(along[v, i] for i, v in enumerate(p))))
+    near = max(permutations(sorted(beside[first])), key=lambda p: sum(along[v, i] for i, v in enumerate(p)))
     corners = np.full((2,) * d, first)
-    for place in product((0, 1), repeat=d):
-        up = [near[i] for i in range(d) if place[i]]
-        if len(up) == 1:
-            corners[place] = up[0]
-        elif len(up) == 2:
-            known = {first, *up}
-            corners[place] = (
-                next(iter({*range(4)} - known)) if d == 2
-                else next(v for f in solid.faces if known <= {*f} for v in f if v not in known)
-            )  # fmt: skip
-    if d == 3:
-        corners[1, 1, 1] = next(iter({*range(8)} - {int(c) for c in corners.ravel()[:7]}))
+    for axis, vertex in enumerate(near):
+        corners[tuple(np.eye(d, dtype=int)[axis])] = vertex
+    known = {first, *near}
+    for place in sorted(product((0, 1), repeat=d), key=sum)[1 + d :]:
+        lower = (corners[*place[:i], 0, *place[i + 1 :]] for i in range(d) if place[i])
+        (corners[place],) = set.intersection(*(beside[int(vertex)] for vertex in lower)) - known
+        known.add(int(corners[place]))
     return corners
 
 

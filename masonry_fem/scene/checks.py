@@ -14,7 +14,7 @@ from typing import Any
 import msgspec
 
 from masonry_fem.fidelities import deforms
-from masonry_fem.scene.joint_checks import check_joints
+from masonry_fem.scene.joint_checks import check_joints, joint_doubts
 from masonry_fem.scene.lines import KeyPath
 from masonry_fem.scene.material_doubts import material_doubts
 from masonry_fem.scene.misfit import MisfitError, braced, listed, nearest, wrong
@@ -250,21 +250,4 @@ def _doubts(scene: Scene) -> Iterator[str]:
     if scene.analysis.parts > 1 and all(joint.dry for joint in scene.joints):
         yield "analysis.substeps divides steps in which joints give way: dry ones do not, and all are dry"
     for index, joint in enumerate(scene.joints):
-        place = f"joints.{index}"
-        residual = getattr(joint.law, "residual_friction", None)
-        if residual is not None and residual > joint.coefficient:
-            yield (
-                f"{place}.law.residual_friction {residual:g} exceeds the friction {joint.coefficient:g} of "
-                "the sound joint"
-            )
-        if joint.dynamic_friction is not None and joint.dynamic_friction > joint.coefficient:
-            yield (
-                f"{place}.dynamic_friction {joint.dynamic_friction:g} exceeds the static "
-                f"{joint.coefficient:g}"
-            )
-        if joint.form == "gap" and (joint.restitution or joint.tangential_restitution):
-            yield f"{place}.restitution acts in the velocity form only; expected form = 'velocity'"
-        if joint.inset != 1 and joint.placement not in (None, "corners"):
-            yield f"{place}.inset belongs to placement 'corners', not '{joint.placement}'"
-        if joint.density != 1 and joint.placement != "gauss":
-            yield f"{place}.density belongs to placement 'gauss', not '{joint.placement}'"
+        yield from joint_doubts(joint, f"joints.{index}")

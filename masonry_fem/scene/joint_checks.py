@@ -30,6 +30,26 @@ def check_joints(scene: Scene) -> None:
             _scatter(joint, joint.scatter, (*path, "scatter", "variation"))
 
 
+def joint_doubts(joint: Joint, place: str) -> Iterator[str]:
+    """What is possible in a joint record, and hardly meant; ``place`` is its key in the scene."""
+    residual = getattr(joint.law, "residual_friction", None)
+    if residual is not None and residual > joint.coefficient:
+        yield (
+            f"{place}.law.residual_friction {residual:g} exceeds the friction {joint.coefficient:g} of "
+            "the sound joint"
+        )
+    if joint.dynamic_friction is not None and joint.dynamic_friction > joint.coefficient:
+        yield (
+            f"{place}.dynamic_friction {joint.dynamic_friction:g} exceeds the static {joint.coefficient:g}"
+        )
+    if joint.form == "gap" and (joint.restitution or joint.tangential_restitution):
+        yield f"{place}.restitution acts in the velocity form only; expected form = 'velocity'"
+    if joint.inset != 1 and joint.placement not in (None, "corners"):
+        yield f"{place}.inset belongs to placement 'corners', not '{joint.placement}'"
+    if joint.density != 1 and joint.placement != "gauss":
+        yield f"{place}.density belongs to placement 'gauss', not '{joint.placement}'"
+
+
 def _no_slip(joint: Joint, path: KeyPath) -> None:
     """What makes no sense where nothing slides."""
     scatter = joint.scatter is not None and "friction" in joint.scatter.variation

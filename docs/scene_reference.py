@@ -32,41 +32,45 @@ HEAD = """# Scene reference
 <!-- made by docs/scene_reference.py from masonry_fem/scene and masonry_fem/structures; do not edit -->
 
 A scene is a TOML file. Numbers are in SI units (angles of geometry in degrees, of motions in radians);
-a string with a unit stands for a number wherever a unit is given below: `young = "10 GPa"`. Vectors
+wherever a unit is given below, a string with a unit may be used instead: `young = "10 GPa"`. Vectors
 have the dimension of the scene. A plane scene is one metre deep: its forces are per metre.
 
-Blocks are called after their structure: `wall.c2.b3` (course 2, brick 3; row by row from the front),
-`wall.lintel1`, `stack.b1`, `corbel.b1`, `buttress.c2.b1`, `column.d3` (drum 3), `column.plinth`,
-`column.capital`, `stair.s3` (step 3), `rubble.s07` (from below), `arch.v06` (from the left), `flyer.v01`
-(from the foot), `vault.c2.s3` (course 2 from the left, stone 3), `portal.left.c1` (pier, course),
-`dome.r1.s4` (ring 1, slice 4), `dome.crown`, `dome.d1.s2` (drum, course 1), `dome.p3.c1` (pier 3, course 1),
-`NAME.` and the group, object or key in a file, or the stone in a survey, `NAME` alone for a single block.
-Such names without their last part name groups of blocks (`NAME`, `wall.c2`, `portal.left`, `dome.r1`,
-`dome.p3`), and so do `wall.stretchers`,
-`wall.headers`, `wall.closers`, `wall.lintels`, `wall.w2` (wythe 2 from the front), `buttress.stage2`,
-`stair.steps`, `stair.wall`, `dome.s4`, `dome.drum`, `dome.piers`, `arch.keystone` (in a vault the course at
-the crown) and `arch.springers` (the stones at both ends).
+## Names, selectors and labels
 
-Structures bring the supports `NAME.ground`, `NAME.springing_left`, `NAME.springing_right`, `stair.below2` and
-`stair.above2` (wall stones below and above step 2's built-in end), `portal.ground_left`,
-`portal.ground_right`, `flyer.foot`, `flyer.head`, `dome.base.s4` (under piers `dome.base.p4`),
-`dome.side_start`, `dome.side_end`.
+Names of blocks begin with the name of their structure, here that of its kind:
 
-A selector is a shell pattern of these names (`wall.c5.*`) or, where faces are meant, `blocks/face`. Faces of
-boxes are `left`, `right`, `front`, `back`, `bottom`, `top`, those of voussoirs `start` (the left joint),
-`end` (the right one), `intrados`, `extrados`, `front`, `back`, those of the stones of domes and drums
-`intrados`, `extrados`, `lower`, `upper`, `left`, `right`, those of a column's drums `bottom`, `top`, `side`;
-stones of rubble name those in the sides of their box, surveyed ones theirs by where they look (`left`,
-`right`, `bottom`, `top`, `front`, `back`). Joints are labelled `bed` and `head` in boxes, `collar`
-between the wythes of a wall, `rubble` in rubble, `bed`, `inclined` (30° to 60°) and `head` in
-surveys, `radial` in arches (between a portal's pier and its arch,
-too), or `vertical` where they are cut so, `radial` and `head` in vaults, `head` at both ends of flying
-buttresses, `bed` and `meridian` in domes and drums.
+| structure | blocks | groups of blocks | supports |
+|---|---|---|---|
+| any | `NAME` if there is only one | `NAME`, and other names without their last part, such as `wall.c2`, `portal.left`, `dome.r1`, `dome.p3` | `NAME.ground` |
+| wall | `wall.c2.b3` (course 2, brick 3; row by row from the front), `wall.lintel1` | `wall.stretchers`, `wall.headers`, `wall.closers`, `wall.lintels`, `wall.w2` (wythe 2 from the front) | |
+| stack, corbel | `stack.b1`, `corbel.b1` (from below) | | |
+| buttress | `buttress.c2.b1` (course, stone) | `buttress.stage2` | |
+| column | `column.d3` (drum 3), `column.plinth`, `column.capital` | | |
+| staircase | `stair.s3` (step 3) | `stair.steps`, `stair.wall` | `stair.below2`, `stair.above2` (wall stones below and above the built-in end of step 2) |
+| rubble | `rubble.s07` (from below) | | |
+| arches | `arch.v06` (from the left) | `arch.keystone`, `arch.springers` (the stones at both ends) | `arch.springing_left`, `arch.springing_right` |
+| barrel vault | `vault.c2.s3` (course 2 from the left, stone 3) | `vault.keystone` (the course at the crown), `vault.springers` | `vault.springing_left`, `vault.springing_right` |
+| flying buttress | `flyer.v01` (from the foot) | | `flyer.foot`, `flyer.head` |
+| portal | as an arch, and `portal.left.c1` (pier, course) | | `portal.ground_left`, `portal.ground_right` |
+| dome | `dome.r1.s4` (ring 1, slice 4), `dome.crown`, `dome.d1.s2` (drum, course 1), `dome.p3.c1` (pier 3, course 1) | `dome.s4`, `dome.drum`, `dome.piers` | `dome.base.s4` (under piers `dome.base.p4`), `dome.side_start`, `dome.side_end` |
+| file, survey | `NAME.` and the group, object or key in the file, or the stone in the survey | | |
+
+A selector of blocks is a shell pattern of names of blocks or groups (`wall.c5.*`), a selector of faces is
+`blocks/face` (`wall.c5.*/top`). A joint is selected by its label.
+
+| structure | faces | labels of joints |
+|---|---|---|
+| boxes | `left`, `right`, `front`, `back`, `bottom`, `top` | `bed`, `head`; `collar` between the wythes of a wall |
+| voussoirs | `start` (the left joint), `end` (the right one), `intrados`, `extrados`, `front`, `back` | `radial`, also between a portal's pier and its arch; or `vertical` with `cut`; in vaults `radial` and `head`; at both ends of flying buttresses `head` |
+| stones of domes and drums | `intrados`, `extrados`, `lower`, `upper`, `left`, `right` | `bed`, `meridian` |
+| drums of a column | `bottom`, `top`, `side` | `bed` |
+| rubble | those in the sides of the box, as of a box | `rubble` |
+| survey | by their direction, as of a box | `bed`, `inclined` (30° to 60°), `head` |
 
 `--set` changes any value from the command line: `--set joints.0.friction=0.4`,
 `--set structures.wall.courses=8`, `--set "analysis={kind='dynamics', step=1e-4, duration=0.01}"`.
 
-"""
+"""  # noqa: E501
 # record -> (heading, key in the file)
 TABLES: dict[type[Spec], str] = {
     specs.Scene: "Top level",

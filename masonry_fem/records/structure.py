@@ -27,14 +27,14 @@ class Foreseen:
 
 
 class Structure(Spec, frozen=True, kw_only=True, tag_field="kind"):
-    """What every structure has; one that is read from a file names that by its key ``path``.
+    """What every structure has; a structure that is read from a file names it by its key ``path``.
 
     Attributes
     ----------
-    name : what it is called in names of blocks and in results
+    name : its name, with which names of its blocks begin
     material : name of a table in ``materials``
-    fidelity : against what the scene says
-    mesh : against what the scene says
+    fidelity : in place of the scene's
+    mesh : in place of the scene's
     """
 
     endings: ClassVar[tuple[str, ...]] = ()  # of the files that it may be read from

@@ -27,20 +27,20 @@ from masonry_fem.structures.parts.voussoir_row import Cut
 class ArchStructure(Structure, frozen=True, kw_only=True, tag="arch"):
     """Circular arch of ``voussoirs`` equal stones about the mean ``radius``; springings as supports.
 
-    ``embrace`` is the full opening angle [deg]. ``straight`` voussoirs have chords for arcs. Joints are
-    radial, or between the springings vertical: then they cut the span of the intrados into equal parts.
+    Joints are radial, or between the springings vertical: then they divide the span of the intrados into
+    equal parts.
 
     Attributes
     ----------
-    radius : of the mean line
-    thickness : between intrados and extrados
-    voussoirs : equal stones
+    radius : radius of the mean line
+    thickness : distance between intrados and extrados
+    voussoirs : number of stones, all equal
     embrace : full opening angle
-    depth : along y; no meaning in 2D
-    centre : of the circle; the origin where it is not given
-    straight : chords for arcs
-    springings : bring a support at each end
-    cut : joints normal to the mean line, or vertical
+    depth : length along y; not used in 2D
+    centre : centre of the circle; the origin by default
+    straight : voussoirs have chords in place of arcs
+    springings : a support at each end
+    cut : ``radial`` joints are normal to the mean line, or all joints between the springings are vertical
 
     Examples
     --------

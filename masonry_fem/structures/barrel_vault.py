@@ -25,19 +25,19 @@ from masonry_fem.structures.parts.voussoir_row import VoussoirStructure
 class BarrelVaultStructure(VoussoirStructure, frozen=True, kw_only=True, tag="barrel_vault"):
     """Circular vault about the mean ``radius`` of ``voussoirs`` courses along y; springings as supports.
 
-    A course has ``stones`` equal stones with flat faces over the vault's ``depth``. In ``staggered`` ones
-    every other course is moved by half a stone, and half stones close it at both ends.
+    A course has ``stones`` equal stones with flat faces over the vault's ``depth``. In ``staggered`` vaults
+    every other course is shifted by half a stone, and half stones close it at both ends.
 
     Attributes
     ----------
-    thickness : between intrados and extrados
-    voussoirs : courses from springing to springing
-    depth : of the vault along its axis y
-    centre : of the circle, in front; the origin where it is not given
-    radius : of the mean surface
+    thickness : distance between intrados and extrados
+    voussoirs : number of courses from springing to springing
+    depth : length of the vault along its axis y
+    centre : centre of the circle at the front; the origin by default
+    radius : radius of the mean surface
     embrace : full opening angle
-    stones : in a course without half stones
-    staggered : every other course is moved by half a stone
+    stones : number of stones in a course without half stones
+    staggered : every other course is shifted by half a stone
 
     Examples
     --------

@@ -15,17 +15,15 @@ from masonry_fem.solid.pose import FloatArray, Pose
 
 
 class BlockStructure(Structure, frozen=True, kw_only=True, tag="block"):
-    """One box, ``size`` [m] along the axes, lower corner at ``position``, turned by ``rotation``.
-
-    ``rotation`` is an angle [deg] about ``axis`` (2D: about z) through the lower corner.
+    """One box of a ``size``, with its lower corner at ``position``, rotated about this corner.
 
     Attributes
     ----------
-    size : along its axes
-    position : lower left front corner [m]; the origin where it is not given
-    rotation : about ``axis`` through the lower corner, the plane's normal in 2D
-    axis : of the rotation, needed for one in 3D
-    support : the block is held
+    size : lengths along its axes
+    position : lower left front corner [m]; the origin by default
+    rotation : angle about ``axis`` through the lower corner; in 2D about the normal of the plane
+    axis : axis of the rotation, needed for one in 3D
+    support : the block is a support
 
     Examples
     --------

@@ -24,22 +24,23 @@ from masonry_fem.structures.parts.ground import ground
 class ButtressStructure(Structure, frozen=True, kw_only=True, tag="buttress"):
     """Pier of ``courses`` equal courses, ``width`` wide at its foot and ``top`` at its top.
 
-    Its left face is plane; its right one slopes where ``top`` is less than ``width``, or goes back at
-    set-offs between so many equal ``stages``. Both faces ``lean`` to the right, the bed joints stay level.
-    A course is one stone, or about so many ``stones`` at the foot, their joints lapped by half a stone.
+    Its left face is plane. If ``top`` is less than ``width``, its right face slopes, or is stepped back at
+    set-offs between equal ``stages``. Both faces may ``lean`` to the right; bed joints are level.
+    A course is one stone, or several ``stones``, whose joints are shifted by half a stone from course to
+    course.
 
     Attributes
     ----------
-    width : along x at its foot
-    height : of the pier
-    courses : equally high
-    top : width at the top; that of the foot where it is not given
-    stages : of equal width each; the right face slopes where it is not given
-    lean : of both faces to the right, from the vertical
-    stones : in a course as wide as the foot
-    depth : along y; no meaning in 2D
-    position : lower left front corner [m]; the origin where it is not given
-    ground : bring a support under it, wider than it
+    width : length along x at the foot
+    height : height of the pier
+    courses : number of courses, all equally high
+    top : width at the top; that of the foot by default
+    stages : number of stages between set-offs, of equal width each; without it the right face slopes
+    lean : angle of both faces from the vertical, to the right
+    stones : number of stones in a course as wide as the foot
+    depth : length along y; not used in 2D
+    position : lower left front corner [m]; the origin by default
+    ground : a support under the structure, wider than it
 
     Examples
     --------

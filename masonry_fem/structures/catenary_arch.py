@@ -14,16 +14,16 @@ from masonry_fem.structures.parts.voussoir_row import Cut, VoussoirStructure
 class CatenaryArchStructure(VoussoirStructure, frozen=True, kw_only=True, tag="catenary_arch"):
     """Arch of ``voussoirs`` stones along a catenary of ``span`` and ``rise``; springings as supports.
 
-    Radial joints are normal to the catenary and cut it into equal lengths: the line of thrust under the
-    arch's own weight. Vertical ones cut the span of the intrados into equal parts.
+    The catenary is the line of thrust under the arch's own weight. Radial joints are normal to it and divide
+    it into equal lengths. Vertical ones divide the span of the intrados into equal parts.
 
     Attributes
     ----------
-    thickness : between intrados and extrados, normal to the catenary
-    span : of the mean line
-    rise : of the mean line
-    cut : joints normal to the mean line, or vertical
-    straight : chords for arcs
+    thickness : distance between intrados and extrados, normal to the catenary
+    span : span of the mean line
+    rise : rise of the mean line
+    cut : ``radial`` joints are normal to the mean line, or all joints between the springings are vertical
+    straight : voussoirs have chords in place of arcs
 
     Examples
     --------

@@ -19,23 +19,23 @@ from masonry_fem.structures.parts.ground import ground
 class ColumnStructure(Structure, frozen=True, kw_only=True, tag="column"):
     """Column of ``drums`` equally high drums, on a square ``plinth`` and under a square ``capital``.
 
-    A drum is a prism of ``sides`` that has the area of the circle. The ``diameter`` goes straight from foot
-    to ``top_diameter``; an ``entasis`` adds a parabola to it, greatest at half height. In 2D it is the
+    A drum is a prism of several ``sides`` with the area of the circle. The ``diameter`` changes linearly from
+    the foot to ``top_diameter``; an ``entasis`` adds a parabola, greatest at half height. In 2D it is the
     column's section through the axis, one metre deep.
 
     Attributes
     ----------
-    drums : equally high
-    height : of all drums, without plinth and capital
-    diameter : at the foot, of the circle that has the drum's area
-    top_diameter : at the top; that of the foot where it is not given
-    entasis : what the diameter at half height has more than the straight taper
-    sides : of a drum; no meaning in 2D
-    plinth : height of the block below the drums; none where it is not given
-    capital : height of the block above the drums; none where it is not given
-    projection : of plinth and capital, on each side over the diameter
-    centre : of the foot; the origin where it is not given
-    ground : bring a support under it, wider than it
+    drums : number of drums, all equally high
+    height : height of all drums, without plinth and capital
+    diameter : diameter at the foot, of the circle that has the drum's area
+    top_diameter : the same at the top; that of the foot by default
+    entasis : by how much the diameter at half height exceeds that of the straight taper
+    sides : number of sides of a drum; not used in 2D
+    plinth : height of the block below the drums; none by default
+    capital : height of the block above the drums; none by default
+    projection : how far plinth and capital extend beyond the diameter on each side
+    centre : centre of the foot; the origin by default
+    ground : a support under the structure, wider than it
 
     Examples
     --------

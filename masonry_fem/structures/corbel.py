@@ -16,22 +16,22 @@ from masonry_fem.structures.parts.ground import ground
 
 
 class CorbelStructure(Structure, frozen=True, kw_only=True, tag="corbel"):
-    """``count`` boxes one on another, each standing out along x over the one below.
+    """``count`` boxes on top of each other, each projecting along x beyond the one below.
 
-    All stand out by the same ``offset``, or in a ``harmonic`` profile the topmost by it, the next ones down
-    by its half, third ... With a ``table`` the ground ends where the lowest box begins to stand out.
+    All project by the same ``offset``; or in a ``harmonic`` profile the topmost one by it, and the next ones
+    below by its half, third ... With a ``table`` the ground ends where the lowest box begins to project.
     Rigid boxes of length L stand up to an offset of L / count (L / (count + 1) on a table), and in the
     harmonic profile on a table up to L / 2: the greatest overhang that a stack can have.
 
     Attributes
     ----------
-    size : of each box
-    count : boxes
-    offset : of each box over the one below along x, of the topmost one if harmonic
-    profile : offsets that are all equal, or offset / k for the k-th box from the top
-    position : lower left front corner [m]; the origin where it is not given
-    table : the ground ends at the boxes' end, and the lowest box stands out over it too
-    ground : bring a support under it, wider than it
+    size : size of each box
+    count : number of boxes
+    offset : offset along x of each box from the one below; of the topmost box if the profile is harmonic
+    profile : all offsets are equal, or that of the k-th box from the top is offset / k
+    position : lower left front corner [m]; the origin by default
+    table : the ground ends at the end of the boxes, so that the lowest box projects, too
+    ground : a support under the structure, wider than it
 
     Examples
     --------

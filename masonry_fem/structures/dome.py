@@ -27,35 +27,36 @@ from masonry_fem.structures.parts.ring import MARGIN, about_axis, ring_stone
 class DomeStructure(Structure, frozen=True, kw_only=True, tag="dome"):
     """Spherical dome about the mean ``radius``: ``rings`` of ``slices`` equal stones, all faces flat.
 
-    ``springing`` and ``oculus`` are the angles [deg] of base and eye from the crown; without an oculus a
-    crown stone closes the dome. ``staggered`` turns every other ring by half a stone. A ``sweep`` below
-    360 deg makes a sector, from the x axis on, with ``sides`` between two supports.
+    ``springing`` and ``oculus`` are the angles of the base and of the oculus from the crown; without an
+    oculus a crown stone closes the dome. ``staggered`` rotates every other ring by half a stone. A
+    ``sweep`` below
+    360 deg makes a sector that begins at the x axis, with supports on its ``sides``.
 
-    A dome that springs at 90 deg may stand on a drum of ``drum_courses``, each of ``drum_stones`` stones, and
-    that, or the dome itself, on ``piers``. All are as thick as the dome, or ``drum_width`` from the intrados
-    outwards.
+    If ``springing`` is 90 deg, the dome may stand on a drum of ``drum_courses`` with ``drum_stones`` stones
+    each, and the drum, or the dome itself, on ``piers``. Drum and piers are as thick as the dome, or
+    ``drum_width`` from the intrados outwards.
 
     Attributes
     ----------
-    radius : of the mean surface
-    thickness : between intrados and extrados
-    rings : between base and eye
-    slices : equal stones in a ring
-    springing : of the base, from the crown
-    oculus : of the open eye, from the crown; 0: a crown stone closes the dome
-    centre : of the sphere; the origin where it is not given
-    staggered : every other ring is turned by half a stone
-    base : brings a support below each stone of the lowest ring, or of the drum, or pier
+    radius : radius of the mean surface
+    thickness : distance between intrados and extrados
+    rings : number of rings between base and oculus
+    slices : number of stones in a ring, all equal
+    springing : angle of the base from the crown
+    oculus : angle of the open oculus from the crown; with 0 a crown stone closes the dome
+    centre : centre of the sphere; the origin by default
+    staggered : every other ring is rotated by half a stone
+    base : a support below each stone of the lowest ring, or of the drum, or below each pier
     sweep : angle of longitude of a sector
-    sides : brings supports on both meridian planes of a sector
-    drum_courses : courses of a drum under the dome
-    drum_height : of all courses together
-    drum_stones : in a course; as many as slices where it is not given
-    drum_width : of drum and piers, from the intrados outwards; the thickness where none
-    piers : under the drum, or the dome
-    pier_height : below the drum
+    sides : supports on both meridian planes of a sector
+    drum_courses : number of courses of a drum under the dome
+    drum_height : height of all courses together
+    drum_stones : number of stones in a course; that of slices by default
+    drum_width : width of drum and piers, from the intrados outwards; the dome's thickness by default
+    piers : number of piers under the drum, or under the dome
+    pier_height : height of the piers below the drum
     pier_slices : width of a pier in slices of the dome
-    pier_courses : blocks of a pier
+    pier_courses : number of blocks of a pier
 
     Examples
     --------

@@ -17,16 +17,16 @@ from masonry_fem.structures.parts.voussoir_row import Cut, VoussoirStructure
 class EllipticalArchStructure(VoussoirStructure, frozen=True, kw_only=True, tag="elliptical_arch"):
     """Arch of ``voussoirs`` stones along half an ellipse of ``span`` and ``rise``; springings as supports.
 
-    Radial joints are normal to the ellipse and cut it into equal lengths, vertical ones cut the span of
-    the intrados into equal parts. ``straight`` voussoirs have chords for arcs.
+    Radial joints are normal to the ellipse and divide it into equal lengths; vertical ones divide the span of
+    the intrados into equal parts.
 
     Attributes
     ----------
-    thickness : between intrados and extrados, normal to the ellipse
-    span : of the mean line
-    rise : of the mean line
-    cut : joints normal to the mean line, or vertical
-    straight : chords for arcs
+    thickness : distance between intrados and extrados, normal to the ellipse
+    span : span of the mean line
+    rise : rise of the mean line
+    cut : ``radial`` joints are normal to the mean line, or all joints between the springings are vertical
+    straight : voussoirs have chords in place of arcs
 
     Examples
     --------

@@ -13,28 +13,29 @@ from masonry_fem.solid.assembly import Assembly
 
 
 class FileStructure(Structure, frozen=True, kw_only=True, tag="file"):
-    """Blocks read from a file; its ending tells what it holds.
+    """Blocks read from a file; its ending tells the format ([import](import.md)).
 
-    ``.msh``, ``.step``, ``.geo``: volume groups are blocks, surface groups name faces. ``.vtu``, ``.vtk``:
-    elements, with the cell ``field`` whose whole numbers tell the blocks (``block`` where the file has it),
-    or a block each connected part. ``.stl``, ``.obj``, ``.ply``: closed surfaces, a block each solid, object,
-    group or connected part. ``.json``: assemblies, models and meshes of COMPAS, with the supports that they
-    mark.
+    ``.msh``, ``.step``, ``.geo``: groups of volumes are blocks, groups of surfaces name faces. ``.vtu``,
+    ``.vtk``: elements, with a cell ``field`` that has the number of each cell's block (by default ``block``);
+    without it each connected part is a block. ``.stl``, ``.obj``, ``.ply``: closed surfaces; each solid,
+    object, group or connected part is a block. ``.json``: assemblies, models and meshes of COMPAS, with the
+    supports that they mark.
 
-    Of a ``Problem`` of compas_dem supports, friction and loads are taken too, unless ``conditions`` are
-    not wanted; what the scene says itself stands.
+    Supports, friction and loads of a ``Problem`` of compas_dem are used, too, unless ``conditions`` is false;
+    what the scene itself says has precedence.
 
-    A ``.geo`` file is a program that may run any command of the machine: it is read where it is ``trusted``.
+    A ``.geo`` file is a program that may run any command of the machine: it is read only if it is
+    ``trusted``.
 
     Attributes
     ----------
     path : ``.msh`` (2.2, 4.1), ``.step``, ``.geo``, ``.vtu``, ``.vtk``, ``.stl``, ``.obj``, ``.ply`` or
         COMPAS ``.json``, relative to the scene file
-    trusted : run the file where it is a program (``.geo``): you have read it
+    trusted : run the file if it is a program (``.geo``): you have read it
     scale : factor from the file's unit of length to the metre
-    field : cell field of a ``.vtu`` or ``.vtk`` file whose whole numbers tell the blocks
-    supports : patterns of blocks (without ``NAME.``) that are held
-    conditions : take [supports, friction and loads](import.md#files) of a COMPAS problem
+    field : cell field of a ``.vtu`` or ``.vtk`` file with the number of the block of each cell
+    supports : patterns of blocks (without ``NAME.``) that are supports
+    conditions : use [supports, friction and loads](import.md#files) of a COMPAS problem
 
     Examples
     --------

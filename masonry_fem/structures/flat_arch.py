@@ -23,16 +23,13 @@ DEFAULT_SKEWBACK = 30.0  # [deg], where neither an angle nor a point is given
 class FlatArchStructure(VoussoirStructure, frozen=True, kw_only=True, tag="flat_arch"):
     """Jack arch of ``voussoirs`` stones with a level intrados of ``span``; its joints meet in one point.
 
-    ``skewback`` is the angle [deg] of the springing joints to the vertical (30 where nothing is given);
-    instead of it, ``focus`` is the depth below the intrados of the point where all joints meet.
-
     Attributes
     ----------
-    thickness : its height
-    centre : middle of the intrados, in front; the origin where it is not given
-    span : of the intrados between the springings
-    skewback : of the springing joints, to the vertical; 30 where no ``focus`` is given
-    focus : depth below the intrados of the point where joints meet, instead of it
+    thickness : height of the arch
+    centre : middle of the intrados at the front; the origin by default
+    span : span of the intrados between the springings
+    skewback : angle of the springing joints to the vertical; 30 if no ``focus`` is given
+    focus : depth below the intrados of the point where joints meet, in place of ``skewback``
 
     Examples
     --------

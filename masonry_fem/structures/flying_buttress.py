@@ -23,24 +23,24 @@ from masonry_fem.structures.parts.voussoir import Voussoir
 class FlyingButtressStructure(Structure, frozen=True, kw_only=True, tag="flying_buttress"):
     """Flyer of ``voussoirs`` stones that rises at ``inclination`` [deg] over ``span`` to a wall.
 
-    Its axis is straight, or with a ``camber`` the arc that rises so far above its chord; joints are normal
-    to it and part it equally. It lies on one ``side`` of the wall that its head pushes. Ends are ``square``
-    to the axis or ``vertical``, or only the one at the head is. ``head`` and ``foot`` bring supports; without
+    Its axis is straight, or with a ``camber`` an arc; joints are normal to the axis and divide it into equal
+    parts. It is on one ``side`` of the wall that its head pushes. ``head`` and ``foot`` are supports; without
     them it leans on other blocks, such as a portal's pier and a buttress.
 
     Attributes
     ----------
-    span : horizontal, between the ends of the axis
-    inclination : of the axis or its chord to the horizontal
-    thickness : between intrados and extrados, normal to the axis
-    voussoirs : stones, numbered from the foot
-    camber : of the axis over its chord; 0: straight
-    depth : along y; no meaning in 2D
-    position : where the axis meets the wall, in front; the origin where not given
-    side : of the wall on which it lies
-    ends : normal to the axis, or vertical as a wall's: both, or that at the head
-    head : bring a support for the wall
-    foot : bring a support at the foot
+    span : horizontal distance between the ends of the axis
+    inclination : angle of the axis, or of its chord, to the horizontal
+    thickness : distance between intrados and extrados, normal to the axis
+    voussoirs : number of stones, numbered from the foot
+    camber : height of the axis above its chord; with 0 it is straight
+    depth : length along y; not used in 2D
+    position : where the axis meets the wall, at the front; the origin by default
+    side : side of the wall on which it is
+    ends : ``square`` ends are normal to the axis, ``vertical`` ones parallel to the wall; or only the
+        head's is vertical
+    head : a support in place of the wall
+    foot : a support at the foot
 
     Examples
     --------

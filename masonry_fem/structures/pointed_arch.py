@@ -21,16 +21,17 @@ class PointedArchStructure(VoussoirStructure, frozen=True, kw_only=True, tag="po
 
     Its form is given by ``rise`` or by the ``radius`` of the arcs (``radius = span`` is the equilateral
     arch). An odd number of ``voussoirs`` has a keystone, an even one a joint at the crown. Radial joints
-    are normal to the arcs and cut them into equal lengths, vertical ones cut the intrados' span equally.
+    are normal to the arcs and divide them into equal lengths; vertical ones divide the span of the intrados
+    into equal parts.
 
     Attributes
     ----------
-    thickness : between intrados and extrados, normal to the arcs
-    span : of the mean line
-    rise : of the mean line, instead of the radius
-    radius : of the mean line's arcs, instead of the rise
-    cut : joints normal to the mean line, or vertical
-    straight : chords for arcs
+    thickness : distance between intrados and extrados, normal to the arcs
+    span : span of the mean line
+    rise : rise of the mean line, in place of the radius
+    radius : radius of the mean line's arcs, in place of the rise
+    cut : ``radial`` joints are normal to the mean line, or all joints between the springings are vertical
+    straight : voussoirs have chords in place of arcs
 
     Examples
     --------

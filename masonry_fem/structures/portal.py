@@ -21,25 +21,25 @@ from masonry_fem.structures.pointed_arch import PointedArchStructure, stones_of
 
 
 class PortalStructure(Structure, frozen=True, kw_only=True, tag="portal"):
-    """Arch of ``voussoirs`` stones on two piers, their inner faces flush with the intrados.
+    """Arch of ``voussoirs`` stones on two piers, whose inner faces are flush with the intrados.
 
-    The ``form`` of its mean line over ``span`` is half a circle, or pointed or elliptical with a ``rise``.
+    The ``form`` of its mean line is half a circle, or pointed or elliptical with a ``rise``.
     A pier is one block, or ``courses`` equal ones.
 
     Attributes
     ----------
-    span : of the mean line
-    thickness : of the arch
-    voussoirs : stones, numbered from the left
-    pier_width : from the intrados outwards
-    pier_height : from the ground to the springings
-    form : of the arch's mean line
-    rise : of the mean line over the piers; half the span where it is circular
-    courses : blocks of a pier
-    depth : along y; no meaning in 2D
-    centre : middle between the piers on the ground, in front; the origin where not given
-    straight : chords for arcs
-    ground : bring a support under each pier
+    span : span of the mean line
+    thickness : thickness of the arch
+    voussoirs : number of stones, numbered from the left
+    pier_width : width from the intrados outwards
+    pier_height : height from the ground to the springings
+    form : form of the arch's mean line
+    rise : rise of the mean line above the piers; half the span if it is circular
+    courses : number of blocks of a pier
+    depth : length along y; not used in 2D
+    centre : middle between the piers on the ground, at the front; the origin by default
+    straight : voussoirs have chords in place of arcs
+    ground : a support under each pier
 
     Examples
     --------

@@ -22,25 +22,25 @@ from masonry_fem.structures.parts.voronoi import INNER, Tiling, in_order
 
 
 class RubbleStructure(Structure, frozen=True, kw_only=True, tag="rubble"):
-    """Rubble masonry (*blocage*): a box of ``size`` in ``stones`` convex stones, drawn with a ``seed``.
+    """Rubble masonry (*blocage*): a box divided into ``stones`` random convex stones.
 
-    Stones are Voronoi cells of random points; ``relaxation`` moves each point to its cell's centroid so
-    many times, which makes the stones more equal. Then no edge is shorter than ``shortest`` of the stones'
-    mean size. ``elongation`` is the stones' length over their height. A ``joint`` is cut out between the
-    stones, half from each: then they are paired only where ``contact.reach`` exceeds it, and dry stones bear
-    on each other only once they have closed it. The same seed makes the same stones.
+    Stones are Voronoi cells of random points. ``relaxation`` repeatedly moves each point to its cell's
+    centroid, which makes the stones more equal. Then points are moved until no edge is shorter than
+    ``shortest`` times the stones' mean size. A ``joint`` is cut out between the stones, half from each: then
+    there are contacts only if ``contact.reach`` exceeds it, and dry stones bear on each other only after
+    closing it. The same seed gives the same stones.
 
     Attributes
     ----------
-    size : of the whole
-    stones : in it
-    seed : of the random points
-    relaxation : Lloyd's steps towards stones of equal size
-    shortest : of a stone's edges, over the mean size of stones, before they are flattened
+    size : size of the whole box
+    stones : number of stones
+    seed : seed of the random points
+    relaxation : number of Lloyd's steps towards stones of equal size
+    shortest : length of a stone's shortest edge over the mean size of stones, before they are stretched
     elongation : length of stones over their height
-    joint : thickness of the joints; 0: the stones touch
-    position : lower left front corner [m]; the origin where it is not given
-    ground : bring a support under it, wider than it
+    joint : thickness of the joints; with 0 the stones touch
+    position : lower left front corner [m]; the origin by default
+    ground : a support under the structure, wider than it
 
     Examples
     --------

@@ -13,16 +13,16 @@ from masonry_fem.structures.parts.ground import ground
 
 
 class StackStructure(Structure, frozen=True, kw_only=True, tag="stack"):
-    """``count`` boxes one on another, each moved by ``offset`` along x over the one below.
+    """``count`` boxes on top of each other, each shifted by ``offset`` along x from the one below.
 
     Attributes
     ----------
-    size : of each box
-    count : boxes
-    position : lower left front corner [m]; the origin where it is not given
-    offset : of each box along x over the one below
-    gap : between the boxes, and to the ground
-    ground : bring a support under it, wider than it
+    size : size of each box
+    count : number of boxes
+    position : lower left front corner [m]; the origin by default
+    offset : offset along x of each box from the one below
+    gap : gap between the boxes, and to the ground
+    ground : a support under the structure, wider than it
 
     Examples
     --------

@@ -20,20 +20,20 @@ from masonry_fem.structures.parts.ground import ground
 class StaircaseStructure(Structure, frozen=True, kw_only=True, tag="staircase"):
     """Hanging (cantilevered) staircase of ``steps`` steps: masons' *escalier suspendu*, without a string.
 
-    It rises along x. Each step is ``width`` wide in the clear, goes by ``bearing`` into a wall behind, and
-    rests along its front edge on the ``lap`` of the one below. Wall stones above and below the built-in
-    ends hold these; they are supports.
+    It rises along x. Each step extends by ``width`` from the wall and by ``bearing`` into it, and its front
+    edge rests on the step below over the ``lap``. Wall stones above and below the built-in ends hold these;
+    they are supports.
 
     Attributes
     ----------
-    steps : all equal
-    going : from step to step along x
-    rise : from step to step, and a step's height
-    width : clear of the wall, along y
-    lap : what a step covers of the one below
+    steps : number of steps, all equal
+    going : distance from step to step along x
+    rise : height from step to step, and of a step
+    width : length of a step clear of the wall, along y
+    lap : how far a step covers the one below
     bearing : how far the steps go into the wall
-    position : lower front corner of the first step's free end [m]; the origin where it is not given
-    ground : bring a support under it, wider than it
+    position : lower front corner of the first step's free end [m]; the origin by default
+    ground : a support under the structure, wider than it
 
     Examples
     --------

@@ -13,22 +13,23 @@ from masonry_fem.solid.assembly import Assembly
 
 
 class SurveyStructure(Structure, frozen=True, kw_only=True, tag="survey"):
-    """Wall of stones whose visible faces were measured, each drawn out to a ``depth`` behind its plane.
+    """Wall of stones whose visible faces were measured; each is extruded to the wall's depth.
 
-    The file is a ``.csv`` with the columns ``stone, vertex, x, y, z``, or an ``.obj`` with a polygon each
-    object. The wall's plane is fitted. Sides of neighbours within ``tolerance`` come to lie on one line,
-    so that stones touch without gap or overlap; wider gaps stay open. Where corners went is reported. The
-    ``ground`` is level below the lowest stones. In 2D the polygons themselves are the stones.
+    The file is a ``.csv`` with the columns ``stone, vertex, x, y, z``, or an ``.obj`` with one polygon per
+    object. The wall's plane is fitted. Sides of neighbours within ``tolerance`` are moved to one line, so
+    that stones touch without gap or overlap; wider gaps stay open. A message reports how far corners were
+    moved. In 2D the polygons themselves are the stones. See [import](import.md#surveys).
 
     Attributes
     ----------
     path : ``.csv`` or ``.obj``, relative to the scene file
-    depth : of the stones behind the wall's plane; no meaning in 2D
-    tolerance : what joints may be open by, or overlap, to be closed
+    depth : length of the stones behind the wall's plane; not used in 2D
+    tolerance : gaps and overlaps of joints up to this are closed
     scale : factor from the file's unit of length to the metre
-    outward : roughly, out of the wall; as most polygons are turned where it is not given
-    ground : bring a level support below the lowest stones
-    supports : patterns of stones (without ``NAME.``) that are held
+    outward : rough direction out of the wall; by default the side from which most polygons run
+        counter-clockwise
+    ground : a level support below the lowest stones
+    supports : patterns of stones (without ``NAME.``) that are supports
 
     Examples
     --------

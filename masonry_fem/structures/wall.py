@@ -28,37 +28,37 @@ Lengths = Annotated[
 class WallStructure(Structure, frozen=True, kw_only=True, tag="wall"):
     """Wall of ``courses`` courses in a ``bond``, ``columns`` bricks long and ``wythes`` bricks thick.
 
-    In running bond half bricks close every other course; where ``columns`` ends in a half, each course has
-    one half brick, at alternate ends. Headers show half a brick in the face and go through two wythes, or
-    ``through`` all of them: in English bond courses of them lie between courses of stretchers, in Flemish
-    bond a header follows each stretcher, and with ``header_courses`` = n every n-th course of a running or
-    stack bond is of headers. At ends and openings bricks are cut, never shorter than a quarter.
+    In running bond half bricks close every other course; if ``columns`` ends in a half, each course has
+    one half brick, at alternate ends. Headers are half a brick long in the face and go through two wythes, or
+    ``through`` all of them. In English bond courses of headers and of stretchers alternate, in Flemish bond a
+    header follows each stretcher, and with ``header_courses`` = n every n-th course of a running or stack
+    bond consists of headers. At ends and openings bricks are cut, but never shorter than a quarter.
 
-    A ``pattern`` lists the courses from below brick by brick instead, and is repeated upwards:
+    Instead, a ``pattern`` lists the courses from below brick by brick, and is repeated upwards:
     ``[[1, 1, 1], [0.5, -1.5, 1]]`` has an opening of 1.5 bricks in every other course.
 
-    With ``cut`` each brick is two halves whose joint, labelled ``brick``, lets it crack in the middle.
+    With ``cut`` each brick consists of two halves, whose joint, labelled ``brick``, lets it crack in the
+    middle.
 
-    A ``rotation`` [deg] turns the wall about the vertical through its lower left front corner: 90 deg make it
-    run along y. Patterns that leave the corners to each other in turns bond walls into a tower.
+    A wall with a ``rotation`` of 90 deg runs along y. Four walls whose patterns occupy the corners in turns
+    form a tower.
 
     Attributes
     ----------
     brick : length, (depth,) height of a brick
-    columns : bricks in a course, whole or and a half; a pattern has none
-    courses : courses
-    bond : how the courses lie over each other
-    pattern : courses from below, brick by brick, then again; none where it is not given
-    wythes : bricks in the wall's thickness, each as deep as ``brick`` says
-    header_courses : every so many courses of a running or stack bond, one of headers; none where it is not
-        given
-    through : headers go through all wythes, not through two of them
+    columns : number of bricks in a course, a multiple of a half; not with a pattern
+    courses : number of courses
+    bond : how bricks of neighbouring courses overlap
+    pattern : courses from below, brick by brick, repeated upwards
+    wythes : number of bricks in the wall's thickness, each with the depth of ``brick``
+    header_courses : every so many courses of a running or stack bond one is of headers; none by default
+    through : headers go through all wythes, not only through two
     openings : doors and windows
-    position : lower left front corner [m]; the origin where it is not given
-    rotation : about the vertical through the lower left front corner
-    half_bricks : courses that half bricks close; ``none``: the other courses lack a brick
-    cut : each whole brick is two halves with a joint ``brick`` between them, to crack there
-    ground : bring a support under it, wider than it
+    position : lower left front corner [m]; the origin by default
+    rotation : angle about the vertical through the lower left front corner
+    half_bricks : courses that half bricks close; with ``none`` the shifted courses are a brick shorter
+    cut : each whole brick consists of two halves with a joint ``brick`` between them, where it may crack
+    ground : a support under the structure, wider than it
 
     Examples
     --------

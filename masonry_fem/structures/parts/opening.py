@@ -17,18 +17,15 @@ ROUNDING = 1e-6  # of a brick: rounding of decimals in a scene file
 
 
 class Opening(Spec, frozen=True, kw_only=True):
-    """Door or window: ``size`` (width, height) at ``position`` (from the wall's left end, its foot).
-
-    A ``lintel`` of ``lintel_courses`` courses lies above it, ``bearing`` on both jambs, unless the opening
-    goes up to the wall's top.
+    """Door or window, with a lintel above it unless it goes up to the wall's top.
 
     Attributes
     ----------
-    position : of its lower left corner, along the wall and up, from the wall's lower left end [m]
+    position : lower left corner, along the wall and upwards, from the wall's lower left end [m]
     size : width and height, up to a bed joint
     lintel : a stone lies above it, unless it goes up to the wall's top
-    lintel_courses : height of the lintel, in courses
-    bearing : of the lintel on each jamb; half a brick where it is not given
+    lintel_courses : height of the lintel in courses
+    bearing : length of the lintel on each jamb; half a brick by default
     """
 
     position: tuple[Distance, Distance]

@@ -18,11 +18,11 @@ class VoussoirStructure(Structure, frozen=True, kw_only=True):
 
     Attributes
     ----------
-    thickness : between intrados and extrados
-    voussoirs : stones, numbered from the left
-    depth : along y; no meaning in 2D
-    centre : middle between the springings of the mean line, in front; the origin where it is not given
-    springings : bring a support at each end
+    thickness : distance between intrados and extrados
+    voussoirs : number of stones, numbered from the left
+    depth : length along y; not used in 2D
+    centre : middle between the springings of the mean line, at the front; the origin by default
+    springings : a support at each end
     """
 
     thickness: Length

@@ -16,9 +16,14 @@ from numpy.typing import NDArray
 
 from masonry_fem.errors import InstallationError
 
+__all__ = [
+    "assemble", "basix", "create_mesh", "dolfinx", "geometry_dofmap", "has_mumps", "lagrange_element", "ufl",
+]  # fmt: skip
+
 try:
     if importlib.util.find_spec("dolfinx_solver") is not None:
         importlib.import_module("dolfinx_solver")
+    import basix
     import basix.ufl
     import dolfinx
     import dolfinx.fem
@@ -50,24 +55,6 @@ def lagrange_element(cell: str, order: int, dimension: int) -> Any:
     dimension : Number of components.
     """
     return basix.ufl.element("Lagrange", cell, order, shape=(dimension,))
-
-
-def reference_nodes(cell: str, order: int) -> NDArray[np.float64]:
-    """Nodes of the Lagrange element in DOLFINx's own order, on the reference cell [0, 1]^t.
-
-    Parameters
-    ----------
-    cell : Name of the cell in DOLFINx.
-    order : 1 or 2.
-
-    Returns
-    -------
-    Coordinates, shape (nodes, t).
-    """
-    kind = getattr(basix.CellType, cell)
-    element = basix.create_element(basix.ElementFamily.P, kind, order, basix.LagrangeVariant.gll_warped)
-    points: NDArray[np.float64] = element.points
-    return points
 
 
 def create_mesh(cells: NDArray[np.int64], points: NDArray[np.float64], element: Any) -> Any:

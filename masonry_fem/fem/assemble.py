@@ -19,15 +19,13 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from masonry_fem.errors import GeometryError
-from masonry_fem.fem.lagrange import fine_quadrature, is_simplex, lagrange, linear, order
+from masonry_fem.fem import _compat
+from masonry_fem.fem.lagrange import basix_name, fine_quadrature, lagrange, order, stiffness_degree
 from masonry_fem.fem.material import ElasticMaterial, Plane
 from masonry_fem.solid.mesh import Mesh
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-
-_DOLFINX_CELL = {"triangle": "triangle", "quad": "quadrilateral", "tetra": "tetrahedron",
-                 "hexahedron": "hexahedron"}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,21 +110,18 @@ def _assemble_kind(
     meshes: list[Mesh], materials: list[ElasticMaterial], plane: Plane
 ) -> list[tuple[sparse.csr_array, sparse.csr_array]]:
     """(K, M) of shapes that have one kind of cell, on one DOLFINx mesh."""
-    from masonry_fem.fem import _compat  # noqa: PLC0415 - DOLFINx takes half a second to import
-
     cell, d = meshes[0].cell, meshes[0].dimension
-    kind, degree = _DOLFINX_CELL[linear(cell)], order(cell)
     counts = [len(mesh.points) for mesh in meshes]
     first = np.concatenate([[0], np.cumsum(counts)])
-    permutation = _dolfinx_order(cell, _compat.reference_nodes(kind, degree))
+    permutation = np.argsort(lagrange(cell).own)
     cells = np.concatenate([mesh.cells + start for mesh, start in zip(meshes, first[:-1], strict=True)])
-    element = _compat.lagrange_element(kind, degree, d)
+    element = _compat.lagrange_element(basix_name(cell), order(cell), d)
     domain = _compat.create_mesh(
         np.ascontiguousarray(cells[:, permutation]), np.concatenate([mesh.points for mesh in meshes]), element
     )
     owner = np.repeat(np.arange(len(meshes)), [len(mesh.cells) for mesh in meshes])
-    stiffness_form, mass_form, space = _forms(_compat, domain, element, owner, materials, plane, cell)
-    place = _dof_of_input(_compat, domain, space, first[-1], d)
+    stiffness_form, mass_form, space = _forms(domain, element, owner, materials, plane, cell)
+    place = _dof_of_input(domain, space, first[-1], d)
     stiffness, mass = (
         sparse.csr_array(_compat.assemble(form))[place][:, place] for form in (stiffness_form, mass_form)
     )
@@ -136,14 +131,7 @@ def _assemble_kind(
     ]
 
 
-def _dolfinx_order(cell: str, reference: FloatArray) -> IntArray:
-    """VTK number of each DOLFINx node, found by the nodes' places in the reference cell."""
-    distance = np.linalg.norm(reference[:, None] - lagrange(cell).nodes[None], axis=2)
-    return distance.argmin(axis=1)
-
-
 def _forms(
-    compat: Any,
     domain: Any,
     element: Any,
     owner: IntArray,
@@ -152,7 +140,7 @@ def _forms(
     cell: str,
 ) -> tuple[Any, Any, Any]:
     """UFL forms of stiffness and mass, and their space."""
-    dolfinx, ufl = compat.dolfinx, compat.ufl
+    dolfinx, ufl = _compat.dolfinx, _compat.ufl
     space = dolfinx.fem.functionspace(domain, element)
     constants = dolfinx.fem.functionspace(domain, ("DG", 0))
     shape_of_cell = owner[domain.topology.original_cell_index]
@@ -167,21 +155,20 @@ def _forms(
     density = by_shape([material.density for material in materials])
     u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
     strain, virtual = ufl.sym(ufl.grad(u)), ufl.sym(ufl.grad(v))
-    degree = order(cell)
     # degrees 2 and 4 give boxes two and three Gauss points per direction; simplices are integrated exactly
-    dx = ufl.Measure("dx", domain=domain, metadata={"quadrature_degree": 2 * degree})
-    exact = 2 * (degree - 1) if is_simplex(cell) else 2 * degree
-    dx_stiffness = ufl.Measure("dx", domain=domain, metadata={"quadrature_degree": exact})
+    dx = ufl.Measure("dx", domain=domain, metadata={"quadrature_degree": 2 * order(cell)})
+    metadata = {"quadrature_degree": stiffness_degree(cell)}
+    dx_stiffness = ufl.Measure("dx", domain=domain, metadata=metadata)
     stiffness = (lam * ufl.tr(strain) * ufl.tr(virtual) + 2 * mu * ufl.inner(strain, virtual)) * dx_stiffness
     return stiffness, density * ufl.inner(u, v) * dx, space
 
 
-def _dof_of_input(compat: Any, domain: Any, space: Any, nodes: int, d: int) -> IntArray:
+def _dof_of_input(domain: Any, space: Any, nodes: int, d: int) -> IntArray:
     """DOLFINx dof of each input dof: both dofmaps list a cell's nodes in one order."""
     dofs = np.asarray(space.dofmap.list, dtype=np.int64).ravel()
     inputs = np.asarray(domain.geometry.input_global_indices, dtype=np.int64)
     node = np.empty(nodes, dtype=np.int64)
-    node[inputs[compat.geometry_dofmap(domain).ravel()]] = dofs
+    node[inputs[_compat.geometry_dofmap(domain).ravel()]] = dofs
     place: IntArray = (node[:, None] * d + np.arange(d)).ravel()
     return place
 

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from masonry_fem.fem.lagrange import is_simplex, lagrange, order, quadrature
+from masonry_fem.fem.lagrange import lagrange, linear, order, quadrature, rule
 from masonry_fem.fem.material import ElasticMaterial
 from masonry_fem.fem.recovery import superconvergent
 from masonry_fem.solid.mesh import Mesh
@@ -93,11 +93,7 @@ def energy_density(stress: FloatArray, material: ElasticMaterial) -> FloatArray:
 
 def comparison(cell: str) -> tuple[FloatArray, FloatArray]:
     """Points and weights that integrate the square of a recovered stress: degree 2 or 4."""
-    if not is_simplex(cell):
-        return quadrature(cell)
-    if order(cell) == 1:
-        return quadrature({"triangle": "triangle6", "tetra": "tetra10"}[cell])
-    return _triangle_of_degree_4() if cell == "triangle6" else _tetra_of_degree_5()
+    return rule(cell, 2 * order(cell))
 
 
 def _own(cell: str, points: FloatArray) -> FloatArray:
@@ -107,31 +103,6 @@ def _own(cell: str, points: FloatArray) -> FloatArray:
         return np.eye(len(points))
     if len(known) == 1:
         return np.ones((len(points), 1))
-    fit = lagrange({"triangle6": "triangle", "tetra10": "tetra"}[cell])
+    fit = lagrange(linear(cell))
     values: FloatArray = fit.values(points) @ np.linalg.inv(fit.values(known))
     return values
-
-
-def _triangle_of_degree_4() -> tuple[FloatArray, FloatArray]:
-    """Six points of degree 4 (Dunavant, Int. J. Numer. Meth. Engng 21, 1985)."""
-    points, weights = [], []
-    for a, w in ((0.445948490915965, 0.223381589678011), (0.091576213509771, 0.109951743655322)):
-        points += [(a, a), (1 - 2 * a, a), (a, 1 - 2 * a)]
-        weights += [0.5 * w] * 3
-    return np.array(points), np.array(weights)
-
-
-def _tetra_of_degree_5() -> tuple[FloatArray, FloatArray]:
-    """Walkington's fourteen points, all weights positive."""
-    points, weights = [], []
-    for a, w in (
-        (0.31088591926330060980, 0.11268792571801585080),
-        (0.092735250310891226402, 0.073493043116361949544),
-    ):
-        points += [(a, a, a), (1 - 3 * a, a, a), (a, 1 - 3 * a, a), (a, a, 1 - 3 * a)]
-        weights += [w / 6] * 4
-    a, w = 0.045503704125649649492, 0.042546020777081466438
-    b = 0.5 - a
-    points += [(a, a, b), (a, b, a), (b, a, a), (b, b, a), (b, a, b), (a, b, b)]
-    weights += [w / 6] * 6
-    return np.array(points), np.array(weights)

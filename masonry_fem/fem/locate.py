@@ -55,7 +55,7 @@ def in_cells(mesh: Mesh, point: FloatArray, what: str) -> tuple[IntArray, FloatA
             "faces; give a point of the block in world coordinates"
         )
     nodes: IntArray = mesh.cells[cell]
-    return nodes, element.values(local[cell])
+    return nodes, element.values(local[cell : cell + 1])[0]
 
 
 def _clipped(local: FloatArray, cell: str) -> FloatArray:

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from masonry_fem.fem.lagrange import gauss, is_simplex, lagrange, linear, order, quadrature
+from masonry_fem.fem.lagrange import is_simplex, lagrange, linear, order, quadrature
 from masonry_fem.solid.mesh import Mesh
 
 FloatArray = NDArray[np.float64]
@@ -65,7 +65,7 @@ def _best_samples(mesh: Mesh) -> _Samples:
         return _samples(mesh, np.eye(len(points)), points)
     if order(mesh.cell) == 1:
         return _samples(mesh, (weights / weights.sum())[None], np.full((1, mesh.dimension), 0.5))
-    best, _ = gauss(mesh.dimension, 2)
+    best, _ = quadrature(linear(mesh.cell))
     box = lagrange(mesh.cell)
     return _samples(mesh, box.values(best) @ np.linalg.inv(box.values(points)), best)
 

@@ -37,7 +37,7 @@ have the dimension of the scene. A plane scene is one metre deep: its forces are
 
 ## Names, selectors and labels
 
-Names of blocks begin with the name of their structure, here that of its kind:
+Names of blocks begin with the name of their structure, here `wall`, `arch` and so on:
 
 | structure | blocks | groups of blocks | supports |
 |---|---|---|---|

@@ -28,10 +28,21 @@ ALIKE = 0.02  # blocks whose errors, squared, differ by less are treated alike, 
 
 
 def marked(square: FloatArray, cells: FloatArray, allowed: float) -> Mask:
-    """Which blocks are to have elements half as large, (k,), from squared errors and numbers of elements.
+    """Which blocks get elements half as large, shape (k,).
 
-    Blocks that have a given part of the sum between them (Dörfler), those first whose elements
-    have the greatest errors: so many as would bring the sum down to ``allowed``, within limits.
+    The marked blocks together have a given share of the squared error, beginning with those whose elements
+    have the greatest errors. The share is as large as is needed to bring the sum down to ``allowed``,
+    within limits.
+
+    Parameters
+    ----------
+    square : Squared error of each block, shape (k,).
+    cells : Number of elements of each block, shape (k,).
+    allowed : Sum of squared errors that the target allows.
+
+    References
+    ----------
+    Dörfler, A convergent adaptive algorithm for Poisson's equation, SIAM J. Numer. Anal. 33 (1996).
     """
     total, each = max(float(square.sum()), 1e-300), square / cells
     part = min(max((1.0 - allowed / total) / (1.0 - LEFT), LEAST), MOST)
@@ -43,10 +54,16 @@ def marked(square: FloatArray, cells: FloatArray, allowed: float) -> Mask:
 
 
 def halved(settings: specs.MeshSettings, mesh: Mesh, volume: float) -> specs.MeshSettings:
-    """Settings of elements half as large as those of a mesh, which fills ``volume``.
+    """Settings of elements half as large as those of a mesh.
 
-    Nodes of the coarse mesh stay nodes where the settings allow: blocks that are refined once or twice more
-    than their neighbours then meet them in common nodes, which contact likes.
+    Where the settings allow, nodes of the coarse mesh remain nodes: blocks that are refined more often than
+    their neighbours then have nodes in common with these, which makes contact easier to solve.
+
+    Parameters
+    ----------
+    settings : Of the mesh.
+    mesh : The elements.
+    volume : Of the shape that they fill [m³; m² in 2D].
     """
     d = mesh.dimension
     if settings.size is None and settings.divisions is None:
@@ -65,9 +82,12 @@ def halved(settings: specs.MeshSettings, mesh: Mesh, volume: float) -> specs.Mes
 def mesh_overrides(
     settings: Mapping[str, specs.MeshSettings], groups: Mapping[str, tuple[str, ...]]
 ) -> tuple[specs.Override, ...]:
-    """Overrides that give blocks their elements; whole groups are named as such.
+    """Overrides that give blocks their elements; if all blocks of a group have the same, it is named instead.
 
-    ``groups`` has the groups of every block that has elements.
+    Parameters
+    ----------
+    settings : Mesh settings by block.
+    groups : Groups of every block that has elements.
     """
     members: dict[str, set[str]] = {}
     for name, own in groups.items():

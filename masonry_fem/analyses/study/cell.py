@@ -52,9 +52,17 @@ def plan(
 ) -> list[Cell]:
     """All combinations, the coarsest first.
 
+    Parameters
+    ----------
+    text : The scene as TOML.
+    vary : Keys and their values.
+    overrides : Texts ``key=value`` for all cells.
+    base : Folder that the scene's paths are relative to.
+    source : What messages call the scene.
+
     Raises
     ------
-    MasonryError : Where there are too many, or no combination makes a scene.
+    MasonryError : There are too many combinations, or none makes a valid scene.
     """
     count = math.prod(len(one.values) for one in vary)
     if count > MOST:
@@ -71,7 +79,14 @@ def plan(
 
 
 def room(text: str, vary: Sequence[Variation], overrides: Sequence[str]) -> list[str]:
-    """Overrides that take away what a varied key replaces: ``mesh.size`` where ``mesh.divisions`` varies."""
+    """Overrides that remove keys which varied ones replace: ``mesh.size`` if ``mesh.divisions`` varies.
+
+    Parameters
+    ----------
+    text : The scene as TOML.
+    vary : Keys and their values.
+    overrides : Texts ``key=value`` for all cells.
+    """
     try:
         tree = tomllib.loads(text)
     except tomllib.TOMLDecodeError:

@@ -1,8 +1,11 @@
-"""Comparison: the errors of one case's cells against its reference, and how far they are to be trusted.
+"""Comparison: the errors of one case's cells against its reference, and bounds of these errors.
 
-The finest cell has an error of its own. Along each key through it an order is observed, and what is left
-there (``order``) is added to every cell's distance from it. A cell may also be right by accident, where an
-error changes its sign between two levels: the bound of a cell covers the distances of all finer ones.
+The finest cell has an error of its own. Along each key an order of convergence is observed at this cell,
+and the error that follows from it (``order``) is added to every cell's distance from the reference. A cell
+may also
+be accurate by chance, if its error changes sign between two levels: so its bound covers the distances of
+all
+finer cells.
 """
 
 from __future__ import annotations
@@ -58,7 +61,15 @@ class Comparison:
 def compare(
     rows: Sequence[Row], vary: Sequence[Variation], reference: Reference, asked: Sequence[str] = ()
 ) -> Comparison:
-    """Compare the rows of a case; ``asked`` are names, groups or patterns of quantities, none: all."""
+    """Compare the rows of a case.
+
+    Parameters
+    ----------
+    rows : The cells of the case with their results.
+    vary : Keys and their values.
+    reference : What to compare with.
+    asked : Names, groups or patterns of quantities; empty for all.
+    """
     anchor = reference.among(rows, vary)
     given = reference.given if anchor is None else anchor.quantities
     if not given:
@@ -80,7 +91,13 @@ def compare(
 
 
 def distance(found: Quantity | None, value: Quantity) -> float:
-    """Relative distance of a quantity from its reference; NaN where they cannot be compared."""
+    """Relative distance of a quantity from its reference; NaN if they cannot be compared.
+
+    Parameters
+    ----------
+    found : The quantity of a cell; None if it has none.
+    value : The same quantity of the reference.
+    """
     size = _size(value)
     if found is None or len(found.values) != len(value.values) or size <= 0:
         return math.nan
@@ -129,7 +146,13 @@ def _least(rows: Sequence[Row], name: str) -> float:
 
 
 def matches(name: str, pattern: str) -> bool:
-    """Whether a quantity is meant: by its name, its group, the first word of it, or a pattern."""
+    """Whether a pattern selects a quantity.
+
+    Parameters
+    ----------
+    name : Of the quantity.
+    pattern : Its name, its group, the first word of its name, or a shell-style pattern.
+    """
     groups = (name, group_of(name), name.partition(".")[0])
     return pattern in groups or fnmatch.fnmatchcase(name, pattern)
 

@@ -1,4 +1,4 @@
-"""Notes: what a reader of a study has to know beside its numbers."""
+"""Notes: what the reader of a study must know besides its numbers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,14 @@ from masonry_fem.scene import Scene
 
 
 def replaced(text: str, vary: Sequence[Variation], overrides: Sequence[str]) -> list[str]:
-    """What the scene says and a varied key replaces."""
+    """Notes on keys of the scene that varied keys replace.
+
+    Parameters
+    ----------
+    text : The scene as TOML.
+    vary : Keys and their values.
+    overrides : Texts ``key=value`` for all cells.
+    """
     made = room(text, vary, overrides)
     return [f"what is varied replaces a key of the scene, whose rest is {one}" for one in made]
 
@@ -24,7 +31,15 @@ def notes(
     comparisons: Sequence[Comparison],
     reference: Reference,
 ) -> list[str]:
-    """What a reader has to know beside the numbers."""
+    """Notes on a finished study.
+
+    Parameters
+    ----------
+    vary : Keys and their values.
+    rows : All cells with their results.
+    comparisons : One per case.
+    reference : What they were compared with.
+    """
     said = []
     cases = [one.key for one in vary if one.is_case]
     if cases:
@@ -51,7 +66,14 @@ def notes(
 
 
 def unseen(scene: Scene, vary: Sequence[Variation], rows: Sequence[Row]) -> list[str]:
-    """Discretisations that add errors which the study cannot see."""
+    """Discretisations whose errors the study cannot estimate, as it does not vary them.
+
+    Parameters
+    ----------
+    scene : The scene.
+    vary : Keys and their values.
+    rows : All cells with their results.
+    """
     told = {one.setting.of for one in vary if len(one.values) > 1}
     found = []
     if "mesh" not in told and any("stress.means" in row.quantities for row in rows):

@@ -1,4 +1,4 @@
-"""Pareto: what each setting costs and how far it may be off; those that no other beats in both.
+"""Pareto: cost and error bound of each setting, and the settings that no other surpasses in both.
 
 points = gather(comparisons, vary, names)
 [point for point in points if point.best]
@@ -47,7 +47,14 @@ class Point:
 
 
 def gather(comparisons: Sequence[Comparison], vary: Sequence[Variation], names: Sequence[str]) -> list[Point]:
-    """One point a setting that was solved in every case and has all of the quantities."""
+    """One point per setting that was solved in every case and has all of the quantities.
+
+    Parameters
+    ----------
+    comparisons : One per case.
+    vary : Keys and their values.
+    names : Quantities.
+    """
     found: dict[tuple[int, ...], list[tuple[Comparison, int]]] = {}
     for made in comparisons:
         for number, row in enumerate(made.rows):
@@ -73,7 +80,13 @@ def gather(comparisons: Sequence[Comparison], vary: Sequence[Variation], names: 
 
 
 def setting_places(vary: Sequence[Variation], row: Row) -> tuple[int, ...]:
-    """Place of the row's value of each variation; −1 for keys that make cases."""
+    """Place of the row's value of each varied key; −1 for keys that make cases.
+
+    Parameters
+    ----------
+    vary : Keys and their values.
+    row : A cell with its results.
+    """
     return tuple(-1 if one.is_case else place for one, place in zip(vary, row.cell.places, strict=True))
 
 

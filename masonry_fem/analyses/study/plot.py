@@ -1,8 +1,9 @@
-"""Plot: error against CPU time of all settings, one panel a quantity.
+"""Plot: error against CPU time of all settings, one panel per quantity.
 
-Settings that no other beats are full, joined and labelled, the others pale; a thin line goes up to the bound
-of each of the former. The reference is a star at what it may be off itself; those nearer to it than this
-tells are hollow.
+Settings that no other surpasses are filled, connected and labelled, the others pale; a thin line goes up to
+the bound of each of the former. The reference is a star at its own possible error; settings that are nearer
+to
+the reference than this error are hollow.
 """
 
 from __future__ import annotations
@@ -38,7 +39,13 @@ PLACES = (
 
 
 def draw(study: Study, path: Path) -> Path:
-    """Draw the panels of the targets that differ between settings."""
+    """Draw the panels of the quantities that differ between settings.
+
+    Parameters
+    ----------
+    study : The study.
+    path : The picture.
+    """
     from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415 - half a second
     from matplotlib.figure import Figure  # noqa: PLC0415
 

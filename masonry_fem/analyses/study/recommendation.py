@@ -1,7 +1,7 @@
-"""Recommendation: the cheapest setting whose true error is not expected to exceed what is asked for.
+"""Recommendation: the cheapest setting whose error is not expected to exceed the wanted accuracy.
 
-The bound of a setting is its distance from the reference (or that of a finer one, if greater) and the
-estimated error of the reference itself. Where no bound is small enough, what is missing is said instead.
+The bound of a setting is its distance from the reference (or that of a finer setting, if larger) plus the
+estimated error of the reference. If no bound is small enough, the recommendation says what is missing.
 """
 
 from __future__ import annotations
@@ -53,7 +53,16 @@ def recommend(
     accuracy: float,
     unseen: Sequence[str] = (),
 ) -> Recommendation:
-    """Advice for a target; ``unseen`` are discretisations that are not varied."""
+    """Advice for a target.
+
+    Parameters
+    ----------
+    target : Quantities.
+    comparisons : One per case.
+    vary : Keys and their values.
+    accuracy : Wanted relative error.
+    unseen : Discretisations that the study does not vary.
+    """
     points = gather(comparisons, vary, target.names)
     if not points:
         return _none(target, accuracy, f"no setting was solved{_everywhere(vary)} so that it tells")

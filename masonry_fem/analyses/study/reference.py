@@ -108,7 +108,13 @@ class Reference:
 
 
 def finest_of(rows: Sequence[Row], vary: Sequence[Variation]) -> Row | None:
-    """The finest of the rows that were solved; of equally fine ones the dearest."""
+    """The finest of the rows that were solved; of equally fine ones the most expensive.
+
+    Parameters
+    ----------
+    rows : Cells with their results.
+    vary : Keys and their values.
+    """
     solved = [row for row in rows if row.solved]
     return max(solved, key=lambda row: (share_of_finest(row, vary), row.cpu), default=None)
 

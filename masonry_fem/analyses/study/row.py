@@ -1,4 +1,4 @@
-"""Row: what became of a cell."""
+"""Row: the result of a cell."""
 
 from __future__ import annotations
 
@@ -73,7 +73,13 @@ class Row:
 
 
 def is_known(told: Mapping[str, Any], limit: float | None) -> bool:
-    """Whether a cell's file says all that another attempt would."""
+    """Whether a cell's stored result need not be computed again.
+
+    Parameters
+    ----------
+    told : Contents of the cell's file.
+    limit : CPU time that another attempt would have [s]; None for no limit.
+    """
     if told.get("outcome") == "time_limit":
         return limit is not None and limit <= told.get("limit", 0.0)
     return told.get("outcome") in KNOWN

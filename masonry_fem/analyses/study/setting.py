@@ -1,9 +1,11 @@
-"""Setting: what a key of a scene is to accuracy, and which of its values is the finest.
+"""Setting: the meaning of a key for accuracy, and which of its values is the finest.
 
-``mesh.size`` is a width: halved, the error falls by a power of it. ``fidelity`` has an order without
-widths. Of what has no order (a strategy, a placement rule) the value given last counts as the best. A key
-that is none of these (friction, the number of voussoirs) poses another problem: a *case*, to which each
-setting is to give its answer.
+``mesh.size`` is a width: the error is proportional to a power of it. ``fidelity`` has an order without
+widths. For keys without an order (a strategy, a placement rule) the value given last counts as the best.
+Any other
+key (friction, the number of voussoirs) defines another problem, a *case*: a setting is to be accurate in
+each
+of them.
 """
 
 from __future__ import annotations
@@ -44,9 +46,14 @@ def setting_of(key: str) -> Setting:
 
 
 def fineness(key: str, values: Sequence[Any]) -> tuple[list[int], list[float | None]]:
-    """Rank of each value, 0 the coarsest, and its width, None where the key has none.
+    """Rank of each value, 0 for the coarsest, and its width, None if the key has none.
 
-    Values whose width cannot be told are of no use to any scene; they rank as coarsest.
+    Values without a known width make no valid scene; they rank as coarsest.
+
+    Parameters
+    ----------
+    key : Dotted key of the scene.
+    values : Its values in the study.
     """
     setting = setting_of(key)
     if setting.width is None:

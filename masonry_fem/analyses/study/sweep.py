@@ -100,24 +100,27 @@ def study(
     fresh: bool = False,
     tell: Tell | None = None,
 ) -> Study:
-    """Run a scene with all combinations of some values and compare what comes.
+    """Run a scene with all combinations of some values and compare the results.
 
     Parameters
     ----------
     scene : Scene, or path of its file.
     vary : Values by dotted key, or texts ``key=value,value``.
-    base : Folder that paths in the scene start from; None: that of its file, else the current one.
-    out : Folder of the results, which a second call goes on with; None: ``results/SCENE-study``.
+    base : Folder that paths in the scene are relative to; None: that of its file, else the current one.
+    out : Folder of the results, where a second call finds those of the first; None: ``results/SCENE-study``.
     overrides : Texts ``key=value`` for all cells.
-    reference : None for the finest cell, settings of a cell, a results folder, a file, or numbers by name.
-    quantities : Names, groups or patterns of what is compared; none: everything.
-    accuracy : Relative error that is asked for.
-    workers : Cells at a time; None: as cores and memory allow. time_limit : CPU time of a cell [s].
-    fresh : Compute again what is known. tell : Is told cells done, cells in all, and what was done last.
+    reference : What to compare with: None for the finest cell, settings of a cell, a results folder, a file,
+        or numbers by name.
+    quantities : Names, groups or patterns of quantities to compare; empty for all.
+    accuracy : Wanted relative error.
+    workers : Number of cells that run at the same time; None: as cores and memory allow.
+    time_limit : CPU time that a cell may take [s].
+    fresh : Compute again what is already known.
+    tell : Called with the number of finished cells, the number of all, and what was finished last.
 
     Raises
     ------
-    MasonryError : The study makes no sense: unknown keys, no values, too many cells.
+    MasonryError : Unknown keys, no values, or too many cells.
     """
     if not 0 < accuracy < 1:
         raise MasonryError(f"accuracy is {accuracy:g}, expected one between 0 and 1, as 0.01 for 1 %")

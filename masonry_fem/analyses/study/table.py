@@ -26,7 +26,13 @@ SHORT = {"stress.means": "means", "stress.p95": "p95", "stress.max": "max"}
 
 
 def print_study(study: Study, console: Console | None = None) -> None:
-    """Cells, orders and advice."""
+    """Print cells, orders and advice.
+
+    Parameters
+    ----------
+    study : The study.
+    console : Where to write; by default standard output.
+    """
     from rich.console import Console  # noqa: PLC0415
     from rich.text import Text  # noqa: PLC0415
 

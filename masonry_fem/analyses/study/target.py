@@ -1,4 +1,4 @@
-"""Target: one or several quantities that advice is asked for together."""
+"""Target: one or several quantities that share a recommendation."""
 
 from __future__ import annotations
 
@@ -24,7 +24,14 @@ WORDS = {
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """What advice is for: ``label`` for tables, ``words`` for sentences, ``names`` of its quantities."""
+    """What a recommendation is for.
+
+    Attributes
+    ----------
+    label : For tables.
+    words : For sentences.
+    names : Of its quantities.
+    """
 
     label: str
     words: str
@@ -32,11 +39,16 @@ class Target:
 
 
 def targets(comparisons: Sequence[Comparison], asked: Sequence[str]) -> list[Target]:
-    """One target a group of quantities, or a pattern asked for.
+    """One target per group of quantities, or per pattern.
+
+    Parameters
+    ----------
+    comparisons : One per case.
+    asked : Names, groups or patterns of quantities; empty for all groups.
 
     Raises
     ------
-    MasonryError : Where nothing is so named.
+    MasonryError : A pattern selects nothing.
     """
     names = next(([*made.values] for made in comparisons if made.values), [])
     if not asked:

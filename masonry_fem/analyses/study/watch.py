@@ -1,4 +1,4 @@
-"""Watch: how far a study has come, on the console."""
+"""Watch: the progress of a study on the console."""
 
 from __future__ import annotations
 
@@ -9,10 +9,15 @@ if TYPE_CHECKING:
 
 
 class Watch:
-    """A bar on standard error with the cells done; nothing where that is no terminal, or with ``quiet``.
+    """A bar on standard error with the number of finished cells.
 
-    with Watch() as watch:
-        study(scene, vary, tell=watch.tell)
+        with Watch() as watch:
+            study(scene, vary, tell=watch.tell)
+
+    Parameters
+    ----------
+    quiet : Show nothing; so it is, too, if standard error is no terminal.
+    console : Where to write; by default standard error.
     """
 
     def __init__(self, *, quiet: bool = False, console: Console | None = None) -> None:

@@ -36,6 +36,11 @@ from masonry_fem.nscd import ContactProblem, Solution, SolverSettings, Start, lo
 from masonry_fem.nscd.files import save_problem
 from masonry_fem.scene import check
 from masonry_fem.scene import specs as s
+from masonry_fem.structures.arch import ArchStructure
+from masonry_fem.structures.block import BlockStructure
+from masonry_fem.structures.dome import DomeStructure
+from masonry_fem.structures.rubble import RubbleStructure
+from masonry_fem.structures.wall import WallStructure
 from tests.nscd.families import elastic
 
 Size = Literal["tiny", "default"]
@@ -84,24 +89,24 @@ class Trial:
 
 def wall(columns: int, courses: int, dimension: int = 3) -> s.Structure:
     brick = (0.4, 0.2, 0.2) if dimension == 3 else (0.4, 0.2)
-    return s.WallStructure(name="wall", material="stone", brick=brick, columns=columns, courses=courses)
+    return WallStructure(name="wall", material="stone", brick=brick, columns=columns, courses=courses)
 
 
 def arch(voussoirs: int, thickness: float = 0.2) -> s.Structure:
-    return s.ArchStructure(
+    return ArchStructure(
         name="arch", material="stone", radius=1.0, thickness=thickness, voussoirs=voussoirs, depth=0.3
     )
 
 
 def dome(rings: int, slices: int, thickness: float, **more: Any) -> s.Structure:
-    return s.DomeStructure(
+    return DomeStructure(
         name="dome", material="stone", radius=5.0, thickness=thickness, rings=rings, slices=slices, **more
     )
 
 
 def rubble(stones: int, seed: int, dimension: int = 3) -> s.Structure:
     size = (1.2, 0.4, 1.0) if dimension == 3 else (2.0, 1.2)
-    return s.RubbleStructure(name="rubble", material="stone", size=size, stones=stones, seed=seed)
+    return RubbleStructure(name="rubble", material="stone", size=size, stones=stones, seed=seed)
 
 
 def scene(
@@ -204,9 +209,9 @@ def _laws() -> Iterator[Recipe]:
         "normal_strength": 1e4, "tangential_strength": 2e4, "normal_energy": 1.0, "tangential_energy": 5.0,
     }  # fmt: skip
     laws: dict[str, dict[str, Any]] = {
-        "mohr coulomb": {"law": s.MohrCoulomb(cohesion=5e3)},
-        "springs": {"law": s.ElasticJoint(**soft)},
-        "bilinear": {"law": s.Bilinear(**soft, **bond)},
+        "mohr coulomb": {"law": s.law_record("mohr_coulomb", cohesion=5e3)},
+        "springs": {"law": s.law_record("elastic", **soft)},
+        "bilinear": {"law": s.law_record("bilinear", **soft, **bond)},
         "mortar": {"mortar": s.Mortar(**soft)},
     }
     for (name, keys), fidelity, share in product(laws.items(), ("rigid", "elastic"), (0.8, 1.1)):
@@ -256,13 +261,13 @@ def _layers() -> Iterator[Recipe]:
         sizes = (0.06, thickness, 0.06)
         heights = np.concatenate([[0.0], np.cumsum(sizes)])
         pile = tuple(
-            s.BlockStructure(
+            BlockStructure(
                 name=f"b{k}", material="stone", size=(0.22, 0.1, size), position=(0.0, 0.0, heights[k]),
                 mesh=s.MeshSettings(element="Q1", divisions=(4, 2, 1 if k == 1 else 2)),
             )
             for k, size in enumerate(sizes)
         )  # fmt: skip
-        floor = s.BlockStructure(
+        floor = BlockStructure(
             name="floor", material="stone", size=(2.0, 2.0, 0.1), position=(-0.5, -0.5, -0.1), support=True,
             fidelity="rigid",
         )  # fmt: skip

@@ -31,14 +31,14 @@ from masonry_fem.nscd import SolverSettings, residuals, solve, turns
 from masonry_fem.nscd import iterate as looping
 from masonry_fem.nscd.in_plane import InPlane
 from masonry_fem.nscd.iterate import Method
-from masonry_fem.nscd.settings import MethodName
-from masonry_fem.nscd.solvers import body_solver, newton
-from masonry_fem.nscd.solvers.admm import ADMM
+from masonry_fem.nscd.methods import newton
+from masonry_fem.nscd.methods.admm import ADMM
+from masonry_fem.nscd.methods.interior_point import InteriorPoint
+from masonry_fem.nscd.methods.newton import ProximalNewton
+from masonry_fem.nscd.methods.nsgs import GaussSeidel
+from masonry_fem.nscd.solvers import body_solver
 from masonry_fem.nscd.solvers.escape import Escape
 from masonry_fem.nscd.solvers.flips import Flips
-from masonry_fem.nscd.solvers.gauss_seidel import GaussSeidel
-from masonry_fem.nscd.solvers.interior_point import InteriorPoint
-from masonry_fem.nscd.solvers.newton import ProximalNewton
 from masonry_fem.nscd.turns import Turn
 
 # the package's name for it is the function
@@ -226,7 +226,7 @@ def _newton(turn: Turn, method: ProximalNewton) -> str:
 # --- runs ------------------------------------------------------------------------------------------
 
 
-def solved(trial: Trial, limit: float, method: MethodName = "auto") -> Row:
+def solved(trial: Trial, limit: float, method: str = "auto") -> Row:
     """What the solver makes of a problem."""
     settings = SolverSettings(method=method, tolerance=TOLERANCE, time_limit=limit)
     before = time.process_time()

@@ -8,7 +8,7 @@ import pytest
 from benchmarks import trial_set
 from benchmarks.portfolio import Switch, baseline, solving, switches, told, without
 from benchmarks.trial_set import Recipe, Trial, recipes, trials
-from masonry_fem.nscd.solvers.interior_point import InteriorPoint
+from masonry_fem.nscd.methods.interior_point import InteriorPoint
 from masonry_fem.nscd.turns import Turn
 
 SMALL = (

@@ -28,11 +28,11 @@ from scipy import sparse
 
 from masonry_fem.nscd import graphs
 from masonry_fem.nscd.cohesion import onto_cones, sprung_directions, without_offset
+from masonry_fem.nscd.methods.interior_point import InteriorPoint
 from masonry_fem.nscd.problem import COHESION, ContactProblem
 from masonry_fem.nscd.residuals import assess
 from masonry_fem.nscd.scaling import free_speed, rigid_diagonal
 from masonry_fem.nscd.settings import SolverSettings
-from masonry_fem.nscd.solvers.interior_point import InteriorPoint
 
 FloatArray = NDArray[np.float64]
 

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.errors import ProblemError
+from masonry_fem.nscd import methods
 
-MethodName = Literal["auto", "nsgs", "newton", "interior_point", "admm", "pivoting"]
 LinearName = Literal["auto", "direct", "krylov"]
 
 TARGET = 1e-10  # the tolerance where nobody asks for one
@@ -26,7 +26,7 @@ class SolverSettings:
 
     Attributes
     ----------
-    method : "nsgs", "newton", "interior_point", "admm", "pivoting", or "auto": those that suit the
+    method : A file of ``methods`` such as "newton", or "auto": those that suit the
         problem, in turns.
     tolerance : Bound on ``Quality.error``, unit-free.
     acceptable : Error up to which a state is an answer, too, that nothing improves, be it for rounding or
@@ -43,7 +43,7 @@ class SolverSettings:
         the same bits. None: one, in a shuffled order, so other bits.
     """
 
-    method: MethodName = "auto"
+    method: str = "auto"
     tolerance: float = TARGET
     acceptable: float = 0.0
     max_iterations: int | None = None
@@ -54,7 +54,7 @@ class SolverSettings:
     linear: LinearName = "auto"
 
     def __post_init__(self) -> None:
-        names = get_args(MethodName)
+        names = ("auto", *methods.names())
         if self.method not in names:
             expected = ", ".join(repr(name) for name in names)
             raise ProblemError(f"method is {self.method!r}, expected one of {expected}")

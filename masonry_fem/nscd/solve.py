@@ -22,12 +22,12 @@ from masonry_fem.errors import ProblemError
 from masonry_fem.nscd.admissible import Admissible, admissible_impulses, falling
 from masonry_fem.nscd.in_plane import InPlane
 from masonry_fem.nscd.iterate import Iterate, Method, iterate
+from masonry_fem.nscd.methods import make_method
 from masonry_fem.nscd.outcome import Outcome, Solution
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import Quality, assess
 from masonry_fem.nscd.rest import brought_to_rest, holding_impulses
 from masonry_fem.nscd.settings import SolverSettings, Start
-from masonry_fem.nscd.solvers import make_method
 from masonry_fem.nscd.threads import one_thread
 from masonry_fem.nscd.turns import Turn, turns
 from masonry_fem.nscd.unstressed import from_no_stress

@@ -23,12 +23,12 @@ import numpy as np
 from masonry_fem.nscd.admissible import Admissible, at_limit
 from masonry_fem.nscd.in_plane import InPlane
 from masonry_fem.nscd.iterate import Method
+from masonry_fem.nscd.methods import make_method
 from masonry_fem.nscd.plane import PlaneForm, plane_form
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.rest import Rest
 from masonry_fem.nscd.scaling import contact_scale
 from masonry_fem.nscd.settings import SolverSettings, Start
-from masonry_fem.nscd.solvers import make_method
 
 # Sweeps that may precede Newton: where more are foreseen after PATIENCE of them, it takes over.
 # One Newton step costs as much as 500 to 1000 sweeps; rigid walls need more of either.
@@ -148,7 +148,7 @@ def _static(problem: ContactProblem) -> bool:
 
 def _uneven(problem: ContactProblem) -> bool:
     """True where elastic contacts lie so far apart in scale that some block may be slender."""
-    from masonry_fem.nscd.solvers.newton import SLENDER  # noqa: PLC0415
+    from masonry_fem.nscd.methods.newton import SLENDER  # noqa: PLC0415
     from masonry_fem.nscd.solvers.newton_system import block_rows  # noqa: PLC0415
 
     if problem.rigid:
@@ -166,7 +166,7 @@ def _coupled(problem: ContactProblem) -> bool:
 
 def _exact(problem: ContactProblem) -> Iterator[Turn]:
     """Pivoting, where the problem is plane and small enough."""
-    from masonry_fem.nscd.solvers.pivoting import MOST_CONTACTS  # noqa: PLC0415
+    from masonry_fem.nscd.methods.pivoting import MOST_CONTACTS  # noqa: PLC0415
 
     if problem.dimension == 2 and problem.count <= MOST_CONTACTS:
         yield Turn(lambda: make_method("pivoting"), origin="cold")
@@ -177,20 +177,20 @@ def _newton() -> Method:
 
 
 def _slender_newton() -> Method:
-    from masonry_fem.nscd.solvers.newton import ProximalNewton  # noqa: PLC0415
+    from masonry_fem.nscd.methods.newton import ProximalNewton  # noqa: PLC0415
 
     return ProximalNewton(slender=True)
 
 
 def _patient_newton() -> Method:
-    from masonry_fem.nscd.solvers.newton import ProximalNewton  # noqa: PLC0415
+    from masonry_fem.nscd.methods.newton import ProximalNewton  # noqa: PLC0415
 
     return ProximalNewton(weight=2e-3, adaptive=True, accuracy=0.3, round_steps=10, patience=60)
 
 
 def _firm_newton(weight: float) -> Callable[[], Method]:
     def make() -> Method:
-        from masonry_fem.nscd.solvers.newton import ProximalNewton  # noqa: PLC0415
+        from masonry_fem.nscd.methods.newton import ProximalNewton  # noqa: PLC0415
 
         return ProximalNewton(weight=weight, decrease=0.3)
 
@@ -198,7 +198,7 @@ def _firm_newton(weight: float) -> Callable[[], Method]:
 
 
 def _interior_point() -> Method:
-    from masonry_fem.nscd.solvers.interior_point import InteriorPoint  # noqa: PLC0415
+    from masonry_fem.nscd.methods.interior_point import InteriorPoint  # noqa: PLC0415
 
     return InteriorPoint(align=0.0)  # Newton polishes
 
@@ -221,7 +221,7 @@ def _splitting() -> Method:
 
 def _brief_sweeps(horizon: int) -> Callable[[], Method]:
     def make() -> Method:
-        from masonry_fem.nscd.solvers.gauss_seidel import GaussSeidel  # noqa: PLC0415 - Numba is slow to import
+        from masonry_fem.nscd.methods.nsgs import GaussSeidel  # noqa: PLC0415 - Numba is slow to import
 
         return GaussSeidel(iterations=horizon, patience=PATIENCE, horizon=horizon)
 

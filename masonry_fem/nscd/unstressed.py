@@ -26,7 +26,7 @@ from scipy import sparse
 from masonry_fem.nscd.graphs import lengths
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.scaling import contact_scale
-from masonry_fem.nscd.settings import MethodName, SolverSettings
+from masonry_fem.nscd.settings import SolverSettings
 from masonry_fem.nscd.solvers.drag import Drag
 from masonry_fem.nscd.threads import one_thread
 
@@ -42,7 +42,7 @@ FIRM = 1e-2  # a drag with which such faces carry nothing
 FALLS = 0.2  # from one drag to the next: the share then vanishes with the drag, which falls by 0.01
 STAYS = 0.95  # the share does not vanish at all
 # What is asked where no strides lead to a drag, and the error of a state that shows the share.
-METHODS: tuple[MethodName, ...] = ("interior_point", "auto")
+METHODS: tuple[str, ...] = ("interior_point", "auto")
 TOLERANCE = 1e-6
 USABLE = 1e-5
 

@@ -18,6 +18,7 @@ from masonry_fem.march.equilibrium import kinds as strategies
 from masonry_fem.march.equilibrium.dynamics import Dynamics
 from masonry_fem.march.equilibrium.equilibrium import Equilibrium
 from masonry_fem.march.equilibrium.statics import Statics
+from masonry_fem.nscd.methods import names as methods
 from masonry_fem.output import asked
 from masonry_fem.records.mesh_settings import MeshSettings
 from masonry_fem.records.reading_limits import Reading
@@ -104,12 +105,14 @@ __all__ = [
     "law_record",
 ]
 
-# what ``structures``, ``analysis`` and ``placement`` of a scene may be: told from the files there
+# what ``structures``, ``analysis``, ``placement`` and ``method`` of a scene may be: told from the files there
 if TYPE_CHECKING:
     AnyStructure = Structure
     Analysis = Strategy
     PlacementName = str
+    MethodName = str
 else:
+    MethodName = Literal["auto", *methods()]
     PlacementName = Literal[placements()]
     Analysis = Union[tuple(strategies().values())]  # noqa: UP007
     AnyStructure = Union[tuple(kind.record for kind in kinds().values())]  # noqa: UP007  made while running
@@ -265,7 +268,7 @@ class Solver(Spec, frozen=True, kw_only=True):
         whichever is expected to cost less; see [which contact solver](solvers.md)
     """
 
-    method: Literal["auto", "nsgs", "newton", "interior_point", "admm", "pivoting"] = "auto"
+    method: MethodName = "auto"
     tolerance: Annotated[float, Meta(gt=0, lt=1)] | None = None
     max_iterations: Count | None = None
     time_limit: Seconds | None = None

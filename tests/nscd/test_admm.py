@@ -8,7 +8,7 @@ from scipy import sparse
 
 from masonry_fem.nscd import ContactProblem, Outcome, SolverSettings, Start, solve
 from masonry_fem.nscd.iterate import iterate
-from masonry_fem.nscd.solvers.admm import ADMM
+from masonry_fem.nscd.methods.admm import ADMM
 from tests.nscd import walls
 
 G = 9.81

@@ -23,8 +23,8 @@ from masonry_fem.nscd import (
 from masonry_fem.nscd.admissible import BALANCED, admissible_impulses
 from masonry_fem.nscd.cohesion import without_offset
 from masonry_fem.nscd.determinacy import determined_resultants, least_norm_reaction
+from masonry_fem.nscd.methods import names
 from masonry_fem.nscd.scaling import contact_scale, free_speed
-from masonry_fem.nscd.solvers import NAMES
 from tests.nscd.families import FAMILIES
 from tests.nscd.plane import plane_problem, plane_wall
 from tests.nscd.walls import rigid_wall
@@ -289,7 +289,7 @@ def test_the_reference_by_enumeration(seed):
 CASES = [
     (family, method, d)
     for family in FAMILIES
-    for method in (*NAMES, "auto")
+    for method in (*names(), "auto")
     for d in (2, 3)
     if not (method == "nsgs" and "statics" in family) and not (method == "pivoting" and d == 3)
 ]
@@ -321,7 +321,7 @@ def test_all_methods_agree(family, d):
     problem = replace(glued(FAMILIES[family](rng, d), rng), cohesion_offset=None)
     reference = solve(problem, TIGHT)
     assert reference.converged
-    for method in NAMES:
+    for method in names():
         if (method == "nsgs" and not problem.rigid_mass.all()) or (method == "pivoting" and d == 3):
             continue
         limit = 2000 if method in {"nsgs", "admm"} else None

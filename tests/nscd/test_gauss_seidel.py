@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from masonry_fem.errors import ProblemError
 from masonry_fem.nscd import ContactProblem, Outcome, SolverSettings, Start, assess, solve
 from masonry_fem.nscd.iterate import iterate
-from masonry_fem.nscd.solvers.gauss_seidel import GaussSeidel
+from masonry_fem.nscd.methods.nsgs import GaussSeidel
 from tests.nscd.walls import rigid_boxes, rigid_wall, touching
 
 G, STEP = 9.81, 0.01

@@ -5,7 +5,7 @@ import pytest
 
 from masonry_fem.nscd import ContactProblem, Outcome, SolverSettings, Start, solve
 from masonry_fem.nscd.iterate import iterate
-from masonry_fem.nscd.solvers.interior_point import InteriorPoint
+from masonry_fem.nscd.methods.interior_point import InteriorPoint
 from tests.nscd import families, walls
 
 WALLS = [(horizontal, friction) for horizontal in (0.1, 0.3, 0.6) for friction in (0.2, 0.6, 1.2)]

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from scipy import sparse
 
 from masonry_fem.nscd.iterate import iterate
+from masonry_fem.nscd.methods.newton import ProximalNewton
 from masonry_fem.nscd.outcome import Outcome
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.settings import SolverSettings, Start
-from masonry_fem.nscd.solvers.newton import ProximalNewton
 from tests.nscd import walls
 
 TIGHT = SolverSettings(tolerance=1e-11)

@@ -7,7 +7,7 @@ import pytest
 
 from masonry_fem.nscd import Outcome, SolverSettings, Start, assess, solve
 from masonry_fem.nscd.admissible import admissible_impulses
-from masonry_fem.nscd.solvers.interior_point import InteriorPoint
+from masonry_fem.nscd.methods.interior_point import InteriorPoint
 from masonry_fem.nscd.turns import turns
 from tests.nscd import plane, walls
 

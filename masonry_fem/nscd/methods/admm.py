@@ -91,6 +91,9 @@ class ADMM:
         return ADMMRun(problem, self, start)
 
 
+method = ADMM  # of ``[solver]``
+
+
 class ADMMRun:
     """Working memory of ADMM on one problem."""
 

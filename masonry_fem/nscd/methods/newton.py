@@ -86,6 +86,9 @@ class ProximalNewton:
         return NewtonRun(problem, self, start)
 
 
+method = ProximalNewton  # of ``[solver]``
+
+
 @dataclass(slots=True)
 class _Round:
     """One proximal problem: its centre, its weights, and how it went so far."""

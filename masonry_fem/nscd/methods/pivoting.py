@@ -79,6 +79,9 @@ class Pivoting:
         return PivotingRun(problem, start)
 
 
+method = Pivoting  # of ``[solver]``
+
+
 class PivotingRun:
     """Working memory of the method on one problem."""
 

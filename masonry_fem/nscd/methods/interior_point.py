@@ -92,6 +92,9 @@ class InteriorPoint:
         return InteriorPointRun(problem, self, start)
 
 
+method = InteriorPoint  # of ``[solver]``
+
+
 @dataclass(frozen=True, slots=True)
 class _Residuals:
     """What a state misses: v̂ against v, the bodies' balance, p + S v against p̃; the derivative J of v̂."""

@@ -62,6 +62,9 @@ class GaussSeidel:
         return _SweepRun(self, problem, np.ascontiguousarray(impulse))
 
 
+method = GaussSeidel  # of ``[solver]``
+
+
 class _SweepRun:
     """Working memory of NSGS on one problem."""
 

@@ -1,0 +1,39 @@
+"""Methods of the contact solver, one file each.
+
+A file's name is what ``[solver] method`` calls it, its ``method()`` makes it with default settings. Nothing
+else lists it; which ones ``auto`` takes, and when, stands in ``turns``.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pkgutil import iter_modules
+from typing import TYPE_CHECKING
+
+from masonry_fem.errors import ExtensionError
+
+if TYPE_CHECKING:
+    from masonry_fem.nscd.iterate import Method
+
+
+def names() -> tuple[str, ...]:
+    """Every method; none is loaded, as Numba is slow to import."""
+    return tuple(file.name for file in iter_modules(__path__))
+
+
+def make_method(name: str) -> Method:
+    """The method of a name with its default settings.
+
+    Raises
+    ------
+    ExtensionError : Its file has no ``method``.
+    """
+    module = import_module(f"{__name__}.{name}")
+    make = getattr(module, "method", None)
+    if not callable(make):
+        raise ExtensionError(
+            f"{module.__file__} has no function method, expected one that makes the solver '{name}' with its "
+            "default settings; write def method() -> Method"
+        )
+    made: Method = make()
+    return made

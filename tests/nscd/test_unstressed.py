@@ -1,11 +1,14 @@
 """Unstressed: a stone between two faces comes to rest where these lean under it, and else runs off."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import sparse
 
 from masonry_fem.nscd import Outcome, solve
 from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.residuals import assess
 from masonry_fem.nscd.solvers.drag import STEPS, Drag
 from masonry_fem.nscd.unstressed import from_no_stress
 from tests.nscd import plane, walls
@@ -108,3 +111,18 @@ def test_strides_lead_to_drags_that_newton_does_not_come_to_at_once():
     size = np.abs(found.impulse).max()
     resultant = problem.body_impulse(dragged.impulse) - problem.body_impulse(found.impulse)
     assert np.abs(resultant).max() < 1e-3 * size
+
+
+@pytest.mark.parametrize(
+    ("bricks", "courses", "friction", "reached"), [(2, 4, 1.2, False), (3, 3, 5.0, True)]
+)
+def test_where_steps_cycle_a_drag_is_come_to_kink_by_kink(bricks, courses, friction, reached):
+    wall = plane.plane_wall(bricks, courses, friction=friction, horizontal=0.7, mass=0.0)
+    problem = plane.soft(wall)
+    dragged = Drag(problem)
+    assert dragged.kink_by_kink(1e-6)
+    own = sparse.diags_array(np.repeat(dragged.own, 2))
+    compliance = sparse.bsr_array(problem.compliance + own, blocksize=(2, 2))
+    held = replace(problem, compliance=compliance, rigid_mass=1e-6 * dragged.resistance)
+    assert assess(held, dragged.impulse, dragged.motion).natural_map < 1e-6
+    assert from_no_stress(problem).reached is reached

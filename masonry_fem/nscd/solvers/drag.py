@@ -9,6 +9,11 @@ drag to the next. So where Newton's steps do not lead to a drag at once, they go
 ones, in strides that are as long as they hold. What the drag bears tells what the limit δ → 0 is like
 (``unstressed``).
 
+Where steps cycle all the same, one way must end, in the plane: contacts are driven apart, v + t d, until all
+are open, and t falls to zero. That is Lemke's path. As drag and compliance make a positive definite matrix it
+cannot lead away. It is followed kink by kink (``kinks``), with new factors underway: rounding does not add
+up as it does in a tableau.
+
     dragged = Drag(problem)
     if dragged.towards(1e-6):
         dragged.impulse, dragged.motion, dragged.lacking()
@@ -19,6 +24,8 @@ that of elastic ones, where it determines the impulses that a coarse mesh leaves
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,8 +33,10 @@ from masonry_fem.nscd.linear import Library
 from masonry_fem.nscd.methods.newton import newton_scale
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.scaling import contact_scale
+from masonry_fem.nscd.solvers.kinks import Walk
 from masonry_fem.nscd.solvers.linearisation import Linearisation, bonded_contacts, linearise
 from masonry_fem.nscd.solvers.newton_system import NewtonSystem
+from masonry_fem.nscd.solvers.normal_map import NormalMap
 
 FloatArray = NDArray[np.float64]
 State = tuple[FloatArray, FloatArray]  # impulses and rigid velocities
@@ -40,6 +49,10 @@ STRIDE = 0.1  # from one drag to the next; its root after a stride that does not
 SHORTEST = 0.95
 TOLERANCE = 1e-6
 STEPS = 40  # Newton steps to a drag
+# Walks of so many kinks each, with a factor; walls of 240 contacts take 800 to 10 000 kinks.
+KINKS, WALKS = 30, 400
+NARROW = 1e-2  # ρ there over this one: sliding speeds lie by 1/δ above elastic ones
+SHAKE, SEED = 0.05, 1  # of the motion that drives contacts apart, that no two change at once
 FULL = 6  # steps without line search: the active set settles in few of them
 
 
@@ -71,19 +84,49 @@ class Drag:
         """Go to a drag that is less than any before; False where no way was found."""
         if self._went(drag):
             return True
-        if self.reached > FIRST and not self._went(FIRST):
-            return False
-        stride = STRIDE
+        stride = STRIDE if self.reached <= FIRST or self._went(FIRST) else 1.0
         while self.reached > drag and stride <= SHORTEST:
             went = self._went(max(stride * self.reached, drag))
             stride = max(stride**1.5, STRIDE) if went else stride**0.5
-        return self.reached <= drag
+        return self.reached <= drag or self.kink_by_kink(drag)
 
     def _went(self, drag: float) -> bool:
         made = self._solved(drag)
         if made is not None:
             self.reached, (self.impulse, self.motion) = drag, made
         return made is not None
+
+    def kink_by_kink(self, drag: float) -> bool:
+        """Go to a drag on Lemke's path; False in space, and where there are too many kinks."""
+        if self.problem.dimension != 2:
+            return False
+        equation = NormalMap(replace(self.problem, rigid_mass=drag * self.resistance))
+        equation.rho, equation.pull = NARROW * self.rho, self.own
+        open_ = np.zeros_like(self.impulse)
+        free = self.problem.velocity(open_, equation.problem.balanced_velocity(open_))
+        shake = SHAKE * np.random.default_rng(SEED).standard_normal(open_.shape)
+        apart = equation.scale[:, None] * (shake - [1.0, 0.0])
+        target = 1.1 * max(float((free[:, 0] / apart[:, 0]).max()), 0.0) * apart
+        x, t, sense = equation.rho[:, None] * (target - free), 1.0, 0
+        for _ in range(WALKS):
+            piece = equation.at(x)
+            piece = equation.at(x + piece.change(piece.residual - t * target))
+            sense = sense or piece.sign
+            walk = Walk(piece, target, t, forwards=piece.sign == sense)
+            for _ in range(KINKS):
+                walk.cross()
+                if walk.endless or walk.unsure or walk.t == 0:
+                    break
+            if walk.endless or walk.t == 0:
+                break
+            walk.step_inside()
+            x, t = walk.x, walk.t
+        self.solves += equation.factors
+        if walk.t > 0:
+            return False
+        impulse = equation.at(walk.x).impulse
+        self.reached, self.impulse, self.motion = drag, impulse, equation.problem.balanced_velocity(impulse)
+        return self._went(drag)
 
     def _solved(self, drag: float) -> State | None:
         """Newton's steps from the state there is to that at a drag; None where they lead nowhere."""

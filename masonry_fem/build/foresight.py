@@ -39,8 +39,7 @@ def foresee_blocks(scene: specs.Scene) -> None:
     ------
     SceneError : Names the structure that has most of them, its keys and the numbers.
     """
-    told = [(structure, structure.foreseen(scene.dimension)) for structure in scene.structures]
-    sized = [(structure, found) for structure, found in told if found is not None]
+    sized = [(one, found) for one in scene.structures if (found := one.foreseen(scene.dimension)) is not None]
     if scene.large or not sized:
         return
     usual = 2 * scene.dimension

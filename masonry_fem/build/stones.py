@@ -88,27 +88,28 @@ def lay(scene: specs.Scene, base: Path) -> Stones:
     parts = build_structures(scene.structures, scene.dimension, base, meshes, scene.reading)
     owner = [structure for structure, part in zip(scene.structures, parts, strict=True) for _ in part.blocks]
     assembly = assemble(parts)
-    fidelity = [
-        None if block.support else (structure.fidelity or scene.fidelity)
-        for block, structure in zip(assembly.blocks, owner, strict=True)
-    ]
-    material = [structure.material for structure in owner]
-    mesh = [_mesh_of(scene, structure) for structure in owner]
     names = block_names(assembly)
+    told = _told(scene, owner, names)
+    free = [None if block.support else own[0] for block, own in zip(assembly.blocks, told, strict=True)]
+    motion, clamps = _supports(scene, assembly, names, free, base)
+    materials, meshes_of = tuple(own[1] for own in told), tuple(own[2] for own in told)
+    _check_materials(scene, assembly, free, materials)
+    solids = enumerate(assembly.shapes[block.shape] for block in assembly.blocks)
+    given = frozenset(number for number, shape in solids if shape.mesh is not None)
+    return Stones(assembly, tuple(free), materials, motion, clamps, meshes_of, given)
+
+
+def _told(
+    scene: specs.Scene, owner: list[specs.Structure], names: list[tuple[str, ...]]
+) -> list[tuple[str, str, specs.MeshSettings]]:
+    """Fidelity, material and elements of each block, as its structure and then overrides say."""
+    told = [(one.fidelity or scene.fidelity, one.material, _mesh_of(scene, one)) for one in owner]
     for index, override in enumerate(scene.overrides):
+        own = override.fidelity, override.material, override.mesh
         for block in select(override.blocks, names, f"overrides.{index}.blocks"):
-            if fidelity[block] is not None:
-                fidelity[block] = override.fidelity or fidelity[block]
-            material[block] = override.material or material[block]
-            mesh[block] = override.mesh or mesh[block]
-    motion, clamps = _supports(scene, assembly, names, fidelity, base)
-    _check_materials(scene, assembly, fidelity, material)
-    given = frozenset(
-        number
-        for number, block in enumerate(assembly.blocks)
-        if assembly.shapes[block.shape].mesh is not None
-    )
-    return Stones(assembly, tuple(fidelity), tuple(material), motion, clamps, tuple(mesh), given)
+            fidelity, material, mesh = told[block]
+            told[block] = own[0] or fidelity, own[1] or material, own[2] or mesh
+    return told
 
 
 def _mesh_of(scene: specs.Scene, structure: specs.Structure) -> specs.MeshSettings:
@@ -183,7 +184,7 @@ def faces_of(assembly: Assembly, block: int, pattern: str, key: str) -> list[int
 
 
 def _check_materials(
-    scene: specs.Scene, assembly: Assembly, fidelity: list[str | None], material: list[str]
+    scene: specs.Scene, assembly: Assembly, fidelity: list[str | None], material: tuple[str, ...]
 ) -> None:
     for block, (own, name) in enumerate(zip(fidelity, material, strict=True)):
         if deforms(own) and scene.materials[name].young is None:

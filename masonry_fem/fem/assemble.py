@@ -71,16 +71,15 @@ def assemble_shapes(
     """
     for index, mesh in enumerate(meshes):
         _check(mesh, index)
-    result: list[ShapeOperators | None] = [None] * len(meshes)
+    made: dict[int, ShapeOperators] = {}
     for cell in sorted({mesh.cell for mesh in meshes}):
         members = [index for index, mesh in enumerate(meshes) if mesh.cell == cell]
-        pairs = _assemble_kind([meshes[i] for i in members], [materials[i] for i in members], plane)
+        own = plane if meshes[members[0]].dimension == 2 else None
+        pairs = _assemble_kind([meshes[i] for i in members], [materials[i] for i in members], own)
         for index, (stiffness, consistent) in zip(members, pairs, strict=True):
-            mesh, material = meshes[index], materials[index]
-            mass = lumped_mass(mesh, material.density) if lumped else consistent
-            own_plane = plane if mesh.dimension == 2 else None
-            result[index] = ShapeOperators(mesh, material, own_plane, stiffness, mass)
-    return [operators for operators in result if operators is not None]
+            mass = lumped_mass(meshes[index], materials[index].density) if lumped else consistent
+            made[index] = ShapeOperators(meshes[index], materials[index], own, stiffness, mass)
+    return [made[index] for index in range(len(meshes))]
 
 
 def _check(mesh: Mesh, index: int) -> None:
@@ -150,7 +149,7 @@ def _forms(
         field.x.array[constants.dofmap.list[: len(shape_of_cell)].ravel()] = np.array(values)[shape_of_cell]
         return field
 
-    lame = [material.lame(plane if domain.geometry.dim == 2 else None) for material in materials]
+    lame = [material.lame(plane) for material in materials]
     lam, mu = by_shape([pair[0] for pair in lame]), by_shape([pair[1] for pair in lame])
     density = by_shape([material.density for material in materials])
     u, v = ufl.TrialFunction(space), ufl.TestFunction(space)

@@ -9,7 +9,7 @@ import numpy as np
 
 from masonry_fem.bodies.support import Clamp
 from masonry_fem.errors import GeometryError
-from masonry_fem.fem.assemble import assemble_shapes
+from masonry_fem.fem.assemble import ShapeOperators, assemble_shapes
 from masonry_fem.fem.clamp import Faces
 from masonry_fem.fem.elastic import ElasticGroup
 from masonry_fem.fem.material import ElasticMaterial, Plane
@@ -17,6 +17,7 @@ from masonry_fem.solid.assembly import Assembly
 from masonry_fem.solid.mesh import Mesh
 from masonry_fem.solid.pose import Pose
 
+_Stuff = tuple[int, bytes, ElasticMaterial]
 SAME_TURN = 1e-12  # rotations that differ by less are one: poses carry rounding errors
 
 
@@ -28,6 +29,11 @@ class _Kind:
     material: ElasticMaterial
     held: Faces
     turn: bytes
+
+    @property
+    def stuff(self) -> _Stuff:
+        """Mesh and material: what has one stiffness."""
+        return self.shape, self.turn, self.material
 
 
 def elastic_groups(
@@ -55,45 +61,60 @@ def elastic_groups(
     GeometryError
         If the shape of an elastic block has no mesh.
     """
-    held_faces = clamps or {}
+    clamped = clamps or {}
     kinds: dict[_Kind, list[int]] = {}
     for block in sorted(materials):
-        kind = _kind(assembly, block, materials[block], held_faces.get(block, ()))
+        kind = _kind(assembly, block, materials[block], clamped.get(block, ()))
         kinds.setdefault(kind, []).append(block)
-    meshes: dict[tuple[int, bytes], Mesh] = {}
-    for kind, members in kinds.items():
-        meshes.setdefault((kind.shape, kind.turn), _mesh(assembly, members[0], kind))
-    pairs = list(dict.fromkeys((kind.shape, kind.turn, kind.material) for kind in kinds))
-    operators = {
-        pair: group.operators
-        for pair in pairs
-        for group in before
-        if group.mesh is meshes[pair[:2]] and group.operators.material == pair[2]
-    }
-    new = [pair for pair in pairs if pair not in operators]
-    made = assemble_shapes([meshes[pair[:2]] for pair in new], [pair[2] for pair in new], plane, lumped)
-    operators |= dict(zip(new, made, strict=True))
+    operators = _operators(assembly, kinds, plane, lumped, before)
     groups = []
     for kind, members in kinds.items():
-        stones = [assembly.blocks[block] for block in members]
-        poses = [
-            Pose(np.eye(assembly.dimension), stone.pose.translation) if kind.turn else stone.pose
-            for stone in stones
-        ]
-        groups.append(
-            ElasticGroup(
-                np.array(members),
-                [stone.name for stone in stones],
-                poses,
-                operators[kind.shape, kind.turn, kind.material],
-                kind.held,
-                [[clamp.motion for clamp in held_faces.get(block, ())] for block in members],
-                assembly.shapes[kind.shape].solid.names,
-            )
-        )
+        group = _group(assembly, kind, members, operators[kind.stuff], clamped)
         for known in before:
-            groups[-1].share(known)
+            group.share(known)
+        groups.append(group)
     return tuple(groups)
+
+
+def _operators(
+    assembly: Assembly,
+    kinds: Mapping[_Kind, list[int]],
+    plane: Plane,
+    lumped: bool,
+    before: Sequence[ElasticGroup],
+) -> dict[_Stuff, ShapeOperators]:
+    """Matrices of each distinct mesh and material, those of ``before`` where it has them."""
+    meshes: dict[_Stuff, Mesh] = {}
+    for kind, members in kinds.items():
+        meshes.setdefault(kind.stuff, _mesh(assembly, members[0], kind))
+    known = {(id(group.mesh), group.operators.material): group.operators for group in before}
+    found = {stuff: known.get((id(mesh), stuff[2])) for stuff, mesh in meshes.items()}
+    new = [stuff for stuff, own in found.items() if own is None]
+    made = assemble_shapes([meshes[stuff] for stuff in new], [stuff[2] for stuff in new], plane, lumped)
+    return {stuff: own for stuff, own in found.items() if own is not None} | dict(zip(new, made, strict=True))
+
+
+def _group(
+    assembly: Assembly,
+    kind: _Kind,
+    members: list[int],
+    operators: ShapeOperators,
+    clamps: Mapping[int, Sequence[Clamp]],
+) -> ElasticGroup:
+    """The blocks of one kind."""
+    stones = [assembly.blocks[block] for block in members]
+    poses = [stone.pose for stone in stones]
+    if kind.turn:
+        poses = [Pose(np.eye(assembly.dimension), pose.translation) for pose in poses]
+    return ElasticGroup(
+        np.array(members),
+        [stone.name for stone in stones],
+        poses,
+        operators,
+        kind.held,
+        [[clamp.motion for clamp in clamps.get(block, ())] for block in members],
+        assembly.shapes[kind.shape].solid.names,
+    )
 
 
 def _kind(assembly: Assembly, block: int, material: ElasticMaterial, clamps: Sequence[Clamp]) -> _Kind:

@@ -7,13 +7,13 @@ Geometry and material
 Load
     Its weight, 4.43 kN, in one step of true statics.
 What to look at
-    ``overview.png``: deformed shape × 30 000, where the crown sinks, its joints open below and those of
-    the haunches above, and the resultants run through what stays closed. ``principal_stresses.png``:
-    crosses at the block centres, compression along the arc and next to nothing across it. ``thrust.png``
-    and ``interfaces.csv``: where the thrust leaves the middle third.
+    ``overview.png``: the deformed shape × 30 000. The crown sinks; its joints open at the intrados and those
+    of the haunches at the extrados, and the resultants pass through the parts that stay closed.
+    ``principal_stresses.png``: crosses at the block centres, with compression along the arc and almost none
+    across it. ``thrust.png`` and ``interfaces.csv``: where the thrust leaves the middle third.
 Reference
     Limit analysis of the same stones: the thrust of any equilibrium lies in [665.7, 1130.3] N.
-    An elastic arch has one value in it, 0.196 of the weight here.
+    The elastic arch has one value in this interval, 0.196 of the weight.
 Cost
     2 seconds to solve, 10 to draw.
 

@@ -7,8 +7,8 @@ Load
     Its weight.
 What to look at
     Each joint has two contact points at ξ times the half-thickness from the mean line. The thrust line
-    must pass between them, so that moving them inwards is thinning the arch while its weight stays:
-    it stands for ξ = 0.95 and 0.75 and falls for ξ = 0.50, as in the slides.
+    must pass between them, so that moving them inwards has the effect of a thinner arch of the same weight:
+    it stands for ξ = 0.95 and 0.75 and collapses for ξ = 0.50.
 Reference
     Limit analysis: critical ξ = 0.5833. The thrust over γR² lies in [0.0920, 0.1354] for ξ = 0.95 and in
     [0.1017, 0.1234] for ξ = 0.75; for ξ = 0.50 there is none.

@@ -6,8 +6,8 @@ Geometry and material
 Load
     Its weight; Newton's restitution e = 0.8 in the velocity form.
 What to look at
-    The height in time (``history.csv``): each apex is e² of the one before, the impacts accumulate
-    at a finite time (Zeno), and the time-stepping scheme passes that time without noticing.
+    The height in time (``history.csv``): each apex is e² times the one before, the impacts accumulate
+    at a finite time (Zeno), and the time-stepping scheme passes this time without difficulty.
 Reference
     First impact at √(2H/g) = 0.4515 s, second apex e² H = 0.64 m, at rest at
     √(2H/g) (1 + e)/(1 − e) = 4.0637 s.

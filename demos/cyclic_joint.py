@@ -6,18 +6,18 @@ Geometry and material
     82 and 36 MPa/mm in series with adhesion of 0.25 MPa and 18 J/m² in tension, 0.35 MPa and 125 J/m² in
     shear, friction 0.75 (the joints of the shear wall J4D).
 Load
-    A pressure of 0.1, 0.3 or 0.5 MPa that stays, and two jaws without friction that take the upper brick
-    along by 2 mm, back, and there again, twice: the direct shear test of Atkinson and others (1989).
+    A constant pressure of 0.1, 0.3 or 0.5 MPa, and two jaws without friction that move the upper brick
+    to and fro by 2 mm, twice: the direct shear test of Atkinson and others (1989).
 What to look at
-    The first slide has a peak, as high as cohesion and friction together, and loses the fracture energy.
+    The first slide has a peak, as high as cohesion and friction together, and dissipates the fracture energy.
     From then on the loops are rectangles of ± μ σ: no strength comes back, unloading is as stiff as the
-    mortar, and each loop burns the same heat.
+    mortar, and each loop dissipates the same heat.
 Reference
     Peak c + μ σ = 0.725 MPa, plateau μ σ = 0.375 MPa under 0.5 MPa. A loop's area is
-    4 μ σ (A − μ σ/k_T) = 2984.375 J/m² with the amplitude A = 2 mm; it is what the ledger books as friction,
-    to 0.02 %. The damage of the first slide is 125 J/m²: 125.33 in 400 steps, 125.08 in 800.
+    4 μ σ (A − μ σ/k_T) = 2984.375 J/m² with the amplitude A = 2 mm; the energy balance has the same as
+    friction, to 0.02 %. The damage of the first slide is 125 J/m²: 125.33 in 400 steps, 125.08 in 800.
 Cost
-    3 seconds a pressure for 400 steps.
+    3 seconds for each pressure with 400 steps.
 
 .. image:: /images/cyclic_joint.png
 

@@ -8,16 +8,16 @@ Geometry and material
 Load
     Its weight, 1.52 MN, in one step of true statics.
 What to look at
-    A shell under its weight pulls along its parallels below 51.8° from the crown, by γ R = 100 kPa at most.
-    Mortar of 130 kPa bears that without any chain. Mortar of 50 kPa cracks from the base up: in
-    ``deformed.png`` (× 10 000) the dome opens into lunes below a cap that is whole, and ``damage.png`` shows
-    each point that is broken. The chain then takes the thrust of the lunes. Without mortar and chain the
-    dome falls.
+    A shell under its weight has tension along its parallels below 51.8° from the crown, at most γ R = 100
+    kPa. Mortar of 130 kPa bears this without a chain. Mortar of 50 kPa cracks from the base upwards: in
+    ``deformed.png`` (× 10 000) the dome opens into lunes below an uncracked cap, and ``damage.png`` shows
+    each broken point. The chain then takes the thrust of the lunes. Without mortar and chain the
+    dome collapses.
 Reference
     The cracks end between 51.8° and the next joint. By limit analysis the thrust of a cracked dome on a base
-    that gives way is at least .0195 γ R³ = 48.7 kN per radian, which is the pull in the chain. This chain,
-    which stretches by 24 µm a joint, has 51.5 kN. One ten times softer has 46.8 kN, with no mortar at all:
-    stones of 22.5° cut by chords need 4 % less than a round dome.
+    that yields is at least .0195 γ R³ = 48.7 kN per radian, which is the tension of the chain. This chain,
+    which stretches by 24 µm per joint, has 51.5 kN. A chain ten times softer, without any mortar, has
+    46.8 kN: with chords in place of arcs, stones of 22.5° need 4 % less than a round dome.
 Cost
     7 seconds for all three, 20 to draw one.
 

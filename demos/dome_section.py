@@ -7,14 +7,14 @@ Geometry and material
 Load
     Its weight, 1.56 MN, in one step of true statics.
 What to look at
-    The slides' pair: von Mises stress on the dome and in a plane of section. Above, the parallels press and
-    the dome is a whole cap. Below, its meridian joints open by 7 µm (the base holds the lowest ring
-    together), and the lunes between them lean on the cap like arches: in the section the compression runs
-    on the outer face near the crown, on the inner one at the haunches and at the outer toe of the base.
+    Von Mises stress on the dome and in a section. The upper part, with compression along the parallels, is an
+    uncracked cap. In the lower part the meridian joints open by 7 µm (the base holds the lowest ring
+    together), and the lunes between them lean on the cap like arches: in the section the compression is near
+    the outer face at the crown, near the inner face at the haunches, and at the outer edge of the base.
 Reference
-    By limit analysis the cracked dome thrusts by .0195 γ R³ = 48.7 kN per radian at least; on a base that
-    does not give way it has 64.6 kN. Uncracked, a shell would pull on its parallels below 51.8° from the
-    crown; these cracks go through from 44° on, where the lunes bend. A round shell weighs 0.9 % more.
+    By limit analysis the thrust of the cracked dome is at least .0195 γ R³ = 48.7 kN per radian; on this
+    base, which does not yield, it is 64.6 kN. An uncracked shell would have tension along its parallels below
+    51.8° from the crown; these cracks begin at 44°, where the lunes bend. A round shell weighs 0.9 % more.
 Cost
     10 seconds and 1.2 GB to solve, 16 seconds to draw.
 

@@ -7,15 +7,16 @@ Geometry and material
 Load
     Weight; then the far support of the lower floor sinks by 3.6 cm. Ten steps of true statics.
 What to look at
-    The lower floor turns by θ = 0.01 about the inner edge of the wall below, where all of its load goes, and
-    the bed below it opens from outside. Its end lifts the wall above by its outer face, on whose edge that
-    wall now stands: the bed above the floor opens from inside. A crack on either face, a slab's depth
-    apart, is what floors that turn leave in walls. The upper storeys rise by 4 mm at the wall, and their
-    floor drags over its far support.
+    The lower floor rotates by θ = 0.01 about the inner edge of the wall below, to which its whole load
+    moves, and the bed below it opens on the outer face. Its end lifts the wall above, which now stands on
+    the floor's outer edge: the bed above the floor opens on the inner face. Cracks on both faces, a slab's
+    thickness apart, are typical of floors that rotate in walls. The upper storeys rise by 4 mm at the wall,
+    and their floor slides over its far support.
 Reference
-    Openings B θ = 4 mm and B (θ − B θ / L) = 3.6 mm, of B = 0.4 m and L = 4 m. Moments of what stands above
-    the lower floor about its edge, friction of the far end included, give the upper far support
-    8.94 kN, and of the lower floor about its edge the lower one 4.46 kN; before, they had 10.2 and 10.7.
+    Openings B θ = 4 mm and B (θ − B θ / L) = 3.6 mm, with B = 0.4 m and L = 4 m. The balance of moments of
+    everything above the lower floor about its edge, friction of the far end included, gives 8.94 kN on the
+    upper far support; that of the lower floor about its edge gives 4.46 kN on the lower one. Before, these
+    were 10.2 and 10.7 kN.
 Cost
     1 second.
 

@@ -7,11 +7,11 @@ Geometry and material
 Load
     Its weight, 14 715 N, applied at once.
 What to look at
-    The vertical resultant on the ground in time (the slides' 6.1). With θ = 1/2 the weight that appears
-    at once sets waves off and the resultant swings up to nearly twice the weight; θ = 1 takes some of
-    that out; with the velocities zeroed after each step it creeps up to the weight and never passes it.
-    True statics gives the answer in one solve. ``von_mises.png``: the stress grows with depth and is
-    greatest at the foot, whose spreading the floor's friction hinders; head joints open at the top.
+    The vertical resultant on the ground in time. With θ = 1/2 the sudden weight causes waves, and the
+    resultant oscillates up to nearly twice the weight; θ = 1 damps some of this; if velocities are set to
+    zero after each step, the resultant approaches the weight from below. True statics gives the answer in one
+    solution. ``von_mises.png``: the stress grows with depth and is greatest at the base, where the floor's
+    friction prevents the wall from spreading; head joints open at the top.
 Reference
     Statics: 14 715 N; top_mid sinks by 1.7733 µm and top_end moves out by 0.1568 µm on this mesh (an
     independent code). A column under sudden gravity swings between 0 and twice its weight with the

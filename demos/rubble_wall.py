@@ -8,11 +8,11 @@ Geometry and material
 Load
     Its weight, 38.8 kN; then an acceleration across, as by tilting the ground.
 What to look at
-    What friction does where no bed is level. At 0.6 the wall is nearly as good as one block; at 0.4 it bears
-    less across; at 0.3 hardly anything, for stones at an end are about to slide out; at 0.2 it runs apart
-    by its weight (first picture: after 0.5 s), ends first, since nothing presses on them from beside. Tilted
-    too far, the rough wall turns over as one block and leaves stones of its foot behind (second: at 1.1
-    times what it bears, after 0.7 s).
+    The role of friction if no bed is level. With 0.6 the wall is nearly as good as one block; with 0.4 it
+    bears less acceleration; with 0.3 almost none, as stones at an end are about to slide out; with 0.2 it
+    falls apart under its weight (first picture: after 0.5 s), beginning at the ends, where no other stones
+    hold it. If it is tilted too far, the rough wall overturns as one block and leaves stones of its base
+    behind (second picture: at 1.1 times the load that it bears, after 0.7 s).
 Reference
     One block tips at thickness / height = 0.3333 g. By limit analysis the wall bears 0.3305 g where friction
     is 0.6, 0.2782 g at 0.4 and 0.0071 g at 0.3; at 0.2 it cannot stand. Statics agrees: the wall

@@ -8,16 +8,16 @@ Load
     Its weight, 271 kN/m. Then the right piece of ground sinks by 4 cm in 20 steps of a damped march, which
     ends two steps later, at rest.
 What to look at
-    A stepped crack runs from where the ground parts to the window's sill: the bond hands it on by half a
-    stone a course. Beds open there by all of the 4 cm, heads stay pressed. The right pier goes down with its
-    ground, upright; the lintel turns as a beam on two supports and takes the top courses with it. The ground
-    that sinks is relieved: at the end it carries 100 kN/m, the other piece 171, where half the weight is
-    136. ``thrust.png`` shows how: an arch above the crack leans on both piers, and the lintel stands on two
-    hinges.
+    A stepped crack runs from the gap in the ground to the window's sill: with the bond it shifts by half a
+    stone in each course. Its bed joints open by all of the 4 cm, head joints stay closed. The right pier
+    sinks upright with its ground; the lintel rotates as a beam on two supports, together with the top
+    courses. The sinking ground is relieved: at the end it carries 100 kN/m, the other piece 171; half the
+    weight is 136. ``thrust.png`` shows why: an arch above the crack leans on both piers, and the lintel
+    stands on two hinges.
 Reference
-    By limit analysis the ground that sinks must carry 84.78 kN/m at least, whatever happens. Where joints
-    do not slide it is left with that least force (as a springing that sinks, validation A6.6). Here they do,
-    friction in the heads acts against the motion that was, and 18 % more is left.
+    By limit analysis the sinking ground must carry at least 84.78 kN/m. If joints do not slide, this smallest
+    force remains (as with a springing that sinks, validation A6.6). Here they slide, friction in the head
+    joints acts against the previous motion, and the force is 18 % larger.
 Cost
     2 seconds.
 

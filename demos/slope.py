@@ -6,8 +6,8 @@ Geometry and material
 Load
     Its weight.
 What to look at
-    It sticks up to the slope tan α = μ and slides above. The exact Coulomb cone leaves no creep below
-    the limit, and above it the θ-scheme meets the parabola.
+    It sticks up to the slope tan α = μ and slides above. With the exact Coulomb cone there is no creep below
+    the limit, and above it the θ-scheme reproduces the parabola.
 Reference
     tan α = μ (26.565° for μ = 0.5). At α = 30° the acceleration is a = g (sin α − μ cos α) = 0.657 m/s²
     and s(1 s) = a/2 = 0.328573 m; for any θ exactly s_n = a h² n (n − 1 + 2θ)/2.

@@ -3,17 +3,17 @@
 
 Geometry and material
     Square tower, 8 m wide and 19.2 m high, of 406 elastic ashlars 1.6 × 0.8 × 0.8 m, bonded at the corners;
-    a door and eleven slits with lintels. Plain geometry after the Tour Saint-Laurent of the slides. 10 GPa,
+    a door and eleven slits with lintels. Simplified geometry of the Tour Saint-Laurent. 10 GPa,
     2400 kg/m³, friction 0.6, all joints dry.
 Load
     Its weight, 9.55 MN, in one step of true statics.
 What to look at
-    Vertical stress down the middle of the front wall (first picture): it grows with depth, runs around the
-    openings, and leaves the sills alone, over which the joints open. The lintels bear it to the jambs. The
-    door's jambs have most.
+    Vertical stress in the middle plane of the front wall (first picture): it grows with depth and runs around
+    the openings; above the sills, where joints open, there is none. Lintels transfer the load to the jambs.
+    The door's jambs have the greatest stress.
 Reference
-    Weight by hand 405.5 m³ · ρ g = 9.547 MN; over the foot's 21.76 m² it is 438.7 kPa on average. A prism
-    without openings sinks by ρ g H² / 2E = 434 µm at its top; this one by 478 µm.
+    Weight by hand 405.5 m³ · ρ g = 9.547 MN; over the base of 21.76 m² it is 438.7 kPa on average. A prism
+    without openings sinks by ρ g H² / 2E = 434 µm at its top; this tower by 478 µm.
 Cost
     5 seconds and 0.6 GB to solve, 16 seconds to draw.
 

@@ -50,8 +50,10 @@ class Notes(logging.Handler):
 
 def serve() -> None:
     """Answer requests until the input ends: scene (TOML), base, out, log and limit of a cell."""
-    _warm(2, "rigid")
-    _warm(3, "rigid")
+    from masonry_fem.fidelities import fidelities  # noqa: PLC0415
+
+    for dimension in (2, 3):
+        _warm(dimension, next(iter(fidelities())))
     loaded = time.process_time()
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "w", buffering=1)
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # answers are all that may stand there

@@ -1,24 +1,48 @@
-"""Command ``info``: versions, and what this machine lacks."""
+"""Command ``info``: versions, what this machine lacks, and what scenes may ask for."""
 # ruff: noqa: PLC0415
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterable
 
 from masonry_fem.cli.grammar import Commands, Parents
 
 
 def print_info(options: argparse.Namespace) -> int:
-    """Print versions and what is missing, with the cure."""
+    """Print versions, what is missing, with the cure, and what scenes may ask for."""
     from masonry_fem.host import installation
 
     for finding in installation.report():
         cure = f"  -> {finding.cure}" if finding.cure else ""
         print(f"{finding.name:<14}{finding.state}{cure}")
+    for noun, names in offered().items():
+        print(f"{noun:<14}{', '.join(names)}")
     return 0
+
+
+def offered() -> dict[str, Iterable[str]]:
+    """What scenes may ask for by name, as their folders hold it."""
+    from masonry_fem import fidelities, joints, structures
+    from masonry_fem.contact import placement
+    from masonry_fem.march import equilibrium
+    from masonry_fem.nscd import methods
+    from masonry_fem.output import asked
+
+    return {
+        "structures": structures.kinds(),
+        "fidelities": fidelities.fidelities(),
+        "laws": joints.kinds(),
+        "placements": placement.names(),
+        "analyses": equilibrium.kinds(),
+        "solvers": methods.names(),
+        "outputs": asked.names(),
+    }
 
 
 def add(commands: Commands, parents: Parents) -> None:
     """What can be written after the command."""
-    own = commands.add_parser("info", parents=[parents.common], help="versions, and what this machine lacks")
+    own = commands.add_parser(
+        "info", parents=[parents.common], help="versions, what this machine lacks, what scenes may ask for"
+    )
     own.set_defaults(command=print_info)

@@ -61,7 +61,11 @@ def _kind(name: str, found: Found) -> Kind:
             law.__name__, keys_of(law), bases=(LawRecord,), module=law.__module__, frozen=True, kw_only=True,
             tag=name, namespace={"__doc__": docstring.whole(law)},
         )  # fmt: skip
-        msgspec.inspect.type_info(record)
+        told = msgspec.inspect.type_info(record)
+        assert isinstance(told, msgspec.inspect.StructType)
+        for key in told.fields:
+            if isinstance(key.type, msgspec.inspect.CustomType):
+                raise TypeError(f"'{key.name}' is a {key.type.cls.__name__}")
     except (TypeError, NameError) as error:
         raise ExtensionError(
             f"{found.file}: {law.__name__} gives no table of a scene file ({error}), expected a dataclass "

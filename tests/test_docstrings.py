@@ -5,7 +5,20 @@ import importlib.util
 import pytest
 
 # rooms in which all do; this list only grows
-DONE = ["cli", "contact", "fem", "host", "importing", "limit", "meshing", "records", "solid", "structures"]
+DONE = [
+    "cli",
+    "contact",
+    "fem",
+    "fidelities",
+    "host",
+    "importing",
+    "limit",
+    "meshing",
+    "records",
+    "scene",
+    "solid",
+    "structures",
+]
 
 
 @pytest.fixture(scope="module")

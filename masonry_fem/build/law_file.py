@@ -28,7 +28,7 @@ from masonry_fem.scene.misfit import listed, nearest
 def law_of_file(
     spec: specs.PythonLaw, friction: Parameter, base: Path, key: str, arrays: Mapping[str, Any] | None = None
 ) -> Law:
-    """The law that a file's class makes of the scene's parameters.
+    """The law that a class in a file makes of the scene's parameters.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ def _class(module: ModuleType, spec: specs.PythonLaw, path: Path, key: str) -> t
 
 
 def _check_class(kind: type[Law], spec: specs.PythonLaw, path: Path, key: str) -> None:
-    """Refuse a class that lacks what ``law.py`` says a law owes."""
+    """Refuse a class that lacks methods of ``Law``."""
     lacking = sorted(getattr(kind, "__abstractmethods__", ()))
     if not isinstance(getattr(kind, "name", None), str):
         lacking.insert(0, "name")

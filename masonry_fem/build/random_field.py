@@ -74,7 +74,7 @@ def _truncated_normal(field: FloatArray, variation: float) -> FloatArray:
         raise ValueError(f"at most {greatest} with distribution 'truncated_normal'; take 'lognormal'")
 
     def spread(width: float) -> float:
-        """Standard deviation of what is left of a normal distribution."""
+        """Standard deviation of a normal distribution cut off at both ends."""
         edge = 1.0 / width
         density = np.exp(-0.5 * edge**2) / np.sqrt(2.0 * np.pi)
         return float(width * np.sqrt(1.0 - 2.0 * edge * density / (2.0 * ndtr(edge) - 1.0)))

@@ -10,7 +10,7 @@ from masonry_fem.cli.grammar import Commands, Parents, read_scene
 
 
 def check_scene(options: argparse.Namespace) -> int:
-    """Validate a scene and print what it holds."""
+    """Validate a scene and print its sizes."""
     scene, base = read_scene(options)
     from masonry_fem.analyses.inspect import check_scene as check
 

@@ -13,7 +13,7 @@ from masonry_fem.cli.grammar import Commands, Parents, read_scene, results_folde
 
 
 def collapse_scene(options: argparse.Namespace) -> int:
-    """Find the multiplier at which a scene falls; the exit code tells whether it was found."""
+    """Find the collapse multiplier of a scene; the exit code says whether it was found."""
     scene, base = read_scene(options)
     from masonry_fem.analyses.collapse import collapse
     from masonry_fem.output.collapse_table import Watch, print_collapse

@@ -10,7 +10,7 @@ from masonry_fem.cli.grammar import Commands, Parents
 
 
 def print_info(options: argparse.Namespace) -> int:
-    """Print versions, what is missing, with the cure, and what scenes may ask for."""
+    """Print versions, advice on what is missing, and what scenes may ask for."""
     from masonry_fem.host import installation
 
     for finding in installation.report():

@@ -11,7 +11,7 @@ from masonry_fem.cli.grammar import Commands, Parents, read_scene
 
 
 def limit_scene(options: argparse.Namespace) -> int:
-    """Ask limit analysis whether a scene's loads can be carried; the exit code tells."""
+    """Decide by limit analysis whether the loads of a scene can be carried; the exit code says so."""
     scene, base = read_scene(options)
     from masonry_fem.analyses.limit import analyse
 

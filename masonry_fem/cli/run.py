@@ -13,7 +13,7 @@ from masonry_fem.errors import MasonryError
 
 
 def run_scene(options: argparse.Namespace) -> int:
-    """Solve a scene; the exit code tells how it ended."""
+    """Solve a scene; the exit code says how it ended."""
     if options.refine_to is not None:
         return refine_scene(options)
     scene, base = read_scene(options)
@@ -34,7 +34,7 @@ def run_scene(options: argparse.Namespace) -> int:
 
 
 def refine_scene(options: argparse.Namespace) -> int:
-    """Solve a scene on finer and finer elements; exit code 2 tells that its error stayed larger."""
+    """Solve a scene on finer and finer elements; with exit code 2 its error stayed too large."""
     scene, base = read_scene(options)
     from dataclasses import asdict
 

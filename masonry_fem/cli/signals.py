@@ -24,7 +24,7 @@ IMPORTING = importlib._bootstrap._find_and_load.__code__  # type: ignore[attr-de
 
 
 class Ended(KeyboardInterrupt):
-    """A signal that asks for the end; its number tells which."""
+    """A signal that asks for the end, with its number."""
 
     def __init__(self, number: int) -> None:
         super().__init__(signal.Signals(number).name)

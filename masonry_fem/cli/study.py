@@ -12,7 +12,7 @@ from masonry_fem.cli.grammar import Commands, Parents, overrides_of, share
 
 
 def study_scene(options: argparse.Namespace) -> int:
-    """Run a scene with many settings; the exit code tells whether there is anything to compare."""
+    """Run a scene with many settings; the exit code says whether any was solved."""
     from masonry_fem.analyses.study import study
     from masonry_fem.analyses.study.table import print_study
     from masonry_fem.analyses.study.watch import Watch

@@ -112,7 +112,7 @@ class Surface:
 
 
 def surfaces_of(assembly: Assembly) -> tuple[Surface, ...]:
-    """The surfaces of an assembly's shapes; what detects and places many times makes them once."""
+    """The surfaces of an assembly's shapes; make them once for several calls of ``detect`` and ``place``."""
     return tuple(Surface.of(shape) for shape in assembly.shapes)
 
 

@@ -164,7 +164,7 @@ def declared_version(name: str) -> str | None:
 
 
 def report() -> list[Finding]:
-    """Everything that matters on this machine, what is missing with its cure."""
+    """Everything that matters on this machine, and advice on what is missing."""
     old_python = sys.version_info < OLDEST_PYTHON
     findings = [
         Finding("masonry_fem", masonry_fem.__version__),

@@ -26,7 +26,7 @@ SLACK = 5.0  # CPU time beyond the limit [s]; normally the caller ends this proc
 
 
 class _Log(logging.Handler):
-    """Keeps what is said."""
+    """Keeps log messages."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -37,7 +37,7 @@ class _Log(logging.Handler):
 
 
 def serve() -> None:
-    """Answer one request; what else is printed goes nowhere."""
+    """Answer one request; anything else that is printed is discarded."""
     limits, errands = pickle.load(sys.stdin.buffer)
     with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as answers:  # programs that are run do not inherit it
         nothing = os.open(os.devnull, os.O_RDWR)

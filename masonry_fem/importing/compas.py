@@ -90,7 +90,7 @@ def _unwrapped(record: Any) -> Any:
 
 
 def _blocks(record: Any) -> Iterator[_Found]:
-    """Blocks of what was unwrapped."""
+    """Blocks of unwrapped data."""
     if isinstance(record, list):
         flat = [one for one in _flat(record) if isinstance(one, dict)]
         yield from (_Found(str(number), one) for number, one in enumerate(flat, start=1) if _is_mesh(one))
@@ -139,7 +139,7 @@ def _of_elements(record: dict[str, Any]) -> Iterator[_Found]:
 
 
 def _of_node(key: str, node: Any) -> Iterator[_Found]:
-    """The mesh of a node or an element, wherever it hangs."""
+    """The mesh of a node or an element, under whichever key it is stored."""
     if _is_mesh(node):
         yield _Found(key, node)
         return

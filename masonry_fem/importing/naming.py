@@ -28,7 +28,7 @@ class Names:
         self._known: dict[str, str] = {"": ""}
 
     def of(self, text: str, prefix: str = "") -> str:
-        """The name of what the file calls ``text``; "" where nothing of that is left."""
+        """The name for what the file calls ``text``; "" if no allowed character is left."""
         if text not in self._known:
             tidy = tidy_name(text, self._forbidden)
             self._known[text] = _unlike(prefix + tidy, set(self._known.values())) if tidy else ""
@@ -36,7 +36,7 @@ class Names:
 
     @property
     def changed(self) -> dict[str, str]:
-        """Those that are not as in the file, by what they are called there."""
+        """Names that differ from those in the file, by the latter."""
         return {text: name for text, name in self._known.items() if name and name != text}
 
 

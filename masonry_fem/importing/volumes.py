@@ -96,7 +96,7 @@ def _has(mesh: Any, name: str) -> bool:
 
 
 def _field(mesh: Any, numbers: list[int], field: str | None, title: str) -> list[IntArray]:
-    """The block of each cell, by cell block; 0 where no field tells."""
+    """The block of each cell, by cell block; 0 if there is no field."""
     name = field or FIELD
     if not _has(mesh, name):
         if field is not None:
@@ -116,7 +116,7 @@ def _field(mesh: Any, numbers: list[int], field: str | None, title: str) -> list
 
 
 def _joined(name: str, found: list[tuple[str, IntArray]]) -> list[tuple[str, Elements]]:
-    """Elements of a block by kind; without a field, kinds are told apart as different blocks."""
+    """Elements of a block by kind; without a field, different kinds are different blocks."""
     kinds = dict.fromkeys(kind for kind, _ in found)
     return [
         (name, Elements(kind, np.concatenate([rows for own, rows in found if own == kind]))) for kind in kinds

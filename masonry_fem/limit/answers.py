@@ -68,7 +68,7 @@ def answers(problem: LimitProblem, tilt: str | None = None) -> dict[str, Any]:
 
 
 def _collapse(problem: LimitProblem) -> tuple[Collapse | None, list[str]]:
-    """How far the loads may grow, or why that is not known: what else is known is told all the same."""
+    """How far the loads may grow, and what could not be computed."""
     if not problem.live.any():
         return None, []
     try:
@@ -149,7 +149,7 @@ def _thrusts(problem: LimitProblem, present: float) -> dict[str, dict[str, Inter
 
 
 def _inexact(thrusts: Mapping[str, Mapping[str, Interval]]) -> dict[str, dict[str, float | None]]:
-    """How far the ends of intervals may be off that miss what is asked of answers [N]; None: not found."""
+    """Errors of interval ends that are not accurate [N]; None for ends that were not found."""
     found = {
         name: {axis: _finite(end.error) for axis, end in ends.items() if not end.exact}
         for name, ends in thrusts.items()
@@ -158,7 +158,7 @@ def _inexact(thrusts: Mapping[str, Mapping[str, Interval]]) -> dict[str, dict[st
 
 
 def supports_of(problem: LimitProblem) -> dict[str, Callable[[int], np.ndarray]]:
-    """By name of what holds the blocks: coefficients of its force along an axis."""
+    """Coefficients of the force that each support exerts along an axis, by name."""
     found: dict[str, Callable[[int], np.ndarray]] = {}
     model = problem.model
     touched = set(model.contacts.blocks[problem.active].ravel().tolist())

@@ -104,7 +104,7 @@ class Interval:
 
     @property
     def exact(self) -> bool:
-        """False where the ends' own proof misses what other answers must hold."""
+        """False if the error of an end is larger than other answers may have."""
         return self.gap <= EXACT
 
 

@@ -61,7 +61,7 @@ class Strength:
         return replace(self, apex=self.apex / force, tension=self.tension / force)
 
     def without_cohesion(self) -> Strength:
-        """The friction alone: what remains of the set far from its tip."""
+        """The friction alone, which remains of the set far from its tip."""
         return replace(self, apex=np.zeros_like(self.apex), tension=np.zeros_like(self.tension))
 
     def dissipation(self, velocity: FloatArray) -> FloatArray:

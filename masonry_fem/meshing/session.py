@@ -66,7 +66,7 @@ def session(title: str) -> Iterator[Any]:
 
 
 def _loaded(title: str) -> Any:
-    """The gmsh module, or the sentence that says what to install."""
+    """The gmsh module, or an error that says what to install."""
     installation.require_extra("gmsh", f"{title} cannot be read or meshed")
     try:
         import gmsh  # noqa: PLC0415  loaded by scenes that mesh or import only

@@ -99,7 +99,7 @@ def stress_arrays(stress: FloatArray) -> Arrays:
 
 
 def joint_arrays(model: Model, state: SystemState) -> Arrays:
-    """What joint laws remember, in world axes; {} where all joints are dry.
+    """States of joint laws, in world axes; {} if all joints are dry.
 
     The intensity of adhesion β (NaN in dry joints) and the jump [m]; with mortar what its bed gives way and
     the part of it that is crushed [m], ≤ 0; with dilatancy the opening by sliding [m].

@@ -228,7 +228,7 @@ def _scaled(block: Block, normal: FloatArray) -> Block:
 
 
 def _mean(model: Model, values: FloatArray) -> FloatArray:
-    """Means of what contacts have over the interfaces, by tributary area where they have one."""
+    """Means over the contacts of each interface, weighted by tributary area if there is any."""
     number, count = model.contacts.interface, len(model.interfaces)
     bare = np.bincount(number, model.contacts.area, count) <= 0
     weight = np.where(bare[number], 1.0, model.contacts.area)

@@ -105,7 +105,7 @@ def _lines(
 def _patches(
     stage: Stage, faces: Any, shown: NDArray[np.bool_], limits: tuple[float, float], length: float
 ) -> None:
-    """Faces of the joints, over the blocks: what lies inside is seen, too."""
+    """Faces of the joints, drawn over the blocks so that inner ones are visible, too."""
     if shown.any():
         opened = surface_of(faces.extract_cells(np.flatnonzero(shown)))
         stage.mark(opened, scalars="_value", cmap=COLOURS, clim=limits, opacity=0.85)

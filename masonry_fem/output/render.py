@@ -37,7 +37,7 @@ FINE = 2  # the image is drawn this many times finer and averaged: smooth edges 
 
 @functools.cache
 def can_render() -> bool:
-    """Whether pictures can be drawn here; where they cannot, one warning says what to install."""
+    """Whether pictures can be drawn here; if not, a warning says what to install."""
     if lack := installation.why_no_pictures():
         logger.warning("%s, or set output.pictures = false", lack)
         return False

@@ -268,7 +268,7 @@ def _minimum(
     newton: Callable[[FloatArray, IntArray], tuple[FloatArray, Mask]],
     at: FloatArray,
 ) -> FloatArray:
-    """Where convex functions, one a joint, are least; Newton's steps are halved where they overshoot.
+    """Minima of convex functions, one per joint; Newton steps that overshoot are halved.
 
     Both are told the joints (rows) that they are asked for; ``newton`` says which have arrived.
     """

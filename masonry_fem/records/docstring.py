@@ -42,7 +42,7 @@ def whole(record: type) -> str:
 
 
 def _parts(record: type) -> dict[str, str]:
-    """The docstring by its headings; what comes first has none."""
+    """Sections of a docstring by heading; the first part has the heading ""."""
     first, *rest = HEADING.split(inspect.cleandoc(record.__doc__ or ""))
     named = zip(rest[::2], rest[1::2], strict=True)
     return {"": first.strip()} | {heading: body.strip() for heading, body in named}

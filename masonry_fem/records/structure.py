@@ -55,7 +55,7 @@ class Structure(Spec, frozen=True, kw_only=True, tag_field="kind"):
         return None
 
     def foreseen(self, dimension: int) -> Foreseen | None:
-        """How many blocks its keys ask for; None where a file tells."""
+        """Expected number of blocks by its keys; None if a file decides."""
         return None
 
     def faults(self, dimension: int) -> Iterator[tuple[str, str]]:

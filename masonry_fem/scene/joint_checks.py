@@ -31,7 +31,13 @@ def check_joints(scene: Scene) -> None:
 
 
 def joint_doubts(joint: Joint, place: str) -> Iterator[str]:
-    """What is possible in a joint record, and hardly meant; ``place`` is its key in the scene."""
+    """What is possible in a joint record but hardly meant, as sentences.
+
+    Parameters
+    ----------
+    joint : The record.
+    place : Its key in the scene.
+    """
     residual = getattr(joint.law, "residual_friction", None)
     if residual is not None and residual > joint.coefficient:
         yield (

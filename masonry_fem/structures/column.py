@@ -65,7 +65,7 @@ class ColumnStructure(Structure, frozen=True, kw_only=True, tag="column"):
         return self.ground
 
     def foreseen(self, dimension: int) -> Foreseen:
-        """Its drums, prisms of so many sides, and what lies above and below them."""
+        """Its drums, with their number of sides, plinth, capital and ground."""
         added = (self.plinth is not None) + (self.capital is not None) + self.ground
         sides = 4 if dimension == 2 else self.sides + 2
         return Foreseen(self.drums + added, ("drums", "sides"), sides=sides)

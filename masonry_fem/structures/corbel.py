@@ -94,7 +94,7 @@ def build(spec: CorbelStructure, dimension: int) -> Assembly:
 
 
 def offsets(spec: CorbelStructure) -> FloatArray:
-    """How far each box stands out over what is below it [m], from the lowest, shape (count,)."""
+    """How far each box projects beyond what is below it [m], from the lowest, shape (count,)."""
     made = np.full(spec.count, spec.offset)
     if spec.profile == "harmonic":
         made /= np.arange(spec.count, 0, -1)

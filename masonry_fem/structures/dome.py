@@ -105,7 +105,7 @@ class DomeStructure(Structure, frozen=True, kw_only=True, tag="dome"):
         return self.slices if self.drum_stones is None else self.drum_stones
 
     def foreseen(self, dimension: int) -> Foreseen:
-        """The stones of its rings, drum and piers, and what carries them."""
+        """The stones of its rings, drum and piers, and their supports."""
         crown = 0 if self.oculus else 1
         under = self.piers or (self.stones if self.drum_courses else self.slices)
         blocks = self.rings * self.slices + crown + self.drum_courses * self.stones

@@ -83,7 +83,7 @@ class FileStructure(Structure, frozen=True, kw_only=True, tag="file"):
 
 
 def build(spec: FileStructure, dimension: int, base: Path, mesh: MeshSettings) -> Assembly:
-    """Blocks ``name.`` and what the file calls them; ``base`` is the folder that its path starts from."""
+    """Blocks ``name.`` and their names in the file; paths in the record are relative to ``base``."""
     from masonry_fem.importing.mesh_files import read  # noqa: PLC0415  files are rare
 
     return read(spec, dimension, base, mesh)

@@ -90,7 +90,7 @@ class PortalStructure(Structure, frozen=True, kw_only=True, tag="portal"):
         )
 
     def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
-        """A form without its rise, and what its arch cannot be."""
+        """A form without its rise, and impossible shapes of its arch."""
         half = self.span / 2
         if self.form == "circular" and self.rise is not None and not isclose(self.rise, half):
             yield "rise", f"half the span ({half:g} m) in a circular portal, or none"

@@ -75,7 +75,7 @@ class RubbleStructure(Structure, frozen=True, kw_only=True, tag="rubble"):
         return float((volume / self.stones) ** (1 / len(self.size)))
 
     def foreseen(self, dimension: int) -> Foreseen:
-        """Its stones, of some 14 faces in space, and the ground."""
+        """Its stones, with about 14 faces each in 3D, and the ground."""
         return Foreseen(self.stones + self.ground, ("stones",), sides=6 if dimension == 2 else 14)
 
     def faults(self, dimension: int) -> Iterator[tuple[str, str]]:

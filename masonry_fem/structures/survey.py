@@ -72,7 +72,7 @@ class SurveyStructure(Structure, frozen=True, kw_only=True, tag="survey"):
 
 
 def build(spec: SurveyStructure, dimension: int, base: Path, mesh: MeshSettings) -> Assembly:
-    """Blocks ``name.`` and the stones' names, and ``name.ground``; ``base`` is the folder of its path."""
+    """Blocks ``name.`` and the stones' names, and ``name.ground``; the path is relative to ``base``."""
     from masonry_fem.importing.survey import read  # noqa: PLC0415  surveys are rare
 
     return read(spec, dimension, base)

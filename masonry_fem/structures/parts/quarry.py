@@ -186,12 +186,12 @@ def _alike(known: Shape, made: Polytope, parts: int) -> bool:
 
 
 def _placed(point: FloatArray) -> FloatArray:
-    """A point of the arch's plane in space."""
+    """A point of the arch's plane in world coordinates."""
     return np.array([point[0], 0.0, point[1]])
 
 
 def _spatial(turn: FloatArray) -> FloatArray:
-    """A turn in the arch's plane as a rotation in space."""
+    """A rotation in the arch's plane as a rotation in 3D."""
     rotation = np.eye(3)
     rotation[np.ix_([0, 2], [0, 2])] = turn
     return rotation

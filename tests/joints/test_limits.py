@@ -68,8 +68,9 @@ def label(law):
     return f"{law.name}-{(BARE if law in BARE else BONDED).index(law)}"
 
 
-def test_every_law_has_its_limits():
-    assert {law.name for law in BARE} >= {*kinds()}
+def test_every_law_with_a_page_has_its_limits(repository):
+    explained = {name for name in kinds() if (repository / f"docs/laws/{name}.md").is_file()}
+    assert {law.name for law in BARE} >= explained >= {"bilinear"}
 
 
 @pytest.mark.parametrize("put_on", PUT_ON)

@@ -22,8 +22,6 @@ class ConstantThreshold(RigidBrittle):
     Attributes
     ----------
     strength : in tension
-    critical_slip : slide that breaks the joint
-    critical_opening : opening that breaks the joint; more than 0 where it yields before
 
     Examples
     --------

@@ -27,8 +27,6 @@ class MohrCoulomb(RigidBrittle):
     cohesion : c, shear strength without pressure; the tip of the cone is at the tension c/μ
     tension_strength : tension cut-off; c/μ where it is not given, or where that is less
     residual_friction : μ once broken; the joint's friction where it is not given
-    critical_slip : slide that breaks the joint
-    critical_opening : opening that breaks the joint
 
     Examples
     --------

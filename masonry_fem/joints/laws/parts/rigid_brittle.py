@@ -25,7 +25,13 @@ OVERLOAD = 1e-9
 
 
 class RigidBrittle(Law):
-    """Common part of constant thresholds and of Mohr–Coulomb's."""
+    """Common part of constant thresholds and of Mohr–Coulomb's.
+
+    Attributes
+    ----------
+    critical_slip : slide that breaks the joint
+    critical_opening : opening that breaks the joint; more than 0 where it yields before
+    """
 
     __slots__ = ()
 

@@ -94,7 +94,7 @@ def solved(columns: int, courses: int, bricks: str, load: float, law: AnyLaw | N
         law="dry" if law is None else str(law.__struct_config__.tag),
         outcome=result.outcome,
         steps=result.march.report.step,
-        damaged=0.0 if joints is None else float((joints.adhesion < 1).mean()),
+        damaged=0.0 if law is None else float((joints.adhesion < 1).mean()),
         seconds=sum(spent.get(phase, 0.0) for phase in ("factorise", "solve", "step")),
     )
 

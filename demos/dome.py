@@ -90,8 +90,7 @@ def _read(name: str, result: RunResult, slices: int) -> Dome:
     meridian = np.array([one.label == "meridian" for one in model.interfaces])[model.contacts.interface]
     lowest = [all("dome.r1" in blocks[b].groups for b in one.blocks) for one in model.interfaces]
     ring = meridian & np.array(lowest)[model.contacts.interface]
-    broken = meridian if state.joints is None else meridian & state.joints.broken
-    broken = broken & (state.gap > 0)
+    broken = meridian & state.joints.broken & (state.gap > 0)
     x, y, z = state.points.T
     angle = np.degrees(np.arctan2(np.hypot(x, y), z))
     return Dome(

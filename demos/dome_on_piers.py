@@ -99,18 +99,18 @@ def _dry(scene: Scene) -> Scene:
 
 def _read(name: str, scene: Scene, out: Path | None) -> DomeOnPiers:
     result: RunResult = solve(scene) if out is None else run(scene, out)
-    summary, joints = result.summary, result.march.state.joints
+    summary, dry = result.summary, result.built.model.laws.dry
     weight = -float(summary["applied"][2])
     feet = np.array([one["force"] for _, one in sorted(summary["supports"].items())]) / weight
     admitted = None
-    if joints is None:
+    if dry:
         problem, _ = posed(scene, result.built)
         admitted = admissible(problem).holds
     return DomeOnPiers(
         name=name,
         outcome=result.outcome,
         moving=tuple(one["block"] for one in summary.get("moving", ())),
-        broken=0 if joints is None else int(joints.broken.sum()),
+        broken=0 if dry else int(result.march.state.joints.broken.sum()),
         shares=feet[:, 2],
         thrusts=np.linalg.norm(feet[:, :2], axis=1),
         admitted=admitted,

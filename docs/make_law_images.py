@@ -82,9 +82,7 @@ def law_of(page: str) -> Law:
 
 def law_in(joints: str) -> Law:
     """The law of the first of some ``[[joints]]`` tables that any joint of a couplet has."""
-    scene = check(loads(SCENE + joints))
-    laws = build(scene, Path()).model.laws
-    return Dry(friction=scene.joints[0].friction) if laws is None else laws.parts[0][0]
+    return build(check(loads(SCENE + joints)), Path()).model.laws.parts[0][0]
 
 
 def figures(law: Law, tests: Specimen) -> list[tuple[str, str]]:

@@ -14,6 +14,7 @@ from rich.console import Console
 
 import masonry_fem.build.model as composition
 import masonry_fem.fem.groups as grouping
+import masonry_fem.joints.fold as folding
 from masonry_fem.analyses.run import run, solve_scene
 from masonry_fem.bodies.base import Scheme
 from masonry_fem.fem.condense import coefficients
@@ -128,16 +129,25 @@ def test_a_rigid_scene_has_no_finite_element_phases(calls):
 # --- joints ---------------------------------------------------------------------------------------
 
 
-def test_dry_joints_carry_no_law_state():
-    dry = solve_scene(wall("rigid"))
-    assert dry.built.model.laws is None
-    assert dry.march.state.joints is None
-    assert dry.march.state.jump is None
+def test_dry_joints_are_one_law_and_solved_in_one_turn(monkeypatch):
+    """However many records they have: no arrays of parts are made, and nothing is solved again."""
+    solved, solve_contacts = [], folding.solve
+
+    def counting(*given):
+        solved.append(solve_contacts(*given))
+        return solved[-1]
+
+    monkeypatch.setattr(folding, "solve", counting)
+    joints = (Joint(friction=0.6), Joint(interface="head", friction=0.4, dynamic_friction=0.3))
+    dry = solve_scene(wall("rigid", joints=joints))
+    laws = dry.built.model.laws
+    assert laws.dry
+    assert len(laws.parts) == 1
+    assert len(solved) == dry.march.report.step
     law = law_record(
         "fremond_cangemi", normal_stiffness=1e10, tangential_stiffness=1e10, energy=50.0, viscosity=0.0
     )
-    glued = solve_scene(wall("rigid", joints=(Joint(law=law),)))
-    assert glued.march.state.joints is not None
+    assert not solve_scene(wall("rigid", joints=(Joint(law=law),))).built.model.laws.dry
 
 
 # --- dimension ------------------------------------------------------------------------------------

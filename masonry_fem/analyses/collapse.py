@@ -208,7 +208,7 @@ def _doubts(trials: Trials, bracket: Bracket, bound: float | None, tolerance: fl
     if any(trial.message.startswith(AT_LIMIT) for trial in trials.made if trial.verdict == "falls"):
         yield "a trial whose loads can just be carried, but not with 0.1 % less friction, counts as falling"
     if bound is not None and bracket.falls is not None and bracket.falls < bound * (1 - 2 * tolerance):
-        lasting = "" if trials.built.model.laws is None else " and keep their strength"
+        lasting = "" if trials.built.model.laws.dry else " and keep their strength"
         yield (
             f"it falls below the {bound:.6g} of limit analysis, whose joints open as they slide{lasting}; "
             "real joints do not, and between the two both rest and motion may be possible"

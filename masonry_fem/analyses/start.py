@@ -94,7 +94,7 @@ def started(made: March) -> Start | None:
     soft = np.diff(problem.compliance.indptr) > 0
     if soft.all():  # stresses come from deformation, or there are no contacts
         return Start(True)
-    if made.model.laws is not None:
+    if not made.model.laws.dry:
         return Start(None, COHESIVE)
     step = made.last
     closed = step.after.gap[step.contacts] <= CLOSED * made.model.length

@@ -134,7 +134,7 @@ class Trials:
         At the very limit statics may end anywhere along the mechanism: rigid blocks whose dry joints carry
         more loads do not move.
         """
-        if self.standing is None or ended.model.laws is not None:
+        if self.standing is None or not ended.model.laws.dry:
             return True
         model, origin = ended.model, self.standing[0].state.bodies
         return greatest_shift(model, origin, ended.state.bodies) <= OPEN * model.length

@@ -20,7 +20,7 @@ from masonry_fem.contact.place import place
 from masonry_fem.contact.placement import Rule
 from masonry_fem.errors import SceneError
 from masonry_fem.joints.assignment import Assignment
-from masonry_fem.march.model import JointTable, Model
+from masonry_fem.march.model import Model
 from masonry_fem.scene import specs
 from masonry_fem.scene.misfit import listed, nearest
 
@@ -93,11 +93,8 @@ def _joins(between: tuple[str, str], first: tuple[str, ...], second: tuple[str, 
 
 def contacts_and_joints(
     scene: specs.Scene, stones: Stones, interfaces: tuple[Interface, ...], base: Path
-) -> tuple[Contacts, JointTable, Assignment | None, dict[str, np.ndarray]]:
-    """Contact points on all interfaces, the joint properties at each of them, and laws if there are any.
-
-    Last the factors by which properties of the points scatter, by parameter.
-    """
+) -> tuple[Contacts, Assignment, dict[str, np.ndarray]]:
+    """Contact points on all interfaces, their laws, and by parameter the factors by which these scatter."""
     chosen = joint_of_interfaces(scene, stones, interfaces)
     foresee_points(scene, [scene.joints[joint].density for joint in chosen])
     contacts = place(stones.assembly, interfaces, rules_of(scene, stones, interfaces, chosen))
@@ -117,8 +114,8 @@ def replaced(
     if wanted == rules:
         return None
     contacts = place(stones.assembly, model.interfaces, wanted)
-    joints, laws, scatter = joints_at(scene, model.interfaces, contacts, chosen, base)
-    return replace(model, contacts=contacts, joints=joints, laws=laws, scatter=scatter)
+    laws, scatter = joints_at(scene, model.interfaces, contacts, chosen, base)
+    return replace(model, contacts=contacts, laws=laws, scatter=scatter)
 
 
 def rules_of(
@@ -137,30 +134,11 @@ def joints_at(
     contacts: Contacts,
     chosen: list[int],
     base: Path,
-) -> tuple[JointTable, Assignment | None, dict[str, np.ndarray]]:
-    """Properties, laws and factors of scatter of contact points on interfaces of ``chosen`` joint records."""
-    records = [scene.joints[joint] for joint in chosen]
-
-    def spread(values: list[float]) -> np.ndarray:
-        return np.array(values, dtype=float)[contacts.interface] if values else np.zeros(0)
-
+) -> tuple[Assignment, dict[str, np.ndarray]]:
+    """Laws and factors of scatter of contact points on interfaces of ``chosen`` joint records."""
     scatter = scatter_factors(scene, interfaces, chosen)
-    differs = scatter["friction"][contacts.interface] if "friction" in scatter else 1.0
-    table = JointTable(
-        friction=differs * spread([joint.coefficient for joint in records]),
-        dynamic_friction=differs
-        * spread(
-            [
-                joint.coefficient if joint.dynamic_friction is None else joint.dynamic_friction
-                for joint in records
-            ]
-        ),
-        restitution=spread([joint.restitution for joint in records]),
-        tangential_restitution=spread([joint.tangential_restitution for joint in records]),
-        velocity_form=spread([joint.form == "velocity" for joint in records]) > 0,
-    )
     laws = joint_laws(scene, contacts, interfaces, chosen, base, scatter)
-    return table, laws, {name: values[contacts.interface] for name, values in scatter.items()}
+    return laws, {name: values[contacts.interface] for name, values in scatter.items()}
 
 
 def _rule(joint: specs.Joint, stones: Stones, interface: Interface) -> Rule:

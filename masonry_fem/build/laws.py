@@ -9,7 +9,7 @@ sliding does (dilatancy), and the layer of mortar in series with all of it.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -25,10 +25,14 @@ from masonry_fem.build.scatter import scattered
 from masonry_fem.contact.contacts import Contacts, Interface
 from masonry_fem.errors import LawError, SceneError
 from masonry_fem.joints.assignment import Assignment
-from masonry_fem.joints.interface_laplacian import interface_laplacian
 from masonry_fem.joints.kinds import kinds
 from masonry_fem.joints.law import Law, Place
+from masonry_fem.joints.laws.parts.bed import Bed
+from masonry_fem.joints.laws.parts.dry import Dry
+from masonry_fem.joints.laws.parts.kinetic import Kinetic
 from masonry_fem.joints.laws.parts.rigid_brittle import RigidBrittle
+from masonry_fem.joints.laws.parts.rough import Rough
+from masonry_fem.joints.parameters import Parameter
 from masonry_fem.scene import specs
 
 FloatArray = NDArray[np.float64]
@@ -69,29 +73,60 @@ def joint_laws(
     chosen: list[int],
     base: Path,
     scatter: dict[str, FloatArray],
-) -> Assignment | None:
-    """The laws of all joints, dry ones among them; None where all are dry.
+) -> Assignment:
+    """The laws of all joints.
 
     ``chosen`` is the number of the joint record of each interface, ``base`` the folder of
     the files that laws come from, ``scatter`` the factors on the scene's values by interface.
     """
     record = np.array(chosen, dtype=int)[contacts.interface] if len(chosen) else np.zeros(0, dtype=int)
-    used = np.unique(record).tolist()
-    if all(scene.joints[index].dry for index in used):
-        return None
-    bare = _bare(contacts, interfaces)
+    dry, bare = np.ones(len(record), dtype=bool), _bare(contacts, interfaces)
     parts: list[tuple[Law, NDArray[np.int64]]] = []
-    for index in used:
-        joint = scene.joints[index]
+    for index in np.unique(record).tolist():
+        joint, key = scene.joints[index], f"joints.{index}"
         alone = bare if joint.mortar is None else bare & _on_points(contacts, interfaces)
-        for held, make in ((~alone, _law), (alone, _dry)):
-            points = np.flatnonzero((record == index) & held)
-            if len(points):
-                factor = {name: values[contacts.interface[points]] for name, values in scatter.items()}
-                if make is _law:
-                    _tell_apart(joint, f"joints.{index}", contacts, interfaces, points)
-                parts.append((make(_Part(joint, f"joints.{index}", base, contacts, points, factor)), points))
-    return Assignment(tuple(parts))
+        points = np.flatnonzero((record == index) & ~alone)
+        if joint.dry or not len(points):
+            continue
+        dry[points] = False
+        factor = {name: values[contacts.interface[points]] for name, values in scatter.items()}
+        _tell_apart(joint, key, contacts, interfaces, points)
+        parts.append((_law(_Part(joint, key, base, contacts, points, factor)), points))
+    rubbing = scatter["friction"][contacts.interface] if "friction" in scatter else np.ones(len(record))
+    return Assignment((*_dry(scene.joints, record, np.flatnonzero(dry), rubbing), *parts))
+
+
+def _dry(
+    joints: tuple[specs.Joint, ...],
+    record: NDArray[np.int64],
+    points: NDArray[np.int64],
+    rubbing: FloatArray,
+) -> Iterator[tuple[Law, NDArray[np.int64]]]:
+    """Dry contact at ``points`` of all records: one law, with numbers by point, for each form of contact.
+
+    ``record`` is the number of each point's joint record, ``rubbing`` the factor on its friction, shape (c,).
+    """
+    for form in ("gap", "velocity"):
+        alike = points[np.array([joint.form == form for joint in joints])[record[points]]]
+        if not len(alike):
+            continue
+        friction, dynamic, normal, aside = (
+            np.array(values)[record[alike]] for values in zip(*map(_numbers, joints), strict=True)
+        )
+        slower = rubbing[alike] * dynamic if (dynamic < friction).any() else None
+        rebound = (normal, aside) if form == "velocity" else ()
+        yield _moving(Dry(rubbing[alike] * friction), slower, *rebound), alike
+
+
+def _moving(law: Law, dynamic: Parameter | None, *rebound: Parameter) -> Law:
+    """The law with a dynamic friction and restitution, where it has any."""
+    return law if dynamic is None and not rebound else Kinetic(law, dynamic, *rebound)
+
+
+def _numbers(joint: specs.Joint) -> tuple[float, float, float, float]:
+    """Static and dynamic friction, normal and tangential restitution."""
+    dynamic = joint.coefficient if joint.dynamic_friction is None else joint.dynamic_friction
+    return joint.coefficient, dynamic, joint.restitution, joint.tangential_restitution
 
 
 def _bare(contacts: Contacts, interfaces: tuple[Interface, ...]) -> NDArray[np.bool_]:
@@ -134,12 +169,11 @@ def _tell_apart(
 
 def _law(part: _Part) -> Law:
     """Faces, roughness and bed of a joint."""
-    from masonry_fem.joints import Kinetic, Rough  # noqa: PLC0415 - only scenes with cohesion need them
-
     joint, rough = part.joint, part.joint.dilatancy
     law = _faces(part)
-    if joint.law is not None and joint.dynamic_friction is not None:
-        law = _made(f"{part.key}.law", Kinetic, law, joint.dynamic_friction * part.rubbing)
+    dynamic = None if joint.dynamic_friction is None else joint.dynamic_friction * part.rubbing
+    rebound = () if joint.form == "gap" else (joint.restitution, joint.tangential_restitution)
+    law = _made(f"{part.key}.law", _moving, law, dynamic, *rebound)
     if rough is not None:
         # a joint that drew a low friction is less rough: more would create energy
         tangent = rough.tangent * np.minimum(1.0, part.rubbing)
@@ -149,8 +183,6 @@ def _law(part: _Part) -> Law:
 
 def _bedded(part: _Part, law: Law, mortar: specs.Mortar) -> Law:
     """The law on its bed of mortar."""
-    from masonry_fem.joints import Bed  # noqa: PLC0415 - only scenes with cohesion need them
-
     given = {name: value for name, value in msgspec.structs.asdict(mortar).items() if value is not None}
     factor = {name.removeprefix("mortar."): value for name, value in part.factor.items() if "." in name}
     make = Bed if mortar.thickness is None else Bed.of_mortar
@@ -160,11 +192,10 @@ def _bedded(part: _Part, law: Law, mortar: specs.Mortar) -> Law:
 def _faces(part: _Part) -> Law:
     """What holds the two faces together."""
     joint = part.joint
-    if not joint.dry:
-        _check(part)
-    if joint.law is None:
-        return _dry(part)
+    _check(part)
     key, friction = f"{part.key}.law", joint.coefficient * part.rubbing
+    if joint.law is None:
+        return Dry(friction)
     if isinstance(joint.law, specs.PythonLaw):
         arrays = scattered(joint.law.parameters or {}, part.factor)
         return law_of_file(joint.law, friction, part.base, key, arrays)
@@ -177,20 +208,14 @@ def _faces(part: _Part) -> Law:
 
 def _laplacian(part: _Part) -> sparse.csr_array:
     """−Δ among the part's points, each in the plane of its interface."""
+    from masonry_fem.joints.interface_laplacian import interface_laplacian  # noqa: PLC0415 - brings scipy.spatial
+
     contacts, points = part.contacts, part.points
     own = contacts.interface[points]
     _, first, of_own = np.unique(own, return_index=True, return_inverse=True)
     planes = contacts.frame[points[first], 1:]  # one for all points of an interface
     inside = np.einsum("ktd,kd->kt", planes[of_own], contacts.points[points, 0])
     return interface_laplacian(inside, contacts.area[points], own)
-
-
-def _dry(part: _Part) -> Law:
-    from masonry_fem.joints import Dry  # noqa: PLC0415 - only scenes with cohesion need them
-
-    joint = part.joint
-    dynamic = None if joint.dynamic_friction is None else joint.dynamic_friction * part.rubbing
-    return Dry(friction=joint.coefficient * part.rubbing, dynamic_friction=dynamic)
 
 
 def _made(key: str, make: Callable[..., Law], *law: Any, **values: Any) -> Law:

@@ -90,10 +90,8 @@ class Meeting:
         )
         # no warnings of gaps: those that arise during the march do not come from the scene
         closed = replace(contacts, gap=np.zeros(contacts.count))
-        joints, laws, scatter = joints_at(self.scene, interfaces, closed, old + records, self.base)
-        return replace(
-            model, interfaces=interfaces, contacts=contacts, joints=joints, laws=laws, scatter=scatter
-        )
+        laws, scatter = joints_at(self.scene, interfaces, closed, old + records, self.base)
+        return replace(model, interfaces=interfaces, contacts=contacts, laws=laws, scatter=scatter)
 
     def _new(
         self, model: Model, motion: tuple[FloatArray, FloatArray], fresh: tuple[Interface, ...],

@@ -83,7 +83,7 @@ def build(scene: specs.Scene, base: Path, before: Built | None = None, *, solved
     interfaces = _between_free(stones, interfaces)
     _doubt_loose(stones, interfaces)
     _tell_gaps(stones, interfaces)
-    contacts, joints, laws, scatter = contacts_and_joints(scene, stones, interfaces, base)
+    contacts, laws, scatter = contacts_and_joints(scene, stones, interfaces, base)
     clock.lap("detect")
     if solved:
         points = np.bincount(contacts.blocks.ravel(), minlength=len(stones.assembly.blocks))
@@ -98,7 +98,6 @@ def build(scene: specs.Scene, base: Path, before: Built | None = None, *, solved
         groups=groups,
         interfaces=interfaces,
         contacts=contacts,
-        joints=joints,
         laws=laws,
         scatter=scatter,
         loads=loads(scene, stones, groups, base),

@@ -98,10 +98,8 @@ class Redetection:
         interfaces, contacts = joined(old, (faces, returned(contacts, rotation, translation)))
         # no warnings of gaps: those that arise during the march do not come from the scene
         closed = replace(contacts, gap=np.zeros(contacts.count))
-        joints, laws, scatter = joints_at(self.scene, interfaces, closed, records, self.base)
-        return replace(
-            model, interfaces=interfaces, contacts=contacts, joints=joints, laws=laws, scatter=scatter
-        )
+        laws, scatter = joints_at(self.scene, interfaces, closed, records, self.base)
+        return replace(model, interfaces=interfaces, contacts=contacts, laws=laws, scatter=scatter)
 
     def _found(self, stones: Stones, paths: _Paths) -> tuple[Interface, ...]:
         """Interfaces of the blocks where they are, those among them that may close on the way."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import ClassVar, override
 
 import numpy as np
@@ -18,7 +18,7 @@ from masonry_fem.errors import LawError, MasonryError
 from masonry_fem.joints.law import Law, layers_of
 from masonry_fem.joints.parameters import FloatArray
 from masonry_fem.joints.reduction import Reduction
-from masonry_fem.joints.state import JointState
+from masonry_fem.joints.state import JointState, Mask
 
 IntArray = NDArray[np.int64]
 
@@ -31,9 +31,13 @@ class Assignment(Law):
     ----------
     parts : Pairs of a law and its contact points; each point belongs to exactly one. Parameters that
         scatter are given for the part's points in their order.
+    restitution : Newton's coefficients of each contact, normal and tangential, shape (c, 2).
+    in_velocities : Contacts that are written in velocities (impacts), not in gaps, shape (c,).
     """
 
     parts: tuple[tuple[Law, IntArray], ...]
+    restitution: FloatArray = field(init=False, repr=False)
+    in_velocities: Mask = field(init=False, repr=False)
 
     name: ClassVar[str] = "assignment"
 
@@ -46,11 +50,35 @@ class Assignment(Law):
         if (found != np.arange(len(found))).any():
             missing = int(np.flatnonzero(found != np.arange(len(found)))[0])
             raise LawError(f"contact {missing} has no law; assign one, or Dry")
+        restitution, in_velocities = np.zeros((len(numbers), 2)), np.zeros(len(numbers), dtype=bool)
+        for law, contacts in self.parts:
+            for layer in layers_of(law):
+                if (rebound := layer.rebound(len(contacts))) is not None:
+                    restitution[contacts], in_velocities[contacts] = rebound, True
+        object.__setattr__(self, "restitution", restitution)
+        object.__setattr__(self, "in_velocities", in_velocities)
+
+    @classmethod
+    def of(cls, law: Law, count: int) -> Assignment:
+        """The same law at all of ``count`` contact points."""
+        return cls(((law, np.arange(count)),))
+
+    @property
+    def dry(self) -> bool:
+        """True where contact with friction is all there is: no cohesion, springs, roughness or bed."""
+        return all(layer.plain for law, _ in self.parts for layer in layers_of(law))
 
     @property
     def count(self) -> int:
         """Number of contact points c."""
-        return sum(len(contacts) for _, contacts in self.parts)
+        return len(self.in_velocities)
+
+    @property
+    def _alone(self) -> Law | None:
+        """The law of all contacts in their order, where there is but one: it needs no arrays of parts."""
+        if len(self.parts) != 1 or (self.parts[0][1] != np.arange(self.count)).any():
+            return None
+        return self.parts[0][0]
 
     @override
     def initial(self, count: int, dimension: int) -> JointState:
@@ -64,12 +92,15 @@ class Assignment(Law):
 
     @override
     def reduce(self, state: JointState, jump: FloatArray, area: FloatArray, step: float) -> Reduction:
+        if (alone := self._alone) is not None:
+            with _blamed(alone, "reduce"):
+                return alone.reduce(state, jump, area, step)
         total = Reduction.dry(np.zeros(state.count), state.dimension)
         for law, contacts in self.parts:
             with _blamed(law, "reduce"):
                 part = law.reduce(state.take(contacts), jump[contacts], area[contacts], step)
-            for field in fields(Reduction):
-                getattr(total, field.name)[contacts] = getattr(part, field.name)
+            for one in fields(Reduction):
+                getattr(total, one.name)[contacts] = getattr(part, one.name)
         return total
 
     @override
@@ -77,6 +108,9 @@ class Assignment(Law):
         self, state: JointState, trial: JointState, jump: FloatArray, reaction: FloatArray,
         velocity: FloatArray, area: FloatArray, step: float,
     ) -> JointState:  # fmt: skip
+        if (alone := self._alone) is not None:
+            with _blamed(alone, "update"):
+                return alone.update(state, trial, jump, reaction, velocity, area, step)
         after = JointState(**{name: values.copy() for name, values in state.arrays().items()})
         for law, contacts in self.parts:
             with _blamed(law, "update"):
@@ -101,6 +135,8 @@ class Assignment(Law):
     def _gather(
         self, total: FloatArray, state: JointState, area: FloatArray, ask: Callable[..., FloatArray]
     ) -> FloatArray:
+        if (alone := self._alone) is not None:
+            return ask(alone, state, area)
         for law, contacts in self.parts:
             total[contacts] = ask(law, state.take(contacts), area[contacts])
         return total

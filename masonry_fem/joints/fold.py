@@ -1,11 +1,12 @@
-"""Cohesion: one step's contact problem solved together with the joint laws.
+"""Fold: one step's contact problem solved together with the joint laws.
 
-Law and contact solver take turns (formulation 5): the law gives an affine cohesive reaction for its
-trial state, the solver reactions and velocities, the law the next trial state, until that stays. The
-first turn takes the law's secant, the others its tangent as long as that leads nearer.
+Law and contact solver take turns (formulation 5): the law gives friction and an affine cohesive reaction
+for its trial state, the solver reactions and velocities, the law the next trial state, until that stays:
+in the first turn where joints are dry. The first turn takes the law's secant, the others its tangent as
+long as that leads nearer.
 
-    solved = solve_with_laws(law, committed, step, problem, settings, start)
-    solved.solution, solved.joints
+    solved = solve_with_laws(law, committed, step, settings, start)
+    solved.solution, solved.trial
 """
 
 from __future__ import annotations
@@ -45,6 +46,9 @@ class JointStep:
     Attributes
     ----------
     active : Contacts that take part in the problem, shape (k,).
+    problem : Makes the problem of what the laws have their part in: friction, free velocity, compliance
+        and cohesion.
+    free_velocity, compliance : Of these what the blocks give, shapes (k, d) [m/s] and (k d, k d) [1/kg].
     jump : ũ_i, jump at the start [m], shape (c, d).
     area : Tributary areas [m²], shape (c,).
     trial : State of the joints to begin with.
@@ -54,6 +58,9 @@ class JointStep:
     """
 
     active: NDArray[np.int64]
+    problem: Callable[..., ContactProblem]
+    free_velocity: FloatArray
+    compliance: sparse.bsr_array
     jump: FloatArray
     area: FloatArray
     trial: JointState
@@ -62,51 +69,7 @@ class JointStep:
 
 
 @dataclass(frozen=True, slots=True)
-class JointSolution:
-    """What came of a step.
-
-    Attributes
-    ----------
-    solution : Of the last turn. problem : What it solves. joints : State at the end, not yet committed.
-    change : By how much the last turn still changed that state; 0 where it settled.
-    """
-
-    solution: Solution
-    problem: ContactProblem
-    joints: JointState
-    change: float
-
-
-def solve_with_laws(
-    law: Law,
-    committed: JointState,
-    step: JointStep,
-    problem: ContactProblem,
-    settings: SolverSettings,
-    start: Start | None,
-) -> JointSolution:
-    """Reactions, velocities and state of the joints at the end of a step.
-
-    ``law`` is that of all contacts, dry ones among them; ``problem`` is the step's without cohesion, its
-    gap term that of closed joints.
-    """
-    turns = _Turns(law, committed, step, problem, settings)
-    at = turns.first(start)
-    for secants in SECANTS:
-        found = turns.by_tangents(at)
-        if found is not None:
-            return found.ended(0.0)
-        at = turns.by_secants(at, secants)
-        if turns.settled(at):
-            return at.ended(0.0)
-        if at.solution.outcome.moves:
-            break  # with what is left of the joints nothing stands
-    at = turns.exact(at)
-    return at.ended(at.change)
-
-
-@dataclass(frozen=True, slots=True)
-class _Turn:
+class Turn:
     """One solve of the contacts with a law's reduction, and what the law makes of it.
 
     Attributes
@@ -129,10 +92,33 @@ class _Turn:
 
     @property
     def start(self) -> Start:
+        """First guess for the next turn."""
         return Start(self.solution.impulse, self.solution.rigid_velocity)
 
-    def ended(self, change: float) -> JointSolution:
-        return JointSolution(self.solution, self.problem, self.trial, change)
+
+def solve_with_laws(
+    law: Law,
+    committed: JointState,
+    step: JointStep,
+    settings: SolverSettings,
+    start: Start | None,
+) -> Turn:
+    """The last turn of a step; its ``trial`` is the state at the end, its ``change`` 0 where that settled.
+
+    ``law`` is that of all contacts, dry ones among them.
+    """
+    turns = _Turns(law, committed, step, settings)
+    at = turns.first(start)
+    for secants in SECANTS:
+        found = turns.by_tangents(at)
+        if found is not None:
+            return replace(found, change=0.0)
+        at = turns.by_secants(at, secants)
+        if turns.settled(at):
+            return replace(at, change=0.0)
+        if at.solution.outcome.moves:
+            break  # with what is left of the joints nothing stands
+    return turns.exact(at)
 
 
 class _Turns:
@@ -142,30 +128,19 @@ class _Turns:
     contact problem without a solution: then secants go on from where the tangents began.
     """
 
-    def __init__(
-        self,
-        law: Law,
-        committed: JointState,
-        step: JointStep,
-        problem: ContactProblem,
-        settings: SolverSettings,
-    ) -> None:
-        self._law, self._committed, self._step = law, committed, step
-        self._problem, self._settings, self._brief = problem, settings, settings
+    def __init__(self, law: Law, committed: JointState, step: JointStep, settings: SolverSettings) -> None:
+        self._law, self._committed, self._step, self._settings = law, committed, step, settings
         self._roughest = ROUGH
-        self._bare = self._gap_term(np.zeros(committed.count))
-        if settings.method == "auto":  # what is not solved at once is not worth the thorough methods
-            self._brief = replace(settings, method="newton", max_iterations=STEPS, acceptable=0.0)
 
-    def settled(self, turn: _Turn) -> bool:
+    def settled(self, turn: Turn) -> bool:
         exact = turn.tolerance <= self._settings.tolerance  # asked for, whether or not it was reached
         return exact and turn.change <= max(SETTLED, self._settings.tolerance)
 
-    def first(self, start: Start | None) -> _Turn:
+    def first(self, start: Start | None) -> Turn:
         """The turn with the trial state that the step begins with."""
         return self._secant(self._step.trial, start, self._settings)
 
-    def exact(self, at: _Turn) -> _Turn:
+    def exact(self, at: Turn) -> Turn:
         """One more secant, to the tolerance that is asked for.
 
         Where nothing stood with what was left of the joints, it is made with that again: the speeds of a
@@ -174,9 +149,11 @@ class _Turns:
         trial = at.given if at.solution.outcome.moves else at.trial
         return self._secant(trial, at.start, self._settings)
 
-    def by_tangents(self, at: _Turn) -> _Turn | None:
+    def by_tangents(self, at: Turn) -> Turn | None:
         """Where tangents from ``at`` on settle; None where they do not come nearer for some turns."""
-        least, since = np.inf, 0
+        least, since, brief = np.inf, 0, self._settings
+        if brief.method == "auto":  # what is not solved at once is not worth the thorough methods
+            brief = replace(brief, method="newton", max_iterations=STEPS, acceptable=0.0)
         while not self.settled(at):
             if not decays(self._committed, at.trial).any():
                 return None  # the tangent would be the secant
@@ -184,7 +161,7 @@ class _Turns:
                 self._law, self._committed, at.trial, self._step.jump, at.reaction, at.velocity,
                 self._step.area, self._step.length,
             )  # fmt: skip
-            found = self._taken(reduction, self._rough(self._brief, at), at.trial, at.start)
+            found = self._taken(reduction, self._rough(brief, at), at.trial, at.start)
             if not found.solution.solved:
                 return None
             at = found
@@ -195,7 +172,7 @@ class _Turns:
                 return None
         return at
 
-    def by_secants(self, at: _Turn, most: int) -> _Turn:
+    def by_secants(self, at: Turn, most: int) -> Turn:
         """Where at most so many secants lead."""
         for _ in range(most):
             last, moved = at.loss, at.solution.outcome.moves
@@ -205,16 +182,16 @@ class _Turns:
             at = replace(at, trial=self._ahead(at, last))
         return at
 
-    def _rough(self, settings: SolverSettings, at: _Turn) -> SolverSettings:
+    def _rough(self, settings: SolverSettings, at: Turn) -> SolverSettings:
         """Settings as exact as the smallest change so far deserves: what is close to a switch would flip."""
         self._roughest = min(self._roughest, NEARER * at.change)
         return replace(settings, tolerance=max(settings.tolerance, self._roughest))
 
-    def _secant(self, trial: JointState, start: Start | None, settings: SolverSettings) -> _Turn:
+    def _secant(self, trial: JointState, start: Start | None, settings: SolverSettings) -> Turn:
         reduction = self._law.reduce(trial, self._step.jump, self._step.area, self._step.length)
         return self._taken(reduction, settings, trial, start)
 
-    def _ahead(self, at: _Turn, last: FloatArray) -> JointState:
+    def _ahead(self, at: Turn, last: FloatArray) -> JointState:
         """Where secants that creep will end, by Aitken's Δ²; close to a snap-back they need hundreds."""
         slope, size = float(at.loss @ last), float(last @ last)
         if not 0 < slope < size:
@@ -223,16 +200,14 @@ class _Turns:
         adhesion = np.clip(at.trial.adhesion - further * at.loss, 0.0, self._committed.adhesion)
         return replace(at.trial, adhesion=adhesion)
 
-    def _gap_term(self, closure: FloatArray) -> FloatArray:
-        return self._step.gap_term(closure)[self._step.active]
-
     def _taken(
         self, reduction: Reduction, settings: SolverSettings, trial: JointState, start: Start | None
-    ) -> _Turn:
+    ) -> Turn:
         """The turn with a reduction of the law made from ``trial``."""
         step, active = self._step, self._step.active
-        part, own = reduction.take(active), self._gap_term(reduction.closure)
-        problem = _cohesive(self._problem, part, own, own - self._bare, step.length)
+        part = reduction if len(active) == reduction.count else reduction.take(active)
+        own = step.gap_term(reduction.closure)[active]
+        problem = _folded(step, part, own)
         solution = solve(problem, settings, start)
         reaction, velocity = np.zeros_like(step.jump), np.zeros_like(step.jump)
         reaction[active] = solution.impulse / step.length
@@ -243,26 +218,22 @@ class _Turns:
         )  # fmt: skip
         loss = trial.adhesion - after.adhesion
         change = after.distance(trial)
-        return _Turn(solution, problem, reaction, velocity, trial, after, loss, change, settings.tolerance)
+        return Turn(solution, problem, reaction, velocity, trial, after, loss, change, settings.tolerance)
 
 
-def _cohesive(
-    problem: ContactProblem, part: Reduction, term: FloatArray, closed: FloatArray, h: float
-) -> ContactProblem:
-    """The problem with cohesion p_adh = h (a + B v_c), v_c = v without the gap term.
-
-    ``closed`` is what the closures change of that term.
-    """
-    compliance = problem.compliance
+def _folded(step: JointStep, part: Reduction, term: FloatArray) -> ContactProblem:
+    """The problem with a gap term, friction and cohesion p_adh = h (a + B v_c), v_c = v without that term."""
+    compliance, offset, stiffness = step.compliance, None, None
     if part.compliance.any():
         bed = sparse.diags_array(part.compliance.ravel()).tobsr(compliance.blocksize)
         compliance = sparse.bsr_array(compliance + bed, blocksize=compliance.blocksize)
-    along = (part.stiffness @ term[:, :, None])[:, :, 0]
-    return replace(
-        problem,
+    if part.offset.any() or part.stiffness.any():
+        along = (part.stiffness @ term[:, :, None])[:, :, 0]
+        offset, stiffness = step.length * (part.offset - along), step.length * part.stiffness
+    return step.problem(
         friction=part.friction,
-        free_velocity=problem.free_velocity + closed + part.shift,
+        free_velocity=step.free_velocity + term + part.shift,
         compliance=compliance,
-        cohesion_offset=h * (part.offset - along),
-        cohesion_stiffness=h * part.stiffness,
+        cohesion_offset=offset,
+        cohesion_stiffness=stiffness,
     )

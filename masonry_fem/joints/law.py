@@ -54,6 +54,7 @@ class Law(ABC):
 
     name: ClassVar[str]
     memory: ClassVar[int] = 0  # numbers a contact that the law keeps in ``JointState.own``
+    plain: ClassVar[bool] = False  # of this layer: adds nothing to contact with friction
     cone: ClassVar[bool] = False  # friction shapes what it holds intact: 'no slip' has no meaning
 
     def __post_init__(self) -> None:
@@ -68,6 +69,13 @@ class Law(ABC):
     def initial(self, count: int, dimension: int) -> JointState:
         """State of fresh joints."""
         return JointState.intact(count, dimension, self.memory)
+
+    def rebound(self, count: int) -> FloatArray | None:
+        """Newton's coefficients of restitution, normal and tangential, shape (c, 2).
+
+        Contact is then written in velocities, for impacts. None: in gaps, which close and stay closed.
+        """
+        return None
 
     @abstractmethod
     def reduce(self, state: JointState, jump: FloatArray, area: FloatArray, step: float) -> Reduction:
@@ -130,7 +138,7 @@ def rub(
     limit = friction * pressure(reaction, adhesive)
     tangent = lengths(pushed[:, 1:])
     slides = (speed > 0) & (limit > 0) & (tangent >= limit * (1 - ON_CONE))
-    heat = -step * (pushed[:, 1:] * velocity[:, 1:]).sum(axis=1)
+    heat = -step * np.einsum("ci,ci->c", pushed[:, 1:], velocity[:, 1:])
     return replace(
         after,
         slides=slides,

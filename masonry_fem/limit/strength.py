@@ -82,9 +82,7 @@ def strength_of(model: Model) -> Strength:
     LawError : A joint's law has no constant strength.
     """
     count = model.contacts.count
-    strength = Strength(model.joints.friction.copy(), np.zeros(count), np.zeros(count))
-    if model.laws is None:
-        return strength
+    strength = Strength(np.zeros(count), np.zeros(count), np.zeros(count))
     for law, points in _parts(model.laws):
         own = _strength(law, len(points), _where(model, points))
         area = model.contacts.area[points]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
@@ -20,7 +22,7 @@ SLIGHT = 1e-6  # of the model's length: an overlap that is not driven apart
 DRIFT = 1e-6  # of the model's length: how far a pressed contact of the velocity form may drift
 
 
-def contact_problem(
+def joint_step(
     model: Model,
     coupling: Coupling,
     state: SystemState,
@@ -29,10 +31,11 @@ def contact_problem(
     start: Placement,
     place: Place,
     compliance: sparse.bsr_array,
-) -> tuple[ContactProblem, NDArray[np.int64]]:
-    """The step's contact problem on the contacts that take part, and their numbers.
+    trial: JointState,
+) -> JointStep:
+    """What joint laws need of a step to make its contact problem, on the contacts that take part.
 
-    ``start`` is where the step begins, ``place`` where it is linearised.
+    ``start`` is where the step begins, ``place`` where it is linearised, ``trial`` what the laws begin with.
     """
     here, rigid_map = place.contact, place.rigid_map
     q = coupling.elastic_velocity(tuple(part.elastic for part in free), here)
@@ -43,26 +46,33 @@ def contact_problem(
         ),
         rigid_map,
     )
-    q += _gap_term(model, state, scheme, start) + place.bend
-    takes_part = ~model.joints.velocity_form | _closed(model, state, scheme, start)
-    if state.joints is not None:
-        takes_part |= ~state.joints.broken  # cohesion acts across a gap, too
+    q += place.bend
+    takes_part = ~model.laws.in_velocities | _closed(model, state, scheme, start)
+    takes_part |= ~state.joints.broken  # cohesion acts across a gap, too
     active = np.flatnonzero(takes_part)
     if len(active) < len(q):
         d = q.shape[1]
         dofs = (active[:, None] * d + np.arange(d)).ravel()
         compliance = sparse.bsr_array(compliance.tocsr()[dofs][:, dofs], blocksize=(d, d))
-    problem = ContactProblem(
-        friction=friction_of(model, state)[active],
-        free_velocity=q[active],
-        compliance=compliance,
+    problem = partial(
+        ContactProblem,
         bodies=coupling.bodies[active],
         rigid_map=np.where(coupling.bodies[active][:, :, None, None] >= 0, rigid_map[active], 0.0),
         rigid_mass=coupling.gather(free, "rigid_mass"),
         rigid_impulse=coupling.gather(free, "rigid_impulse"),
         rigid_velocity=coupling.gather(free, "rigid_velocity"),
     )
-    return problem, active
+    return JointStep(
+        active=active,
+        problem=problem,
+        free_velocity=q[active],
+        compliance=compliance,
+        jump=shifted_jump(state, scheme),
+        area=model.contacts.area,
+        trial=trial,
+        gap_term=lambda closure: _gap_term(model, state, scheme, start, closure),
+        length=scheme.step,
+    )
 
 
 def _closed(model: Model, state: SystemState, scheme: Scheme, here: Placement) -> NDArray[np.bool_]:
@@ -72,57 +82,37 @@ def _closed(model: Model, state: SystemState, scheme: Scheme, here: Placement) -
     gap drift, and a step without the contact would end in a second impact.
     """
     shifted = here.gap + scheme.step * (1 - scheme.theta) * state.velocity[:, 0]
-    pressed = (state.reaction[:, 0] > 0) & (state.status != OPEN) & (model.joints.restitution == 0)
+    pressed = (state.reaction[:, 0] > 0) & (state.status != OPEN) & (model.laws.restitution[:, 0] == 0)
     closed: NDArray[np.bool_] = shifted <= np.where(pressed, DRIFT, ROUNDING) * model.length
     return closed
 
 
 def _gap_term(
-    model: Model, state: SystemState, scheme: Scheme, here: Placement, closure: FloatArray | float = 0.0
+    model: Model, state: SystemState, scheme: Scheme, here: Placement, closure: FloatArray
 ) -> FloatArray:
     """What gaps and impacts add to the free velocity, shape (c, d) [m/s].
 
     ``closure`` is the gap at which the faces touch [m].
     """
-    joints, h = model.joints, scheme.step
+    laws, h = model.laws, scheme.step
     shifted = here.gap + h * (1 - scheme.theta) * state.velocity[:, 0] - closure
-    impact = joints.velocity_form & _closed(model, state, scheme, here)
+    impact = laws.in_velocities & _closed(model, state, scheme, here)
     term = np.empty_like(state.velocity)
     # an overlap is held, or driven apart slowly; one that is all but rounding is no overlap
     driven = np.where(shifted < -SLIGHT * model.length, model.expulsion, 0.0)
     approach = np.maximum(shifted / h, -driven)
     # cohesion across a gap in the velocity form: contact is for the step that finds it closed
-    approach += np.where(joints.velocity_form & ~impact, 2.0 * np.abs(state.velocity[:, 0]), 0.0)
-    term[:, 0] = np.where(impact, joints.restitution * state.velocity[:, 0], approach)
-    slides_back = np.where(impact, joints.tangential_restitution, 0.0)
+    approach += np.where(laws.in_velocities & ~impact, 2.0 * np.abs(state.velocity[:, 0]), 0.0)
+    term[:, 0] = np.where(impact, laws.restitution[:, 0] * state.velocity[:, 0], approach)
+    slides_back = np.where(impact, laws.restitution[:, 1], 0.0)
     term[:, 1:] = slides_back[:, None] * state.velocity[:, 1:]
     return term
 
 
 def shifted_jump(state: SystemState, scheme: Scheme) -> FloatArray:
     """ũ, the jump shifted as gaps are, shape (c, d) [m]."""
-    assert state.jump is not None  # the model has laws
     shifted: FloatArray = state.jump + scheme.step * (1 - scheme.theta) * state.velocity
     return shifted
-
-
-def joint_step(
-    model: Model,
-    state: SystemState,
-    scheme: Scheme,
-    here: Placement,
-    active: NDArray[np.int64],
-    trial: JointState,
-) -> JointStep:
-    """What the laws need to know of the step."""
-    return JointStep(
-        active=active,
-        trial=trial,
-        jump=shifted_jump(state, scheme),
-        area=model.contacts.area,
-        gap_term=lambda closure: _gap_term(model, state, scheme, here, closure),
-        length=scheme.step,
-    )
 
 
 def first_guess(state: SystemState, scheme: Scheme, active: NDArray[np.int64]) -> Start | None:
@@ -134,12 +124,6 @@ def first_guess(state: SystemState, scheme: Scheme, active: NDArray[np.int64]) -
         return None
     goes_on = state.rigid_velocity if scheme.inertia == 0 else None
     return Start(impulse=scheme.step * state.reaction[active], rigid_velocity=goes_on)
-
-
-def friction_of(model: Model, state: SystemState) -> FloatArray:
-    """Coulomb coefficients in a step from ``state``, shape (c,): dynamic ones where contacts slipped."""
-    joints = model.joints
-    return np.where(state.status == SLIP, joints.dynamic_friction, joints.friction)
 
 
 def contact_status(

@@ -9,9 +9,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from masonry_fem.joints.laws.parts.adhesive import held
 from masonry_fem.march.coupling import Coupling
 from masonry_fem.march.model import Model
 from masonry_fem.march.place import relative_velocity
@@ -35,13 +32,12 @@ class Stored:
 
 def stored_energy(model: Model, state: SystemState, inertia: float) -> Stored:
     """Energy of all free blocks and of the joints; in statics (inertia 0) velocities are increments."""
-    kinetic = strain = joints = 0.0
+    kinetic = strain = 0.0
     for group, own in zip(model.groups, state.bodies, strict=True):
         if not group.prescribed:
             kinetic += inertia * float(group.kinetic_energy(own).sum())
             strain += float(group.strain_energy(own).sum())
-    if model.laws is not None and state.joints is not None:
-        joints = float(model.laws.stored(state.joints, model.contacts.area).sum())
+    joints = float(model.laws.stored(state.joints, model.contacts.area).sum())
     return Stored(kinetic, strain, joints)
 
 
@@ -68,18 +64,12 @@ def energies(model: Model, coupling: Coupling, made: Increment, after: Stored) -
     contact = float((made.impulse * end).sum() - jolt.sum())
     hits = (start[:, 0] < 0) & ((made.before.status == OPEN) | (made.before.index == 0))
     aside = jolt[:, 1:].sum(axis=1)
-    closing, rubbed, joints = _dry(made) if model.laws is None else _joints(model, made)
-    terms = _bodies(model, made)
-    terms["numerical_dissipation"] += joints.pop("numerical", 0.0)
+    terms = _bodies(model, made) | {"impact_tangential": float(aside[hits].sum())}
+    for name, taken in _joints(model, made).items():
+        terms[name] = terms.get(name, 0.0) + taken
+    terms["friction_dissipation"] += float(aside[~hits].sum())
+    terms["impact_normal"] += float(jolt[:, 0].sum())
     terms["numerical_dissipation"] += float((made.impulse * (end - straight)).sum())
-    terms |= {
-        "friction_dissipation": rubbed + float(aside[~hits].sum()),
-        "impact_normal": closing + float(jolt[:, 0].sum()),
-        "impact_tangential": float(aside[hits].sum()),
-        "joint_dissipation": 0.0,
-        "joint_viscosity": 0.0,
-    }
-    terms |= joints
     missing = after.total - before.total - terms["external_work"] - terms["support_work"]
     return terms | {
         "kinetic_before": before.kinetic,
@@ -116,43 +106,31 @@ def _bodies(model: Model, made: Increment) -> dict[str, float]:
     }
 
 
-def _dry(made: Increment) -> tuple[float, float, dict[str, float]]:
-    """What dry contacts take at the end velocity: by gaps that close, by friction, and no more [J]."""
-    work = -(made.impulse * made.after.velocity)
-    return float(work[:, 0].sum()), float(work[:, 1:].sum()), {}
+def _joints(model: Model, made: Increment) -> dict[str, float]:
+    """What pressure and friction work on is the way of the faces, without that of their mortar.
 
-
-def _joints(model: Model, made: Increment) -> tuple[float, float, dict[str, float]]:
-    """The same where joints have laws, with what these dissipate, all by the laws' own states [J].
-
-    A backward step works with the forces of its end. On springs, damaged ones too, half of their change times
-    the displacement is more than the mean force does: the joints' share of ``numerical``.
+    Where they are rough sliding raises them: what that works against pressure is friction's. A backward step
+    works with the forces of its end; on springs, damaged ones too, half of their change times the way is
+    more than the mean force does, which is numerical.
     """
-    laws, area = model.laws, model.contacts.area
+    laws, area, h = model.laws, model.contacts.area, made.scheme.step
     before, after = made.before.joints, made.after.joints
-    assert laws is not None
-    assert before is not None
-    assert after is not None
-    h, solution = made.scheme.step, made.solution
-    pressed = np.zeros_like(made.impulse)
-    pressed[made.contacts] = made.problem.contact_part(solution.impulse, solution.velocity)
-    stretch = after.jump - held(before.jump)
+    bed, lift = after.bed - before.bed, after.dilation - before.dilation
+    faces = made.after.velocity - bed / h
+    pressed = made.impulse.copy()
+    pressed[made.contacts] = made.problem.contact_part(made.solution.impulse, made.solution.velocity)
+    work = -(pressed * faces)
+    raising = float((pressed[:, 0] * lift).sum()) / h
     pulled = laws.adhesive_reaction(after, area) - laws.adhesive_reaction(before, area)
     pushed = made.impulse / h - made.before.reaction
-    excess = 0.5 * float((pulled * stretch).sum() - (pushed * (after.bed - before.bed)).sum())
     delayed = float((after.delayed - before.delayed).sum())
-    damaged = float((after.dissipated - before.dissipated).sum()) - delayed
-    closing = -float((pressed[:, 0] * stretch[:, 0]).sum()) / h
-    rubbed = float((after.rubbed - before.rubbed).sum())
-    return (
-        closing,
-        rubbed,
-        {
-            "joint_dissipation": damaged,
-            "joint_viscosity": delayed,
-            "numerical": excess,
-        },
-    )
+    return {
+        "impact_normal": float(work[:, 0].sum()) + raising,
+        "friction_dissipation": float(work[:, 1:].sum()) - raising,
+        "joint_dissipation": float((after.dissipated - before.dissipated).sum()) - delayed,
+        "joint_viscosity": delayed,
+        "numerical_dissipation": 0.5 * float(h * (pulled * faces).sum() - (pushed * bed).sum()),
+    }
 
 
 LOSSES = (

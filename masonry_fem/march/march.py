@@ -339,7 +339,7 @@ def _missing(ledger: Ledger, model: Model) -> str:
     if ledger.imbalance <= UNACCOUNTED:
         return ""
     where = "what joints did between two steps is not known: smaller steps tell"
-    if model.laws is None:
+    if model.laws.dry:
         where = "the way there is not to be relied on; take smaller steps"
     return (
         f", but {ledger.imbalance:.1e} of the largest energy is missing from its ledger "

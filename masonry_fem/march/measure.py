@@ -78,8 +78,6 @@ def _overlap(state: SystemState) -> FloatArray:
 
     Mortar gives way and rough faces stand apart before they do.
     """
-    if state.joints is None:
-        return -state.gap
     touching: FloatArray = state.joints.bed[:, 0] + state.joints.dilation
     return touching - state.gap
 

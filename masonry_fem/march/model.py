@@ -21,26 +21,6 @@ FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class JointTable:
-    """Joint properties by contact point, each of shape (c,).
-
-    Attributes
-    ----------
-    friction : Static Coulomb coefficient.
-    dynamic_friction : Coefficient where the point slipped in the step before.
-    restitution : Newton's coefficient of the normal velocity.
-    tangential_restitution : The same for the tangential velocity.
-    velocity_form : True where contact is written in velocities (impacts), False for gaps.
-    """
-
-    friction: FloatArray
-    dynamic_friction: FloatArray
-    restitution: FloatArray
-    tangential_restitution: FloatArray
-    velocity_form: NDArray[np.bool_]
-
-
-@dataclass(frozen=True, slots=True)
 class Load:
     """A force pattern times a function of time: one array (or None) for each body group."""
 
@@ -102,11 +82,10 @@ class Model:
     groups : Body groups; together they hold each block once.
     interfaces : Common faces of blocks.
     contacts : Contact points on them.
-    joints : Their properties.
+    laws : What joints do there.
     loads : What acts, by group.
     probes : Named points.
     length : A typical block size [m], for tolerances and pictures.
-    laws : Laws of the joints; None: all are dry.
     scatter : Factors by which joint properties differ from place to place, by parameter, shape (c,).
     expulsion : Speed at which overlaps are driven apart in the gap form [m/s]; 0 holds them.
     update : What finds the contacts anew during a march; None: they stay.
@@ -120,11 +99,10 @@ class Model:
     groups: tuple[BodyGroup, ...]
     interfaces: tuple[Interface, ...]
     contacts: Contacts
-    joints: JointTable
+    laws: Assignment
     loads: tuple[Load, ...]
     probes: tuple[Probe, ...]
     length: float
-    laws: Assignment | None = None
     scatter: Mapping[str, FloatArray] = field(default_factory=dict)
     expulsion: float = 0.0
     update: Update | None = None

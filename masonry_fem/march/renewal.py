@@ -25,8 +25,7 @@ def renewed(coupling: Coupling, state: SystemState, scheme: Scheme) -> tuple[Cou
     model = coupling.model
     if model.update is None or state.index % model.update.every:
         return coupling, state
-    held = np.zeros(model.contacts.count, dtype=bool) if state.joints is None else ~state.joints.broken
-    found = model.update(model, state.bodies, state.time, scheme, held)
+    found = model.update(model, state.bodies, state.time, scheme, ~state.joints.broken)
     anew = connect(found)
     here = anew.placement(state.bodies)
     old = partners(model.contacts, state.points, found.contacts, here.points, NEAR * model.length)
@@ -55,9 +54,6 @@ def carried(
 
     status = np.full(len(old), STICK, dtype=np.int8)
     status[known] = state.status[old[known]]
-    jump = None
-    if found.laws is not None:
-        jump = np.zeros_like(here.points) if state.jump is None else turned(state.jump)
     return replace(
         state,
         reaction=turned(state.reaction),
@@ -69,20 +65,16 @@ def carried(
         frame=here.frame,
         points=here.points,
         reaction_frame=here.frame,
-        jump=jump,
+        jump=turned(state.jump),
         joints=_joints(found, state, old),
     )
 
 
-def _joints(found: Model, state: SystemState, old: np.ndarray) -> JointState | None:
+def _joints(found: Model, state: SystemState, old: np.ndarray) -> JointState:
     """What the laws remember: of new contacts nothing, and no cohesion binds them."""
-    if found.laws is None:
-        return None
     count, d = found.contacts.count, found.contacts.dimension
     fresh = found.laws.initial(count, d)
     fresh = replace(fresh, adhesion=np.zeros(count), broken=np.ones(count, dtype=bool))
-    if state.joints is None:
-        return fresh
     width = max(fresh.own.shape[1], state.joints.own.shape[1])
     fresh = replace(fresh, own=np.pad(fresh.own, ((0, 0), (0, width - fresh.own.shape[1]))))
     known = np.flatnonzero(old >= 0)

@@ -36,8 +36,8 @@ class SystemState:
     points : Current contact points (on the candidate), world, shape (c, d) [m].
     reaction_frame : Frames in which ``reaction`` and ``velocity`` are given, shape (c, d, d): those of the
         end of the last step in statics, of its start where there is inertia.
-    jump : Displacement jump since bonding ũ, as the joint laws see it [m], shape (c, d); None: no laws.
-    joints : What the joint laws remember; None: all joints are dry.
+    jump : Displacement jump since bonding ũ, as the joint laws see it [m], shape (c, d).
+    joints : What the joint laws remember.
     rigid_velocity : U of the solved bodies in the last step, a first guess for the next, shape (b, m);
         None before the first.
     held : Overlaps that could not be driven apart are held for so many steps more, of so many.
@@ -54,8 +54,8 @@ class SystemState:
     frame: FloatArray
     points: FloatArray
     reaction_frame: FloatArray
-    jump: FloatArray | None = None
-    joints: JointState | None = None
+    jump: FloatArray
+    joints: JointState
     rigid_velocity: FloatArray | None = None
     held: tuple[int, int] = (0, 0)
     acting: Acting | None = None

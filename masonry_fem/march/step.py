@@ -19,10 +19,8 @@ from masonry_fem.joints.fold import solve_with_laws
 from masonry_fem.joints.state import JointState
 from masonry_fem.march.clock import Clock
 from masonry_fem.march.conditions import (
-    contact_problem,
     contact_status,
     first_guess,
-    friction_of,
     joint_step,
     shifted_jump,
 )
@@ -31,7 +29,7 @@ from masonry_fem.march.loads import blend, external_forces
 from masonry_fem.march.model import Model
 from masonry_fem.march.place import Place, begun, reached, relative_velocity, rounding, turning
 from masonry_fem.march.state import STICK, SystemState
-from masonry_fem.nscd import ContactProblem, Solution, SolverSettings, Start, solve
+from masonry_fem.nscd import ContactProblem, Solution, SolverSettings, Start
 
 ROUNDS = 20
 NEWTON_TOLERANCE = 1e-9  # of a block's impulse, on the volume residual
@@ -82,15 +80,12 @@ class Increment:
     @property
     def adhesion_loss(self) -> float:
         """Greatest loss of adhesion of a contact; 0 where joints are dry."""
-        before, after = self.before.joints, self.after.joints
-        if before is None or after is None:
-            return 0.0
-        return float((before.adhesion - after.adhesion).max(initial=0.0))
+        return float((self.before.joints.adhesion - self.after.joints.adhesion).max(initial=0.0))
 
 
 def initial_state(model: Model, coupling: Coupling, bodies: tuple[Any, ...], at: float = 0.0) -> SystemState:
     """The system in given body states, before any step: no reactions yet."""
-    start, laws = begun(coupling, bodies), model.laws
+    start = begun(coupling, bodies)
     here = start.contact
     return SystemState(
         time=at,
@@ -103,8 +98,8 @@ def initial_state(model: Model, coupling: Coupling, bodies: tuple[Any, ...], at:
         frame=here.frame,
         points=here.points,
         reaction_frame=here.frame,
-        jump=None if laws is None else np.zeros_like(here.points),
-        joints=None if laws is None else laws.initial(*here.points.shape),
+        jump=np.zeros_like(here.points),
+        joints=model.laws.initial(*here.points.shape),
     )
 
 
@@ -148,7 +143,7 @@ class _Round:
     problem: ContactProblem
     solution: Solution
     active: NDArray[np.int64]
-    joints: JointState | None
+    joints: JointState
     change: float
     free: tuple[Free, ...]
     impulse: FloatArray
@@ -196,19 +191,16 @@ class _Work:
                 model.groups, state.bodies, place.bodies, self.forces, strict=True
             )
         )
-        problem, active = contact_problem(
-            model, coupling, state, scheme, free, self.start.contact, place, compliance
+        trial = state.joints if last is None else last.joints
+        conditions = joint_step(
+            model, coupling, state, scheme, free, self.start.contact, place, compliance, trial
         )
         self.clock.lap("step")
-        guess, joints, change = first_guess(state, scheme, active), state.joints, 0.0
+        active, guess = conditions.active, first_guess(state, scheme, conditions.active)
         if last is not None:
-            guess, joints = Start(last.impulse[active], last.solution.rigid_velocity), last.joints
-        if model.laws is None or state.joints is None or joints is None:
-            solution = solve(problem, self.settings, guess)
-        else:
-            conditions = joint_step(model, state, scheme, self.start.contact, active, joints)
-            taken = solve_with_laws(model.laws, state.joints, conditions, problem, self.settings, guess)
-            solution, problem, joints, change = taken.solution, taken.problem, taken.joints, taken.change
+            guess = Start(last.impulse[active], last.solution.rigid_velocity)
+        taken = solve_with_laws(model.laws, state.joints, conditions, self.settings, guess)
+        solution = taken.solution
         self.clock.lap("solve")
         impulse = np.zeros_like(place.contact.points)
         impulse[active] = solution.impulse
@@ -228,8 +220,9 @@ class _Work:
         if last is not None:
             solution = _summed(last.solution, solution)
         return _Round(
-            place, problem, solution, active, joints, change, free, impulse, rigid, nodal, bodies, velocity
-        )
+            place, taken.problem, solution, active, taken.trial, taken.change, free, impulse, rigid, nodal,
+            bodies, velocity,
+        )  # fmt: skip
 
     def turned(self, first: _Round) -> Increment:
         """Rounds until impulses balance where the step ends, each linearised where the last one led."""
@@ -275,11 +268,8 @@ class _Work:
         there = place.contact if place.bodies is made.bodies else coupling.placement(made.bodies)
         pressed = np.zeros_like(made.impulse)  # what Signorini and Coulomb hold for
         pressed[made.active] = made.problem.contact_part(made.solution.impulse, made.solution.velocity)
-        friction = friction_of(self.model, state)
+        friction = np.zeros(len(pressed))
         friction[made.active] = made.problem.friction
-        jump = None
-        if state.jump is not None:
-            jump = shifted_jump(state, scheme) + scheme.step * scheme.theta * made.velocity
         after = SystemState(
             time=self.end,
             index=state.index + 1,
@@ -291,8 +281,8 @@ class _Work:
             frame=there.frame,
             points=there.points,
             reaction_frame=place.contact.frame,
-            jump=jump,
-            joints=None if made.joints is None else made.joints.committed(),
+            jump=shifted_jump(state, scheme) + scheme.step * scheme.theta * made.velocity,
+            joints=made.joints.committed(),
             rigid_velocity=made.solution.rigid_velocity,
         )
         rigid_impulse = coupling.rigid_impulses(made.impulse, place.rigid_map)

@@ -105,7 +105,7 @@ def joint_arrays(model: Model, state: SystemState) -> Arrays:
     the part of it that is crushed [m], ≤ 0; with dilatancy the opening by sliding [m].
     """
     joints = state.joints
-    if model.laws is None or joints is None or state.jump is None:
+    if model.laws.dry:
         return {}
 
     def world(vectors: FloatArray) -> FloatArray:

@@ -206,8 +206,8 @@ def _friction(
     model: Model, state: SystemState, pressing: FloatArray, shear: FloatArray, number: IntArray, small: float
 ) -> tuple[FloatArray, FloatArray, Mask]:
     """Greatest friction over N, the share of it that is used, and where nothing is left."""
-    joints, count = model.joints, len(shear)
-    coefficient = np.where(state.status == SLIP, joints.dynamic_friction, joints.friction)
+    count = len(shear)
+    coefficient = model.laws.reduce(state.joints, state.jump, model.contacts.area, 1.0).friction
     pressed = np.maximum(pressing, 0.0)
     total = sum_by(pressed, number, count)
     most = sum_by(coefficient * pressed, number, count)

@@ -64,10 +64,9 @@ def _error(model: Model, state: SystemState) -> dict[str, Any]:
 
 
 def status_counts(state: SystemState) -> dict[str, int]:
-    """How many contacts are open, stick and slip, and, where joints have cohesion, are bonded."""
+    """How many contacts are open, stick, slip and are bonded."""
     counts = np.bincount(state.status.astype(np.int64), minlength=len(STATUS_NAMES))
-    names = STATUS_NAMES if state.joints is not None else STATUS_NAMES[:-1]
-    return {name: int(count) for name, count in zip(names, counts, strict=False)}
+    return dict(zip(STATUS_NAMES, counts.tolist(), strict=True))
 
 
 def weighted_quantile(values: FloatArray, weight: FloatArray, fraction: float) -> float:

@@ -9,6 +9,7 @@ import pytest
 
 from masonry_fem.build import build
 from masonry_fem.errors import SceneError
+from masonry_fem.limit.strength import strength_of
 from masonry_fem.scene import check, load, loads, specs
 from masonry_fem.structures.wall import WallStructure
 
@@ -37,7 +38,7 @@ def test_beds_lie_and_heads_stand(dimension):
     model = build(check(wall(dimension)), Path()).model
     label = np.array([interface.label for interface in model.interfaces])[model.contacts.interface]
     assert set(label) == {"bed", "head"}
-    np.testing.assert_array_equal(model.joints.friction, np.where(label == "bed", 0.2, 0.3))
+    np.testing.assert_array_equal(strength_of(model).friction, np.where(label == "bed", 0.2, 0.3))
 
 
 def test_joints_of_a_file_whose_labels_tell_nothing(repository):
@@ -46,7 +47,7 @@ def test_joints_of_a_file_whose_labels_tell_nothing(repository):
     model = build(check(scene, base=folder), folder).model
     angle = np.degrees(np.arccos(np.abs([one.normal[-1] for one in model.interfaces])))
     expected = np.select([angle <= 30, angle >= 60], [0.2, 0.3], 0.1)
-    np.testing.assert_array_equal(model.joints.friction, expected[model.contacts.interface])
+    np.testing.assert_array_equal(strength_of(model).friction, expected[model.contacts.interface])
     assert set(expected) == {0.1, 0.2, 0.3}
     assert len({one.label for one in model.interfaces}) == 1
 
@@ -65,7 +66,7 @@ def test_the_last_that_matches_holds():
         0.5 if down else 0.4 if one.label == "bed" else 0.3
         for down, one in zip(below, model.interfaces, strict=True)
     ]
-    np.testing.assert_array_equal(model.joints.friction, np.array(expected)[model.contacts.interface])
+    np.testing.assert_array_equal(strength_of(model).friction, np.array(expected)[model.contacts.interface])
     assert [len(points) for part, points in model.laws.parts if part.name == "mohr_coulomb"] == [4]
 
 

@@ -90,7 +90,6 @@ def test_friction_takes_all_its_kin_along():
     np.testing.assert_allclose(rough.law.friction, 0.7 * factor)
     np.testing.assert_allclose(rough.law.residual_friction, 0.5 * factor)
     np.testing.assert_allclose(rough.dilatancy, 0.45 * np.minimum(factor, 1.0))
-    np.testing.assert_allclose(model.joints.friction, 0.7 * factor)
     assert rough.bound == 1e-3
     weak = model.scatter["cohesion"] < 1
     np.testing.assert_array_equal(weak & (factor < 0.9), factor < 0.9)  # one field for all
@@ -98,11 +97,11 @@ def test_friction_takes_all_its_kin_along():
 
 def test_dry_joints_rub_by_the_place():
     model = model_of(joint_of(None, variation={"friction": 0.1}, dynamic_friction=0.5))
-    assert model.laws is None
+    ((law, _),) = model.laws.parts
     factor = each(model, model.scatter["friction"])
     assert factor.std() == pytest.approx(0.1, rel=0.2)
-    np.testing.assert_allclose(each(model, model.joints.friction), 0.6 * factor)
-    np.testing.assert_allclose(each(model, model.joints.dynamic_friction), 0.5 * factor)
+    np.testing.assert_allclose(each(model, law.friction), 0.6 * factor)
+    np.testing.assert_allclose(each(model, law.dynamic_friction), 0.5 * factor)
 
 
 @pytest.mark.parametrize("mortar", [

@@ -62,7 +62,7 @@ def test_a9_9_condensed_problem_bears_a_contrast(
     d: int, lower: int, upper: int, contrast: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Condensation and stress recovery keep 8 digits, whoever solves the contact problem."""
-    monkeypatch.setattr("masonry_fem.march.step.solve", least_squares)
+    monkeypatch.setattr("masonry_fem.joints.fold.solve", least_squares)
     assert pressed(d, lower, upper, young=1e10 * contrast)[1] < 1e-8
 
 

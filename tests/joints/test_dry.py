@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from masonry_fem.errors import LawError
-from masonry_fem.joints import Dry, JointState, probe
+from masonry_fem.joints import Dry, JointState, Kinetic, probe
 
 
 def test_slides_at_the_cone_in_any_direction():
@@ -23,7 +23,7 @@ def test_opens_without_reaction():
 
 
 def test_dynamic_friction_rules_once_it_slid():
-    law = Dry(friction=0.6, dynamic_friction=0.5)
+    law = Kinetic(Dry(friction=0.6), dynamic_friction=0.5)
     history = probe(law, [[0, 1e-3], [0, 2e-3], [0, 2e-3], [0, 3e-3]], pressure=1e5)
     assert history.stress[:, 1] == pytest.approx([6e4, 5e4, 5e4, 6e4])
 

@@ -66,8 +66,7 @@ def sheared(joint, angle):
     )  # fmt: skip
     march = solve_scene(check(scene)).march
     reaction = march.state.reaction
-    lost = 0.0 if march.state.joints is None else march.state.joints.dissipated + march.state.joints.rubbed
-    return reaction, lost
+    return reaction, march.state.joints.dissipated + march.state.joints.rubbed
 
 
 @cache

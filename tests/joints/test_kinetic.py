@@ -17,16 +17,6 @@ def slid(law, steps, pressure=1e5):
     return probe(law, np.stack([np.zeros(len(steps)), steps], axis=1), pressure=pressure)
 
 
-@settings(max_examples=10)
-@given(seed=seeds, dimension=st.sampled_from([2, 3]))
-def test_around_a_dry_joint_it_is_the_dry_joint(seed, dimension):
-    path = wander(seed, dimension)
-    one = probe(Kinetic(Dry(0.6), 0.5), path, pressure=2e5)
-    other = probe(Dry(0.6, 0.5), path, pressure=2e5)
-    np.testing.assert_array_equal(one.reaction, other.reaction)
-    np.testing.assert_array_equal(one.rubbed, other.rubbed)
-
-
 @pytest.mark.parametrize("law", FRICTIONAL, ids=label)
 @settings(max_examples=3)
 @given(seed=seeds)

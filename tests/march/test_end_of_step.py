@@ -9,7 +9,7 @@ import pytest
 
 from masonry_fem.analyses.run import RunResult
 from masonry_fem.bodies.rotation import exponential
-from masonry_fem.march import step as stepping
+from masonry_fem.joints import fold as folding
 from masonry_fem.scene.specs import (
     Contact,
     Dynamics,
@@ -219,14 +219,14 @@ def test_friction_works_on_the_way_of_the_whole_step() -> None:
 def counted(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """One entry a contact problem that steps have solved: its linear solves."""
     made: list[int] = []
-    inner = stepping.solve
+    inner = folding.solve
 
     def solve(*given):
         solution = inner(*given)
         made.append(solution.linear_solves)
         return solution
 
-    monkeypatch.setattr(stepping, "solve", solve)
+    monkeypatch.setattr(folding, "solve", solve)
     return made
 
 

@@ -13,6 +13,7 @@ from masonry_fem.bodies.support import Motion, SupportGroup
 from masonry_fem.contact.detection import detect
 from masonry_fem.contact.place import place
 from masonry_fem.contact.placement import Rule
+from masonry_fem.joints import Assignment, Dry
 from masonry_fem.march.acting import acted, extents
 from masonry_fem.march.coupling import connect
 from masonry_fem.march.equilibrium.dynamics import Dynamics
@@ -20,7 +21,7 @@ from masonry_fem.march.equilibrium.equilibrium import Equilibrium
 from masonry_fem.march.equilibrium.statics import Statics
 from masonry_fem.march.march import march
 from masonry_fem.march.measure import measure
-from masonry_fem.march.model import JointTable, Load, Model
+from masonry_fem.march.model import Load, Model
 from masonry_fem.march.step import initial_state, step
 from masonry_fem.nscd import SolverSettings
 from masonry_fem.solid.assembly import Assembly, Block, Shape
@@ -40,16 +41,13 @@ def stack(count: int, dimension: int = 3, friction: float = 0.6, push: float = 0
     assembly = Assembly(dimension, (cube, slab), tuple(blocks))
     interfaces = detect(assembly)
     contacts = place(assembly, interfaces, [Rule("corners")] * len(interfaces))
-    c = contacts.count
-    joints = JointTable(
-        np.full(c, friction), np.full(c, friction), np.zeros(c), np.zeros(c), np.zeros(c, bool)
-    )
+    laws = Assignment.of(Dry(friction), contacts.count)
     stones = RigidGroup(assembly, list(range(1, count + 1)), 1000.0)
     gravity = np.zeros(dimension)
     gravity[0], gravity[-1] = push, -G
     load = Load("gravity", (None, stones.acceleration_force(gravity)), lambda _: 1.0)
     groups = (SupportGroup(assembly, [0], [motion]), stones)
-    return Model(assembly, groups, interfaces, contacts, joints, (load,), (), 1.0)
+    return Model(assembly, groups, interfaces, contacts, laws, (load,), (), 1.0)
 
 
 @pytest.mark.parametrize("dimension", [2, 3])

@@ -10,7 +10,8 @@ import pytest
 
 from masonry_fem.bodies.base import StressField
 from masonry_fem.contact.contacts import Contacts, Interface
-from masonry_fem.march.model import JointTable, Model
+from masonry_fem.joints import Assignment, Dry
+from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.polytope import Polytope
@@ -125,9 +126,8 @@ def wall_model(dimension: int, courses: int = 4, columns: int = 4, *, rigid: boo
         stones = FakeGroup(numbers, kind, [points + low for low in lows], cells)
     base = FakeGroup(np.array([0]), None, [ground.vertices], ground.faces, prescribed=True)
     interfaces, contacts = bed_contacts(lows, size, dimension)
-    count = contacts.count
-    joints = JointTable(*np.full((4, count), 0.5), np.zeros(count, bool))
-    return Model(assembly, (base, stones), interfaces, contacts, joints, (), (), 0.3)  # type: ignore[arg-type]
+    laws = Assignment.of(Dry(0.5), contacts.count)
+    return Model(assembly, (base, stones), interfaces, contacts, laws, (), (), 0.3)  # type: ignore[arg-type]
 
 
 def bed_contacts(lows: list, size: tuple, d: int) -> tuple[tuple[Interface, ...], Contacts]:
@@ -195,6 +195,7 @@ def wall_state(model: Model, index: int = 3) -> SystemState:
     return SystemState(
         0.1 * index, index, tuple(bodies), reaction, 0.01 * reaction, contacts.gap, status.astype(np.int8),
         contacts.frame, contacts.points[:, 0], contacts.frame,
+        jump=np.zeros_like(reaction), joints=model.laws.initial(*reaction.shape),
     )  # fmt: skip
 
 

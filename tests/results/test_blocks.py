@@ -36,10 +36,10 @@ def test_rigid_structures_have_no_stress(rigid):
     assert stress_summary(*rigid) == {}
 
 
-def test_status_counts_name_all_three(elastic):
+def test_status_counts_name_all_four(elastic):
     model, state = elastic
     counts = status_counts(state)
-    assert set(counts) == {"open", "stick", "slip"}
+    assert set(counts) == {"open", "stick", "slip", "bonded"}
     assert sum(counts.values()) == model.contacts.count
     assert counts["open"] == 1
 

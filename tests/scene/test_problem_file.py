@@ -11,6 +11,7 @@ from msgspec.structs import replace
 
 from masonry_fem.analyses.run import solve_scene
 from masonry_fem.errors import MasonryError, SceneError
+from masonry_fem.limit.strength import strength_of
 from masonry_fem.scene import check, specs
 from masonry_fem.solid.polytope import Polytope
 from masonry_fem.structures.file import FileStructure
@@ -155,7 +156,7 @@ def test_barrel_of_compas_dem(shared_data: Path) -> None:
     assert result.summary["blocks"] == 121
     assert len(result.summary["supports"]) == 26
     assert result.summary["applied"] == pytest.approx([0.0, 0.0, -80156.4], abs=0.05)
-    assert set(result.built.model.joints.friction.tolist()) == {0.5}
+    assert set(strength_of(result.built.model).friction.tolist()) == {0.5}
 
 
 def test_a_file_that_is_no_json_is_told_by_its_reader(tmp_path: Path) -> None:

@@ -33,7 +33,6 @@ def cracked(result: RunResult) -> tuple[np.ndarray, np.ndarray]:
     """Angles from the crown of the broken and of the sound points of meridian joints [deg]."""
     mine, angle = meridian_points(result)
     state = result.march.state
-    assert state.joints is not None
     broken = state.joints.broken[mine]
     return angle[broken], angle[~broken]
 

@@ -1,6 +1,8 @@
 """Dry joint (joint vif): Signorini's and Coulomb's graphs alone, r_adh = 0 (slides 4.2).
 
-Dry(friction=0.6, dynamic_friction=0.5)
+    Dry(friction=0.6)
+
+A friction of its own for contacts that slide, and what impacts give back, are those of ``Kinetic``.
 """
 
 from __future__ import annotations
@@ -22,33 +24,24 @@ class Dry(Law):
 
     Attributes
     ----------
-    friction : Coulomb's coefficient μ, static.
-    dynamic_friction : The one of a contact that slid in the step before; None: the same.
+    friction : Coulomb's coefficient μ.
     """
 
     friction: Parameter = 0.6
-    dynamic_friction: Parameter | None = None
 
     name: ClassVar[str] = "dry"
+    plain: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         check_non_negative(self, "friction")
-        if self.dynamic_friction is not None:
-            check_non_negative(self, "dynamic_friction")
 
     @override
     def initial(self, count: int, dimension: int) -> JointState:
         return JointState.dry(count, dimension)
 
-    def _friction(self, state: JointState) -> FloatArray:
-        friction = spread(self.friction, state.count)
-        if self.dynamic_friction is None:
-            return friction
-        return np.where(state.sliding, spread(self.dynamic_friction, state.count), friction)
-
     @override
     def reduce(self, state: JointState, jump: FloatArray, area: FloatArray, step: float) -> Reduction:
-        return Reduction.dry(self._friction(state), state.dimension)
+        return Reduction.dry(spread(self.friction, state.count), state.dimension)
 
     @override
     def update(
@@ -56,7 +49,8 @@ class Dry(Law):
         velocity: FloatArray, area: FloatArray, step: float,
     ) -> JointState:  # fmt: skip
         moved = replace(state, jump=jump + step * velocity)
-        return rub(self, state, moved, self._friction(state), reaction, velocity, area, step)
+        friction = spread(self.friction, state.count)
+        return rub(self, state, moved, friction, reaction, velocity, area, step)
 
     @override
     def adhesive_reaction(self, state: JointState, area: FloatArray) -> FloatArray:

@@ -1,10 +1,11 @@
-"""Kinetic: any joint law with a friction of its own for contacts that slide.
+"""Kinetic: any joint law, the dry one too, with what faces do that move: slide more easily, and rebound.
 
     Kinetic(Bilinear(..., friction=0.75), dynamic_friction=0.6)
+    Kinetic(Dry(0.75), restitution=0.2)
 
-A contact that slid in the step before has μ_d/μ_s of the friction that the law gives it, as a dry joint
-has. While a rigid joint holds (``RigidBrittle``) its friction is the slope of what it resists, cohesion
-included; there μ_d counts from rupture on.
+A contact that slid in the step before has μ_d/μ_s of the friction that the law gives it. While a rigid
+joint holds (``RigidBrittle``) its friction is the slope of what it resists, cohesion included; there μ_d
+counts from rupture on.
 """
 
 from __future__ import annotations
@@ -24,21 +25,30 @@ from masonry_fem.joints.state import JointState
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Kinetic(Law):
-    """Static and dynamic friction.
+    """Dynamic friction and restitution.
 
     Attributes
     ----------
     law : What holds the faces together; its friction is the static one.
-    dynamic_friction : Coulomb's coefficient μ_d of a contact that slid in the step before.
+    dynamic_friction : Coulomb's coefficient μ_d of a contact that slid in the step before; None: the law's.
+    restitution : Newton's coefficient of the normal velocity, 0 to stop; contact is then written in
+        velocities. None: it is written in gaps.
+    tangential_restitution : The same of the tangential velocity; counts where there is a restitution.
     """
 
     law: Law
-    dynamic_friction: Parameter
+    dynamic_friction: Parameter | None = None
+    restitution: Parameter | None = None
+    tangential_restitution: Parameter = 0.0
 
     name: ClassVar[str] = "kinetic"
+    plain: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        check_non_negative(self, "dynamic_friction")
+        given = [name for name in ("dynamic_friction", "restitution") if getattr(self, name) is not None]
+        check_non_negative(self, *given, "tangential_restitution")
+        if self.dynamic_friction is None:
+            return
         if getattr(self.law, "friction", None) is None:
             raise LawError(f"law '{self.law.name}' has no friction, expected one beside a dynamic friction")
         if ((self._static() == 0) & (np.asarray(self.dynamic_friction) > 0)).any():
@@ -46,6 +56,12 @@ class Kinetic(Law):
                 f"law '{self.name}': dynamic_friction is {np.max(self.dynamic_friction):g} beside a friction "
                 "of 0, expected a static friction > 0; give it or leave the dynamic one out"
             )
+
+    @override
+    def rebound(self, count: int) -> FloatArray | None:
+        if self.restitution is None:
+            return None
+        return np.stack([spread(self.restitution, count), spread(self.tangential_restitution, count)], axis=1)
 
     @property
     def friction(self) -> Parameter:
@@ -70,6 +86,8 @@ class Kinetic(Law):
 
     def _slowed(self, state: JointState, friction: FloatArray) -> FloatArray:
         """What is left of the law's friction, shape (c,)."""
+        if self.dynamic_friction is None:
+            return friction
         static, dynamic = spread(self._static(), state.count), spread(self.dynamic_friction, state.count)
         share = np.divide(dynamic, static, out=np.ones(state.count), where=static > 0)
         loose = state.broken if isinstance(self.law, RigidBrittle) else np.ones(state.count, dtype=bool)
@@ -91,6 +109,8 @@ class Kinetic(Law):
         velocity: FloatArray, area: FloatArray, step: float,
     ) -> JointState:  # fmt: skip
         after = self.law.update(state, trial, jump, reaction, velocity, area, step)
+        if self.dynamic_friction is None:
+            return after
         friction = self.reduce(after, jump, area, step).friction
         return rub(self, state, after, friction, reaction, velocity, area, step)
 

@@ -21,7 +21,7 @@ from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
 from masonry_fem.nscd import SolverSettings, load_problem, solve
 from masonry_fem.output.recorder import StepReport
-from masonry_fem.results.summary import peak_memory
+from masonry_fem.results.summarise import peak_memory
 from masonry_fem.scene import check
 from masonry_fem.scene.specs import (
     Dynamics,
@@ -82,12 +82,12 @@ def told(result: RunResult) -> Row:
     summary = result.summary
     return {
         "outcome": result.outcome,
-        "blocks": summary["blocks"],
-        "shapes": summary["shapes"],
-        "contacts": summary["contacts"],
-        "solves": summary["solver"]["linear_solves"],
-        "error": summary["certificate"]["natural_map"],
-        "seconds": summary["seconds"],
+        "blocks": summary.blocks,
+        "shapes": summary.shapes,
+        "contacts": summary.contacts,
+        "solves": summary.solver.linear_solves,
+        "error": summary.certificate.natural_map,
+        "seconds": summary.seconds,
         "memory_mb": peak_memory(),
     }
 
@@ -110,8 +110,8 @@ def rigid_march(structure: Structure, tolerance: float, steps: int) -> Row:
     times = StepTimes()
     result = solve_scene(given, observers=(times,))
     first, rest = times[0] - setup, np.array(times[1:]) * 1e3
-    weight = np.linalg.norm(result.summary["applied"])
-    total = sum(value["force"] for value in result.summary["supports"].values())
+    weight = np.linalg.norm(result.summary.applied)
+    total = sum(value.force for value in result.summary.supports.values())
     march = result.march
     speed = 0.0
     for group, own in zip(result.built.model.groups, march.state.bodies, strict=True):

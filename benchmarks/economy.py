@@ -74,12 +74,12 @@ def stepped(fidelity: Fidelity, analysis: str) -> Row:
     """Cost of the wall's steps; all in this process."""
     summary = solve_scene(wall(fidelity, ANALYSES[analysis])).summary
     return {
-        "contacts": summary["contacts"],
-        "unknowns": summary["unknowns"],
-        "outcome": summary["outcome"],
-        "error": summary["certificate"]["natural_map"],
-        "step": sum(summary["seconds"].get(phase, 0.0) for phase in STEPPING) / summary["steps"],
-        "seconds": summary["seconds"],
+        "contacts": summary.contacts,
+        "unknowns": summary.unknowns,
+        "outcome": summary.outcome,
+        "error": summary.certificate.natural_map,
+        "step": sum(summary.seconds.get(phase, 0.0) for phase in STEPPING) / summary.steps,
+        "seconds": summary.seconds,
     }
 
 

@@ -19,7 +19,7 @@ from rich.table import Table
 from benchmarks.cases import scene
 from benchmarks.process import Row, alone
 from masonry_fem.analyses.run import solve_scene
-from masonry_fem.results.summary import peak_memory
+from masonry_fem.results.summarise import peak_memory
 from masonry_fem.scene import check, load
 from masonry_fem.scene.specs import MeshSettings, Opening, Scene, Statics
 from masonry_fem.structures.wall import WallStructure
@@ -73,13 +73,13 @@ def solved(case: str) -> Row:
     result = solve_scene(check(made, base=DEMOS), DEMOS)
     summary = result.summary
     return {
-        "stones": summary["blocks"] - len(summary["supports"]),
-        "contacts": summary["contacts"],
-        "unknowns": summary["unknowns"],
+        "stones": summary.blocks - len(summary.supports),
+        "contacts": summary.contacts,
+        "unknowns": summary.unknowns,
         "outcome": result.outcome,
-        "error": summary["certificate"]["natural_map"],
-        "balance": summary["certificate"]["global_balance"],
-        "seconds": summary["seconds"],
+        "error": summary.certificate.natural_map,
+        "balance": summary.certificate.global_balance,
+        "seconds": summary.seconds,
         "memory_mb": peak_memory(),
     }
 

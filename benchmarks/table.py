@@ -21,7 +21,7 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.process import Row, alone
-from masonry_fem.results.summary import versions
+from masonry_fem.results.summarise import versions
 
 HERE = Path(__file__).resolve().parent
 COLUMNS = ("case", "contacts", "solves", "error", "CPU", "peak MB", "bar", "verdict")

@@ -35,6 +35,7 @@ from pathlib import Path
 import numpy as np
 
 from masonry_fem import load, run, solve
+from masonry_fem.results.summary import Certificate
 
 SCENE = Path(__file__).with_suffix(".toml")
 THRUSTS = (665.7, 1130.3)  # [N], of rigid voussoirs of the same size
@@ -62,7 +63,7 @@ class Arch:
     compression: float
     tension: float
     sinking: float
-    certificate: dict[str, float]
+    certificate: Certificate
     linear_solves: int
 
 
@@ -74,18 +75,18 @@ def main(
     scene = load(SCENE, overrides=settings)
     result = solve(scene) if out is None else run(scene, out)
     summary = result.summary
-    left, right = (np.array(summary["supports"][f"arch.springing_{s}"]["force"]) for s in ("left", "right"))
-    principal = np.array([block["principal"] for block in summary["stress"]["blocks"]])
+    left, right = (np.array(summary.supports[f"arch.springing_{s}"].force) for s in ("left", "right"))
+    principal = np.array([block.principal for block in summary.stress.blocks])
     return Arch(
         outcome=result.outcome,
         thrust=float(np.abs(left[0])),
         vertical=np.array([left[2], right[2]]),
-        weight=-float(summary["applied"][2]),
+        weight=-float(summary.applied[2]),
         compression=float(principal.min()),
         tension=float(principal.max()),
-        sinking=-float(summary["probes"]["crown"][2]),
-        certificate=summary["certificate"],
-        linear_solves=summary["solver"]["linear_solves"],
+        sinking=-float(summary.probes["crown"][2]),
+        certificate=summary.certificate,
+        linear_solves=summary.solver.linear_solves,
     )
 
 
@@ -98,4 +99,4 @@ if __name__ == "__main__":
     )
     print(f"mean stresses      {arch.compression / 1e3:9.1f} to {arch.tension / 1e3:.1f} kPa")
     print(f"crown sinks        {arch.sinking * 1e6:9.2f} um")
-    print(f"natural map        {arch.certificate['natural_map']:9.1e}")
+    print(f"natural map        {arch.certificate.natural_map:9.1e}")

@@ -74,9 +74,9 @@ def main(
     for axes, inset in zip(figure.subplots(1, len(insets), squeeze=False)[0], insets, strict=True):
         settings = (f"joints.0.inset={inset}",)
         result = solve(load(SCENE, overrides=settings))
-        force = result.summary["supports"]["arch.springing_left"]["force"]
+        force = result.summary.supports["arch.springing_left"].force
         thrust = abs(float(force[0])) / SPECIFIC_WEIGHT
-        moving = tuple(one["block"] for one in result.summary["moving"])
+        moving = tuple(one.block for one in result.summary.moving)
         crown = 0.0
         if out is not None:
             plan = f"analysis={{kind='dynamics', step=5e-3, duration={duration}, theta=1.0}}"

@@ -99,7 +99,7 @@ def _read(name: str, result: RunResult, slices: int) -> Dome:
         cracks=np.sort(angle[broken]),
         opening=float(state.gap[meridian].max()),
         chain=-float(state.reaction[ring, 0].sum()) / slices,
-        sinking=-float(result.summary["probes"]["crown"][2]),
+        sinking=-float(result.summary.probes["crown"][2]),
         moving=len(result.march.moving),
     )
 

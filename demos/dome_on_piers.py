@@ -100,8 +100,8 @@ def _dry(scene: Scene) -> Scene:
 def _read(name: str, scene: Scene, out: Path | None) -> DomeOnPiers:
     result: RunResult = solve(scene) if out is None else run(scene, out)
     summary, dry = result.summary, result.built.model.laws.dry
-    weight = -float(summary["applied"][2])
-    feet = np.array([one["force"] for _, one in sorted(summary["supports"].items())]) / weight
+    weight = -float(summary.applied[2])
+    feet = np.array([one.force for _, one in sorted(summary.supports.items())]) / weight
     admitted = None
     if dry:
         problem, _ = posed(scene, result.built)
@@ -109,12 +109,12 @@ def _read(name: str, scene: Scene, out: Path | None) -> DomeOnPiers:
     return DomeOnPiers(
         name=name,
         outcome=result.outcome,
-        moving=tuple(one["block"] for one in summary.get("moving", ())),
+        moving=tuple(one.block for one in summary.moving),
         broken=0 if dry else int(result.march.state.joints.broken.sum()),
         shares=feet[:, 2],
         thrusts=np.linalg.norm(feet[:, :2], axis=1),
         admitted=admitted,
-        natural_map=float(summary["certificate"]["natural_map"]),
+        natural_map=float(summary.certificate.natural_map),
     )
 
 

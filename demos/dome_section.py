@@ -37,6 +37,7 @@ from pathlib import Path
 import numpy as np
 
 from masonry_fem import load, run, solve
+from masonry_fem.results.summary import Certificate
 
 SCENE = Path(__file__).with_suffix(".toml")
 RADIUS, THICKNESS, SPECIFIC_WEIGHT = 5.0, 0.5, 20e3
@@ -72,7 +73,7 @@ class DomeSection:
     opened: np.ndarray
     widest: float
     compression: float
-    certificate: dict[str, float]
+    certificate: Certificate
     seconds: dict[str, float]
     memory: float
 
@@ -89,34 +90,32 @@ def main(
     scene = load(SCENE, overrides=changes)
     result = solve(scene) if out is None else run(scene, out)
     summary, model, state = result.summary, result.built.model, result.march.state
-    forces = np.array([one["force"] for one in summary["supports"].values()])
+    forces = np.array([one.force for one in summary.supports.values()])
     meridian = np.array([one.label == "meridian" for one in model.interfaces])[model.contacts.interface]
     gap = state.gap[meridian]
     x, y, z = state.points[meridian].T
     angle = np.degrees(np.arctan2(np.hypot(x, y), z))
     return DomeSection(
         outcome=result.outcome,
-        blocks=summary["blocks"] - len(forces),
-        contacts=summary["contacts"],
-        weight=-float(summary["applied"][2]),
+        blocks=summary.blocks - len(forces),
+        contacts=summary.contacts,
+        weight=-float(summary.applied[2]),
         ground=float(forces[:, 2].sum()),
         thrust=float(np.linalg.norm(forces[:, :2], axis=1).sum()) / (2 * np.pi),
-        sinking=-float(summary["probes"]["crown"][2]),
+        sinking=-float(summary.probes["crown"][2]),
         opened=np.sort(angle[gap > 1e-8]),
         widest=float(gap.max()),
-        compression=float(summary["stress"]["min_principal"]["value"]),
-        certificate=summary["certificate"],
-        seconds=summary["seconds"],
-        memory=float(summary["peak_memory_mb"]),
+        compression=float(summary.stress.min_principal.value),
+        certificate=summary.certificate,
+        seconds=summary.seconds,
+        memory=float(summary.peak_memory_mb),
     )
 
 
 if __name__ == "__main__":
     dome = main(out=Path("results/dome_section"))
     print(f"{dome.outcome}; {dome.blocks} stones, {dome.contacts} contacts")
-    print(
-        f"natural map {dome.certificate['natural_map']:.1e}, balance {dome.certificate['global_balance']:.1e}"
-    )
+    print(f"natural map {dome.certificate.natural_map:.1e}, balance {dome.certificate.global_balance:.1e}")
     print(f"base carries   {dome.ground / 1e3:.1f} kN, a round shell weighs {SHELL / 1e3:.1f} kN")
     print(f"thrust         {dome.thrust / 1e3:.1f} kN per radian, at least {LEAST / 1e3:.1f} kN")
     print(

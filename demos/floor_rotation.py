@@ -73,13 +73,13 @@ def main(*, out: Path | None = None, drop: float = 0.036) -> FloorRotation:
         )
         for index, interface in enumerate(model.interfaces)
     }
-    forces = result.summary["supports"]
+    forces = result.summary.supports
     turn = drop / REACH
     return FloorRotation(
         outcome=result.outcome,
         below=openings[frozenset(("below.b4", "floor1"))],
         above=openings[frozenset(("between.b1", "floor1"))],
-        far=(float(forces["far1"]["force"][1]), float(forces["far2"]["force"][1])),
+        far=(float(forces["far1"].force[1]), float(forces["far2"].force[1])),
         exact_openings=(B * turn, B * (turn - B * turn / SPAN)),
         exact_far=by_hand(),
     )

@@ -35,7 +35,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from msgspec.structs import replace
 
@@ -95,21 +94,21 @@ def _alone(scene: Scene) -> Scene:
 def _read(scene: Scene, out: Path | None) -> Portal:
     result = solve(scene) if out is None else run(scene, out)
     summary = result.summary
-    told: dict[str, Any] = analyse(scene)
-    foot = summary["supports"].get("foot_left")
-    bounds = told["supports"].get("foot_left")
-    tilted = analyse(scene, tilt="x")["multiplier"] if told["admissible"] else 0.0
+    told = analyse(scene)
+    foot = summary.supports.get("foot_left")
+    bounds = told.supports.get("foot_left")
+    tilted = analyse(scene, tilt="x").multiplier if told.admissible else 0.0
     return Portal(
         outcome=result.outcome,
-        moving=len(summary.get("moving", ())),
-        weight=-float(summary["applied"][1]),
-        upward=float(sum(one["force"][1] for one in summary["supports"].values())),
-        thrust=0.0 if foot is None else float(foot["force"][0]),
-        admitted=bool(told["admissible"]),
+        moving=len(summary.moving),
+        weight=-float(summary.applied[1]),
+        upward=float(sum(one.force[1] for one in summary.supports.values())),
+        thrust=0.0 if foot is None else float(foot.force[0]),
+        admitted=bool(told.admissible),
         interval=None if bounds is None else tuple(bounds["x"]),
-        mechanism=told["message"],
+        mechanism=told.message,
         tilt=float(tilted),
-        natural_map=float(summary["certificate"]["natural_map"]),
+        natural_map=float(summary.certificate.natural_map),
     )
 
 

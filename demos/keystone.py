@@ -33,6 +33,7 @@ from pathlib import Path
 import numpy as np
 
 from masonry_fem import load, run, solve
+from masonry_fem.results.summary import Certificate
 
 SCENE = Path(__file__).with_suffix(".toml")
 ANGLES = np.radians([28, 24, 30, 16, 27, 26, 29])  # of the voussoirs, the keystone fourth
@@ -61,7 +62,7 @@ class Keystone:
     exact_load: float
     eccentricity: float
     sinking: float
-    certificate: dict[str, float]
+    certificate: Certificate
 
 
 def main(*, out: Path | None = None, pressure: float = 5e3, friction: float = 0.6) -> Keystone:
@@ -71,19 +72,19 @@ def main(*, out: Path | None = None, pressure: float = 5e3, friction: float = 0.
     base = SCENE.parent
     result = solve(scene, base) if out is None else run(scene, out, base=base)
     summary = result.summary
-    footing = summary["supports"]["arch.footing_left"]
-    force, moment = np.array(footing["force"]), np.array(footing["moment"])
+    footing = summary.supports["arch.footing_left"]
+    force, moment = np.array(footing.force), np.array(footing.moment)
     # the resultant crosses the base, z = -1.2 m, at x with M_y = z F_x - x F_z
     base_x = (-1.2 * force[0] - moment[1]) / force[2]
     return Keystone(
         outcome=result.outcome,
         left=force,
-        right=np.array(summary["supports"]["arch.footing_right"]["force"]),
-        load=-float(summary["applied"][2]),
+        right=np.array(summary.supports["arch.footing_right"].force),
+        load=-float(summary.applied[2]),
         exact_load=exact_load(pressure),
         eccentricity=(-1.225 - base_x) / 0.55,
-        sinking=-float(summary["probes"]["keystone"][2]),
-        certificate=summary["certificate"],
+        sinking=-float(summary.probes["keystone"][2]),
+        certificate=summary.certificate,
     )
 
 
@@ -98,7 +99,7 @@ def exact_load(pressure: float) -> float:
 
 if __name__ == "__main__":
     arch = main(out=Path("results/keystone"))
-    print(f"{arch.outcome}; natural map {arch.certificate['natural_map']:.1e}")
+    print(f"{arch.outcome}; natural map {arch.certificate.natural_map:.1e}")
     print(f"footings carry   {arch.left[2] + arch.right[2]:9.1f} N, load by hand {arch.exact_load:.1f} N")
     print(f"thrust           {arch.left[0]:9.1f} N")
     print(f"base resultant   {arch.eccentricity:9.3f} of the width outside the pier's middle")

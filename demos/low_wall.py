@@ -100,7 +100,7 @@ def main(
     scene = load(SCENE, overrides=(f"mesh.size={size}",))
     result = solve(scene) if out is None else run(scene, out)
     summary = result.summary
-    weight = -float(summary["applied"][2])
+    weight = -float(summary.applied[2])
     marches = {}
     for name, plan in MARCHES.items():
         words = plan.format(step=step, duration=duration, steps=round(duration / step))
@@ -113,10 +113,10 @@ def main(
     found = LowWall(
         outcome=result.outcome,
         weight=weight,
-        ground=float(summary["supports"]["wall.ground"]["force"][2]),
-        top_mid_sinks=-float(summary["probes"]["top_mid"][2]),
-        top_end_moves=float(summary["probes"]["top_end"][0]),
-        von_mises=summary["stress"]["max_von_mises"]["value"],
+        ground=float(summary.supports["wall.ground"].force[2]),
+        top_mid_sinks=-float(summary.probes["top_mid"][2]),
+        top_end_moves=float(summary.probes["top_end"][0]),
+        von_mises=summary.stress.max_von_mises.value,
         marches=marches,
         amplification={name: float(rows[:, 1].max()) / weight for name, rows in marches.items()},
         final={name: float(rows[-1, 1]) / weight for name, rows in marches.items()},

@@ -111,21 +111,21 @@ def _read(friction: float, size: tuple[str, ...]) -> Rubble:
     summary = solve(scene).summary
     told = analyse(scene, tilt="y")
     below = beyond = ""
-    if told["admissible"]:
+    if told.admissible:
         below, beyond = (
-            solve(load(SCENE, overrides=(*changes, _across(share * told["multiplier"])))).outcome
+            solve(load(SCENE, overrides=(*changes, _across(share * told.multiplier)))).outcome
             for share in (0.98, 1.02)
         )
     return Rubble(
         friction=friction,
-        outcome=summary["outcome"],
-        moving=len(summary.get("moving", ())),
-        ground=float(summary["supports"]["rubble.ground"]["force"][2]),
-        admitted=bool(told["admissible"]),
-        tilt=float(told["multiplier"]) if told["admissible"] else 0.0,
+        outcome=summary.outcome,
+        moving=len(summary.moving),
+        ground=float(summary.supports["rubble.ground"].force[2]),
+        admitted=bool(told.admissible),
+        tilt=float(told.multiplier) if told.admissible else 0.0,
         below=below,
         beyond=beyond,
-        natural_map=float(summary["certificate"]["natural_map"]),
+        natural_map=float(summary.certificate.natural_map),
     )
 
 

@@ -73,7 +73,7 @@ class Settlement:
 def main(*, out: Path | None = None, settlement: float = 0.04) -> Settlement:
     """The wall on ground that settles by ``settlement`` [m]; pictures go to ``out``."""
     scene = load(SCENE, overrides=(f"supports.1.motion.displacement=[0.0, {-settlement}]",))
-    low, high = analyse(scene)["supports"]["soft"]["y"]
+    low, high = analyse(scene).supports["soft"]["y"]
     result = solve(scene) if out is None else run(scene, out)
     model, state = result.built.model, result.march.state
     moved = {
@@ -86,12 +86,12 @@ def main(*, out: Path | None = None, settlement: float = 0.04) -> Settlement:
     left, right = corners[:, 0].argmin(), corners[:, 0].argmax()
     fall = moved[lintel][left, 1] - moved[lintel][right, 1]
     pier = [-field[:, 1].mean() for name, field in moved.items() if name.startswith("wall.c5.")]
-    forces = result.summary["supports"]
+    forces = result.summary.supports
     return Settlement(
         outcome=result.outcome,
-        weight=-float(result.summary["applied"][1]),
-        firm=float(forces["firm"]["force"][1]),
-        soft=float(forces["soft"]["force"][1]),
+        weight=-float(result.summary.applied[1]),
+        firm=float(forces["firm"].force[1]),
+        soft=float(forces["soft"].force[1]),
         bounds=(low, high),
         widest=float(state.gap.max()),
         turn=float(fall / (corners[right, 0] - corners[left, 0])),

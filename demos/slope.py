@@ -75,7 +75,7 @@ def main(
         critical=critical,
         speed_below=below.march.report.speed,
         speed_above=above.march.report.speed,
-        distance=math.hypot(*slide.summary["probes"]["cube"]),
+        distance=math.hypot(*slide.summary.probes["cube"]),
         exact=a * step**2 * n * (n - 1 + 2 * theta) / 2,
     )
 

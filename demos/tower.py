@@ -34,6 +34,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from masonry_fem import load, run, solve
+from masonry_fem.results.summary import Certificate
 
 SCENE = Path(__file__).with_suffix(".toml")
 SPECIFIC_WEIGHT, YOUNG = 2400 * 9.81, 10e9
@@ -66,7 +67,7 @@ class Tower:
     compression: tuple[float, str]
     tension: tuple[float, str]
     sinking: float
-    certificate: dict[str, float]
+    certificate: Certificate
 
 
 def main(*, out: Path | None = None, divisions: tuple[int, int, int] = (2, 1, 1)) -> Tower:
@@ -76,24 +77,24 @@ def main(*, out: Path | None = None, divisions: tuple[int, int, int] = (2, 1, 1)
     summary, model = result.summary, result.built.model
     ground = model.assembly.blocks.index(next(one for one in model.assembly.blocks if one.support))
     area = float(sum(one.area for one in model.interfaces if ground in one.blocks))
-    force = float(summary["supports"]["ground"]["force"][2])
-    least, greatest = summary["stress"]["min_principal"], summary["stress"]["max_principal"]
+    force = float(summary.supports["ground"].force[2])
+    least, greatest = summary.stress.min_principal, summary.stress.max_principal
     return Tower(
         outcome=result.outcome,
-        weight=-float(summary["applied"][2]),
+        weight=-float(summary.applied[2]),
         ground=force,
         pressure=force / area,
         area=area,
-        compression=(float(least["value"]), least["block"]),
-        tension=(float(greatest["value"]), greatest["block"]),
-        sinking=-float(summary["probes"]["top"][2]),
-        certificate=summary["certificate"],
+        compression=(float(least.value), least.block),
+        tension=(float(greatest.value), greatest.block),
+        sinking=-float(summary.probes["top"][2]),
+        certificate=summary.certificate,
     )
 
 
 if __name__ == "__main__":
     tower = main(out=Path("results/tower"))
-    print(f"{tower.outcome}; natural map {tower.certificate['natural_map']:.1e}")
+    print(f"{tower.outcome}; natural map {tower.certificate.natural_map:.1e}")
     print(f"ground carries {tower.ground / 1e6:.4f} MN, weight by hand {WEIGHT / 1e6:.4f} MN")
     print(f"on the foot    {tower.pressure / 1e3:.1f} kPa on average, by hand {WEIGHT / FOOT / 1e3:.1f} kPa")
     print(f"compression up to {-tower.compression[0] / 1e3:.0f} kPa in {tower.compression[1]}")

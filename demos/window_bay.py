@@ -43,6 +43,7 @@ import numpy as np
 from masonry_fem import load, run, solve
 from masonry_fem.analyses.run import RunResult
 from masonry_fem.output.interfaces import interface_forces
+from masonry_fem.results.summary import Certificate
 
 SCENE = Path(__file__).with_suffix(".toml")
 BED = 10  # courses below the bed half-way up the window
@@ -75,7 +76,7 @@ class WindowBay:
     shares: np.ndarray
     thrust: float
     open: float
-    certificate: dict[str, float]
+    certificate: Certificate
     seconds: float
 
 
@@ -113,14 +114,14 @@ def _read(result: RunResult) -> WindowBay:
         stones=len(names) - 1,
         joints=len(pairs),
         load=float(weight.sum()),
-        ground=float(result.summary["supports"]["bay.ground"]["force"][2]),
+        ground=float(result.summary.supports["bay.ground"].force[2]),
         above=float(weight[upper > BED].sum()),
         piers=np.array([pier[bed & (x < 3.6)].sum(), pier[bed & (x > 3.6)].sum()]),
         shares=np.array([pier[one].sum() / area[one].sum() / mean for one in (sill, crown)]),
         thrust=float(np.abs(told.force[keystone, 0]).sum()),
         open=float(told.opening.max()),
-        certificate=result.summary["certificate"],
-        seconds=sum(result.summary["seconds"].values()),
+        certificate=result.summary.certificate,
+        seconds=sum(result.summary.seconds.values()),
     )
 
 
@@ -133,7 +134,7 @@ def _course(name: str) -> int:
 if __name__ == "__main__":
     bay = main(out=Path("results/window_bay"))
     left, right = bay.piers / 1e3
-    print(f"{bay.outcome}; natural map {bay.certificate['natural_map']:.1e}, {bay.seconds:.0f} s of CPU time")
+    print(f"{bay.outcome}; natural map {bay.certificate.natural_map:.1e}, {bay.seconds:.0f} s of CPU time")
     print(f"{bay.stones} stones, {bay.joints} joints")
     print(f"ground carries        {bay.ground / 1e3:8.2f} kN, load by hand {bay.load / 1e3:.2f} kN")
     print(f"piers carry           {left:8.2f} and {right:.2f} kN of {bay.above / 1e3:.2f} kN above")

@@ -74,7 +74,7 @@ def sample(extreme: Extreme, value: float) -> Row:
         result = solve_scene(extreme.scene(value))
     except MasonryError as error:
         return {"value": value, "outcome": "refused", "message": str(error), "warnings": warnings.close()}
-    certificate = result.summary["certificate"]
+    certificate = result.summary.certificate
     known = extreme.error(result, value) if result.outcome in extreme.right else math.nan
     return {
         "value": value,
@@ -82,8 +82,8 @@ def sample(extreme: Extreme, value: float) -> Row:
         "message": result.message,
         "warnings": warnings.close(),
         "error": known,
-        "natural_map": certificate["natural_map"],
-        "block_balance": certificate["block_balance"],
+        "natural_map": certificate.natural_map,
+        "block_balance": certificate.block_balance,
     }
 
 

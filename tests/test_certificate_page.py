@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from masonry_fem.analyses.run import run
+from masonry_fem.records.told import plain
 from masonry_fem.scene.specs import (
     Contact,
     Dynamics,
@@ -56,8 +57,8 @@ def check(repository: Path) -> Check:
 def both(check: Check, scene: Scene, out: Path) -> tuple[dict[str, float], dict[str, float], str]:
     """What the page's lines find, what the certificate says, and the outcome."""
     made = run(scene, out)
-    told = made.summary["certificate"]["written"]
-    return check(out), {name: part["value"] for name, part in told.items()}, made.outcome
+    told = made.summary.certificate.written
+    return check(out), {name: part["value"] for name, part in plain(told).items()}, made.outcome
 
 
 def arch(fidelity: str, dimension: int, steps: int) -> Scene:

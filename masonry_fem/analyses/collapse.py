@@ -1,7 +1,7 @@
 """Collapse: the multiplier at which a structure falls, found by simulation, and how it falls.
 
     found = collapse(load("arch.toml"), Path("."), acceleration="x")
-    found.stands, found.falls            # 0.2945, 0.2968: it falls between these
+    found.summary.stands, found.summary.falls            # 0.2945, 0.2968: it falls between these
     found.mechanism.sentence()           # "10 blocks move in 3 parts; 4 hinges: ..."
 
 What grows is the scene's loads but gravity and those named dead, or a horizontal acceleration, or the tilt
@@ -15,21 +15,21 @@ import contextlib
 import logging
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from masonry_fem.analyses.bracket import Bracket, Ending
+from masonry_fem.analyses.bracket import Bracket
 from masonry_fem.analyses.limit import growth_of, posed
 from masonry_fem.analyses.pushing import Push
-from masonry_fem.analyses.trials import Trial, Trials, counted
+from masonry_fem.analyses.trials import Trials, counted
 from masonry_fem.build import Built, build
 from masonry_fem.errors import MasonryError, ProblemError
 from masonry_fem.limit import collapse_multiplier
 from masonry_fem.march.mechanism import Mechanism, mechanism_of_step
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
-from masonry_fem.results.collapse import write_collapse
+from masonry_fem.records.remark import Remark, gathered
+from masonry_fem.results.collapse import CollapseTold, Trial, write_collapse
 from masonry_fem.scene import check, specs
 
 logger = logging.getLogger(__name__)
@@ -43,58 +43,30 @@ class CollapseResult:
 
     Attributes
     ----------
-    title : Of the scene. action : What grows, in words. unit : Of the multiplier ("g", "times", "tan").
-    outcome : ``bracketed`` to the tolerance, ``undecided`` where trials were not, ``unlimited``, ``falls at
-        the start``, ``interrupted``. message : The same as a sentence.
-    trials : In their order.
-    stands, falls : Greatest multiplier that stood, least that fell; None: none did.
+    summary : What ``collapse.json`` holds.
     mechanism : How the structure moves at the least fall.
-    limit : Collapse multiplier of limit analysis, an upper bound; None: not known.
-    notes : What was taken otherwise than the scene says, and doubts.
     model, state : At the start of the step that fell, for pictures.
     """
 
-    title: str
-    action: str
-    unit: str
-    outcome: Ending
-    message: str
-    trials: tuple[Trial, ...]
-    stands: float | None
-    falls: float | None
+    summary: CollapseTold
     mechanism: Mechanism | None
-    limit: float | None
-    notes: tuple[str, ...]
     model: Model
     state: SystemState | None
 
     @property
     def multiplier(self) -> float | None:
         """Middle of the bracket; None where one end is not known."""
-        if self.stands is None or self.falls is None:
-            return None
-        return 0.5 * (self.stands + self.falls)
+        ends = self.summary.stands, self.summary.falls
+        return None if ends[0] is None or ends[1] is None else 0.5 * (ends[0] + ends[1])
 
-    def told(self) -> dict[str, Any]:
-        """What ``collapse.json`` holds."""
-        return {
-            "title": self.title,
-            "action": self.action,
-            "unit": self.unit,
-            "outcome": self.outcome,
-            "message": self.message,
-            "stands": self.stands,
-            "falls": self.falls,
-            "limit_multiplier": self.limit,
-            "mechanism": None if self.mechanism is None else self.mechanism.told(),
-            "trials": [asdict(trial) for trial in self.trials],
-            "notes": list(self.notes),
-        }
+    def __repr__(self) -> str:
+        """A short table."""
+        return repr(self.summary)
 
     def write(self, directory: Path, *, pictures: bool = True) -> list[Path]:
         """Write ``collapse.json``, ``trials.csv`` and ``mechanism.png`` to a folder."""
         return write_collapse(
-            directory, self.told(), self.model, self.state, self.mechanism, pictures=pictures
+            directory, self.summary, self.model, self.state, self.mechanism, pictures=pictures
         )
 
 
@@ -140,8 +112,9 @@ def collapse(
     trials = Trials(scene, built, push, at_once=at_once, tell=tell, notes=notes)
     bracket = Bracket(trials.attempt, tolerance=tolerance, first=push.first)
     # what is known when it is interrupted is kept
-    with trials.doubts.gathered(), contextlib.suppress(KeyboardInterrupt):
+    with gathered(aloud=False) as remarks, contextlib.suppress(KeyboardInterrupt):
         bracket.search(start, bound if guess is None else guess, sharp=guess is None)
+    trials.notes.extend(_repeated(remarks))
     return _result(scene, trials, bracket, bound, tolerance)
 
 
@@ -177,21 +150,20 @@ def _result(
     notes = [*trials.notes, *_doubts(trials, bracket, bound, tolerance)]
     for note in notes:
         logger.info("%s", note)
-    return CollapseResult(
+    summary = CollapseTold(
         title=scene.title,
         action=trials.push.action,
         unit=trials.push.unit,
         outcome=bracket.ending,
         message=_sentence(trials, bracket, mechanism, bound),
-        trials=tuple(trials.made),
         stands=bracket.stands,
         falls=bracket.falls,
-        mechanism=mechanism,
-        limit=bound,
+        limit_multiplier=bound,
+        mechanism=None if mechanism is None else mechanism.told(),
+        trials=tuple(trials.made),
         notes=tuple(notes),
-        model=model,
-        state=state,
     )
+    return CollapseResult(summary, mechanism, model, state)
 
 
 def _doubts(trials: Trials, bracket: Bracket, bound: float | None, tolerance: float) -> Iterator[str]:
@@ -215,7 +187,15 @@ def _doubts(trials: Trials, bracket: Bracket, bound: float | None, tolerance: fl
         )
     if bound is not None and bracket.stands is not None and bracket.stands > bound * (1 + 2 * tolerance):
         yield f"it stands above the {bound:.6g} of limit analysis, as structures may that have moved far"
-    yield from trials.doubts.told()
+
+
+def _repeated(remarks: Sequence[Remark]) -> Iterator[str]:
+    """Remarks of the trials' marches, one sentence for each kind."""
+    kinds: dict[str, list[str]] = {}
+    for one in remarks:
+        kinds.setdefault(one.code, []).append(one.sentence)
+    for said in kinds.values():
+        yield f"in {counted(len(said), 'trial')}, the last time so: {said[-1]}"
 
 
 def _sentence(trials: Trials, bracket: Bracket, mechanism: Mechanism | None, bound: float | None) -> str:

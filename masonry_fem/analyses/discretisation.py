@@ -22,6 +22,8 @@ from masonry_fem.contact.placement import Rule
 from masonry_fem.march.clock import Clock
 from masonry_fem.march.march import March, march
 from masonry_fem.output.stress_error import block_errors
+from masonry_fem.records.remark import gathered
+from masonry_fem.results.summary import ContactError, Errors, TimeError
 from masonry_fem.scene import specs
 
 FloatArray = NDArray[np.float64]
@@ -29,47 +31,43 @@ FloatArray = NDArray[np.float64]
 ROUNDING = 1e-11  # of a block's size: probes that move less than that say nothing
 
 
-def errors_of(scene: specs.Scene, built: Built, made: March, base: Path) -> dict[str, Any]:
+def errors_of(scene: specs.Scene, built: Built, made: March, base: Path) -> Errors:
     """What ``summary.json`` holds as ``errors``; what does not apply is left out."""
-    errors: dict[str, Any] = {}
     stress = block_errors(made.model, made.state)
-    if stress is not None:
-        errors["stress"] = stress.relative
-    if scene.output.contact_error:
-        errors["contact"] = contact_error(scene, built, made, base)
-    if not scene.analysis.seeks_equilibrium:
-        errors["time"] = time_error(scene.analysis, made)
-    return errors
+    return Errors(
+        stress=None if stress is None else stress.relative,
+        contact=contact_error(scene, built, made, base) if scene.output.contact_error else None,
+        time=None if scene.analysis.seeks_equilibrium else time_error(scene.analysis, made),
+    )
 
 
 # --- time -------------------------------------------------------------------------------------
 
 
-def time_error(analysis: specs.Analysis, made: March) -> dict[str, Any]:
+def time_error(analysis: specs.Analysis, made: March) -> TimeError:
     """Energy that the scheme lost, and that it lost count of, over the largest energy of the march."""
     largest = made.ledger.largest
-    told: dict[str, Any] = {
-        "dissipated": made.ledger.numerical / largest if largest > 0 else 0.0,
-        "imbalance": made.ledger.imbalance,
-    }
-    if getattr(analysis, "theta", None) == 0.5:
-        told["note"] = (
-            "theta = 0.5 keeps energy with any step, so that energy tells nothing of phases and peaks; halve "
-            "analysis.step and compare"
-        )
-    return told
+    note = (
+        "theta = 0.5 keeps energy with any step, so that energy tells nothing of phases and peaks; halve "
+        "analysis.step and compare"
+    )
+    return TimeError(
+        dissipated=made.ledger.numerical_dissipation / largest if largest > 0 else 0.0,
+        imbalance=made.ledger.imbalance,
+        note=note if getattr(analysis, "theta", None) == 0.5 else None,
+    )
 
 
 # --- contact ----------------------------------------------------------------------------------
 
 
-def contact_error(scene: specs.Scene, built: Built, made: March, base: Path) -> dict[str, Any]:
+def contact_error(scene: specs.Scene, built: Built, made: March, base: Path) -> ContactError:
     """Changes, relative, where the analysis is made again with contact points placed by the other rule."""
     clock = Clock()
     if built.model.update is not None:
-        return {"note": "contacts are found anew during the march: there is no second set to compare with"}
+        return ContactError(note="contacts are found anew during the march: there is nothing to compare with")
     if not built.model.contacts.count:
-        return {"note": "nothing touches: there are no contact points to place otherwise"}
+        return ContactError(note="nothing touches: there are no contact points to place otherwise")
     meshed = [
         any(
             built.model.assembly.shapes[built.model.assembly.blocks[b].shape].mesh is not None
@@ -79,15 +77,19 @@ def contact_error(scene: specs.Scene, built: Built, made: March, base: Path) -> 
     ]
     model = replaced(scene, built.stones, built.model, base, lambda rule, i: other(rule, meshed[i]))
     if model is None:
-        return {"note": "contact points at corners of rigid faces: more of them would carry nothing else"}
-    again = march(model, scene.analysis, solver_settings(scene.solver), bodies=built.bodies)
+        return ContactError(note="contact points at corners of rigid faces: more would carry nothing else")
+    with gathered(aloud=False):  # of what is compared only
+        again = march(model, scene.analysis, solver_settings(scene.solver), bodies=built.bodies)
     clock.lap("again")
-    told: dict[str, Any] = {"points": built.model.contacts.count, "points_again": model.contacts.count}
-    if again.outcome != made.outcome:
-        told |= {"outcome_again": again.outcome, "note": f"with other contact points: {again.message}"}
-    else:
-        told |= changes(made, again)
-    return told | {"seconds": round(clock.phases["again"], 3)}
+    alike = again.outcome == made.outcome
+    return ContactError(
+        points=built.model.contacts.count,
+        points_again=model.contacts.count,
+        outcome_again=None if alike else again.outcome,
+        note=None if alike else f"with other contact points: {again.message}",
+        **(changes(made, again) if alike else {}),
+        seconds=round(clock.phases["again"], 3),
+    )
 
 
 def other(rule: Rule, meshed: bool) -> Rule:
@@ -100,14 +102,14 @@ def other(rule: Rule, meshed: bool) -> Rule:
     return replace(rule, density=rule.density + 1) if rule.name == "gauss" else rule
 
 
-def changes(made: March, again: March) -> dict[str, float]:
+def changes(made: March, again: March) -> dict[str, Any]:
     """Changes of support forces, probes and stresses, each over the largest or the norm of its kind.
 
     ``supports`` : greatest change of a support's force. ``probes`` : of a probe's displacement,
     where one moves.
     ``stress`` : of the stress in the mean over the volume, ``block_stress`` : of the blocks' means.
     """
-    told: dict[str, float] = {}
+    told: dict[str, Any] = {}
     first, second = made.report, again.report
     d = made.model.assembly.dimension
     if first.support_resultants:

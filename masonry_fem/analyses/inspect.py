@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -15,10 +14,9 @@ from masonry_fem.build import build
 from masonry_fem.build.foresight import memory_of_run
 from masonry_fem.fidelities import fidelities
 from masonry_fem.output.folder import Folder
-from masonry_fem.results.summary import size
+from masonry_fem.records.remark import remark
+from masonry_fem.results.summarise import size
 from masonry_fem.scene import check, specs
-
-logger = logging.getLogger(__name__)
 
 
 def check_scene(scene: specs.Scene, base: Path = Path()) -> Mapping[str, Any]:
@@ -27,11 +25,11 @@ def check_scene(scene: specs.Scene, base: Path = Path()) -> Mapping[str, Any]:
     points = np.bincount(built.model.contacts.blocks.ravel(), minlength=len(built.stones.fidelity))
     memory, present = memory_of_run(built.stones, points) / 1e6, psutil.virtual_memory().total / 1e6
     if memory > present:
-        logger.warning(
-            "a run needs some %.0f MB, this machine has %.0f MB; expected less: take larger elements, or "
-            "rigid blocks where stresses are not asked for",
-            memory, present,
-        )  # fmt: skip
+        remark(
+            "memory",
+            f"a run needs some {memory:.0f} MB, this machine has {present:.0f} MB; expected less: "
+            "take larger elements, or rigid blocks where stresses are not asked for",
+        )
     labels: dict[str, int] = {}
     for interface in built.model.interfaces:
         labels[interface.label or "unnamed"] = labels.get(interface.label or "unnamed", 0) + 1

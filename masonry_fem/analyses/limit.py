@@ -1,7 +1,7 @@
 """Limit analysis of a scene: which loads grow, the three questions, and the answers as numbers and words.
 
     told = analyse(load("arch.toml"), Path("."), tilt="x")
-    told["admissible"], told["multiplier"], told["supports"]["arch.springing_left"]["x"]
+    told.admissible, told.multiplier, told.supports["arch.springing_left"]["x"]
 
 Gravity stays and every other load of the scene grows, unless it is named dead; a tilt makes all loads of
 the scene dead and grows a horizontal acceleration of g. Loads are taken as they are at the end of the
@@ -19,10 +19,11 @@ from typing import Any
 import numpy as np
 
 from masonry_fem.build import Built, build
-from masonry_fem.errors import MasonryError, ProblemError
+from masonry_fem.errors import MasonryError
 from masonry_fem.limit import Hold, LimitProblem, group_forces, limit_problem
-from masonry_fem.limit.answers import MOST, answers, supports_of
 from masonry_fem.march.model import Load, Model
+from masonry_fem.results.limit import MOST, answers, supports_of
+from masonry_fem.results.summary import LimitAnalysis
 from masonry_fem.scene import check, specs
 from masonry_fem.scene.misfit import listed
 
@@ -50,7 +51,7 @@ class Growth:
 
 def analyse(
     scene: specs.Scene, base: Path = Path(), *, dead: Sequence[str] = (), tilt: str | None = None
-) -> dict[str, Any]:
+) -> LimitAnalysis:
     """Build a scene and ask the three questions of its blocks.
 
     Parameters
@@ -69,11 +70,17 @@ def analyse(
 
 def cross_check(
     scene: specs.Scene, built: Built, *, dead: Sequence[str] = (), tilt: str | None = None
-) -> dict[str, Any]:
+) -> LimitAnalysis:
     """The three questions of a model that is built, on the contact points of the simulation."""
     problem, growth = posed(scene, built, dead=dead, tilt=tilt)
-    summary = {"title": scene.title, "dead": list(growth.dead), "growing": list(growth.growing)}
-    return summary | answers(problem, tilt) | {"notes": list(_notes(scene, built, problem))}
+    return answers(
+        problem,
+        tilt,
+        title=scene.title,
+        dead=growth.dead,
+        growing=growth.growing,
+        notes=tuple(_notes(scene, built, problem)),
+    )
 
 
 def posed(
@@ -169,12 +176,3 @@ def _notes(scene: specs.Scene, built: Built, problem: LimitProblem) -> Iterable[
         yield "no support holds anything"
     if supports > MOST:
         yield f"intervals of the first {MOST} of {supports} supports"
-
-
-def reported(scene: specs.Scene, built: Built) -> dict[str, Any]:
-    """What a run's summary says; an answer that could not be found says why."""
-    try:
-        told = cross_check(scene, built)
-    except ProblemError as error:
-        return {"message": str(error)}
-    return {name: value for name, value in told.items() if name != "title"}

@@ -12,15 +12,14 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
-import msgspec
 import numpy as np
+from msgspec import structs
 
 from masonry_fem.analyses.marking import halved, marked, mesh_overrides
-from masonry_fem.analyses.refine_limits import Limits, Round
+from masonry_fem.analyses.refine_limits import Limits
 from masonry_fem.analyses.run import RunResult, run
 from masonry_fem.build import Built
 from masonry_fem.errors import MasonryError
@@ -29,8 +28,9 @@ from masonry_fem.march.clock import Clock
 from masonry_fem.march.march import March
 from masonry_fem.output.folder import OWN, Folder
 from masonry_fem.output.stress_error import block_errors, unjudged
-from masonry_fem.results.blocks import write_summary
-from masonry_fem.results.summary import size
+from masonry_fem.records.told import write
+from masonry_fem.results.summarise import size
+from masonry_fem.results.summary import RefinementTold, Round
 from masonry_fem.scene import check, save, specs
 from masonry_fem.scene.moved import moved
 from masonry_fem.solid.mesh import Mesh
@@ -88,7 +88,7 @@ def refine(
         files = _rounds(search, out, quiet, tell)
         result = search.result
         assert result is not None
-        result.files[:] = [*files, write_summary(out / "summary.json", result.summary)]
+        result.files[:] = [*files, write(out / "summary.json", result.summary)]
     return Refinement(
         result, search.solved, search.reached, search.end, tuple(search.rounds), list(result.files)
     )
@@ -109,7 +109,7 @@ def _rounds(search: _Search, out: Path, quiet: bool, tell: Callable[[Round], Non
         if search.result is None:
             _lifted(folder, out, summary=True)
         else:
-            write_summary(out / "summary.json", search.result.summary)
+            write(out / "summary.json", search.result.summary)
         raise
     finally:
         shutil.rmtree(folder, ignore_errors=True)
@@ -141,19 +141,19 @@ class _Search:
             return bool(self.end)
 
         result = run(self._next, folder, base=self.base, quiet=quiet, before=self._built, draws=is_last)
-        result.summary["refinement"] = self.told()
+        result = replace(result, summary=structs.replace(result.summary, refinement=self.told()))
         self.result, self._built, self.solved = result, result.built, self._next
         if not self.end:
             self._refine(result.built, chosen)
 
-    def told(self) -> dict[str, Any]:
+    def told(self) -> RefinementTold:
         """What ``summary.json`` says."""
-        return {
-            "target": self._limits.target,
-            "reached": self.reached,
-            "message": self.end or "Interrupted: there was to be another round.",
-            "rounds": [asdict(one) for one in self.rounds],
-        }
+        return RefinementTold(
+            target=self._limits.target,
+            reached=self.reached,
+            message=self.end or "Interrupted: there was to be another round.",
+            rounds=tuple(self.rounds),
+        )
 
     def _judged(self, built: Built, march: March) -> list[int]:
         """Enter the round; the blocks that want finer elements."""
@@ -198,7 +198,7 @@ class _Search:
             self._finer[assembly.blocks[block].name] = halved(stones.mesh[block], _mesh(built, block), volume)
         groups = {assembly.blocks[b].name: assembly.blocks[b].groups for b in stones.deforming}
         overrides = (*self._first.overrides, *mesh_overrides(self._finer, groups))
-        self._next = msgspec.structs.replace(self._first, overrides=overrides)
+        self._next = structs.replace(self._first, overrides=overrides)
 
 
 def _mesh(built: Built, block: int) -> Mesh:

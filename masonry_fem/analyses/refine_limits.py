@@ -12,31 +12,12 @@ from dataclasses import dataclass, field
 import psutil
 
 from masonry_fem.march.march import March
-from masonry_fem.results.summary import peak_memory
+from masonry_fem.results.summarise import peak_memory
+from masonry_fem.results.summary import Round
 
 STALLED = 0.9  # two rounds that each leave more of the error, with twice the unknowns, get nowhere
 MEMORY = 0.8  # of the machine's that is free may be used
 GROWTH = 4 / 3  # of memory with unknowns: what factors of solids take
-
-
-@dataclass(frozen=True, slots=True)
-class Round:
-    """One solution.
-
-    Attributes
-    ----------
-    round : From 1. unknowns : Of displacement and contact. meshes : Distinct ones, ``made`` of them new.
-    error : Estimated, relative, in the energy norm. refined : Blocks that get finer elements next.
-    seconds : CPU time [s].
-    """
-
-    round: int
-    unknowns: int
-    meshes: int
-    made: int
-    error: float
-    refined: int
-    seconds: float
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,22 +3,23 @@
 from masonry_fem.scene import load
 from masonry_fem.analyses.run import run
 result = run(load("arch.toml"), Path("results"), base=Path("."))
-result.outcome, result.summary["supports"], result.files
+result.outcome, result.summary.supports, result.files
 """
 
 from __future__ import annotations
 
 import contextlib
-import logging
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from msgspec import structs
+
 from masonry_fem.analyses.discretisation import errors_of
-from masonry_fem.analyses.start import Start, said, started
+from masonry_fem.analyses.start import said, started
 from masonry_fem.build import Built, build, solver_settings
-from masonry_fem.errors import MasonryError, OutputError
+from masonry_fem.errors import MasonryError, OutputError, ProblemError
 from masonry_fem.march.clock import Clock
 from masonry_fem.march.march import March, Observer, march
 from masonry_fem.march.model import Model
@@ -29,16 +30,17 @@ from masonry_fem.output.folder import Folder, ended_by, refuse_busy
 from masonry_fem.output.history import History
 from masonry_fem.output.recorder import Recorders, Request
 from masonry_fem.output.terminal import Progress
-from masonry_fem.results.blocks import status_counts, write_summary
-from masonry_fem.results.summary import summarise, wrench
+from masonry_fem.records.remark import gathered, remark
+from masonry_fem.records.told import Ending, write
+from masonry_fem.results.blocks import status_counts
+from masonry_fem.results.summarise import summarise, wrenches
+from masonry_fem.results.summary import Determinacy, Joints, LimitAnalysis, Summary
 from masonry_fem.scene import check, specs
 
 if TYPE_CHECKING:
     from masonry_fem.march.determinacy import ForceDeterminacy
 
 # What a scene did not ask for is not loaded: the outputs are imported where they are made.
-
-logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,21 +49,31 @@ class RunResult:
 
     Attributes
     ----------
-    outcome : ``equilibrium``, ``finished``, ``no_convergence`` or ``no_equilibrium``.
-    message : The same as a sentence.
     summary : What ``summary.json`` holds.
     files : Files written.
     built, march : The model and the march, for further work in Python.
     determinacy : Which forces are facts, where the scene asks for it.
     """
 
-    outcome: str
-    message: str
-    summary: dict[str, Any]
+    summary: Summary
     files: list[Path]
     built: Built
     march: March
     determinacy: ForceDeterminacy | None = None
+
+    @property
+    def outcome(self) -> str:
+        """``equilibrium``, ``finished``, ``no_convergence`` or ``no_equilibrium``."""
+        return self.summary.outcome
+
+    @property
+    def message(self) -> str:
+        """The same as a sentence."""
+        return self.summary.message
+
+    def __repr__(self) -> str:
+        """A short table."""
+        return repr(self.summary)
 
 
 def solve_scene(scene: specs.Scene, base: Path = Path(), observers: Sequence[Observer] = ()) -> RunResult:
@@ -77,10 +89,11 @@ def solve_scene(scene: specs.Scene, base: Path = Path(), observers: Sequence[Obs
     ------
     MasonryError : Where the scene cannot be built.
     """
-    scene = check(scene, base=base)
-    built = build(scene, base)
-    *_, result = _solved(scene, base, built, _limits(scene, built), observers)
-    return result
+    with gathered() as remarks:
+        scene = check(scene, base=base)
+        built = build(scene, base)
+        *_, result = _solved(scene, base, built, _limits(scene, built), observers)
+    return _ended(result, remarks=tuple(remarks))
 
 
 def run(
@@ -108,123 +121,142 @@ def run(
     ------
     MasonryError : Where the scene cannot be built or has no such step; nothing is written then.
     """
-    scene = check(scene, base=base)
-    _check_step(save_contact, scene.analysis.steps)
-    refuse_busy(out)  # before the work of building
-    built = build(scene, base, before)
-    recorders = _recorders(scene, built, out, quiet)
-    kept: list[tuple[Model, Increment]] = []
-    stages = _solved(scene, base, built, _limits(scene, built), (recorders,), save_contact, kept)
-    with Folder(out, "run", title=scene.title, clears=("view",)):
-        summary: dict[str, Any] = {"title": scene.title}
-        try:
-            recorders.start(built.model)
-            for result in stages:
-                summary = result.summary
-            clock = Clock()
-            if draws is not None and not draws(built, result.march):
-                recorders.undrawn()
-            recorders.end(result.march, result.determinacy)
-            result.files.extend(recorders.close(summary))
-            if kept:
-                result.files.append(_save_problem(out, save_contact, *kept[0]))
-            elif save_contact is not None:
-                logger.warning("step %d was not reached: its contact problem is not saved", save_contact)
-            clock.lap("output")
-            summary["seconds"]["output"] += round(clock.phases["output"], 4)
-            result.files.append(write_summary(out / "summary.json", summary))
-        except BaseException as error:  # what was written so far is left readable, and says what it is
-            ending = ended_by(error)
-            so_far = "; history.csv and the field files hold the steps so far."
-            summary |= ending | {"message": ending["message"].removesuffix(".") + so_far}
-            with contextlib.suppress(OutputError):  # where even that has no place it goes on saying "running"
-                write_summary(out / "summary.json", summary)
-                recorders.close(summary)
-            raise
-    return result
+    with gathered() as remarks:
+        scene = check(scene, base=base)
+        _check_step(save_contact, scene.analysis.steps)
+        refuse_busy(out)  # before the work of building
+        built = build(scene, base, before)
+        recorders = _recorders(scene, built, out, quiet)
+        kept: list[tuple[Model, Increment]] = []
+        stages = _solved(scene, base, built, _limits(scene, built), (recorders,), save_contact, kept)
+        with Folder(out, "run", title=scene.title, clears=("view",)):
+            figures: Summary | None = None
+            try:
+                recorders.start(built.model)
+                for result in stages:
+                    figures = result.summary
+                clock = Clock()
+                if draws is not None and not draws(built, result.march):
+                    recorders.undrawn()
+                recorders.end(result.march, result.determinacy)
+                files = recorders.close(result.summary)
+                if kept:
+                    files.append(_save_problem(out, save_contact, *kept[0]))
+                elif save_contact is not None:
+                    unsaved = "was not reached: its contact problem is not saved"
+                    remark("unsaved", f"step {save_contact} {unsaved}")
+                clock.lap("output")
+                seconds = dict(result.summary.seconds)
+                seconds["output"] = round(seconds["output"] + clock.phases["output"], 4)
+                result = _ended(result, seconds=seconds, remarks=tuple(remarks))
+                files.append(write(out / "summary.json", result.summary))
+            except BaseException as error:  # what was written so far is left readable, and says what it is
+                with contextlib.suppress(OutputError):  # where there is no place it goes on saying "running"
+                    hold = "history.csv and the field files hold the steps so far"
+                    ending: Summary | Ending = ended_by(error, "run", scene.title, hold)
+                    if figures is not None:
+                        ending = structs.replace(
+                            figures, outcome=ending.outcome, message=ending.message, remarks=tuple(remarks)
+                        )
+                    write(out / "summary.json", ending)
+                    recorders.close(ending)
+                raise
+    return replace(result, files=files)
+
+
+def _ended(result: RunResult, **keys: Any) -> RunResult:
+    """The same with other values in its summary."""
+    return replace(result, summary=structs.replace(result.summary, **keys))
 
 
 def _solved(
     scene: specs.Scene,
     base: Path,
     built: Built,
-    limits: dict[str, Any],
+    limits: LimitAnalysis | None,
     observers: Sequence[Observer],
     keep: int | None = None,
     kept: list[tuple[Model, Increment]] | None = None,
 ) -> Iterator[RunResult]:
-    """What is known of a scene: after its march, and with each further analysis that it asks for."""
+    """What is known of a scene: after its march, and with all that is asked of its end."""
     plan, settings = scene.analysis, solver_settings(scene.solver)
     made = march(built.model, plan, settings, bodies=built.bodies, observers=observers, keep=keep, kept=kept)
     start = started(made)
     made = said(made, start)
-    summary = summarise(scene, built, made) | limits | _start(start)
-    result = RunResult(made.outcome, made.message, summary, [], built, made)
+    summary = summarise(
+        scene, built, made, limit_analysis=limits, start=None if start is None else start.told()
+    )
+    result = RunResult(summary, [], built, made)
     yield result
-    summary |= {"errors": errors_of(scene, built, made, base)}
-    _compare(summary)
-    told = _determinacy(scene, built, made, summary)
-    summary |= _joints(scene, made, told)
-    yield replace(result, determinacy=told)
+    told, keys = _determinacy(scene, made)
+    yield replace(
+        _ended(
+            result,
+            errors=errors_of(scene, built, made, base),
+            limit_analysis=_compared(summary),
+            joints=_joints(scene, made, told),
+            **keys,
+        ),
+        determinacy=told,
+    )
 
 
-def _start(start: Start | None) -> dict[str, Any]:
-    """How an equilibrium may come about."""
-    return {} if start is None else {"start": start.told()}
-
-
-def _joints(scene: specs.Scene, made: March, told: ForceDeterminacy | None) -> dict[str, Any]:
+def _joints(scene: specs.Scene, made: March, told: ForceDeterminacy | None) -> Joints | None:
     """Joints by state, where the scene asks for them."""
     if not scene.output.interfaces or not made.model.interfaces:
-        return {}
-    from masonry_fem.output.asked.interfaces import joint_summary  # noqa: PLC0415
+        return None
+    from masonry_fem.results.joints import joint_summary  # noqa: PLC0415
 
-    return {"joints": joint_summary(made.model, made.state if told is None else told.state)}
+    return joint_summary(made.model, made.state if told is None else told.state)
 
 
-def _limits(scene: specs.Scene, built: Built) -> dict[str, Any]:
+def _limits(scene: specs.Scene, built: Built) -> LimitAnalysis | None:
     """What limit analysis says, where the scene asks for it; before the march, as it may refuse."""
     if not scene.output.limit_analysis:
-        return {}
-    from masonry_fem.analyses.limit import reported  # noqa: PLC0415 - only scenes that ask need its solvers
+        return None
+    from masonry_fem.analyses.limit import cross_check  # noqa: PLC0415 - only who asks needs its solvers
 
-    return {"limit_analysis": reported(scene, built)}
-
-
-def _compare(summary: dict[str, Any]) -> None:
-    """Hold the supports' forces of an equilibrium against their intervals, where limit analysis was asked."""
-    if "limit_analysis" in summary and summary["outcome"] == "equilibrium":
-        from masonry_fem.limit.answers import outside  # noqa: PLC0415 - as above
-
-        told = summary["limit_analysis"]
-        told["outside"] = outside(told, summary["supports"], summary["applied"])
-        if not told.get("admissible", True):
-            told["notes"].append(
-                "the run found an equilibrium all the same, of blocks where they came to rest: this is of "
-                "rigid blocks where they stood at the start"
-            )
+    try:
+        return cross_check(scene, built)
+    except ProblemError as error:
+        remark("limit_analysis", f"limit analysis has no answer: {error}")
+        return None
 
 
-def _determinacy(
-    scene: specs.Scene, built: Built, made: March, summary: dict[str, Any]
-) -> ForceDeterminacy | None:
-    """What is determined, where the scene asks for it; it goes to the summary, with its reactions."""
+def _compared(summary: Summary) -> LimitAnalysis | None:
+    """Limit analysis, where it was asked, with forces of an equilibrium that lie outside its intervals."""
+    told = summary.limit_analysis
+    if told is None or summary.outcome != "equilibrium":
+        return told
+    from masonry_fem.results.limit import outside  # noqa: PLC0415 - as above
+
+    note = (
+        "the run found an equilibrium all the same, of blocks where they came to rest: this is of "
+        "rigid blocks where they stood at the start"
+    )
+    return structs.replace(
+        told,
+        outside=outside(told, summary.supports, summary.applied),
+        notes=told.notes if told.admissible else (*told.notes, note),
+    )
+
+
+def _determinacy(scene: specs.Scene, made: March) -> tuple[ForceDeterminacy | None, dict[str, Any]]:
+    """What is determined, where the scene asks for it, and what the summary says then."""
     if not scene.output.determinacy:
-        return None
+        return None, {}
     if not made.last.solution.solved:
-        summary["determinacy"] = {
-            "reactions": "as solved, which is not to the tolerance: nothing is determined"
-        }
-        return None
+        unsolved = "as solved, which is not to the tolerance: nothing is determined"
+        return None, {"determinacy": Determinacy(reactions=unsolved)}
     from masonry_fem.march.determinacy import determine  # noqa: PLC0415
-    from masonry_fem.output.asked.determinacy import determinacy_summary  # noqa: PLC0415
+    from masonry_fem.results.joints import determinacy_summary  # noqa: PLC0415
 
     told = determine(made.model, made.last)
-    d = built.model.assembly.dimension
-    summary["supports"] = {name: wrench(value, d) for name, value in told.supports.items()}
-    summary["status"] = status_counts(told.state)
-    summary["determinacy"] = determinacy_summary(made.model, told)
-    return told
+    return told, {
+        "supports": wrenches(told.supports, made.model.assembly.dimension),
+        "status": status_counts(told.state),
+        "determinacy": determinacy_summary(made.model, told),
+    }
 
 
 def _check_step(save_contact: int | None, steps: int) -> None:

@@ -9,7 +9,6 @@ Rigid blocks alone are asked: elastic ones take their stress from what moves (``
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -22,6 +21,7 @@ from masonry_fem.march.motion import FloatArray
 from masonry_fem.nscd import Outcome
 from masonry_fem.nscd.unstressed import from_no_stress
 from masonry_fem.output.sheet import quantity
+from masonry_fem.results.summary import StartTold
 
 CLOSED = 1e-6  # of a block's size: a gap that is none
 DIGITS = 4
@@ -70,18 +70,17 @@ class Start:
             words += f"; from a start without stress it falls: {self.mechanism.sentence()}"
         return f"{words}."
 
-    def told(self) -> dict[str, Any]:
+    def told(self) -> StartTold:
         """What ``summary.json`` holds."""
-        if self.reached is None:
-            return {"reached": None, "note": self.note}
-        if self.reached:
-            return {"reached": True}
-        return {
-            "reached": False,
-            "message": self.sentence(),
-            "least_thrust": self.thrust,
-            "joints": [list(pair) for pair in self.joints],
-        } | ({} if self.mechanism is None else {"mechanism": self.mechanism.told()})
+        if self.reached is not False:
+            return StartTold(reached=self.reached, note=self.note or None)
+        return StartTold(
+            reached=False,
+            message=self.sentence(),
+            least_thrust=self.thrust,
+            joints=self.joints,
+            mechanism=None if self.mechanism is None else self.mechanism.told(),
+        )
 
 
 def started(made: March) -> Start | None:

@@ -7,10 +7,8 @@ trials.made, trials.fallen
 
 from __future__ import annotations
 
-import contextlib
-import logging
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 
 from masonry_fem.analyses.bracket import Verdict
 from masonry_fem.analyses.pushing import Push
@@ -25,58 +23,12 @@ from masonry_fem.march.mechanism import OPEN
 from masonry_fem.march.model import Model
 from masonry_fem.march.motion import greatest_shift
 from masonry_fem.march.state import SystemState
+from masonry_fem.results.collapse import Trial
 from masonry_fem.scene import specs
 
 VERDICTS: dict[str, Verdict] = {"equilibrium": "stands", "no_equilibrium": "falls"}
 # where statics of rigid blocks does not decide, steps in time from rest may
 STRIKE = Equilibrium(strategy="brutal_damping", step=0.01, max_steps=3)
-
-
-@dataclass(frozen=True, slots=True)
-class Trial:
-    """One attempt.
-
-    Attributes
-    ----------
-    multiplier : Of what grows. verdict : ``stands``, ``falls`` or ``undecided``.
-    outcome, message : How its march ended, and the sentence for it.
-    steps : Made. seconds : CPU time [s].
-    """
-
-    multiplier: float
-    verdict: Verdict
-    outcome: str
-    message: str
-    steps: int
-    seconds: float
-
-
-class Doubts(logging.Filter):
-    """Warnings of the trials' marches, told once at the end instead of after each."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.found: dict[str, list[str]] = {}
-
-    def filter(self, record: logging.LogRecord) -> bool:
-        """Keep a warning back; those alike together."""
-        self.found.setdefault(str(record.msg), []).append(record.getMessage())
-        return False
-
-    @contextlib.contextmanager
-    def gathered(self) -> Iterator[None]:
-        """Keep warnings back meanwhile."""
-        source = logging.getLogger(march.__module__)
-        source.addFilter(self)
-        try:
-            yield
-        finally:
-            source.removeFilter(self)
-
-    def told(self) -> Iterator[str]:
-        """One sentence for each kind."""
-        for said in self.found.values():
-            yield f"in {counted(len(said), 'trial')}, the last time so: {said[-1]}"
 
 
 class Trials:
@@ -100,7 +52,6 @@ class Trials:
             self.strategy = Statics()
             notes.append("dynamics does not end by standing or falling: statics was taken for the trials")
         self.made: list[Trial] = []
-        self.doubts = Doubts()
         self.struck = 0  # trials that a step in time decided
         self.reached: float | None = None
         self.standing: tuple[March, float] | None = None
@@ -121,7 +72,12 @@ class Trials:
         if verdict == "falls" and (self.fallen is None or multiplier < self.fallen[1]):
             self.fallen = (ended, multiplier)
         trial = Trial(
-            multiplier, verdict, ended.outcome, ended.message, ended.state.index, clock.phases["trial"]
+            multiplier=multiplier,
+            verdict=verdict,
+            outcome=ended.outcome,
+            message=ended.message,
+            steps=ended.state.index,
+            seconds=clock.phases["trial"],
         )
         self.made.append(trial)
         if self.tell is not None:

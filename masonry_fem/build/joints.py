@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import math
 from collections.abc import Callable
 from dataclasses import replace
@@ -21,10 +20,9 @@ from masonry_fem.contact.placement import Rule
 from masonry_fem.errors import SceneError
 from masonry_fem.joints.assignment import Assignment
 from masonry_fem.march.model import Model
+from masonry_fem.records.remark import remark
 from masonry_fem.scene import specs
 from masonry_fem.scene.misfit import listed, nearest
-
-logger = logging.getLogger(__name__)
 
 ROUNDING = 1e-6  # of an angle [degrees]
 
@@ -73,10 +71,11 @@ def _tell_idle(scene: specs.Scene, idle: list[int], labels: set[str]) -> None:
             if getattr(joint, name) != getattr(default, name)
         ]
         near = "" if joint.interface in labels else nearest(joint.interface, sorted(labels))
-        logger.warning(
-            "joints.%d (%s) holds for none of the joints, whose labels are %s%s; correct it, or drop it",
-            index, ", ".join(given), listed(sorted(labels)), near,
-        )  # fmt: skip
+        remark(
+            "idle_joint",
+            f"joints.{index} ({', '.join(given)}) holds for none of the joints, whose labels are "
+            f"{listed(sorted(labels))}{near}; correct it, or drop it",
+        )
 
 
 def inclination(interface: Interface) -> float:

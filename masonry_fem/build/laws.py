@@ -8,7 +8,6 @@ sliding does (dilatancy), and the layer of mortar in series with all of it.
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
@@ -33,11 +32,10 @@ from masonry_fem.joints.laws.parts.kinetic import Kinetic
 from masonry_fem.joints.laws.parts.rigid_brittle import RigidBrittle
 from masonry_fem.joints.laws.parts.rough import Rough
 from masonry_fem.joints.parameters import Parameter
+from masonry_fem.records.remark import remark
 from masonry_fem.scene import specs
 
 FloatArray = NDArray[np.float64]
-
-logger = logging.getLogger(__name__)
 
 APART = 1e-4  # of an interface's extent: a gap that more than rounding has made
 
@@ -160,11 +158,13 @@ def _tell_apart(
     gaps = contacts.gap[points]
     apart = gaps > APART * extent
     if apart.any():
-        logger.warning(
-            "%s.law: at %d contact points the faces are up to %.3g m apart at the start, and %s pulls them "
-            "together with its strength; close the gaps, lower contact.reach, or take a law with springs",
-            key, int(apart.sum()), float(gaps[apart].max()), joint.law.kind,
-        )  # fmt: skip
+        remark(
+            "pulled_together",
+            f"{key}.law: at {int(apart.sum())} contact points the faces are up to "
+            f"{float(gaps[apart].max()):.3g} m apart at the start, and {joint.law.kind} pulls them "
+            "together with its strength; close the gaps, lower contact.reach, or take a law with "
+            "springs",
+        )
 
 
 def _law(part: _Part) -> Law:

@@ -26,6 +26,7 @@ from masonry_fem.errors import MasonryError, SceneError
 from masonry_fem.fidelities import Fidelity, Given, deforms, fidelities
 from masonry_fem.march.clock import Clock
 from masonry_fem.march.model import Model, Probe
+from masonry_fem.records.remark import remark
 from masonry_fem.scene import specs
 from masonry_fem.scene.selector import only, select
 
@@ -122,11 +123,11 @@ def _changing(scene: specs.Scene, base: Path) -> float:
         return 0.0
     changing, end = last_change(scene, base), analysis.end
     if changing > end * (1 + ROUNDING):
-        logger.warning(
-            "loads or supports change until t = %g s, and the march ends at %g s at the latest; expected "
-            "more time: raise analysis.max_steps or analysis.step",
-            changing, end,
-        )  # fmt: skip
+        remark(
+            "march_too_short",
+            f"loads or supports change until t = {changing:g} s, and the march ends at {end:g} s "
+            "at the latest; expected more time: raise analysis.max_steps or analysis.step",
+        )
     return changing
 
 
@@ -202,11 +203,11 @@ def _doubt_loose(stones: Stones, interfaces: tuple[Interface, ...]) -> None:
     if loose:
         names = ", ".join(f"'{stones.assembly.blocks[block].name}'" for block in loose[:SHOWN])
         more = f" and {len(loose) - SHOWN} more" if len(loose) > SHOWN else ""
-        logger.warning(
-            "no support holds %s%s, neither directly nor through other blocks; "
-            "expected faces that touch, or a contact.reach [m] as wide as the gaps",
-            names,
-            more,
+        remark(
+            "loose",
+            f"no support holds {names}{more}, neither directly nor through other blocks; expected "
+            "faces that touch, or a contact.reach [m] as wide as the gaps",
+            *(stones.assembly.blocks[block].name for block in loose),
         )
 
 

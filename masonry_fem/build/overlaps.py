@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import logging
-
 from masonry_fem.build.stones import Stones
 from masonry_fem.contact.detection import THROUGH, default_reach
 from masonry_fem.contact.overlap import overlapping, thickness
 from masonry_fem.errors import SceneError
+from masonry_fem.records.remark import remark
 
 SHOWN = 5  # pairs of blocks that a message names
-
-logger = logging.getLogger(__name__)
 
 Overlap = tuple[int, int, float]  # two blocks, and how deep they penetrate each other [m]
 
@@ -47,11 +44,11 @@ def refuse_overlaps(stones: Stones, reach: float | None) -> None:
             f"structures: blocks overlap: {_named(stones, swallowed)}, which is half of the thinner one or "
             "more; expected blocks that touch, stand apart, or overlap by less; move or resize them"
         )
-    logger.warning(
-        "blocks overlap by up to %.3g m, within contact.reach: %s; they stay where they are, and the "
-        "overlap stays too, unless contact.expulsion drives them apart",
-        max(depth for _, _, depth in found),
-        _named(stones, found),
+    remark(
+        "overlap",
+        f"blocks overlap by up to {max((depth for _, _, depth in found)):.3g} m, within "
+        f"contact.reach: {_named(stones, found)}; they stay where they are, and the overlap "
+        "stays too, unless contact.expulsion drives them apart",
     )
 
 

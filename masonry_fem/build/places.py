@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import logging
-
 import numpy as np
 
 from masonry_fem.build.stones import Stones
 from masonry_fem.errors import SceneError
+from masonry_fem.records.remark import remark
 
 LOST = 1e-4  # of a block's thickness: spacing of coordinates above which they distort the block
 COARSE = 1e-8  # of it: spacing above which gaps and lever arms lose digits
 
 SIZES = (1e-4, 100.0)  # plausible sizes of stones [m]; coordinates in mm read as m lie outside
-
-logger = logging.getLogger(__name__)
 
 
 def check_places(stones: Stones) -> None:
@@ -42,15 +39,17 @@ def check_places(stones: Stones) -> None:
             f"that; {cure}, or make the block thicker"
         )
     if share[worst] > COARSE:
-        logger.warning(
-            "block '%s' stands %.2g m from the origin, where coordinates are %.1g m apart: gaps and arms "
-            "lose digits; %s",
-            name, away, np.spacing(away), cure,
-        )  # fmt: skip
+        remark(
+            "far_away",
+            f"block '{name}' stands {away:.2g} m from the origin, where coordinates are "
+            f"{np.spacing(away):.1g} m apart: gaps and arms lose digits; {cure}",
+            name,
+        )
     long = [float(np.ptp(shape.solid.vertices, axis=0).max()) for shape in assembly.shapes]
     typical = float(np.median([long[block.shape] for block in assembly.blocks if not block.support] or [1.0]))
     if not SIZES[0] <= typical <= SIZES[1]:
-        logger.warning(
-            "blocks are some %.2g m long, expected %g to %g m: are lengths in mm taken for m? see units",
-            typical, *SIZES,
-        )  # fmt: skip
+        remark(
+            "size",
+            f"blocks are some {typical:.2g} m long, expected {SIZES[0]:g} to {SIZES[1]:g} m: are "
+            "lengths in mm taken for m? see units",
+        )

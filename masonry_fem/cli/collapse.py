@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 
 from masonry_fem.cli.console import complain, print_files
@@ -18,6 +17,7 @@ def collapse_scene(options: argparse.Namespace) -> int:
     from masonry_fem.analyses.collapse import collapse
     from masonry_fem.output.collapse_table import Watch, print_collapse
     from masonry_fem.output.folder import Folder
+    from masonry_fem.records.told import text
 
     options.out = results_folder(options)
     # before the search, so that a folder that cannot be written to is found at once
@@ -35,18 +35,17 @@ def collapse_scene(options: argparse.Namespace) -> int:
                 limit=not options.no_limit,
                 tell=watch.tell,
             )
-        told, stopped = found.told(), found.outcome == "interrupted"
-        files = found.write(options.out, pictures=scene.output.pictures and not stopped)
+        told = found.summary
+        pictures = scene.output.pictures and told.outcome != "interrupted"
+        files = found.write(options.out, pictures=pictures)
     if options.json:
-        from masonry_fem.results.blocks import plain
-
-        print(json.dumps(plain(told), indent=2, ensure_ascii=False))
+        print(text(told))
     elif not options.quiet:
         print_collapse(told)
         print_files(files)
-    code = COLLAPSE_CODES[found.outcome]
+    code = COLLAPSE_CODES[told.outcome]
     if code:
-        complain(found.message)
+        complain(told.message)
     return code
 
 

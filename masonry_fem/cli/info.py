@@ -10,7 +10,14 @@ from masonry_fem.cli.grammar import Commands, Parents
 
 
 def print_info(options: argparse.Namespace) -> int:
-    """Print versions, advice on what is missing, and what scenes may ask for."""
+    """Print versions, advice on what is missing, and what scenes may ask for; or the schema of results."""
+    if options.schema:
+        from masonry_fem.records.told import Ending, schema, text
+        from masonry_fem.results.collapse import CollapseTold
+        from masonry_fem.results.summary import LimitAnalysis, Summary
+
+        print(text(schema(Summary, CollapseTold, LimitAnalysis, Ending)))
+        return 0
     from masonry_fem.host import installation
 
     for finding in installation.report():
@@ -45,4 +52,5 @@ def add(commands: Commands, parents: Parents) -> None:
     own = commands.add_parser(
         "info", parents=[parents.common], help="versions, what this machine lacks, what scenes may ask for"
     )
+    own.add_argument("--schema", action="store_true", help="print the JSON schema of summary.json")
     own.set_defaults(command=print_info)

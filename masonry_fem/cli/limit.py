@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 
 from masonry_fem.cli.exit_codes import EXIT_CODES
 from masonry_fem.cli.grammar import Commands, Parents, read_scene
@@ -14,17 +13,16 @@ def limit_scene(options: argparse.Namespace) -> int:
     """Decide by limit analysis whether the loads of a scene can be carried; the exit code says so."""
     scene, base = read_scene(options)
     from masonry_fem.analyses.limit import analyse
+    from masonry_fem.records.told import text
 
     told = analyse(scene, base, dead=options.dead, tilt=options.tilt)
     if options.json:
-        from masonry_fem.results.blocks import plain
-
-        print(json.dumps(plain(told), indent=2, ensure_ascii=False))
+        print(text(told))
     elif not options.quiet:
         from masonry_fem.output.limit_table import print_limits
 
         print_limits(told, scene.dimension)
-    return EXIT_CODES["equilibrium" if told["admissible"] else "no_equilibrium"]
+    return EXIT_CODES["equilibrium" if told.admissible else "no_equilibrium"]
 
 
 def add(commands: Commands, parents: Parents) -> None:

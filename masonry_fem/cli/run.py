@@ -24,9 +24,10 @@ def run_scene(options: argparse.Namespace) -> int:
     code = EXIT_CODES.get(result.outcome, BAD_INPUT)
     if not options.quiet:
         from masonry_fem.output.terminal import print_summary
+        from masonry_fem.records.told import plain
 
         # errors are printed once, at the end, on standard error
-        print_summary({**result.summary, "message": ""} if code else result.summary)
+        print_summary(plain(result.summary) | ({"message": ""} if code else {}))
         print_files(result.files)
     if code:
         complain(result.message)
@@ -36,10 +37,9 @@ def run_scene(options: argparse.Namespace) -> int:
 def refine_scene(options: argparse.Namespace) -> int:
     """Solve a scene on finer and finer elements; with exit code 2 its error stayed too large."""
     scene, base = read_scene(options)
-    from dataclasses import asdict
-
     from masonry_fem.analyses.refine import refine
     from masonry_fem.output.refinement_table import round_line
+    from masonry_fem.records.told import plain
 
     if options.save_contact is not None:
         raise MasonryError(
@@ -52,15 +52,15 @@ def refine_scene(options: argparse.Namespace) -> int:
         base,
         target=share(options.refine_to, "--refine-to"),
         quiet=options.quiet,
-        tell=None if options.quiet else lambda made: print(round_line(asdict(made)), flush=True),
+        tell=None if options.quiet else lambda made: print(round_line(plain(made)), flush=True),
     )
     code = EXIT_CODES.get(found.result.outcome, BAD_INPUT)
     if not options.quiet:
         from masonry_fem.output.terminal import print_summary
 
-        summary = {**found.result.summary, "message": ""} if code else found.result.summary
+        summary = plain(found.result.summary) | ({"message": ""} if code else {})
         if not found.reached:  # the reason is printed once, as above
-            summary = {**summary, "refinement": {**summary["refinement"], "message": ""}}
+            summary["refinement"]["message"] = ""
         print_summary(summary)
         print_files(found.files)
     if code or not found.reached:

@@ -10,8 +10,6 @@ a face (``touching``) and for edges that cross (``crossing``), other pairs for c
 
 from __future__ import annotations
 
-import logging
-
 import numpy as np
 from numba import njit
 
@@ -25,6 +23,7 @@ from masonry_fem.contact.posed import Posed
 from masonry_fem.contact.surface import PosedFaces, Surface, pose_faces, surfaces_of, typical_size
 from masonry_fem.contact.touching import standing_pairs
 from masonry_fem.errors import GeometryError
+from masonry_fem.records.remark import remark
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
@@ -36,8 +35,6 @@ ROUNDING = 1e-12  # of a block's size: a gap below it is zero
 # of the thinner block's depth behind its face: faces that overlap by more look at each other through a block
 THROUGH = 0.5
 SHOWN = 5  # pairs of blocks that a message names
-
-logger = logging.getLogger(__name__)
 
 
 def detect(
@@ -123,11 +120,12 @@ def _tell_slivers(assembly: Assembly, found: list[Interface], slivers: IntArray)
             f"'{assembly.blocks[a].name}' and '{assembly.blocks[b].name}'" for a, b in lost[:SHOWN]
         )
         more = f" and {len(lost) - SHOWN} more pairs" if len(lost) > SHOWN else ""
-        logger.warning(
-            "%s%s have only a sliver in common, less than %g of a face, and are taken not to touch; "
-            "widen the overlap, or part the blocks",
-            names, more, SMALLEST,
-        )  # fmt: skip
+        remark(
+            "sliver",
+            f"{names}{more} have only a sliver in common, less than {SMALLEST:g} of a face, and "
+            "are taken not to touch; widen the overlap, or part the blocks",
+            *(assembly.blocks[one].name for pair in lost for one in pair),
+        )
 
 
 def _order(interface: Interface) -> tuple[int, ...]:

@@ -2,14 +2,16 @@
 
     start + external + support + unaccounted = stored at the end + everything lost
 
-``told()`` has all terms by the names of ``summary.json``.
+``summary.json`` has it as ``energy``.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 
 from masonry_fem.march.step_report import StepReport
+
+NO_TERMS = ("contact_work", "unaccounted", "error", "largest")
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,13 +21,13 @@ class Ledger:
     Attributes
     ----------
     start : Stored before the first step.
-    kinetic, strain, stored : What is stored now, in motion, in stones and in cohesive joints.
-    external, support : Work of loads, and of supports and clamped faces that move.
-    contact : Work of the reactions on relative motion.
-    friction, impact_normal, impact_tangential : Lost at contacts, by sliding and where points hit.
-    damping : By Rayleigh damping, and where velocities are scaled between steps.
-    numerical : By steps of a finite length (θ > ½; forces of the step's end in joints).
-    joints, viscous : Dissipated by the damage of joints and by its delay.
+    kinetic, strain, joints : What is stored now, in motion, in stones and in cohesive joints.
+    contact_work : Of the reactions on relative motion.
+    external_work, support_work : Of loads, and of supports and clamped faces that move.
+    friction_dissipation : Lost by sliding. impact_normal, impact_tangential : Where points hit.
+    joint_dissipation, joint_viscosity : Lost to the damage of joints and to its delay.
+    damping_dissipation : By Rayleigh damping, and where velocities are scaled between steps.
+    numerical_dissipation : By steps of a finite length (θ > ½; forces of the step's end in joints).
     unaccounted : Sum of what the steps' balances leave, with signs.
     error : The same in absolute values. largest : Largest energy seen in any term.
     """
@@ -33,17 +35,17 @@ class Ledger:
     start: float | None = None
     kinetic: float = 0.0
     strain: float = 0.0
-    stored: float = 0.0
-    external: float = 0.0
-    support: float = 0.0
-    contact: float = 0.0
-    friction: float = 0.0
+    joints: float = 0.0
+    contact_work: float = 0.0
+    external_work: float = 0.0
+    support_work: float = 0.0
+    friction_dissipation: float = 0.0
     impact_normal: float = 0.0
     impact_tangential: float = 0.0
-    damping: float = 0.0
-    numerical: float = 0.0
-    joints: float = 0.0
-    viscous: float = 0.0
+    joint_dissipation: float = 0.0
+    joint_viscosity: float = 0.0
+    damping_dissipation: float = 0.0
+    numerical_dissipation: float = 0.0
     unaccounted: float = 0.0
     error: float = 0.0
     largest: float = 0.0
@@ -54,47 +56,28 @@ class Ledger:
         start = report.kinetic_before + report.strain_before + report.joint_energy_before
         # velocities are scaled between steps, and contacts found anew may have lost their joints
         still = 0.0 if first else self.kinetic - report.kinetic_before
-        parted = 0.0 if first else self.stored - report.joint_energy_before
+        parted = 0.0 if first else self.joints - report.joint_energy_before
         added = replace(
             self,
             start=start if first else self.start,
             kinetic=report.kinetic_energy,
             strain=report.strain_energy,
-            stored=report.joint_energy,
-            external=self.external + report.external_work,
-            support=self.support + report.support_work,
-            contact=self.contact + report.contact_work,
-            friction=self.friction + report.friction_dissipation,
+            joints=report.joint_energy,
+            contact_work=self.contact_work + report.contact_work,
+            external_work=self.external_work + report.external_work,
+            support_work=self.support_work + report.support_work,
+            friction_dissipation=self.friction_dissipation + report.friction_dissipation,
             impact_normal=self.impact_normal + report.impact_normal,
             impact_tangential=self.impact_tangential + report.impact_tangential,
-            damping=self.damping + report.damping_dissipation + still,
-            numerical=self.numerical + report.numerical_dissipation,
-            joints=self.joints + report.joint_dissipation + parted,
-            viscous=self.viscous + report.joint_viscosity,
+            joint_dissipation=self.joint_dissipation + report.joint_dissipation + parted,
+            joint_viscosity=self.joint_viscosity + report.joint_viscosity,
+            damping_dissipation=self.damping_dissipation + report.damping_dissipation + still,
+            numerical_dissipation=self.numerical_dissipation + report.numerical_dissipation,
             unaccounted=self.unaccounted + report.energy_error,
             error=self.error + abs(report.energy_error),
         )
-        terms = (value for name, value in added.told().items() if name != "unaccounted")
+        terms = (value for name, value in asdict(added).items() if name not in NO_TERMS)
         return replace(added, largest=max(self.largest, *map(abs, terms)))
-
-    def told(self) -> dict[str, float]:
-        """All terms by their names in ``summary.json`` [J]; nothing before the first step but zeros."""
-        return {
-            "start": self.start or 0.0,
-            "external_work": self.external,
-            "support_work": self.support,
-            "kinetic": self.kinetic,
-            "strain": self.strain,
-            "joints": self.stored,
-            "friction_dissipation": self.friction,
-            "impact_normal": self.impact_normal,
-            "impact_tangential": self.impact_tangential,
-            "joint_dissipation": self.joints,
-            "joint_viscosity": self.viscous,
-            "damping_dissipation": self.damping,
-            "numerical_dissipation": self.numerical,
-            "unaccounted": self.unaccounted,
-        }
 
     @property
     def imbalance(self) -> float:

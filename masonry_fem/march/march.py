@@ -6,7 +6,6 @@ made.outcome, made.message, made.state, made.report
 
 from __future__ import annotations
 
-import logging
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -30,8 +29,7 @@ from masonry_fem.march.unrest import could_rest, drift, within_tolerance
 from masonry_fem.march.witness import Witness
 from masonry_fem.nscd import Outcome, SolverSettings
 from masonry_fem.nscd.solve import ROUNDED
-
-logger = logging.getLogger(__name__)
+from masonry_fem.records.remark import remark
 
 Verdict = Literal["equilibrium", "finished", "no_convergence", "no_equilibrium"]
 
@@ -159,23 +157,26 @@ def march(
         _tell_written(witness, _with_cure(buried, model, static=static, buried=True), made.scheme.step)
         far = drift(model, made, report, reached)
         if far > 0:
-            logger.warning(
-                "a step of %g s is so long that speeds below the solver's tolerance carry blocks %.1e m away "
-                "in it: forces may be right, places are not; take shorter steps, or kind = 'statics'",
-                made.scheme.step, far,
-            )  # fmt: skip
+            remark(
+                "long_step",
+                f"a step of {made.scheme.step:g} s is so long that speeds below the solver's tolerance "
+                f"carry blocks {far:.1e} m away in it: forces may be right, places are not; take "
+                "shorter steps, or kind = 'statics'",
+            )
     if deepest > DEEP * model.length + float(np.maximum(-start.gap, 0.0).max(initial=0.0)):
-        logger.warning(
-            "blocks went into each other by up to %.2g m: they meet too fast for steps of %g s; take smaller "
-            "steps (joints of form 'velocity' close in the step after blocks have met)",
-            deepest, made.scheme.step,
-        )  # fmt: skip
+        remark(
+            "fast_meeting",
+            f"blocks went into each other by up to {deepest:.2g} m: they meet too fast for steps "
+            f"of {made.scheme.step:g} s; take smaller steps (joints of form 'velocity' close in "
+            "the step after blocks have met)",
+        )
     if jammed:
-        logger.warning(
-            "overlaps could not be driven apart in %d of %s: rigid blocks lie between others that do not "
-            "give way; they were held where they are. Make room, or make the blocks elastic",
-            jammed, _steps(report.step),
-        )  # fmt: skip
+        remark(
+            "jammed",
+            f"overlaps could not be driven apart in {jammed} of {_steps(report.step)}: rigid "
+            "blocks lie between others that do not give way; they were held where they are. Make "
+            "room, or make the blocks elastic",
+        )
     return _ended(verdict, model, made, report, settings, ledger, clock, tuple(abrupt), witness, objection)
 
 
@@ -190,24 +191,28 @@ def _warn(
 ) -> None:
     if missed:
         cure = "" if settings.acceptable > 0 else ", and loosen solver.tolerance where that is exact enough"
-        logger.warning(
-            "%d of %d steps missed the solver's tolerance %g, the worst with an error of %.1e; "
-            "look at the certificate%s",
-            len(missed), report.step, settings.tolerance, max(missed), cure,
-        )  # fmt: skip
+        remark(
+            "missed_tolerance",
+            f"{len(missed)} of {report.step} steps missed the solver's tolerance "
+            f"{settings.tolerance:g}, the worst with an error of {max(missed):.1e}; look at the "
+            f"certificate{cure}",
+        )
     if inexact:
-        logger.warning(
-            "%d of %s ended at an error of up to %.1e, where no method came nearer to the %g aimed at; that "
-            "is mostly rounding, of the arithmetic or of a file's coordinates. Compare it with what you need",
-            len(inexact), _steps(report.step), max(inexact), settings.tolerance,
-        )  # fmt: skip
+        remark(
+            "inexact",
+            f"{len(inexact)} of {_steps(report.step)} ended at an error of up to "
+            f"{max(inexact):.1e}, where no method came nearer to the {settings.tolerance:g} aimed "
+            "at; that is mostly rounding, of the arithmetic or of a file's coordinates. Compare "
+            "it with what you need",
+        )
     if unsettled:
-        logger.warning(
-            "joint laws did not settle in %d of %d steps: the joints' state still changed by up to %.1e (of"
-            " β, of the largest jump, or of τ/σ where mortar crushes); take smaller steps (in statics "
-            "analysis.substeps divides those that need it), or dynamics",
-            len(unsettled), report.step, max(unsettled),
-        )  # fmt: skip
+        remark(
+            "unsettled_joints",
+            f"joint laws did not settle in {len(unsettled)} of {report.step} steps: the joints' "
+            f"state still changed by up to {max(unsettled):.1e} (of β, of the largest jump, or of "
+            "τ/σ where mortar crushes); take smaller steps (in statics analysis.substeps divides "
+            "those that need it), or dynamics",
+        )
     if not abrupt:
         return
     where = (
@@ -215,31 +220,36 @@ def _warn(
     )
     finest = 2 ** (strategy.parts.bit_length() - 1)  # steps are halved
     if finest > 1:
-        logger.warning(
-            "%s, even in 1/%d of a load step: the structure snaps back, or the joints are brittle; the path "
-            "goes on from the next equilibrium, dynamics tells what happens between", where, finest,
-        )  # fmt: skip
+        remark(
+            "abrupt",
+            f"{where}, even in 1/{finest} of a load step: the structure snaps back, or the joints "
+            "are brittle; the path goes on from the next equilibrium, dynamics tells what happens "
+            "between",
+        )
     else:
-        logger.warning(
-            "%s: what happens between two steps is not known, the structure may snap back; smaller steps "
-            "tell, in statics analysis.substeps divides those that need it", where,
-        )  # fmt: skip
+        remark(
+            "abrupt",
+            f"{where}: what happens between two steps is not known, the structure may snap back; "
+            "smaller steps tell, in statics analysis.substeps divides those that need it",
+        )
 
 
 def _doubt(model: Model, made: Increment, report: StepReport, bound: float) -> None:
     """Say where a state that the solver and the steps are content with is not to be relied on."""
     beyond = beyond_small(model, made.after)
     if beyond is not None:
-        logger.warning(
-            "%s: elastic blocks are computed for small strains and turns (some per cent, some degrees); "
-            "do not rely on the result, look at materials.*.young and the loads, or make blocks rigid",
-            beyond,
+        remark(
+            "large_strain",
+            f"{beyond}: elastic blocks are computed for small strains and turns (some per cent, "
+            "some degrees); do not rely on the result, look at materials.*.young and the loads, "
+            "or make blocks rigid",
         )
     if max(report.block_balance, report.global_balance) > bound:
-        logger.warning(
-            "forces balance to %.0e of a block's load only, which is rounding: blocks are too slender, or "
-            "stiffnesses, sizes or masses lie too far apart; stresses there may be wrong by as much or more",
-            max(report.block_balance, report.global_balance),
+        remark(
+            "imbalance",
+            f"forces balance to {max(report.block_balance, report.global_balance):.0e} of a "
+            "block's load only, which is rounding: blocks are too slender, or stiffnesses, sizes "
+            "or masses lie too far apart; stresses there may be wrong by as much or more",
         )
 
 
@@ -260,20 +270,26 @@ def _with_cure(objection: str, model: Model, *, static: bool, buried: bool) -> s
 def _tell_written(witness: Witness, buried: str, step: float) -> None:
     """Say what the written results leave open, where a reader would not expect it."""
     if buried:
-        logger.warning("%s", buried)
+        remark("interpenetration", buried, *witness.overlap.blocks)
     left = witness.balance
     if left.value >= TURNED:
-        logger.warning(
-            "blocks move so far in a step of %g s that the written forces leave %.2g of its load on '%s' "
-            "(step %d): take shorter steps", step, left.value, *left.blocks, left.step,
-        )  # fmt: skip
+        remark(
+            "written_balance",
+            f"blocks move so far in a step of {step:g} s that the written forces leave "
+            f"{left.value:.2g} of its load on '{left.blocks[0]}' (step {left.step}): take shorter "
+            "steps",
+            *left.blocks,
+        )
     turned = witness.turning
     if turned.value >= TURNED:
-        logger.warning(
-            "where '%s' is now forces leave %.2g of its load times its size (step %d): elastic blocks "
-            "balance where they were at the start, and thrusts are off by about that share of the load; make "
-            "blocks rigid to have them turn", *turned.blocks, turned.value, turned.step,
-        )  # fmt: skip
+        remark(
+            "written_turning",
+            f"where '{turned.blocks[0]}' is now forces leave {turned.value:.2g} of its load times "
+            f"its size (step {turned.step}): elastic blocks balance where they were at the start, "
+            "and thrusts are off by about that share of the load; make blocks rigid to have them "
+            "turn",
+            *turned.blocks,
+        )
 
 
 def _hopeless(report: StepReport, static: bool) -> Verdict | None:

@@ -25,6 +25,7 @@ from masonry_fem.march.model import Model
 from masonry_fem.march.motion import BlockMotion, PointMotion
 from masonry_fem.march.step import Increment
 from masonry_fem.nscd.graphs import lengths
+from masonry_fem.records.told import Told
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -46,7 +47,7 @@ class Joint:
     Attributes
     ----------
     interface : Its number in the model. label : Of its faces.
-    numbers : Of its blocks in the assembly. blocks : Their names.
+    numbers : Of its blocks in the assembly. between : Their names.
     how : ``hinge``, ``slides`` or ``opens``.
     at : Where: the hinge, or the middle of the contact points, shape (d,) [m].
     turn : Spin of the first block against the second, shape (1 or 3,) [rad/s].
@@ -55,7 +56,7 @@ class Joint:
 
     interface: int
     numbers: tuple[int, int]
-    blocks: tuple[str, str]
+    between: tuple[str, str]
     label: str
     how: str
     at: FloatArray
@@ -90,16 +91,6 @@ class Part:
         """The same of many blocks: their number and where they are."""
         speed = float(np.linalg.norm(self.velocity))
         return f"{len(self.blocks)} around {_place(self.at)} {self.way()}, {speed:.2g} of the greatest speed"
-
-    def told(self) -> dict[str, Any]:
-        """Everything for a summary."""
-        return {
-            "blocks": list(self.blocks),
-            "at": self.at,
-            "velocity": self.velocity,
-            "spin": self.spin,
-            "pole": self.pole,
-        }
 
     def way(self) -> str:
         """Its motion in words."""
@@ -202,20 +193,37 @@ class Mechanism:
             found.setdefault((joint.how, joint.label, sides), []).append(joint)
         return list(found.values())
 
-    def told(self) -> dict[str, Any]:
-        """Everything for a summary."""
-        return {
-            "sentence": self.sentence(),
-            "words": list(self.words()),
-            "groups": [list(group) for group in self.groups],
-            "parts": [part.told() for part in self.parts],
-            "macroblocks": [part.told() for part in self.macroblocks],
-            "joints": [
-                {"between": list(joint.blocks), "how": joint.how, "label": joint.label, "at": joint.at,
-                 "turn": joint.turn, "slip": joint.slip}
-                for joint in self.joints
-            ],
-        }  # fmt: skip
+    def told(self) -> Falling:
+        """What summaries hold."""
+        return Falling(
+            sentence=self.sentence(),
+            words=self.words(),
+            groups=self.groups,
+            parts=self.parts,
+            macroblocks=self.macroblocks,
+            joints=self.joints,
+        )
+
+
+class Moving(Told, frozen=True, kw_only=True):
+    """A block's velocity [m/s] at a point [m], shapes (d,), and its spin [rad/s], shape (1 or 3,)."""
+
+    block: str
+    at: FloatArray
+    velocity: FloatArray
+    spin: FloatArray
+
+
+class Falling(Told, frozen=True, kw_only=True):
+    """A mechanism in words and numbers; ``blocks`` one by one where limit analysis found it."""
+
+    sentence: str
+    words: tuple[str, ...]
+    groups: tuple[tuple[str, ...], ...]
+    parts: tuple[Part, ...]
+    macroblocks: tuple[Part, ...]
+    joints: tuple[Joint, ...]
+    blocks: tuple[Moving, ...] | None = None
 
 
 def recognise(
@@ -383,7 +391,7 @@ def _macroblocks(model: Model, motion: BlockMotion, parts: Sequence[Part]) -> tu
 
 def _told(joint: Joint) -> str:
     """A joint with its place and motion."""
-    where = f"{f'{joint.label} ' if joint.label else ''}{joint.blocks[0]} / {joint.blocks[1]}"
+    where = f"{f'{joint.label} ' if joint.label else ''}{joint.between[0]} / {joint.between[1]}"
     turn = float(np.linalg.norm(joint.turn))
     if joint.how == "hinge":
         return f"hinge {where} at {_place(joint.at)}, turning {turn:.3g} rad a metre"
@@ -395,7 +403,7 @@ def _told(joint: Joint) -> str:
 
 def _seam(joints: Sequence[Joint]) -> str:
     """Joints between two parts, the first and the last of them named."""
-    ends = [f"{joint.blocks[0]} / {joint.blocks[1]}" for joint in (joints[0], joints[-1])]
+    ends = [f"{joint.between[0]} / {joint.between[1]}" for joint in (joints[0], joints[-1])]
     label = f"{joints[0].label} joints" if joints[0].label else "joints"
     where = f"{len(joints)} {label} from {ends[0]} to {ends[1]}"
     if joints[0].how == "hinge":
@@ -439,5 +447,5 @@ def _spans(numbers: Sequence[int], names: Sequence[str]) -> str:
 
 
 def _listed(joints: Sequence[Joint]) -> str:
-    shown = ", ".join(f"{joint.blocks[0]} / {joint.blocks[1]}" for joint in joints[:SHOWN])
+    shown = ", ".join(f"{joint.between[0]} / {joint.between[1]}" for joint in joints[:SHOWN])
     return f"{shown} and {len(joints) - SHOWN} more" if len(joints) > SHOWN else shown

@@ -30,9 +30,14 @@ class Worst:
     step: int = 0
     share: float = 0.0
 
-    def told(self) -> dict[str, Any]:
-        """For ``summary.json``."""
-        return {"value": self.value, "blocks": list(self.blocks), "step": self.step}
+
+@dataclass(frozen=True, slots=True)
+class Written:
+    """What the written results leave open, as ``Witness`` explains it."""
+
+    balance: Worst
+    turning: Worst
+    overlap: Worst
 
 
 class Witness:
@@ -57,10 +62,9 @@ class Witness:
         self.lookout = Lookout(model, bodies)
 
     @property
-    def told(self) -> dict[str, Any]:
+    def told(self) -> Written:
         """The figures for the certificate."""
-        figures = {"balance": self.balance, "turning": self.turning, "overlap": self.overlap}
-        return {name: worst.told() for name, worst in figures.items()}
+        return Written(self.balance, self.turning, self.overlap)
 
     def objection(self, bound: float, drift: float, *, static: bool) -> str:
         """Why a state is no equilibrium whatever its equations say; empty where nothing speaks against it.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from typing import Any
 
 import numpy as np
@@ -11,10 +10,9 @@ from masonry_fem.meshing.cells import boundary_facets, corner_count
 from masonry_fem.meshing.mesher import DIVISIONS
 from masonry_fem.meshing.session import elements_of, node_positions, session
 from masonry_fem.records.mesh_settings import MeshSettings
+from masonry_fem.records.remark import remark
 from masonry_fem.solid.assembly import Shape
 from masonry_fem.solid.mesh import IntArray, Mesh
-
-logger = logging.getLogger(__name__)
 
 
 def simplices_of(shape: Shape, settings: MeshSettings) -> Mesh:
@@ -31,11 +29,10 @@ def simplices_of(shape: Shape, settings: MeshSettings) -> Mesh:
     """
     solid, d = shape.solid, shape.solid.dimension
     if settings.elements.startswith("Q"):
-        logger.warning(
-            "shape '%s' is not six-sided, so it is meshed with P%s instead of %s elements",
-            shape.name,
-            settings.elements[1],
-            settings.elements,
+        remark(
+            "tetrahedra",
+            f"shape '{shape.name}' is not six-sided, so it is meshed with P{settings.elements[1]} "
+            f"instead of {settings.elements} elements",
         )
     longest = float(np.ptp(solid.vertices, axis=0).max())
     divisions = max(settings.divisions) if settings.divisions else DIVISIONS

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Self
 
+from masonry_fem.records.told import plain
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -52,12 +54,12 @@ class Watch:
             )
 
 
-def print_collapse(told: Mapping[str, Any], console: Console | None = None) -> None:
+def print_collapse(record: Any, console: Console | None = None) -> None:
     """Print the verdict, the trials and the mechanism.
 
     Parameters
     ----------
-    told : Contents of ``collapse.json``.
+    record : What ``collapse.json`` holds.
     console : Where to write; by default standard output.
     """
     from rich.console import Console  # noqa: PLC0415
@@ -65,7 +67,7 @@ def print_collapse(told: Mapping[str, Any], console: Console | None = None) -> N
     from rich.table import Table  # noqa: PLC0415
     from rich.text import Text  # noqa: PLC0415
 
-    console = console or Console()
+    console, told = console or Console(), plain(record)
     style = "green" if told["outcome"] in ("bracketed", "unlimited") else "red"
     head = Text(str(told["outcome"]), style=f"bold {style}")
     head.append(f"\n{told['message']}", style="default")

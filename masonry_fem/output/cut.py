@@ -9,7 +9,6 @@ nodal ones, interpolated to the plane. Rigid blocks have no stresses.
 
 from __future__ import annotations
 
-import logging
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -32,10 +31,9 @@ from masonry_fem.output.sheet import (
     prefix_of,
     quantity,
 )
+from masonry_fem.records.remark import remark
 
 FloatArray = NDArray[np.float64]
-
-logger = logging.getLogger(__name__)
 
 # words of the title, label, column of the array (None: it is a scalar)
 SHOWN: dict[str, tuple[str, str, str, int | None]] = {
@@ -87,11 +85,11 @@ def draw_cut(
     if not section.n_cells:
         points = np.asarray(scenery.blocks.points)
         ends = np.round(points.min(axis=0), 4).tolist(), np.round(points.max(axis=0), 4).tolist()
-        logger.warning(
-            "cut '%s' through %s meets no block: no picture; expected a point in the structure, which "
-            "reaches from %s to %s",
-            plane.name, plane.point, *ends,
-        )  # fmt: skip
+        remark(
+            "empty_cut",
+            f"cut '{plane.name}' through {plane.point} meets no block: no picture; expected a "
+            f"point in the structure, which reaches from {ends[0]} to {ends[1]}",
+        )
         return []
     folder = Path(directory)
     return [

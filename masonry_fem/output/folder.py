@@ -15,12 +15,13 @@ import fcntl
 import json
 import logging
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Any, Self
 
 from masonry_fem.errors import MasonryError, OutputError
 from masonry_fem.host.atomic import PART, announce, unwritten, watchers, write_atomic
+from masonry_fem.records.told import Ending, write
 
 logger = logging.getLogger(__name__)
 
@@ -80,7 +81,7 @@ class Folder:
                 if error is None:  # what is told is written later
                     (self.path / summary).unlink()
                 else:
-                    write_atomic(self.path / summary, _json({"title": self._title} | ended_by(error)))
+                    write(self.path / summary, ended_by(error, self._command, self._title))
         os.close(self._lock)
 
     def _begin(self) -> None:
@@ -90,7 +91,7 @@ class Folder:
         if summary is not None:
             self._names = set(old)
             self._enter(self.path / summary)  # listed from here on, whatever happens
-            write_atomic(self.path / summary, _running(self._title))
+            write(self.path / summary, _running(self._command, self._title))
         self._remove(name for name in old if name != summary)
         for other in lists[1:]:
             other.unlink(missing_ok=True)
@@ -231,12 +232,15 @@ def _busy(out: Path, writer: str) -> OutputError:
     )
 
 
-def ended_by(error: BaseException) -> dict[str, str]:
-    """What a summary says of a command that did not come to its end."""
+def ended_by(error: BaseException, command: str, title: str, so_far: str = "") -> Ending:
+    """What the summary says of a command that did not come to its end; ``so_far`` is what there is of it."""
+    outcome, said = "failed", f"unexpected {type(error).__name__}: {error}"
     if isinstance(error, KeyboardInterrupt):
-        return {"outcome": "interrupted", "message": "Ended from outside before it was done."}
-    said = str(error) if isinstance(error, MasonryError) else f"unexpected {type(error).__name__}: {error}"
-    return {"outcome": "failed", "message": f"{said}."}
+        outcome, said = "interrupted", "Ended from outside before it was done"
+    elif isinstance(error, MasonryError):
+        said = str(error)
+    message = "; ".join(filter(None, (said, so_far)))
+    return Ending(schema=f"{command}/1", title=title, outcome=outcome, message=f"{message}.")
 
 
 def _lines(names: Iterable[str]) -> bytes:
@@ -252,11 +256,7 @@ def _outcome(summary: Path) -> Any:
     return told.get("outcome") if isinstance(told, dict) else None
 
 
-def _json(told: Mapping[str, Any]) -> bytes:
-    return (json.dumps(told, indent=2, ensure_ascii=False) + "\n").encode()
-
-
-def _running(title: str) -> bytes:
+def _running(command: str, title: str) -> Ending:
     """What the summary says until the end."""
     message = "Not done: the files here are of a run under way, or of one that was killed."
-    return _json({"title": title, "outcome": RUNNING, "message": message, "pid": os.getpid()})
+    return Ending(schema=f"{command}/1", title=title, outcome=RUNNING, message=message, pid=os.getpid())

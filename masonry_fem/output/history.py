@@ -58,7 +58,7 @@ class History:
             self._columns = list(row)
             self._write(self._columns, row.values())
 
-    def close(self, summary: Mapping[str, Any]) -> list[Path]:
+    def close(self, summary: Any) -> list[Path]:
         """Close the file."""
         if self._file is not None:
             self._file.close()

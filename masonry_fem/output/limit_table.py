@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from masonry_fem.output.sheet import quantity
+from masonry_fem.records.told import plain
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -16,12 +17,12 @@ NOTHING = 1e-9  # of the largest force: shown as zero
 Rows = Iterator[tuple[str, str, str]]
 
 
-def print_limits(told: Mapping[str, Any], dimension: int, console: Console | None = None) -> None:
+def print_limits(record: Any, dimension: int, console: Console | None = None) -> None:
     """Print a table of the results, the verdict first.
 
     Parameters
     ----------
-    told : Results of ``limit.answers``.
+    record : Results of ``results.limit.answers``.
     dimension : Of the scene, for units.
     console : Where to write; by default standard output.
     """
@@ -30,7 +31,7 @@ def print_limits(told: Mapping[str, Any], dimension: int, console: Console | Non
     from rich.table import Table  # noqa: PLC0415
     from rich.text import Text  # noqa: PLC0415
 
-    console = console or Console()
+    console, told = console or Console(), plain(record)
     style = "green" if told["admissible"] else "red"
     head = Text("admissible" if told["admissible"] else "not admissible", style=f"bold {style}")
     head.append(f"\n{told['message']}", style="default")

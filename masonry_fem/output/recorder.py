@@ -11,7 +11,7 @@ A march calls nothing else. ``close`` may come at any time, even before the firs
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -73,8 +73,11 @@ class Recorder(Protocol):
         """Called after a step; the state never changes later, so it may be kept."""
         ...
 
-    def close(self, summary: Mapping[str, Any]) -> list[Path]:
-        """Finish the files and name them; callable at any time, a second call writes nothing new."""
+    def close(self, summary: Any) -> list[Path]:
+        """Finish the files and name them; callable at any time, a second call writes nothing new.
+
+        ``summary`` is the record of what ``summary.json`` says so far, at least an ``outcome``.
+        """
         ...
 
 
@@ -143,7 +146,7 @@ class Recorders:
         """Leave out the members that draw (``draws``)."""
         self._members = [member for member in self._members if not getattr(member, "draws", False)]
 
-    def close(self, summary: Mapping[str, Any]) -> list[Path]:
+    def close(self, summary: Any) -> list[Path]:
         """Give the thinned members the last step if they have not seen it, then close all."""
         last, self._pending = self._pending, None
         if last is not None:

@@ -13,7 +13,6 @@ either ends in a segmentation fault, hence the check before it is touched.
 from __future__ import annotations
 
 import functools
-import logging
 import os
 import sys
 from dataclasses import dataclass
@@ -23,10 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.host import installation
+from masonry_fem.records.remark import remark
 
 FloatArray = NDArray[np.float64]
-
-logger = logging.getLogger(__name__)
 
 WINDOWS = {"EGL": "vtkEGLRenderWindow", "OSMesa": "vtkOSOpenGLRenderWindow"}  # VTK's, by library
 LOWEST, HIGHEST = 360, 1150  # pixels of an image's height
@@ -39,7 +37,10 @@ FINE = 2  # the image is drawn this many times finer and averaged: smooth edges 
 def can_render() -> bool:
     """Whether pictures can be drawn here; if not, a warning says what to install."""
     if lack := installation.why_no_pictures():
-        logger.warning("%s, or set output.pictures = false", lack)
+        remark(
+            "no_pictures",
+            f"{lack}, or set output.pictures = false",
+        )
         return False
     if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
         # VTK would try an X server first and complain on stderr that there is none

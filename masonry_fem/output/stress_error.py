@@ -8,13 +8,13 @@ told(errors, model)                   # for summary.json
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
+from masonry_fem.records.told import Told
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -90,26 +90,35 @@ def unjudged(errors: BlockErrors, model: Model) -> Mask:
     return np.array([thin[model.assembly.blocks[int(block)].shape] for block in errors.block], dtype=bool)
 
 
-def told(errors: BlockErrors, model: Model) -> dict[str, Any]:
-    """What ``summary.json`` says of them: ``relative``, and of the ``worst`` blocks their ``share``.
+class BlockError(Told, frozen=True, kw_only=True):
+    """``share`` of e², error ``relative`` to the norm of all, ``density`` relative to the mean one."""
 
-    ``unjudged`` is the number of blocks whose elements cannot be judged.
-    """
-    share, whole, mean = errors.share, errors.of_whole, errors.of_mean
-    worst = np.argsort(-share, kind="stable")[:TOP]
-    return {
-        "relative": errors.relative,
-        "unjudged": int(unjudged(errors, model).sum()),
-        "worst": [
-            {
-                "block": model.assembly.blocks[int(errors.block[i])].name,
-                "share": float(share[i]),
-                "relative": float(whole[i]),
-                "density": float(mean[i]),
-            }
-            for i in worst
-        ],
-    }
+    block: str
+    share: float
+    relative: float
+    density: float
+
+
+class StressError(Told, frozen=True, kw_only=True):
+    """Estimated error of the stress, number of blocks whose elements cannot be judged, the worst blocks."""
+
+    relative: float
+    unjudged: int
+    worst: tuple[BlockError, ...]
+
+
+def told(errors: BlockErrors, model: Model) -> StressError:
+    """What ``summary.json`` says of them."""
+    names = [model.assembly.blocks[int(block)].name for block in errors.block]
+    share, whole, mean = (values.tolist() for values in (errors.share, errors.of_whole, errors.of_mean))
+    worst = np.argsort(-errors.share, kind="stable")[:TOP].tolist()
+    return StressError(
+        relative=errors.relative,
+        unjudged=int(unjudged(errors, model).sum()),
+        worst=tuple(
+            BlockError(block=names[i], share=share[i], relative=whole[i], density=mean[i]) for i in worst
+        ),
+    )
 
 
 def _ratio(part: FloatArray, whole: float) -> FloatArray:

@@ -15,6 +15,7 @@ from masonry_fem.output.limit_table import support_rows
 from masonry_fem.output.recorder import StepReport
 from masonry_fem.output.refinement_table import refinement_rows
 from masonry_fem.output.sheet import quantity
+from masonry_fem.records.told import plain
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -90,7 +91,7 @@ class Progress:
             kinetic=quantity(getattr(report, "kinetic_energy", 0.0), "J"),
         )
 
-    def close(self, summary: Mapping[str, Any]) -> list[Path]:
+    def close(self, summary: Any) -> list[Path]:
         """Take the bar away."""
         if self._bar is not None:
             self._bar.stop()
@@ -98,12 +99,12 @@ class Progress:
         return []
 
 
-def print_summary(summary: Mapping[str, Any], console: Console | None = None) -> None:
+def print_summary(told: Any, console: Console | None = None) -> None:
     """Print a table of a summary, the outcome first; rows without data are left out.
 
     Parameters
     ----------
-    summary : Contents of ``summary.json``.
+    told : A record, or the contents of ``summary.json``.
     console : Where to write; by default standard output.
     """
     from rich.console import Console  # noqa: PLC0415
@@ -111,7 +112,7 @@ def print_summary(summary: Mapping[str, Any], console: Console | None = None) ->
     from rich.table import Table  # noqa: PLC0415
     from rich.text import Text  # noqa: PLC0415
 
-    console = console or Console()
+    console, summary = console or Console(), plain(told)
     outcome = str(summary.get("outcome", "unknown"))
     style = "green" if outcome in GOOD else "red"
     head = Text(outcome.replace("_", " "), style=f"bold {style}")

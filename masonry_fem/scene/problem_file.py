@@ -11,7 +11,6 @@ A structure whose conditions have been taken gets ``conditions = false``, so tha
 from __future__ import annotations
 
 import json
-import logging
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -22,10 +21,9 @@ from typing import Any
 from msgspec.structs import replace
 
 from masonry_fem.errors import SceneError
+from masonry_fem.records.remark import remark
 from masonry_fem.scene import specs
 from masonry_fem.structures.file import FileStructure
-
-logger = logging.getLogger(__name__)
 
 IGNORED = ("c", "t_c", "k_n", "k_t")  # of a contact model: cohesion, tension, stiffnesses
 
@@ -139,12 +137,11 @@ class _Conditions:
             said.append(f"friction {self.friction:g}")
         elif self.friction is not None:
             stands.append(f"friction is that of the scene's joints, not {self.friction:g}")
-        logger.warning(
-            "%s is a problem of compas_dem: %s are taken from it%s; conditions = false takes the blocks "
-            "alone",
-            title,
-            ", ".join(said),
-            "".join(f", {one}" for one in (*stands, "materials are those of the scene")),
+        others = "".join(f", {one}" for one in (*stands, "materials are those of the scene"))
+        remark(
+            "problem_file",
+            f"{title} is a problem of compas_dem: {', '.join(said)} are taken from it{others}; "
+            "conditions = false takes the blocks alone",
         )
         supports = (*self.supports, *scene.supports)
         return replace(scene, supports=supports, loads=loads, joints=joints)

@@ -9,7 +9,6 @@ against each other (``checks``).
 
 from __future__ import annotations
 
-import logging
 import re
 import tomllib
 from collections.abc import Iterable, Mapping
@@ -22,6 +21,7 @@ import msgspec
 from msgspec import inspect
 
 from masonry_fem.errors import SceneError
+from masonry_fem.records.remark import remark
 from masonry_fem.scene.checks import cross_check, doubts
 from masonry_fem.scene.fitting import fitted
 from masonry_fem.scene.lines import KeyPath, key_lines, line_of
@@ -33,8 +33,6 @@ from masonry_fem.scene.writing import plain
 
 DEEPEST = 100  # nested tables and lists; scenes have a handful of levels
 _DEEP_KEY = re.compile(rf"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
-
-logger = logging.getLogger(__name__)
 
 
 def load(path: str | Path, overrides: Iterable[str] = ()) -> Scene:
@@ -108,7 +106,10 @@ def check(scene: Scene, *, base: str | Path = ".", source: str = "scene") -> Sce
     if completed is not checked:
         checked = _scene(plain(completed), _Origin(f"{source} with what its problem files say"), Path(base))
     for doubt in doubts(checked):
-        logger.warning("%s: %s", source, doubt)
+        remark(
+            "scene",
+            f"{source}: {doubt}",
+        )
     return checked
 
 

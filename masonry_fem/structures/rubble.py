@@ -12,6 +12,7 @@ from msgspec import Meta
 
 from masonry_fem.errors import GeometryError
 from masonry_fem.records.record import Count, Distance, Point, Positive, Sizes
+from masonry_fem.records.remark import remark
 from masonry_fem.records.structure import Foreseen, Structure
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.polytope import Polytope
@@ -123,11 +124,12 @@ def stones_of(spec: RubbleStructure) -> list[Polytope]:
     reached = float(edge_lengths(tiling).min())
     logger.info("rubble '%s': %d stones, shortest edge %.3g m", spec.name, spec.stones, reached)
     if reached < wanted:
-        logger.warning(
-            "rubble '%s' has an edge of %.3g m where structures.%s.shortest asks for %.3g m; "
-            "take another seed, more relaxation, or ask for less",
-            spec.name, reached, spec.name, wanted,
-        )  # fmt: skip
+        remark(
+            "short_edge",
+            f"rubble '{spec.name}' has an edge of {reached:.3g} m where "
+            f"structures.{spec.name}.shortest asks for {wanted:.3g} m; take another seed, more "
+            "relaxation, or ask for less",
+        )
     solids = [replace(solid, vertices=solid.vertices / stretch) for solid in tiling.solids()]
     return [_shrunk(solid, spec) for solid in solids] if spec.joint else solids
 

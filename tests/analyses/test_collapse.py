@@ -69,18 +69,19 @@ def pier(tmp_path: Path) -> Path:
 
 def within(found, limit: float, tolerance: float = 0.01) -> bool:
     """Whether the bracket holds a limit and is as narrow as it should be."""
-    return found.stands <= limit <= found.falls and found.falls - found.stands <= tolerance * found.falls
+    stands, falls = found.summary.stands, found.summary.falls
+    return stands <= limit <= falls and falls - stands <= tolerance * falls
 
 
 @pytest.mark.parametrize("fidelity", ["rigid", "elastic"])
 def test_a_block_slides_at_its_friction(pier: Path, fidelity: str) -> None:
     found = collapse(load(pier, [f"fidelity={fidelity}"]), acceleration="x")
-    assert found.outcome == "bracketed"
+    assert found.summary.outcome == "bracketed"
     assert within(found, 0.4)
-    assert found.limit == pytest.approx(0.4, rel=1e-6)
+    assert found.summary.limit_multiplier == pytest.approx(0.4, rel=1e-6)
     (joint,) = found.mechanism.joints
-    assert (joint.how, set(joint.blocks), joint.label) == ("slides", {"pier.b1", "pier.ground"}, "bed")
-    direction = joint.slip if joint.blocks[0] == "pier.b1" else -joint.slip
+    assert (joint.how, set(joint.between), joint.label) == ("slides", {"pier.b1", "pier.ground"}, "bed")
+    direction = joint.slip if joint.between[0] == "pier.b1" else -joint.slip
     np.testing.assert_allclose(direction, [1.0, 0.0], atol=0.02)
     assert found.mechanism.sentence().startswith("pier.b1 moves; 1 sliding joint: ")
 
@@ -96,7 +97,7 @@ def test_a_slender_block_tips_about_its_edge(pier: Path, fidelity: str) -> None:
     (part,) = found.mechanism.parts
     np.testing.assert_allclose(part.pole, [0.5, 0.0], atol=0.01)
     assert "turns clockwise about (0.5, 0) m" in found.mechanism.words()[0]
-    assert f"{math.degrees(math.atan(found.falls)):.5g} degrees" in found.message
+    assert f"{math.degrees(math.atan(found.summary.falls)):.5g} degrees" in found.summary.message
 
 
 def test_the_tilt_turns_gravity_and_no_other_load(pier: Path) -> None:
@@ -104,10 +105,10 @@ def test_the_tilt_turns_gravity_and_no_other_load(pier: Path) -> None:
     pier.write_text(PIER + FORCE.replace("[1000.0, 0]", f"[0, {-0.5 * WEIGHT}]"))
     level = collapse(load(pier), acceleration="x")
     assert within(level, 0.6)
-    assert level.limit == pytest.approx(0.6, rel=1e-6)
+    assert level.summary.limit_multiplier == pytest.approx(0.6, rel=1e-6)
     tilted = collapse(load(pier), tilt="x")
-    assert tilted.limit is None
-    assert any("limit analysis is left out" in note for note in tilted.notes)
+    assert tilted.summary.limit_multiplier is None
+    assert any("limit analysis is left out" in note for note in tilted.summary.notes)
     angle = math.atan(tilted.multiplier)
     assert math.sin(angle) == pytest.approx(0.4 * (math.cos(angle) + 0.5), rel=0.01)
 
@@ -122,8 +123,8 @@ def test_loads_of_the_scene_grow_but_gravity(pier: Path, kind: str) -> None:
     }[kind]
     found = collapse(load(pier, [analysis]), limit=False, tolerance=2e-3)
     assert within(found, 0.4 * WEIGHT / 1000, 2e-3)
-    assert found.unit == "times"
-    assert "points.0" in found.action
+    assert found.summary.unit == "times"
+    assert "points.0" in found.summary.action
 
 
 def test_the_first_state_keeps_the_loads_that_stay(pier: Path) -> None:
@@ -147,9 +148,9 @@ def test_motions_of_supports_are_made_before_loads_grow(tmp_path: Path) -> None:
     parted = collapse(
         load(path, ["analysis={kind='statics', load_steps=5}"]), acceleration="x", tolerance=2e-3
     )
-    assert parted.outcome == "bracketed"
-    assert 0.5 * whole.stands < parted.falls < 0.97 * whole.stands
-    assert any("falls below" in note for note in parted.notes)
+    assert parted.summary.outcome == "bracketed"
+    assert 0.5 * whole.summary.stands < parted.summary.falls < 0.97 * whole.summary.stands
+    assert any("falls below" in note for note in parted.summary.notes)
 
 
 def test_each_trial_goes_on_from_the_last_that_stood(pier: Path, monkeypatch) -> None:
@@ -165,7 +166,7 @@ def test_each_trial_goes_on_from_the_last_that_stood(pier: Path, monkeypatch) ->
     found = collapse(scene, acceleration="x", limit=False)
     assert made[0] is None
     times = [state.time for state in made[1:]]
-    stood = [trial.verdict == "stands" for trial in found.trials]
+    stood = [trial.verdict == "stands" for trial in found.summary.trials]
     # a static trial lasts from one whole load factor to the next
     expected = [sum(stood[:number]) for number in range(1, len(stood))]
     assert times == pytest.approx(expected)
@@ -179,10 +180,10 @@ def test_what_was_not_solved_is_no_fall(pier: Path) -> None:
     pier.write_text(PIER)
     starved = ["solver.method='newton'", "solver.max_iterations=1", "structures.pier.count=3"]
     found = collapse(load(pier, starved), acceleration="x", limit=False)
-    assert "undecided" in {trial.verdict for trial in found.trials}
-    assert found.outcome == "undecided"
-    assert found.falls is None or found.falls >= 0.4
-    assert any("undecided" in note for note in found.notes)
+    assert "undecided" in {trial.verdict for trial in found.summary.trials}
+    assert found.summary.outcome == "undecided"
+    assert found.summary.falls is None or found.summary.falls >= 0.4
+    assert any("undecided" in note for note in found.summary.notes)
 
 
 def test_it_does_without_a_first_trial_that_is_not_solved(pier: Path, monkeypatch) -> None:
@@ -197,9 +198,9 @@ def test_it_does_without_a_first_trial_that_is_not_solved(pier: Path, monkeypatc
 
     monkeypatch.setattr(module, "march", starved)
     found = collapse(load(pier, ["structures.pier.count=3"]), acceleration="x")
-    assert found.trials[0].multiplier == 0
-    assert found.trials[0].verdict == "undecided"
-    assert found.outcome == "bracketed"
+    assert found.summary.trials[0].multiplier == 0
+    assert found.summary.trials[0].verdict == "undecided"
+    assert found.summary.outcome == "bracketed"
     assert within(found, 1 / 3)  # it tips
 
 
@@ -207,23 +208,29 @@ def test_warnings_of_trials_are_told_once(pier: Path, caplog) -> None:
     """Mortar that breaks under the block warns in each trial."""
     law = "joints.0.law={kind='mohr_coulomb', cohesion=500.0, tension_strength=100.0}"
     found = collapse(load(pier, [law]), acceleration="x", tolerance=0.1)
-    assert any("in " in note and "gave way abruptly" in note for note in found.notes)
-    assert any("keep their strength" in note for note in found.notes) == (found.falls < 0.8 * found.limit)
+    assert any("in " in note and "gave way abruptly" in note for note in found.summary.notes)
+    assert any("keep their strength" in note for note in found.summary.notes) == (
+        found.summary.falls < 0.8 * found.summary.limit_multiplier
+    )
     assert "gave way" not in caplog.text
-    assert sum("gave way" in note for note in found.notes) == 1
+    assert sum("gave way" in note for note in found.summary.notes) == 1
 
 
 def test_dynamics_is_replaced_by_statics(pier: Path) -> None:
     found = collapse(load(pier, ["analysis={kind='dynamics', step=0.01, duration=1.0}"]), acceleration="x")
     assert within(found, 0.4)
-    assert any("statics was taken" in note for note in found.notes)
+    assert any("statics was taken" in note for note in found.summary.notes)
 
 
 def test_a_structure_that_does_not_stand_says_so_at_once(tmp_path: Path) -> None:
     path = tmp_path / "arch.toml"
     path.write_text(ARCH)
     found = collapse(load(path, ["structures.arch.thickness=0.1"]), acceleration="x")
-    assert (found.outcome, found.stands, found.falls) == ("falls at the start", None, 0.0)
+    assert (found.summary.outcome, found.summary.stands, found.summary.falls) == (
+        "falls at the start",
+        None,
+        0.0,
+    )
     assert len(found.mechanism.of("hinge")) >= 5
 
 
@@ -252,8 +259,8 @@ def test_trials_do_not_go_on_from_a_state_at_the_very_limit(pier: Path) -> None:
     """At λ = B/H statics may turn the block to anywhere: the next trials start where it stood before."""
     changes = ["structures.pier.size=[0.5, 2.0]", "joints.0.friction=0.6"]
     found = collapse(load(pier, changes), acceleration="x", limit=False)
-    assert 0.25 in {trial.multiplier for trial in found.trials}
-    assert found.stands == 0.25
+    assert 0.25 in {trial.multiplier for trial in found.summary.trials}
+    assert found.summary.stands == 0.25
     assert found.state.gap.max() < 1e-9
 
 

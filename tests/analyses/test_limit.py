@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +13,8 @@ from masonry_fem import cli
 from masonry_fem.analyses.limit import analyse
 from masonry_fem.analyses.run import run, solve_scene
 from masonry_fem.errors import LawError, MasonryError
-from masonry_fem.limit.answers import outside
+from masonry_fem.results.limit import outside
+from masonry_fem.results.summary import Outside
 from masonry_fem.scene import load
 from masonry_fem.scene.specs import Material, Scene
 from masonry_fem.structures.stack import StackStructure
@@ -56,20 +58,20 @@ def scene(tmp_path: Path) -> Path:
 
 def test_gravity_stays_and_other_loads_grow(scene: Path) -> None:
     told = analyse(load(scene))
-    assert (told["dead"], told["growing"]) == (["gravity"], ["points.0", "points.1"])
-    assert told["admissible"] is True
-    assert 0.8 * LIMIT < told["multiplier"] < LIMIT  # the second force brings a little more down
-    assert "4 hinges" in told["message"]
-    assert told["mechanism"]["joints"][0]["how"] == "hinge"
-    assert max(told["certificate"].values()) < 1e-8
+    assert (told.dead, told.growing) == (("gravity",), ("points.0", "points.1"))
+    assert told.admissible is True
+    assert 0.8 * LIMIT < told.multiplier < LIMIT  # the second force brings a little more down
+    assert "4 hinges" in told.message
+    assert told.mechanism.joints[0].how == "hinge"
+    assert max(told.certificate.values()) < 1e-8
 
 
 def test_named_loads_stay(scene: Path) -> None:
     told = analyse(load(scene), dead=["points.1"])
-    assert (told["dead"], told["growing"]) == (["gravity", "points.1"], ["points.0"])
+    assert (told.dead, told.growing) == (("gravity", "points.1"), ("points.0",))
     small = analyse(load(scene, ["loads.points.1.vector=[0, -1e-6]"]), dead=["points.1"])
-    assert small["multiplier"] == pytest.approx(LIMIT, rel=2e-5)
-    assert told["multiplier"] != pytest.approx(small["multiplier"], rel=1e-3)
+    assert small.multiplier == pytest.approx(LIMIT, rel=2e-5)
+    assert told.multiplier != pytest.approx(small.multiplier, rel=1e-3)
 
 
 def test_loads_count_as_at_the_end(scene: Path) -> None:
@@ -77,19 +79,23 @@ def test_loads_count_as_at_the_end(scene: Path) -> None:
     as_ramp = analyse(load(scene))
     plain = SCENE.replace('[0, -1.0]\ntime = { kind = "table", points = [[0, 0], [1, 100]] }', "[0, -100.0]")
     scene.write_text(plain)
-    assert analyse(load(scene))["multiplier"] == pytest.approx(as_ramp["multiplier"], rel=1e-12)
+    assert analyse(load(scene)).multiplier == pytest.approx(as_ramp.multiplier, rel=1e-12)
 
 
 def test_a_tilt_grows_an_acceleration_alone(scene: Path) -> None:
     overrides = ["loads.points=[]"]
     right = analyse(load(scene, overrides), tilt="x")
     left = analyse(load(scene, overrides), tilt="-x")
-    assert right["growing"] == ["tilt x"]
-    assert right["multiplier"] == pytest.approx(0.29556, abs=6e-6)
-    assert left["multiplier"] == pytest.approx(right["multiplier"], rel=1e-9)
-    assert "16.47 degrees" in right["message"]
+    assert right.growing == ("tilt x",)
+    assert right.multiplier == pytest.approx(0.29556, abs=6e-6)
+    assert left.multiplier == pytest.approx(right.multiplier, rel=1e-9)
+    assert "16.47 degrees" in right.message
     loaded = analyse(load(scene), tilt="x")
-    assert loaded["dead"] == ["gravity", "points.0", "points.1"]
+    assert loaded.dead == (
+        "gravity",
+        "points.0",
+        "points.1",
+    )
 
 
 @pytest.mark.parametrize(
@@ -112,17 +118,17 @@ def test_an_axis_is_one_of_space(scene: Path) -> None:
 def test_without_weight_a_tilt_is_of_the_earths(scene: Path) -> None:
     """Nothing presses a joint whose only load is the tilt's."""
     told = analyse(load(scene, ["loads.points=[]", "loads.gravity=[0, 0]"]), tilt="x")
-    assert told["multiplier"] == pytest.approx(0.0, abs=1e-9)
+    assert told.multiplier == pytest.approx(0.0, abs=1e-9)
 
 
 def test_supports_have_intervals_that_balance(scene: Path) -> None:
     told = analyse(load(scene, ["loads.points=[]"]))
-    left, right = told["supports"]["arch.springing_left"], told["supports"]["arch.springing_right"]
+    left, right = told.supports["arch.springing_left"], told.supports["arch.springing_right"]
     unit = 2400 * 9.81
     assert np.array(left["x"]) / unit == pytest.approx([0.094247, 0.160027], abs=0.6e-6)
     assert -np.array(right["x"])[::-1] == pytest.approx(np.array(left["x"]), rel=1e-9)
-    assert told["multiplier"] is None
-    assert told["growing"] == []
+    assert told.multiplier is None
+    assert told.growing == ()
 
 
 def test_the_simulation_lies_within_the_intervals(scene: Path, tmp_path: Path) -> None:
@@ -131,17 +137,20 @@ def test_the_simulation_lies_within_the_intervals(scene: Path, tmp_path: Path) -
     assert told["admissible"] is True
     assert told["outside"] == []
     for name, axes in told["supports"].items():
-        force = result.summary["supports"][name]["force"]
+        force = result.summary.supports[name].force
         for (low, high), value in zip(axes.values(), force, strict=True):
             assert low - 1e-6 * WEIGHT <= value <= high + 1e-6 * WEIGHT
 
 
 def test_forces_outside_their_intervals_are_named() -> None:
-    told = {"supports": {"foot": {"x": [0.0, None], "y": [1.0, 2.0]}}}
-    found = outside(told, {"foot": {"force": np.array([7.0, 2.5])}}, np.array([0.0, -2.0]))
-    assert found == [{"support": "foot", "axis": "y", "force": 2.5}]
-    assert outside(told, {"foot": {"force": np.array([7.0, 2.001])}}, np.array([0.0, -2.0])) == []
-    assert outside({"message": "no answer"}, {}, np.zeros(2)) == []
+    told = SimpleNamespace(supports={"foot": {"x": (0.0, None), "y": (1.0, 2.0)}}, inexact={})
+
+    def found(up: float) -> tuple[Outside, ...]:
+        force = SimpleNamespace(force=np.array([7.0, up]))
+        return outside(told, {"foot": force}, np.array([0.0, -2.0]))
+
+    assert found(2.5) == (Outside(support="foot", axis="y", force=2.5),)
+    assert found(2.001) == ()
 
 
 def test_an_equilibrium_that_it_denies_is_explained(tmp_path: Path) -> None:
@@ -177,13 +186,13 @@ limit_analysis = true
     )
     found = solve_scene(load(path))
     assert found.outcome == "equilibrium"
-    told = found.summary["limit_analysis"]
-    assert told["admissible"] is False
-    assert any("equilibrium all the same" in note for note in told["notes"])
+    told = found.summary.limit_analysis
+    assert told.admissible is False
+    assert any("equilibrium all the same" in note for note in told.notes)
 
 
 def test_it_is_told_where_asked_for_only(scene: Path) -> None:
-    assert "limit_analysis" not in solve_scene(load(scene)).summary
+    assert solve_scene(load(scene)).summary.limit_analysis is None
 
 
 def test_a_law_without_strength_is_refused_before_the_march(scene: Path) -> None:
@@ -217,10 +226,10 @@ on = "pier.b1/bottom"
 gravity = [0, -9.81]
 """)
     told = analyse(load(path), tilt="x")
-    assert told["multiplier"] == pytest.approx(0.4, rel=1e-8)
-    assert "elastic blocks count as rigid" in told["notes"]
+    assert told.multiplier == pytest.approx(0.4, rel=1e-8)
+    assert "elastic blocks count as rigid" in told.notes
     own = 2400 * 9.81 * 1.0
-    held = told["supports"]["pier.b1/bottom"]
+    held = told.supports["pier.b1/bottom"]
     assert held["y"] == pytest.approx([own, own], rel=1e-8)
     assert held["x"] == pytest.approx([0.0, 0.0], abs=1e-8 * own)
 

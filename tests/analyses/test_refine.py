@@ -68,8 +68,8 @@ def test_the_error_asked_for_is_reached(found):
     errors = [one.error for one in result.rounds]
     assert errors[-1] <= 0.08 < errors[-2]
     assert errors == sorted(errors, reverse=True)
-    assert result.result.summary["stress"]["error"]["relative"] == errors[-1]
-    assert result.result.summary["certificate"]["natural_map"] <= 1e-9
+    assert result.result.summary.stress.error.relative == errors[-1]
+    assert result.result.summary.certificate.natural_map <= 1e-9
     assert seen(out) == ["history.csv", "refined.toml", "summary.json"]
     assert all(path.exists() for path in result.files)
 
@@ -86,8 +86,8 @@ def test_summary_has_the_table_of_rounds(found):
 def test_refined_scene_runs_again_to_the_same_answer(found, tmp_path):
     result, out = found
     again = run(load(out / "refined.toml"), tmp_path, base=out)
-    assert again.summary["unknowns"] == result.rounds[-1].unknowns
-    assert again.summary["stress"]["error"]["relative"] == pytest.approx(result.rounds[-1].error, rel=1e-6)
+    assert again.summary.unknowns == result.rounds[-1].unknowns
+    assert again.summary.stress.error.relative == pytest.approx(result.rounds[-1].error, rel=1e-6)
 
 
 @pytest.mark.slow
@@ -95,9 +95,9 @@ def test_fewer_unknowns_than_uniform_elements_for_the_same_error(tmp_path):
     """By the estimate, and by the true error against elements half as large again."""
     found = refine(wall(courses=6), tmp_path, target=0.08)
     coarse, middle, fine = (solve_scene(wall(size, courses=6)) for size in (0.0625, 0.03125, 0.015625))
-    estimates = [one.summary["stress"]["error"]["relative"] for one in (coarse, middle)]
+    estimates = [one.summary.stress.error.relative for one in (coarse, middle)]
     errors = [_true(one, fine) for one in (coarse, middle)]
-    unknowns = np.log([coarse.summary["unknowns"], middle.summary["unknowns"]])
+    unknowns = np.log([coarse.summary.unknowns, middle.summary.unknowns])
     for known, own in ((estimates, found.rounds[-1].error), (errors, _true(found.result, fine))):
         rate = np.diff(unknowns)[0] / np.diff(np.log(known))[0]
         uniform = np.exp(unknowns[1] + rate * (np.log(own) - np.log(known[1])))
@@ -119,7 +119,7 @@ def test_what_is_not_refined_is_not_made_again(tmp_path):
     groups = [group for group in seen.result.built.model.groups if not group.prescribed]
     kept = [group for group in groups if group.factorisations == 0]
     assert len(kept) >= 2  # bricks and half bricks as they were at first
-    assert seen.result.summary["factorisations"] == len(groups) - len(kept)
+    assert seen.result.summary.factorisations == len(groups) - len(kept)
 
 
 def test_refinement_follows_the_load(found):
@@ -170,7 +170,7 @@ def test_pictures_are_of_the_last_round_only(tmp_path, monkeypatch):
     from masonry_fem.output.asked.pictures import Pictures
 
     drawn = []
-    monkeypatch.setattr(Pictures, "close", lambda self, summary: drawn.append(summary["unknowns"]) or [])
+    monkeypatch.setattr(Pictures, "close", lambda self, summary: drawn.append(summary.unknowns) or [])
     scene = wall(output=Output(fields=False))
     result = refine(scene, tmp_path, target=0.13)
     assert len(result.rounds) > 1
@@ -192,8 +192,8 @@ def test_what_cannot_be_judged_is_refined_first(tmp_path):
     assert result.reached
     assert len(rounds) == 3  # bricks of 2 elements in a row are one element thick, too
     summary = solve_scene(wall(0.5)).summary
-    assert summary["stress"]["error"]["unjudged"] == 18
-    assert result.result.summary["stress"]["error"]["unjudged"] == 0
+    assert summary.stress.error.unjudged == 18
+    assert result.result.summary.stress.error.unjudged == 0
 
 
 def test_elements_from_a_file_stay(tmp_path):
@@ -259,7 +259,10 @@ def test_stalling_is_told():
     limits = Limits(target=0.01, rounds=10, unknowns=10**12, idle=0.0)
 
     def before(*errors):
-        return [Round(i + 1, 1000 * 2**i, 1, 1, error, 1, 0.0) for i, error in enumerate(errors)]
+        return [
+            Round(round=i + 1, unknowns=1000 * 2**i, meshes=1, made=1, error=error, refined=1, seconds=0.0)
+            for i, error in enumerate(errors)
+        ]
 
     assert "hardly falls" in limits.why_last(before(0.30, 0.29), march, 0.28, True, 4000, 2.0)
     assert limits.why_last(before(0.30, 0.20), march, 0.19, True, 4000, 2.0) == ""

@@ -128,7 +128,7 @@ def test_bricks_of_decimal_sizes_touch():
     keys = {"fidelity": "elastic", "mesh": MeshSettings(divisions=(4, 2)), "structures": (wall,)}
     result = solve_scene(scene(**keys, analysis=Statics()))
     assert result.outcome == "equilibrium"
-    assert result.summary["solver"]["linear_solves"] <= 8
+    assert result.summary.solver.linear_solves <= 8
     assert result.march.state.gap.min() >= -1e-18
 
 

@@ -5,6 +5,7 @@ import json
 import pytest
 
 from masonry_fem.analyses.run import run, solve_scene
+from masonry_fem.records.told import plain
 from masonry_fem.scene.specs import (
     Joint,
     Loads,
@@ -58,21 +59,21 @@ def beam(count=1, **keys):
 def test_stones_between_vertical_faces_stand_only_if_pre_stressed(count):
     # each end carries half the weight by friction under one thrust
     found = solve_scene(beam(count))
-    told = found.summary["start"]
+    told = found.summary.start
     assert found.outcome == "equilibrium"
-    assert told["reached"] is False
-    assert told["least_thrust"] == pytest.approx(0.5 * count * WEIGHT / (2 * FRICTION), rel=1e-6)
+    assert told.reached is False
+    assert told.least_thrust == pytest.approx(0.5 * count * WEIGHT / (2 * FRICTION), rel=1e-6)
     assert "stands only if it is pre-stressed by at least" in found.message
-    assert told["mechanism"]["groups"] == [[f"stone{k}" for k in range(count)]]
+    assert told.mechanism.groups == (tuple(f"stone{k}" for k in range(count)),)
 
 
 def test_elastic_stones_between_vertical_faces_fall():
     found = solve_scene(beam(fidelity="elastic", mesh=MeshSettings(size=0.25)))
     assert found.outcome == "no_equilibrium"
     assert found.message.startswith("No equilibrium from a start without stress")
-    assert found.summary["mechanism"]["groups"] == [["stone0"]]
-    assert found.summary["moving"][0]["how"] == "falls"
-    assert found.summary["start"]["least_thrust"] == pytest.approx(0.5 * WEIGHT / (2 * FRICTION), rel=1e-6)
+    assert found.summary.mechanism.groups == (("stone0",),)
+    assert found.summary.moving[0].how == "falls"
+    assert found.summary.start.least_thrust == pytest.approx(0.5 * WEIGHT / (2 * FRICTION), rel=1e-6)
 
 
 @pytest.mark.parametrize(("where", "reached"), [("on the ground", True), ("between faces", None)])
@@ -83,21 +84,21 @@ def test_rigid_stones_beside_elastic_ones_are_asked_as_rigid(where, reached):
     held = () if reached else ("left", "right")
     found = solve_scene(scene(stones, held, overrides=soft, mesh=MeshSettings(size=0.25)))
     assert found.outcome == "equilibrium"
-    assert found.summary["start"]["reached"] is reached
+    assert found.summary.start.reached is reached
 
 
 def test_elastic_stones_with_a_law_take_their_stress_from_what_moves():
     law = Joint(friction=FRICTION, law=law_record("mohr_coulomb", cohesion=1e5, tension_strength=1e4))
     found = solve_scene(beam(joints=(law,), fidelity="elastic", mesh=MeshSettings(divisions=(2, 2))))
-    assert found.summary["start"] == {"reached": True}
-    assert found.summary["message"] == "Equilibrium after 1 step."
+    assert plain(found.summary.start) == {"reached": True}
+    assert found.summary.message == "Equilibrium after 1 step."
 
 
 def test_joints_with_a_law_are_not_asked():
     law = Joint(friction=FRICTION, law=law_record("mohr_coulomb", cohesion=1e5, tension_strength=1e4))
-    told = solve_scene(beam(joints=(law,))).summary["start"]
-    assert told["reached"] is None
-    assert "law of their own" in told["note"]
+    told = solve_scene(beam(joints=(law,))).summary.start
+    assert told.reached is None
+    assert "law of their own" in told.note
 
 
 def test_an_elastic_beam_that_is_slender_braces_itself():
@@ -108,7 +109,7 @@ def test_an_elastic_beam_that_is_slender_braces_itself():
         mesh = MeshSettings(size=0.125)
         found = solve_scene(scene((stone, *ends), ("left", "right"), fidelity="elastic", mesh=mesh))
         assert found.outcome == outcome
-    assert found.summary["start"] == {"reached": True}
+    assert plain(found.summary.start) == {"reached": True}
 
 
 @pytest.mark.parametrize(
@@ -131,8 +132,8 @@ def test_cases_of_coupled_rigid_block_analysis(shared_data, name, gravity, thrus
         scene((stones,), dimension=3, joints=(Joint(friction=0.84),), loads=Loads(gravity=gravity))
     )
     assert found.outcome == "equilibrium"
-    assert found.summary["start"]["reached"] is (thrust is None)
-    assert found.summary["start"].get("least_thrust") == (thrust and pytest.approx(thrust, rel=1e-4))
+    assert found.summary.start.reached is (thrust is None)
+    assert found.summary.start.least_thrust == (thrust and pytest.approx(thrust, rel=1e-4))
 
 
 @pytest.mark.parametrize("name", ["H", "A"])
@@ -146,8 +147,8 @@ def test_elastic_cases_of_coupled_rigid_block_analysis_fall(shared_data, name):
         )
     )  # fmt: skip
     assert found.outcome == "no_equilibrium"
-    assert found.summary["mechanism"]["groups"] == [["s.b2"]]
-    assert found.summary["start"]["least_thrust"] > 0
+    assert found.summary.mechanism.groups == (("s.b2",),)
+    assert found.summary.start.least_thrust > 0
 
 
 def test_the_verdict_is_written(tmp_path):
@@ -167,5 +168,5 @@ def test_the_verdict_is_written(tmp_path):
 )
 def test_arches_and_walls_are_reached(structure):
     found = solve_scene(scene((structure,)))
-    assert found.summary["start"] == {"reached": True}
+    assert plain(found.summary.start) == {"reached": True}
     assert "pre-stressed" not in found.message

@@ -77,7 +77,7 @@ def test_a_peeled_joint_is_damaged_more_evenly():
         _, beta, dissipated = lower(result)
         assert (dissipated >= 0).all()
         spreads.append(np.ptp(beta))
-        assert result.march.ledger.joints >= 0
+        assert result.march.ledger.joint_dissipation >= 0
     assert (np.diff(spreads) < 0).all()
     assert spreads[0] > 0.5
     assert spreads[-1] < 0.01

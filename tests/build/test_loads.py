@@ -44,7 +44,7 @@ def test_a_force_on_one_block_names_one(key, load):
 
 def test_a_force_on_the_free_one_of_two():
     push = PointForce(block="st.[bg][2r]*", vector=(0.0, -5.0))  # st.b2 and the ground
-    assert solve_scene(stack(loads=Loads(points=(push,)))).summary["applied"] == pytest.approx([0.0, -5.0])
+    assert solve_scene(stack(loads=Loads(points=(push,)))).summary.applied == pytest.approx([0.0, -5.0])
 
 
 def test_blocks_that_turn_together_share_a_pivot():
@@ -66,5 +66,5 @@ def test_traction_on_a_curved_side_whatever_the_elements(divisions):
         joints=(Joint(friction=0.7),),
         loads=Loads(tractions=(Traction(on="arch.v*/extrados", vector=(0.0, -1e4)),)),
     )
-    applied = solve_scene(scene).summary["applied"]
+    applied = solve_scene(scene).summary.applied
     assert applied == pytest.approx([0.0, -1e4 * np.pi * 2.25], rel=5e-3, abs=1.0)

@@ -180,9 +180,9 @@ def test_weakest_joint_of_a_chain():
     assert pulled(1.02 * drawn.min()).outcome == "no_equilibrium"
     arrays = contact_arrays(result.built.model, result.march.state)
     np.testing.assert_array_equal(arrays["scatter_strength"] * 1e5, drawn)
-    told = result.summary["scatter"]
-    assert told["seeds"] == [5]
-    assert told["factors"]["strength"] == [drawn.min() / 1e5, drawn.max() / 1e5]
+    told = result.summary.scatter
+    assert told.seeds == (5,)
+    assert told.factors["strength"] == (drawn.min() / 1e5, drawn.max() / 1e5)
 
 
 def test_written_and_read(tmp_path):

@@ -43,7 +43,7 @@ def test_ell_with_a_cube_in_its_hollow(tmp_path: Path, fidelity: str) -> None:
     )
     result = solve_scene(scene, tmp_path)
     assert result.outcome == "equilibrium"
-    assert result.summary["supports"]["floor"]["force"] == pytest.approx([0, 0, 1e4], rel=1e-8, abs=1e-4)
+    assert result.summary.supports["floor"].force == pytest.approx([0, 0, 1e4], rel=1e-8, abs=1e-4)
     model = result.built.model
     area: dict[frozenset[str], float] = {}
     for interface in model.interfaces:

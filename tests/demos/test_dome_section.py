@@ -11,8 +11,8 @@ def test_dry_dome_cracks_and_leans_on_its_base():
     found = dome_section.main(rings=8, slices=16)
     assert found.outcome == "equilibrium"
     assert found.blocks == 8 * 16 + 1
-    assert found.certificate["natural_map"] < 1e-9
-    assert found.certificate["global_balance"] < 1e-9
+    assert found.certificate.natural_map < 1e-9
+    assert found.certificate.global_balance < 1e-9
     assert found.ground == pytest.approx(found.weight, rel=1e-9)
     assert 0.96 * dome_section.SHELL < found.weight < dome_section.SHELL
     assert dome_section.LEAST < found.thrust < 1.5 * dome_section.LEAST

@@ -14,8 +14,8 @@ from masonry_fem.scene import load
 def test_ground_carries_the_weight_and_nothing_across(friction):
     result = solve_scene(load(low_wall.SCENE, overrides=("mesh.size=0.25", f"joints.0.friction={friction}")))
     assert result.outcome == "equilibrium"
-    ground = result.summary["supports"]["wall.ground"]
+    ground = result.summary.supports["wall.ground"]
     weight = 2400 * 9.81 * 2.0 * 0.25 * 1.25
-    assert ground["force"] == pytest.approx([0.0, 0.0, weight], rel=1e-9, abs=1e-9 * weight)
+    assert ground.force == pytest.approx([0.0, 0.0, weight], rel=1e-9, abs=1e-9 * weight)
     # about the origin: through the middle of the wall, (1, 0.125)
-    assert ground["moment"] == pytest.approx(np.cross([1.0, 0.125, 0.0], [0, 0, weight]), abs=1e-7 * weight)
+    assert ground.moment == pytest.approx(np.cross([1.0, 0.125, 0.0], [0, 0, weight]), abs=1e-7 * weight)

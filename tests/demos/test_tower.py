@@ -16,5 +16,5 @@ def test_foot_bears_weight_over_area():
     assert found.pressure == pytest.approx(438.7e3, rel=1e-3)
     assert tower.SINKING < found.sinking < 1.15 * tower.SINKING
     assert found.compression[0] < -found.pressure
-    assert found.certificate["natural_map"] < 1e-9
-    assert found.certificate["global_balance"] < 1e-9
+    assert found.certificate.natural_map < 1e-9
+    assert found.certificate.global_balance < 1e-9

@@ -10,6 +10,7 @@ and the function ``..._error`` of its result returns the distance to it, relativ
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import astuple
 from typing import Any, Literal
 
 import numpy as np
@@ -64,8 +65,11 @@ def leaning(angle: float, dimension: int) -> tuple[float, ...]:
 
 def certificate(result: RunResult) -> dict[str, float]:
     """What the certificate says of contact, of balance and of energy; all are relative."""
-    told = result.summary["certificate"]
-    return {key: told[key] for key in ("natural_map", "block_balance", "global_balance", "energy_balance")}
+    told = result.summary.certificate
+    return {
+        key: getattr(told, key)
+        for key in ("natural_map", "block_balance", "global_balance", "energy_balance")
+    }
 
 
 def finite(result: RunResult) -> bool:
@@ -73,13 +77,13 @@ def finite(result: RunResult) -> bool:
     state = result.march.state
     parts = [state.reaction, state.velocity, state.gap, state.points]
     parts += list(result.march.report.support_resultants.values())
-    parts += [np.array(list(certificate(result).values())), np.array(list(result.summary["energy"].values()))]
+    parts += [np.array(list(certificate(result).values())), np.array(astuple(result.summary.energy))]
     return all(bool(np.isfinite(part).all()) for part in parts)
 
 
 def base_force(result: RunResult) -> NDArray[np.float64]:
     """Sum of what all supports give [N], shape (d,)."""
-    return np.sum([told["force"] for told in result.summary["supports"].values()], axis=0)
+    return np.sum([told.force for told in result.summary.supports.values()], axis=0)
 
 
 # --- many blocks and unequal ones --------------------------------------------------------------------
@@ -120,7 +124,7 @@ def stack_error(result: RunResult) -> float:
     error = np.abs(forces / (np.arange(count, 0, -1) * WEIGHT) - 1).max()
     if result.built.stones.deforming:
         settlement = WEIGHT * count**2 / 2 / YOUNG
-        error = max(error, abs(result.summary["probes"]["top"][2] / -settlement - 1))
+        error = max(error, abs(result.summary.probes["top"][2] / -settlement - 1))
     return float(error)
 
 
@@ -223,7 +227,7 @@ def arch_error(result: RunResult) -> float:
 
 def thrust(result: RunResult) -> float:
     """Horizontal force of the left springing over γ R² (R = 1 m, a metre deep)."""
-    return float(abs(result.summary["supports"]["arch.springing_left"]["force"][0])) / WEIGHT
+    return float(abs(result.summary.supports["arch.springing_left"].force[0])) / WEIGHT
 
 
 def pushed_wall(
@@ -286,7 +290,7 @@ COLUMN_PERIOD = float(4 * 3.0 / np.sqrt(1e9 / 2000.0))  # of the first wave [s]
 
 def column_error(result: RunResult, step: float, theta: float = 1.0, steps: int = 1) -> float:
     """Of the base's force and the top's fall far beyond a period; of the fall alone far below it."""
-    top = -result.summary["probes"]["top"][1]
+    top = -result.summary.probes["top"][1]
     if step < COLUMN_PERIOD:
         return float(abs(top / (G * step**2 * steps * (steps - 1 + 2 * theta) / 2) - 1))
     weight = 2000.0 * G * 3.0
@@ -314,7 +318,7 @@ def sliding_error(
     """Of the way down."""
     a = np.radians(angle)
     gone = G * (np.sin(a) - friction * np.cos(a)) * step**2 * steps * (steps - 1 + 2 * theta) / 2
-    return float(abs(result.summary["probes"]["cube"][0] / gone - 1))
+    return float(abs(result.summary.probes["cube"][0] / gone - 1))
 
 
 def standing_wall(
@@ -347,7 +351,7 @@ def bouncing(step: float, restitution: float = 1.0, steps: int = 200, drop: floa
 def bouncing_gain(result: RunResult, drop: float = 0.01) -> float:
     """Energy gained since the start over what the drop has [J/J]; negative where energy was lost."""
     mass = DENSITY * 0.25
-    rise = result.summary["probes"]["cube"][1]
+    rise = result.summary.probes["cube"][1]
     return float((result.march.report.kinetic_energy + mass * G * rise) / (mass * G * drop))
 
 

@@ -57,8 +57,11 @@ def down(dimension: int) -> tuple[float, ...]:
 
 def certificate(result: RunResult) -> dict[str, float]:
     """What the summary's certificate says of the contact laws and of the balances."""
-    told = result.summary["certificate"]
-    return {key: told[key] for key in ("natural_map", "block_balance", "global_balance", "energy_balance")}
+    told = result.summary.certificate
+    return {
+        key: getattr(told, key)
+        for key in ("natural_map", "block_balance", "global_balance", "energy_balance")
+    }
 
 
 # --- columns: contrasts of stiffness and density between neighbours -----------------------------------
@@ -159,7 +162,7 @@ def sinking_error(result: RunResult) -> float:
     exact = float(above @ soft) * size ** (2 - d)
     if exact == 0:
         return 0.0
-    return abs(result.summary["probes"]["top"][d - 1] / -exact - 1)
+    return abs(result.summary.probes["top"][d - 1] / -exact - 1)
 
 
 # --- patches: two blocks under pressure -----------------------------------------------------------------
@@ -290,7 +293,7 @@ def wall(
 
 def wall_error(result: RunResult) -> float:
     """What the ground carries against the weight, both components, relative to the weight."""
-    force = np.sum([support["force"] for support in result.summary["supports"].values()], axis=0)
+    force = np.sum([support.force for support in result.summary.supports.values()], axis=0)
     exact = -np.array(down(2)) / G * weights(result).sum()
     return float(np.linalg.norm(force - exact) / np.linalg.norm(exact))
 
@@ -329,7 +332,7 @@ def confined_error(result: RunResult) -> float:
     group = next(group for group in result.built.model.groups if not group.prescribed)
     nu, young = group.operators.material.poisson, group.operators.material.young
     modulus = young * (1 - nu) / ((1 + nu) * (1 - 2 * nu))
-    return abs(result.summary["probes"]["top"][-1] / (-P / modulus) - 1)
+    return abs(result.summary.probes["top"][-1] / (-P / modulus) - 1)
 
 
 def cantilever(
@@ -361,7 +364,7 @@ def cantilever_error(result: RunResult) -> float:
     nu, young = group.operators.material.poisson, group.operators.material.young
     shear = young / (2 * (1 + nu))
     exact = 1e4 * (1e3 / (3 * young / (1 - nu**2) / 12) + 1.2 * 10 / shear)
-    return float(-result.summary["probes"]["tip"][1] / exact - 1)
+    return float(-result.summary.probes["tip"][1] / exact - 1)
 
 
 # --- sizes and places ------------------------------------------------------------------------------------
@@ -411,7 +414,7 @@ def arch(
 
 def thrust(result: RunResult, radius: float = 1.0) -> float:
     """Horizontal force of the left springing over γ R²."""
-    force = result.summary["supports"]["arch.springing_left"]["force"]
+    force = result.summary.supports["arch.springing_left"].force
     return float(force[0]) / (DENSITY * G * radius**2)
 
 
@@ -464,7 +467,7 @@ def keystone(
 def keystone_error(result: RunResult, half_angle: float) -> float:
     """Of the thrust and of the normal force, without friction; the worse, relative."""
     a = np.radians(half_angle)
-    force = np.array(result.summary["supports"]["key.springing_left"]["force"]) / weights(result)[0]
+    force = np.array(result.summary.supports["key.springing_left"].force) / weights(result)[0]
     thrust, normal = abs(force[0]) * 2 * np.tan(a) - 1, np.linalg.norm(force) * 2 * np.sin(a) - 1
     return float(max(abs(thrust), abs(normal)))
 
@@ -578,7 +581,7 @@ def ledges(width: float, *, fidelity: Fidelity = "rigid", dimension: Literal[2, 
 def ledges_error(result: RunResult) -> float:
     """Of what each ledge carries, relative to half of the weight."""
     half = 0.5 * float(weights(result)[0])
-    forces = [result.summary["supports"][name]["force"][-1] for name in ("left", "right")]
+    forces = [result.summary.supports[name].force[-1] for name in ("left", "right")]
     return float(np.abs(np.array(forces) / half - 1).max())
 
 
@@ -620,7 +623,7 @@ def lifted(
 
 def rest_error(result: RunResult, gap: float) -> float:
     """Where the foot comes to rest against −gap (0 for an overlap, which is held) [m]."""
-    return abs(result.summary["probes"]["foot"][1] + max(gap, 0.0))
+    return abs(result.summary.probes["foot"][1] + max(gap, 0.0))
 
 
 def jammed(
@@ -686,4 +689,4 @@ def crushed(
 
 def jam_pressure(result: RunResult) -> float:
     """Mean pressure of the right side on the cube, over E [1]: the cube's strain, 2 · overlap of 1 m."""
-    return -float(result.summary["supports"]["right"]["force"][0]) / YOUNG
+    return -float(result.summary.supports["right"].force[0]) / YOUNG

@@ -37,8 +37,8 @@ def test_a9_3_friction_does_not_matter_on_level_ground(fidelity, dimension: int,
 def test_a9_3_four_corners_share_the_weight(friction: float) -> None:
     """Reactions of the four corners are not unique; their force and moment are."""
     result = cube_on_slope(0.0, friction, analysis=LARGE_STEP)
-    ground = result.summary["supports"]["cube.ground"]
+    ground = result.summary.supports["cube.ground"]
     weight = 2400 * G
-    assert ground["force"] == pytest.approx([0, 0, weight], abs=1e-8 * weight)
-    assert ground["moment"] == pytest.approx([0.5 * weight, -0.5 * weight, 0], abs=1e-8 * weight)
+    assert ground.force == pytest.approx([0, 0, weight], abs=1e-8 * weight)
+    assert ground.moment == pytest.approx([0.5 * weight, -0.5 * weight, 0], abs=1e-8 * weight)
     assert result.march.report.speed < 1e-12

@@ -90,7 +90,7 @@ def test_a9_6_slope_of_a_thousandth_of_a_degree_without_friction() -> None:
         probes=(Probe(name="cube", block="cube.b1", point=(0.5, 0.5, 0.5)),),
     )  # fmt: skip
     a = G * np.sin(np.radians(0.001))
-    assert result.summary["probes"]["cube"][0] == pytest.approx(a / 2, rel=1e-8)
+    assert result.summary.probes["cube"][0] == pytest.approx(a / 2, rel=1e-8)
 
 
 def test_a9_6_frictionless_stack_stands() -> None:
@@ -111,7 +111,7 @@ def test_a9_6_what_is_rough_sticks_until_it_tips(angle: float, analysis: Dynamic
     rough = cube_on_slope(angle, 1e6, analysis=analysis)
     assert rough.march.report.speed < 1e-9
     a, weight = np.radians(angle), 2400 * G
-    force = rough.summary["supports"]["cube.ground"]["force"]
+    force = rough.summary.supports["cube.ground"].force
     assert force == pytest.approx([-weight * np.sin(a), 0, weight * np.cos(a)], abs=1e-8 * weight)
 
 

@@ -52,7 +52,7 @@ def unique_reactions(result: RunResult) -> np.ndarray:
 
 
 def support_forces(result: RunResult) -> np.ndarray:
-    return np.array([told["force"] for told in result.summary["supports"].values()])
+    return np.array([told.force for told in result.summary.supports.values()])
 
 
 def difference(one: RunResult, other: RunResult, rotation: np.ndarray) -> dict[str, float]:
@@ -62,7 +62,7 @@ def difference(one: RunResult, other: RunResult, rotation: np.ndarray) -> dict[s
     force = support_forces(one)
     reaction = unique_reactions(one)
     largest = np.abs(one.march.state.reaction).max()
-    strain = one.summary["energy"]["strain"], other.summary["energy"]["strain"]
+    strain = one.summary.energy.strain, other.summary.energy.strain
     return {
         "displacement": float(np.abs(moved - back).max() / far),
         "support": float(np.abs(force - support_forces(other) @ rotation).max() / np.abs(force).max()),
@@ -89,7 +89,7 @@ def test_a9_7_turned_scenes_give_turned_results(name, fidelity, dimension: Dimen
     one, other = solve_scene(scene), solve_turned(scene, rotation)
     assert other.outcome == one.outcome
     if one.outcome == "no_equilibrium":
-        told = [sorted(entry["block"] for entry in result.summary["moving"]) for result in (one, other)]
+        told = [sorted(entry.block for entry in result.summary.moving) for result in (one, other)]
         assert told[0] == told[1]
         return
     found = difference(one, other, rotation)
@@ -145,9 +145,7 @@ def test_a9_7_blocks_that_the_scene_turns(fidelity, dimension: Dimension, angle:
         )
         result = solve_scene(scene)
         assert result.outcome == "equilibrium"
-        forces.append(
-            np.concatenate([support_forces(result)[0] @ rotation, [result.summary["energy"]["strain"]]])
-        )
+        forces.append(np.concatenate([support_forces(result)[0] @ rotation, [result.summary.energy.strain]]))
     largest = np.abs(forces[0]).max()
     assert forces[1][:-1] == pytest.approx(forces[0][:-1], abs=BAR * largest)
     assert forces[1][-1] == pytest.approx(forces[0][-1], rel=BAR)

@@ -54,9 +54,7 @@ def test_a9_7_units_change_nothing(system: str) -> None:
             analysis=Statics(),
         )  # fmt: skip
         assert result.outcome == "equilibrium"
-        values.append(
-            result.summary["supports"]["arch.springing_left"]["force"][0] / (force / length)
-        )  # per depth
+        values.append(result.summary.supports["arch.springing_left"].force[0] / (force / length))  # per depth
     assert values[1] == pytest.approx(values[0], rel=1e-8)
 
 
@@ -90,20 +88,19 @@ def test_a9_7_units_change_no_displacement_nor_reaction(shear: float, system: st
     length, mass = UNITS[system]
     other = sheared_cubes(shear, length, mass)
     assert other.outcome == plain.outcome == "equilibrium"
-    edge = plain.summary["probes"]["edge"]
-    assert np.array(other.summary["probes"]["edge"]) / length == pytest.approx(
+    edge = plain.summary.probes["edge"]
+    assert np.array(other.summary.probes["edge"]) / length == pytest.approx(
         edge, rel=1e-8, abs=1e-8 * max(map(abs, edge))
     )
-    force, moment = (plain.summary["supports"]["lower/bottom"][key] for key in ("force", "moment"))
-    found = other.summary["supports"]["lower/bottom"]
+    held = plain.summary.supports["lower/bottom"]
+    force, moment = held.force, held.moment
+    found = other.summary.supports["lower/bottom"]
     largest = max(map(abs, force))
-    assert np.array(found["force"]) / (mass * length) == pytest.approx(force, rel=1e-8, abs=1e-8 * largest)
-    assert np.array(found["moment"]) / (mass * length**2) == pytest.approx(
-        moment, rel=1e-8, abs=1e-8 * largest
-    )
+    assert np.array(found.force) / (mass * length) == pytest.approx(force, rel=1e-8, abs=1e-8 * largest)
+    assert np.array(found.moment) / (mass * length**2) == pytest.approx(moment, rel=1e-8, abs=1e-8 * largest)
     reaction = other.march.state.reaction / (mass * length)
     assert reaction == pytest.approx(plain.march.state.reaction, rel=1e-8, abs=1e-8 * largest)
-    assert other.summary["status"] == plain.summary["status"]
+    assert other.summary.status == plain.summary.status
 
 
 # --- A3.3, A2.7, A7.7 ---------------------------------------------------------------------------------
@@ -131,7 +128,7 @@ def rigid_arch_thrust(voussoirs: int, thickness: float, spread: float, length: f
     )  # fmt: skip
     assert result.outcome == "equilibrium"
     # per unit of depth: γ R² in force over length
-    return abs(result.summary["supports"]["arch.springing_left"]["force"][0]) / (force / length) / (2400 * G)
+    return abs(result.summary.supports["arch.springing_left"].force[0]) / (force / length) / (2400 * G)
 
 
 @pytest.mark.parametrize("system", list(UNITS)[1:])

@@ -35,7 +35,7 @@ def test_a9_8_any_step_gives_numbers(step: float) -> None:
     assert np.isfinite(reaction).all()
     assert result.march.report.natural_map < 1e-8
     if step >= 1.0:
-        base = result.summary["supports"]["stack.ground"]["force"][2]
+        base = result.summary.supports["stack.ground"].force[2]
         assert base == pytest.approx(2 * 2400 * G, rel=1e-6)
 
 
@@ -63,9 +63,9 @@ def test_a9_8_one_step_far_beyond_the_waves_is_statics(ratio: float) -> None:
     weight = 2000.0 * G * 3.0
     bound = max(0.1 / ratio**2, 1e-8)
     assert result.march.report.step == 1
-    base = result.summary["supports"]["column.ground"]["force"][1]
+    base = result.summary.supports["column.ground"].force[1]
     assert base == pytest.approx(weight, rel=bound)
-    assert result.summary["probes"]["top"][1] == pytest.approx(-8.829e-5, rel=max(bound, 1e-6))
+    assert result.summary.probes["top"][1] == pytest.approx(-8.829e-5, rel=max(bound, 1e-6))
 
 
 @pytest.mark.parametrize("theta", [0.5, 1.0])
@@ -78,7 +78,7 @@ def test_a9_8_steps_of_a_picosecond(theta: float) -> None:
     assert np.isfinite(state.velocity).all()
     # θ-scheme at constant acceleration: s_n = a h² n (n − 1 + 2θ)/2
     fallen = G * h**2 * steps * (steps - 1 + 2 * theta) / 2
-    assert result.summary["probes"]["top"][1] == pytest.approx(-fallen, rel=1e-6)
+    assert result.summary.probes["top"][1] == pytest.approx(-fallen, rel=1e-6)
     assert result.march.ledger.imbalance < 1e-10
 
 
@@ -93,7 +93,7 @@ def test_a9_8_rigid_stack_at_any_step(h: float, steps: int) -> None:
         structures=(StackStructure(name="stack", material="stone", size=(1, 1, 1), count=3),),
         analysis=Dynamics(step=h, duration=steps * h, theta=1.0),
     )
-    base = result.summary["supports"]["stack.ground"]["force"]
+    base = result.summary.supports["stack.ground"].force
     assert base == pytest.approx([0, 0, 3 * 2400 * G], rel=1e-9, abs=1e-6)
     assert result.march.report.speed <= 1e-10 * G * h
 

@@ -112,9 +112,9 @@ def test_a9_9_stiffness_contrast_keeps_uniform_stress(contrast: float) -> None:
         analysis=Statics(),
     )
     assert result.outcome == "equilibrium"
-    stress = result.summary["stress"]
-    assert stress["min_principal"]["value"] == pytest.approx(-P, rel=1e-8)
-    assert abs(stress["max_principal"]["value"]) <= 1e-8 * P
+    stress = result.summary.stress
+    assert stress.min_principal.value == pytest.approx(-P, rel=1e-8)
+    assert abs(stress.max_principal.value) <= 1e-8 * P
 
 
 # --- A9.10: slivers --------------------------------------------------------------------------------

@@ -51,7 +51,7 @@ def test_rounding_of_balances_is_told(aspect: float, doubted: bool, caplog: pyte
     """Needles a million times as long as thick balance their own weight to 4e-4 only."""
     result = solve_scene(slender(aspect, lying=False))
     assert result.outcome == "equilibrium"
-    assert (result.summary["certificate"]["block_balance"] > 1e-6) == doubted
+    assert (result.summary.certificate.block_balance > 1e-6) == doubted
     assert bool(told(caplog, "forces balance to")) == doubted
 
 

@@ -62,7 +62,7 @@ def test_overlaps_are_driven_out_no_faster_than_asked(overlap: float, speed: flo
     """
     march = Dynamics(step=0.01, duration=0.5, theta=1.0)
     result = solve_scene(lifted(-overlap, reach=2.0, expulsion=speed, analysis=march))
-    rise = float(result.summary["probes"]["foot"][1])
+    rise = float(result.summary.probes["foot"][1])
     thrown = min(speed, overlap / 0.01)
     assert rise >= min(overlap, speed * 0.5) - 1.5e-6
     assert rise <= overlap + thrown * max(0.0, 0.5 - overlap / thrown) + 1e-9
@@ -75,7 +75,7 @@ def test_overlaps_are_driven_out_no_faster_than_asked(overlap: float, speed: flo
 def test_jammed_block_is_held_without_expulsion(overlap: float, analysis: Statics | None) -> None:
     result = solve_scene(jammed(overlap, expulsion=0.0, analysis=analysis))
     assert result.outcome in {"finished", "equilibrium"}
-    assert abs(result.summary["probes"]["middle"]).max() < 1e-8
+    assert abs(result.summary.probes["middle"]).max() < 1e-8
     assert max(certificate(result).values()) < 1e-9
 
 
@@ -88,7 +88,7 @@ def test_rigid_block_that_cannot_be_driven_out_stays_and_is_told(
     brief = Dynamics(step=0.005, duration=0.04, theta=1.0)  # each try to drive it out takes a second
     result = solve_scene(jammed(overlap, expulsion=speed, analysis=brief))
     assert result.outcome == "finished"
-    assert abs(result.summary["probes"]["middle"]).max() < 1e-6
+    assert abs(result.summary.probes["middle"]).max() < 1e-6
     assert max(certificate(result).values()) < 1e-9
     told = any("could not be driven apart" in record.getMessage() for record in caplog.records)
     assert told == (overlap > 1.5e-6)  # less is none
@@ -123,7 +123,7 @@ def test_rigid_block_that_supports_crush(
     assert marched.outcome == outcome
     missed = any("missed the solver's tolerance" in record.getMessage() for record in caplog.records)
     assert missed == (outcome == "finished")
-    assert abs(marched.summary["probes"]["middle"]).max() < max(closing, 1e-6)
+    assert abs(marched.summary.probes["middle"]).max() < max(closing, 1e-6)
 
 
 @pytest.mark.parametrize("closing", [1e-9, 1e-6, 1e-3])
@@ -133,7 +133,7 @@ def test_elastic_block_that_supports_crush(analysis: Statics | None, closing: fl
     result = solve_scene(crushed(closing, fidelity="elastic", analysis=analysis))
     assert result.outcome in {"equilibrium", "finished"}
     assert jam_pressure(result) == pytest.approx(closing, rel=1e-3, abs=2e-6)
-    assert result.summary["probes"]["middle"][0] == pytest.approx(-closing / 2, rel=2e-2)
+    assert result.summary.probes["middle"][0] == pytest.approx(-closing / 2, rel=2e-2)
     assert max(certificate(result).values()) < 1e-9
 
 

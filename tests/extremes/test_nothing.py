@@ -59,7 +59,7 @@ def test_a_single_block_that_is_held(name: str, fidelity, dimension: int) -> Non
     result = solve_scene(lonely("held", fidelity, ANALYSES[name], dimension))
     assert result.outcome == ("finished" if name == "dynamics" else "equilibrium")
     assert finite(result)
-    assert result.summary["contacts"] == 0
+    assert result.summary.contacts == 0
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
@@ -80,11 +80,11 @@ def test_free_flight_is_met_by_algebra(fidelity, theta: float) -> None:
     fallen = G * 0.01**2 * 10 * (10 - 1 + 2 * theta) / 2
     result = solve_scene(lonely("free", fidelity, march))
     assert result.outcome == "finished"
-    assert result.summary["probes"]["cube"] == pytest.approx([0, 0, -fallen], abs=1e-12)
+    assert result.summary.probes["cube"] == pytest.approx([0, 0, -fallen], abs=1e-12)
     assert max(certificate(result).values()) < 1e-12
     several = solve_scene(scattered(fidelity=fidelity, analysis=march))
     for name in ("c0", "c1"):
-        assert several.summary["probes"][name] == pytest.approx([0, 0, -fallen], abs=1e-12)
+        assert several.summary.probes[name] == pytest.approx([0, 0, -fallen], abs=1e-12)
 
 
 @pytest.mark.parametrize("fidelity", FIDELITIES)
@@ -106,7 +106,7 @@ def test_all_blocks_held(name: str, fidelity) -> None:
     scene = msgspec.structs.replace(stack(3, fidelity, ANALYSES[name]), supports=(Support(on="stack.*"),))
     result = solve_scene(scene)
     assert result.outcome == ("finished" if name == "dynamics" else "equilibrium")
-    assert result.summary["contacts"] == 0
+    assert result.summary.contacts == 0
     assert finite(result)
 
 
@@ -140,7 +140,7 @@ def test_a_run_shorter_than_its_step_is_refused(fidelity, duration: float) -> No
 def test_a_run_of_one_step(fidelity, step: float) -> None:
     result = solve_scene(stack(2, fidelity, Dynamics(step=step, duration=step, theta=1.0)))
     assert result.outcome == "finished"
-    assert result.summary["steps"] == 1
+    assert result.summary.steps == 1
     assert finite(result)
     if fidelity == "rigid":
         assert stack_error(result) < 1e-8

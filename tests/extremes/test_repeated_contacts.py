@@ -76,7 +76,7 @@ def test_more_points_on_a_face_change_no_sum(density: int) -> None:
     """From 4 to 400 points a joint of rigid bricks."""
     result = _placed("rigid", Joint(friction=0.6, placement="gauss", density=density))
     assert result.outcome == "equilibrium"
-    assert result.summary["contacts"] == 124 * density**2
+    assert result.summary.contacts == 124 * density**2
     assert wall_error(result) < 1e-10
     assert max(certificate(result).values()) < 1e-9
 

@@ -60,7 +60,7 @@ def test_below_rounding_it_is_reached_or_told(name: str, tolerance: float) -> No
     """No turn is spent on what no arithmetic gives; the message says that rounding is all that is left."""
     build, error = SCENES[name]
     result = solve_scene(build(tolerance=tolerance))
-    assert result.summary["seconds"]["solve"] < 5
+    assert result.summary.seconds["solve"] < 5
     assert error(result) < 1e-12
     if result.outcome == "no_convergence":
         assert "rounding" in result.message

@@ -435,6 +435,6 @@ def test_elastic_stones_of_a_survey_carry_their_weight(tmp_path: Path) -> None:
     result = solve_scene(check(scene, base=tmp_path), tmp_path)
     assert result.outcome == "equilibrium"
     made = build_structure(spec, 3, tmp_path, MeshSettings())
-    force = result.summary["supports"]["f.ground"]["force"]
+    force = result.summary.supports["f.ground"].force
     assert force == pytest.approx([0.0, 0.0, 20e3 * volume(made)], abs=1e-6)
-    assert result.summary["certificate"]["natural_map"] < 1e-9
+    assert result.summary.certificate.natural_map < 1e-9

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 
 import msgspec
@@ -12,6 +13,7 @@ from masonry_fem.analyses.run import solve_scene
 from masonry_fem.build import build
 from masonry_fem.errors import SceneError
 from masonry_fem.output.fields import contact_arrays
+from masonry_fem.results.summary import Abrupt
 from masonry_fem.scene import check, specs
 from masonry_fem.structures.block import BlockStructure
 
@@ -86,9 +88,9 @@ def test_adhesion_decays_as_the_joint_opens():
     assert opening.mean() + force / AREA / 1e13 == pytest.approx(3 * u0, rel=1e-9)
     assert joints.adhesion[:4] == pytest.approx((u0 / opening) ** 2, rel=1e-9)
     assert joints.dissipated[:4].sum() == pytest.approx(50.0 * AREA * (1 - joints.adhesion[0]), rel=1e-9)
-    assert result.summary["certificate"]["block_balance"] <= 1e-9
-    assert result.summary["certificate"]["cone_violation"] <= 1e-9
-    assert result.summary["certificate"]["min_normal_reaction"] >= -1e-6
+    assert result.summary.certificate.block_balance <= 1e-9
+    assert result.summary.certificate.cone_violation <= 1e-9
+    assert result.summary.certificate.min_normal_reaction >= -1e-6
 
 
 def test_dry_joints_beside_cohesive_ones_are_not_damaged():
@@ -153,10 +155,10 @@ def test_a_snap_back_is_told_and_narrowed_down_by_substeps(caplog):
     """The joint breaks at 2/3 of the path; the step around it is divided, the others are not."""
     whole, divided = stretched(load_steps=10), stretched(load_steps=10, substeps=100)  # halves: 64
     assert whole.march.report.step == 10
-    assert whole.summary["abrupt"] == {"steps": 1, "first": 0.7, "last": 0.7}
+    assert whole.summary.abrupt == Abrupt(steps=1, first=0.7, last=0.7)
     assert "joints gave way abruptly in 1 of 10 steps, first at t = 0.7" in caplog.text
     assert divided.march.report.step == 10 + 6
-    assert divided.summary["abrupt"]["first"] == pytest.approx(2 / 3, abs=0.1 / 64)
+    assert divided.summary.abrupt.first == pytest.approx(2 / 3, abs=0.1 / 64)
     assert "even in 1/64 of a load step: the structure snaps back" in caplog.text
     for result in (whole, divided):
         assert result.outcome == "equilibrium"
@@ -170,7 +172,7 @@ def test_softening_that_is_followed_is_not_called_abrupt():
     motion = specs.Support(on="top", motion=specs.Motion(displacement=(0.0, 0.0, 3 * u0)))
     scene = cubes(RCC, top=True, supports=(motion,), analysis=specs.Statics(load_steps=20, substeps=8))
     result = solve_scene(check(scene))
-    assert "abrupt" not in result.summary
+    assert result.summary.abrupt is None
     assert result.march.report.step == 20
 
 
@@ -249,7 +251,7 @@ def parts_of_the_energy(steps: int) -> dict[str, float]:
     scene = cubes(RCC, top=True, supports=(motion,), analysis=specs.Statics(load_steps=steps))
     result = solve_scene(check(scene))
     assert "missing from its ledger" in result.message  # softening is not resolved to 1e-6
-    energy = result.summary["energy"]
+    energy = asdict(result.summary.energy)
     given = sum(energy[name] for name in ("start", "external_work", "support_work", "unaccounted"))
     kept = sum(energy[name] for name in ("kinetic", "strain", "joints"))
     lost = sum(v for k, v in energy.items() if k.endswith(("dissipation", "viscosity")) or "impact" in k)

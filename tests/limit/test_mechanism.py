@@ -31,7 +31,7 @@ def test_of_many_sliding_mechanisms_the_whole_wall_moves_as_one(dimension: int) 
     assert len(motion.groups) == 1
     assert motion.moving == len(motion.blocks)
     assert {joint.how for joint in motion.joints} == {"slides"}
-    assert all("w.ground" in joint.blocks for joint in motion.joints)
+    assert all("w.ground" in joint.between for joint in motion.joints)
     assert motion.sentence().startswith(f"{motion.moving} blocks move as one; 3 sliding joints: ")
     # associated: it rises by μ of what it slides
     np.testing.assert_allclose(motion.velocity[:, -1], 0.4 * motion.velocity[:, 0], atol=1e-7)
@@ -71,7 +71,7 @@ def test_an_arch_too_thin_has_its_five_hinges_or_six_by_symmetry() -> None:
     made = problem(arch(0.104, 11, 100.0))
     found = admissible(made)
     assert found.mechanism is not None
-    hinges = [joint.blocks for joint in found.mechanism.joints if joint.how == "hinge"]
+    hinges = [joint.between for joint in found.mechanism.joints if joint.how == "hinge"]
     assert len(hinges) == len(found.mechanism.joints)
     assert len(hinges) in {5, 6}
     crown = found.mechanism.velocity[found.mechanism.blocks.tolist().index(number(made, "arch.v06"))]

@@ -19,11 +19,11 @@ from masonry_fem.limit import (
     questions,
     support_resultant,
 )
-from masonry_fem.limit.answers import answers
 from masonry_fem.limit.conic import maximise_cones
 from masonry_fem.limit.linear import maximise_plane
 from masonry_fem.limit.program import Program, judged
 from masonry_fem.nscd.graphs import lengths
+from masonry_fem.results.limit import answers
 from masonry_fem.scene.specs import Joint, Loads, Material, Scene
 from masonry_fem.structures.arch import ArchStructure
 from masonry_fem.structures.block import BlockStructure
@@ -157,8 +157,8 @@ def test_resultant_of_an_interface_is_the_weight_above() -> None:
 def test_nothing_is_told_without_a_sign() -> None:
     """A block on a joint without friction: no tilt, no thrust."""
     told = answers(problem(block(2, 0.0), accelerated(1.0, 0.0)), tilt="x")
-    assert "may reach 0 g, 0 degrees" in told["message"]
-    assert str(told["supports"]["column.ground"]["x"]) == "[0.0, 0.0]"
+    assert "may reach 0 g, 0 degrees" in told.message
+    assert str(told.supports["column.ground"]["x"]) == "(0.0, 0.0)"
 
 
 def test_interval_of_what_cannot_be_carried() -> None:
@@ -281,23 +281,23 @@ class Blurred:
 def test_an_interval_that_is_inexact_says_so_and_the_rest_is_told(share, monkeypatch) -> None:
     made = problem(arch(0.2, 11, 0.6), pushed("arch.v05", (0.0, -100.0)))
     exact = answers(made)
-    assert exact["inexact"] == {}
+    assert exact.inexact == {}
     monkeypatch.setattr(questions, "maximise_plane", Blurred(share))
     told = answers(made)
-    assert told["multiplier"] == pytest.approx(exact["multiplier"], rel=1e-9)
-    assert told["admissible"] is True
-    assert set(told["inexact"]) == {"arch.springing_left", "arch.springing_right"}
-    for name, axes in told["inexact"].items():
+    assert told.multiplier == pytest.approx(exact.multiplier, rel=1e-9)
+    assert told.admissible is True
+    assert set(told.inexact) == {"arch.springing_left", "arch.springing_right"}
+    for name, axes in told.inexact.items():
         for axis, error in axes.items():
             if share is None:
-                assert (error, told["supports"][name][axis]) == (None, [None, None])
+                assert (error, told.supports[name][axis]) == (None, (None, None))
                 continue
-            off = np.abs(np.array(told["supports"][name][axis]) - exact["supports"][name][axis]).max()
+            off = np.abs(np.array(told.supports[name][axis]) - exact.supports[name][axis]).max()
             assert off <= error <= 0.1 * weight(made)
     if share is None:
-        assert told["certificate"]["intervals"] is None
+        assert told.certificate["intervals"] is None
     else:
-        assert told["certificate"]["intervals"] > 1e-4
+        assert told.certificate["intervals"] > 1e-4
 
 
 @pytest.mark.parametrize("turn", [0.0, 30.0, 90.0, 200.0])

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from masonry_fem.analyses.run import RunResult
+from masonry_fem.march.witness import Written
 from masonry_fem.scene.specs import (
     Contact,
     Dynamics,
@@ -32,8 +33,8 @@ DENSITY, YOUNG, LENGTH, THICK = 2400.0, 1e9, 2.0, 0.2
 BEAM = MeshSettings(element="Q2", divisions=(20, 4))
 
 
-def written(result: RunResult) -> dict[str, Any]:
-    return result.summary["certificate"]["written"]
+def written(result: RunResult) -> Written:
+    return result.summary.certificate.written
 
 
 def cantilever(gap: float, *, below: str = "support", **keys: Any) -> RunResult:
@@ -79,23 +80,23 @@ def test_a_cantilever_sags_onto_the_block_below(below: str, steps: int) -> None:
     assert result.outcome == "equilibrium"
     assert len(result.march.model.interfaces) == 1
     name = "below" if below == "support" else "below/bottom"
-    carried = -result.summary["supports"][name]["force"][1]
+    carried = -result.summary.supports[name].force[1]
     own = DENSITY * G * 0.25 if below == "elastic" else 0.0
     # of which the block's own compression is a hundredth
     assert carried + own == pytest.approx(-prop(gap), rel=0.02)
-    assert result.summary["probes"]["tip"][1] == pytest.approx(-gap, rel=1e-2)
-    assert written(result)["overlap"]["value"] < 1e-6
-    assert written(result)["balance"]["value"] < 1e-8
+    assert result.summary.probes["tip"][1] == pytest.approx(-gap, rel=1e-2)
+    assert written(result).overlap.value < 1e-6
+    assert written(result).balance.value < 1e-8
 
 
 def test_fixed_contacts_stay_those_of_the_start_and_the_overlap_is_told() -> None:
     result = cantilever(3e-3, contact=Contact(update="fixed"))
     assert result.outcome == "no_convergence"
-    told = written(result)["overlap"]
-    assert sorted(told["blocks"]) == ["arm", "below"]
+    told = written(result).overlap
+    assert sorted(told.blocks) == ["arm", "below"]
     q, bending, shear = DENSITY * G * THICK, YOUNG * THICK**3 / 12, 5 / 6 * YOUNG / 2 * THICK
     sag = q * LENGTH**4 / (8 * bending) + q * LENGTH**2 / (2 * shear)
-    assert told["value"] == pytest.approx(sag - 3e-3, rel=0.01)
+    assert told.value == pytest.approx(sag - 3e-3, rel=0.01)
     assert "'arm' and 'below' are in each other" in result.message
 
 
@@ -145,10 +146,10 @@ def test_a_pushed_block_meets_the_next_one(dimension: int, fidelity: str) -> Non
     )
     assert result.outcome == "equilibrium"
     weight = 2400.0 * G
-    assert result.summary["supports"]["hand"]["force"][0] == pytest.approx(2 * 0.5 * weight, rel=1e-5)
-    assert result.summary["probes"]["second"][0] == pytest.approx(0.01, rel=1e-2)
-    assert result.summary["contacts"] == sum(result.summary["status"].values())  # those of the meeting, too
-    assert written(result)["overlap"]["value"] < 1e-6
+    assert result.summary.supports["hand"].force[0] == pytest.approx(2 * 0.5 * weight, rel=1e-5)
+    assert result.summary.probes["second"][0] == pytest.approx(0.01, rel=1e-2)
+    assert result.summary.contacts == sum(result.summary.status.values())  # those of the meeting, too
+    assert written(result).overlap.value < 1e-6
 
 
 @pytest.mark.parametrize("length", [None, 0.5])
@@ -188,7 +189,7 @@ def test_a_thrown_block_bounces_off_a_wall_that_it_did_not_know() -> None:
     )
     assert result.outcome == "finished"
     # met at 0.5 s, to a step or two
-    assert result.summary["probes"]["ball"][0] == pytest.approx(0.25, abs=4e-3)
+    assert result.summary.probes["ball"][0] == pytest.approx(0.25, abs=4e-3)
 
 
 def test_a_block_that_lands_on_a_corner_comes_down_on_the_next() -> None:
@@ -213,7 +214,7 @@ def test_a_block_that_lands_on_a_corner_comes_down_on_the_next() -> None:
     assert model.contacts.count > 2
     corners = model.contacts.points[:, 0, 0]
     assert corners.max() - corners.min() == pytest.approx(0.3, abs=0.05)
-    assert written(result)["overlap"]["value"] < 2e-3
+    assert written(result).overlap.value < 2e-3
 
 
 def test_who_meets_whom_is_told(caplog: pytest.LogCaptureFixture) -> None:

@@ -111,7 +111,7 @@ def test_measures_are_of_the_written_geometry() -> None:
     state, model = result.march.state, result.march.model
     np.testing.assert_array_equal(state.reaction_frame, state.frame)
     assert np.abs(state.frame - model.contacts.frame).max() > 0.02
-    assert result.summary["certificate"]["written"]["balance"]["value"] < 1e-9
+    assert result.summary.certificate.written.balance.value < 1e-9
     march = replace(result.march, state=replace(state, frame=model.contacts.frame))
     assert unbalanced(replace(result, march=march)) > 0.05
 
@@ -258,7 +258,7 @@ def test_contacts_that_stay_where_they_were_are_solved_once(monkeypatch: pytest.
     model, state = result.march.model, result.march.state
     np.testing.assert_array_equal(state.frame, model.contacts.frame)
     assert result.march.report.block_balance < 1e-9
-    assert result.summary["certificate"]["written"]["balance"]["value"] < 1e-9
+    assert result.summary.certificate.written.balance.value < 1e-9
 
 
 def test_dynamics_writes_reactions_in_the_frames_of_the_start_of_the_step() -> None:
@@ -311,7 +311,7 @@ def test_rigid_and_elastic_blocks_balance_side_by_side() -> None:
         analysis=Statics(),
     )
     assert result.outcome == "equilibrium"
-    told = result.summary["certificate"]["written"]["balance"]["value"]
+    told = result.summary.certificate.written.balance.value
     assert told < 1e-9
     assert result.march.report.block_balance < 1e-9
     assert unbalanced_of(result) == pytest.approx(told, abs=1e-10)

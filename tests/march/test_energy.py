@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import asdict
 
 import pytest
 
+from masonry_fem.march.ledger import Ledger
 from masonry_fem.scene import specs
 from masonry_fem.structures.block import BlockStructure
 from masonry_fem.structures.stack import StackStructure
@@ -14,17 +16,16 @@ from tests.validation.scenes import G, solved
 LOST = ("dissipation", "viscosity", "impact_normal", "impact_tangential")
 
 
-def ledger(result) -> dict[str, float]:
+def ledger(result) -> Ledger:
     """The energy terms of a summary, once they have been found to add up."""
-    told = result.summary["energy"]
-    given = told["start"] + told["external_work"] + told["support_work"] + told["unaccounted"]
-    kept = told["kinetic"] + told["strain"] + told["joints"]
-    lost = sum(value for name, value in told.items() if name.endswith(LOST))
-    largest = max(map(abs, told.values()))
+    told = result.summary.energy
+    given = told.start + told.external_work + told.support_work + told.unaccounted
+    kept = told.kinetic + told.strain + told.joints
+    lost = sum(value for name, value in asdict(told).items() if name.endswith(LOST))
+    largest = told.largest
     assert given == pytest.approx(kept + lost, abs=1e-12 * largest)
-    seen = result.march.ledger.largest  # on the way, too
-    assert abs(told["unaccounted"]) <= result.summary["certificate"]["energy_balance"] * seen * (1 + 1e-12)
-    return dict(told)
+    assert abs(told.unaccounted) <= result.summary.certificate.energy_balance * largest * (1 + 1e-12)
+    return told
 
 
 def brick(**keys):
@@ -48,10 +49,10 @@ def test_a_moved_face_whose_nodes_are_contacts_gives_the_work_that_is_spent():
     push = moved("st.b1/left", (1e-4, 0.0), components=("x",))
     result = brick(fidelity="elastic", structures=(stone,), supports=(push,))
     told = ledger(result)
-    assert result.summary["certificate"]["energy_balance"] < 1e-9
-    force = result.summary["supports"]["st.b1/left"]["force"][0]
-    assert told["support_work"] == pytest.approx(force * 1e-4, rel=1e-9)
-    assert told["friction_dissipation"] > 0.5 * told["support_work"]
+    assert result.summary.certificate.energy_balance < 1e-9
+    force = result.summary.supports["st.b1/left"].force[0]
+    assert told.support_work == pytest.approx(force * 1e-4, rel=1e-9)
+    assert told.friction_dissipation > 0.5 * told.support_work
 
 
 def test_work_of_a_clamped_face_is_that_of_its_support():
@@ -62,10 +63,10 @@ def test_work_of_a_clamped_face_is_that_of_its_support():
         fidelity="elastic", structures=(stone,), supports=supports, loads=specs.Loads(gravity=(0.0, 0.0))
     )
     told = ledger(result)
-    force = -result.summary["supports"]["b/top"]["force"][1]
-    assert told["support_work"] == pytest.approx(force * 1e-4, rel=1e-12)
-    assert told["strain"] == pytest.approx(0.5 * force * 1e-4, rel=1e-12)
-    assert told["external_work"] == 0.0
+    force = -result.summary.supports["b/top"].force[1]
+    assert told.support_work == pytest.approx(force * 1e-4, rel=1e-12)
+    assert told.strain == pytest.approx(0.5 * force * 1e-4, rel=1e-12)
+    assert told.external_work == 0.0
 
 
 @pytest.mark.parametrize("restitution", [0.0, 0.5])
@@ -88,15 +89,15 @@ def test_what_an_impact_takes_is_told_by_direction(restitution):
         analysis=specs.Dynamics(step=1e-4, duration=0.1035, theta=0.5),
     )
     told, mass = ledger(result), 2400.0 * 0.02
-    assert told["start"] == pytest.approx(0.5 * mass * speed**2, rel=1e-12)
+    assert told.start == pytest.approx(0.5 * mass * speed**2, rel=1e-12)
     fall = mass * G * height
-    assert told["impact_normal"] == pytest.approx((1 - restitution**2) * fall, rel=5e-3)
+    assert told.impact_normal == pytest.approx((1 - restitution**2) * fall, rel=5e-3)
     # it sticks, so that its run becomes a turn about its edge as far as the thin plate can
-    assert told["impact_tangential"] + told["kinetic"] - restitution**2 * fall == pytest.approx(
-        told["start"], rel=5e-2
+    assert told.impact_tangential + told.kinetic - restitution**2 * fall == pytest.approx(
+        told.start, rel=5e-2
     )
-    assert told["impact_tangential"] > 0.9 * told["start"]
-    assert abs(told["friction_dissipation"]) < 1e-3 * told["start"]
+    assert told.impact_tangential > 0.9 * told.start
+    assert abs(told.friction_dissipation) < 1e-3 * told.start
 
 
 def test_velocities_that_are_set_to_zero_between_steps_are_damping():
@@ -111,10 +112,10 @@ def test_velocities_that_are_set_to_zero_between_steps_are_damping():
     )
     told = ledger(result)
     assert result.outcome == "equilibrium"
-    assert told["start"] == pytest.approx(600.0, rel=1e-12)
-    assert told["kinetic"] < 1e-9
-    assert told["friction_dissipation"] > 0.0
-    assert told["friction_dissipation"] + told["damping_dissipation"] + told["numerical_dissipation"] == (
+    assert told.start == pytest.approx(600.0, rel=1e-12)
+    assert told.kinetic < 1e-9
+    assert told.friction_dissipation > 0.0
+    assert told.friction_dissipation + told.damping_dissipation + told.numerical_dissipation == (
         pytest.approx(600.0, rel=1e-9)
     )
 
@@ -139,10 +140,10 @@ def test_a_rocking_block_loses_what_housner_says_in_its_first_impact():
     told, weight = ledger(result), 2400.0 * G
     fall = weight * half_diagonal * (math.cos(0.5 * slope) - math.cos(slope))
     loss = 1 - (1 - 1.5 * math.sin(slope) ** 2) ** 2
-    assert told["impact_normal"] + told["impact_tangential"] == pytest.approx(loss * fall, rel=2e-2)
-    assert told["start"] == 0.0
-    assert abs(told["numerical_dissipation"]) < 1e-3 * fall
-    assert abs(told["friction_dissipation"]) < 1e-3 * fall
+    assert told.impact_normal + told.impact_tangential == pytest.approx(loss * fall, rel=2e-2)
+    assert told.start == 0.0
+    assert abs(told.numerical_dissipation) < 1e-3 * fall
+    assert abs(told.friction_dissipation) < 1e-3 * fall
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
@@ -158,8 +159,8 @@ def test_a_shaken_stack_takes_the_work_that_its_support_gives(dimension: int):
         supports=(specs.Support(on="s.ground", motion=swing),),
         analysis=specs.Dynamics(step=5e-3, duration=0.3, theta=0.5),
     )
-    assert ledger(result)["support_work"] > 10.0
-    assert result.summary["certificate"]["energy_balance"] < 1e-10
+    assert ledger(result).support_work > 10.0
+    assert result.summary.certificate.energy_balance < 1e-10
 
 
 SPRINGS = specs.law_record(
@@ -193,6 +194,6 @@ def test_the_way_of_the_faces_is_booked_once(keys, gap):
         analysis=specs.Dynamics(step=1e-4, duration=0.01, theta=1.0),
     )
     told = ledger(result)
-    assert result.summary["certificate"]["energy_balance"] < 1e-4
-    assert told["friction_dissipation"] > 0.1 * told["external_work"]
-    assert abs(told["impact_normal"]) <= (0.2 if gap else 1e-6) * told["external_work"]
+    assert result.summary.certificate.energy_balance < 1e-4
+    assert told.friction_dissipation > 0.1 * told.external_work
+    assert abs(told.impact_normal) <= (0.2 if gap else 1e-6) * told.external_work

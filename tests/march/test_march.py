@@ -68,7 +68,7 @@ def test_push_beyond_friction_slides() -> None:
     assert made.outcome == "finished"
     assert made.report.speed == pytest.approx(0.2 * G * 0.1, rel=1e-9)
     assert made.ledger.imbalance < 1e-12
-    assert made.ledger.friction == pytest.approx(0.3 * 1000 * G * 0.5 * 0.2 * G * 0.01, rel=1e-9)
+    assert made.ledger.friction_dissipation == pytest.approx(0.3 * 1000 * G * 0.5 * 0.2 * G * 0.01, rel=1e-9)
 
 
 @pytest.mark.parametrize("theta", [0.5, 1.0])

@@ -65,7 +65,7 @@ def test_a_block_that_turns_about_its_edge(speed: float, share: float) -> None:
     velocity = {name: -speed * np.array([-(at[1] - 0.5), at[0] - 1.0]) for name, at in middle.items()}
     found = seen(stack(), velocity, {"s.b2": -speed, "s.b3": -speed}, share=share)
     (joint,), (part,) = found.joints, found.parts
-    assert (joint.how, set(joint.blocks)) == ("hinge", {"s.b1", "s.b2"})
+    assert (joint.how, set(joint.between)) == ("hinge", {"s.b1", "s.b2"})
     np.testing.assert_allclose(joint.at, [1.0, 0.5], atol=1e-9)
     np.testing.assert_allclose(part.pole, [1.0, 0.5], atol=1e-9)
     assert part.blocks == ("s.b2", "s.b3")
@@ -79,7 +79,7 @@ def test_parts_that_slide_on_each_other() -> None:
     found = seen(stack(), {"s.b2": (1.0, 0.0), "s.b3": (0.5, 0.0)}, {})
     assert [joint.how for joint in found.joints] == ["slides", "slides"]
     assert found.groups == (("s.b2",), ("s.b3",))
-    slip = {frozenset(joint.blocks): joint.slip[0] for joint in found.joints}
+    slip = {frozenset(joint.between): joint.slip[0] for joint in found.joints}
     assert abs(slip[frozenset(("s.b1", "s.b2"))]) == pytest.approx(1.0)
     assert abs(slip[frozenset(("s.b2", "s.b3"))]) == pytest.approx(0.5)
     assert "s.b3 moves along (1, 0)" in found.words()
@@ -87,7 +87,7 @@ def test_parts_that_slide_on_each_other() -> None:
 
 def test_a_block_that_lifts_off_opens_its_joint() -> None:
     found = seen(stack(), {"s.b3": (0.0, 1.0)}, {})
-    assert [(joint.how, set(joint.blocks)) for joint in found.joints] == [("opens", {"s.b2", "s.b3"})]
+    assert [(joint.how, set(joint.between)) for joint in found.joints] == [("opens", {"s.b2", "s.b3"})]
     assert found.sentence() == "s.b3 moves; 1 opening joint: s.b3 / s.b2"
 
 
@@ -159,4 +159,4 @@ def test_many_parts_are_told_as_macro_blocks() -> None:
     assert turning.pole == pytest.approx([3.2, 0.0], abs=0.1)
     assert "nearly so in 2: " in found.sentence()
     assert len(found.words()) < 30
-    assert len(found.told()["parts"]) == len(found.parts)
+    assert len(found.told().parts) == len(found.parts)

@@ -217,8 +217,8 @@ def test_reactions_go_over_from_old_contacts_to_new() -> None:
             analysis=Dynamics(step=1e-2, duration=0.1),
             contact=Contact(update=update),
         )
-        work[update] = result.summary["solver"]["iterations"]
-        assert result.summary["supports"]["s.ground"]["force"][1] == pytest.approx(5 * 0.4 * 2400.0 * G)
+        work[update] = result.summary.solver.iterations
+        assert result.summary.supports["s.ground"].force[1] == pytest.approx(5 * 0.4 * 2400.0 * G)
     assert work["redetect"] <= work["moving"]
 
 
@@ -282,4 +282,4 @@ def test_results_are_written_for_contacts_that_change(tmp_path: Any) -> None:
         tmp_path,
     )
     assert made.outcome == "finished"
-    assert made.summary["supports"]["floor"]["force"][1] == pytest.approx(0.09 * 2400 * G, rel=1e-6)
+    assert made.summary.supports["floor"].force[1] == pytest.approx(0.09 * 2400 * G, rel=1e-6)

@@ -7,6 +7,7 @@ import pytest
 
 from masonry_fem.analyses.run import RunResult
 from masonry_fem.march.acting import contact_wrenches, imbalance
+from masonry_fem.march.witness import Written
 from masonry_fem.scene.specs import (
     Contact,
     Dynamics,
@@ -41,8 +42,8 @@ def test_a_couple_is_told_whatever_the_origin() -> None:
         np.testing.assert_allclose(left[0], [0.0, -100.0, -50.0], atol=1e-10)
 
 
-def written(result: RunResult) -> dict[str, dict[str, float]]:
-    return result.summary["certificate"]["written"]
+def written(result: RunResult) -> Written:
+    return result.summary.certificate.written
 
 
 def clamped_beam(dimension: int) -> RunResult:
@@ -68,7 +69,7 @@ def clamped_beam(dimension: int) -> RunResult:
 def test_clamps_and_tractions_are_in_the_balance(dimension: int) -> None:
     result = clamped_beam(dimension)
     assert result.outcome == "equilibrium"
-    assert written(result)["balance"]["value"] < 1e-9
+    assert written(result).balance.value < 1e-9
     acting = result.march.state.acting
     carried = acting.clamp.sum(axis=0) + acting.load.sum(axis=0)
     assert np.abs(carried).max() < 1e-8 * np.abs(acting.load).max()
@@ -88,7 +89,7 @@ def test_a_block_in_motion_balances_with_its_inertia(fidelity: str) -> None:
     )
     assert result.outcome == "finished"
     assert np.abs(result.march.state.acting.inertia[:, 1]).max() > 0
-    assert written(result)["balance"]["value"] < 1e-9
+    assert written(result).balance.value < 1e-9
 
 
 def springing(fidelity: str, move: float) -> RunResult:
@@ -110,13 +111,13 @@ def test_stones_that_should_turn_are_told_by_what_it_does(
 ) -> None:
     """Elastic voussoirs keep their thrust, which in rigid ones that turn grows with the span."""
     elastic, rigid = springing("elastic", move), springing("rigid", move)
-    thrusts = [abs(one.summary["supports"]["a.springing_left"]["force"][0]) for one in (elastic, rigid)]
+    thrusts = [abs(one.summary.supports["a.springing_left"].force[0]) for one in (elastic, rigid)]
     lost = 1 - thrusts[0] / thrusts[1]
-    turning = written(elastic)["turning"]
-    assert written(elastic)["balance"]["value"] < 1e-8
-    assert 0.5 * lost < turning["value"] < 2.0 * lost
-    assert (turning["value"] > 0.01) == told == ("elastic blocks balance where they were" in caplog.text)
-    assert written(rigid)["turning"]["value"] == 0
+    turning = written(elastic).turning
+    assert written(elastic).balance.value < 1e-8
+    assert 0.5 * lost < turning.value < 2.0 * lost
+    assert (turning.value > 0.01) == told == ("elastic blocks balance where they were" in caplog.text)
+    assert written(rigid).turning.value == 0
 
 
 @pytest.mark.parametrize(
@@ -137,6 +138,6 @@ def test_a_block_that_falls_over_into_the_ground_is_told_with_what_helps(
         analysis=Dynamics(step=5e-3, duration=1.0, theta=1.0),
     )
     assert result.outcome == "finished"
-    assert (written(result)["overlap"]["value"] > 0.01) == bool(cure)
+    assert (written(result).overlap.value > 0.01) == bool(cure)
     assert ("'s.ground' and 's.b1' are in each other" in caplog.text) == bool(cure)
     assert cure in caplog.text

@@ -49,19 +49,19 @@ def test_a_stack_is_determined_joint_by_joint(tmp_path, dimension):
     weights = sorted(float(row["normal"]) for row in rows)
     np.testing.assert_allclose(weights, [20e3, 40e3, 60e3], rtol=1e-7)
     assert {row["normal_determined"] for row in rows} == {"1"}
-    assert result.summary["supports"]["pile.ground"]["force"][-1] == pytest.approx(60e3)
+    assert result.summary.supports["pile.ground"].force[-1] == pytest.approx(60e3)
 
 
 def test_an_arch_tells_that_its_thrust_is_a_choice(tmp_path):
     """A thick arch of rigid voussoirs: a whole interval of thrusts carries it (A3.3)."""
     arch = ArchStructure(name="arch", material="stone", radius=1.0, thickness=0.2, voussoirs=11)
     result = run(scene(arch), tmp_path)
-    told = result.summary["determinacy"]
-    assert told["interfaces_not_determined"] == 12
-    left = told["supports_not_determined"]["arch.springing_left"]
+    told = result.summary.determinacy
+    assert told.interfaces_not_determined == 12
+    left = told.supports_not_determined["arch.springing_left"]
     assert "fx" in left
     assert "fy" in left  # one springing may carry more than the other
-    thrust = abs(result.summary["supports"]["arch.springing_left"]["force"][0]) / (2000 * 10)
+    thrust = abs(result.summary.supports["arch.springing_left"].force[0]) / (2000 * 10)
     assert 0.094247 <= thrust <= 0.160027
 
 
@@ -70,15 +70,15 @@ def test_fields_hold_the_reactions_of_least_norm(tmp_path):
     result = run(pile(2), tmp_path)
     assert len(list((tmp_path / "fields").glob("contacts_*.vtu"))) >= 1
     assert len((tmp_path / "history.csv").read_text().splitlines()) == 2
-    assert plain.summary["determinacy"] == result.summary["determinacy"]
+    assert plain.summary.determinacy == result.summary.determinacy
 
 
 def test_elastic_blocks_and_clamps_are_determined(tmp_path):
     pair = StackStructure(name="pair", material="stone", size=(1.0, 1.0), count=2)
     built = scene(pair, fidelity="elastic", mesh=MeshSettings(element="Q1", divisions=(2, 2)))
-    told = run(built, tmp_path).summary["determinacy"]
-    assert told["interfaces_not_determined"] == 0
-    assert told["contacts_not_unique"] == 0
+    told = run(built, tmp_path).summary.determinacy
+    assert told.interfaces_not_determined == 0
+    assert told.contacts_not_unique == 0
 
 
 def test_without_asking_nothing_is_told(tmp_path):
@@ -89,5 +89,5 @@ def test_without_asking_nothing_is_told(tmp_path):
         ),
         tmp_path,
     )
-    assert "determinacy" not in result.summary
+    assert result.summary.determinacy is None
     assert not (tmp_path / "determinacy.csv").exists()

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from masonry_fem.analyses.run import RunResult, run
-from masonry_fem.output.asked.interfaces import joint_summary, write_interfaces
+from masonry_fem.output.asked.interfaces import write_interfaces
 from masonry_fem.output.interfaces import (
     CRACKED,
     FREE,
@@ -22,6 +22,7 @@ from masonry_fem.output.interfaces import (
     InterfaceForces,
     interface_forces,
 )
+from masonry_fem.results.joints import joint_summary
 from masonry_fem.scene.specs import (
     Contact,
     Dynamics,
@@ -94,7 +95,7 @@ def test_arch_of_least_thrust_has_hinges_at_crown_and_haunches(spread_arch: RunR
 
 def test_thrust_at_the_crown_is_that_of_the_springings(spread_arch: RunResult):
     forces = told(spread_arch)
-    thrust = abs(spread_arch.summary["supports"]["arch.springing_left"]["force"][0])
+    thrust = abs(spread_arch.summary.supports["arch.springing_left"].force[0])
     crown = forces.force[between(spread_arch, "arch.v10", "arch.v11")]
     assert abs(crown[0]) == pytest.approx(thrust, rel=1e-4)
     assert crown[1] == pytest.approx(0.0, abs=1e-3 * thrust)
@@ -201,10 +202,9 @@ def test_a6_5_floor_opens_by_its_turn_and_presses_the_edge():
     assert forces.opening[k] == pytest.approx(B * THETA, rel=1e-4)
     assert abs(forces.eccentricity[k, 0]) == pytest.approx(B / 2, rel=1e-5)
     assert forces.status[k] == HINGE
-    assert joint_summary(result.march.model, result.march.state)["greatest_opening"] == {
-        "value": pytest.approx(B * THETA, rel=1e-4),
-        "interface": "slab / wall (bed)",
-    }
+    widest = joint_summary(result.march.model, result.march.state).greatest_opening
+    assert widest.value == pytest.approx(B * THETA, rel=1e-4)
+    assert widest.interface == "slab / wall (bed)"
 
 
 @pytest.fixture(scope="module")
@@ -240,7 +240,7 @@ def test_prescribed_slide_is_found(dragged: RunResult):
     np.testing.assert_allclose(forces.sliding[head], 0.0, atol=1e-9)
     # the stop is friction-free: what friction is used of none is unknown
     assert np.isnan(forces.friction_used[head])
-    assert dragged.summary["joints"]["slide"] >= 1
+    assert dragged.summary.joints.slide >= 1
 
 
 def test_contacts_found_anew_know_how_far_they_slid():
@@ -343,7 +343,7 @@ def test_blocks_that_touch_nothing_have_an_empty_table(tmp_path):
     result = run(scene, tmp_path)
     assert "interfaces.csv" in [path.name for path in result.files]
     assert rows_of(tmp_path / "interfaces.csv") == []
-    assert "joints" not in result.summary
+    assert result.summary.joints is None
 
 
 def test_a_corner_that_stands_on_a_face_is_closed(tmp_path):
@@ -378,7 +378,7 @@ def test_table_has_a_line_a_joint_with_units_and_blanks(spread_arch: RunResult, 
     assert math.isinf(float(hinge["linear_pressure [Pa]"]))
     assert hinge["edge"] in ("intrados", "extrados")
     total = sum(float(r["force_y [N/m]"]) for r in rows if "springing" in r["antagonist"])
-    assert total == pytest.approx(-spread_arch.summary["applied"][1], rel=1e-6)
+    assert total == pytest.approx(-spread_arch.summary.applied[1], rel=1e-6)
 
 
 def test_run_writes_what_was_asked_for(tmp_path):
@@ -401,7 +401,7 @@ def test_run_writes_what_was_asked_for(tmp_path):
     assert faces.n_cells == 2
     assert faces.cell_data["status"].tolist() == [MIDDLE_THIRD, MIDDLE_THIRD]
     assert faces.compute_cell_sizes().cell_data["Area"] == pytest.approx([1.0, 1.0])
-    assert result.summary["joints"]["middle_third"] == 2
+    assert result.summary.joints.middle_third == 2
     plain = run(msgspec.structs.replace(scene, output=Output(pictures=False)), tmp_path / "plain")
     assert not list((tmp_path / "plain").rglob("interfaces*"))
-    assert "joints" not in plain.summary
+    assert plain.summary.joints is None

@@ -71,5 +71,5 @@ def test_a_run_without_equilibrium_tells_and_draws_its_mechanism(tmp_path: Path)
 
 def test_a_run_that_rests_has_none(tmp_path: Path) -> None:
     result = run(wall(2, 0.3, output=Output(fields=False)), tmp_path)
-    assert "mechanism" not in result.summary
+    assert result.summary.mechanism is None
     assert not (tmp_path / "mechanism.png").exists()

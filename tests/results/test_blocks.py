@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from masonry_fem.bodies.stress import principal, von_mises
-from masonry_fem.results.blocks import status_counts, stress_summary, weighted_quantile, write_summary
+from masonry_fem.records.told import write
+from masonry_fem.results.blocks import status_counts, stress_summary, weighted_quantile
 
 
 def test_stress_summary_finds_extremes_and_their_blocks(elastic):
@@ -15,25 +16,25 @@ def test_stress_summary_finds_extremes_and_their_blocks(elastic):
     mises = von_mises(field.gauss)
     found = stress_summary(model, state)
     where = np.unravel_index(mises.argmax(), mises.shape)[0]
-    assert found["max_von_mises"]["value"] == pytest.approx(mises.max())
-    assert found["max_von_mises"]["block"] == model.assembly.blocks[stones.blocks[where]].name
+    assert found.max_von_mises.value == pytest.approx(mises.max())
+    assert found.max_von_mises.block == model.assembly.blocks[stones.blocks[where]].name
     nodal = von_mises(field.nodal)
-    assert found["max_von_mises_nodal"]["value"] == pytest.approx(nodal.max())
+    assert found.max_von_mises_nodal.value == pytest.approx(nodal.max())
     highest = stones.blocks[np.unravel_index(nodal.argmax(), nodal.shape)[0]]
-    assert found["max_von_mises_nodal"]["block"] == model.assembly.blocks[highest].name
+    assert found.max_von_mises_nodal.block == model.assembly.blocks[highest].name
     values, _ = principal(field.gauss)
-    assert found["min_principal"]["value"] == pytest.approx(values.min())
-    assert found["max_principal"]["value"] == pytest.approx(values.max())
-    assert found["p95_von_mises"] == pytest.approx(np.quantile(mises, 0.95), rel=0.02)
-    heavy = [block["von_mises"] for block in found["blocks"]]
+    assert found.min_principal.value == pytest.approx(values.min())
+    assert found.max_principal.value == pytest.approx(values.max())
+    assert found.p95_von_mises == pytest.approx(np.quantile(mises, 0.95), rel=0.02)
+    heavy = [block.von_mises for block in found.blocks]
     assert heavy == sorted(heavy, reverse=True)
-    assert found["p95_von_mises"] <= found["max_von_mises"]["value"]
+    assert found.p95_von_mises <= found.max_von_mises.value
     mean = (field.gauss[:, :, 0] * field.weight[None]).sum(axis=1) / field.weight.sum()
     assert heavy[0] == pytest.approx(von_mises(mean).max())
 
 
 def test_rigid_structures_have_no_stress(rigid):
-    assert stress_summary(*rigid) == {}
+    assert stress_summary(*rigid) is None
 
 
 def test_status_counts_name_all_four(elastic):
@@ -52,8 +53,8 @@ def test_quantile_is_weighted_by_volume():
 
 def test_summary_is_plain_json_and_replaced_whole(tmp_path):
     path = tmp_path / "out" / "summary.json"
-    write_summary(path, {"old": 1})
-    write_summary(
+    write(path, {"old": 1})
+    write(
         path,
         {"a": np.float64(0.1), "b": np.arange(2), "c": float("inf"), "d": {"é": (np.int64(3), None, True)},
          "p": tmp_path},

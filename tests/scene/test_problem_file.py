@@ -79,9 +79,9 @@ def test_weight_forces_and_pressures_are_carried(tmp_path: Path) -> None:
     )
     result = solve_scene(scene(tmp_path, record), base=tmp_path)
     assert result.outcome == "equilibrium"
-    assert result.summary["applied"] == pytest.approx([50.0, 400.0, -2 * 2000 * 9.81 - 5.0 - 1000.0])
-    support = result.summary["supports"]["p.b0"]
-    assert support["force"] == pytest.approx([-50.0, -400.0, 40245.0], rel=1e-6)
+    assert result.summary.applied == pytest.approx([50.0, 400.0, -2 * 2000 * 9.81 - 5.0 - 1000.0])
+    support = result.summary.supports["p.b0"]
+    assert support.force == pytest.approx([-50.0, -400.0, 40245.0], rel=1e-6)
 
 
 def test_friction_of_the_file_holds(tmp_path: Path) -> None:
@@ -153,9 +153,9 @@ def test_barrel_of_compas_dem(shared_data: Path) -> None:
     )
     result = solve_scene(given)
     assert result.outcome == "equilibrium"
-    assert result.summary["blocks"] == 121
-    assert len(result.summary["supports"]) == 26
-    assert result.summary["applied"] == pytest.approx([0.0, 0.0, -80156.4], abs=0.05)
+    assert result.summary.blocks == 121
+    assert len(result.summary.supports) == 26
+    assert result.summary.applied == pytest.approx([0.0, 0.0, -80156.4], abs=0.05)
     assert set(strength_of(result.built.model).friction.tolist()) == {0.5}
 
 

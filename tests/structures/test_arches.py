@@ -359,7 +359,7 @@ def axes_of(joint: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def reactions(result: RunResult) -> np.ndarray:
-    return np.array([result.summary["supports"][f"arch.springing_{s}"]["force"] for s in ("left", "right")])
+    return np.array([result.summary.supports[f"arch.springing_{s}"].force for s in ("left", "right")])
 
 
 @pytest.mark.parametrize("form", FORMS)

@@ -195,7 +195,7 @@ def test_a_dome_on_four_piers_with_a_tambour_stands(fidelity: str) -> None:
     structure = spec(**(PIERS | {"drum_width": 1.2}), mesh=MeshSettings(divisions=(2, 1, 1)))
     result = solve(structure, fidelity=fidelity)
     assert result.outcome == "equilibrium"
-    forces = np.array([result.summary["supports"][f"dome.base.p{k}"]["force"] for k in range(1, 5)])
+    forces = np.array([result.summary.supports[f"dome.base.p{k}"].force for k in range(1, 5)])
     weight = weight_of(result.built.model.assembly)
     assert forces.sum(axis=0) == pytest.approx([0.0, 0.0, weight], rel=1e-6, abs=1e-6 * weight)
     if fidelity == "elastic":  # what rigid blocks leave open

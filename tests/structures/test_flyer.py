@@ -148,7 +148,7 @@ def test_elastic_flyers_carry_their_weight(camber: float) -> None:
     weight = G * sum(
         DENSITY * volumes(made.shapes[block.shape].mesh).sum() for block in made.blocks if not block.support
     )
-    foot, head = (np.array(result.summary["supports"][f"flyer.{n}"]["force"]) for n in ("foot", "head"))
+    foot, head = (np.array(result.summary.supports[f"flyer.{n}"].force) for n in ("foot", "head"))
     assert foot + head == pytest.approx([0.0, 0.0, weight], rel=1e-8, abs=1e-6 * weight)
     assert foot[0] < 0 < head[0]  # the foot lies on the right of the wall
 
@@ -237,7 +237,7 @@ def test_flyers_hold_up_a_portal_that_would_fall(kind: str) -> None:
         * G
         * sum(made.solid(i).mass_properties().volume for i, b in enumerate(made.blocks) if not b.support)
     )
-    total = np.sum([one["force"] for one in result.summary["supports"].values()], axis=0)
+    total = np.sum([one.force for one in result.summary.supports.values()], axis=0)
     assert total == pytest.approx([0.0, weight], rel=1e-6, abs=1e-6 * weight)
 
 

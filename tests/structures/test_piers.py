@@ -267,5 +267,5 @@ def test_elastic_piers_carry_their_weight(spec) -> None:
                     mesh=mesh)  # fmt: skip
     assert result.outcome == "equilibrium"
     weight = DENSITY * G * volume(built(spec, 3))
-    (support,) = result.summary["supports"].values()
-    assert support["force"][2] == pytest.approx(weight, rel=1e-6)
+    (support,) = result.summary.supports.values()
+    assert support.force[2] == pytest.approx(weight, rel=1e-6)

@@ -96,7 +96,7 @@ def test_elastic_portals_stand_on_two_grounds(form: str) -> None:
         DENSITY * volumes(made.shapes[block.shape].mesh).sum() for block in made.blocks if not block.support
     )
     left, right = (
-        np.array(result.summary["supports"][f"portal.ground_{side}"]["force"]) for side in ("left", "right")
+        np.array(result.summary.supports[f"portal.ground_{side}"].force) for side in ("left", "right")
     )
     assert left + right == pytest.approx([0.0, 0.0, weight], rel=1e-8, abs=1e-6 * weight)
     assert left == pytest.approx(right * [-1, 1, 1], rel=1e-6, abs=1e-6 * weight)

@@ -179,7 +179,7 @@ def test_rigid_rubble_of_flat_stones_stands(dimension) -> None:
     )
     assert result.outcome == "equilibrium"
     weight = 2400 * G * 1.5 * (0.6 if dimension == 3 else 1.0)
-    assert result.summary["supports"]["r.ground"]["force"][-1] == pytest.approx(weight, rel=1e-6)
+    assert result.summary.supports["r.ground"].force[-1] == pytest.approx(weight, rel=1e-6)
 
 
 @pytest.mark.parametrize(("dimension", "count"), [(2, 12), (3, 5)])
@@ -194,4 +194,4 @@ def test_elastic_rubble_carries_its_weight(dimension, count) -> None:
     )
     assert result.outcome == "equilibrium"
     weight = 2400 * G * 1.5 * (0.6 if dimension == 3 else 1.0)
-    assert result.summary["supports"]["r.ground"]["force"][-1] == pytest.approx(weight, rel=1e-6)
+    assert result.summary.supports["r.ground"].force[-1] == pytest.approx(weight, rel=1e-6)

@@ -54,7 +54,7 @@ def test_steps_hang_from_the_wall(fidelity) -> None:
                     analysis=ONE_STEP if fidelity == "rigid" else Statics(),
                     mesh=MeshSettings(divisions=(1, 4, 1)))  # fmt: skip
     assert result.outcome == "equilibrium"
-    force = sum(np.array(one["force"]) for one in result.summary["supports"].values())
+    force = sum(np.array(one.force) for one in result.summary.supports.values())
     assert force == pytest.approx([0.0, 0.0, 3 * 2400 * G * 0.34 * 1.4 * 0.18], rel=1e-6, abs=1e-3)
 
 

@@ -113,7 +113,7 @@ def test_a_vault_pushes_as_the_arch_that_is_its_section() -> None:
     )
     whole = solve(fidelity="elastic", structures=(arch,), analysis=Statics())
     forces = [
-        np.array([one.summary["supports"][f"vault.springing_{side}"]["force"] for side in ("left", "right")])
+        np.array([one.summary.supports[f"vault.springing_{side}"].force for side in ("left", "right")])
         for one in (result, whole)
     ]
     weight = 9 * np.sin(np.pi / 9) * 0.2 * DENSITY * G

@@ -297,7 +297,7 @@ def test_rigid_wall_with_openings_stands(bond) -> None:
                     analysis=ONE_STEP)  # fmt: skip
     assert result.outcome == "equilibrium"
     weight = 2400 * G * volume(built(spec))
-    assert result.summary["supports"]["w.ground"]["force"][1] == pytest.approx(weight, rel=1e-6)
+    assert result.summary.supports["w.ground"].force[1] == pytest.approx(weight, rel=1e-6)
 
 
 @pytest.mark.parametrize("fidelity", ["rigid", "elastic"])
@@ -308,7 +308,7 @@ def test_thick_wall_stands(fidelity) -> None:
                     mesh=MeshSettings(divisions=(1, 1, 1)))  # fmt: skip
     assert result.outcome == "equilibrium"
     weight = 2400 * G * volume(built(spec))
-    assert result.summary["supports"]["w.ground"]["force"][2] == pytest.approx(weight, rel=1e-6)
+    assert result.summary.supports["w.ground"].force[2] == pytest.approx(weight, rel=1e-6)
 
 
 def test_a4_3_wall_with_windows_from_a_pattern() -> None:

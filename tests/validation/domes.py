@@ -134,5 +134,5 @@ def meridian_points(result: RunResult) -> tuple[np.ndarray, np.ndarray]:
 
 def thrust(result: RunResult, sweep: float = SWEEP) -> tuple[float, float]:
     """Horizontal thrust on the base and weight, per radian of longitude [N]."""
-    force, a = np.array(result.summary["supports"]["dome.base.s1"]["force"]), np.radians(sweep / 2)
+    force, a = np.array(result.summary.supports["dome.base.s1"].force), np.radians(sweep / 2)
     return -float(force[0] * np.cos(a) + force[1] * np.sin(a)) / (2 * a), float(force[2]) / (2 * a)

@@ -68,25 +68,25 @@ def heel() -> RunResult:
 
 
 def test_sticking_joint_is_the_bonded_solution(sticking: RunResult) -> None:
-    move = 1e6 * sticking.summary["probes"]["top_edge"]
+    move = 1e6 * sticking.summary.probes["top_edge"]
     assert move[0] == pytest.approx(380.726, rel=5e-4)
     assert move[2] == pytest.approx(-324.486, rel=5e-4)
-    assert sticking.summary["stress"]["max_von_mises"]["value"] == pytest.approx(2.384e6, rel=5e-4)
-    assert sticking.summary["status"] == {"open": 0, "stick": 81, "slip": 0}
+    assert sticking.summary.stress.max_von_mises.value == pytest.approx(2.384e6, rel=5e-4)
+    assert sticking.summary.status == {"open": 0, "stick": 81, "slip": 0}
 
 
 def test_reactions_balance_the_loads(sticking: RunResult) -> None:
-    support = sticking.summary["supports"]["lower/bottom"]["force"]
+    support = sticking.summary.supports["lower/bottom"].force
     expected = np.array([-0.1e6, 0.0, 1e6 + 2 * WEIGHT])
     assert np.abs(support - expected).max() <= 1e-9 * (1e6 + 2 * WEIGHT)
 
 
 def test_opening_heel(heel: RunResult) -> None:
-    move = 1e6 * heel.summary["probes"]["top_edge"]
+    move = 1e6 * heel.summary.probes["top_edge"]
     assert move[0] == pytest.approx(1280.876, rel=5e-4)
     assert move[2] == pytest.approx(-600.115, rel=5e-4)
-    assert heel.summary["stress"]["max_von_mises"]["value"] == pytest.approx(4.740e6, rel=5e-4)
-    assert heel.summary["status"] == {"stick": 27, "slip": 18, "open": 36}
+    assert heel.summary.stress.max_von_mises.value == pytest.approx(4.740e6, rel=5e-4)
+    assert heel.summary.status == {"stick": 27, "slip": 18, "open": 36}
 
 
 @pytest.mark.parametrize("case", ["sticking", "heel"])
@@ -95,16 +95,16 @@ def test_certificate_and_cost(case: str, request: pytest.FixtureRequest) -> None
     summary = result.summary
     assert result.outcome == "equilibrium"
     for name in ("natural_map", "cone_violation", "block_balance", "global_balance", "energy_balance"):
-        assert summary["certificate"][name] <= 1e-9, name
-    assert summary["certificate"]["max_penetration"] <= 1e-9 * 1e-3  # of the largest displacement
-    assert summary["certificate"]["min_normal_reaction"] >= -1e-9 * WEIGHT
-    assert summary["solver"]["linear_solves"] <= 12
+        assert getattr(summary.certificate, name) <= 1e-9, name
+    assert summary.certificate.max_penetration <= 1e-9 * 1e-3  # of the largest displacement
+    assert summary.certificate.min_normal_reaction >= -1e-9 * WEIGHT
+    assert summary.solver.linear_solves <= 12
 
 
 def test_overturning_has_no_equilibrium() -> None:
     result = two_cubes(0.7e6, n=4)
     assert result.outcome == "no_equilibrium"
-    assert [entry["block"] for entry in result.summary["moving"]] == ["upper"]
+    assert [entry.block for entry in result.summary.moving] == ["upper"]
 
 
 @pytest.mark.parametrize(("lift", "tolerance"), [(1e-6, 1e-6), (1e-4, 1e-3), (2e-3, 2e-2)])
@@ -112,8 +112,8 @@ def test_lifted_block_gives_the_same_answer(lift: float, tolerance: float) -> No
     """A10.5: the gap closes first; what is left of it is its effect on the geometry."""
     touching, lifted = two_cubes(0.1e6, n=4), two_cubes(0.1e6, n=4, lift=lift)
     assert lifted.outcome == "equilibrium"
-    down = lifted.summary["probes"]["top_edge"] + np.array([0, 0, lift])
-    reference = touching.summary["probes"]["top_edge"]
+    down = lifted.summary.probes["top_edge"] + np.array([0, 0, lift])
+    reference = touching.summary.probes["top_edge"]
     assert np.abs(down - reference).max() <= tolerance * np.abs(reference).max()
 
 
@@ -129,16 +129,16 @@ def test_low_wall(size: float, mid: float, end: float, mises: float) -> None:
         size,
         probes=TOP,
     )
-    probes, summary = result.summary["probes"], result.summary
+    probes, summary = result.summary.probes, result.summary
     assert result.outcome == "equilibrium"
     # references have four (mid) and four (end) digits: 0.05 % and half of the last digit
     assert 1e6 * probes["top_mid"][2] == pytest.approx(mid, rel=5e-4)
     assert 1e6 * probes["top_end"][0] == pytest.approx(end, rel=5e-4)
-    assert summary["stress"]["max_von_mises"]["value"] == pytest.approx(mises, rel=5e-4)
-    vertical = sum(support["force"][2] for support in summary["supports"].values())
+    assert summary.stress.max_von_mises.value == pytest.approx(mises, rel=5e-4)
+    vertical = sum(support.force[2] for support in summary.supports.values())
     assert vertical == pytest.approx(14715.0, rel=1e-9)
-    assert summary["solver"]["linear_solves"] <= 12
-    assert summary["certificate"]["natural_map"] <= 1e-9
+    assert summary.solver.linear_solves <= 12
+    assert summary.certificate.natural_map <= 1e-9
 
 
 DAMPED = Material(density=2400.0, young=10e9, poisson=0.2, damping=Damping(stiffness=1e-4))
@@ -156,7 +156,7 @@ def test_dynamic_strategies_end_where_statics_does(name: str) -> None:
     plan, stone = STRATEGIES[name]
     result = low_wall(analysis=plan, materials={"stone": stone}, probes=TOP)
     assert result.outcome == "equilibrium"
-    probes = result.summary["probes"]
+    probes = result.summary.probes
     assert 1e6 * probes["top_mid"][2] == pytest.approx(-1.7733, rel=1e-2)
     assert 1e6 * probes["top_end"][0] == pytest.approx(0.1568, rel=1e-2)
-    assert result.summary["certificate"]["energy_balance"] <= 1e-9
+    assert result.summary.certificate.energy_balance <= 1e-9

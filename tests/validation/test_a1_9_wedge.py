@@ -49,7 +49,7 @@ def keystone(half_angle: float, friction: float, **keys) -> RunResult:
 def reactions(result: RunResult) -> tuple[float, float]:
     """Thrust and resultant of the left face over the weight."""
     weight = result.built.model.groups[1].mass.sum() * G
-    force = result.summary["supports"]["key.springing_left"]["force"] / weight
+    force = result.summary.supports["key.springing_left"].force / weight
     return float(force[0]), float(np.linalg.norm(force))
 
 
@@ -76,7 +76,7 @@ def test_thrust_lies_in_its_friction_interval(half_angle: float, friction: float
     assert thrust >= (1 - 1e-6) / (2 * np.tan(a + phi))
     if a > phi:
         assert thrust <= (1 + 1e-6) / (2 * np.tan(a - phi))
-    vertical = sum(support["force"][1] for support in result.summary["supports"].values())
+    vertical = sum(support.force[1] for support in result.summary.supports.values())
     assert vertical == pytest.approx(result.built.model.groups[1].mass.sum() * G, rel=1e-9)
 
 
@@ -111,7 +111,7 @@ def test_wedge_locks_itself_where_friction_exceeds_its_tangent(half_angle: float
         analysis=Dynamics(step=0.05, duration=1.2, theta=1.0),
     )
     assert result.outcome == "finished"
-    left = np.linalg.norm(result.summary["supports"]["key.springing_left"]["force"]) / push
+    left = np.linalg.norm(result.summary.supports["key.springing_left"].force) / push
     if share > 1 and half_angle < 30:
         assert left > 0.05
     else:

@@ -26,7 +26,7 @@ def test_a1_1_stick_or_slip(friction: float) -> None:
     slips = cube_on_slope(CRITICAL[friction] + 0.05, friction, analysis=plan)
     assert sticks.march.report.speed < 1e-10
     assert slips.march.report.speed > 1e-3
-    assert slips.summary["status"]["slip"] > 0
+    assert slips.summary.status["slip"] > 0
 
 
 @pytest.mark.parametrize(("theta", "expected"), [(1.0, 0.331858), (0.5, 0.328573)])
@@ -42,8 +42,8 @@ def test_a1_2_sliding_distance(theta: float, expected: float) -> None:
     a = G * (np.sin(np.pi / 6) - 0.5 * np.cos(np.pi / 6))
     exact = a * h**2 * n * (n - 1 + 2 * theta) / 2
     assert exact == pytest.approx(expected, abs=1e-6)
-    assert result.summary["probes"]["cube"][0] == pytest.approx(exact, rel=1e-8)
-    ground = result.summary["supports"]["cube.ground"]["force"]
+    assert result.summary.probes["cube"][0] == pytest.approx(exact, rel=1e-8)
+    ground = result.summary.supports["cube.ground"].force
     weight = 2400 * G
     assert ground[2] == pytest.approx(weight * np.cos(np.pi / 6), rel=1e-8)
     assert ground[0] == pytest.approx(-0.5 * weight * np.cos(np.pi / 6), rel=1e-8)
@@ -63,7 +63,7 @@ def test_a1_3_pushed_block_stops() -> None:
     steps = np.arange(1, 101)
     expected = h * np.maximum(2 - 0.3 * G * h * steps, 0).sum()
     assert expected == pytest.approx(0.669585, abs=1e-6)
-    assert result.summary["probes"]["cube"][0] == pytest.approx(expected, rel=1e-8)
+    assert result.summary.probes["cube"][0] == pytest.approx(expected, rel=1e-8)
     assert result.march.report.speed < 1e-12
 
 
@@ -119,14 +119,14 @@ def test_a1_5_restitution_second_apex() -> None:
     first = np.sqrt(2 / G)
     apex = first + 0.8 * first
     result = dropped(0.8, duration=apex)
-    height = 1.0 + result.summary["probes"]["cube"][2]
+    height = 1.0 + result.summary.probes["cube"][2]
     assert height == pytest.approx(0.64, rel=0.01)
 
 
 def test_a1_5_no_restitution_rests_in_one_step() -> None:
     result = dropped(0.0, duration=0.6)
     assert result.march.report.speed < 1e-10
-    assert 1.0 + result.summary["probes"]["cube"][2] == pytest.approx(0.0, abs=5e-3)
+    assert 1.0 + result.summary.probes["cube"][2] == pytest.approx(0.0, abs=5e-3)
 
 
 @pytest.mark.parametrize("psi", [0.0, 22.5, 45.0])

@@ -22,7 +22,7 @@ def assert_uniform(result: RunResult, error: float, d: int) -> None:
     """σ = −p, u = −2 p/E upward and ν p/E across at the upper block's far corner."""
     assert result.outcome == "equilibrium"
     assert error < 1e-8
-    corner = result.summary["probes"]["corner"]
+    corner = result.summary.probes["corner"]
     assert corner[d - 1] == pytest.approx(-2 * P / 1e10, rel=1e-8)
     assert corner[0] == pytest.approx(0.2 * P / 1e10, rel=1e-8)
 
@@ -129,7 +129,7 @@ def test_a2_6_turned_as_a_whole(lower: int, upper: int) -> None:
     )
     assert result.outcome == "equilibrium"
     assert worst_stress(result, turn[:, 2]) < 1e-8
-    moved = {key: turn.T @ value for key, value in result.summary["probes"].items()}
+    moved = {key: turn.T @ value for key, value in result.summary.probes.items()}
     assert moved["top"][2] - moved["foot"][2] == pytest.approx(-2 * P / 1e10, rel=1e-8)
     assert moved["far"][0] - moved["top"][0] == pytest.approx(0.2 * P / 1e10, rel=1e-8)
 

@@ -110,4 +110,4 @@ def test_a2_7_ball(tmp_path: Path) -> None:
         mean = normal[ring].sum() / contacts.area[ring].sum()
         expected = (hertz * contacts.area[ring]).sum() / contacts.area[ring].sum()
         assert mean == pytest.approx(expected, abs=0.03 * peak)
-    assert -result.summary["probes"]["far"][2] == pytest.approx(approach, rel=0.03)
+    assert -result.summary.probes["far"][2] == pytest.approx(approach, rel=0.03)

@@ -101,6 +101,6 @@ def test_a2_5_bar_with_a_gap(force: float, body: float, displacement: float, rea
         analysis=Statics(),
     )
     assert result.outcome == "equilibrium"
-    assert result.summary["probes"]["end"][0] == pytest.approx(displacement, rel=1e-10)
+    assert result.summary.probes["end"][0] == pytest.approx(displacement, rel=1e-10)
     # the gap of two coordinates near 1 m is known to 1e-16 m, that is 1e-7 N here
-    assert -result.summary["supports"]["wall"]["force"][0] == pytest.approx(reaction, rel=1e-10, abs=5e-7)
+    assert -result.summary.supports["wall"].force[0] == pytest.approx(reaction, rel=1e-10, abs=5e-7)

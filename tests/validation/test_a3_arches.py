@@ -50,7 +50,7 @@ def arch(**keys) -> RunResult:
 
 def thrust(result: RunResult) -> float:
     """Horizontal force of the left springing over γR² (R = 1 m)."""
-    return float(np.abs(result.summary["supports"]["arch.springing_left"]["force"][0])) / (STONE.density * G)
+    return float(np.abs(result.summary.supports["arch.springing_left"].force[0])) / (STONE.density * G)
 
 
 @pytest.mark.parametrize("voussoirs", T_MIN)

@@ -53,7 +53,7 @@ def test_a5_2_a_whole_dome_is_as_its_lune() -> None:
     )
     result = solve_scene(scene)
     assert result.outcome == "equilibrium"
-    assert result.summary["shapes"] == 12
+    assert result.summary.shapes == 12
     angle, along_meridian, along_parallel = np.moveaxis(mean_stresses(result).reshape(12, 24, 3), 2, 0)
     assert np.ptp(along_parallel, axis=1).max() < 1e-6 * np.abs(along_parallel).max()
     inside = (angle[:, 0] > 25) & (angle[:, 0] < BENT - 4)

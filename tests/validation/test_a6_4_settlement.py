@@ -49,7 +49,7 @@ def carried(**keys) -> dict[str, float]:
     """Vertical forces of the supports over the weight."""
     result = solved(**beam(**keys))
     assert result.outcome == "equilibrium"
-    return {name: float(value["force"][1]) / WEIGHT for name, value in result.summary["supports"].items()}
+    return {name: float(value.force[1]) / WEIGHT for name, value in result.summary.supports.items()}
 
 
 def settled(drop: float, on: str = "right", times: Table | None = None) -> tuple[Support, ...]:
@@ -58,7 +58,7 @@ def settled(drop: float, on: str = "right", times: Table | None = None) -> tuple
 
 def test_before_it_settles_the_force_at_the_middle_is_anything() -> None:
     told = analyse(Scene(materials={"stone": STONE}, loads=Loads(gravity=(0.0, -G)), **beam()))
-    low, high = told["supports"]["middle"]["y"]
+    low, high = told.supports["middle"]["y"]
     assert low / WEIGHT == pytest.approx(0.0, abs=1e-6)
     assert high / WEIGHT == pytest.approx(0.83333, abs=3e-4)
 

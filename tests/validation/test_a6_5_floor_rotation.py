@@ -125,8 +125,8 @@ def test_a6_5_a_strong_joint_holds_the_slab_as_a_cantilever() -> None:
     assert result.outcome == "equilibrium"
     _, gap, _ = on_wall(result)
     assert gap == pytest.approx([0.0, 0.0], abs=1e-10)
-    assert result.summary["supports"]["far"]["force"] == pytest.approx([0.0, 0.0], abs=1e-6 * WEIGHT)
-    assert result.summary["supports"]["wall"]["force"][1] == pytest.approx(WEIGHT, rel=1e-9)
+    assert result.summary.supports["far"].force == pytest.approx([0.0, 0.0], abs=1e-6 * WEIGHT)
+    assert result.summary.supports["wall"].force[1] == pytest.approx(WEIGHT, rel=1e-9)
 
 
 def test_a6_5_the_joint_opens_where_it_is_broken() -> None:
@@ -155,7 +155,7 @@ def test_a6_5_elastic_slab_on_an_elastic_wall(law: AnyLaw | None) -> None:
     result = lowered("elastic", law)
     assert result.outcome == "equilibrium"
     x, gap, pressed = on_wall(result)
-    low, high = (np.array(result.summary["probes"][name]) for name in ("low", "high"))
+    low, high = (np.array(result.summary.probes[name]) for name in ("low", "high"))
     turn = (high - low)[0] / DEPTH
     assert turn == pytest.approx(THETA, rel=0.2)
     assert gap[0] == pytest.approx(B * turn, rel=0.01)

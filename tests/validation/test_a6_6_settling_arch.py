@@ -25,7 +25,7 @@ def vertical(rise: float, steps: int = 2) -> float:
         thickness=0.15, voussoirs=20, friction=5.0, supports=(moved,), analysis=Statics(load_steps=steps)
     )
     assert result.outcome == "equilibrium"
-    forces = {name: value["force"] for name, value in result.summary["supports"].items()}
+    forces = {name: value.force for name, value in result.summary.supports.items()}
     total = sum(float(force[1]) for force in forces.values())
     # the curved faces of voussoirs are polygons
     assert total == pytest.approx(WEIGHT, rel=0.01)
@@ -52,7 +52,7 @@ def test_limit_analysis_has_the_same_ends() -> None:
         joints=(Joint(friction=5.0),),
         loads=Loads(gravity=(0.0, -G)),
     )
-    told = analyse(made)["supports"]
+    told = analyse(made).supports
     low, high = told["arch.springing_right"]["y"]
     whole = low + told["arch.springing_left"]["y"][1]
     assert (low / whole, high / whole) == pytest.approx((LEAST, GREATEST), abs=2e-6)

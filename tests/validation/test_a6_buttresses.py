@@ -101,7 +101,7 @@ def test_a6_2_to_half_a_per_cent() -> None:
 def test_a6_2_wide_piers_stand_at_any_height() -> None:
     result = portal(20.0, width=0.5)
     assert result.outcome == "equilibrium"
-    grounds = [result.summary["supports"][f"portal.ground_{side}"]["force"] for side in ("left", "right")]
+    grounds = [result.summary.supports[f"portal.ground_{side}"].force for side in ("left", "right")]
     weight = GAMMA * (2 * 0.5 * 20.0 + np.pi * 0.15)
     assert sum(force[1] for force in grounds) == pytest.approx(weight, rel=1e-6)
     # H_min h = (W/2)(lever of the springing reaction) + γ b² h / 2 cannot be exceeded
@@ -128,11 +128,11 @@ def flyer(friction: float, **keys) -> RunResult:
 
 def thrust(result: RunResult) -> float:
     """Horizontal force on the head over the flyer's weight."""
-    supports = result.summary["supports"]
-    weight = supports["flyer.foot"]["force"][1] + supports["flyer.head"]["force"][1]
+    supports = result.summary.supports
+    weight = supports["flyer.foot"].force[1] + supports["flyer.head"].force[1]
     assert weight == pytest.approx(GAMMA * 1.5, rel=1e-6)
-    assert supports["flyer.foot"]["force"][0] == pytest.approx(-supports["flyer.head"]["force"][0], rel=1e-6)
-    return abs(supports["flyer.head"]["force"][0]) / weight
+    assert supports["flyer.foot"].force[0] == pytest.approx(-supports["flyer.head"].force[0], rel=1e-6)
+    return abs(supports["flyer.head"].force[0]) / weight
 
 
 @pytest.mark.parametrize(("friction", "least"), [(5.0, 0.56247), (0.6, 0.67614)])

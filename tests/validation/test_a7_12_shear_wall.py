@@ -51,13 +51,13 @@ def test_a7_12_peak_and_what_is_left(sheared) -> None:
 @pytest.mark.slow
 def test_a7_12_energy_adds_up(sheared) -> None:
     """From the summary alone; what joints that snap set free between two steps is told, and is little."""
-    told = sheared[0].summary["energy"]
-    given = told["start"] + told["external_work"] + told["support_work"] + told["unaccounted"]
-    kept = told["kinetic"] + told["strain"] + told["joints"]
+    told = sheared[0].summary.energy
+    given = told.start + told.external_work + told.support_work + told.unaccounted
+    kept = told.kinetic + told.strain + told.joints
     lost = sum(v for k, v in told.items() if k.endswith(("dissipation", "viscosity")) or "impact" in k)
     assert given == pytest.approx(kept + lost, rel=1e-9)
-    assert abs(told["unaccounted"]) < 2e-2 * told["support_work"]
-    assert told["joint_dissipation"] > told["friction_dissipation"] > 0
+    assert abs(told.unaccounted) < 2e-2 * told.support_work
+    assert told.joint_dissipation > told.friction_dissipation > 0
 
 
 @pytest.mark.slow

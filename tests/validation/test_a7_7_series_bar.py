@@ -138,7 +138,7 @@ def test_a7_7_longer_bars_dissipate_what_no_smaller_step_could_save() -> None:
     """The fall gives away more than damage takes: what the bar had stored is lost at once."""
     result, tape = stretched(LONG, JUMPING)
     damage = np.diff(tape.dissipated)[1] * WIDTH
-    lost = damage + result.march.ledger.numerical
+    lost = damage + result.march.ledger.numerical_dissipation
     assert lost > 1.5 * damage
 
 

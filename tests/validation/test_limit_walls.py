@@ -85,7 +85,7 @@ def test_a4_5_column() -> None:
     found = shaken(column(6, (0.5, 0.3)))
     assert found.multiplier == pytest.approx(0.5 / 1.8, abs=1e-9)
     assert found.mechanism is not None
-    assert [(joint.how, joint.blocks) for joint in found.mechanism.joints] == [
+    assert [(joint.how, joint.between) for joint in found.mechanism.joints] == [
         ("hinge", ("column.b1", "column.ground"))
     ]
 
@@ -222,7 +222,7 @@ def test_a6_2_portal(courses: int) -> None:
     fallen = admissible(problem(portal(1.32275, 0.3, courses)))
     assert not fallen.holds
     assert fallen.mechanism is not None
-    turning = [joint for joint in fallen.mechanism.joints if "ground" in joint.blocks]
+    turning = [joint for joint in fallen.mechanism.joints if "ground" in joint.between]
     assert {joint.how for joint in turning} == {"hinge"}
 
 

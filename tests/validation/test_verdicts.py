@@ -145,10 +145,10 @@ def test_thin_lunes_stand(friction: float, ratio: float) -> None:
     """Newton's method cycles on them, and the balance of their loads is hard to compute."""
     result = solve_scene(loads(LUNE.format(friction=friction, thickness=5 * ratio)))
     assert result.outcome == "equilibrium"
-    assert result.summary["solver"]["linear_solves"] < 50
-    assert result.summary["certificate"]["natural_map"] <= 1e-10
-    held = sum(support["force"][2] for support in result.summary["supports"].values())
-    assert held == pytest.approx(-result.summary["applied"][2], rel=1e-9)
+    assert result.summary.solver.linear_solves < 50
+    assert result.summary.certificate.natural_map <= 1e-10
+    held = sum(support.force[2] for support in result.summary.supports.values())
+    assert held == pytest.approx(-result.summary.applied[2], rel=1e-9)
 
 
 CORNERED = """
@@ -199,12 +199,12 @@ def test_an_arch_whose_springings_part_too_far_falls_whatever_its_friction(frict
     """Hinges that are wide open could carry its weight where friction is large; nothing leads there."""
     result = solve_scene(loads(SPREAD.format(friction=friction)))
     assert result.outcome == "no_equilibrium"
-    assert result.summary["steps"] == 18
+    assert result.summary.steps == 18
     assert "can balance the loads" not in result.message
     way = upwards(result)
     assert way["arch.v05"] == pytest.approx(way["arch.v06"], rel=1e-2)
     assert way["arch.v05"] < -0.9  # the crown comes down
-    assert result.summary["mechanism"]["parts"]
+    assert result.summary.mechanism.parts
 
 
 def layered(millimetres: float, solver: str = "") -> RunResult:
@@ -218,9 +218,9 @@ def test_layers_of_mortar_of_any_thinness_take_a_few_linear_solves() -> None:
     for millimetres in (10, 3, 1, 0.3, 0.1):
         result = layered(millimetres)
         assert result.outcome == "equilibrium", millimetres
-        assert result.summary["solver"]["linear_solves"] <= 20, millimetres
-        assert result.summary["certificate"]["natural_map"] <= 1e-6
-        settlement[millimetres] = -result.summary["probes"]["top"][2]
+        assert result.summary.solver.linear_solves <= 20, millimetres
+        assert result.summary.certificate.natural_map <= 1e-6
+        settlement[millimetres] = -result.summary.probes["top"][2]
     # a thin layer between stiff bricks is compressed with its sides held: σ (1 − ν − 2ν²) / (E (1 − ν))
     held = 1e6 / 1e9 * (1 - 0.2 - 2 * 0.2**2) / (1 - 0.2)
     for thick, thin in ((3, 1), (1, 0.3), (0.3, 0.1)):
@@ -249,8 +249,8 @@ def test_an_answer_that_misses_the_aim_by_rounding_is_one_unless_the_tolerance_w
 def test_a_wall_with_mortar_goes_on_to_its_mechanism_past_steps_that_rounding_spoils() -> None:
     result = solve_scene(loads(OUT_OF_PLANE))
     assert result.outcome == "no_equilibrium"
-    assert result.summary["steps"] == 9
-    assert len(result.summary["moving"]) > 10
+    assert result.summary.steps == 9
+    assert len(result.summary.moving) > 10
 
 
 def cornered(share: float, young: float, fidelity: str = "elastic") -> RunResult:
@@ -265,19 +265,19 @@ def test_a_wall_that_tips_and_slides_just_below_its_limit_falls_unless_it_is_pre
     """A corner tips out as its head joint slides: what could hold it, the loads do not press there."""
     rigid = cornered(share, young, "rigid")
     assert rigid.outcome == "equilibrium"
-    assert rigid.summary["start"]["reached"] is False
+    assert rigid.summary.start.reached is False
     result = cornered(share, young)
     assert result.outcome == "no_equilibrium"
     way = speeds(result)
     corner = {"wall.c2.b7", "wall.c3.b6", "wall.c4.b6", "wall.c4.b7"}
     assert {name for name, speed in way.items() if speed > 1e-3} == corner
-    least = rigid.summary["start"]["least_thrust"]
-    assert result.summary["start"]["least_thrust"] == pytest.approx(least, rel=1e-6)
+    least = rigid.summary.start.least_thrust
+    assert result.summary.start.least_thrust == pytest.approx(least, rel=1e-6)
 
 
 def test_the_same_wall_stands_where_its_loads_press_it_enough() -> None:
     assert cornered(0.85, 1e10).outcome == "equilibrium"
-    assert cornered(0.85, 1e10, "rigid").summary["start"]["reached"] is True
+    assert cornered(0.85, 1e10, "rigid").summary.start.reached is True
 
 
 @pytest.mark.parametrize(("fidelity", "outcome"), [("rigid", "equilibrium"), ("elastic", "no_equilibrium")])

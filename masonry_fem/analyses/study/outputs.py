@@ -16,7 +16,7 @@ from masonry_fem.analyses.study.row import Row
 from masonry_fem.host import installation
 from masonry_fem.host.atomic import write_atomic
 from masonry_fem.output.folder import Folder
-from masonry_fem.results.blocks import write_summary
+from masonry_fem.records.told import write
 
 if TYPE_CHECKING:
     from masonry_fem.analyses.study.sweep import Study
@@ -27,7 +27,7 @@ logger = logging.getLogger(__name__)
 def write_study(study: Study, folder: Path, *, pictures: bool) -> list[Path]:
     """Write everything; a picture where at least two settings can be compared, and none of before is left."""
     with Folder(folder, "study", title=study.title):
-        paths = [_write_table(study, folder / "study.csv"), write_summary(folder / "study.json", told(study))]
+        paths = [_write_table(study, folder / "study.csv"), write(folder / "study.json", told(study))]
         picture = folder / "pareto.png"
         if pictures and any(_comparable(study.points(target)) for target in study.targets) and _can_draw():
             from masonry_fem.analyses.study.plot import draw  # noqa: PLC0415 - matplotlib

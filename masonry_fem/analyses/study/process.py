@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from masonry_fem.analyses.study.cell import Cell
-from masonry_fem.results.blocks import write_summary
+from masonry_fem.records.told import write
 
 PINNED = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS")
 SLACK = 3.0  # wall-clock time over the CPU time that a cell may have: others use the machine, too ...
@@ -93,7 +93,7 @@ class WorkerProcess:
             if guard is not None:
                 guard.cancel()
         row = _row(answer, out, log, limit) | {"wall": round(time.monotonic() - begun, 3)}
-        write_summary(out, row)
+        write(out, row)
         return row
 
     def end(self) -> None:

@@ -18,6 +18,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from masonry_fem.records.told import plain
+
 if TYPE_CHECKING:
     from masonry_fem.analyses.run import RunResult
 
@@ -83,8 +85,9 @@ Quantities = dict[str, Quantity]
 def measured(result: RunResult) -> Quantities:
     """All quantities of a run."""
     model, scene_gravity = result.built.model, _down(result)
-    found = told(result.summary, down=scene_gravity)
-    found |= dict(_moments(model, result.summary["supports"]))
+    summary = plain(result.summary)
+    found = told(summary, down=scene_gravity)
+    found |= dict(_moments(model, summary["supports"]))
     means = _block_means(model, result.march.state)
     if means is not None:
         found["stress.means"] = means
@@ -189,7 +192,7 @@ def _turn(arm: FloatArray, force: FloatArray) -> FloatArray:
 
 def _down(result: RunResult) -> int | None:
     """Axis along which the loads are greatest, which is what thrusts stand across."""
-    applied = np.abs(np.ravel(result.summary["applied"]))
+    applied = np.abs(np.ravel(result.summary.applied))
     last = len(applied) - 1
     return last if applied[last] > 0 or not applied.any() else int(applied.argmax())
 

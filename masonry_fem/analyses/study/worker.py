@@ -36,18 +36,6 @@ SHORT = 1.0  # CPU time below which a cell is run twice [s]
 LOST = 64  # exit code of a cell whose own error could not be told
 
 
-class Notes(logging.Handler):
-    """Warnings of a cell."""
-
-    def __init__(self) -> None:
-        super().__init__(logging.WARNING)
-        self.said: list[str] = []
-
-    def emit(self, record: logging.LogRecord) -> None:
-        """Keep a message."""
-        self.said.append(record.getMessage())
-
-
 def serve() -> None:
     """Answer requests until the input ends: scene (TOML), base, out, log and limit of a cell."""
     from masonry_fem.fidelities import fidelities  # noqa: PLC0415
@@ -98,11 +86,10 @@ def compute(text: str, base: Path, limit: float | None) -> dict[str, Any]:
     ``limit`` is the CPU time [s] after which the kernel ends the process.
     """
     from masonry_fem.fidelities import deforms  # noqa: PLC0415 - with the rest, after the fork
+    from masonry_fem.records.remark import gathered  # noqa: PLC0415
     from masonry_fem.scene import loads  # noqa: PLC0415
 
     scene = loads(text, base=base, source="scene of the cell")
-    notes = Notes()
-    logging.getLogger("masonry_fem").addHandler(notes)
     for fidelity in scene.fidelities:
         if deforms(fidelity):
             logging.disable()
@@ -112,23 +99,24 @@ def compute(text: str, base: Path, limit: float | None) -> dict[str, Any]:
     if limit is not None:
         _, hard = resource.getrlimit(resource.RLIMIT_CPU)
         resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(start + min(limit, SHORT) + limit), hard))
-    try:
-        row, cpu = _timed(scene, base)
-        if cpu < SHORT:  # loading of compiled code is a large part of it: the second time it is not
-            first = cpu
+    with gathered() as remarks:
+        try:
             row, cpu = _timed(scene, base)
-            start += max(first - cpu, 0.0)
-    except MasonryError as error:
-        row = {"outcome": "refused", "message": str(error)}
-    except MemoryError:
-        row = {"outcome": "out_of_memory", "message": "the memory was not enough"}
-    except Exception as error:
-        traceback.print_exc()
-        row = {"outcome": "failed", "message": f"unexpected {type(error).__name__}: {error}"}
+            if cpu < SHORT:  # loading of compiled code is a large part of it: the second time it is not
+                first = cpu
+                row, cpu = _timed(scene, base)
+                start += max(first - cpu, 0.0)
+        except MasonryError as error:
+            row = {"outcome": "refused", "message": str(error)}
+        except MemoryError:
+            row = {"outcome": "out_of_memory", "message": "the memory was not enough"}
+        except Exception as error:
+            traceback.print_exc()
+            row = {"outcome": "failed", "message": f"unexpected {type(error).__name__}: {error}"}
     return row | {
         "cpu": cpu or time.process_time() - start,
         "start": start,
-        "warnings": list(dict.fromkeys(notes.said)),
+        "warnings": list(dict.fromkeys(one.sentence for one in remarks)),
     }
 
 
@@ -141,15 +129,16 @@ def _timed(scene: Any, base: Path) -> tuple[dict[str, Any], float]:
 def _run(scene: Any, base: Path) -> dict[str, Any]:
     from masonry_fem.analyses.run import solve_scene  # noqa: PLC0415
     from masonry_fem.analyses.study.quantity import measured  # noqa: PLC0415
+    from masonry_fem.records.told import plain  # noqa: PLC0415
 
     result = solve_scene(scene, base)
-    summary = result.summary
+    summary = plain(result.summary)
     sizes = ("blocks", "shapes", "interfaces", "contacts", "unknowns", "steps")
     return {
         "outcome": result.outcome,
         "message": result.message,
         "seconds": summary["seconds"],
-        "size": {name: summary[name] for name in sizes if name in summary},
+        "size": {name: summary[name] for name in sizes},
         "certificate": {name: value for name, value in summary["certificate"].items() if name != "written"},
         "solver": summary["solver"],
         "quantities": {name: quantity.told() for name, quantity in measured(result).items()},
@@ -173,9 +162,9 @@ def _warm(dimension: int, fidelity: str) -> None:
 
 
 def _write(path: Path, row: dict[str, Any]) -> None:
-    from masonry_fem.results.blocks import write_summary  # noqa: PLC0415
+    from masonry_fem.records.told import write  # noqa: PLC0415
 
-    write_summary(path, row)
+    write(path, row)
 
 
 if __name__ == "__main__":

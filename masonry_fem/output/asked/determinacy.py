@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +14,7 @@ from masonry_fem.march.determinacy import COMPONENTS, ForceDeterminacy
 from masonry_fem.march.march import March
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
-from masonry_fem.output.interface_fields import interface_name
 from masonry_fem.output.recorder import Request, StepReport
-
-SHOWN = 50  # interfaces that a summary names
-# Components of a support's wrench, in the axes of the scene
-WORLD = {2: ("fx", "fy", "mz"), 3: ("fx", "fy", "fz", "mx", "my", "mz")}
 
 
 def recorder(request: Request) -> DeterminacyTable:
@@ -47,33 +41,9 @@ class DeterminacyTable:
         """Keep what is determined."""
         self._end = None if determinacy is None else (made.model, determinacy)
 
-    def close(self, summary: Mapping[str, Any]) -> list[Path]:
+    def close(self, summary: Any) -> list[Path]:
         """Write the table."""
         return [] if self._end is None else [write_determinacy(self._path, *self._end)]
-
-
-def determinacy_summary(model: Model, told: ForceDeterminacy) -> dict[str, Any]:
-    """How much of the forces is a fact; the interfaces and supports of which something is not, by name."""
-    names = COMPONENTS[model.assembly.dimension]
-    whole = told.determined.all(axis=1)
-    open_ones = np.flatnonzero(~whole)
-    return {
-        "reactions": "least norm" if told.least_norm else "as solved",
-        "error": told.error,
-        "interfaces_determined": int(whole.sum()),
-        "interfaces_not_determined": len(open_ones),
-        "not_determined": [
-            {"interface": interface_name(model, k), "components": _left_open(names, told.determined[k])}
-            for k in open_ones[:SHOWN].tolist()
-        ],
-        "supports_not_determined": {
-            name: _left_open(WORLD[model.assembly.dimension], known)
-            for name, known in told.supports_determined.items()
-            if not known.all()
-        },
-        "contacts_unique": int(told.unique.sum()),
-        "contacts_not_unique": int((~told.unique).sum()),
-    }
 
 
 def write_determinacy(path: Path, model: Model, told: ForceDeterminacy) -> Path:
@@ -99,7 +69,3 @@ def write_determinacy(path: Path, model: Model, told: ForceDeterminacy) -> Path:
         table.writerow([k, *blocks, interface.label, points[k], *told.resultant[k].tolist(), *known])
     write_atomic(path, text.getvalue().encode())
     return path
-
-
-def _left_open(names: tuple[str, ...], known: np.ndarray) -> list[str]:
-    return [name for name, is_known in zip(names, known.tolist(), strict=True) if not is_known]

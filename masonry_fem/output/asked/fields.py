@@ -10,7 +10,7 @@ What acts on the blocks beside contacts stands in ``out/fields/acting_000012.csv
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -83,6 +83,6 @@ class FieldFiles:
             path = self._directory / "fields" / f"acting_{state.index:06d}.csv"
             write_atomic(path, acting_table(model, state.acting))
 
-    def close(self, summary: Mapping[str, Any]) -> list[Path]:
+    def close(self, summary: Any) -> list[Path]:
         """Name the two series."""
         return [series.path for series in (self._blocks, self._contacts) if series.path.exists()]

@@ -10,7 +10,6 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +20,7 @@ from masonry_fem.march.determinacy import COMPONENTS, ForceDeterminacy
 from masonry_fem.march.march import March
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
-from masonry_fem.output.interface_fields import InterfaceFields, interface_name, labels_of
+from masonry_fem.output.interface_fields import InterfaceFields, labels_of
 from masonry_fem.output.interfaces import STATUS_WORDS, InterfaceForces, interface_forces
 from masonry_fem.output.joint_faces import JointFaces
 from masonry_fem.output.recorder import Request, StepReport
@@ -65,7 +64,7 @@ class InterfaceTable:
         """Keep which forces of the last state are facts, for columns of their own."""
         self._determined = determinacy
 
-    def close(self, summary: Mapping[str, Any]) -> list[Path]:
+    def close(self, summary: Any) -> list[Path]:
         """Write the table."""
         last, self._last = self._last, None
         paths = [self._series.path] if self._series.path.exists() and self._fields else []
@@ -143,25 +142,6 @@ def interface_columns(model: Model, state: SystemState, told: InterfaceForces) -
         for end, word in enumerate(("low", "high")):
             columns[f"{word}_side{axis}"] = [sides[number][end] for sides in faces.sides]
     return columns
-
-
-def joint_summary(model: Model, state: SystemState) -> dict[str, Any]:
-    """How many joints are in which state, and where the most open and the most slid are [m]."""
-    told = interface_forces(model, state)
-    counts = np.bincount(told.status, minlength=len(STATUS_WORDS))
-
-    def most(values: np.ndarray) -> dict[str, Any] | None:
-        if not values.size:
-            return None
-        k = int(values.argmax())
-        return {"value": float(values[k]), "interface": interface_name(model, k)}
-
-    return {
-        **{word.replace(" ", "_"): int(n) for word, n in zip(STATUS_WORDS, counts, strict=True)},
-        "slide": int(told.slides.sum()),
-        "greatest_opening": most(told.opening),
-        "greatest_sliding": most(told.sliding[:, 1]),
-    }
 
 
 def _spread(heading: str, names: str | tuple[str, ...], values: np.ndarray) -> Columns:

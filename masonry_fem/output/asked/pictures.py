@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -58,11 +58,11 @@ class Pictures:
         """Keep how it ended."""
         self._end = made
 
-    def close(self, summary: Mapping[str, Any]) -> list[Path]:
+    def close(self, summary: Any) -> list[Path]:
         """Draw, where this machine can."""
         last, self._last = self._last, None
         # who has pressed Ctrl-C does not want to wait for pictures
-        if last is None or summary.get("outcome") in ("interrupted", "failed") or not can_render():
+        if last is None or summary.outcome in ("interrupted", "failed") or not can_render():
             return []
         scenery = Scenery.of(*last, title=self._title, joints=self._joints)
         paths = draw_all(scenery, self._directory, self._amplification)

@@ -16,7 +16,6 @@ u_p = η (1 − β) u_N instead of the origin, and the faces touch at u_p.
 
 from __future__ import annotations
 
-import logging
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -30,8 +29,7 @@ from masonry_fem.joints.law import Place, spread
 from masonry_fem.joints.laws.parts.adhesive import Adhesive, Evolution
 from masonry_fem.joints.parameters import Energy, FloatArray, Friction, Stiffness, Strength, check_ranges
 from masonry_fem.joints.state import JointState
-
-logger = logging.getLogger(__name__)
+from masonry_fem.records.remark import remark
 
 # of the least energy that a strength and a stiffness allow: where a draw leaves less
 LEAST_DUCTILITY = 1.05
@@ -98,11 +96,12 @@ class Softening(Adhesive):
             least = LEAST_DUCTILITY * told[names[0]] ** 2 / (2.0 * told[names[1]])
             short = np.atleast_1d(energy < floor)
             if told[names[2]] > least and short.any():
-                logger.warning(
-                    "%s.scatter: %d of %d contact points drew a %s below what their springs store at the "
-                    "strength, s²/2c; it is raised to %g of that",
-                    place.key, int(short.sum()), len(short), names[2], LEAST_DUCTILITY,
-                )  # fmt: skip
+                remark(
+                    "springs",
+                    f"{place.key}.scatter: {int(short.sum())} of {len(short)} contact points drew a "
+                    f"{names[2]} below what their springs store at the strength, s²/2c; it is raised to "
+                    f"{LEAST_DUCTILITY:g} of that",
+                )
                 kept[names[2]] = np.maximum(energy, floor)
         return cls(**kept)
 

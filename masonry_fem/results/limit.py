@@ -1,7 +1,7 @@
-"""Answers: what limit analysis says of a problem, as numbers and words.
+"""Limit analysis: what it says of a problem, as numbers and words.
 
 told = answers(problem)
-told["message"], told["multiplier"], told["supports"]["arch.springing_left"]["x"]
+told.message, told.multiplier, told.supports["arch.springing_left"]["x"]
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from msgspec import structs
 
 from masonry_fem.errors import ProblemError
 from masonry_fem.limit.problem import LimitProblem
@@ -25,14 +26,15 @@ from masonry_fem.limit.questions import (
     interval,
     support_resultant,
 )
-from masonry_fem.march.mechanism import Mechanism
+from masonry_fem.march.mechanism import Falling, Mechanism, Moving
+from masonry_fem.results.summary import LimitAnalysis, Outside, Wrench
 
 LEAST = 1e-6  # smaller shares and factors are taken as zero
 MOST = 24  # supports whose intervals are computed: in 3D each takes a dozen programs
 OUTSIDE = 1e-3  # of the loads: elastic blocks lean a little
 
 
-def answers(problem: LimitProblem, tilt: str | None = None) -> dict[str, Any]:
+def answers(problem: LimitProblem, tilt: str | None = None, **others: Any) -> LimitAnalysis:
     """The results of limit analysis of a problem, as they are written to ``summary.json``.
 
     Without ``tilt`` the loads of the scene are the dead loads and once the live ones; with it the dead ones
@@ -42,6 +44,7 @@ def answers(problem: LimitProblem, tilt: str | None = None) -> dict[str, Any]:
     ----------
     problem : Blocks, contact points and loads; its live load is the scene's, or that of a tilt.
     tilt : Direction of the tilt in words, None if the live load is the scene's.
+    others : What is known of the scene: which loads are ``dead``, which ``growing``, ``notes``.
     """
     present = float(tilt is None)
     carried = admissible(problem, present)
@@ -50,21 +53,24 @@ def answers(problem: LimitProblem, tilt: str | None = None) -> dict[str, Any]:
     if collapse is not None and collapse.mechanism is not None:
         motion = collapse.mechanism
     thrusts = _thrusts(problem, present) if carried.holds else {}
-    return {
-        "message": " ".join([_sentence(carried, collapse, motion, tilt), *missing]),
-        "blocks": len(problem.blocks),
-        "contacts": int(problem.active.sum()),
-        "admissible": carried.holds,
-        "share": carried.share,
-        **_multipliers(collapse),
-        "mechanism": None if motion is None else _motion(problem, motion),
-        "supports": {
-            name: {axis: [_finite(end.low), _finite(end.high)] for axis, end in ends.items()}
+    return LimitAnalysis(
+        message=" ".join([_sentence(carried, collapse, motion, tilt), *missing]),
+        blocks=len(problem.blocks),
+        contacts=int(problem.active.sum()),
+        admissible=carried.holds,
+        share=carried.share,
+        multiplier=None if collapse is None else _finite(collapse.multiplier),
+        least_multiplier=None if collapse is None else _finite(collapse.least),
+        unlimited=collapse is not None and math.isinf(collapse.multiplier),
+        mechanism=None if motion is None else _motion(problem, motion),
+        supports={
+            name: {axis: (_finite(end.low), _finite(end.high)) for axis, end in ends.items()}
             for name, ends in thrusts.items()
         },
-        "inexact": _inexact(thrusts),
-        "certificate": _certificate(carried, collapse, thrusts),
-    }
+        inexact=_inexact(thrusts),
+        certificate=_certificate(carried, collapse, thrusts),
+        **({"dead": (), "growing": (), "notes": ()} | others),
+    )
 
 
 def _collapse(problem: LimitProblem) -> tuple[Collapse | None, list[str]]:
@@ -75,16 +81,6 @@ def _collapse(problem: LimitProblem) -> tuple[Collapse | None, list[str]]:
         return collapse_multiplier(problem), []
     except ProblemError as error:
         return None, [f"How far loads may grow is not known: {error}."]
-
-
-def _multipliers(collapse: Collapse | None) -> dict[str, Any]:
-    if collapse is None:
-        return {"multiplier": None, "least_multiplier": None, "unlimited": False}
-    return {
-        "multiplier": _finite(collapse.multiplier),
-        "least_multiplier": _finite(collapse.least),
-        "unlimited": math.isinf(collapse.multiplier),
-    }
 
 
 def _sentence(
@@ -122,18 +118,17 @@ def _digits(error: float) -> int:
     return 6 if error < 1e-6 else max(1, int(-math.log10(error)))
 
 
-def _motion(problem: LimitProblem, motion: Mechanism) -> dict[str, Any]:
+def _motion(problem: LimitProblem, motion: Mechanism) -> Falling:
     """A mechanism, and the velocities of the centres of blocks that move."""
     names = [block.name for block in problem.model.assembly.blocks]
     moving = {name for group in motion.groups for name in group}
     rows = zip(motion.blocks.tolist(), motion.centre, motion.velocity, motion.spin, strict=True)
-    return motion.told() | {
-        "blocks": [
-            {"block": names[block], "at": at, "velocity": velocity, "spin": spin}
-            for block, at, velocity, spin in rows
-            if names[block] in moving
-        ],
-    }
+    blocks = tuple(
+        Moving(block=names[block], at=at, velocity=velocity, spin=spin)
+        for block, at, velocity, spin in rows
+        if names[block] in moving
+    )
+    return structs.replace(motion.told(), blocks=blocks)
 
 
 def _thrusts(problem: LimitProblem, present: float) -> dict[str, dict[str, Interval]]:
@@ -184,7 +179,7 @@ def _certificate(
     return {"unbalanced": unbalanced, "closing": closing, "gap": gap, "intervals": _finite(worst)}
 
 
-def outside(told: Mapping[str, Any], forces: Mapping[str, Any], applied: np.ndarray) -> list[dict[str, Any]]:
+def outside(told: LimitAnalysis, forces: Mapping[str, Wrench], applied: np.ndarray) -> tuple[Outside, ...]:
     """Support forces of a simulation that lie outside their intervals from limit analysis.
 
     There are none in equilibrium, unless the blocks have moved so far that the changed geometry matters.
@@ -200,14 +195,14 @@ def outside(told: Mapping[str, Any], forces: Mapping[str, Any], applied: np.ndar
     One record for each such force: support, axis and force [N].
     """
     found = []
-    for name, axes in told.get("supports", {}).items():
-        for (axis, (low, high)), force in zip(axes.items(), forces[name]["force"], strict=True):
+    for name, axes in told.supports.items():
+        for (axis, (low, high)), force in zip(axes.items(), forces[name].force, strict=True):
             slack = OUTSIDE * float(np.linalg.norm(applied))
-            slack += told.get("inexact", {}).get(name, {}).get(axis) or 0.0
+            slack += told.inexact.get(name, {}).get(axis) or 0.0
             above = high is not None and force > high + slack
             if above or (low is not None and force < low - slack):
-                found.append({"support": name, "axis": axis, "force": float(force)})
-    return found
+                found.append(Outside(support=name, axis=axis, force=float(force)))
+    return tuple(found)
 
 
 def _finite(value: float) -> float | None:

@@ -1,0 +1,56 @@
+"""Remark: what a user should know of a scene or a result that is none the less computed.
+
+    with gathered() as remarks:
+        remark("abrupt", "joints gave way abruptly in 3 steps", "wall.c2.b1")
+    remarks[0].code, remarks[0].blocks
+
+It is made where it is found, logged as a warning there and then, and kept in the result of who gathers.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+
+from masonry_fem.records.told import Told
+
+logger = logging.getLogger(__name__)
+
+
+class Remark(Told, frozen=True, kw_only=True):
+    """A remark.
+
+    Attributes
+    ----------
+    code : Its kind, for programs. sentence : For people. blocks : That it names.
+    """
+
+    code: str
+    sentence: str
+    blocks: tuple[str, ...]
+
+
+_gathering: ContextVar[tuple[list[Remark], bool] | None] = ContextVar("gathering", default=None)
+
+
+def remark(code: str, sentence: str, *blocks: str) -> None:
+    """Make a remark."""
+    found, aloud = _gathering.get() or ([], True)
+    found.append(Remark(code=code, sentence=sentence, blocks=blocks))
+    if aloud:
+        logger.warning("%s", sentence)
+
+
+@contextmanager
+def gathered(*, aloud: bool = True) -> Iterator[list[Remark]]:
+    """Gather remarks meanwhile; if not ``aloud`` they are neither logged nor gathered further out."""
+    outer, found = _gathering.get(), list[Remark]()
+    token = _gathering.set((found, aloud and (outer is None or outer[1])))
+    try:
+        yield found
+    finally:
+        _gathering.reset(token)
+        if outer is not None and aloud:
+            outer[0].extend(found)

@@ -1,0 +1,160 @@
+"""Summarise: the summary of a march."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import platform
+import resource
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from masonry_fem import __version__
+from masonry_fem.build import Built
+from masonry_fem.march.march import March
+from masonry_fem.march.model import Model
+from masonry_fem.results.blocks import status_counts, stress_summary
+from masonry_fem.results.summary import (
+    Abrupt,
+    Certificate,
+    Errors,
+    Mover,
+    ScatterTold,
+    SolverTold,
+    Summary,
+    Wrench,
+)
+from masonry_fem.scene import specs
+
+if TYPE_CHECKING:
+    from masonry_fem.march.mechanism import Falling
+
+PHASES = (
+    "build", "mesh", "detect", "import", "assemble", "factorise", "solve", "step", "measure", "output"
+)  # fmt: skip
+LIBRARIES = ("numpy", "scipy", "numba", "gmsh", "pyvista", "fenics-dolfinx", "dolfinx-solver-real")
+
+
+def summarise(scene: specs.Scene, built: Built, made: March, **others: Any) -> Summary:
+    """The summary of a march; ``others`` are keys that further analyses bring."""
+    report, model = made.report, built.model
+    d = model.assembly.dimension
+    return Summary(
+        title=scene.title,
+        outcome=made.outcome,
+        message=made.message,
+        time=report.time,
+        steps=report.step,
+        **size(made.model),
+        factorisations=sum(group.factorisations for group in built.model.groups),
+        scatter=_scatter(scene, made.model),
+        abrupt=_abrupt(made),
+        supports=wrenches(report.support_resultants, d),
+        applied=report.applied[:d],
+        certificate=certificate(made),
+        stress=stress_summary(model, made.state),
+        probes=dict(report.probes),
+        status=status_counts(made.state),
+        mechanism=_mechanism(made),
+        moving=tuple(Mover(block=name, speed=speed, how=how) for name, speed, how in made.moving),
+        energy=made.ledger,
+        solver=SolverTold(
+            method=report.method, iterations=report.iterations, linear_solves=report.linear_solves
+        ),
+        seconds=seconds(built, made),
+        peak_memory_mb=peak_memory(),
+        versions=versions(),
+        errors=Errors(),
+        **others,
+    )
+
+
+def _mechanism(made: March) -> Falling | None:
+    """How the blocks move where there is no equilibrium; None where there is."""
+    if made.outcome != "no_equilibrium":
+        return None
+    from masonry_fem.march.mechanism import mechanism_of_step  # noqa: PLC0415 - what stands needs none
+
+    return mechanism_of_step(made.last, made.model).told()
+
+
+def _abrupt(made: March) -> Abrupt | None:
+    """Steps in which joints gave way between two known states; None where none did."""
+    if not made.abrupt:
+        return None
+    return Abrupt(steps=len(made.abrupt), first=made.abrupt[0], last=made.abrupt[-1])
+
+
+def _scatter(scene: specs.Scene, model: Model) -> ScatterTold | None:
+    """How far the joints' properties went that scatter; None where none does."""
+    factors = model.scatter
+    if not factors:
+        return None
+    return ScatterTold(
+        seeds=tuple(joint.scatter.seed for joint in scene.joints if joint.scatter is not None),
+        factors={name: (float(values.min()), float(values.max())) for name, values in factors.items()},
+    )
+
+
+def size(model: Model) -> dict[str, Any]:
+    """How large a model is: blocks, shapes, interfaces, contacts, unknowns."""
+    free = [group for group in model.groups if not group.prescribed]
+    used = {model.assembly.blocks[int(block)].shape for group in free for block in group.blocks}
+    return {
+        "blocks": len(model.assembly.blocks),
+        "shapes": len(used),
+        "meshes": sum(shape.mesh is not None for shape in model.assembly.shapes),
+        "interfaces": len(model.interfaces),
+        "contacts": model.contacts.count,
+        "unknowns": sum(group.unknowns for group in free) + model.assembly.dimension * model.contacts.count,
+    }
+
+
+def certificate(made: March) -> Certificate:
+    """How exact the last state is."""
+    report, problem, solution = made.report, made.last.problem, made.last.solution
+    pressed = problem.contact_part(solution.impulse, solution.velocity) / made.last.scheme.step
+    tangent = np.linalg.norm(pressed[:, 1:], axis=1)
+    largest = float(np.linalg.norm(made.state.reaction, axis=1).max(initial=0.0))
+    excess = float(np.maximum(tangent - problem.friction * pressed[:, 0], 0).max(initial=0.0))
+    return Certificate(
+        natural_map=max(report.quality.natural_map, report.quality.natural_map_velocity),
+        max_penetration=report.max_penetration,
+        min_normal_reaction=float(np.minimum(pressed[:, 0], 0).min(initial=0.0)),
+        cone_violation=excess / largest if largest > 0 else 0.0,
+        block_balance=report.block_balance,
+        global_balance=report.global_balance,
+        energy_balance=made.ledger.imbalance,
+        written=None if made.witness is None else made.witness.told,
+    )
+
+
+def wrenches(values: Mapping[str, np.ndarray], dimension: int) -> dict[str, Wrench]:
+    """Force [N] and moment [N m] of vectors of both, by name."""
+    return {name: Wrench(force=value[:dimension], moment=value[dimension:]) for name, value in values.items()}
+
+
+def seconds(built: Built, made: March) -> dict[str, float]:
+    """CPU time by phase [s]; phases that a scene does not need are not there."""
+    seconds = dict(built.seconds)
+    for phase, value in made.seconds.items():
+        seconds[phase] = seconds.get(phase, 0.0) + value
+    return {phase: round(seconds[phase], 4) for phase in PHASES if phase in seconds}
+
+
+def peak_memory() -> float:
+    """Largest resident memory of this process so far [MB]."""
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / (1024**2 if platform.system() == "Darwin" else 1024)
+
+
+def versions() -> dict[str, str]:
+    """Versions of this program and of the libraries that shape its numbers."""
+    found = {"masonry_fem": __version__, "python": platform.python_version()}
+    for name in LIBRARIES:
+        try:
+            found[name] = importlib.metadata.version(name)
+        except importlib.metadata.PackageNotFoundError:
+            continue
+    return found

@@ -36,7 +36,12 @@ _gathering: ContextVar[tuple[list[Remark], bool] | None] = ContextVar("gathering
 
 
 def remark(code: str, sentence: str, *blocks: str) -> None:
-    """Make a remark."""
+    """Make a remark.
+
+    Parameters
+    ----------
+    code, sentence : As the record has them. blocks : Names of the blocks.
+    """
     found, aloud = _gathering.get() or ([], True)
     found.append(Remark(code=code, sentence=sentence, blocks=blocks))
     if aloud:

@@ -52,7 +52,12 @@ def text(value: Any) -> str:
 
 
 def write(path: Path, value: Any) -> Path:
-    """Write a record as JSON; the file is replaced whole."""
+    """Write a record as JSON; the file is replaced whole.
+
+    Parameters
+    ----------
+    path : Of the file. value : A record, or what holds some.
+    """
     write_atomic(path, f"{text(value)}\n".encode())
     return path
 

@@ -205,14 +205,17 @@ class _Turns:
     ) -> Turn:
         """The turn with a reduction of the law made from ``trial``."""
         step, active = self._step, self._step.active
-        part = reduction if len(active) == reduction.count else reduction.take(active)
-        own = step.gap_term(reduction.closure)[active]
+        part: Reduction = reduction
+        at: slice | NDArray[np.int64] = slice(None)
+        if len(active) < reduction.count:
+            part, at = reduction.take(active), active
+        own = step.gap_term(reduction.closure)[at]
         problem = _folded(step, part, own)
         solution = solve(problem, settings, start)
         reaction, velocity = np.zeros_like(step.jump), np.zeros_like(step.jump)
-        reaction[active] = solution.impulse / step.length
+        reaction[at] = solution.impulse / step.length
         # the blocks' own velocity: without gap term, dilation and what the joint's bed gives way
-        velocity[active] = solution.velocity - own - part.shift - part.compliance * solution.impulse
+        velocity[at] = solution.velocity - own - part.shift - part.compliance * solution.impulse
         after = self._law.update(
             self._committed, trial, step.jump, reaction, velocity, step.area, step.length
         )  # fmt: skip

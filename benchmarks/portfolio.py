@@ -42,7 +42,7 @@ from masonry_fem.nscd.solvers.flips import Flips
 from masonry_fem.nscd.turns import Turn
 
 # the package's name for it is the function
-solving = import_module("masonry_fem.nscd.solve")
+solving = import_module("masonry_fem.nscd.portfolio")
 
 TOLERANCE = 1e-8
 LIMIT = 40.0  # seconds a problem

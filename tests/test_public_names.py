@@ -29,6 +29,12 @@ def test_nothing_heavy_is_loaded_before_it_is_used():
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
+def test_a_scene_that_is_only_read_loads_neither_scipy_nor_numba():
+    """``check`` and editors wait for what this loads."""
+    code = "import masonry_fem.scene, sys; assert not {'scipy', 'numba'} & set(sys.modules)"
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
 def test_the_docs_have_every_public_function(repository):
     page = (repository / "docs" / "api.md").read_text(encoding="utf-8")
     functions = [

@@ -18,16 +18,18 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 from msgspec import Meta
-from scipy import sparse
 
 from masonry_fem.joints.parameters import FloatArray, Parameter, check, check_ranges
 from masonry_fem.joints.reduction import Reduction
 from masonry_fem.joints.state import JointState
 from masonry_fem.nscd.graphs import lengths
+
+if TYPE_CHECKING:
+    from scipy import sparse
 
 # a sliding contact's ‖r̃_T‖ falls short of μ r̃_N by the solver's tolerance
 ON_CONE = 1e-6

@@ -28,7 +28,7 @@ from masonry_fem.march.step_report import StepReport
 from masonry_fem.march.unrest import could_rest, drift, within_tolerance
 from masonry_fem.march.witness import Witness
 from masonry_fem.nscd import Outcome, SolverSettings
-from masonry_fem.nscd.solve import ROUNDED
+from masonry_fem.nscd.portfolio import ROUNDED
 from masonry_fem.records.remark import remark
 
 Verdict = Literal["equilibrium", "finished", "no_convergence", "no_equilibrium"]

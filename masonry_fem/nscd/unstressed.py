@@ -107,7 +107,7 @@ def _asked(problem: ContactProblem) -> Unstressed:
 
 def _usual(dragged: Drag, drag: float) -> bool:
     """Go to a drag by the usual methods, which take the contacts' compliance for that of elastic blocks."""
-    from masonry_fem.nscd.solve import solve  # noqa: PLC0415 - which asks this module for a verdict
+    from masonry_fem.nscd.portfolio import solve  # noqa: PLC0415 - which asks this module for a verdict
 
     problem = dragged.problem
     if problem.rigid:

@@ -120,7 +120,7 @@ def test_a_state_that_nothing_improves_is_an_answer_where_its_error_is_acceptabl
     acceptable, outcome, monkeypatch
 ):
     stalls = Scripted(0.9, 1 + 1e-8, verdict=Outcome.STALLED)
-    monkeypatch.setattr(import_module("masonry_fem.nscd.solve"), "make_method", lambda name: stalls)
+    monkeypatch.setattr(import_module("masonry_fem.nscd.portfolio"), "make_method", lambda name: stalls)
     made = solve(PROBLEM, SolverSettings(method="newton", acceptable=acceptable))
     assert made.quality.error == pytest.approx(1e-8, rel=1e-6)
     assert made.outcome is outcome

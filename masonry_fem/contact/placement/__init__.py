@@ -7,10 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
+from typing import TYPE_CHECKING
 
-from masonry_fem.contact.placement.parts.patch import Patch
 from masonry_fem.contact.placement.parts.rule import Rule, Spots
 from masonry_fem.records import discovery
+
+if TYPE_CHECKING:  # Numba is slow to import, and scenes that are only read need the names alone
+    from masonry_fem.contact.placement.parts.patch import Patch
 
 __all__ = ["Rule", "Spots", "names", "points_of"]
 

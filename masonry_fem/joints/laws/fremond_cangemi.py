@@ -25,7 +25,6 @@ from masonry_fem.errors import LawError
 from masonry_fem.joints.law import Place, spread
 from masonry_fem.joints.laws.parts.adhesive import Adhesive, Evolution, load
 from masonry_fem.joints.parameters import Energy, FloatArray, Friction, Stiffness, Viscosity, check_ranges
-from masonry_fem.joints.spreading import spread_damage
 from masonry_fem.joints.state import JointState
 
 BISECTIONS = 60  # from the width of [0, 1] to rounding
@@ -114,6 +113,8 @@ class FremondCangemi(Adhesive):
         """The same with neighbours coupled by k."""
         delay = spread(self.viscosity, len(Y)) / step
         coupling = self.gradient * self.laplacian
+        from masonry_fem.joints.spreading import spread_damage  # noqa: PLC0415 - SciPy is slow to import
+
         after = spread_damage(Y + delay, coupling, w + delay * before, before)
         lost = after * Y * (before - after)
         if not delay.any():

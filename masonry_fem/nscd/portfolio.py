@@ -1,4 +1,4 @@
-"""Solve: the one public way into the contact solver, and the choice of a method.
+"""Portfolio: the one public way into the contact solver, and the choice of a method.
 
 "auto" takes turns (``turns``): methods one after another, each from the best state so far, until one
 converges. Only a proof ends the turns early or makes a verdict of no equilibrium: that no impulses can

@@ -158,3 +158,10 @@ def test_remarks_are_data(tmp_path):
     assert made.blocks == ("a",)
     told = read(tmp_path / "summary.json")["remarks"]
     assert {"code": "loose", "sentence": made.sentence, "blocks": ["a"]} in told
+
+
+def test_the_published_schema_is_that_of_the_program(repository, capsys):
+    """Of a key that goes, or changes its meaning, the version in ``schema`` must tell; then print it anew."""
+    assert main(["info", "--schema"]) == 0
+    published = (repository / "docs" / "results.schema.json").read_text(encoding="utf-8")
+    assert json.loads(capsys.readouterr().out) == json.loads(published)

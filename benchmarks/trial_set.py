@@ -31,7 +31,6 @@ from masonry_fem.analyses.run import solve_scene
 from masonry_fem.build import build
 from masonry_fem.joints import fold
 from masonry_fem.limit import collapse_multiplier
-from masonry_fem.march import step as marching
 from masonry_fem.nscd import ContactProblem, Solution, SolverSettings, Start, load_problem, solve
 from masonry_fem.nscd.files import save_problem
 from masonry_fem.scene import check
@@ -348,7 +347,6 @@ class Maker:
             return solve(problem, settings, start)
 
         with (
-            patch.object(marching, "solve", listen),
             patch.object(fold, "solve", listen),
             suppress(_EnoughError),
         ):

@@ -82,7 +82,9 @@ def law_of(page: str) -> Law:
 
 def law_in(joints: str) -> Law:
     """The law of the first of some ``[[joints]]`` tables that any joint of a couplet has."""
-    return build(check(loads(SCENE + joints)), Path()).model.laws.parts[0][0]
+    law = build(check(loads(SCENE + joints)), Path()).model.laws.parts[0][0]
+    # all dry joints of a scene are one law, with a number for each contact point
+    return Dry(friction=float(law.friction[0])) if isinstance(law, Dry) else law
 
 
 def figures(law: Law, tests: Specimen) -> list[tuple[str, str]]:

@@ -145,6 +145,8 @@ def _choose(
     total: Solution | None = None
     inside: Solution | None = None
     for turn in turns(problem, settings, start, loads):
+        if turn.rescue and total is not None and total.quality.error <= ROUNDED:
+            return replace(total, outcome=Outcome.STALLED)
         own = _share(turn, settings, 0 if total is None else total.iterations, time.monotonic() - began)
         if own is None:
             break

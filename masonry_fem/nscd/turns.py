@@ -61,12 +61,14 @@ class Turn:
     balance the loads, see ``rest``), "close" (the best state where that is close to a solution, else none),
     "inside" (where the interior-point method ended: what Newton cycles on holds up ADMM) or "cold".
     ``twin`` is the share of friction of the rigid twin that is asked instead: it shows what moves.
+    ``rescue`` is for problems that the turns before have not come close to, not for rounding.
     """
 
     make: Callable[[], Method]
     iterations: int | None = None
     origin: Literal["given", "best", "close", "held", "inside", "cold"] = "given"
     twin: float | None = None
+    rescue: bool = False
 
 
 def turns(
@@ -126,13 +128,13 @@ def _thorough(problem: ContactProblem, tolerance: float) -> Iterator[Turn]:
     yield from _exact(problem)
     if problem.count < MANY:
         for weight in WEIGHTS:
-            yield Turn(_firm_newton(weight), NEWTON_STEPS)
+            yield Turn(_firm_newton(weight), NEWTON_STEPS, rescue=True)
         flat = plane_form(problem, tolerance)
     if problem.rigid and _followable(problem if flat is None else flat.problem):
-        yield Turn(_within(flat, _path), origin="best")
+        yield Turn(_within(flat, _path), origin="best", rescue=True)
     flat = flat if problem.count >= MANY else None
-    yield Turn(_within(flat, _splitting), origin="inside")
-    yield Turn(_within(flat, _patient_newton), origin="best")
+    yield Turn(_within(flat, _splitting), origin="inside", rescue=True)
+    yield Turn(_within(flat, _patient_newton), origin="best", rescue=True)
 
 
 def _within(form: PlaneForm | None, make: Callable[[], Method]) -> Callable[[], Method]:

@@ -13,9 +13,15 @@ from masonry_fem.contact.contacts import Contacts, Interface
 from masonry_fem.joints import Assignment, Dry
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
+from masonry_fem.records.told import Ending
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import Pose
+
+
+def ended(outcome: str = "finished") -> Ending:
+    """What a recorder hears of a run that has come to its end."""
+    return Ending(schema="run/1", title="", outcome=outcome, message="")
 
 
 @dataclass(frozen=True)

@@ -34,6 +34,7 @@ from masonry_fem.scene.specs import (
 from masonry_fem.structures.block import BlockStructure
 from masonry_fem.structures.stack import StackStructure
 from masonry_fem.structures.wall import WallStructure
+from tests.output.conftest import ended
 from tests.validation.scenes import STONE, G, rigid_arch, solved
 
 pv = pytest.importorskip("pyvista")
@@ -256,7 +257,7 @@ def test_pictures_of_cuts(cube: RunResult, tmp_path):
 def test_cut_of_rigid_blocks_is_an_outline(wall: RunResult, tmp_path):
     recorder = Pictures(tmp_path, cuts=[Plane("side", (0.7, 0.1, 0.0), (1.0, 0.0, 0.0))])
     recorder.record(wall.march.model, wall.march.state, wall.march.report)
-    path = recorder.close({})[-1]
+    path = recorder.close(ended())[-1]
     assert path.name == "cut_side_von_mises.png"
     assert_whole(path)
 

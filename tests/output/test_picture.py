@@ -15,6 +15,7 @@ from masonry_fem.output.mesh_picture import write_mesh_files
 from masonry_fem.output.render import View
 from masonry_fem.output.scenery import DeformedShape, Scenery, amplification_of
 from masonry_fem.output.sheet import colour_end
+from tests.output.conftest import ended
 
 pytest.importorskip("pyvista")
 draws = pytest.mark.skipif(not render.can_render(), reason="neither EGL nor OSMesa here")
@@ -70,13 +71,13 @@ def test_rigid_structures_get_shape_and_reactions(rigid, report, tmp_path):
     recorder = Pictures(tmp_path, "Wall")
     recorder.start(model)
     recorder.record(model, state, report(1))
-    paths = recorder.close({})
+    paths = recorder.close(ended())
     assert [p.stem for p in paths] == ["deformed", "reactions", "resultants"]
     for path in paths:
         check(path)
-    assert recorder.close({}) == []
+    assert recorder.close(ended()) == []
     recorder.record(model, state, report(1))
-    assert recorder.close({"outcome": "interrupted"}) == []
+    assert recorder.close(ended("interrupted")) == []
 
 
 @draws
@@ -156,7 +157,7 @@ def test_without_a_driver_one_warning_and_no_picture(blind, elastic, report, tmp
         for _ in range(2):
             recorder = Pictures(tmp_path)
             recorder.record(model, state, report(1))
-            assert recorder.close({}) == []
+            assert recorder.close(ended()) == []
     assert len(caplog.records) == 1
     assert "apt install" in caplog.text
     assert [p.suffix for p in write_mesh_files(model, tmp_path)] == [".vtu"]

@@ -20,6 +20,7 @@ from scipy import sparse
 
 from masonry_fem.errors import ProblemError
 from masonry_fem.nscd.admissible import Admissible, admissible_impulses, falling
+from masonry_fem.nscd.cohesion import onto_cones
 from masonry_fem.nscd.in_plane import InPlane
 from masonry_fem.nscd.iterate import Iterate, Method, iterate
 from masonry_fem.nscd.methods import make_method
@@ -215,7 +216,7 @@ def _origin(turn: Turn, problem: ContactProblem, state: Solution | None, start: 
     close = CLOSE_OF_BODIES if problem.body_count else CLOSE
     if turn.origin == "close" and state.quality.error > close:
         return None
-    return Start(state.impulse, state.rigid_velocity)
+    return Start(onto_cones(problem, state.impulse, state.velocity), state.rigid_velocity)
 
 
 def _judged(made: Solution, loads: Callable[[], Admissible]) -> Solution:

@@ -45,12 +45,13 @@ SHAKE = 1e-3
 MOST_ERROR = 1e-2
 FARTHEST = 1e3  # t of a path that leads away
 SEED = 1
-# A stride: first and least length, Newton steps, and how exactly it ends, relative to where t was 1.
+# A stride: first and least length, Newton steps, and how exactly it ends, relative to where t was 1. The last
+# is ‖ρ R‖ / ‖p‖, of which rounding makes 1e-15 and more: what asks for less loses paths by chance.
 FIRST_STRIDE = 1.0
 LEAST_STRIDE = 1e-3
 CORRECTIONS = 8
 NEAR = 1e-5
-EXACT = 1e-15
+EXACT = 1e-14
 # Factor on the next stride after so many Newton steps, and after one that failed.
 STRETCH = {0: 2.0, 1: 2.0, 2: 1.5, 3: 1.2}
 SHORTEN = 0.4
@@ -168,8 +169,9 @@ class PathRun:
             self.weight = min(10.0 * self.weight, 1.0)
             self.idle += 1
             return Outcome.STALLED if self.idle >= self.settings.patience else None
-        if self.decrease == 1.0:
-            return Outcome.STALLED
+        if self.decrease == 1.0:  # another shake of x_0 may lead past what rounding has hidden
+            self.idle += 1
+            return Outcome.STALLED if self.idle >= self.settings.patience else None
         milder = self.decrease**0.5
         self.decrease = milder if milder <= MILDEST_DECREASE else 1.0
         self.weight = self.decrease * self.solved

@@ -3,6 +3,7 @@
 import ast
 import importlib.util
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -41,6 +42,62 @@ def test_each_mutation_changes_one_place_and_still_parses(tool, repository):
 
 def test_the_same_seed_gives_the_same_mutations(tool):
     assert tool.sample(20, seed=1) == tool.sample(20, seed=1) != tool.sample(20, seed=2)
+
+
+SOURCE = """
+HALF = 0.5
+
+def plain(a):
+    if a > HALF:
+        return (a
+                - HALF)
+    return -a
+
+@njit(cache=True)
+def compiled(a):
+    return -a
+"""
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [(2, ({2}, True)), (5, ({5}, False)), (7, ({6, 7}, False)), (8, ({8}, False)), (12, ({12}, True))],
+)
+def test_a_statement_is_all_its_lines_or_only_its_head(tool, line, expected):
+    """Who runs what is compiled, or run on import, cannot be seen."""
+    assert tool._statement(SOURCE, line) == expected
+
+
+TESTS = """
+from masonry_fem.thing import plain
+
+def test_one():
+    assert plain(1.0) == 0.5
+
+def test_other():
+    assert plain(0.0) == 0.0
+"""
+
+
+def test_the_tests_that_come_to_a_line_are_found_and_one_fails(tool, tmp_path):
+    copy = tmp_path / "project"
+    (copy / "masonry_fem").mkdir(parents=True)
+    (copy / "tests").mkdir()
+    (copy / "tools").mkdir()
+    source = SOURCE.split("\n@njit", maxsplit=1)[0]
+    (copy / "masonry_fem/__init__.py").touch()
+    (copy / "masonry_fem/thing.py").write_text(source)
+    (copy / "tests/test_thing.py").write_text(TESTS)
+    plugin = Path(tool.__file__).with_name("touched.py")
+    (copy / "tools/touched.py").write_text(plugin.read_text(encoding="utf-8"))
+    (copy / "pytest.ini").write_text("[pytest]\nmarkers = slow: takes long\n")
+    tests = tool.Tests(tmp_path)
+    one = tool.Mutation("masonry_fem/thing.py", 7, 16, 17, "-", "+", "- HALF)")
+    chosen = tests.touching(one, ("tests",))
+    assert chosen == ["tests/test_thing.py::test_one"]
+    assert tests.failing(chosen, one) == ""
+    (copy / one.file).write_text(source.replace("- HALF", "+ HALF"))
+    assert tests.failing(chosen, one) == chosen[0]
 
 
 def test_the_table_names_what_nobody_noticed(tool):

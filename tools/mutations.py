@@ -4,8 +4,10 @@
     python tools/mutations.py --table mutations.json        # the table of tests/README.md
 
 Each mutation changes one operator, comparison, sign, ½ or choice between least and greatest, in a copy of
-the project, and runs the tests of its room there, then those of validation. A seed chooses the places, as
-many in each file as any. A run goes on where one ended.
+the project. Of the tests of its room, then of those of validation, it runs those that come to the changed
+line, the quickest first, until one fails; which these are is asked once (`touched.py`). A seed chooses the
+places, as many in each file as any. A run goes on where one ended, with the copy made then: it stands beside
+the file of outcomes, in a folder of that name.
 """
 
 from __future__ import annotations
@@ -77,29 +79,26 @@ def main(arguments: list[str] | None = None) -> int:
         return 0
     told = json.loads(chosen.out.read_text()) if chosen.out.exists() else []
     known = {(one["file"], one["line"], one["start"], one["new"]) for one in told}
-    with tempfile.TemporaryDirectory(prefix="mutations-") as folder:
-        copy = _copied(Path(folder))
-        green: set[tuple[str, ...]] = set()
-        for number, one in enumerate(sample(chosen.count, chosen.seed), 1):
-            if (one.file, one.line, one.start, one.new) in known:
-                continue
-            seen = noticed(one, copy, green)
-            told.append(asdict(one) | {"noticed": seen})
-            chosen.out.write_text(json.dumps(told, indent=1) + "\n")
-            print(
-                f"{number:4d} {one.file}:{one.line} {one.old} -> {one.new}: {seen or 'NOT NOTICED'}",
-                flush=True,
-            )
+    tests = Tests(chosen.out.with_suffix("").resolve())
+    for number, one in enumerate(sample(chosen.count, chosen.seed, tests.copy), 1):
+        if (one.file, one.line, one.start, one.new) in known:
+            continue
+        seen = noticed(one, tests)
+        told.append(asdict(one) | {"noticed": seen})
+        chosen.out.write_text(json.dumps(told, indent=1) + "\n")
+        print(
+            f"{number:4d} {one.file}:{one.line} {one.old} -> {one.new}: {seen or 'NOT NOTICED'}", flush=True
+        )
     return 0
 
 
-def sample(count: int, seed: int) -> list[Mutation]:
+def sample(count: int, seed: int, root: Path = ROOT) -> list[Mutation]:
     """So many mutations, spread evenly over the files."""
     generator = random.Random(seed)
     piles = []
     for files in ROOMS:
         for file in files:
-            places = list(mutations(f"{PACKAGE}/{file}.py"))
+            places = list(mutations(f"{PACKAGE}/{file}.py", root))
             generator.shuffle(places)
             piles.append(places)
     chosen: list[Mutation] = []
@@ -110,9 +109,9 @@ def sample(count: int, seed: int) -> list[Mutation]:
     return chosen
 
 
-def mutations(file: str) -> Iterator[Mutation]:
+def mutations(file: str, root: Path = ROOT) -> Iterator[Mutation]:
     """All that can be changed in a file, but in its messages and types."""
-    text = (ROOT / file).read_text()
+    text = (root / file).read_text()
     lines = text.splitlines()
     for node in _mechanics(ast.parse(text)):
         for line, start, end, new in _changes(node, lines):
@@ -170,49 +169,119 @@ def _between(
         yield right.lineno, start, start + len(sign), new
 
 
-def noticed(one: Mutation, copy: Path, green: set[tuple[str, ...]]) -> str:
-    """The test that fails with it, "too long", or "" where all pass; ``green``: what passes without."""
+def noticed(one: Mutation, tests: Tests) -> str:
+    """The test that fails with it, "too long", or "" where all pass."""
     stem = one.file.removeprefix(f"{PACKAGE}/").removesuffix(".py")
-    near = next(tests for files, tests in ROOMS.items() if stem in files)
-    if near not in green:
-        if failing := _failing(near, copy):
-            raise SystemExit(f"{failing} fails without any mutation, expected it to pass; mend that first")
-        green.add(near)
-    path = copy / one.file
-    original = path.read_text()
+    near = next(folders for files, folders in ROOMS.items() if stem in files)
+    touching = [tests.touching(one, folders) for folders in (near, LAST)]
+    path = tests.copy / one.file
+    original, times = path.read_text(), path.stat()
     lines = original.splitlines(keepends=True)
     line = lines[one.line - 1].encode()
     lines[one.line - 1] = (line[: one.start] + one.new.encode() + line[one.end :]).decode()
     path.write_text("".join(lines))
     try:
-        return _failing(near, copy) or _failing(LAST, copy)
+        return next(filter(None, (tests.failing(chosen, one) for chosen in touching)), "")
     finally:
         path.write_text(original)
+        os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))  # what was compiled of it is good again
 
 
-def _failing(tests: tuple[str, ...], copy: Path) -> str:
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-m", "not slow", *tests]
-    environment = os.environ | {"PYTHONPATH": str(copy)}
-    try:
-        done = subprocess.run(
-            command, cwd=copy, env=environment, capture_output=True, text=True, check=False, timeout=LONGEST
+class Tests:
+    """The tests of a copy of the project: how long each takes, and to which lines it comes.
+
+    Parameters
+    ----------
+    memory : Path
+        A folder that keeps the copy and what is known of its tests from one run to the next.
+    """
+
+    def __init__(self, memory: Path) -> None:
+        self.memory = memory
+        self.copy = memory / "project"
+        if not self.copy.exists():
+            _copy(self.copy)
+
+    def touching(self, one: Mutation, folders: tuple[str, ...]) -> list[str]:
+        """Tests that come to the statement, the quickest first; all where that cannot be seen."""
+        within, hidden = _statement((self.copy / one.file).read_text(), one.line)
+        file = one.file.removeprefix(f"{PACKAGE}/")
+        known = [test for folder in folders for test in self._known(folder).items()]
+        chosen = {
+            name: seconds for name, (seconds, lines) in known if hidden or within & set(lines.get(file, ()))
+        }
+        return sorted(chosen, key=lambda name: chosen[name])
+
+    def _known(self, folder: str) -> dict[str, tuple[float, dict[str, list[int]]]]:
+        """Seconds and lines of each test of a folder (or file) that is not marked slow."""
+        kept = self.memory / f"{folder.replace('/', '.')}.json"
+        if not kept.exists():
+            done = self._run([folder], {"TOUCHED": str(kept)}, "-p", "touched")
+            if done.returncode:
+                kept.unlink(missing_ok=True)
+                print(done.stdout)
+                raise SystemExit(f"{folder} fails without any mutation, expected it to pass; mend that first")
+        known: dict[str, tuple[float, dict[str, list[int]]]] = json.loads(kept.read_text())
+        return known
+
+    def failing(self, chosen: list[str], one: Mutation) -> str:
+        """The first of the tests that fails, "too long", or ""."""
+        if not chosen:
+            return ""
+        extra = {"PYTHONDONTWRITEBYTECODE": "1"}
+        with tempfile.TemporaryDirectory(prefix="compiled-") as fresh:
+            if "@njit" in (self.copy / one.file).read_text():
+                extra["NUMBA_CACHE_DIR"] = fresh  # what calls a compiled function may hold a copy of it
+            try:
+                done = self._run(chosen, extra, timeout=LONGEST)
+            except subprocess.TimeoutExpired:
+                return "too long"
+        if done.returncode == 0:
+            return ""
+        lines = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
+        return lines[0].split(" - ")[0].split(" ", 1)[1] if lines else chosen[0]
+
+    def _run(
+        self, tests: list[str], extra: dict[str, str], *options: str, timeout: float | None = None
+    ) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-m", "not slow"]
+        paths = f"{self.copy}{os.pathsep}{self.copy / 'tools'}"
+        environment = os.environ | {"PYTHONPATH": paths} | extra
+        return subprocess.run(
+            [*command, *options, *tests],
+            cwd=self.copy,
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=timeout,
         )
-    except subprocess.TimeoutExpired:
-        return "too long"
-    if done.returncode == 0:
-        return ""
-    lines = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
-    return lines[0].split(" - ")[0].split(" ", 1)[1] if lines else tests[0]
 
 
-def _copied(folder: Path) -> Path:
-    """The project's own files in a folder of their own."""
-    copy = folder / "project"
+def _statement(text: str, line: int) -> tuple[set[int], bool]:
+    """Lines of the statement (its head, if it has a body), and whether no one sees who runs it.
+
+    Nobody sees it in a compiled function; and what runs on import, runs for all.
+    """
+    around = [
+        node
+        for node in ast.walk(ast.parse(text))
+        if isinstance(node, ast.stmt) and node.lineno <= line <= (node.end_lineno or 0)
+    ]  # from the outside to the inside
+    functions = [node for node in around if isinstance(node, ast.FunctionDef)]
+    compiled = any("njit" in ast.unparse(mark) for node in functions for mark in node.decorator_list)
+    inner = around[-1]
+    body = getattr(inner, "body", None)
+    last = body[0].lineno - 1 if body else inner.end_lineno or line
+    return set(range(inner.lineno, last + 1)), compiled or not functions
+
+
+def _copy(folder: Path) -> None:
+    """Put the project's own files in a folder."""
     listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True)
     for name in filter(None, listed.stdout.split("\0")):
-        (copy / name).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copy2(ROOT / name, copy / name)
-    return copy
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy2(ROOT / name, folder / name)
 
 
 def table(told: list[dict[str, str]]) -> str:

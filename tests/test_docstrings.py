@@ -13,6 +13,7 @@ DONE = [
     "host",
     "importing",
     "limit",
+    "march",
     "meshing",
     "records",
     "scene",

@@ -3,7 +3,7 @@
 A *body group* is all blocks of one kind that share their operators (all rigid blocks; all
 elastic blocks of one shape, material and clamping), held as arrays with the block first, so that
 a step runs over groups, never over blocks. Every block moves as a rigid body plus an elastic
-part, M-orthogonal to the rigid modes (split form, formulation 2b):
+part, M-orthogonal to the rigid modes (split form):
 
     u = Φ U + u_el,        Φᵀ M Φ = I
 

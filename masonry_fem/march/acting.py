@@ -70,7 +70,14 @@ def extents(assembly: Assembly) -> FloatArray:
 
 
 def acted(model: Model, made: Increment, size: FloatArray) -> Increment:
-    """The step with what acts in it in its state; ``size`` are the blocks' extents, shape (b,) [m]."""
+    """The step with what acts on its blocks put into the state that it reached.
+
+    Parameters
+    ----------
+    model : The structure of b blocks.
+    made : A step of it.
+    size : Extents of the blocks, shape (b,) [m], as ``extents`` gives them.
+    """
     return replace(made, after=replace(made.after, acting=_acting(model, made, size)))
 
 
@@ -116,9 +123,13 @@ def contact_wrenches(blocks: IntArray, arms: FloatArray, force: FloatArray, coun
 
 
 def imbalance(total: FloatArray, centre: FloatArray) -> FloatArray:
-    """What is left of balance, moments about ``centre`` (b, d) [m], shape (b, m).
+    """What is left of each block's balance, with moments taken about ``centre``, shape (b, m) [N, N m].
 
-    ``total`` is all that acts on each block, moments about the origin, shape (b, m) [N, N m].
+    Parameters
+    ----------
+    total : All that acts on each block, moments about the origin, shape (b, m) [N, N m]; m is 3 in 2D, 6 in
+        3D.
+    centre : Point of each block to take moments about, shape (b, d) [m].
     """
     left, d = total.copy(), centre.shape[1]
     left[:, d:] -= moment(centre, left[:, :d])
@@ -128,8 +139,14 @@ def imbalance(total: FloatArray, centre: FloatArray) -> FloatArray:
 def relative(left: FloatArray, acting: Acting, largest: float) -> FloatArray:
     """Size of what is left of each block's balance, relative to its load, shape (b,); 0 for supports.
 
-    Moments count by the force that they are at the block's extent. The load is the mean one of all blocks
-    where that is more, and where nothing is loaded ``largest``, the largest contact force.
+    A moment counts as the force that has this moment at an arm as long as the block. A block with less load
+    than the mean of the loaded blocks is compared with this mean.
+
+    Parameters
+    ----------
+    left : What is left of balance, shape (b, m) [N, N m], from ``imbalance``.
+    acting : What acts on the blocks.
+    largest : Largest contact force [N]; the scale where no block is loaded.
     """
     d = acting.centre.shape[1]
     size = np.maximum(np.linalg.norm(left[:, :d], axis=1), np.linalg.norm(left[:, d:], axis=1) / acting.size)

@@ -33,9 +33,19 @@ def joint_step(
     compliance: sparse.bsr_array,
     trial: JointState,
 ) -> JointStep:
-    """What joint laws need of a step to make its contact problem, on the contacts that take part.
+    """What joint laws need of a step to make its contact problem, for the contacts that take part in it.
 
-    ``start`` is where the step begins, ``place`` where it is linearised, ``trial`` what the laws begin with.
+    Parameters
+    ----------
+    model : The structure, with its joint laws.
+    coupling : Its body groups at c contacts.
+    state : Where the step begins.
+    scheme : Length and weights of the step.
+    free : The step of each group without contact impulses.
+    start : Contact geometry where the step begins.
+    place : Where the step is linearised.
+    compliance : W_el of all contacts, shape (c d, c d) [1/kg].
+    trial : State of the joints that the laws begin with.
     """
     here, rigid_map = place.contact, place.rigid_map
     q = coupling.elastic_velocity(tuple(part.elastic for part in free), here)
@@ -110,15 +120,28 @@ def _gap_term(
 
 
 def shifted_jump(state: SystemState, scheme: Scheme) -> FloatArray:
-    """ũ, the jump shifted as gaps are, shape (c, d) [m]."""
+    """ũ = u + h (1 − θ) v, the displacement jump that the laws see at the start of a step, shape (c, d) [m].
+
+    Parameters
+    ----------
+    state : Where the step begins: jump u and relative velocity v of the contacts.
+    scheme : Length h and weight θ of the step.
+    """
     shifted: FloatArray = state.jump + scheme.step * (1 - scheme.theta) * state.velocity
     return shifted
 
 
 def first_guess(state: SystemState, scheme: Scheme, active: NDArray[np.int64]) -> Start | None:
-    """Last step's reactions as a first guess; none before the first step.
+    """Last step's reactions as a first guess of this step's impulses; None where there are none.
 
-    Statics goes on as it went: its velocities are displacements per load factor, whatever the step.
+    In statics the rigid velocities are displacements per unit of the load factor. They do not depend on the
+    length of a step, and the last ones are a guess, too.
+
+    Parameters
+    ----------
+    state : Where the step begins.
+    scheme : Length of the step, and whether there is inertia.
+    active : Contacts that take part, shape (a,).
     """
     if not state.reaction.any():
         return None
@@ -129,9 +152,13 @@ def first_guess(state: SystemState, scheme: Scheme, active: NDArray[np.int64]) -
 def contact_status(
     pressed: FloatArray, friction: FloatArray, impulse: FloatArray | None = None
 ) -> NDArray[np.int8]:
-    """Open, stick, slip or bonded, to 1e-8 of the largest.
+    """Whether each contact is open, sticks, slips or is bonded, shape (c,); zero is 1e-8 of the largest.
 
-    ``pressed`` is what contact and friction carry; with cohesion ``impulse`` is what acts on the blocks.
+    Parameters
+    ----------
+    pressed : Impulses that contact and friction carry, local frames, shape (c, d) [N s].
+    friction : Friction coefficients, shape (c,).
+    impulse : With cohesion, the impulses on the blocks, those of cohesion included, shape (c, d) [N s].
     """
     normal, tangent = pressed[:, 0], np.linalg.norm(pressed[:, 1:], axis=1)
     small = 1e-8 * np.abs(normal).max(initial=0.0)

@@ -21,9 +21,14 @@ STRAIN = 0.05  # mean strain of a block from which it is no longer small: length
 
 
 def beyond_small(model: Model, state: SystemState) -> str | None:
-    """What is strained or turned too far for the kinematics of elastic blocks; None where nothing is.
+    """Which elastic block is strained or turned too far for its kinematics, in words; None where none is.
 
-    A block that turns by φ, and does not in its kinematics, is stretched by φ²/2.
+    Small kinematics stretches a block that turns by φ by φ²/2.
+
+    Parameters
+    ----------
+    model : The structure.
+    state : A state of it.
     """
     parts = []
     strain, strained, turn, turned = _greatest(model, state)
@@ -55,9 +60,14 @@ def _greatest(model: Model, state: SystemState) -> tuple[float, str, float, str]
 
 
 def second_order(model: Model, bodies: tuple[object, ...]) -> float:
-    """Square of the greatest mean displacement gradient of elastic blocks.
+    """Square of the greatest mean displacement gradient of the elastic blocks; 0 without such blocks.
 
     Small kinematics knows places to this share of a block's size, and no better.
+
+    Parameters
+    ----------
+    model : The structure.
+    bodies : One state a body group, in the model's order.
     """
     greatest = 0.0
     for group, own in zip(model.groups, bodies, strict=True):

@@ -60,7 +60,13 @@ class ForceDeterminacy:
 
 
 def determine(model: Model, made: Increment) -> ForceDeterminacy:
-    """What the last step of a march determines; its contact problem must have been solved."""
+    """What the last step of a march determines.
+
+    Parameters
+    ----------
+    model : The structure, as ``made`` was made with it.
+    made : A step whose contact problem was solved, with what acts on the blocks in its state.
+    """
     problem, solution, active = made.problem, made.solution, made.contacts
     found = solution_set(problem, solution)
     least = least_norm_reaction(problem, solution, solutions=found)

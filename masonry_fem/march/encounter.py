@@ -36,7 +36,18 @@ def meeting_step(
     clock: Clock,
     lookout: Lookout,
 ) -> tuple[Coupling, Increment]:
-    """A step with the contacts of all blocks that meet in it, and the coupling that has them."""
+    """A step with the contacts of all blocks that meet in it, and the coupling that has these contacts.
+
+    Parameters
+    ----------
+    coupling : Body groups at the contacts that are known.
+    state : Where the step begins.
+    scheme : Length and weights of the step.
+    settings : Of the contact solver.
+    until : Time at the end of the step [s]; the load factor in statics.
+    clock : Gathers CPU times by phase.
+    lookout : Finds blocks that are in each other without a contact.
+    """
     made = expelling_step(coupling.model, coupling, state, scheme, settings, until, clock)
     lookout.look(made.after.bodies, static=scheme.inertia == 0)
     while made.solution.solved:

@@ -31,7 +31,14 @@ class Stored:
 
 
 def stored_energy(model: Model, state: SystemState, inertia: float) -> Stored:
-    """Energy of all free blocks and of the joints; in statics (inertia 0) velocities are increments."""
+    """Energy of all free blocks and of the joints.
+
+    Parameters
+    ----------
+    model : The structure.
+    state : A state of it.
+    inertia : 1 in dynamics; 0 in statics, where velocities are increments and kinetic energy is none.
+    """
     kinetic = strain = 0.0
     for group, own in zip(model.groups, state.bodies, strict=True):
         if not group.prescribed:
@@ -42,18 +49,26 @@ def stored_energy(model: Model, state: SystemState, inertia: float) -> Stored:
 
 
 def energies(model: Model, coupling: Coupling, made: Increment, after: Stored) -> dict[str, float]:
-    """The energy terms of a step's report [J], by their names there; ``after`` is what is stored at its end.
+    """The energy terms of a step's report [J], by their names there.
 
     A step of linear blocks satisfies, to rounding,
 
         Δ stored = external + support − friction − impacts − joint losses − damping − numerical
 
+    Parameters
+    ----------
+    model : The structure.
+    coupling : Its body groups at their contacts.
+    made : A step of it.
+    after : Energy stored at the end of the step.
+
     Notes
     -----
-    Reactions work on v_θ = v⁺ − (1 − θ)(v⁺ − v⁻). At the end velocity v⁺ they close gaps, rub, and strain the
-    joints; what is left acts on the jump of the velocity. At points that hit in this step that is what an
-    impact takes, elsewhere the tangential part is friction of a sliding that speeds up or slows down.
-    Points of stones that turn in a static step go on arcs: what impulses do beside the chord is numerical.
+    Reactions work on v_θ = v⁺ − (1 − θ)(v⁺ − v⁻). The part with the end velocity v⁺ closes gaps, is lost to
+    friction and strains the joints. The rest acts on the jump of the velocity: at points that hit in this
+    step it is what the impact takes; elsewhere its tangential part is friction of a sliding that speeds up or
+    slows down. In a static step points of blocks that turn move on arcs, not on chords; the work of impulses
+    on the difference counts as numerical.
     """
     before = stored_energy(model, made.before, made.scheme.inertia)
     start = relative_velocity(model, coupling, made.before.bodies, made.here, made.rigid_map)

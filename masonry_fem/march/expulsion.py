@@ -25,10 +25,20 @@ def expelling_step(
     until: float,
     clock: Clock,
 ) -> Increment:
-    """A ``step``; where the model's expulsion leaves no solution, the same with overlaps held.
+    """A ``step``; where driving overlaps apart leaves no solution, the same step with overlaps held.
 
-    Rigid blocks between others have no way out of them. To find that out takes all that the solver can do;
-    after each failure it is left alone twice as long.
+    Rigid blocks between others have no way out of them. The solver needs all its work to find that out, so
+    expulsion is tried again only after 1, 2, 4, ... further steps.
+
+    Parameters
+    ----------
+    model : The structure.
+    coupling : Its body groups at their contacts.
+    state : Where the step begins.
+    scheme : Length and weights of the step.
+    settings : Of the contact solver.
+    until : Time at the end of the step [s]; the load factor in statics.
+    clock : Gathers CPU times by phase.
     """
     wait, span = state.held
     if model.expulsion <= 0 or wait == 0:

@@ -46,8 +46,16 @@ def increments(
 ) -> Iterator[tuple[Coupling, Increment]]:
     """Every step that ``strategy`` schedules from ``state`` on, each from where the last one ended.
 
-    With the coupling that it was made with: contacts may be found anew on the way, and ``lookout`` sees
-    blocks that meet.
+    Each comes with the coupling that it was made with, since contacts may be found anew on the way.
+
+    Parameters
+    ----------
+    coupling : Body groups at the contacts of the start.
+    strategy : Which steps are made, and what of velocities is kept between them.
+    state : Where the march begins.
+    settings : Of the contact solver.
+    clock : Gathers CPU times by phase.
+    lookout : Finds blocks that meet.
     """
     share, largest = min(ROUNDING / settings.tolerance, LEAST_SHARE), 0.0
     for scheme, until in strategy.schedule():

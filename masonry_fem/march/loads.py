@@ -8,7 +8,13 @@ from masonry_fem.march.model import FloatArray, Model
 
 
 def external_forces(model: Model, time: float) -> tuple[FloatArray, ...]:
-    """External force on each group at ``time`` [s], each group's own array."""
+    """External force on each group, each group's own array (``Loaded`` in ``bodies/base.py``).
+
+    Parameters
+    ----------
+    model : The structure with its loads.
+    time : Time [s]; the load factor in statics.
+    """
     dimension = model.assembly.dimension
     total = [group.acceleration_force(np.zeros(dimension)) for group in model.groups]
     for load in model.loads:
@@ -22,12 +28,24 @@ def external_forces(model: Model, time: float) -> tuple[FloatArray, ...]:
 def blend(
     before: tuple[FloatArray, ...], after: tuple[FloatArray, ...], theta: float
 ) -> tuple[FloatArray, ...]:
-    """F_θ = (1−θ) F_i + θ F_{i+1} for each group."""
+    """F_θ = (1−θ) F_i + θ F_{i+1} for each group.
+
+    Parameters
+    ----------
+    before, after : Forces F_i and F_{i+1} at the start and the end of a step, one array a group.
+    theta : Weight θ of the end of the step.
+    """
     return tuple((1 - theta) * a + theta * b for a, b in zip(before, after, strict=True))
 
 
 def resultant(model: Model, forces: tuple[FloatArray, ...]) -> FloatArray:
-    """Force and moment about the origin on the blocks that are free to move, (d + 1,) or (6,)."""
+    """Force and moment about the origin on the blocks that are free to move, shape (3,) or (6,) [N, N m].
+
+    Parameters
+    ----------
+    model : The structure.
+    forces : External force on each group, each group's own array.
+    """
     size = 3 if model.assembly.dimension == 2 else 6
     total = np.zeros(size)
     for group, force in zip(model.groups, forces, strict=True):

@@ -89,9 +89,18 @@ def march(
     keep: int | None = None,
     kept: list[tuple[Model, Increment]] | None = None,
 ) -> March:
-    """Run ``strategy`` from rest, from the given body states, or from where another march ended.
+    """Make the steps of a strategy until it is satisfied, its steps are used up, or nothing more can be done.
 
-    ``keep`` names a step that is appended to ``kept`` with its model (for replay of its problem).
+    Parameters
+    ----------
+    model : The structure.
+    strategy : Which steps are made, and when they have arrived.
+    settings : Of the contact solver.
+    bodies : Body states to begin with, one a group; by default blocks are at rest in the reference.
+    start : State where another march ended, to go on from; takes the place of ``bodies``.
+    observers : Are told of each step.
+    keep : Number of a step that is kept with its model, so that its contact problem can be solved again.
+    kept : List that this step is appended to.
     """
     coupling = connect(model)
     if start is None:

@@ -21,7 +21,14 @@ ROUNDING = 1e-14  # of the work of all impulses at the speed of the loads, or on
 
 
 def measure(model: Model, coupling: Coupling, made: Increment) -> StepReport:
-    """Everything worth telling of a step, which has what acts in it in its state."""
+    """Everything worth reporting of a step.
+
+    Parameters
+    ----------
+    model : The structure.
+    coupling : Its body groups at their contacts.
+    made : A step of it, with what acts on the blocks in its state (``acting.acted``).
+    """
     state, quality, acting = made.after, made.solution.quality, made.after.acting
     assert acting is not None
     stored = stored_energy(model, state, made.scheme.inertia)
@@ -88,9 +95,13 @@ def _load(acting: Acting) -> float:
 
 
 def support_resultants(model: Model, made: Increment, contact: FloatArray) -> dict[str, FloatArray]:
-    """Force and moment about the origin that each support gives to the blocks.
+    """Force and moment about the origin that each support gives to the blocks, by name, shape (m,) [N, N m].
 
-    ``contact`` is what contacts give to each block, shape (b, m) [N, N m].
+    Parameters
+    ----------
+    model : The structure of b blocks.
+    made : A step of it.
+    contact : What contacts give to each block, shape (b, m) [N, N m].
     """
     given: dict[str, FloatArray] = {}
     for index, group in enumerate(model.groups):
@@ -164,7 +175,14 @@ def _way(turning: float, upward: float, speed: float) -> str:
 
 
 def moving_blocks(model: Model, state: SystemState, share: float = 0.1) -> list[tuple[str, float, str]]:
-    """Blocks faster than ``share`` of the fastest: (name, speed, 'slides', 'tips', 'falls' or 'rises')."""
+    """Blocks that move, the fastest first: (name, speed [m/s], 'slides', 'tips', 'falls' or 'rises').
+
+    Parameters
+    ----------
+    model : The structure.
+    state : A state of it.
+    share : Least speed of such a block, as a share of the fastest one's.
+    """
     found: list[tuple[str, float, str]] = []
     for group, own in zip(model.groups, state.bodies, strict=True):
         if group.prescribed:

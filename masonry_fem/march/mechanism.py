@@ -206,7 +206,15 @@ class Mechanism:
 
 
 class Moving(Told, frozen=True, kw_only=True):
-    """A block's velocity [m/s] at a point [m], shapes (d,), and its spin [rad/s], shape (1 or 3,)."""
+    """How one block moves.
+
+    Attributes
+    ----------
+    block : Its name.
+    at : Point that the velocity is of, shape (d,) [m].
+    velocity : Velocity, shape (d,) [m/s].
+    spin : Angular velocity, shape (1 or 3,) [rad/s].
+    """
 
     block: str
     at: FloatArray
@@ -215,7 +223,18 @@ class Moving(Told, frozen=True, kw_only=True):
 
 
 class Falling(Told, frozen=True, kw_only=True):
-    """A mechanism in words and numbers; ``blocks`` one by one where limit analysis found it."""
+    """A mechanism in words and numbers, as summaries hold it.
+
+    Attributes
+    ----------
+    sentence : The motion on one line.
+    words : Part by part and joint by joint, a line each.
+    groups : Names of the blocks that move, those that move as one together.
+    parts : Blocks that move as one.
+    macroblocks : Parts that move nearly as one, the largest group first; empty where there are few parts.
+    joints : Joints that do not stay closed.
+    blocks : Block by block, where limit analysis found the mechanism; else None.
+    """
 
     sentence: str
     words: tuple[str, ...]
@@ -269,9 +288,14 @@ def recognise(
 
 
 def mechanism_of_step(made: Increment, model: Model) -> Mechanism:
-    """How blocks move at the end of a step, told where they were at its start.
+    """How blocks move at the end of a step, shown where they were at its start.
 
-    Of blocks that deform the mean rigid motions, whose rest is less sharp.
+    Blocks that deform are taken with their mean rigid motion, and what counts as rest is larger for them.
+
+    Parameters
+    ----------
+    made : The step.
+    model : The structure, as the step was made with it.
     """
     points = PointMotion(made.here.points, made.here.frame, made.here.gap <= OPEN * model.length)
     deforms = any(group.deforms for group in model.groups)

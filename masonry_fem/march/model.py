@@ -22,7 +22,14 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Load:
-    """A force pattern times a function of time: one array (or None) for each body group."""
+    """A force pattern times a function of time.
+
+    Attributes
+    ----------
+    name : As in the scene.
+    forces : Pattern on each body group, the group's own array; None where it does not act.
+    factor : Function of time [s], or of the load factor in statics.
+    """
 
     name: str
     forces: tuple[FloatArray | None, ...]
@@ -31,7 +38,14 @@ class Load:
 
 @dataclass(frozen=True, slots=True)
 class Probe:
-    """Named material point: where to look for its displacement."""
+    """A named material point whose displacement is reported.
+
+    Attributes
+    ----------
+    name : As in the scene.
+    group : Number of the body group. body : Block within it.
+    point : Where the point is in the reference, shape (d,) [m].
+    """
 
     name: str
     group: int

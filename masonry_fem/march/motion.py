@@ -114,7 +114,13 @@ class PointMotion:
 
 
 def greatest_shift(model: Model, before: Sequence[Any], after: Sequence[Any]) -> float:
-    """How far the fastest corner of the free blocks goes from one set of body states to another [m]."""
+    """How far the fastest corner of the free blocks goes from one set of body states to another [m].
+
+    Parameters
+    ----------
+    model : The structure.
+    before, after : Body states, one a group in the model's order.
+    """
     far = 0.0
     for group, old, new in zip(model.groups, before, after, strict=True):
         if not group.prescribed:

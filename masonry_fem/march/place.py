@@ -37,13 +37,27 @@ class Place:
 
 
 def begun(coupling: Coupling, bodies: tuple[Any, ...]) -> Place:
-    """Where a step begins."""
+    """Where a step begins.
+
+    Parameters
+    ----------
+    coupling : Body groups at their contacts.
+    bodies : Body states at the start, one a group.
+    """
     here = coupling.placement(bodies)
     return Place(bodies, here, coupling.rigid_map(bodies, here), np.zeros_like(here.points))
 
 
 def reached(coupling: Coupling, start: Place, bodies: tuple[Any, ...], h: float) -> Place:
-    """Where a step of length ``h`` [s] from ``start`` has led."""
+    """Where a step has led.
+
+    Parameters
+    ----------
+    coupling : Body groups at their contacts.
+    start : Where the step began.
+    bodies : Body states at its end, one a group.
+    h : Length of the step [s].
+    """
     there = coupling.placement(bodies)
     rigid_map = coupling.rigid_map(bodies, there)
     bend = there.offset - start.contact.offset
@@ -55,7 +69,16 @@ def reached(coupling: Coupling, start: Place, bodies: tuple[Any, ...], h: float)
 def relative_velocity(
     model: Model, coupling: Coupling, bodies: tuple[Any, ...], here: Placement, rigid_map: FloatArray
 ) -> FloatArray:
-    """Relative velocity of the contact points in the local frames, shape (c, d) [m/s]."""
+    """Relative velocity of the contact points in the local frames, shape (c, d) [m/s].
+
+    Parameters
+    ----------
+    model : The structure.
+    coupling : Its body groups at c contacts.
+    bodies : Body states, one a group.
+    here : Contact geometry in these states.
+    rigid_map : Velocities at the contacts by unit rigid velocities there, shape (c, 2, d, m).
+    """
     parts = [group.velocity_parts(state) for group, state in zip(model.groups, bodies, strict=True)]
     rigid = coupling.rigid_velocity(tuple(part[0] for part in parts), rigid_map)
     return rigid + coupling.elastic_velocity(tuple(part[1] for part in parts), here)
@@ -76,10 +99,20 @@ def turning(
     impulse: FloatArray,
     change: FloatArray,
 ) -> float:
-    """What impulses that balance in ``free`` leave of balance ``there``.
+    """What impulses that balance at the start of a step leave of balance at its end.
 
-    Relative to the largest load of a block or impulse of a contact; ``change`` is that of B on the way.
-    Loads on blocks that turn have other moments there, too.
+    Relative to the largest load of a block or impulse of a contact. Lever arms of the contacts turn, and so
+    do those of loads on blocks that turn.
+
+    Parameters
+    ----------
+    coupling : Body groups at c contacts.
+    start, there : Where the step begins and where it has led.
+    free : The step of each group without contact impulses, linearised at the start.
+    forces : Mean external force on each group over the step.
+    scheme : Length and weights of the step.
+    impulse : Contact impulses, local frames, shape (c, d) [N s].
+    change : Change of the rigid map B from start to end, shape (c, 2, d, m).
     """
     d = impulse.shape[1]
     worst, scale = 0.0, float(np.linalg.norm(impulse, axis=1).max(initial=0.0))

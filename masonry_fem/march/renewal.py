@@ -21,7 +21,14 @@ NEAR = 0.25  # of the model's length: how far a contact goes on from an old one 
 
 
 def renewed(coupling: Coupling, state: SystemState, scheme: Scheme) -> tuple[Coupling, SystemState]:
-    """The coupling and the state with the contacts that ``model.update`` finds; the same without one."""
+    """Coupling and state with the contacts that ``model.update`` finds; both unchanged where none is due.
+
+    Parameters
+    ----------
+    coupling : Body groups at the contacts so far.
+    state : The state reached.
+    scheme : Of the next step.
+    """
     model = coupling.model
     if model.update is None or state.index % model.update.every:
         return coupling, state
@@ -40,7 +47,16 @@ def carried(
     state: SystemState,
     old: np.ndarray,
 ) -> SystemState:
-    """The state at the new contacts; those of which ``old`` is −1 know nothing."""
+    """The state at new contacts, with what the old ones knew.
+
+    Parameters
+    ----------
+    model, found : The structure with the old and with the new contacts.
+    coupling : Body groups at the c new contacts.
+    here : Contact geometry there.
+    state : The state at the old contacts.
+    old : Old contact that each new one goes on from, −1 where it begins without a history, shape (c,).
+    """
     known = old >= 0
     exchanged = np.zeros(len(old), dtype=bool)
     exchanged[known] = found.contacts.blocks[known, 0] != model.contacts.blocks[old[known], 0]

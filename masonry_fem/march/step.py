@@ -1,9 +1,9 @@
 """Step: one θ-step of all blocks with contact, written as Newton-Raphson on the blocks.
 
 Each round linearises the blocks, condenses them to the contacts, solves the contact problem and feeds the
-impulses back (formulation 3). With inertia forces balance where the step begins, and one round is all.
-Statics is the same step with inertia 0 (formulation 2b), and forces balance where it ends: rounds go on
-until they do, each linearised where the last one led (formulation 3b). Where nothing turns one is all.
+impulses back. With inertia forces balance where the step begins, and one round is all.
+Statics is the same step with inertia 0, and forces balance where it ends: rounds go on
+until they do, each linearised where the last one led. Where nothing turns one is all.
 """
 
 from __future__ import annotations
@@ -84,7 +84,15 @@ class Increment:
 
 
 def initial_state(model: Model, coupling: Coupling, bodies: tuple[Any, ...], at: float = 0.0) -> SystemState:
-    """The system in given body states, before any step: no reactions yet."""
+    """The structure before any step: body states as given, no reactions yet.
+
+    Parameters
+    ----------
+    model : The structure.
+    coupling : Its body groups at their contacts.
+    bodies : Body states, one a group.
+    at : Time [s]; the load factor in statics.
+    """
     start = begun(coupling, bodies)
     here = start.contact
     return SystemState(
@@ -112,10 +120,17 @@ def step(
     until: float | None = None,
     clock: Clock | None = None,
 ) -> Increment:
-    """Advance ``state`` by one step of ``scheme``.
+    """Advance a state by one step.
 
-    ``until`` is the time at the end (default: time + h; statics gives the load factor); ``clock``
-    gathers the CPU time of the phases.
+    Parameters
+    ----------
+    model : The structure.
+    coupling : Its body groups at their contacts.
+    state : Where the step begins.
+    scheme : Length and weights of the step.
+    settings : Of the contact solver.
+    until : Time at the end [s], in statics the load factor; by default the time of ``state`` plus the length.
+    clock : Gathers CPU times by phase.
     """
     end = state.time + scheme.step if until is None else until
     before, after = external_forces(model, state.time), external_forces(model, end)

@@ -27,12 +27,19 @@ SLACK = 10.0  # times the tolerance, of free fall: what steps within the toleran
 def could_rest(
     model: Model, start: SystemState, made: Increment, report: StepReport, tolerance: float
 ) -> bool:
-    """True where the last step's contacts could balance the loads and nothing has gone far.
+    """Whether the last step's contacts could balance the loads, and nothing has gone far.
 
-    ``tolerance`` is the contact solver's: what it leaves open moves tall stacks a thousand times as fast.
+    Blocks whose loads could be balanced may collapse nonetheless, as Coulomb's friction is not associated:
+    rigid blocks that are faster than ``CREEP`` are taken to do so, and whatever has gone farther than
+    ``MOVED``.
 
-    What moves although its loads could be balanced may collapse nonetheless, as Coulomb's friction is not
-    associated: rigid blocks that move at more than a ``CREEP`` do, and whatever went farther than ``MOVED``.
+    Parameters
+    ----------
+    model : The structure.
+    start : Where the march began.
+    made : Its last step. report : What this did.
+    tolerance : Of the contact solver: blocks of tall stacks drift at up to a thousand times this share of the
+        speed that loads give in a step.
     """
     if made.problem.rigid and report.inertial_share(made.scheme.step) > CREEP * tolerance:
         return False
@@ -48,7 +55,14 @@ def could_rest(
 
 
 def drift(model: Model, made: Increment, report: StepReport, tolerance: float) -> float:
-    """How far the last step carried blocks at speeds below the solver's tolerance [m]; 0: not far."""
+    """How far the last step carried blocks at speeds below the solver's tolerance [m]; 0 where it is not far.
+
+    Parameters
+    ----------
+    model : The structure.
+    made : The step. report : What it did.
+    tolerance : Of the contact solver.
+    """
     if made.scheme.inertia == 0 or report.inertial_share(made.scheme.step) > CREEP * tolerance:
         return 0.0
     shift = greatest_shift(model, made.before.bodies, made.after.bodies)
@@ -56,6 +70,12 @@ def drift(model: Model, made: Increment, report: StepReport, tolerance: float) -
 
 
 def within_tolerance(made: Increment, report: StepReport, tolerance: float) -> float:
-    """How far speeds below the solver's tolerance may carry a block in a step [m]; 0 in statics."""
+    """How far speeds below the solver's tolerance may carry a block in a step [m]; 0 in statics.
+
+    Parameters
+    ----------
+    made : The step. report : What it did.
+    tolerance : Of the contact solver.
+    """
     step = made.scheme.step
     return made.scheme.inertia * SLACK * tolerance * report.load_acceleration * step**2

@@ -33,7 +33,14 @@ class Worst:
 
 @dataclass(frozen=True, slots=True)
 class Written:
-    """What the written results leave open, as ``Witness`` explains it."""
+    """What the written results leave open, the worst over all steps, as ``Witness`` explains it.
+
+    Attributes
+    ----------
+    balance : Of a block's balance, relative to its load.
+    turning : The same for elastic blocks with points of attack where these have gone to.
+    overlap : How far two blocks are in each other [m].
+    """
 
     balance: Worst
     turning: Worst

@@ -1,4 +1,4 @@
-"""Cohesion of a contact problem: what joints resist besides contact, p_adh = a + S v (formulation 5).
+"""Cohesion of a contact problem: what joints resist besides contact, p_adh = a + S v.
 
 The laws of contact hold for p̃ = p + a + S v, the blocks move by p. The constant part a goes exactly
 into loads and free velocities, and no solver needs to know of it:

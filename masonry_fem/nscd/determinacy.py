@@ -6,7 +6,7 @@
     known.determined                          # by interface and component: the same in all solutions
 
 Where blocks touch at more points than balance can tell apart, the reactions that a solver returns
-are one of many (formulation 7). "All solutions" are the impulses that leave every velocity as it is
+are one of many. "All solutions" are the impulses that leave every velocity as it is
 and keep to the laws of contact (``solution_set``). In joints with cohesion what the norm is of, and what is
 least, are the contact parts p̃.
 """

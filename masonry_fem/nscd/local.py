@@ -12,7 +12,7 @@ it is linear: one step), inside a bracket that halves whenever Newton would leav
 always ends.
 
 Cohesion with a stiffness S folds into the block, w' = (I + w S)⁻¹ w and b' = (I + w S)⁻¹ b: what is
-solved for is p̃, and p = p̃ − S v (``answer``, formulation 5).
+solved for is p̃, and p = p̃ − S v (``answer``).
 
 Numba kernels; ``reduce_blocks`` prepares them, ``solve_contact`` is one contact by itself.
 """

@@ -4,11 +4,11 @@ Find the impulses p and the rigid velocities U with
 
     v = W_el p + q + B U,    K* ∋ v + μ‖v_T‖ n ⊥ p ∈ K,    Bᵀ p + f_r − M_r (U − U_0) = 0
 
-(formulation 2b). A rigid block has no compliance W_el, a static one no rigid mass M_r; a plain
+A rigid block has no compliance W_el, a static one no rigid mass M_r; a plain
 problem v = W p + q has all of W as compliance and no bodies.
 
 A cohesive joint resists by p_adh = a + S v besides what presses and rubs. Then p stays what acts on
-the blocks, and the second line holds for the *contact part* p̃ = p + p_adh (formulation 5).
+the blocks, and the second line holds for the *contact part* p̃ = p + p_adh.
 
     problem = ContactProblem.plain(W, q, mu)
     save_problem(problem, "step17.npz"); problem = load_problem("step17.npz")

@@ -1,7 +1,7 @@
 """Scale of a contact: the inverse mass that the error measures and the solvers measure by.
 
 Elastic contacts are measured by the elastic part of their diagonal block: the rigid scale 1/m lies
-10⁶ to 10¹⁰ above it and would hide errors (formulation 2b, 4).
+10⁶ to 10¹⁰ above it and would hide errors.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
     p_i in its face of the friction cone,    Bᵀ p and W_el p as they are
 
 The face is the whole cone where the contact sticks, the ray against the sliding where it slides, the
-tip where it is open (formulation 4). The set is convex. Blocks that touch at more points than balance
+tip where it is open. The set is convex. Blocks that touch at more points than balance
 can tell apart make it more than one point. The velocities being given, so is cohesion: two solutions
 differ by as much as their contact parts, which solve a dry problem (``cohesion.frozen``).
 

@@ -5,7 +5,7 @@
 
 Rigid blocks at rest are held by any impulses within the cones that balance the loads, and so by pairs of
 thrusts that balance each other: a beam between two walls that nobody has pushed together stands. Give
-each contact a compliance, and impulses come from motion alone (formulation 7b). Where nothing is stressed
+each contact a compliance, and impulses come from motion alone. Where nothing is stressed
 at the start and what is closed touches without gap, the problem with the compliance ε w_i I has the same
 impulses for every ε, and motions in proportion to it: its limit ε → 0 is that of ε = 1. Elastic blocks have
 a compliance of their own.

@@ -1,4 +1,4 @@
-"""Equilibrium: damped marches, dynamics as a regularisation of statics (slides 6.1).
+"""Equilibrium: damped marches, dynamics as a regularisation of statics.
 
 * numerical viscosity: θ = 1 and the materials' Rayleigh damping take the energy out;
 * brutal damping (*amortissement brutal*): velocities are zeroed after each step;
@@ -73,7 +73,7 @@ class Equilibrium(Strategy, frozen=True, kw_only=True, tag="equilibrium"):
         return equal_steps(self.step, self.theta, self.max_steps)
 
     def settled(self, report: StepReport) -> bool:
-        """At rest by the measures of formulation 4: static balance, contact and speed.
+        """At rest by three measures: static balance, contact and speed.
 
         The speed is held against what the loads would give in one step from rest, so that a body
         that falls freely has 1 whatever the units and the step.

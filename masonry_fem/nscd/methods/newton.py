@@ -1,6 +1,6 @@
 """ProximalNewton: semismooth Newton on the Alart–Curnier function, with a proximal weight.
 
-The method for statics, large steps and tight tolerances (formulation 2b). A *round* solves, by
+The method for statics, large steps and tight tolerances. A *round* solves, by
 Newton steps, the problem regularised about a centre (p_k, U_k)
 
     v + α w (p − p_k) instead of v,        M_r (U − U_0) + ε (U − U_k) instead of M_r (U − U_0)

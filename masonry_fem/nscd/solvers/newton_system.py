@@ -1,6 +1,6 @@
 """NewtonSystem: the linear system of one Newton step in split form, with all that can go eliminated.
 
-With A = ∂F/∂p, Bc = ∂F/∂v of the Alart–Curnier function and α w the proximal weight (formulation 2b):
+With A = ∂F/∂p, Bc = ∂F/∂v of the Alart–Curnier function and α w the proximal weight:
 
     [ A + Bc (W_el + α w)   Bc B ] [dp]     [ F                         ]
     [ Bᵀ                    −M   ] [dU] = − [ Bᵀ p + f_r − M_r (U − U_0) ]

@@ -73,6 +73,13 @@ def step_faults(step: float) -> Iterator[tuple[str, str]]:
 
 
 def equal_steps(step: float, theta: float, count: int) -> Iterator[tuple[Scheme, float]]:
-    """``count`` steps; times are multiples of the step, not sums of rounded ones."""
+    """Steps of equal length, each with the time at its end [s], a multiple of the length.
+
+    Parameters
+    ----------
+    step : Length of a step [s].
+    theta : Weight θ of the end of the step, ½ ≤ θ ≤ 1.
+    count : Number of steps.
+    """
     for index in range(1, count + 1):
         yield Scheme(step, theta), index * step

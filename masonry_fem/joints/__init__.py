@@ -10,7 +10,7 @@ by step.
 from masonry_fem.joints.assignment import Assignment
 from masonry_fem.joints.conformance import violations
 from masonry_fem.joints.kinds import kinds
-from masonry_fem.joints.law import Law, check_non_negative, check_positive, rub, spread
+from masonry_fem.joints.law import Law, rub, spread
 from masonry_fem.joints.laws.bilinear import Bilinear
 from masonry_fem.joints.laws.constant_threshold import ConstantThreshold
 from masonry_fem.joints.laws.elastic import Elastic
@@ -55,8 +55,6 @@ __all__ = [
     "Rough",
     "Softening",
     "Trapezoidal",
-    "check_non_negative",
-    "check_positive",
     "kinds",
     "linearise",
     "probe",

@@ -38,6 +38,8 @@ class Assignment(Law):
     parts: tuple[tuple[Law, IntArray], ...]
     restitution: FloatArray = field(init=False, repr=False)
     in_velocities: Mask = field(init=False, repr=False)
+    # the law of all contacts in their order, where there is but one: it needs no arrays of parts
+    _alone: Law | None = field(init=False, repr=False)
 
     name: ClassVar[str] = "assignment"
 
@@ -57,6 +59,8 @@ class Assignment(Law):
                     restitution[contacts], in_velocities[contacts] = rebound, True
         object.__setattr__(self, "restitution", restitution)
         object.__setattr__(self, "in_velocities", in_velocities)
+        alone = len(self.parts) == 1 and bool((points[0] == np.arange(len(numbers))).all())
+        object.__setattr__(self, "_alone", self.parts[0][0] if alone else None)
 
     @classmethod
     def of(cls, law: Law, count: int) -> Assignment:
@@ -72,13 +76,6 @@ class Assignment(Law):
     def count(self) -> int:
         """Number of contact points c."""
         return len(self.in_velocities)
-
-    @property
-    def _alone(self) -> Law | None:
-        """The law of all contacts in their order, where there is but one: it needs no arrays of parts."""
-        if len(self.parts) != 1 or (self.parts[0][1] != np.arange(self.count)).any():
-            return None
-        return self.parts[0][0]
 
     @override
     def initial(self, count: int, dimension: int) -> JointState:

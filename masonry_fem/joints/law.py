@@ -21,9 +21,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
-from msgspec import Meta
 
-from masonry_fem.joints.parameters import FloatArray, Parameter, check, check_ranges
+from masonry_fem.joints.parameters import FloatArray, Parameter, check_ranges
 from masonry_fem.joints.reduction import Reduction
 from masonry_fem.joints.state import JointState
 from masonry_fem.nscd.graphs import lengths
@@ -168,15 +167,3 @@ def layers_of(law: Law) -> Iterator[Law]:
 def spread(value: Parameter, count: int) -> FloatArray:
     """A parameter as one number a contact point, shape (c,)."""
     return np.broadcast_to(np.asarray(value, dtype=float), (count,)).copy()
-
-
-def check_positive(law: Law, *names: str) -> None:
-    """Raise LawError where a parameter is not a number > 0."""
-    for name in names:
-        check(law, name, Meta(gt=0))
-
-
-def check_non_negative(law: Law, *names: str) -> None:
-    """Raise LawError where a parameter is not a number ≥ 0."""
-    for name in names:
-        check(law, name, Meta(ge=0))

@@ -31,7 +31,8 @@ Energy = Annotated[Parameter, Meta(gt=0, extra={"unit": "J/m^2"})]
 Viscosity = Annotated[Parameter, Meta(ge=0, extra={"unit": "J s/m^2"})]
 Length = Annotated[Parameter, Meta(gt=0, extra={"unit": "m"})]
 Distance = Annotated[Parameter, Meta(ge=0, extra={"unit": "m"})]
-Friction = Annotated[Parameter, Meta(ge=0)]
+Factor = Annotated[Parameter, Meta(ge=0)]
+Friction = Factor
 
 # what the program gives, not the scene's table: the joint's own friction, and −Δ among the points
 GIVEN = ("friction", "laplacian")

@@ -5,8 +5,8 @@ With the joint's own velocity v_c = v + shift + compliance · h r, the cohesive 
     r_adh = offset + stiffness · v_c,    r̃ = r + r_adh
 
 and (v_c,N + max(g̃ − closure, 0)/h, r̃_N) is on Signorini's graph, (v_c,T, r̃_T) on Coulomb's with
-``friction`` (slides, equations 8-10). ``shift``, ``compliance`` and ``closure`` are zero for most
-laws, and then v_c is the relative velocity itself.
+``friction``. ``shift``, ``compliance`` and ``closure`` are zero for most laws, and then v_c is the relative
+velocity itself.
 
     W, free = reduction.fold(blocks, free_velocity, step)     # v_c = free + W h r̃
 """

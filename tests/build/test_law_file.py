@@ -24,22 +24,21 @@ from typing import ClassVar, override
 import numpy as np
 
 from masonry_fem.joints.laws.parts.adhesive import Adhesive, Evolution
-from masonry_fem.joints.law import check_positive
-from masonry_fem.joints.parameters import Parameter
+from masonry_fem.joints.parameters import Friction, Parameter, Stiffness, check_ranges
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cork(Adhesive):
     """Springs, the same in every direction."""
 
-    stiffness: Parameter
-    friction: Parameter = 0.1
+    stiffness: Stiffness
+    friction: Friction = 0.1
     grade: str = "fine"
 
     name: ClassVar[str] = "cork"
 
     def __post_init__(self) -> None:
-        check_positive(self, "stiffness")
+        check_ranges(self)
         if self.grade not in {"fine", "coarse"}:
             raise KeyError(self.grade)
 
@@ -130,7 +129,7 @@ def test_a_file_is_read_again_when_it_changed(folder):
 
 def test_files_of_the_same_name_are_two(folder):
     (folder / "other").mkdir()
-    (folder / "other" / "cork.py").write_text(CORK.replace("    friction: Parameter = 0.1\n", ""))
+    (folder / "other" / "cork.py").write_text(CORK.replace("    friction: Friction = 0.1\n", ""))
     both = SCENE.replace("count = 1", "count = 2") + textwrap.dedent("""
         [[joints]]
         between = ["s.b1", "s.b2"]

@@ -1,4 +1,4 @@
-"""Constant threshold (seuil de résistance constant): r_adh,N = r_c until broken (slides 4.3).
+"""Constant threshold (seuil de résistance constant): r_adh,N = r_c until broken.
 
 Shear strength is μ (r_N + r_c), that is Mohr–Coulomb's with cohesion μ r_c.
 

@@ -1,4 +1,4 @@
-"""Elastic–brittle joint: r_adh = C u up to a strength, then nothing for good (slides 4.3).
+"""Elastic–brittle joint: r_adh = C u up to a strength, then nothing for good.
 
 Tension and shear act together by (c_N u_N/s_N)² + (c_T ‖u_T‖/s_T)² = 1.
 

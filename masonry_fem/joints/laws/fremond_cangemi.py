@@ -1,4 +1,4 @@
-"""Frémond–Cangémi (Raous–Cangémi–Cocu): adhesion that decays, in pair with friction (slides 4.4).
+"""Frémond–Cangémi (Raous–Cangémi–Cocu): adhesion that decays, in pair with friction.
 
     r_adh = β² C u
     b β̇ = −[(w h'(β) − β (c_N u_N² + c_T ‖u_T‖²) + k Δβ)⁻]^(1/p),    β̇ ≤ 0 ≤ β ≤ 1

@@ -21,8 +21,8 @@ from typing import ClassVar, override
 
 import numpy as np
 
-from masonry_fem.joints.law import Law, check_non_negative, check_positive, spread
-from masonry_fem.joints.parameters import FloatArray, Parameter
+from masonry_fem.joints.law import Law, spread
+from masonry_fem.joints.parameters import Factor, FloatArray, Parameter, Stiffness, Strength
 from masonry_fem.joints.reduction import Reduction
 from masonry_fem.joints.state import JointState
 from masonry_fem.nscd.graphs import lengths
@@ -47,20 +47,13 @@ class Bed(Law):
     """
 
     law: Law
-    normal_stiffness: Parameter
-    tangential_stiffness: Parameter
-    crushing: Parameter | None = None
-    hardening: Parameter | None = None
-    shear_weight: Parameter = 0.0
+    normal_stiffness: Stiffness
+    tangential_stiffness: Stiffness
+    crushing: Strength | None = None
+    hardening: Stiffness | None = None
+    shear_weight: Factor = 0.0
 
     name: ClassVar[str] = "bed"
-
-    def __post_init__(self) -> None:
-        check_positive(self, "normal_stiffness", "tangential_stiffness")
-        check_non_negative(self, "shear_weight")
-        for optional in ("crushing", "hardening"):
-            if getattr(self, optional) is not None:
-                check_positive(self, optional)
 
     @classmethod
     def of_mortar(

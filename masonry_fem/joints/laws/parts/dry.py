@@ -1,4 +1,4 @@
-"""Dry joint (joint vif): Signorini's and Coulomb's graphs alone, r_adh = 0 (slides 4.2).
+"""Dry joint (joint vif): Signorini's and Coulomb's graphs alone, r_adh = 0.
 
     Dry(friction=0.6)
 
@@ -12,8 +12,8 @@ from typing import ClassVar, override
 
 import numpy as np
 
-from masonry_fem.joints.law import Law, check_non_negative, rub, spread
-from masonry_fem.joints.parameters import FloatArray, Parameter
+from masonry_fem.joints.law import Law, rub, spread
+from masonry_fem.joints.parameters import FloatArray, Friction
 from masonry_fem.joints.reduction import Reduction
 from masonry_fem.joints.state import JointState
 
@@ -27,13 +27,10 @@ class Dry(Law):
     friction : Coulomb's coefficient μ.
     """
 
-    friction: Parameter = 0.6
+    friction: Friction = 0.6
 
     name: ClassVar[str] = "dry"
     plain: ClassVar[bool] = True
-
-    def __post_init__(self) -> None:
-        check_non_negative(self, "friction")
 
     @override
     def initial(self, count: int, dimension: int) -> JointState:

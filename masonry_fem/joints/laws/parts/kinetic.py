@@ -16,9 +16,9 @@ from typing import ClassVar, override
 import numpy as np
 
 from masonry_fem.errors import LawError
-from masonry_fem.joints.law import Law, check_non_negative, rub, spread
+from masonry_fem.joints.law import Law, rub, spread
 from masonry_fem.joints.laws.parts.rigid_brittle import RigidBrittle
-from masonry_fem.joints.parameters import FloatArray, Parameter
+from masonry_fem.joints.parameters import Factor, FloatArray, Friction, Parameter, check_ranges
 from masonry_fem.joints.reduction import Reduction
 from masonry_fem.joints.state import JointState
 
@@ -37,16 +37,15 @@ class Kinetic(Law):
     """
 
     law: Law
-    dynamic_friction: Parameter | None = None
-    restitution: Parameter | None = None
-    tangential_restitution: Parameter = 0.0
+    dynamic_friction: Friction | None = None
+    restitution: Factor | None = None
+    tangential_restitution: Factor = 0.0
 
     name: ClassVar[str] = "kinetic"
     plain: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        given = [name for name in ("dynamic_friction", "restitution") if getattr(self, name) is not None]
-        check_non_negative(self, *given, "tangential_restitution")
+        check_ranges(self)
         if self.dynamic_friction is None:
             return
         if getattr(self.law, "friction", None) is None:

@@ -1,7 +1,7 @@
 """RigidBrittle: joints that neither open nor slide until a threshold breaks them.
 
 While intact the cohesive reaction is a constant normal force, r_adh,N = apex · area: Coulomb's cone
-moved along its axis, so that r̃ obeys the dry graphs (slides 4.3). Rupture is an event, found by
+moved along its axis, so that r̃ obeys the dry graphs. Rupture is an event, found by
 ``update`` from the reaction and the movement of the trial step and final in it: the step is then
 solved again with the cohesion gone.
 """

@@ -17,8 +17,8 @@ from typing import ClassVar, override
 import numpy as np
 
 from masonry_fem.errors import LawError
-from masonry_fem.joints.law import Law, check_non_negative, check_positive, pressure
-from masonry_fem.joints.parameters import FloatArray, Parameter
+from masonry_fem.joints.law import Law, pressure
+from masonry_fem.joints.parameters import Factor, FloatArray, Length, check_ranges
 from masonry_fem.joints.reduction import Reduction
 from masonry_fem.joints.state import JointState
 from masonry_fem.nscd.graphs import tangential_norm
@@ -36,14 +36,13 @@ class Rough(Law):
     """
 
     law: Law
-    dilatancy: Parameter
-    bound: Parameter
+    dilatancy: Factor
+    bound: Length
 
     name: ClassVar[str] = "rough"
 
     def __post_init__(self) -> None:
-        check_non_negative(self, "dilatancy")
-        check_positive(self, "bound")
+        check_ranges(self)
         friction = self._least_friction()
         steep = np.asarray(self.dilatancy) > friction
         if steep.any():

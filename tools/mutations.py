@@ -4,30 +4,39 @@
     python tools/mutations.py --table mutations.json        # the table of tests/README.md
 
 Each mutation changes one operator, comparison, sign, ½ or choice between least and greatest, in a copy of
-the project. Of the tests of its room, then of those of validation, it runs those that come to the changed
-line, the quickest first, until one fails; which these are is asked once (`touched.py`). A seed chooses the
-places, as many in each file as any. A run goes on where one ended, with the copy made then: it stands beside
-the file of outcomes, in a folder of that name.
+the project. Of the tests of its room, those run that come to the changed line, the quickest first, until one
+fails; which they are is asked once a file of tests (`touched.py`). What no room noticed is asked of the tests
+of validation. Tests run in forks of this process, which has loaded the libraries. A seed chooses the places,
+as many in each file as any.
+
+A run goes on where one ended, with the copy made then, in a folder named as the file of outcomes; tests are
+those of now, and what was not noticed is asked again, but where the file of outcomes has a reason, "why".
 """
 
 from __future__ import annotations
 
 import argparse
 import ast
+import importlib
 import json
 import os
 import random
+import resource
 import shutil
+import signal
 import subprocess
 import sys
-import tempfile
-from collections.abc import Iterator
+import traceback
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+import pytest
+from touched import Touched
+
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = "masonry_fem"
-LONGEST = 900  # seconds of a run of tests; what takes longer is noticed, too
+LONGEST = 900  # seconds of CPU of a run of tests; a mutation that makes them take longer is noticed, too
 
 # files in which a wrong sign is wrong mechanics, and the tests that are to see it first
 ROOMS = {
@@ -46,6 +55,10 @@ ROOMS = {
     ("limit/problem", "limit/program", "limit/strength"): ("tests/limit",),
     ("solid/polytope", "solid/pose"): ("tests/solid", "tests/contact"),
 }  # fmt: skip
+BROKEN = 99  # exit status of a fork in which asking itself failed
+OPTIONS = ("-q", "-p", "no:cacheprovider", "-m", "not slow")
+# what most tests load; libraries with threads or MPI are left to those who need them
+LIBRARIES = ("numba", "scipy.optimize", "scipy.sparse.linalg", "scipy.spatial", "msgspec", "meshio")
 LAST = ("tests/validation",)  # asked where the tests of the room saw nothing
 
 SWAPPED = {ast.Add: "-", ast.Sub: "+", ast.Mult: "/", ast.Div: "*"}
@@ -78,17 +91,19 @@ def main(arguments: list[str] | None = None) -> int:
         print(table(json.loads(chosen.table.read_text())))
         return 0
     told = json.loads(chosen.out.read_text()) if chosen.out.exists() else []
-    known = {(one["file"], one["line"], one["start"], one["new"]) for one in told}
     tests = Tests(chosen.out.with_suffix("").resolve())
-    for number, one in enumerate(sample(chosen.count, chosen.seed, tests.copy), 1):
-        if (one.file, one.line, one.start, one.new) in known:
-            continue
-        seen = noticed(one, tests)
-        told.append(asdict(one) | {"noticed": seen})
-        chosen.out.write_text(json.dumps(told, indent=1) + "\n")
-        print(
-            f"{number:4d} {one.file}:{one.line} {one.old} -> {one.new}: {seen or 'NOT NOTICED'}", flush=True
-        )
+    for last in (False, True):
+        for number, one in enumerate(sample(chosen.count, chosen.seed, tests.copy), 1):
+            entry = next((entry for entry in told if entry.items() >= asdict(one).items()), None)
+            if entry is None:
+                entry = asdict(one)
+                told.append(entry)
+            if entry.get("noticed") or entry.get("why"):
+                continue
+            entry["noticed"] = tests.noticed(one, LAST if last else _near(one))
+            chosen.out.write_text(json.dumps(told, indent=1) + "\n")
+            change = f"{one.file}:{one.line} {one.old} -> {one.new}"
+            print(f"{number:4d} {change}: {entry['noticed'] or 'NOT NOTICED'}", flush=True)
     return 0
 
 
@@ -169,22 +184,10 @@ def _between(
         yield right.lineno, start, start + len(sign), new
 
 
-def noticed(one: Mutation, tests: Tests) -> str:
-    """The test that fails with it, "too long", or "" where all pass."""
+def _near(one: Mutation) -> tuple[str, ...]:
+    """Where the tests of its room are."""
     stem = one.file.removeprefix(f"{PACKAGE}/").removesuffix(".py")
-    near = next(folders for files, folders in ROOMS.items() if stem in files)
-    touching = [tests.touching(one, folders) for folders in (near, LAST)]
-    path = tests.copy / one.file
-    original, times = path.read_text(), path.stat()
-    lines = original.splitlines(keepends=True)
-    line = lines[one.line - 1].encode()
-    lines[one.line - 1] = (line[: one.start] + one.new.encode() + line[one.end :]).decode()
-    path.write_text("".join(lines))
-    try:
-        return next(filter(None, (tests.failing(chosen, one) for chosen in touching)), "")
-    finally:
-        path.write_text(original)
-        os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))  # what was compiled of it is good again
+    return next(folders for files, folders in ROOMS.items() if stem in files)
 
 
 class Tests:
@@ -200,85 +203,138 @@ class Tests:
         self.memory = memory
         self.copy = memory / "project"
         if not self.copy.exists():
-            _copy(self.copy)
+            _copy(self.copy, "")
+        _copy(self.copy, "tests")
+        for library in LIBRARIES:  # for all forks
+            importlib.import_module(library)
 
-    def touching(self, one: Mutation, folders: tuple[str, ...]) -> list[str]:
-        """Tests that come to the statement, the quickest first; all where that cannot be seen."""
-        within, hidden = _statement((self.copy / one.file).read_text(), one.line)
-        file = one.file.removeprefix(f"{PACKAGE}/")
-        known = [test for folder in folders for test in self._known(folder).items()]
-        chosen = {
-            name: seconds for name, (seconds, lines) in known if hidden or within & set(lines.get(file, ()))
+    def noticed(self, one: Mutation, folders: tuple[str, ...]) -> str:
+        """The test that fails with the mutation, "too long", or "" where all pass."""
+        path = self.copy / one.file
+        original, times = path.read_text(), path.stat()
+        lines = original.splitlines(keepends=True)
+        line = lines[one.line - 1].encode()
+        lines[one.line - 1] = (line[: one.start] + one.new.encode() + line[one.end :]).decode()
+        for file in self._files(one, folders):
+            seconds, chosen = self._touching(one, original, file)
+            if not chosen:
+                continue
+            path.write_text("".join(lines))
+            try:
+                failing = self._failing(chosen, 20 + 5 * seconds, plain="@njit" in original)
+            finally:
+                path.write_text(original)
+                os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))  # what is compiled of it is good
+            if failing:
+                return failing
+        return ""
+
+    def _files(self, one: Mutation, folders: tuple[str, ...]) -> list[str]:
+        """Files of tests, the one named after the mutated file first, then the shortest."""
+        places = [self.copy / folder for folder in folders]
+        found = {
+            path for place in places for path in (place.rglob("test_*.py") if place.is_dir() else [place])
         }
-        return sorted(chosen, key=lambda name: chosen[name])
+        own = f"test_{Path(one.file).stem}"
+        order = sorted(found, key=lambda path: (path.stem != own, path.stat().st_size))
+        return [str(path.relative_to(self.copy)) for path in order]
 
-    def _known(self, folder: str) -> dict[str, tuple[float, dict[str, list[int]]]]:
-        """Seconds and lines of each test of a folder (or file) that is not marked slow."""
-        kept = self.memory / f"{folder.replace('/', '.')}.json"
-        if not kept.exists():
-            done = self._run([folder], {"TOUCHED": str(kept)}, "-p", "touched")
-            if done.returncode:
-                kept.unlink(missing_ok=True)
-                print(done.stdout)
-                raise SystemExit(f"{folder} fails without any mutation, expected it to pass; mend that first")
+    def _touching(self, one: Mutation, text: str, tests: str) -> tuple[float, list[str]]:
+        """Those of a file of tests that come to the statement, the quickest first, and their seconds.
+
+        A statement that runs on import counts for all.
+        """
+        within = _statement(text, one.line)
+        file = one.file.removeprefix(f"{PACKAGE}/")
+        chosen = sorted(
+            (seconds, name)
+            for name, (seconds, lines) in self._known(tests, plain="@njit" in text).items()
+            if within is None or within & set(lines.get(file, ()))
+        )
+        return sum(seconds for seconds, _ in chosen), [name for _, name in chosen]
+
+    def _known(self, tests: str, plain: bool) -> dict[str, tuple[float, dict[str, list[int]]]]:
+        """Seconds and lines of each test of a file that passes and is not marked slow."""
+        kept = self.memory / f"{tests.replace('/', '.')}{'.plain' if plain else ''}.json"
+        if not kept.exists() or kept.stat().st_mtime < (self.copy / tests).stat().st_mtime:
+            kept.unlink(missing_ok=True)
+            ended = self._run(lambda: self._ask(tests, kept), LONGEST, plain)
+            if ended == -signal.SIGXCPU:
+                kept.write_text("{}")
+            elif not kept.exists():
+                raise SystemExit(
+                    f"{tests} did not run without a mutation:\n{(self.memory / 'said').read_text()}"
+                )
         known: dict[str, tuple[float, dict[str, list[int]]]] = json.loads(kept.read_text())
         return known
 
-    def failing(self, chosen: list[str], one: Mutation) -> str:
+    def _ask(self, tests: str, kept: Path) -> int:
+        touched = Touched(f"{self.copy / PACKAGE}{os.sep}")
+        ended = pytest.main([*OPTIONS, tests], plugins=[touched])
+        kept.write_text(json.dumps(touched.found))
+        return ended
+
+    def _failing(self, chosen: list[str], longest: float, plain: bool) -> str:
         """The first of the tests that fails, "too long", or ""."""
-        if not chosen:
+        ended = self._run(lambda: pytest.main([*OPTIONS, "-x", *chosen]), longest, plain)
+        if ended == 0:
             return ""
-        extra = {"PYTHONDONTWRITEBYTECODE": "1"}
-        with tempfile.TemporaryDirectory(prefix="compiled-") as fresh:
-            if "@njit" in (self.copy / one.file).read_text():
-                extra["NUMBA_CACHE_DIR"] = fresh  # what calls a compiled function may hold a copy of it
-            try:
-                done = self._run(chosen, extra, timeout=LONGEST)
-            except subprocess.TimeoutExpired:
-                return "too long"
-        if done.returncode == 0:
-            return ""
-        lines = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
+        if ended == -signal.SIGXCPU:
+            return "too long"
+        if ended in {BROKEN, pytest.ExitCode.INTERNAL_ERROR, pytest.ExitCode.NO_TESTS_COLLECTED}:
+            raise SystemExit(f"{chosen} ended with {ended}:\n{(self.memory / 'said').read_text()}")
+        said = (self.memory / "said").read_text().splitlines()
+        lines = [line for line in said if line.startswith(("FAILED", "ERROR"))]
         return lines[0].split(" - ")[0].split(" ", 1)[1] if lines else chosen[0]
 
-    def _run(
-        self, tests: list[str], extra: dict[str, str], *options: str, timeout: float | None = None
-    ) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-m", "not slow"]
-        paths = f"{self.copy}{os.pathsep}{self.copy / 'tools'}"
-        environment = os.environ | {"PYTHONPATH": paths} | extra
-        return subprocess.run(
-            [*command, *options, *tests],
-            cwd=self.copy,
-            env=environment,
-            capture_output=True,
-            text=True,
-            check=False,
-            timeout=timeout,
-        )
+    def _run(self, ask: Callable[[], int], longest: float, plain: bool) -> int:
+        """Exit status of a fork in which something is asked of the copy.
+
+        Where functions of the mutated file are compiled, nothing is (``plain``): compiled, their lines are
+        not seen, and Numba would keep those that call them and hold a copy of them.
+        """
+        child = os.fork()
+        if child:
+            return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        try:
+            resource.setrlimit(resource.RLIMIT_CPU, (int(longest), int(longest) + 10))
+            os.chdir(self.copy)
+            said = os.open(self.memory / "said", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+            os.dup2(said, 1)
+            os.dup2(said, 2)
+            os.environ["PYTHONPATH"] = str(self.copy)
+            sys.path.insert(0, str(self.copy))
+            if plain:
+                os.environ["NUMBA_DISABLE_JIT"] = "1"
+                sys.modules["numba"].config.DISABLE_JIT = 1
+            status = ask()
+        except BaseException:
+            traceback.print_exc()
+            status = BROKEN
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(status)
 
 
-def _statement(text: str, line: int) -> tuple[set[int], bool]:
-    """Lines of the statement (its head, if it has a body), and whether no one sees who runs it.
-
-    Nobody sees it in a compiled function; and what runs on import, runs for all.
-    """
+def _statement(text: str, line: int) -> set[int] | None:
+    """Lines of the statement (its head, if it has a body), or None if it runs on import."""
     around = [
         node
         for node in ast.walk(ast.parse(text))
         if isinstance(node, ast.stmt) and node.lineno <= line <= (node.end_lineno or 0)
     ]  # from the outside to the inside
-    functions = [node for node in around if isinstance(node, ast.FunctionDef)]
-    compiled = any("njit" in ast.unparse(mark) for node in functions for mark in node.decorator_list)
+    if not any(isinstance(node, ast.FunctionDef) for node in around):
+        return None
     inner = around[-1]
     body = getattr(inner, "body", None)
     last = body[0].lineno - 1 if body else inner.end_lineno or line
-    return set(range(inner.lineno, last + 1)), compiled or not functions
+    return set(range(inner.lineno, last + 1))
 
 
-def _copy(folder: Path) -> None:
-    """Put the project's own files in a folder."""
-    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True)
+def _copy(folder: Path, part: str) -> None:
+    """Put the project's own files, or those of a part, in a folder."""
+    command = ["git", "ls-files", "-z", "--", part or "."]
+    listed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
     for name in filter(None, listed.stdout.split("\0")):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy2(ROOT / name, folder / name)

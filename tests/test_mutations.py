@@ -1,9 +1,11 @@
-"""tools/mutations.py: what it changes in the lines of mechanics, without running tests on it."""
+"""tools/mutations.py: what it changes in the lines of mechanics, and which tests it runs on that."""
 
 import ast
 import importlib.util
+import os
+import shutil
+import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
@@ -14,10 +16,12 @@ def tool():
 
     spec = importlib.util.spec_from_file_location("mutations", REPOSITORY / "tools" / "mutations.py")
     module = importlib.util.module_from_spec(spec)
+    sys.path.insert(0, str(REPOSITORY / "tools"))  # where `touched` is
     sys.modules["mutations"] = module
     spec.loader.exec_module(module)
     yield module
     del sys.modules["mutations"]
+    sys.path.remove(str(REPOSITORY / "tools"))
 
 
 def test_every_room_has_its_files_and_tests(tool, repository):
@@ -45,6 +49,7 @@ def test_the_same_seed_gives_the_same_mutations(tool):
 
 
 SOURCE = """
+from numba import njit
 HALF = 0.5
 
 def plain(a):
@@ -53,51 +58,58 @@ def plain(a):
                 - HALF)
     return -a
 
-@njit(cache=True)
+@njit
 def compiled(a):
     return -a
 """
-
-
-@pytest.mark.parametrize(
-    ("line", "expected"),
-    [(2, ({2}, True)), (5, ({5}, False)), (7, ({6, 7}, False)), (8, ({8}, False)), (12, ({12}, True))],
-)
-def test_a_statement_is_all_its_lines_or_only_its_head(tool, line, expected):
-    """Who runs what is compiled, or run on import, cannot be seen."""
-    assert tool._statement(SOURCE, line) == expected
-
-
 TESTS = """
-from masonry_fem.thing import plain
+from masonry_fem.thing import compiled, plain
 
 def test_one():
     assert plain(1.0) == 0.5
 
 def test_other():
-    assert plain(0.0) == 0.0
+    assert plain(-1.0) == 1.0
+
+def test_compiled():
+    assert compiled(1.0) == -1.0
+"""
+ASKED = """
+from pathlib import Path
+import mutations
+
+tests = mutations.Tests(Path("memory").resolve())
+for change in [(8, 16, 17, "-", "+"), (9, 11, 12, "-", "+"), (13, 11, 12, "-", ""), (6, 9, 10, ">", ">=")]:
+    print(tests.noticed(mutations.Mutation("masonry_fem/thing.py", *change, ""), ("tests",)))
 """
 
 
-def test_the_tests_that_come_to_a_line_are_found_and_one_fails(tool, tmp_path):
-    copy = tmp_path / "project"
-    (copy / "masonry_fem").mkdir(parents=True)
-    (copy / "tests").mkdir()
-    (copy / "tools").mkdir()
-    source = SOURCE.split("\n@njit", maxsplit=1)[0]
-    (copy / "masonry_fem/__init__.py").touch()
-    (copy / "masonry_fem/thing.py").write_text(source)
-    (copy / "tests/test_thing.py").write_text(TESTS)
-    plugin = Path(tool.__file__).with_name("touched.py")
-    (copy / "tools/touched.py").write_text(plugin.read_text(encoding="utf-8"))
-    (copy / "pytest.ini").write_text("[pytest]\nmarkers = slow: takes long\n")
-    tests = tool.Tests(tmp_path)
-    one = tool.Mutation("masonry_fem/thing.py", 7, 16, 17, "-", "+", "- HALF)")
-    chosen = tests.touching(one, ("tests",))
-    assert chosen == ["tests/test_thing.py::test_one"]
-    assert tests.failing(chosen, one) == ""
-    (copy / one.file).write_text(source.replace("- HALF", "+ HALF"))
-    assert tests.failing(chosen, one) == chosen[0]
+@pytest.mark.parametrize(("line", "expected"), [(3, None), (6, {6}), (8, {7, 8}), (9, {9}), (13, {13})])
+def test_a_statement_is_all_its_lines_or_only_its_head(tool, line, expected):
+    assert tool._statement(SOURCE, line) == expected
+
+
+def test_the_tests_that_come_to_a_line_are_asked(repository, tmp_path):
+    """A project of one file: each change is seen by its own test, and the last makes no difference."""
+    for name, text in {
+        "pyproject.toml": "[tool.pytest.ini_options]\nmarkers = ['slow: takes long']\n",
+        "masonry_fem/__init__.py": "",
+        "masonry_fem/thing.py": SOURCE,
+        "tests/test_thing.py": TESTS,
+    }.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+    (tmp_path / "tools").mkdir()
+    for name in ("mutations", "touched"):
+        shutil.copy(repository / f"tools/{name}.py", tmp_path / "tools")
+    for command in (["git", "init", "-q"], ["git", "add", "."]):
+        subprocess.run(command, cwd=tmp_path, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", ASKED], cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(tmp_path / "tools")},
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    named = [f"tests/test_thing.py::test_{name}" for name in ("one", "other", "compiled")]
+    assert done.stdout.splitlines() == [*named, ""], done.stderr
 
 
 def test_the_table_names_what_nobody_noticed(tool):

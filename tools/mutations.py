@@ -36,7 +36,7 @@ from touched import Touched
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = "masonry_fem"
-LONGEST = 900  # seconds of CPU of a run of tests; a mutation that makes them take longer is noticed, too
+LONGEST = 60  # seconds of CPU in which a file of tests is asked for its lines; tests beyond them are left out
 
 # files in which a wrong sign is wrong mechanics, and the tests that are to see it first
 ROOMS = {
@@ -84,6 +84,9 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--count", type=int, default=100, help="mutations in all (100)")
     parser.add_argument("--seed", type=int, default=0, help="which ones (0)")
+    parser.add_argument(
+        "--room", default="", help="only those of such a folder of the package, and its tests (all)"
+    )
     parser.add_argument("--out", type=Path, default=Path("mutations.json"), help="where they are told")
     parser.add_argument("--table", type=Path, help="print the table of such a file, and end")
     chosen = parser.parse_args(arguments)
@@ -92,14 +95,17 @@ def main(arguments: list[str] | None = None) -> int:
         return 0
     told = json.loads(chosen.out.read_text()) if chosen.out.exists() else []
     tests = Tests(chosen.out.with_suffix("").resolve())
-    for last in (False, True):
+    for last in (False,) if chosen.room else (False, True):
         for number, one in enumerate(sample(chosen.count, chosen.seed, tests.copy), 1):
-            entry = next((entry for entry in told if entry.items() >= asdict(one).items()), None)
-            if entry is None:
-                entry = asdict(one)
-                told.append(entry)
-            if entry.get("noticed") or entry.get("why"):
+            entry = next((entry for entry in told if entry.items() >= asdict(one).items()), asdict(one))
+            if (
+                entry.get("noticed")
+                or entry.get("why")
+                or not one.file.startswith(f"{PACKAGE}/{chosen.room}")
+            ):
                 continue
+            if entry not in told:
+                told.append(entry)
             entry["noticed"] = tests.noticed(one, LAST if last else _near(one))
             chosen.out.write_text(json.dumps(told, indent=1) + "\n")
             change = f"{one.file}:{one.line} {one.old} -> {one.new}"
@@ -215,13 +221,16 @@ class Tests:
         lines = original.splitlines(keepends=True)
         line = lines[one.line - 1].encode()
         lines[one.line - 1] = (line[: one.start] + one.new.encode() + line[one.end :]).decode()
-        for file in self._files(one, folders):
-            seconds, chosen = self._touching(one, original, file)
+        files = self._files(one, folders)
+        plain = "@njit" in original
+        kept = [file for file in files if self._fresh(file, plain)]
+        for group in [kept, *([file] for file in files if file not in kept)]:
+            seconds, chosen = self._touching(one, original, group)
             if not chosen:
                 continue
             path.write_text("".join(lines))
             try:
-                failing = self._failing(chosen, 20 + 5 * seconds, plain="@njit" in original)
+                failing = self._failing(chosen, 20 + 5 * seconds, plain)
             finally:
                 path.write_text(original)
                 os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))  # what is compiled of it is good
@@ -239,8 +248,8 @@ class Tests:
         order = sorted(found, key=lambda path: (path.stem != own, path.stat().st_size))
         return [str(path.relative_to(self.copy)) for path in order]
 
-    def _touching(self, one: Mutation, text: str, tests: str) -> tuple[float, list[str]]:
-        """Those of a file of tests that come to the statement, the quickest first, and their seconds.
+    def _touching(self, one: Mutation, text: str, files: list[str]) -> tuple[float, list[str]]:
+        """Those of files of tests that come to the statement, the quickest first, and their seconds.
 
         A statement that runs on import counts for all.
         """
@@ -248,6 +257,7 @@ class Tests:
         file = one.file.removeprefix(f"{PACKAGE}/")
         chosen = sorted(
             (seconds, name)
+            for tests in files
             for name, (seconds, lines) in self._known(tests, plain="@njit" in text).items()
             if within is None or within & set(lines.get(file, ()))
         )
@@ -255,20 +265,26 @@ class Tests:
 
     def _known(self, tests: str, plain: bool) -> dict[str, tuple[float, dict[str, list[int]]]]:
         """Seconds and lines of each test of a file that passes and is not marked slow."""
-        kept = self.memory / f"{tests.replace('/', '.')}{'.plain' if plain else ''}.json"
-        if not kept.exists() or kept.stat().st_mtime < (self.copy / tests).stat().st_mtime:
+        kept = self._kept(tests, plain)
+        if not self._fresh(tests, plain):
             kept.unlink(missing_ok=True)
-            ended = self._run(lambda: self._ask(tests, kept), LONGEST, plain)
-            if ended == -signal.SIGXCPU:
-                kept.write_text("{}")
-            elif not kept.exists():
+            self._run(lambda: self._ask(tests, kept), LONGEST, plain)
+            if not kept.exists():
                 raise SystemExit(
                     f"{tests} did not run without a mutation:\n{(self.memory / 'said').read_text()}"
                 )
         known: dict[str, tuple[float, dict[str, list[int]]]] = json.loads(kept.read_text())
         return known
 
+    def _kept(self, tests: str, plain: bool) -> Path:
+        return self.memory / f"{tests.replace('/', '.')}{'.plain' if plain else ''}.json"
+
+    def _fresh(self, tests: str, plain: bool) -> bool:
+        kept = self._kept(tests, plain)
+        return kept.exists() and kept.stat().st_mtime > (self.copy / tests).stat().st_mtime
+
     def _ask(self, tests: str, kept: Path) -> int:
+        signal.signal(signal.SIGXCPU, signal.default_int_handler)  # what was seen until then is kept
         touched = Touched(f"{self.copy / PACKAGE}{os.sep}")
         ended = pytest.main([*OPTIONS, tests], plugins=[touched])
         kept.write_text(json.dumps(touched.found))

@@ -249,5 +249,5 @@ def test_a1_8_torque_on_four_corners(share: float) -> None:
     inertia = 2400 / 6
     spin = max(share - 1, 0.0) * pull / share / inertia * 0.05
     expected = [0, 0, 0, 0, 0, np.sqrt(inertia) * spin]
-    # forces keep their direction while the cube turns by 2e-4: their arm shrinks by 2e-8, and 1 % of them moves it
+    # forces keep their direction while the cube turns by 2e-4: their arm shrinks by 2e-8
     assert result.march.state.rigid_velocity[0] == pytest.approx(expected, rel=1e-6, abs=1e-8)

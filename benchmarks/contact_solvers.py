@@ -144,7 +144,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--walls", default=",".join(WALLS[:3]), help="bricks x courses, or none")
     parser.add_argument("--data", type=Path, help="folder of contact problems")
-    parser.add_argument("--solvers", default="auto,newton,interior_point,admm,nsgs")
+    parser.add_argument("--solvers", default="auto,newton,interior_point,nsgs")
     parser.add_argument("--tolerances", default="1e-4,1e-8")
     parser.add_argument("--limit", type=float, default=60.0, help="seconds a problem and solver")
     parser.add_argument("--output", type=Path, help="write the table to this file, too")

@@ -32,7 +32,6 @@ from masonry_fem.nscd import iterate as looping
 from masonry_fem.nscd.in_plane import InPlane
 from masonry_fem.nscd.iterate import Method
 from masonry_fem.nscd.methods import newton
-from masonry_fem.nscd.methods.admm import ADMM
 from masonry_fem.nscd.methods.interior_point import InteriorPoint
 from masonry_fem.nscd.methods.newton import ProximalNewton
 from masonry_fem.nscd.methods.nsgs import GaussSeidel
@@ -50,7 +49,7 @@ COHESION = "joints with cohesion"
 TURNS = (
     "first sweeps", "sweeps after the interior point", "first newton steps", "newton with even scales",
     "newton from held impulses", "newton", "rigid twin", "weaker twin", "rest", "interior point", "polish",
-    "pivoting", "firm newton", "path", "admm", "patient newton",
+    "pivoting", "firm newton", "path", "patient newton",
 )  # fmt: skip
 
 
@@ -181,7 +180,7 @@ def _constants() -> list[Switch]:
     def made(method: Method) -> Callable[[], Method]:
         return lambda: method
 
-    kind, admm = "constant", "_splitting"
+    kind = "constant"
     return [
         Switch("few contacts as many", kind, turns, "MANY", 0),
         Switch("many contacts as few", kind, turns, "MANY", 10**9),
@@ -191,9 +190,6 @@ def _constants() -> list[Switch]:
                made(InteriorPoint(align=0.0, sliding=0.0)), where="interior point"),
         Switch("interior point's shorter steps", kind, turns, "_interior_point",
                made(InteriorPoint(align=0.0, to_boundary=0.9999)), where="interior point"),
-        Switch("anderson in admm", kind, turns, admm, made(ADMM(memory=0)), where="admm"),
-        Switch("admm's ρ adapts", kind, turns, admm, made(ADMM(change=np.inf)), where="admm"),
-        Switch("admm's phases", kind, turns, admm, made(ADMM(phase=10**9)), where="admm"),
     ]  # fmt: skip
 
 

@@ -144,16 +144,13 @@ def _choose(
     """Turns until one converges; the best of their states."""
     began = time.monotonic()
     total: Solution | None = None
-    inside: Solution | None = None
     for turn in turns(problem, settings, start, loads):
         if turn.rescue and total is not None and total.quality.error <= ROUNDED:
             return replace(total, outcome=Outcome.STALLED)
         own = _share(turn, settings, 0 if total is None else total.iterations, time.monotonic() - began)
         if own is None:
             break
-        state = inside if turn.origin == "inside" else total
-        made = _judged(_made(turn, problem, own, _origin(turn, problem, state, start)), loads)
-        inside = made if made.method == "interior_point" else inside
+        made = _judged(_made(turn, problem, own, _origin(turn, problem, total, start)), loads)
         total = made if total is None else _joined(total, made)
         if total.outcome in _ENDED:
             break

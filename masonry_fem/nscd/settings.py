@@ -57,7 +57,8 @@ class SolverSettings:
         names = ("auto", *methods.names())
         if self.method not in names:
             expected = ", ".join(repr(name) for name in names)
-            raise ProblemError(f"method is {self.method!r}, expected one of {expected}")
+            gone = f"; {methods.GONE[self.method]}" if self.method in methods.GONE else ""
+            raise ProblemError(f"method is {self.method!r}, expected one of {expected}{gone}")
         if self.linear not in get_args(LinearName):
             expected = ", ".join(repr(name) for name in get_args(LinearName))
             raise ProblemError(f"linear is {self.linear!r}, expected one of {expected}")

@@ -7,8 +7,7 @@
   is local in its result, and Newton to polish it. It cannot start from the step before: there a few
   Newton steps from the bonded state come first, which is all that sticking walls need.
 - What is left goes to pivoting, where the problem is plane and small, to Newton with other weights,
-  where it is small, to the following of a path where rigid blocks move in a plane, and to ADMM, which is
-  slow but does not depend on a good guess of the active set.
+  where it is small, and to the following of a path where rigid blocks move in a plane.
 - Other problems are swept first, as long as the contraction seen promises an end.
 """
 
@@ -49,7 +48,7 @@ HELD_STEPS = 60
 WEIGHTS = (1e-2, 1e-1, 1e-3)
 # Share of friction with which a structure at its limit moves fast enough to be seen.
 WEAK = 0.97
-# Newton steps that polish: what takes more, ADMM does in less time.
+# Newton steps that polish: what takes more seldom ends.
 POLISH = 25
 
 
@@ -58,15 +57,15 @@ class Turn:
     """A method's turn: how it is made, its iterations, and what it starts from.
 
     ``origin`` is "given" (the caller's first guess), "best" (the best state so far), "held" (impulses that
-    balance the loads, see ``rest``), "close" (the best state where that is close to a solution, else none),
-    "inside" (where the interior-point method ended: what Newton cycles on holds up ADMM) or "cold".
+    balance the loads, see ``rest``), "close" (the best state where that is close to a solution, else none) or
+    "cold".
     ``twin`` is the share of friction of the rigid twin that is asked instead: it shows what moves.
     ``rescue`` is for problems that the turns before have not come close to, not for rounding.
     """
 
     make: Callable[[], Method]
     iterations: int | None = None
-    origin: Literal["given", "best", "close", "held", "inside", "cold"] = "given"
+    origin: Literal["given", "best", "close", "held", "cold"] = "given"
     twin: float | None = None
     rescue: bool = False
 
@@ -133,7 +132,6 @@ def _thorough(problem: ContactProblem, tolerance: float) -> Iterator[Turn]:
     if problem.rigid and _followable(problem if flat is None else flat.problem):
         yield Turn(_within(flat, _path), origin="best", rescue=True)
     flat = flat if problem.count >= MANY else None
-    yield Turn(_within(flat, _splitting), origin="inside", rescue=True)
     yield Turn(_within(flat, _patient_newton), origin="best", rescue=True)
 
 
@@ -215,10 +213,6 @@ def _path() -> Method:
     from masonry_fem.nscd.solvers.path import PathFollowing  # noqa: PLC0415 - Numba is slow to import
 
     return PathFollowing()
-
-
-def _splitting() -> Method:
-    return make_method("admm")
 
 
 def _brief_sweeps(horizon: int) -> Callable[[], Method]:

@@ -81,7 +81,8 @@ def _fit_truth(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, _: i
 def _fit_choice(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, _: int | None) -> Any:
     if isinstance(value, bool) or not isinstance(value, str | int) or value not in kind.values:
         names = [choice for choice in kind.values if isinstance(choice, str)]
-        raise wrong(path, value, expectation(kind), nearest(value, names))
+        gone = extra.get("gone", {}).get(str(value))
+        raise wrong(path, value, expectation(kind), f"; {gone}" if gone else nearest(value, names))
     return value
 
 

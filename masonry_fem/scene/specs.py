@@ -18,6 +18,7 @@ from masonry_fem.march.equilibrium import kinds as strategies
 from masonry_fem.march.equilibrium.dynamics import Dynamics
 from masonry_fem.march.equilibrium.equilibrium import Equilibrium
 from masonry_fem.march.equilibrium.statics import Statics
+from masonry_fem.nscd.methods import GONE
 from masonry_fem.nscd.methods import names as methods
 from masonry_fem.output import asked
 from masonry_fem.records.mesh_settings import MeshSettings
@@ -253,10 +254,10 @@ class Solver(Spec, frozen=True, kw_only=True):
 
     Attributes
     ----------
-    method : sweeps by nonlinear Gauss-Seidel (``nsgs``), proximal Newton, interior point, ADMM or pivoting
+    method : sweeps by nonlinear Gauss-Seidel (``nsgs``), proximal Newton, interior point or pivoting
         (plane scenes of up to 400 contacts); ``auto`` chooses by the problem
     tolerance : bound on the relative contact error
-    max_iterations : largest number of sweeps, Newton steps or ADMM iterations
+    max_iterations : largest number of sweeps or Newton steps
     time_limit : wall-clock time for the contact problem of one step
     relaxation : for ``nsgs``: how far a sweep moves a contact towards the solution of its local problem,
         1 being all the way
@@ -268,7 +269,7 @@ class Solver(Spec, frozen=True, kw_only=True):
         whichever is expected to cost less; see [which contact solver](solvers.md)
     """
 
-    method: MethodName = "auto"
+    method: Annotated[MethodName, Meta(extra={"gone": GONE})] = "auto"
     tolerance: Annotated[float, Meta(gt=0, lt=1)] | None = None
     max_iterations: Count | None = None
     time_limit: Seconds | None = None

@@ -62,7 +62,7 @@ def conic_impulse(problem, shift):
     return found.reshape(weight.shape)
 
 
-@pytest.mark.parametrize("method", ["auto", "admm"])
+@pytest.mark.parametrize("method", ["auto", "newton"])
 @pytest.mark.parametrize(
     ("horizontal", "friction"), [(0.1, 0.6), (0.3, 0.2), (0.3, 1.2), (0.6, 0.2), (0.6, 0.6), (0.6, 1.2)]
 )

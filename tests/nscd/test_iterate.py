@@ -97,7 +97,7 @@ def test_flight_needs_no_method(name):
 
 
 @pytest.mark.parametrize("outcome", list(Outcome))
-@pytest.mark.parametrize("method", ["auto", "newton", "admm"])
+@pytest.mark.parametrize("method", ["auto", "newton", "interior_point"])
 def test_every_outcome_speaks(outcome, method):
     """And advises nothing that was done, nor to change what nobody has set."""
     assert outcome.sentence.endswith(".")

@@ -219,6 +219,12 @@ BAD = [
     ),
     (
         "[loads]",
+        "[solver]\nmethod = 'admm'\n[loads]",
+        "line 13: solver.method is 'admm', expected one of 'auto', 'interior_point', 'newton', 'nsgs', "
+        "'pivoting'; 'admm' is gone, and 'auto' solves what it solved; write 'auto', or leave method out",
+    ),
+    (
+        "[loads]",
         "[solver]\nmethod = 'nsgs'\nrelaxation = 2.0\n[loads]",
         "line 14: solver.relaxation is 2.0, expected a number > 0 and < 2",
     ),

@@ -16,6 +16,10 @@ if TYPE_CHECKING:
     from masonry_fem.nscd.iterate import Method
 
 
+# Methods of earlier versions, and what to write instead.
+GONE = {"admm": "'admm' is gone, and 'auto' solves what it solved; write 'auto', or leave method out"}
+
+
 def names() -> tuple[str, ...]:
     """Every method; none is loaded, as Numba is slow to import."""
     return tuple(file.name for file in iter_modules(__path__))

@@ -32,7 +32,15 @@ ROUNDING = 1e-11  # of a block's size: probes that move less than that say nothi
 
 
 def errors_of(scene: specs.Scene, built: Built, made: March, base: Path) -> Errors:
-    """What ``summary.json`` holds as ``errors``; what does not apply is left out."""
+    """What ``summary.json`` holds as ``errors``; what does not apply is left out.
+
+    Parameters
+    ----------
+    scene : What was run.
+    built : The model made of it.
+    made : How the march ended.
+    base : Folder that the paths in the scene are relative to.
+    """
     stress = block_errors(made.model, made.state)
     return Errors(
         stress=None if stress is None else stress.relative,

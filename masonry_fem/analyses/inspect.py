@@ -45,7 +45,17 @@ def check_scene(scene: specs.Scene, base: Path = Path()) -> Mapping[str, Any]:
 
 
 def write_mesh(scene: specs.Scene, out: Path, base: Path = Path()) -> list[Path]:
-    """Write and picture the mesh and the detected interfaces, without solving."""
+    """Write and picture the mesh and the detected interfaces, without solving.
+
+    Parameters
+    ----------
+    scene : What to build. base : Folder that the paths in it are relative to.
+    out : Folder of the results.
+
+    Raises
+    ------
+    MasonryError : The scene cannot be built, or the folder not be written to.
+    """
     from masonry_fem.output.mesh_picture import write_mesh_files  # noqa: PLC0415
 
     built = build(check(scene, base=base), base, solved=False)

@@ -71,7 +71,17 @@ def analyse(
 def cross_check(
     scene: specs.Scene, built: Built, *, dead: Sequence[str] = (), tilt: str | None = None
 ) -> LimitAnalysis:
-    """The three questions of a model that is built, on the contact points of the simulation."""
+    """The three questions of a model that is built, on the contact points of the simulation.
+
+    Parameters
+    ----------
+    scene : What was built. built : The model made of it.
+    dead, tilt : As ``analyse`` takes them.
+
+    Raises
+    ------
+    MasonryError : A joint has no constant strength, or nothing is so named.
+    """
     problem, growth = posed(scene, built, dead=dead, tilt=tilt)
     return answers(
         problem,
@@ -86,7 +96,17 @@ def cross_check(
 def posed(
     scene: specs.Scene, built: Built, *, dead: Sequence[str] = (), tilt: str | None = None
 ) -> tuple[LimitProblem, Growth]:
-    """The limit problem of a model that is built, and which of its loads grow."""
+    """The limit problem of a model that is built, and which of its loads grow.
+
+    Parameters
+    ----------
+    scene : What was built. built : The model made of it.
+    dead, tilt : As ``analyse`` takes them.
+
+    Raises
+    ------
+    MasonryError : A joint has no constant strength, or nothing is so named.
+    """
     growth = growth_of(scene, built.model, dead=dead, tilt=tilt)
     staying = group_forces(built.model, growth.staying)
     return limit_problem(built.model, staying, growth.live, holds=_holds(built)), growth
@@ -98,7 +118,17 @@ def posed(
 def growth_of(
     scene: specs.Scene, model: Model, *, dead: Sequence[str] = (), tilt: str | None = None
 ) -> Growth:
-    """Which loads of a model grow: all but gravity and those named dead, or a tilt alone."""
+    """Which loads of a model grow: all but gravity and those named dead, or a tilt alone.
+
+    Parameters
+    ----------
+    scene : What was built. model : The model made of it.
+    dead, tilt : As ``analyse`` takes them.
+
+    Raises
+    ------
+    MasonryError : No load or axis is so named, or loads are named dead beside a tilt.
+    """
     if tilt is not None and dead:
         raise MasonryError(
             f"{listed(dead)} is named dead beside a tilt or an acceleration, expected none: all loads stay "

@@ -105,7 +105,13 @@ def started(made: March) -> Start | None:
 
 
 def said(made: March, start: Start | None) -> March:
-    """The march, its message with what an equilibrium needs to stand."""
+    """The march, with what its equilibrium needs to stand added to the message.
+
+    Parameters
+    ----------
+    made : How the march ended.
+    start : How its equilibrium may come about; None where there is nothing to say.
+    """
     if start is None or start.reached:
         return made
     return replace(made, message=f"{made.message} {start.sentence()}")

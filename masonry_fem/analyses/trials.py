@@ -32,7 +32,16 @@ STRIKE = Equilibrium(strategy="brutal_damping", step=0.01, max_steps=3)
 
 
 class Trials:
-    """Trials one after another, and the states that they go on from."""
+    """Trials one after another, and the states that they go on from.
+
+    Parameters
+    ----------
+    scene : What is pushed. built : The model made of it.
+    push : Which loads a multiplier stands for.
+    at_once : Put the whole load on the state at the start in each trial, not on the last that stood.
+    tell : Is told of each trial, with the greatest multiplier that stood and the least that fell.
+    notes : List that doubts are appended to.
+    """
 
     def __init__(
         self,
@@ -128,5 +137,11 @@ def _rested(model: Model, state: SystemState) -> SystemState:
 
 
 def counted(number: int, thing: str) -> str:
-    """A number of things, as 2 trials."""
+    """A number of things in words, as ``2 trials``.
+
+    Parameters
+    ----------
+    number : How many.
+    thing : What, in the singular.
+    """
     return f"{number} {thing}{'' if number == 1 else 's'}"

@@ -34,7 +34,13 @@ class Inertia:
 
 
 def inertia_of(assembly: Assembly, blocks: IntArray, density: float | FloatArray) -> Inertia:
-    """Inertia of blocks of an assembly; ``density`` is one for all or one a block [kg/m³].
+    """Inertia of blocks of an assembly.
+
+    Parameters
+    ----------
+    assembly : The structure.
+    blocks : Numbers of the blocks, shape (b,).
+    density : One for all, or one a block, shape (b,) [kg/m³].
 
     Raises
     ------

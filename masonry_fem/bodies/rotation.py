@@ -37,7 +37,13 @@ def lever(arms: FloatArray) -> FloatArray:
 
 
 def moment(arms: FloatArray, forces: FloatArray) -> FloatArray:
-    """Moment ``arm × force`` about the centre, shape (..., 1 or 3) [N m]."""
+    """Moment ``arm × force``, shape (..., 1 or 3) [N m].
+
+    Parameters
+    ----------
+    arms : From the centre to where the forces act, shape (..., d) [m].
+    forces : Forces, shape (..., d) [N].
+    """
     turned: FloatArray = np.einsum("...dr,...d->...r", lever(arms), forces)
     return turned
 

@@ -233,7 +233,15 @@ def _busy(out: Path, writer: str) -> OutputError:
 
 
 def ended_by(error: BaseException, command: str, title: str, so_far: str = "") -> Ending:
-    """What the summary says of a command that did not come to its end; ``so_far`` is what there is of it."""
+    """What the summary says of a command that did not come to its end.
+
+    Parameters
+    ----------
+    error : What ended it.
+    command : Its name.
+    title : Of the scene.
+    so_far : What there is of its results, in words.
+    """
     outcome, said = "failed", f"unexpected {type(error).__name__}: {error}"
     if isinstance(error, KeyboardInterrupt):
         outcome, said = "interrupted", "Ended from outside before it was done"

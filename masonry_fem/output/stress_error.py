@@ -67,7 +67,13 @@ class BlockErrors:
 
 
 def block_errors(model: Model, state: SystemState) -> BlockErrors | None:
-    """Estimated errors of the blocks that have stresses; None where none has."""
+    """Estimated errors of the blocks that have stresses; None where none has.
+
+    Parameters
+    ----------
+    model : The structure.
+    state : A state of it.
+    """
     found = []
     for group, moved in zip(model.groups, state.bodies, strict=True):
         error = group.stress_error(moved)
@@ -80,7 +86,13 @@ def block_errors(model: Model, state: SystemState) -> BlockErrors | None:
 
 
 def unjudged(errors: BlockErrors, model: Model) -> Mask:
-    """Blocks one linear element thick, shape (k,): nothing in them shows how wrong their elements are."""
+    """Blocks one linear element thick, shape (k,): nothing in them shows how wrong their elements are.
+
+    Parameters
+    ----------
+    errors : Of k blocks.
+    model : The structure.
+    """
     thin = [
         shape.mesh is not None
         and shape.mesh.order == 1
@@ -100,7 +112,14 @@ class BlockError(Told, frozen=True, kw_only=True):
 
 
 class StressError(Told, frozen=True, kw_only=True):
-    """Estimated error of the stress, number of blocks whose elements cannot be judged, the worst blocks."""
+    """Estimated error of the stress.
+
+    Attributes
+    ----------
+    relative : Of all blocks, in the energy norm, relative to the norm of the exact stress.
+    unjudged : Number of blocks one linear element thick, whose error cannot be estimated.
+    worst : Blocks with the largest errors.
+    """
 
     relative: float
     unjudged: int
@@ -108,7 +127,13 @@ class StressError(Told, frozen=True, kw_only=True):
 
 
 def told(errors: BlockErrors, model: Model) -> StressError:
-    """What ``summary.json`` says of them."""
+    """What ``summary.json`` says of the errors.
+
+    Parameters
+    ----------
+    errors : Of the blocks that have stresses.
+    model : The structure, which has the blocks' names.
+    """
     names = [model.assembly.blocks[int(block)].name for block in errors.block]
     share, whole, mean = (values.tolist() for values in (errors.share, errors.of_whole, errors.of_mean))
     worst = np.argsort(-errors.share, kind="stable")[:TOP].tolist()

@@ -19,7 +19,13 @@ TOP = 5
 
 
 def stress_summary(model: Model, state: SystemState) -> Stress | None:
-    """Greatest stresses and where; None where no block has stresses."""
+    """Greatest stresses and where; None where no block has stresses.
+
+    Parameters
+    ----------
+    model : The structure.
+    state : A state of it.
+    """
     gathered = [_group_values(group, moved) for group, moved in zip(model.groups, state.bodies, strict=True)]
     values = [value for value in gathered if value is not None]
     if not values:

@@ -79,7 +79,17 @@ def write_collapse(
     *,
     pictures: bool = True,
 ) -> list[Path]:
-    """Write what is told, its trials as a table and, where this machine can draw, the mechanism."""
+    """Write what was found, the trials as a table and, where this machine can draw, the mechanism.
+
+    Parameters
+    ----------
+    directory : Where to.
+    told : What was found.
+    model : The structure.
+    state : Where the mechanism begins; None: not known.
+    mechanism : How the structure moves at the least fall; None: not known.
+    pictures : Whether to draw the mechanism.
+    """
     columns = ("multiplier", "verdict", "outcome", "steps", "seconds")
     text = io.StringIO()
     table = csv.writer(text)

@@ -17,7 +17,13 @@ WORLD = {2: ("fx", "fy", "mz"), 3: ("fx", "fy", "fz", "mx", "my", "mz")}
 
 
 def joint_summary(model: Model, state: SystemState) -> Joints:
-    """What ``summary.json`` says of the joints of a model that has some."""
+    """What ``summary.json`` says of the joints of a model that has at least one.
+
+    Parameters
+    ----------
+    model : The structure.
+    state : A state of it.
+    """
     told = interface_forces(model, state)
     counts = np.bincount(told.status, minlength=len(STATUS_WORDS)).tolist()
 
@@ -34,7 +40,13 @@ def joint_summary(model: Model, state: SystemState) -> Joints:
 
 
 def determinacy_summary(model: Model, told: ForceDeterminacy) -> Determinacy:
-    """What ``summary.json`` says."""
+    """What ``summary.json`` says of which forces are determined.
+
+    Parameters
+    ----------
+    model : The structure.
+    told : What its last step determines.
+    """
     names = COMPONENTS[model.assembly.dimension]
     whole = told.determined.all(axis=1)
     open_ones = np.flatnonzero(~whole).tolist()

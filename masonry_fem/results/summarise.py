@@ -37,7 +37,14 @@ LIBRARIES = ("numpy", "scipy", "numba", "gmsh", "pyvista", "fenics-dolfinx", "do
 
 
 def summarise(scene: specs.Scene, built: Built, made: March, **others: Any) -> Summary:
-    """The summary of a march; ``others`` are keys that further analyses bring."""
+    """The summary of a march.
+
+    Parameters
+    ----------
+    scene : What was run. built : The model made of it.
+    made : How the march ended.
+    others : Further keys of the summary, from analyses that follow the march.
+    """
     report, model = made.report, built.model
     d = model.assembly.dimension
     return Summary(
@@ -131,12 +138,24 @@ def certificate(made: March) -> Certificate:
 
 
 def wrenches(values: Mapping[str, np.ndarray], dimension: int) -> dict[str, Wrench]:
-    """Force [N] and moment [N m] of vectors of both, by name."""
+    """Vectors of force and moment, parted, by name.
+
+    Parameters
+    ----------
+    values : Force [N] and moment about the origin [N m] in one vector, shape (3,) in 2D, (6,) in 3D.
+    dimension : 2 or 3.
+    """
     return {name: Wrench(force=value[:dimension], moment=value[dimension:]) for name, value in values.items()}
 
 
 def seconds(built: Built, made: March) -> dict[str, float]:
-    """CPU time by phase [s]; phases that a scene does not need are not there."""
+    """CPU time by phase [s], only of the phases that the scene needed.
+
+    Parameters
+    ----------
+    built : The model, with the time that it took to build.
+    made : The march, with the time of its steps.
+    """
     seconds = dict(built.seconds)
     for phase, value in made.seconds.items():
         seconds[phase] = seconds.get(phase, 0.0) + value

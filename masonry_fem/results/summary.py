@@ -27,7 +27,13 @@ Outcome = Literal["equilibrium", "finished", "no_convergence", "no_equilibrium",
 
 
 class Wrench(Told, frozen=True, kw_only=True):
-    """Force, shape (d,) [N], and moment about the origin, shape (1 or 3,) [N m]."""
+    """Force and moment.
+
+    Attributes
+    ----------
+    force : Shape (d,) [N].
+    moment : About the origin, shape (1 or 3,) [N m].
+    """
 
     force: FloatArray
     moment: FloatArray
@@ -52,14 +58,28 @@ class Certificate(Told, frozen=True, kw_only=True):
 
 
 class Extreme(Told, frozen=True, kw_only=True):
-    """A greatest value [Pa], and in which block."""
+    """A greatest value and where it is.
+
+    Attributes
+    ----------
+    value : The stress [Pa].
+    block : Name of its block.
+    """
 
     value: float
     block: str
 
 
 class BlockStress(Told, frozen=True, kw_only=True):
-    """Mean stress of a block [Pa]: xx, yy, zz, xy, yz, xz, and what is made of it."""
+    """Mean stress of a block.
+
+    Attributes
+    ----------
+    block : Its name.
+    von_mises : Von Mises' stress [Pa].
+    principal : Principal values, shape (3,) [Pa].
+    stress : Components xx, yy, zz, xy, yz, xz [Pa].
+    """
 
     block: str
     von_mises: float
@@ -68,12 +88,15 @@ class BlockStress(Told, frozen=True, kw_only=True):
 
 
 class Stress(Told, frozen=True, kw_only=True):
-    """Greatest stresses [Pa], tension positive, and where.
+    """Greatest stresses, tension positive, and where they are.
 
-    ``max_von_mises``, ``max_principal`` and ``min_principal`` are over the Gauss points,
-    ``max_von_mises_nodal`` of the stress smoothed to the nodes, which pictures show; 5 % of the volume have
-    more than ``p95_von_mises``. ``blocks`` are those of greatest mean von Mises stress; ``error`` is how
-    wrong all this may be, estimated.
+    Attributes
+    ----------
+    max_von_mises, max_principal, min_principal : Over the Gauss points [Pa].
+    max_von_mises_nodal : Of the stress smoothed to the nodes, which pictures show [Pa].
+    p95_von_mises : 5 % of the volume have more [Pa].
+    blocks : Those of greatest mean von Mises stress.
+    error : How wrong all this may be, estimated.
     """
 
     max_von_mises: Extreme
@@ -86,7 +109,14 @@ class Stress(Told, frozen=True, kw_only=True):
 
 
 class Mover(Told, frozen=True, kw_only=True):
-    """A block that moves, its greatest speed [m/s], and how."""
+    """A block that moves.
+
+    Attributes
+    ----------
+    block : Its name.
+    speed : Of its fastest corner [m/s].
+    how : ``slides``, ``tips``, ``falls`` or ``rises``.
+    """
 
     block: str
     speed: float
@@ -94,7 +124,13 @@ class Mover(Told, frozen=True, kw_only=True):
 
 
 class Abrupt(Told, frozen=True, kw_only=True):
-    """Steps in which joints gave way between two known states, and the times of the first and the last."""
+    """Steps in which some joint lost more than half of its adhesion at once.
+
+    Attributes
+    ----------
+    steps : How many.
+    first, last : Times at their ends [s]; load factors in statics.
+    """
 
     steps: int
     first: float
@@ -102,14 +138,26 @@ class Abrupt(Told, frozen=True, kw_only=True):
 
 
 class ScatterTold(Told, frozen=True, kw_only=True):
-    """Seeds of the joints' random fields; least and greatest factor on the scene's values, by parameter."""
+    """Random fields of the joints' properties.
+
+    Attributes
+    ----------
+    seeds : Of the joint records that scatter.
+    factors : Least and greatest factor on the scene's values, by parameter.
+    """
 
     seeds: tuple[int, ...]
     factors: dict[str, tuple[float, float]]
 
 
 class SolverTold(Told, frozen=True, kw_only=True):
-    """How the last step was solved."""
+    """How the contact problem of the last step was solved.
+
+    Attributes
+    ----------
+    method : Contact solver that ran.
+    iterations, linear_solves : How many it took.
+    """
 
     method: str
     iterations: int
@@ -117,7 +165,14 @@ class SolverTold(Told, frozen=True, kw_only=True):
 
 
 class TimeError(Told, frozen=True, kw_only=True):
-    """What steps of a finite length lost of the largest energy, and lost count of."""
+    """What time steps of a finite length did to the energy, relative to the largest energy of the march.
+
+    Attributes
+    ----------
+    dissipated : Lost to the time integration.
+    imbalance : Appeared or lost without a name.
+    note : What these two do not show.
+    """
 
     dissipated: float
     imbalance: float
@@ -125,10 +180,16 @@ class TimeError(Told, frozen=True, kw_only=True):
 
 
 class ContactError(Told, frozen=True, kw_only=True):
-    """Relative changes with other contact points; a ``note`` where there is nothing to compare.
+    """Relative changes where the analysis is made again with other contact points.
 
-    ``supports``, ``probes`` : greatest change of a support's force, of a probe's displacement.
-    ``stress``, ``block_stress`` : of the stress in the mean over the volume, of the blocks' means.
+    Attributes
+    ----------
+    points, points_again : Numbers of contact points, and of those of the second analysis.
+    outcome_again : Its outcome, where this is another.
+    note : Why there is nothing to compare.
+    supports, probes : Greatest change of a support's force, of a probe's displacement.
+    stress, block_stress : Change of the stress in the mean over the volume, of the blocks' mean stresses.
+    seconds : CPU time of the second analysis [s].
     """
 
     points: int | None = None
@@ -143,7 +204,14 @@ class ContactError(Told, frozen=True, kw_only=True):
 
 
 class Errors(Told, frozen=True, kw_only=True):
-    """What elements, contact points and steps leave open; what does not apply is None."""
+    """What elements, contact points and steps leave open; what does not apply is None.
+
+    Attributes
+    ----------
+    stress : Of the elements: estimated, relative, in the energy norm.
+    contact : Of the contact points.
+    time : Of the time steps.
+    """
 
     stress: float | None = None
     contact: ContactError | None = None
@@ -151,7 +219,17 @@ class Errors(Told, frozen=True, kw_only=True):
 
 
 class StartTold(Told, frozen=True, kw_only=True):
-    """How an equilibrium may come about, as ``Start`` explains it; ``message`` is its sentence."""
+    """How an equilibrium may come about.
+
+    Attributes
+    ----------
+    reached : From a start without stress; False: it stands only if it is pre-stressed; None: not known.
+    note : Why it is not known.
+    message : In a sentence what it needs, where it is not reached.
+    least_thrust : Least pre-stress of a joint with which the loads are carried [N].
+    joints : Names of the two blocks between which it is needed.
+    mechanism : How the blocks move without it.
+    """
 
     reached: bool | None
     note: str | None = None
@@ -162,16 +240,30 @@ class StartTold(Told, frozen=True, kw_only=True):
 
 
 class LeftOpen(Told, frozen=True, kw_only=True):
-    """Components of an interface's resultant that are not determined."""
+    """An interface whose resultant is not determined as a whole.
+
+    Attributes
+    ----------
+    interface : Names of its blocks.
+    components : Components that are not determined.
+    """
 
     interface: str
     components: tuple[str, ...]
 
 
 class Determinacy(Told, frozen=True, kw_only=True):
-    """How much of the forces is a fact; the interfaces and supports of which something is not, by name.
+    """Which forces are determined, and the names of those interfaces and supports of which something is not.
 
-    Where the last step was not solved ``reactions`` says so, and nothing else is known.
+    Attributes
+    ----------
+    reactions : ``least norm`` or ``as solved``; where the last step was not solved it says so, and all else
+        is None.
+    error : Error of the least-norm reactions, as the contact solver measures it.
+    interfaces_determined, interfaces_not_determined : How many.
+    not_determined : Interfaces with the components that are not determined, the first 50.
+    supports_not_determined : Components that are not determined, by support.
+    contacts_unique, contacts_not_unique : How many contacts have the same reaction in every solution.
     """
 
     reactions: str
@@ -185,14 +277,27 @@ class Determinacy(Told, frozen=True, kw_only=True):
 
 
 class Furthest(Told, frozen=True, kw_only=True):
-    """The greatest value of all interfaces [m], and of which."""
+    """The greatest value of all interfaces.
+
+    Attributes
+    ----------
+    value : Opening or sliding [m].
+    interface : Names of the interface's blocks.
+    """
 
     value: float
     interface: str
 
 
 class Joints(Told, frozen=True, kw_only=True):
-    """How many joints are in which state, how many slide, and where the most open and the most slid are."""
+    """How many joints are in which state.
+
+    Attributes
+    ----------
+    open, closed, middle_third, cracked, hinge, held : Numbers of joints, each in one of these states.
+    slide : Number of joints that slide, in whichever state.
+    greatest_opening, greatest_sliding : How far, and which joint.
+    """
 
     open: int
     closed: int
@@ -206,9 +311,25 @@ class Joints(Told, frozen=True, kw_only=True):
 
 
 class LimitAnalysis(Told, frozen=True, kw_only=True, tag_field="schema", tag="limit/1"):
-    """What limit analysis says of the blocks where they stand at the start (``docs/limit_analysis.md``).
+    """What limit analysis says of the blocks where they stand at the start.
 
-    Ends of ``supports`` are None where a force has no bound, what is ``inexact`` where an end was not found.
+    Attributes
+    ----------
+    title : Of the scene. message : All of this in sentences.
+    dead, growing : Names of the loads that stay and of those that grow.
+    blocks, contacts : How many there are.
+    admissible : Whether the loads of the scene can be carried. share : Part of them that can.
+    multiplier : Greatest factor on the growing loads with which they can be carried; None: none grow, none
+        can be carried, or they are ``unlimited``.
+    least_multiplier : Least such factor, above 0 where the dead loads need the growing ones; None: there is
+        none.
+    unlimited : Whether the loads may grow without bound.
+    mechanism : How the blocks move at collapse, or under loads that cannot be carried.
+    supports : Least and greatest force [N] by support and axis; None: no bound.
+    inexact : By how much an end of these is less exact than the rest [N]; None: it was not found.
+    certificate : Relative errors of the programs that were solved.
+    notes : What was taken otherwise than the scene says.
+    outside : Forces of a simulation's supports outside these intervals.
     """
 
     title: str | None = None
@@ -231,7 +352,13 @@ class LimitAnalysis(Told, frozen=True, kw_only=True, tag_field="schema", tag="li
 
 
 class Outside(Told, frozen=True, kw_only=True):
-    """Force of a simulation's support along an axis that lies outside its interval [N]."""
+    """Force of a simulation's support that lies outside its interval.
+
+    Attributes
+    ----------
+    support : Its name. axis : Component.
+    force : The force [N].
+    """
 
     support: str
     axis: str
@@ -258,7 +385,14 @@ class Round(Told, frozen=True, kw_only=True):
 
 
 class RefinementTold(Told, frozen=True, kw_only=True):
-    """How the error of the stress was brought down, and whether to the target."""
+    """How the error of the stress was brought down.
+
+    Attributes
+    ----------
+    target : Relative error asked for.
+    reached : Whether it was reached. message : The same in a sentence.
+    rounds : Each solution on the way.
+    """
 
     target: float
     reached: bool
@@ -267,7 +401,35 @@ class RefinementTold(Told, frozen=True, kw_only=True):
 
 
 class Summary(Told, frozen=True, kw_only=True, tag_field="schema", tag="run/1"):
-    """The end of a run."""
+    """The end of a run.
+
+    Attributes
+    ----------
+    title : Of the scene.
+    outcome, message : Verdict, and the same as a sentence.
+    time : End of the last step [s]; load factor in statics. steps : Steps made.
+    blocks, shapes, meshes, interfaces, contacts : How many there are at the end.
+    unknowns : Of displacement and contact.
+    factorisations : Matrices of elastic shapes that were factorised.
+    scatter : Random fields of the joints' properties; None: nothing scatters.
+    abrupt : Steps in which joints gave way; None: there were none.
+    supports : What each support gives to the blocks, by name.
+    applied : Resultant of all loads on the free blocks, shape (d,) [N].
+    certificate : How well the equations hold.
+    stress : None without elastic blocks.
+    probes : Displacement of the named points, shape (d,) [m].
+    status : Numbers of contacts that are ``open``, ``stick``, ``slip`` and ``bonded``.
+    mechanism : How the structure falls. moving : Blocks that move. Both only with ``no_equilibrium``.
+    energy : Where the energy went since the start [J].
+    solver : How the last step was solved.
+    seconds : CPU time by phase [s]. peak_memory_mb : Greatest resident memory [MB].
+    versions : Of this program and its libraries.
+    limit_analysis, determinacy, joints : With the keys of ``[output]`` that ask for them.
+    start : Whether an equilibrium is reached from a start without stress.
+    errors : What elements, contact points and steps leave open.
+    refinement : With ``--refine-to``: how the error was brought down.
+    remarks : What was logged as a warning.
+    """
 
     title: str
     outcome: Outcome

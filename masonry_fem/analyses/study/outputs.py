@@ -25,7 +25,15 @@ logger = logging.getLogger(__name__)
 
 
 def write_study(study: Study, folder: Path, *, pictures: bool) -> list[Path]:
-    """Write everything; a picture where at least two settings can be compared, and none of before is left."""
+    """Write the files of a study, and list them.
+
+    Parameters
+    ----------
+    study : What was computed.
+    folder : Where to.
+    pictures : Whether to draw ``pareto.png``, where at least two settings can be compared; one that was there
+        before is removed otherwise.
+    """
     with Folder(folder, "study", title=study.title):
         paths = [_write_table(study, folder / "study.csv"), write(folder / "study.json", told(study))]
         picture = folder / "pareto.png"

@@ -95,7 +95,13 @@ def measured(result: RunResult) -> Quantities:
 
 
 def told(summary: Mapping[str, Any], *, down: int | None = None) -> Quantities:
-    """Quantities that stand in a summary; ``down`` is the axis of gravity (default: the last one)."""
+    """Quantities that stand in a summary.
+
+    Parameters
+    ----------
+    summary : What ``summary.json`` holds.
+    down : Number of the axis along which gravity acts; the last one by default.
+    """
     probes = {name: np.ravel(value) for name, value in (summary.get("probes") or {}).items()}
     greatest = max((float(np.linalg.norm(value)) for value in probes.values()), default=0.0)
     found = {
@@ -115,7 +121,13 @@ def group_of(name: str) -> str:
 
 
 def pick(quantities: Quantities, name: str) -> Quantity | None:
-    """A quantity by its name, or a component of it (``probes.crown.z``)."""
+    """A quantity by its name, or a component of it (``probes.crown.z``); None where there is none.
+
+    Parameters
+    ----------
+    quantities : By name.
+    name : Of the quantity, with ``.`` and an axis for a component.
+    """
     if name in quantities:
         return quantities[name]
     owner, _, axis = name.rpartition(".")

@@ -81,9 +81,12 @@ def _in_fork(request: dict[str, Any]) -> None:
 
 
 def compute(text: str, base: Path, limit: float | None) -> dict[str, Any]:
-    """Run a scene and tell its quantities and costs; a failure of Python's is told, too.
+    """Run a scene and tell its quantities and costs; a failure is an outcome, too.
 
-    ``limit`` is the CPU time [s] after which the kernel ends the process.
+    Parameters
+    ----------
+    text : The scene as TOML. base : Folder that the paths in it are relative to.
+    limit : CPU time after which the kernel ends the process [s]; None: no limit.
     """
     from masonry_fem.fidelities import deforms  # noqa: PLC0415 - with the rest, after the fork
     from masonry_fem.records.remark import gathered  # noqa: PLC0415

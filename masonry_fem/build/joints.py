@@ -32,7 +32,15 @@ def joint_of_interfaces(
 ) -> list[int]:
     """Number of the joint record that holds for each interface: the last that matches.
 
-    With ``tell`` it warns of records that hold for none.
+    Parameters
+    ----------
+    scene : Has the records. stones : Its blocks.
+    interfaces : Where blocks touch.
+    tell : Warn of records that hold for no interface.
+
+    Raises
+    ------
+    SceneError : No record matches an interface.
     """
     names = block_names(stones.assembly)
     found = []
@@ -93,7 +101,18 @@ def _joins(between: tuple[str, str], first: tuple[str, ...], second: tuple[str, 
 def contacts_and_joints(
     scene: specs.Scene, stones: Stones, interfaces: tuple[Interface, ...], base: Path
 ) -> tuple[Contacts, Assignment, dict[str, np.ndarray]]:
-    """Contact points on all interfaces, their laws, and by parameter the factors by which these scatter."""
+    """Contact points on all interfaces, their laws, and by parameter the factors by which these scatter.
+
+    Parameters
+    ----------
+    scene : Has the joint records. stones : Its blocks.
+    interfaces : Where blocks touch.
+    base : Folder that the paths in the scene are relative to.
+
+    Raises
+    ------
+    SceneError : No joint record matches an interface.
+    """
     chosen = joint_of_interfaces(scene, stones, interfaces)
     foresee_points(scene, [scene.joints[joint].density for joint in chosen])
     contacts = place(stones.assembly, interfaces, rules_of(scene, stones, interfaces, chosen))
@@ -103,9 +122,14 @@ def contacts_and_joints(
 def replaced(
     scene: specs.Scene, stones: Stones, model: Model, base: Path, other: Callable[[Rule, int], Rule]
 ) -> Model | None:
-    """The model with contact points by other rules; ``other`` is given each interface's rule and number.
+    """The model with contact points placed by other rules; None where no rule is another.
 
-    None where no rule is another.
+    Parameters
+    ----------
+    scene : Has the joint records. stones : Its blocks.
+    model : Made of them.
+    base : Folder that the paths in the scene are relative to.
+    other : Gives the rule to take for an interface, by its rule so far and its number.
     """
     chosen = joint_of_interfaces(scene, stones, model.interfaces, tell=False)
     rules = rules_of(scene, stones, model.interfaces, chosen)
@@ -120,7 +144,14 @@ def replaced(
 def rules_of(
     scene: specs.Scene, stones: Stones, interfaces: tuple[Interface, ...], chosen: list[int]
 ) -> list[Rule]:
-    """The placement rule of each interface, of which ``chosen`` are the joint records."""
+    """The placement rule of each interface.
+
+    Parameters
+    ----------
+    scene : Has the joint records. stones : Its blocks.
+    interfaces : Where blocks touch.
+    chosen : Number of the joint record of each interface.
+    """
     return [
         _rule(scene.joints[joint], stones, interface)
         for joint, interface in zip(chosen, interfaces, strict=True)
@@ -134,7 +165,16 @@ def joints_at(
     chosen: list[int],
     base: Path,
 ) -> tuple[Assignment, dict[str, np.ndarray]]:
-    """Laws and factors of scatter of contact points on interfaces of ``chosen`` joint records."""
+    """Laws of contact points, and by parameter the factors by which these scatter, shape (c,).
+
+    Parameters
+    ----------
+    scene : Has the joint records.
+    interfaces : Where blocks touch.
+    contacts : The c contact points on them.
+    chosen : Number of the joint record of each interface.
+    base : Folder that the paths in the scene are relative to.
+    """
     scatter = scatter_factors(scene, interfaces, chosen)
     laws = joint_laws(scene, contacts, interfaces, chosen, base, scatter)
     return laws, {name: values[contacts.interface] for name, values in scatter.items()}

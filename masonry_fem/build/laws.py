@@ -72,10 +72,16 @@ def joint_laws(
     base: Path,
     scatter: dict[str, FloatArray],
 ) -> Assignment:
-    """The laws of all joints.
+    """The laws of all contact points.
 
-    ``chosen`` is the number of the joint record of each interface, ``base`` the folder of
-    the files that laws come from, ``scatter`` the factors on the scene's values by interface.
+    Parameters
+    ----------
+    scene : Has the joint records.
+    contacts : The contact points.
+    interfaces : Where they are.
+    chosen : Number of the joint record of each of the i interfaces.
+    base : Folder of the files that laws come from.
+    scatter : Factors on the scene's values by parameter, shape (i,).
     """
     record = np.array(chosen, dtype=int)[contacts.interface] if len(chosen) else np.zeros(0, dtype=int)
     dry, bare = np.ones(len(record), dtype=bool), _bare(contacts, interfaces)

@@ -23,8 +23,14 @@ def scatter_factors(
 ) -> dict[str, FloatArray]:
     """Factors on the scene's values by parameter, shape (i,); 1 where nothing scatters.
 
-    ``chosen`` is the number of the joint record of each of the i interfaces. A record's field does not
-    hang on which interfaces have it: records with one seed share a field.
+    The field of a joint record does not depend on which interfaces have the record: records with one seed
+    share a field.
+
+    Parameters
+    ----------
+    scene : Has the joint records.
+    interfaces : Where blocks touch, i in number.
+    chosen : Number of the joint record of each interface.
     """
     if all(joint.scatter is None for joint in scene.joints):
         return {}
@@ -45,7 +51,13 @@ def scatter_factors(
 
 
 def scattered(values: Mapping[str, Any], factor: Mapping[str, FloatArray]) -> dict[str, Any]:
-    """The values that scatter as arrays, the others as they are."""
+    """The values that scatter as arrays, the others as they are.
+
+    Parameters
+    ----------
+    values : Of the keys of a joint record.
+    factor : By the key that scatters: factors, shape (c,).
+    """
     return {
         name: value * factor[name] if name in factor and isinstance(value, float) else value
         for name, value in values.items()

@@ -1,6 +1,6 @@
 """Fold: one step's contact problem solved together with the joint laws.
 
-Law and contact solver take turns (formulation 5): the law gives friction and an affine cohesive reaction
+Law and contact solver take turns: the law gives friction and an affine cohesive reaction
 for its trial state, the solver reactions and velocities, the law the next trial state, until that stays:
 in the first turn where joints are dry. The first turn takes the law's secant, the others its tangent as
 long as that leads nearer.
@@ -105,7 +105,13 @@ def solve_with_laws(
 ) -> Turn:
     """The last turn of a step; its ``trial`` is the state at the end, its ``change`` 0 where that settled.
 
-    ``law`` is that of all contacts, dry ones among them.
+    Parameters
+    ----------
+    law : Of all contacts, dry ones among them.
+    committed : State of the joints at the start of the step.
+    step : What the laws need to make the step's contact problem.
+    settings : Of the contact solver.
+    start : First guess of the solution; None: there is none.
     """
     turns = _Turns(law, committed, step, settings)
     at = turns.first(start)

@@ -129,9 +129,17 @@ def rub(
     area: FloatArray,
     step: float,
 ) -> JointState:
-    """``after`` with what friction did in the step: sliding, its path and its heat.
+    """``after`` with what friction did in the step: whether points slide, how far, and the heat.
 
-    ``friction`` is the coefficient in force during the step, ``reaction`` the physical one.
+    Parameters
+    ----------
+    law : The law of the c contact points.
+    before, after : Their states at the start and the end of the step.
+    friction : Coefficient in force during the step, shape (c,).
+    reaction : Force r on the candidates, local frame, shape (c, d) [N].
+    velocity : Relative velocity v, local frame, shape (c, d) [m/s].
+    area : Of the points, shape (c,) [m²; m in 2D].
+    step : Length of the step [s].
     """
     adhesive = law.adhesive_reaction(after, area)
     pushed = reaction + adhesive
@@ -149,7 +157,13 @@ def rub(
 
 
 def pressure(reaction: FloatArray, adhesive: FloatArray) -> FloatArray:
-    """Force r̃_N ≥ 0 between the faces of the physical and the cohesive reaction [N], shape (c,)."""
+    """Normal force r̃_N ≥ 0 between the faces, shape (c,) [N].
+
+    Parameters
+    ----------
+    reaction : Force r on the candidates, local frame, shape (c, d) [N].
+    adhesive : Cohesive force r_adh of r̃ = r + r_adh, shape (c, d) [N].
+    """
     pushed = reaction[:, 0] + adhesive[:, 0]
     # of an open joint whose springs pull the two differ by rounding: that is no pressure to slide under
     noise = ROUNDING * (np.abs(reaction[:, 0]) + np.abs(adhesive[:, 0]))
@@ -165,5 +179,11 @@ def layers_of(law: Law) -> Iterator[Law]:
 
 
 def spread(value: Parameter, count: int) -> FloatArray:
-    """A parameter as one number a contact point, shape (c,)."""
+    """A parameter as one number a contact point, shape (c,).
+
+    Parameters
+    ----------
+    value : One number for all points, or an array, shape (c,).
+    count : Number c of contact points.
+    """
     return np.broadcast_to(np.asarray(value, dtype=float), (count,)).copy()

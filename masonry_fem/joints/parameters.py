@@ -64,7 +64,17 @@ def check_ranges(law: Any) -> None:
 
 
 def check(law: Any, name: str, *ranges: Meta) -> None:
-    """Raise LawError where a parameter is not a number in its ranges."""
+    """Refuse a parameter that is not a number in its ranges.
+
+    Parameters
+    ----------
+    law : The law. name : Of its parameter.
+    ranges : What the value must satisfy, all of it.
+
+    Raises
+    ------
+    LawError : A value is out of range, or not a number.
+    """
     value = np.asarray(getattr(law, name), dtype=float)
     limits = [
         (f"{sign} {limit:g}", holds(value, limit))
@@ -90,7 +100,12 @@ def keys_of(law: type) -> list[tuple[str, Any] | tuple[str, Any, Any]]:
 
 
 def spreads(law: type, name: str) -> bool:
-    """Whether a parameter may differ from contact point to contact point."""
+    """Whether a parameter may differ from contact point to contact point.
+
+    Parameters
+    ----------
+    law : Class of the law. name : Of its parameter.
+    """
     return any(one == FloatArray for one in _leaves(parameters(law)[name]))
 
 

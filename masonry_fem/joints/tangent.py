@@ -25,7 +25,12 @@ LEAST = 1e-12  # smallest nudge [m]
 
 
 def decays(state: JointState, trial: JointState) -> Mask:
-    """Where adhesion is on its way down, so that the tangent differs from the secant, shape (c,)."""
+    """Where adhesion is on its way down, so that the tangent differs from the secant, shape (c,).
+
+    Parameters
+    ----------
+    state, trial : The joints at the start of the step and after the last turn.
+    """
     return (trial.adhesion < state.adhesion) & (trial.adhesion > 0)
 
 
@@ -39,10 +44,15 @@ def linearise(
     area: FloatArray,
     step: float,
 ) -> Reduction:
-    """The law as the contact solver sees it, tangent at ``velocity``; arguments as for ``Law.update``.
+    """The law as the contact solver sees it, tangent at ``velocity``.
 
-    The stiffness is a central difference, the same for every law, and need not be symmetric where
-    damage couples the modes. Where adhesion does not decay, or is gone, the secant is the tangent.
+    The stiffness is a central difference, the same for every law, and need not be symmetric where damage
+    couples the modes. Where adhesion does not decay, or is gone, the secant is the tangent.
+
+    Parameters
+    ----------
+    law : Of all contacts.
+    state, trial, jump, reaction, velocity, area, step : As ``Law.update`` takes them.
     """
     reduction = law.reduce(trial, jump, area, step)
     softens = decays(state, trial)

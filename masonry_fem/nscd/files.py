@@ -2,7 +2,7 @@
 
 Own files hold every array of the split form under its name, the compliance in block-sparse parts; those of
 cohesion only where there is some. Those of a run have more, which readers may do without: where there is a
-plain form, its arrays, and what the step found (``post.contact_file``).
+plain form, its arrays, and what the step found (``output.contact_file``).
 Plain files hold W (CSR: ``W_data``, ``W_indices``, ``W_indptr``, ``shape``), ``q``, ``mu``, ``dim``.
 """
 

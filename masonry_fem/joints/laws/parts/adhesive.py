@@ -41,7 +41,13 @@ class Evolution:
 
 
 class Adhesive(Law):
-    """Common part of the laws with springs in parallel to the contact."""
+    """Common part of the laws with springs in parallel to the contact.
+
+    Attributes
+    ----------
+    normal_stiffness, tangential_stiffness : c_N and c_T of the sound joint [N/m³].
+    friction : Coulomb's coefficient μ.
+    """
 
     __slots__ = ()
 
@@ -123,7 +129,13 @@ def held(jump: FloatArray) -> FloatArray:
 
 
 def load(springs: FloatArray, jump: FloatArray) -> FloatArray:
-    """Y = c_N u_N² + c_T ‖u_T‖² without penetration [J/m²], shape (c,)."""
+    """Y = c_N u_N² + c_T ‖u_T‖², where penetration counts as none, shape (c,) [J/m²].
+
+    Parameters
+    ----------
+    springs : Stiffnesses of each point, shape (c, d) [N/m³].
+    jump : Displacement jump u, local frame, shape (c, d) [m].
+    """
     normal = springs[:, 0] * np.maximum(jump[:, 0], 0.0) ** 2
     tangential: FloatArray = (springs[:, 1:] * jump[:, 1:] ** 2).sum(axis=1)
     total: FloatArray = normal + tangential

@@ -12,7 +12,9 @@ import argparse
 import logging
 import os
 import sys
+import traceback
 from collections.abc import Sequence
+from pathlib import Path
 
 import masonry_fem
 from masonry_fem.cli import check, collapse, contact, info, limit, mesh, run, study, view
@@ -24,6 +26,7 @@ from masonry_fem.errors import MasonryError
 
 __all__ = ["main", "parser"]
 
+ROOM = str(Path(masonry_fem.__file__).parent)
 COMMANDS = (run, check, limit, collapse, study, mesh, view, contact, info)
 
 
@@ -65,11 +68,22 @@ def _answer(options: argparse.Namespace) -> int:
         if options.debug:
             raise
         complain(f"{error.filename}: {error.strerror}" if error.filename else str(error))
-    except Exception as error:  # a defect of this program: the traceback is shown with --debug
+    except Exception as error:  # a defect of this program, or of a file that was added to it
         if options.debug:
             raise
-        complain(f"unexpected {type(error).__name__}: {error}; run again with --debug for the details")
+        what = f"{type(error).__name__}: {error}{_place(error)}"
+        complain(f"unexpected {what}; run again with --debug for the details")
     return BAD_INPUT
+
+
+def _place(error: Exception) -> str:
+    """The last line that an error came through, libraries left out."""
+    if isinstance(error, SyntaxError):
+        return ""  # it names its file itself
+    for file, line, *_ in reversed(traceback.extract_tb(error.__traceback__)):
+        if file.startswith(ROOM) or not file.startswith((sys.prefix, sys.base_prefix, "<")):
+            return f" ({file}, line {line})"
+    return ""
 
 
 def parser() -> Parser:
@@ -84,6 +98,7 @@ def parser() -> Parser:
     shared = parents()
     for command in COMMANDS:
         command.add(commands, shared)
-    for own in commands.choices.values():
+    for own, command in zip(commands.choices.values(), COMMANDS, strict=True):
+        own.description = str(command.__doc__).partition(": ")[2].partition("\n")[0].capitalize()
         own.epilog = WORDS
     return top

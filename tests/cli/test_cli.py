@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 import types
@@ -117,9 +118,10 @@ def test_errors_are_one_line(scene, runner, capsys):
 def test_unexpected_errors_are_one_line_with_a_hint(scene, runner, capsys):
     runner.answer = ZeroDivisionError("division by zero")
     assert cli.main(["run", str(scene)]) == 1
-    assert capsys.readouterr().err == (
-        "masonry-fem: unexpected ZeroDivisionError: division by zero; "
-        "run again with --debug for the details\n"
+    assert re.fullmatch(
+        r"masonry-fem: unexpected ZeroDivisionError: division by zero \(.*test_cli\.py, line \d+\); "
+        r"run again with --debug for the details\n",
+        capsys.readouterr().err,
     )
 
 

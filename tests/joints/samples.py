@@ -3,10 +3,12 @@
 import tomllib
 
 import numpy as np
+from msgspec.inspect import type_info
 
 from masonry_fem.joints import Bed, Bilinear, Dry, FremondCangemi, Kinetic, MohrCoulomb, Rough, kinds
 from masonry_fem.joints.spreading import path_laplacian
 from masonry_fem.records.docstring import example
+from masonry_fem.scene.fitting import fitted
 
 STIFFNESS = {"normal_stiffness": 2e10, "tangential_stiffness": 1e10}
 STRENGTH = {"normal_strength": 0.25e6, "tangential_strength": 0.35e6}
@@ -31,7 +33,9 @@ VARIANTS = {
 def sampled(name, kind):
     """A law with the keys of its example, and its variants."""
     keys = tomllib.loads(example(kind.law))
-    assert keys.pop("kind") == name, f"{kind.file}: give a table of a scene file under Examples"
+    assert keys.get("kind") == name, f"{kind.file}: give a table of a scene file under Examples"
+    keys = fitted(keys, type_info(kind.record), (), None)
+    del keys["kind"]
     return [kind.law(**{"friction": 0.7} | keys | variant) for variant in ({}, *VARIANTS.get(name, []))]
 
 

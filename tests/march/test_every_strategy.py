@@ -4,9 +4,11 @@ import tomllib
 
 import pytest
 from msgspec import convert
+from msgspec.inspect import type_info
 
 from masonry_fem.march.equilibrium import kinds
 from masonry_fem.records.docstring import example, meanings
+from masonry_fem.scene.fitting import fitted
 
 KINDS = kinds()
 every = pytest.mark.parametrize("name", KINDS)
@@ -15,8 +17,10 @@ every = pytest.mark.parametrize("name", KINDS)
 def strategy(name):
     """What the example says."""
     keys = tomllib.loads(example(KINDS[name]))
-    assert keys["kind"] == name, f"give a table of a scene file under Examples in {KINDS[name].__module__}"
-    return convert(keys, KINDS[name])
+    assert keys.get("kind") == name, (
+        f"give a table of a scene file under Examples in {KINDS[name].__module__}"
+    )
+    return convert(fitted(keys, type_info(KINDS[name]), (), None), KINDS[name])
 
 
 @every

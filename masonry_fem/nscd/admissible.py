@@ -86,8 +86,12 @@ def admissible_impulses(
 ) -> Admissible:
     """Impulses within the cones that balance the loads on static modes as well as they can.
 
-    It stops at the relative ``tolerance``, or where the balance found is proven to be at most twice the
-    best, and that to be above the tolerance.
+    Parameters
+    ----------
+    problem : The contact problem.
+    tolerance : Unbalanced share of the loads at which the search stops. It also stops where the balance found
+        is proven to be at most twice the best, and that to be above the tolerance.
+    iterations : Most steps of the interior-point method.
     """
     if problem.cohesion_offset is not None:
         made = admissible_impulses(without_offset(problem), tolerance, iterations)
@@ -167,8 +171,13 @@ def at_limit(problem: ContactProblem) -> bool:
 def falling(problem: ContactProblem, impulse: FloatArray) -> FloatArray | None:
     """A mechanism of the contacts that close within the step, where they carry no loads, shape (b, m).
 
-    A contact counts whose gap is at most as large as the motions that supports, free blocks and the
-    ``impulse`` make at any contact: what lies farther off, only a fall can reach.
+    A contact counts whose gap is at most as large as the motions that supports, free blocks and the impulses
+    make at any contact: what lies farther off, only a fall can reach.
+
+    Parameters
+    ----------
+    problem : The contact problem.
+    impulse : Contact impulses p, shape (c, d) [N s].
     """
     asked = np.maximum(-problem.free_velocity[:, 0], graphs.tangential_norm(problem.free_velocity))
     reach = max(asked.max(initial=0.0), graphs.lengths(problem.elastic_velocity(impulse)).max(initial=0.0))
@@ -181,7 +190,13 @@ def falling(problem: ContactProblem, impulse: FloatArray) -> FloatArray | None:
 
 
 def closed_part(problem: ContactProblem, contacts: np.ndarray) -> ContactProblem:
-    """The problem with these contacts alone, its blocks rigid."""
+    """The problem with some of its contacts alone, and with rigid blocks.
+
+    Parameters
+    ----------
+    problem : The contact problem.
+    contacts : Numbers of the contacts to keep, shape (k,).
+    """
     d = problem.dimension
     size = len(contacts) * d
     cohesion: dict[str, Any] = {name: getattr(problem, name) for name in COHESION}

@@ -41,13 +41,27 @@ def without_offset(problem: ContactProblem) -> ContactProblem:
 
 
 def frozen(problem: ContactProblem, impulse: FloatArray, velocity: FloatArray) -> ContactProblem:
-    """The dry problem that p̃ solves with the same velocities: cohesion as it is at (p, v), for good."""
+    """The dry problem that p̃ solves with the same velocities: cohesion stays as it is at (p, v).
+
+    Parameters
+    ----------
+    problem : The contact problem.
+    impulse : p, shape (c, d) [N s].
+    velocity : v, shape (c, d) [m/s].
+    """
     held = problem.contact_part(impulse, velocity) - impulse
     return without_offset(replace(problem, cohesion_offset=held, cohesion_stiffness=None))
 
 
 def onto_cones(problem: ContactProblem, impulse: FloatArray, velocity: FloatArray) -> FloatArray:
-    """Impulses whose contact parts lie in the cones, the nearest at these velocities, shape (c, d)."""
+    """Impulses whose contact parts lie in the cones, the nearest at given velocities, shape (c, d) [N s].
+
+    Parameters
+    ----------
+    problem : The contact problem.
+    impulse : p, shape (c, d) [N s].
+    velocity : v, shape (c, d) [m/s].
+    """
     if not problem.cohesive:
         return project_cone(impulse, problem.friction)
     pressed = problem.contact_part(impulse, velocity)
@@ -65,7 +79,17 @@ def sprung_directions(problem: ContactProblem) -> FloatArray | None:
 
 
 def refuse_stiffness(problem: ContactProblem, method: str) -> None:
-    """Raise ProblemError where a method got cohesion with stiffness, which it does not know."""
+    """Refuse cohesion with stiffness, for methods that do not know it.
+
+    Parameters
+    ----------
+    problem : The contact problem.
+    method : Name of the method.
+
+    Raises
+    ------
+    ProblemError : The cohesion of a contact has stiffness.
+    """
     if problem.cohesion_stiffness is not None:
         contacts = problem.cohesion_stiffness.any(axis=(1, 2))
         raise ProblemError(
@@ -75,7 +99,13 @@ def refuse_stiffness(problem: ContactProblem, method: str) -> None:
 
 
 def shifted_start(problem: ContactProblem, start: Start | None) -> Start | None:
-    """A first guess for p° of one for p."""
+    """A first guess for p° = p + a, of one for p.
+
+    Parameters
+    ----------
+    problem : The contact problem with the constant part a of cohesion.
+    start : First guess for p; None: there is none.
+    """
     if start is None or start.impulse is None or problem.cohesion_offset is None:
         return start
     return replace(start, impulse=start.impulse + problem.cohesion_offset)

@@ -180,7 +180,13 @@ def determined_resultants(
 
 
 def summarise_contacts(problem: ContactProblem, solution: Solution) -> tuple[FloatArray, dict[str, Any]]:
-    """The least-norm impulses, and in numbers how far they are a choice."""
+    """The least-norm impulses, shape (c, d) [N s], and in numbers how far the impulses are determined.
+
+    Parameters
+    ----------
+    problem : The contact problem.
+    solution : One solution of it.
+    """
     found = solution_set(problem, solution)
     least = least_norm_reaction(problem, solution, solutions=found)
     known = determined_resultants(problem, solution, np.arange(problem.count), solutions=found)

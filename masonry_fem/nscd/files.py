@@ -31,7 +31,18 @@ PLAIN_KEYS = frozenset({"W_data", "W_indices", "W_indptr", "shape", "q", "mu", "
 def save_problem(
     problem: ContactProblem, path: str | Path, more: Mapping[str, NDArray[Any]] | None = None
 ) -> None:
-    """Write a problem to an .npz file that ``load_problem`` reads back bit for bit; ``more`` beside it."""
+    """Write a problem to an .npz file that ``load_problem`` reads back bit for bit.
+
+    Parameters
+    ----------
+    problem : The contact problem.
+    path : Where to.
+    more : Further arrays for the file, by name.
+
+    Raises
+    ------
+    OutputError : The file cannot be written.
+    """
     parts = {name: getattr(problem, name) for name in ARRAYS}
     parts |= {name: getattr(problem, name) for name in COHESION if getattr(problem, name) is not None}
     parts |= plain_arrays(problem) | dict(more or {})

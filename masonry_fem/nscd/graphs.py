@@ -30,14 +30,30 @@ def tangential_norm(vector: FloatArray) -> FloatArray:
 
 
 def augmented_velocity(velocity: FloatArray, friction: FloatArray) -> FloatArray:
-    """v̂ = v + μ‖v_T‖ n (De Saxcé and Feng), shape (c, d)."""
+    """v̂ = v + μ‖v_T‖ n, with which Signorini's and Coulomb's laws read K* ∋ v̂ ⊥ p ∈ K, shape (c, d) [m/s].
+
+    Parameters
+    ----------
+    velocity : v, shape (c, d) [m/s].
+    friction : Coefficients μ, shape (c,).
+
+    References
+    ----------
+    G. De Saxcé and Z.-Q. Feng, "The bipotential method", Mathematical and Computer Modelling 28 (1998).
+    """
     augmented = velocity.copy()
     augmented[:, 0] += friction * tangential_norm(velocity)
     return augmented
 
 
 def project_cone(vector: FloatArray, friction: FloatArray) -> FloatArray:
-    """Nearest points of the cones K, shape (c, d)."""
+    """Nearest points of the cones K, shape (c, d).
+
+    Parameters
+    ----------
+    vector : What is projected, shape (c, d).
+    friction : Coefficients μ, shape (c,).
+    """
     normal, tangent = vector[:, 0], tangential_norm(vector)
     outside = tangent > friction * normal
     polar = friction * tangent <= -normal
@@ -55,7 +71,15 @@ def project_cone(vector: FloatArray, friction: FloatArray) -> FloatArray:
 def natural_map(
     impulse: FloatArray, velocity: FloatArray, friction: FloatArray, scale: FloatArray
 ) -> FloatArray:
-    """P − P_K(p − v̂/w), zero at a solution, shape (c, d) [N s]."""
+    """Natural map p − P_K(p − v̂/w), zero at a solution, shape (c, d) [N s].
+
+    Parameters
+    ----------
+    impulse : p, shape (c, d) [N s].
+    velocity : v, shape (c, d) [m/s].
+    friction : Coefficients μ, shape (c,).
+    scale : w of each contact, shape (c,) [1/kg].
+    """
     augmented = augmented_velocity(velocity, friction)
     return impulse - project_cone(impulse - augmented / scale[:, None], friction)
 

@@ -29,7 +29,13 @@ CHEAP = 0.3
 
 @dataclass(frozen=True, slots=True)
 class LinearCost:
-    """Seconds a step: a factor's two parts; an iteration on a symmetric matrix, and on one that is not."""
+    """CPU seconds of a step.
+
+    Attributes
+    ----------
+    fronts, bookkeeping : Of a factor: arithmetic on fronts, and what each body costs besides.
+    symmetric, sliding : Of an iteration on a symmetric matrix, and on one that is not.
+    """
 
     fronts: float
     bookkeeping: float

@@ -71,7 +71,16 @@ def reduce_blocks(blocks: FloatArray) -> FloatArray:
 def slip(
     local: FloatArray, friction: float, alone: float, c1: float, c2: float, guess: float
 ) -> tuple[float, float, float, float]:
-    """Impulse of a slipping contact in 3D, and λ = ‖v_T‖/‖p_T‖."""
+    """Impulse (p_N, p_1, p_2) of a slipping contact in 3D, and λ = ‖v_T‖/‖p_T‖.
+
+    Parameters
+    ----------
+    local : The contact's row of ``reduce_blocks``.
+    friction : Coefficient μ.
+    alone : Normal impulse without friction, −b_N/W_NN [N s].
+    c1, c2 : Tangential velocity c with v_N = 0 [m/s].
+    guess : First guess of λ; none if it is not positive.
+    """
     k1, k2 = local[1], local[2]
     a11, a12, a21, a22 = local[5], local[6], local[7], local[8]
     low, high = 0.0, math.inf
@@ -151,7 +160,17 @@ def _times(block: FloatArray, xn: float, x1: float, x2: float) -> tuple[float, f
 def answer(
     local: FloatArray, friction: float, bn: float, b1: float, b2: float, guess: float, law: Law, i: int
 ) -> tuple[float, float, float, float]:
-    """Impulse of contact ``i``, cohesion included, and λ; ``b`` is the velocity without it."""
+    """Impulse (p_N, p_1, p_2) of one contact, cohesion included, and λ.
+
+    Parameters
+    ----------
+    local : The contact's row of ``reduce_blocks``.
+    friction : Coefficient μ.
+    bn, b1, b2 : Velocity without the contact's own impulse [m/s].
+    guess : First guess of λ.
+    law : Folded blocks of contacts with cohesion; None where all joints are dry.
+    i : Number of the contact.
+    """
     if law is None:  # compiled without the rest where joints are dry
         dry: tuple[float, float, float, float] = solve_local(local, friction, bn, b1, b2, guess)
         return dry
@@ -167,7 +186,15 @@ def answer(
 def pressed(
     pn: float, p1: float, p2: float, vn: float, v1: float, v2: float, law: Law, i: int
 ) -> tuple[float, float, float]:
-    """Contact part p̃ = p + S v of contact ``i``."""
+    """Contact part p̃ = p + S v of one contact's impulse.
+
+    Parameters
+    ----------
+    pn, p1, p2 : Impulse p [N s].
+    vn, v1, v2 : Velocity v [m/s].
+    law : Folded blocks of contacts with cohesion; None where all joints are dry.
+    i : Number of the contact.
+    """
     if law is None:
         return pn, p1, p2
     sn, s1, s2 = _times(law[2][i], vn, v1, v2)

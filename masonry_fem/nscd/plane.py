@@ -78,8 +78,12 @@ class PlaneForm:
 def plane_form(problem: ContactProblem, tolerance: float = 1e-10) -> PlaneForm | None:
     """The problem's form in its plane; None where it has none.
 
-    Only of rigid blocks with inertia in 3D, without cohesion. What is left out must not show in an error
-    of the ``tolerance`` that the problem is to be solved to.
+    Only problems of rigid blocks with inertia in 3D, without cohesion, have one.
+
+    Parameters
+    ----------
+    problem : The contact problem.
+    tolerance : Error that the problem is to be solved to, in which what is left out must not show.
     """
     zero = min(ZERO, HIDDEN * tolerance)
     frames = _frames(problem) if _eligible(problem) else None

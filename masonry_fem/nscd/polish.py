@@ -20,7 +20,13 @@ POLISHED, DIVERGED = 1e-14, 1e2
 
 
 def polished(path: CentralPath, steps: int = 20) -> tuple[FloatArray, float]:
-    """The best impulses met, in their faces, and their distance from the end; multipliers move on."""
+    """The best impulses met, in their faces, shape (c, d) [N s], and their distance from the end of the path.
+
+    Parameters
+    ----------
+    path : The central path at a point near its end; its multipliers move on.
+    steps : Most Newton steps.
+    """
     u, problem = path.unit * path.weight, path.problem
     c, d = path.member.shape
     own, own_inverse = (np.eye(d) * part[:, None, None] for part in (u, 1 / u))

@@ -82,10 +82,16 @@ def holding_impulses(problem: ContactProblem) -> FloatArray:
 def brought_to_rest(problem: ContactProblem, made: Solution, least_impulse: float = 0.0) -> Solution:
     """The solution with the same impulses and no velocities, where that is at least as good.
 
-    Among rigid blocks without inertia velocities have no part in the balance of a block, and where contacts
-    are closed at rest, (p, 0) has no larger a residual than (p, U): P_K(p) is the point of K next to p. So
-    such a U is what the method's last step left, and in structures that are nearly mechanisms that is a
-    hundred times what shows in the gaps: more than tolerances promise, and another on each processor.
+    Among rigid blocks without inertia, velocities have no part in the balance of a block. Where contacts are
+    closed at rest, (p, 0) has no larger a residual than (p, U): P_K(p) is the point of K nearest to p. Such a
+    U is what the method's last step left. In structures that are nearly mechanisms it is a hundred times what
+    shows in the gaps: more than tolerances promise, and different on each processor.
+
+    Parameters
+    ----------
+    problem : The contact problem.
+    made : A solution of it.
+    least_impulse : Norm that impulses are at least measured by [N s], as ``assess`` takes it.
     """
     if not problem.rigid or problem.cohesive or (problem.rigid_mass > 0).any():
         return made

@@ -19,8 +19,12 @@ FloatArray = NDArray[np.float64]
 def contact_scale(problem: ContactProblem, *, fold: bool = True) -> FloatArray:
     """w_i = ‖W_el,ii‖₂, or ‖B_i M_r⁻¹ B_iᵀ‖₂ (unit mass in statics) at rigid contacts, (c,) [1/kg].
 
-    A contact that nothing can move gets the mean of the others, so that no scale is ever 0. Where
-    cohesion stiffens a contact, its block is the folded one, (I + w S)⁻¹ w; not without ``fold``.
+    A contact that nothing can move gets the mean of the others, so that no scale is ever 0.
+
+    Parameters
+    ----------
+    problem : The contact problem.
+    fold : Where cohesion stiffens a contact, take the folded block (I + w S)⁻¹ w.
     """
     own = diagonal_blocks(problem.compliance, problem.count, problem.dimension)
     scale = _norm(own)
@@ -61,7 +65,13 @@ def rigid_diagonal(problem: ContactProblem) -> FloatArray:
 
 
 def diagonal_blocks(matrix: sparse.bsr_array, count: int, dimension: int) -> FloatArray:
-    """Diagonal blocks of a block-sparse matrix, zero where none is stored, shape (c, d, d)."""
+    """Diagonal blocks of a block-sparse matrix, zero where none is stored, shape (c, d, d).
+
+    Parameters
+    ----------
+    matrix : Shape (c d, c d), in blocks (d, d).
+    count, dimension : c and d.
+    """
     blocks = np.zeros((count, dimension, dimension))
     rows = np.repeat(np.arange(count), np.diff(matrix.indptr)) if count else np.zeros(0, dtype=np.int64)
     stored = np.flatnonzero(rows == matrix.indices)

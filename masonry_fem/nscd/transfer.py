@@ -15,7 +15,14 @@ IntArray = NDArray[np.int64]
 
 @njit(cache=True)
 def to_contacts(bodies: IntArray, maps: FloatArray, motion: FloatArray) -> FloatArray:
-    """B U of body velocities (b, m), shape (c, d)."""
+    """B U of body velocities, shape (c, d).
+
+    Parameters
+    ----------
+    bodies : Bodies at the two sides, −1 for none, shape (c, 2).
+    maps : Rigid map B by contact and side, shape (c, 2, d, m).
+    motion : U, shape (b, m).
+    """
     c, _, d, m = maps.shape
     velocity = np.zeros((c, d))
     for contact in range(c):
@@ -33,7 +40,15 @@ def to_contacts(bodies: IntArray, maps: FloatArray, motion: FloatArray) -> Float
 
 @njit(cache=True)
 def to_bodies(bodies: IntArray, maps: FloatArray, impulse: FloatArray, count: int) -> FloatArray:
-    """Bᵀ p of contact impulses (c, d), shape (count, m)."""
+    """Bᵀ p of contact impulses, shape (b, m).
+
+    Parameters
+    ----------
+    bodies : Bodies at the two sides, −1 for none, shape (c, 2).
+    maps : Rigid map B by contact and side, shape (c, 2, d, m).
+    impulse : p, shape (c, d).
+    count : Number b of bodies.
+    """
     c, _, d, m = maps.shape
     total = np.zeros((count, m))
     for contact in range(c):

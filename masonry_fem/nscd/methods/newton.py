@@ -353,11 +353,17 @@ def _usual_weights(problem: ContactProblem) -> tuple[float, float, float]:
 
 
 def newton_scale(problem: ContactProblem, *, fold: bool = True, slender: bool = False) -> FloatArray:
-    """Scale w of each contact; among elastic contacts the rigid ones take the elastic mean.
+    """Scale w of each contact, (c,) [1/kg]; among elastic contacts the rigid ones take the elastic mean.
 
     What holds an impulse back is to be small beside how far *joined* blocks give way. The rigid scale 1/m
-    lies many orders above 1/(h² k). A ``slender`` block alone bends 10⁴ to 10⁹ times as far as between
-    its neighbours: then no scale exceeds ``SLENDER`` times the least.
+    lies many orders above 1/(h² k).
+
+    Parameters
+    ----------
+    problem : The contact problem.
+    fold : Take the blocks of contacts with the stiffness of their cohesion.
+    slender : No scale exceeds ``SLENDER`` times the least: a slender block alone bends 10⁴ to 10⁹ times as
+        far as between its neighbours.
     """
     scale = contact_scale(problem, fold=fold)
     elastic = np.zeros(problem.count, dtype=bool)

@@ -15,7 +15,17 @@ def couple(
     contacts: IntArray, bodies: IntArray, maps: FloatArray, slope: FloatArray, slots: IntArray,
     blocks: FloatArray,
 ) -> None:  # fmt: skip
-    """Add map_oneᵀ S map_other to ``blocks[slots[contact, one, other]]`` for all sides that have a body."""
+    """Add map_oneᵀ S map_other to ``blocks[slots[contact, one, other]]`` for all sides that have a body.
+
+    Parameters
+    ----------
+    contacts : Contacts to add, shape (k,).
+    bodies : Bodies at the two sides of all contacts, −1 for none, shape (c, 2).
+    maps : Rigid map B by contact and side, shape (c, 2, d, m).
+    slope : S of the contacts to add, shape (k, d, d).
+    slots : Where a pair of sides goes, shape (c, 2, 2).
+    blocks : What is added to, shape (n, m, m).
+    """
     d, m = maps.shape[2], maps.shape[3]
     moved = np.empty((d, m))
     for number in range(len(contacts)):

@@ -46,9 +46,12 @@ class Colouring:
 
 
 def colour_bodies(bodies: IntArray, fewest: int = FEWEST) -> Colouring:
-    """Colours of contacts between rigid bodies, (c, 2), -1 where a side has none.
+    """Colours of contacts between rigid bodies.
 
-    Colours of less than ``fewest`` groups become one group.
+    Parameters
+    ----------
+    bodies : Bodies at the two sides, −1 for none, shape (c, 2).
+    fewest : Colours with fewer groups become one group.
     """
     pairs, group = np.unique(np.sort(bodies, axis=1), axis=0, return_inverse=True)
     rows, side = np.nonzero(pairs >= 0)
@@ -60,9 +63,12 @@ def colour_bodies(bodies: IntArray, fewest: int = FEWEST) -> Colouring:
 
 
 def colour_couplings(couplings: sparse.csr_array, fewest: int = FEWEST) -> Colouring:
-    """Colours of contacts that W does not couple, either way; ``couplings`` (c, c) stores its blocks.
+    """Colours of contacts that W does not couple, either way.
 
-    Colours of less than ``fewest`` groups become one group.
+    Parameters
+    ----------
+    couplings : Stores an entry where W has a block, shape (c, c).
+    fewest : Colours with fewer groups become one group.
     """
     c = couplings.shape[0]
     stored = sparse.csr_array(

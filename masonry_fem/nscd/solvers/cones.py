@@ -23,14 +23,24 @@ def determinant(x: FloatArray) -> FloatArray:
 
 
 def product(x: FloatArray, y: FloatArray) -> FloatArray:
-    """Jordan product x ∘ y, shape (c, d)."""
+    """Jordan product x ∘ y, shape (c, d).
+
+    Parameters
+    ----------
+    x, y : Vectors, shape (c, d).
+    """
     result = x[:, :1] * y + y[:, :1] * x
     result[:, 0] = (x * y).sum(axis=1)
     return result
 
 
 def quotient(x: FloatArray, y: FloatArray) -> FloatArray:
-    """The u with x ∘ u = y, shape (c, d)."""
+    """The u with x ∘ u = y, shape (c, d).
+
+    Parameters
+    ----------
+    x, y : Vectors, shape (c, d); x inside its cones.
+    """
     result = np.empty_like(y)
     inner = (x[:, 1:] * y[:, 1:]).sum(axis=1)
     result[:, 0] = (x[:, 0] * y[:, 0] - inner) / determinant(x)
@@ -47,7 +57,12 @@ def inverse(x: FloatArray) -> FloatArray:
 
 
 def scaling(x: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Nesterov–Todd scaling W with W z = W⁻¹ x, and its inverse, both (c, d, d) and symmetric."""
+    """Nesterov–Todd scaling W with W z = W⁻¹ x, and its inverse, both (c, d, d) and symmetric.
+
+    Parameters
+    ----------
+    x, z : Vectors inside their cones, shape (c, d).
+    """
     size_x, size_z = np.sqrt(determinant(x)), np.sqrt(determinant(z))
     unit_x, unit_z = x / size_x[:, None], z / size_z[:, None]
     mirrored = -unit_z
@@ -68,7 +83,13 @@ def scaling(x: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def longest_steps(x: FloatArray, change: FloatArray) -> FloatArray:
-    """Largest a of each cone with x + a · change inside (inf where nothing limits it), (c,); x inside."""
+    """Largest a of each cone with x + a · change inside, shape (c,); inf where nothing limits it.
+
+    Parameters
+    ----------
+    x : Vectors inside their cones, shape (c, d).
+    change : Direction, shape (c, d).
+    """
     # the smaller positive root of det(x + a dx) = 0, in the form that does not cancel
     square = determinant(change)
     half = x[:, 0] * change[:, 0] - (x[:, 1:] * change[:, 1:]).sum(axis=1)
@@ -85,5 +106,11 @@ def longest_steps(x: FloatArray, change: FloatArray) -> FloatArray:
 
 
 def longest_step(x: FloatArray, change: FloatArray) -> float:
-    """Largest a with x + a · change in all cones (inf where none limits it); x inside."""
+    """Largest a with x + a · change in all cones; inf where none limits it.
+
+    Parameters
+    ----------
+    x : Vectors inside their cones, shape (c, d).
+    change : Direction, shape (c, d).
+    """
     return float(longest_steps(x, change).min(initial=np.inf))

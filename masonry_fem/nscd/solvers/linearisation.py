@@ -36,7 +36,13 @@ class Linearisation:
 
 
 def bonded_contacts(velocity: FloatArray, rho: FloatArray) -> Linearisation:
-    """All contacts closed and sticking: F = ρ v."""
+    """All contacts closed and sticking: F = ρ v.
+
+    Parameters
+    ----------
+    velocity : v, shape (c, d) [m/s].
+    rho : ρ of each contact, shape (c,) [kg].
+    """
     c, d = velocity.shape
     return Linearisation(
         residual=rho[:, None] * velocity,
@@ -55,7 +61,21 @@ def linearise(
     rho: FloatArray,
     stiffness: FloatArray | None = None,
 ) -> Linearisation:
-    """The Alart–Curnier function at (p̃, v)."""
+    """The Alart–Curnier function at (p̃, v).
+
+    Parameters
+    ----------
+    pressed : Contact parts p̃ of the impulses, shape (c, d) [N s].
+    velocity : v, shape (c, d) [m/s].
+    friction : Coefficients μ, shape (c,).
+    rho : ρ of each contact, shape (c,) [kg].
+    stiffness : S of cohesion, shape (c, d, d) [kg]; None: there is none.
+
+    References
+    ----------
+    P. Alart and A. Curnier, "A mixed formulation for frictional contact problems prone to Newton like
+    solution methods", Computer Methods in Applied Mechanics and Engineering 92 (1991).
+    """
     residual, by_impulse, by_velocity = graphs.alart_curnier(pressed, velocity, friction, rho)
     is_open = by_impulse[:, 0, 0] == 1.0
     if stiffness is not None:
@@ -79,9 +99,15 @@ def slipping(
     friction: FloatArray,
     stiffness: FloatArray | None = None,
 ) -> Linearisation:
-    """The same with the ``chosen`` contacts, shape (c,), taken for closed and slipping, wherever they are.
+    """The same, with some contacts taken for closed and slipping, wherever they are.
 
     They slip against the way x_T = p̃_T − ρ v_T points: v_N = 0 and p̃_T = μ x_N x_T/‖x_T‖.
+
+    Parameters
+    ----------
+    line : Of all contacts.
+    chosen : Contacts that slip, shape (c,).
+    pressed, velocity, friction, stiffness : As ``linearise`` takes them.
     """
     trial = pressed[chosen] - line.rho[chosen, None] * velocity[chosen]
     size = graphs.tangential_norm(trial)

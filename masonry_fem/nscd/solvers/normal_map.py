@@ -31,7 +31,18 @@ FloatArray = NDArray[np.float64]
 
 
 class NormalMap:
-    """The equation of a dry problem in 2D whose bodies all have inertia."""
+    """The equation of a dry problem in 2D whose bodies all have inertia.
+
+    Parameters
+    ----------
+    problem : The contact problem.
+    library : What factorises its matrices.
+
+    References
+    ----------
+    S. M. Robinson, "Normal maps induced by linear transformations", Mathematics of Operations Research 17
+    (1992).
+    """
 
     def __init__(self, problem: ContactProblem, library: Library = "direct") -> None:
         self.problem = problem

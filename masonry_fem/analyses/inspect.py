@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import psutil
@@ -15,12 +13,46 @@ from masonry_fem.build.foresight import memory_of_run
 from masonry_fem.fidelities import fidelities
 from masonry_fem.output.folder import Folder
 from masonry_fem.records.remark import remark
+from masonry_fem.records.told import Told
 from masonry_fem.results.summarise import size
 from masonry_fem.scene import check, specs
 
 
-def check_scene(scene: specs.Scene, base: Path = Path()) -> Mapping[str, Any]:
-    """Build a scene without solving it: its size, interfaces and a memory estimate."""
+class Inspection(Told, frozen=True, kw_only=True):
+    """What is known of a scene before it is solved.
+
+    Attributes
+    ----------
+    title : Of the scene. blocks, shapes, meshes, interfaces, contacts, unknowns : Their numbers.
+    roles : Numbers of supports and of blocks of each fidelity.
+    interfaces_by_label : Numbers of interfaces of each joint.
+    most_steps : Steps of the analysis. estimated_memory_mb : Of a run [MB].
+    """
+
+    title: str
+    blocks: int
+    shapes: int
+    meshes: int
+    interfaces: int
+    contacts: int
+    unknowns: int
+    roles: dict[str, int]
+    interfaces_by_label: dict[str, int]
+    most_steps: int
+    estimated_memory_mb: float
+
+
+def check_scene(scene: specs.Scene, base: Path = Path()) -> Inspection:
+    """Build a scene without solving it.
+
+    Parameters
+    ----------
+    scene : The scene. base : Folder that its paths are relative to.
+
+    Raises
+    ------
+    SceneError : It contradicts itself, or a file of it cannot be read.
+    """
     built = build(check(scene, base=base), base, solved=False)
     points = np.bincount(built.model.contacts.blocks.ravel(), minlength=len(built.stones.fidelity))
     memory, present = memory_of_run(built.stones, points) / 1e6, psutil.virtual_memory().total / 1e6
@@ -33,15 +65,15 @@ def check_scene(scene: specs.Scene, base: Path = Path()) -> Mapping[str, Any]:
     labels: dict[str, int] = {}
     for interface in built.model.interfaces:
         labels[interface.label or "unnamed"] = labels.get(interface.label or "unnamed", 0) + 1
-    return {
-        "title": scene.title,
+    return Inspection(
+        title=scene.title,
         **size(built.model),
-        "roles": {SupportGroup.kind: len(built.stones.of(None))}
+        roles={SupportGroup.kind: len(built.stones.of(None))}
         | {name: len(built.stones.of(name)) for name in fidelities()},
-        "interfaces_by_label": labels,
-        "most_steps": scene.analysis.steps,
-        "estimated_memory_mb": memory,
-    }
+        interfaces_by_label=labels,
+        most_steps=scene.analysis.steps,
+        estimated_memory_mb=memory,
+    )
 
 
 def write_mesh(scene: specs.Scene, out: Path, base: Path = Path()) -> list[Path]:

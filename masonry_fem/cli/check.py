@@ -7,6 +7,7 @@ import argparse
 
 from masonry_fem.cli.console import print_table
 from masonry_fem.cli.grammar import Commands, Parents, read_scene
+from masonry_fem.records.told import plain
 
 
 def check_scene(options: argparse.Namespace) -> int:
@@ -16,7 +17,7 @@ def check_scene(options: argparse.Namespace) -> int:
 
     facts = check(scene, base)
     if not options.quiet:
-        print_table(facts)
+        print_table(plain(facts))
     return 0
 
 

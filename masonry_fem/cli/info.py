@@ -14,9 +14,10 @@ def print_info(options: argparse.Namespace) -> int:
     if options.schema:
         from masonry_fem.records.told import Ending, schema, text
         from masonry_fem.results.collapse import CollapseTold
+        from masonry_fem.results.study import StudyTold
         from masonry_fem.results.summary import LimitAnalysis, Summary
 
-        print(text(schema(Summary, CollapseTold, LimitAnalysis, Ending)))
+        print(text(schema(Summary, CollapseTold, LimitAnalysis, StudyTold, Ending)))
         return 0
     from masonry_fem.host import installation
 

@@ -76,7 +76,7 @@ def test_a_step_that_was_not_reached_is_told(tmp_path, caplog):
 
 
 def test_check_counts_the_steps():
-    assert check_scene(scene())["most_steps"] == 5
+    assert check_scene(scene()).most_steps == 5
 
 
 def test_check_tells_what_this_machine_cannot_hold(monkeypatch, caplog):

@@ -146,7 +146,7 @@ def test_every_demo_has_a_text_a_scene_and_a_picture(repository):
     assert len(scripts) >= 5
     for script in scripts:
         scene = load(script.with_suffix(".toml"))
-        assert check_scene(scene, script.parent)["contacts"] > 0
+        assert check_scene(scene, script.parent).contacts > 0
         text = script.read_text(encoding="utf-8").split('"""')[1]
         for part in ("Geometry and material", "Load", "What to look at", "Reference", "Cost"):
             assert f"\n{part}\n" in text, f"{script.name} says nothing about {part}"

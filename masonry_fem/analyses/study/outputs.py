@@ -17,6 +17,7 @@ from masonry_fem.host import installation
 from masonry_fem.host.atomic import write_atomic
 from masonry_fem.output.folder import Folder
 from masonry_fem.records.told import write
+from masonry_fem.results.study import Choice, OrderTold, StudyTold
 
 if TYPE_CHECKING:
     from masonry_fem.analyses.study.sweep import Study
@@ -58,40 +59,41 @@ def _comparable(points: Sequence[Point]) -> bool:
     return len(points) > 1 and any(math.isfinite(point.bound) for point in points)
 
 
-def told(study: Study) -> dict[str, Any]:
+def told(study: Study) -> StudyTold:
     """What ``study.json`` holds."""
-    return {
-        "title": study.title,
-        "outcome": "interrupted" if study.interrupted else "finished",
-        "varied": {one.key: [one.text(i) for i in range(len(one.values))] for one in study.vary},
-        "reference": study.reference.words,
-        "accuracy": study.accuracy,
-        "recommendations": [advice.told() for advice in study.recommendations],
-        "orders": [dict(zip(ORDERS, entry, strict=True)) for entry in orders(study)],
-        "pareto": {
-            target.label: [
-                {"settings": point.settings, "cpu": point.cpu, "error": point.error, "bound": point.bound}
-                for point in sorted(study.points(target), key=lambda point: point.cpu)
-                if point.best
-            ]
-            for target in study.targets
-        },
-        "notes": list(study.notes),
-        "cells": [dict(line) for line in lines(study)],
-    }
+    return StudyTold(
+        title=study.title,
+        outcome="interrupted" if study.interrupted else "finished",
+        varied={one.key: [one.text(i) for i in range(len(one.values))] for one in study.vary},
+        reference=study.reference.words,
+        accuracy=study.accuracy,
+        recommendations=tuple(study.recommendations),
+        orders=tuple(orders(study)),
+        pareto={target.label: _best(study.points(target)) for target in study.targets},
+        notes=tuple(study.notes),
+        cells=tuple(lines(study)),
+    )
 
 
-ORDERS = ("case", "quantity", "key", "order", "verdict", "left")
+def _best(points: Sequence[Point]) -> tuple[Choice, ...]:
+    """The settings that no others surpass, the cheapest first."""
+    best = sorted((point for point in points if point.best), key=lambda point: point.cpu)
+    return tuple(
+        Choice(settings=point.settings, cpu=point.cpu, error=point.error, bound=point.bound) for point in best
+    )
 
 
-def orders(study: Study) -> Iterator[tuple[dict[str, str], str, str, float | None, str, float]]:
-    """Case, quantity, key, order, verdict and what the finest value may leave, relative."""
+def orders(study: Study) -> Iterator[OrderTold]:
+    """Observed orders of convergence of all cases."""
     for made in study.comparisons:
         case = case_of(study, made)
         for name, by_key in made.orders.items():
             size = max(made.values[name].size, made.values[name].scale)
             for key, order in by_key.items():
-                yield case, name, key, order.order, order.words, order.error / size if size > 0 else 0.0
+                left = order.error / size if size > 0 else 0.0
+                yield OrderTold(
+                    case=case, quantity=name, key=key, order=order.order, verdict=order.words, left=left
+                )
 
 
 def case_of(study: Study, made: Comparison) -> dict[str, str]:

@@ -8,42 +8,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
 
 from masonry_fem.analyses.study.comparison import LOST, SINGLE, Comparison
 from masonry_fem.analyses.study.pareto import INSTANT, Point, gather
 from masonry_fem.analyses.study.target import Target
 from masonry_fem.analyses.study.variation import Variation
+from masonry_fem.results.study import Recommendation
 
 TINY = 1e-8  # errors below are rounding
 SAME = 0.05  # costs that differ by less are the same: the closer setting is taken
-
-
-@dataclass(frozen=True, slots=True)
-class Recommendation:
-    """Advice for a quantity.
-
-    Attributes
-    ----------
-    target : What it is for. accuracy : Asked for, relative.
-    settings : What to use; None: nothing of the study is known to do.
-    error, bound : Of these settings against the reference, and what the truth is not expected to exceed.
-    cheaper : CPU time of the reference, or of the dearest setting, over that of the advice.
-    words : The same in words.
-    """
-
-    target: str
-    accuracy: float
-    settings: dict[str, str] | None
-    error: float | None
-    bound: float | None
-    cheaper: float | None
-    words: str
-
-    def told(self) -> dict[str, Any]:
-        """As JSON."""
-        return asdict(self)
 
 
 def recommend(
@@ -77,14 +50,14 @@ def recommend(
     chosen = min(alike, key=lambda point: (point.bound, point.cpu))
     other = _compared_with(points)
     return Recommendation(
-        target.label,
-        accuracy,
-        chosen.settings,
-        chosen.error,
-        chosen.bound,
-        None if chosen is other else other.cpu / max(chosen.cpu, 1e-9),
-        f"for {percent(accuracy)} on {target.words} use {settled(chosen.settings)}: {_gain(chosen, other)}, "
-        f"{_off(chosen, unseen)}",
+        target=target.label,
+        accuracy=accuracy,
+        settings=chosen.settings,
+        error=chosen.error,
+        bound=chosen.bound,
+        cheaper=None if chosen is other else other.cpu / max(chosen.cpu, 1e-9),
+        words=f"for {percent(accuracy)} on {target.words} use {settled(chosen.settings)}: "
+        f"{_gain(chosen, other)}, {_off(chosen, unseen)}",
     )
 
 
@@ -152,7 +125,15 @@ def _times(ratio: float) -> str:
 
 def _none(target: Target, accuracy: float, why: str) -> Recommendation:
     words = f"for {percent(accuracy)} on {target.words} nothing can be recommended: {why}"
-    return Recommendation(target.label, accuracy, None, None, None, None, words)
+    return Recommendation(
+        target=target.label,
+        accuracy=accuracy,
+        settings=None,
+        error=None,
+        bound=None,
+        cheaper=None,
+        words=words,
+    )
 
 
 def _singular(target: Target, comparisons: Sequence[Comparison]) -> str:

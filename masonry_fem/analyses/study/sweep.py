@@ -19,13 +19,14 @@ from masonry_fem.analyses.study.crew import Crew
 from masonry_fem.analyses.study.notes import notes, replaced, unseen
 from masonry_fem.analyses.study.outputs import write_study
 from masonry_fem.analyses.study.pareto import Point, gather
-from masonry_fem.analyses.study.recommendation import Recommendation, recommend
+from masonry_fem.analyses.study.recommendation import recommend
 from masonry_fem.analyses.study.reference import Reference
 from masonry_fem.analyses.study.row import Row, is_known
 from masonry_fem.analyses.study.target import Target, targets
 from masonry_fem.analyses.study.variation import Variation, variations
 from masonry_fem.errors import MasonryError, SceneError
 from masonry_fem.output.folder import Folder, make_folder
+from masonry_fem.results.study import Recommendation
 from masonry_fem.scene import Scene, dumps, loads
 
 Tell = Callable[[int, int, str], None]

@@ -163,15 +163,15 @@ def _orders(study: Study) -> Table:
     from rich.text import Text  # noqa: PLC0415
 
     found = list(orders(study))
-    keys: Sequence[str] = list(dict.fromkeys(key for _, _, key, *_ in found))
+    keys: Sequence[str] = list(dict.fromkeys(one.key for one in found))
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
     table.add_column("observed order of, and left at the finest")
     for key in keys:
         table.add_column(Text(key))
     rows: dict[tuple[str, str], dict[str, str]] = {}
-    for case, name, key, _, words, left in found:
-        label = ", ".join(f"{key} = {value}" for key, value in case.items())
-        rows.setdefault((label, name), {})[key] = _left(words, left)
+    for one in found:
+        label = ", ".join(f"{key} = {value}" for key, value in one.case.items())
+        rows.setdefault((label, one.quantity), {})[one.key] = _left(one.verdict, one.left)
     for (case_label, name), by_key in rows.items():
         table.add_row(
             Text(f"{name} ({case_label})" if case_label else name),

@@ -102,7 +102,12 @@ def test_no_method_holds_what_slides(fidelity: str, analysis: str, method: str) 
             solve_scene(scene)
         return
     result = solve_scene(scene)
-    assert result.outcome in {"no_equilibrium", "no_convergence"}
+    if method in {"auto", "newton", "pivoting"} or (
+        fidelity == "rigid" and analysis not in {"statics", "load steps"}
+    ):
+        assert result.outcome == "no_equilibrium"
+    else:  # one that only approaches an answer may end before it knows that there is none
+        assert result.outcome in {"no_equilibrium", "no_convergence"}
     assert finite(result)
     if method == "auto":
         assert "cube.b1 slides" in result.message

@@ -112,11 +112,17 @@ def test_the_tests_that_come_to_a_line_are_asked(repository, tmp_path):
     assert done.stdout.splitlines() == [*named, ""], done.stderr
 
 
-def test_the_table_names_what_nobody_noticed(tool):
+def test_the_table_names_each_with_what_noticed_it(tool):
     told = [
-        {"file": "masonry_fem/march/loads.py", "code": "a + b", "old": "+", "new": "-", "noticed": "t"},
         {"file": "masonry_fem/march/step.py", "code": "max(a, b)", "old": "max", "new": "min", "noticed": ""},
+        {"file": "masonry_fem/march/loads.py", "code": "a + b", "old": "+", "new": "-",
+         "noticed": "tests/march/test_march.py::test_loads"},
+    ]  # fmt: skip
+    assert tool.table(told).splitlines() == [
+        "1 of 2 were noticed.",
+        "",
+        "| file | line | change | noticed by |",
+        "|---|---|---|---|",
+        "| `march/loads.py` | `a + b` | `+` → `-` | `test_loads` |",
+        "| `march/step.py` | `max(a, b)` | `max` → `min` | **nothing**: a hole |",
     ]
-    text = tool.table(told)
-    assert "| `march` | 2 | 1 |" in text
-    assert "- `masonry_fem/march/step.py`, `max(a, b)`: `max` → `min`" in text

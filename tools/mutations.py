@@ -357,15 +357,20 @@ def _copy(folder: Path, part: str) -> None:
 
 
 def table(told: list[dict[str, str]]) -> str:
-    """How many were noticed by room, and each that was not."""
-    rows = ["| lines of | mutations | noticed |", "|---|---|---|"]
-    rooms = {one["file"].split("/")[1] for one in told}
-    for room in sorted(rooms):
-        here = [one for one in told if one["file"].split("/")[1] == room]
-        rows.append(f"| `{room}` | {len(here)} | {sum(bool(one['noticed']) for one in here)} |")
-    rows.append(f"| all | {len(told)} | {sum(bool(one['noticed']) for one in told)} |")
-    missed = [one for one in told if not one["noticed"]]
-    rows += ["", *(f"- `{one['file']}`, `{one['code']}`: `{one['old']}` → `{one['new']}`" for one in missed)]
+    """How many were noticed, and each with the test that did."""
+    seen = sum(bool(one["noticed"]) for one in told)
+    rows = [
+        f"{seen} of {len(told)} were noticed.",
+        "",
+        "| file | line | change | noticed by |",
+        "|---|---|---|---|",
+    ]
+    for one in sorted(told, key=lambda one: (one["file"], one.get("line", 0))):
+        by = one["noticed"].split("::")
+        noticed = f"`{by[-1]}`" if one["noticed"] else f"**nothing**: {one.get('why', 'a hole')}"
+        file = one["file"].removeprefix(f"{PACKAGE}/")
+        cells = (f"`{file}`", f"`{one['code']}`", f"`{one['old']}` → `{one['new']}`", noticed)
+        rows.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
     return "\n".join(rows)
 
 

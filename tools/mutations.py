@@ -223,8 +223,9 @@ class Tests:
         lines[one.line - 1] = (line[: one.start] + one.new.encode() + line[one.end :]).decode()
         files = self._files(one, folders)
         plain = "@njit" in original
-        kept = [file for file in files if self._fresh(file, plain)]
-        for group in [kept, *([file] for file in files if file not in kept)]:
+        own = [file for file in files if Path(file).stem == f"test_{Path(one.file).stem}"]
+        kept = [file for file in files if file not in own and self._fresh(file, plain)]
+        for group in [own, kept, *([file] for file in files if file not in own + kept)]:
             seconds, chosen = self._touching(one, original, group)
             if not chosen:
                 continue
@@ -239,14 +240,14 @@ class Tests:
         return ""
 
     def _files(self, one: Mutation, folders: tuple[str, ...]) -> list[str]:
-        """Files of tests, the one named after the mutated file first, then the shortest."""
+        """Files of tests, the shortest first."""
         places = [self.copy / folder for folder in folders]
         found = {
             path for place in places for path in (place.rglob("test_*.py") if place.is_dir() else [place])
         }
-        own = f"test_{Path(one.file).stem}"
-        order = sorted(found, key=lambda path: (path.stem != own, path.stat().st_size))
-        return [str(path.relative_to(self.copy)) for path in order]
+        return [
+            str(path.relative_to(self.copy)) for path in sorted(found, key=lambda path: path.stat().st_size)
+        ]
 
     def _touching(self, one: Mutation, text: str, files: list[str]) -> tuple[float, list[str]]:
         """Those of files of tests that come to the statement, the quickest first, and their seconds.

@@ -227,6 +227,16 @@ class ContactProblem:
         total.sort_indices()
         return total
 
+    def check_inertia(self, method: str) -> None:
+        """Raise ProblemError where a body in contact has no inertia, for a method that needs it."""
+        touched = np.unique(self.bodies[self.bodies >= 0])
+        still = touched[(self.rigid_mass[touched] <= 0).any(axis=1)]
+        if len(still):
+            raise ProblemError(
+                f"method '{method}' got {len(still)} of {len(touched)} bodies without inertia (statics), "
+                f"body {still[0]} first, expected none; use method 'auto' or 'newton', or a dynamic step"
+            )
+
     def plain_velocity(self) -> FloatArray:
         """Free velocity with the rigid motion, q + B (U_0 + M_r⁻¹ f_r), shape (c, d) [m/s]."""
         return self.free_velocity + self.contact_velocity(self.free_rigid_velocity())

@@ -7,6 +7,8 @@ from dataclasses import replace
 import numpy as np
 from scipy import linalg, sparse
 
+from masonry_fem.errors import ProblemError
+from masonry_fem.nscd.methods import make_method, names
 from masonry_fem.nscd.problem import ContactProblem
 from tests.nscd.plane import plane_wall
 from tests.nscd.walls import rigid_wall
@@ -49,6 +51,24 @@ FAMILIES = {
     "elastic dynamics": lambda rng, d: elastic(rng, d, 1.0),
     "elastic statics": lambda rng, d: elastic(rng, d, 0.0),
 }
+
+
+def takes(method, problem):
+    """Whether a method solves problems of this kind: some want inertia, one a plane."""
+    try:
+        make_method(method).init(problem, None)
+    except ProblemError:
+        return False
+    return True
+
+
+CASES = [
+    (family, method, d)
+    for family, made in FAMILIES.items()
+    for method in (*names(), "auto")
+    for d in (2, 3)
+    if method == "auto" or takes(method, made(np.random.default_rng(0), d))
+]
 
 
 def rotation(rng, n):

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from masonry_fem.errors import ProblemError
 from masonry_fem.nscd import graphs
 from masonry_fem.nscd.cohesion import refuse_stiffness
 from masonry_fem.nscd.iterate import Iterate, Run
@@ -52,7 +51,7 @@ class GaussSeidel:
 
     def init(self, problem: ContactProblem, start: Start | None) -> Run:
         """A run on a problem; it needs inertia wherever a body is in contact."""
-        _check_inertia(problem)
+        problem.check_inertia(self.name)
         if start is None or start.impulse is None:
             impulse = np.zeros_like(problem.free_velocity)
         elif problem.cohesion_stiffness is not None:
@@ -105,13 +104,3 @@ class _SweepRun:
             return True
         needed = (self.made - since) * np.log(best / tolerance) / np.log(then / best)
         return bool(self.made + needed > self.method.horizon)
-
-
-def _check_inertia(problem: ContactProblem) -> None:
-    touched = np.unique(problem.bodies[problem.bodies >= 0])
-    still = touched[(problem.rigid_mass[touched] <= 0).any(axis=1)]
-    if len(still):
-        raise ProblemError(
-            f"method 'nsgs' got {len(still)} of {len(touched)} bodies without inertia (statics), "
-            f"body {still[0]} first, expected none; use method 'auto' or 'newton', or a dynamic step"
-        )

@@ -92,8 +92,7 @@ def _unwrapped(record: Any) -> Any:
 def _blocks(record: Any) -> Iterator[_Found]:
     """Blocks of unwrapped data."""
     if isinstance(record, list):
-        flat = [one for one in _flat(record) if isinstance(one, dict)]
-        yield from (_Found(str(number), one) for number, one in enumerate(flat, start=1) if _is_mesh(one))
+        yield from _of_list(record)
     elif not isinstance(record, dict):
         return
     elif _is_mesh(record):
@@ -103,15 +102,15 @@ def _blocks(record: Any) -> Iterator[_Found]:
     elif isinstance(record.get("elements"), dict | list):
         yield from _of_elements(record)
     elif isinstance(record.get("blocks"), dict):
-        nodes = _unwrapped(record.get("assembly")) or {}
-        held = {key: bool(node.get("is_support")) for key, node in nodes.get("vertex", {}).items()}
-        for key, block in record["blocks"].items():
-            yield from _of_node(str(key), {"block": block, "is_support": held.get(key, False)})
+        yield from _of_old_assembly(record)
     else:
-        graph = _unwrapped(record.get("graph")) or record
-        for key, node in (graph.get("node") or {}).items():
-            if isinstance(node, dict):
-                yield from _of_node(str(key), node)
+        yield from _of_graph(_unwrapped(record.get("graph")) or record)
+
+
+def _of_list(record: list[Any]) -> Iterator[_Found]:
+    """Meshes of a list, by their place among its records."""
+    flat = [one for one in _flat(record) if isinstance(one, dict)]
+    yield from (_Found(str(number), one) for number, one in enumerate(flat, start=1) if _is_mesh(one))
 
 
 def _flat(record: list[Any]) -> Iterator[Any]:
@@ -136,6 +135,21 @@ def _of_elements(record: dict[str, Any]) -> Iterator[_Found]:
     number = {str(node.get("element")): key for key, node in nodes.items() if isinstance(node, dict)}
     for at, (guid, element) in enumerate(elements.items()):
         yield from _of_node(str(number.get(str(guid), at)), _unwrapped(element))
+
+
+def _of_old_assembly(record: dict[str, Any]) -> Iterator[_Found]:
+    """Blocks beside the network whose vertices say which are held."""
+    nodes = _unwrapped(record.get("assembly")) or {}
+    held = {key: bool(node.get("is_support")) for key, node in nodes.get("vertex", {}).items()}
+    for key, block in record["blocks"].items():
+        yield from _of_node(str(key), {"block": block, "is_support": held.get(key, False)})
+
+
+def _of_graph(graph: dict[str, Any]) -> Iterator[_Found]:
+    """Blocks or parts at the nodes of a graph."""
+    for key, node in (graph.get("node") or {}).items():
+        if isinstance(node, dict):
+            yield from _of_node(str(key), node)
 
 
 def _of_node(key: str, node: Any) -> Iterator[_Found]:

@@ -174,30 +174,41 @@ def _open(gmsh: Any, path: Path, dimension: int, settings: MeshSettings, scale: 
 
 
 def _bodies(gmsh: Any, dimension: int, spec: FileStructure) -> list[_Body]:
-    groups = gmsh.model.getPhysicalGroups(dimension)
-    bodies: list[_Body] = []
-    if groups:
+    if gmsh.model.getPhysicalGroups(dimension):
         _doubt_ungrouped(gmsh, dimension, spec)
-    names = _group_names(gmsh, dimension, f"structures.{spec.name}.path '{spec.path}'")
-    for _, tag in groups:
-        name = names[tag]
-        entities = [int(entity) for entity in gmsh.model.getEntitiesForPhysicalGroup(dimension, tag)]
-        elements = elements_of(gmsh, dimension, entities, f"'{spec.path}', group '{name}'")
-        if elements is not None:
-            bodies += _split(name, "_", elements)
-    if not groups:
-        entities = [int(entity) for _, entity in gmsh.model.getEntities(dimension)]
-        parts = [elements_of(gmsh, dimension, [entity], f"'{spec.path}'") for entity in entities]
-        found = [part for part in parts if part is not None]
-        for kind in dict.fromkeys(part.kind for part in found):
-            alike = np.concatenate([part.nodes for part in found if part.kind == kind])
-            bodies += _split("b", "", Elements(kind, alike), always=True)
+        bodies = _of_groups(gmsh, dimension, spec)
+    else:
+        bodies = _of_entities(gmsh, dimension, spec)
     if not bodies:
         cells = {2: "surface", 3: "volume"}[dimension]
         raise GeometryError(
             f"structures.{spec.name}.path '{spec.path}' has no {cells} elements, expected a meshed "
             f"{dimension}D model; mesh it in {dimension}D and save all elements or groups"
         )
+    return bodies
+
+
+def _of_groups(gmsh: Any, dimension: int, spec: FileStructure) -> list[_Body]:
+    """The bodies of each physical group, by its name."""
+    bodies: list[_Body] = []
+    names = _group_names(gmsh, dimension, f"structures.{spec.name}.path '{spec.path}'")
+    for tag, name in names.items():
+        entities = [int(entity) for entity in gmsh.model.getEntitiesForPhysicalGroup(dimension, tag)]
+        elements = elements_of(gmsh, dimension, entities, f"'{spec.path}', group '{name}'")
+        if elements is not None:
+            bodies += _split(name, "_", elements)
+    return bodies
+
+
+def _of_entities(gmsh: Any, dimension: int, spec: FileStructure) -> list[_Body]:
+    """The bodies of a file without groups, numbered; elements of different kinds do not make one."""
+    bodies: list[_Body] = []
+    entities = [int(entity) for _, entity in gmsh.model.getEntities(dimension)]
+    parts = [elements_of(gmsh, dimension, [entity], f"'{spec.path}'") for entity in entities]
+    found = [part for part in parts if part is not None]
+    for kind in dict.fromkeys(part.kind for part in found):
+        alike = np.concatenate([part.nodes for part in found if part.kind == kind])
+        bodies += _split("b", "", Elements(kind, alike), always=True)
     return bodies
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import logging
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -58,6 +59,32 @@ class Skin:
     support: bool = False
     doubles: int = 0
 
+    def part(self, name: str, rows: list[int]) -> Skin:
+        """Some of the polygons with the corners that they use, as a skin of its own.
+
+        Parameters
+        ----------
+        name : The part's.
+        rows : Which polygons.
+        """
+        used = np.unique([vertex for row in rows for vertex in self.loops[row]])
+        place = {int(vertex): at for at, vertex in enumerate(used)}
+        return replace(
+            self,
+            name=name,
+            points=self.points[used],
+            loops=tuple(tuple(place[vertex] for vertex in self.loops[row]) for row in rows),
+            names=tuple(self.names[row] for row in rows) if self.names else (),
+        )
+
+
+def rows_by[Key](keys: Iterable[Key]) -> dict[Key, list[int]]:
+    """Where each key stands in a sequence, in the order in which they first appear."""
+    rows: dict[Key, list[int]] = {}
+    for row, key in enumerate(keys):
+        rows.setdefault(key, []).append(row)
+    return rows
+
 
 def once(skin: Skin) -> Skin:
     """The skin without polygons that stand in it a second time, the same way round."""
@@ -95,27 +122,11 @@ def parts_of(skin: Skin, mark: str) -> list[Skin]:
         return [skin]  # which ``shape_of`` refuses
     skin = once(skin)
     corner, loops = _welded(skin)
-    owner = bodies_of(_places(skin, corner), loops).tolist()
-    numbers = list(dict.fromkeys(owner))
-    if len(numbers) == 1 and mark:
+    bodies = rows_by(bodies_of(_places(skin, corner), loops).tolist()).values()
+    if len(bodies) == 1 and mark:
         return [skin]
-    names = skin.names or ("",) * len(loops)
-    made = []
-    for count, number in enumerate(numbers, start=1):
-        rows = [row for row, own in enumerate(owner) if own == number]
-        used = np.unique([vertex for row in rows for vertex in skin.loops[row]])
-        place = {int(vertex): at for at, vertex in enumerate(used)}
-        made.append(
-            Skin(
-                f"{skin.name}{mark}{count}",
-                skin.points[used],
-                tuple(tuple(place[vertex] for vertex in skin.loops[row]) for row in rows),
-                tuple(names[row] for row in rows),
-                skin.support,
-                skin.doubles if count == 1 else 0,
-            )
-        )
-    return made
+    parts = [skin.part(f"{skin.name}{mark}{count}", rows) for count, rows in enumerate(bodies, start=1)]
+    return parts[:1] + [replace(part, doubles=0) for part in parts[1:]]  # they are told once
 
 
 def shape_of(skin: Skin, structure: str, file: str) -> Shape:

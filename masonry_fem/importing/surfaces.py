@@ -19,7 +19,7 @@ import numpy as np
 from masonry_fem.errors import GeometryError
 from masonry_fem.importing.meshio_reading import quietly_read
 from masonry_fem.importing.naming import UNSPACED, Names, tell_renamed, unlike
-from masonry_fem.importing.skin import Skin, parts_of
+from masonry_fem.importing.skin import Skin, parts_of, rows_by
 from masonry_fem.solid.pose import FloatArray
 
 HEAD, RECORD = 84, 50  # bytes of a binary STL file before its triangles, and of each
@@ -180,18 +180,14 @@ def _corner(word: str, count: int, title: str, line: int) -> int:
 
 
 def _by_group(points: FloatArray, faces: list[ObjFace]) -> list[Skin]:
-    objects, groups = {one.object for one in faces}, {one.group for one in faces}
-    by_object = len(objects) > 1 or (objects != {""} and groups == {""})
-    names = [one.object if by_object else one.group for one in faces]
-    made = []
-    for name in dict.fromkeys(names):
-        own = [one for one, belongs in zip(faces, names, strict=True) if belongs == name]
-        used = np.unique([vertex for one in own for vertex in one.corners])
-        place = {int(vertex): at for at, vertex in enumerate(used)}
-        loops = tuple(tuple(place[vertex] for vertex in one.corners) for one in own)
-        skin = Skin(name or ANY, points[used], loops, tuple(one.material for one in own))
-        made += parts_of(skin, "_" if name else "")
-    return made
+    objects, groups = [one.object for one in faces], [one.group for one in faces]
+    by_object = len(set(objects)) > 1 or (any(objects) and not any(groups))
+    whole = Skin(ANY, points, tuple(one.corners for one in faces), tuple(one.material for one in faces))
+    return [
+        part
+        for name, rows in rows_by(objects if by_object else groups).items()
+        for part in parts_of(whole.part(name or ANY, rows), "_" if name else "")
+    ]
 
 
 def _ply(path: Path, title: str) -> list[Skin]:

@@ -94,37 +94,57 @@ def _csv(path: Path, title: str) -> list[Measured]:
 
 def _rows(text: str, title: str, stones: Names) -> Iterator[tuple[int, str, int, FloatArray]]:
     """Line, stone, number of the corner and its place."""
-    separator, place = "", {}
+    columns: _Columns | None = None
     for line, full in enumerate(text.splitlines(), start=1):
         words = full.split("#")[0].strip()
         if not words:
             continue
-        if not separator:
-            separator = max(";\t,", key=words.count)  # of equal counts the first
-            names = [word.strip().strip('"').lower() for word in words.split(separator)]
-            place = {name: names.index(name) for name in COLUMNS if name in names}
-            lacking = [name for name in COLUMNS if name not in place]
-            if lacking:
-                raise GeometryError(
-                    f"{title}, line {line}: the column '{lacking[0]}' is not among {', '.join(names[:8])}; "
-                    f"expected a first line with {', '.join(COLUMNS)}"
-                )
-            width = len(names)
+        if columns is None:
+            columns = _Columns.of(words, f"{title}, line {line}")
             continue
-        cells = [word.strip().strip('"') for word in words.split(separator)]
-        if len(cells) != width:
-            commas = "; write decimal points for commas" if separator == "," and len(cells) > width else ""
-            raise GeometryError(
-                f"{title}, line {line} has {len(cells)} columns, expected {width} as in its first "
-                f"line{commas}"
-            )
-        number = _number(cells[place["vertex"]], "vertex", title, line)
+        cell = columns.cells(words, f"{title}, line {line}")
+        number = _number(cell["vertex"], "vertex", title, line)
         if number != round(number):
             raise GeometryError(
                 f"{title}, line {line}: vertex is {number:g}, expected a whole number; number the corners"
             )
-        corner = np.array([_number(cells[place[axis]], axis, title, line) for axis in "xyz"])
-        yield line, _called(cells[place["stone"]], stones, title, line), int(number), corner
+        corner = np.array([_number(cell[axis], axis, title, line) for axis in "xyz"])
+        yield line, _called(cell["stone"], stones, title, line), int(number), corner
+
+
+@dataclass(frozen=True, slots=True)
+class _Columns:
+    """What the first line of a CSV file says: what separates its columns, and their names."""
+
+    separator: str
+    names: list[str]
+
+    @classmethod
+    def of(cls, words: str, title: str) -> _Columns:
+        separator = max(";\t,", key=words.count)  # of equal counts the first
+        names = [name.lower() for name in _parted(words, separator)]
+        lacking = [name for name in COLUMNS if name not in names]
+        if lacking:
+            raise GeometryError(
+                f"{title}: the column '{lacking[0]}' is not among {', '.join(names[:8])}; "
+                f"expected a first line with {', '.join(COLUMNS)}"
+            )
+        return cls(separator, names)
+
+    def cells(self, words: str, title: str) -> dict[str, str]:
+        """Cells of a further line, by column; of columns of one name the first."""
+        cells, width = _parted(words, self.separator), len(self.names)
+        if len(cells) != width:
+            decimal = self.separator == "," and len(cells) > width
+            commas = "; write decimal points for commas" if decimal else ""
+            raise GeometryError(
+                f"{title} has {len(cells)} columns, expected {width} as in its first line{commas}"
+            )
+        return dict(zip(reversed(self.names), reversed(cells), strict=True))
+
+
+def _parted(words: str, separator: str) -> list[str]:
+    return [word.strip().strip('"') for word in words.split(separator)]
 
 
 def _number(word: str, column: str, title: str, line: int) -> float:
@@ -147,10 +167,9 @@ def _called(word: str, names: Names, title: str, line: int) -> str:
 
 def _obj(path: Path, title: str) -> list[Measured]:
     points, faces = faces_of_obj(path, title)
-    named = any(one.object or one.group for one in faces)
     names = [one.object or one.group or f"s{at}" for at, one in enumerate(faces, start=1)]
     twice = [name for name, count in Counter(names).items() if count > 1]
-    if twice and named:
+    if twice:
         raise GeometryError(
             f"{title}, stone '{twice[0]}' has {names.count(twice[0])} faces, expected one polygon; join its "
             "triangles, or give each stone an object of its own"

@@ -57,6 +57,20 @@ def read_volumes(path: Path, dimension: int, field: str | None, title: str) -> V
         lacks the field.
     """
     mesh = quietly_read(path, title)
+    cells = _cells(mesh, dimension, title)
+    values = _field(mesh, [number for number, _ in cells], field, title)
+    parts: dict[str, list[tuple[str, IntArray]]] = {}
+    for (_, one), own in zip(cells, values, strict=True):
+        data = np.asarray(one.data, dtype=np.int64)
+        for value in np.unique(own):
+            name = f"b{value}" if field or _has(mesh, FIELD) else ""
+            parts.setdefault(name, []).append((str(one.type), data[own == value]))
+    _check_kinds(parts, field or FIELD, title)
+    return Volumes(_points(mesh), [entry for name, found in parts.items() for entry in _joined(name, found)])
+
+
+def _cells(mesh: Any, dimension: int, title: str) -> list[tuple[int, Any]]:
+    """The cell blocks of the scene's dimension, with their numbers in the file."""
     cells = [(number, one) for number, one in enumerate(mesh.cells) if one.dim == dimension and len(one.data)]
     if not cells:
         body = {2: "surface", 3: "volume"}[dimension]
@@ -70,20 +84,17 @@ def read_volumes(path: Path, dimension: int, field: str | None, title: str) -> V
                 f"{title} has elements '{one.type}', expected {', '.join(CELLS[dimension])}; mesh it "
                 "with these"
             )
-    values = _field(mesh, [number for number, _ in cells], field, title)
-    parts: dict[str, list[tuple[str, IntArray]]] = {}
-    for (_, one), own in zip(cells, values, strict=True):
-        data = np.asarray(one.data, dtype=np.int64)
-        for value in np.unique(own):
-            name = f"b{value}" if field or _has(mesh, FIELD) else ""
-            parts.setdefault(name, []).append((str(one.type), data[own == value]))
+    return cells
+
+
+def _check_kinds(parts: dict[str, list[tuple[str, IntArray]]], field: str, title: str) -> None:
+    """A block that a field numbers has elements of one kind."""
     for name, found in parts.items():
         if name and len(kinds := sorted({kind for kind, _ in found})) > 1:
             raise GeometryError(
-                f"{title}: the block {name.removeprefix('b')} of the cell field '{field or FIELD}' has "
+                f"{title}: the block {name.removeprefix('b')} of the cell field '{field}' has "
                 f"elements of several kinds ({', '.join(kinds)}), expected one; mesh it anew, or part it"
             )
-    return Volumes(_points(mesh), [entry for name, found in parts.items() for entry in _joined(name, found)])
 
 
 def _points(mesh: Any) -> FloatArray:
@@ -107,12 +118,16 @@ def _field(mesh: Any, numbers: list[int], field: str | None, title: str) -> list
             )
         return [np.zeros(len(mesh.cells[number].data), dtype=np.int64) for number in numbers]
     values = [np.asarray(mesh.cell_data[name][number]) for number in numbers]
-    if any(one.ndim != 1 or not (np.abs(one) < LARGEST).all() or (one % 1 != 0).any() for one in values):
+    if not all(map(_one_number_a_cell, values)):
         raise GeometryError(
             f"{title}: the cell field '{name}' is not one whole number a cell, expected the number of its "
             "block; name another field"
         )
     return [one.astype(np.int64) for one in values]
+
+
+def _one_number_a_cell(values: IntArray | FloatArray) -> bool:
+    return values.ndim == 1 and bool((np.abs(values) < LARGEST).all() and (values % 1 == 0).all())
 
 
 def _joined(name: str, found: list[tuple[str, IntArray]]) -> list[tuple[str, Elements]]:

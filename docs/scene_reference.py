@@ -1,7 +1,7 @@
-"""Write docs/scene.md, the reference of scene files, from the records themselves.
+"""Write docs/scene.md and the keys on the pages of docs/laws from the records of scene files themselves.
 
-    python docs/scene_reference.py            # writes it
-    python docs/scene_reference.py --check    # exit code 1 where it is stale
+    python docs/scene_reference.py            # writes them
+    python docs/scene_reference.py --check    # exit code 1 where one is stale
 
 Key, type, range and unit come from the annotations, defaults from the records, and the text of a
 table and the meaning of its keys from the record's docstring. A key without a meaning is an error.
@@ -12,7 +12,6 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import msgspec
 from msgspec import inspect
@@ -27,6 +26,7 @@ from masonry_fem.scene.writing import plain
 from masonry_fem.structures import kinds
 
 PAGE = Path(__file__).with_name("scene.md")
+MARKS = ("<!-- keys: made by docs/scene_reference.py, do not edit -->\n", "<!-- end of keys -->")
 HEAD = """# Scene reference
 
 <!-- made by docs/scene_reference.py from masonry_fem/scene and masonry_fem/structures; do not edit -->
@@ -120,11 +120,30 @@ def section(kind: type[Spec], heading: str) -> str:
         text_of(kind),
         "",
         *example_of(kind, heading),
-        "| key | expected | default | meaning |",
-        "|---|---|---|---|",
+        table(kind),
     ]
-    lines += [f"| {' | '.join(cell.replace('|', '&#124;') for cell in row)} |" for row in rows(kind)]
+    return "\n".join(lines)
+
+
+def table(kind: type[Spec], keys: tuple[str, ...] = ()) -> str:
+    """Table of a record's keys, or of some of them."""
+    chosen = [row for row in rows(kind) if not keys or row[0].strip("`") in keys]
+    lines = ["| key | expected | default | meaning |", "|---|---|---|---|"]
+    lines += [f"| {' | '.join(cell.replace('|', '&#124;') for cell in row)} |" for row in chosen]
     return "\n".join([*lines, ""])
+
+
+def law_pages() -> Iterator[tuple[Path, str]]:
+    """Each page of docs/laws that has keys, and its text with these keys."""
+    joint = ("friction", "dynamic_friction", "restitution", "tangential_restitution", "form")
+    tables = {name: table(kind.record) for name, kind in laws().items()}
+    tables |= {"mortar": table(specs.Mortar), "dilatancy": table(specs.Dilatancy)}
+    tables["dry"] = table(specs.Joint, joint)
+    for name, keys in tables.items():
+        path = PAGE.with_name("laws") / f"{name}.md"
+        if path.exists():  # a law of one's own may have none
+            before, rest = path.read_text(encoding="utf-8").split(MARKS[0])
+            yield path, f"{before}{MARKS[0]}{keys}{MARKS[1]}{rest.split(MARKS[1])[1]}"
 
 
 def rows(kind: type[Spec]) -> Iterator[tuple[str, str, str, str]]:
@@ -186,11 +205,12 @@ def marked(text: str) -> str:
 
 
 def main(arguments: list[str]) -> int:
-    """Write the page, or compare it."""
-    made: Any = page()
+    """Write the pages, or compare them."""
+    made = [(PAGE, page()), *law_pages()]
     if "--check" in arguments:
-        return int(not PAGE.exists() or PAGE.read_text(encoding="utf-8") != made)
-    PAGE.write_text(made, encoding="utf-8")
+        return int(any(not path.exists() or path.read_text(encoding="utf-8") != text for path, text in made))
+    for path, text in made:
+        path.write_text(text, encoding="utf-8")
     return 0
 
 

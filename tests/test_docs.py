@@ -27,7 +27,7 @@ def reference(repository):
 
 
 def test_scene_reference_is_fresh(reference):
-    """Else run ``python docs/scene_reference.py``."""
+    """The keys on the pages of laws, too; else run ``python docs/scene_reference.py``."""
     assert reference.main(["--check"]) == 0
 
 

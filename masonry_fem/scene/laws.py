@@ -81,12 +81,12 @@ class Mortar(Spec, frozen=True, kw_only=True):
     ----------
     normal_stiffness : k_N: pressure over closing
     tangential_stiffness : k_T: shear stress over slide
-    thickness : t of the layer
-    young : E of the mortar
-    poisson : ν of the mortar; 0.2 where it is not given
-    crushing : compressive strength; none where it is not given
-    hardening : slope of the pressure while it crushes; k_N/1000 where it is not given
-    shear_weight : C of the cap σ² + C τ² = crushing²; literature has 9
+    thickness : thickness t of the layer
+    young : Young's modulus E of the mortar
+    poisson : ν of the mortar; 0.2 if left out
+    crushing : compressive strength f_c; if left out the mortar never crushes
+    hardening : slope of the pressure over the crushing; k_N/1000 if left out
+    shear_weight : C of the cap σ² + C τ² = f_c²; Lourenço and Rots (1997) take 9
     """
 
     normal_stiffness: Stiffness | None = None

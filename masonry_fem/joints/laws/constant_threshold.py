@@ -21,7 +21,7 @@ class ConstantThreshold(RigidBrittle):
 
     Attributes
     ----------
-    strength : in tension
+    strength : tensile strength r_c
 
     Examples
     --------

@@ -38,12 +38,12 @@ class FremondCangemi(Adhesive):
     ----------
     normal_stiffness : c_N of the springs
     tangential_stiffness : c_T of the springs
-    energy : w of decohesion
-    viscosity : b of damage; 0: at any rate the same
-    exponent : p of the viscous evolution
-    degree : of h(β) = β or β²
+    energy : energy of decohesion w
+    viscosity : b, which delays damage; with 0 the rate of loading has no influence
+    exponent : exponent p of the delayed evolution
+    degree : degree of h: 1 for h(β) = β, 2 for β²
     friction_mode : μ all along, or μ (1 − β) that comes with damage
-    gradient : k that spreads damage over √(k/Y) along a joint; degree and exponent 1 only
+    gradient : k, which spreads damage along a joint over √(k/Y); needs degree and exponent 1
 
     Examples
     --------

@@ -24,9 +24,9 @@ class MohrCoulomb(RigidBrittle):
 
     Attributes
     ----------
-    cohesion : c, shear strength without pressure; the tip of the cone is at the tension c/μ
-    tension_strength : tension cut-off; c/μ where it is not given, or where that is less
-    residual_friction : μ once broken; the joint's friction where it is not given
+    cohesion : shear strength c without pressure; the tip of the cone is at the tension c/μ
+    tension_strength : tensile strength f_t, a cut-off; c/μ if left out or if that is less
+    residual_friction : friction μ_r once broken; the joint's friction if left out
 
     Examples
     --------

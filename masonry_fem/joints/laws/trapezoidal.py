@@ -24,7 +24,7 @@ class Trapezoidal(Softening):
 
     Attributes
     ----------
-    plateau : its length, of the way to rupture
+    plateau : length of the plateau at the strength, as a share of the way from there to rupture
 
     Examples
     --------

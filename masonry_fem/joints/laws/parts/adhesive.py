@@ -43,7 +43,7 @@ class Evolution:
 class Adhesive(Law):
     """Common part of the laws with springs in parallel to the contact.
 
-    Attributes
+    Parameters
     ----------
     normal_stiffness, tangential_stiffness : c_N and c_T of the sound joint [N/m³].
     friction : Coulomb's coefficient μ.

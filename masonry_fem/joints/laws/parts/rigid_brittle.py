@@ -29,7 +29,7 @@ class RigidBrittle(Law):
 
     Attributes
     ----------
-    critical_slip : slide that breaks the joint
+    critical_slip : slide at the strength that breaks the joint; 0: it breaks at once
     critical_opening : opening that breaks the joint; more than 0 where it yields before
     """
 

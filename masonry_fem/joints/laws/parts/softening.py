@@ -44,12 +44,12 @@ class Softening(Adhesive):
     normal_stiffness : c_N of the springs
     tangential_stiffness : c_T of the springs
     normal_strength : tensile strength s_N
-    tangential_strength : shear strength s_T without pressure
+    tangential_strength : shear strength s_T without pressure, as the cohesion c of Mohr-Coulomb
     normal_energy : fracture energy G_N in tension, more than what the springs store at the strength
     tangential_energy : the same in shear, G_T
     friction_mode : μ all along, or μ (1 − β) that comes with damage
-    mixing : exponent a of the energies in mixed mode
-    residual : share η of the inelastic opening that stays
+    mixing : exponent a of (1/G)^a = ((1 − m)/G_N)^a + (m/G_T)^a, m the share of shear
+    residual : share η of the inelastic opening that stays when the joint closes
     """
 
     normal_stiffness: Stiffness

@@ -81,7 +81,13 @@ def loads(
     except RecursionError as error:
         raise SceneError(deep) from error
     except ValueError as error:  # TOMLDecodeError, and numbers of thousands of digits
-        raise SceneError(f"{source}: not valid TOML: {error}") from error
+        raise SceneError(f"{source}: not valid TOML: {error}{_line(text, error)}; correct it") from error
+
+
+def _line(text: str, error: ValueError) -> str:
+    """The line that the TOML reader stopped in, where it names one."""
+    found = re.search(r"\(at line (\d+)", str(error))
+    return f": {text.split('\n')[int(found[1]) - 1].strip()[:60]!r}" if found else ""
 
 
 def check(scene: Scene, *, base: str | Path = ".", source: str = "scene") -> Scene:

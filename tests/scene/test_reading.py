@@ -231,7 +231,8 @@ BAD = [
     (
         "[loads]",
         "[loads",
-        "not valid TOML: Expected ']' at the end of a table declaration (at line 12, column 7)",
+        "not valid TOML: Expected ']' at the end of a table declaration (at line 12, column 7): '[loads'; "
+        "correct it",
     ),
 ]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from typing import Annotated, Literal
 
 import numpy as np
@@ -163,17 +164,21 @@ class WallStructure(Structure, frozen=True, kw_only=True, tag="wall"):
             yield "wythes", "1 or 2 in Flemish bond, or through = true"
 
     def _opening_faults(self) -> Iterator[tuple[str, str]]:
-        spans, rounding = self.spans, ROUNDING * self.brick[0]
-        if spans and self.half_bricks == "none":
+        if self.openings and self.half_bricks == "none":
             yield "half_bricks", "'even' or 'odd' in a wall with openings"
-        misplaced = [
-            (f"openings.{number}.{key}", expected)
-            for number, span in enumerate(spans)
-            for key, expected in self._misplaced(self.openings[number], span)
-        ]
-        if misplaced:
-            yield misplaced[0]
-            return
+        # the first fault of their places hides the others, which may follow from it
+        first = next(chain(self._places(), self._slivers()), None)
+        yield from self._jambs() if first is None else [first]
+
+    def _places(self) -> Iterator[tuple[str, str]]:
+        """Openings off the courses, or beyond the wall."""
+        for number, span in enumerate(self.spans):
+            for key, expected in self._misplaced(self.openings[number], span):
+                yield f"openings.{number}.{key}", expected
+
+    def _slivers(self) -> Iterator[tuple[str, str]]:
+        """Stretches of wall that are too short for a brick."""
+        spans, rounding = self.spans, ROUNDING * self.brick[0]
         # courses between the lower and upper ends of openings and lintels are alike
         changes = {span.bottom for span in spans} | {span.top for span in spans}
         changes |= {span.top + span.lintel for span in spans}
@@ -186,7 +191,10 @@ class WallStructure(Structure, frozen=True, kw_only=True, tag="wall"):
                         f"openings, lintels and the wall's ends (in course {course + 1} there are {b - a:g} m"
                         f" from {a:g} m on)",
                     )
-                    return
+
+    def _jambs(self) -> Iterator[tuple[str, str]]:
+        """Lintels whose ends would rest on another opening."""
+        spans, rounding = self.spans, ROUNDING * self.brick[0]
         for number, span in enumerate(spans):
             if span.lintel and any(
                 one.open_in(span.top - 1)

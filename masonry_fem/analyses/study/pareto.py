@@ -62,21 +62,31 @@ def gather(comparisons: Sequence[Comparison], vary: Sequence[Variation], names: 
     points: dict[tuple[str, ...], Point] = {}  # settings that make no difference are one point
     for places, members in found.items():
         rows = [made.rows[number] for made, number in members]
-        error = _worst([(made.error, number) for made, number in members], names)
-        if math.isfinite(error) and all(row.solved for row in rows):
-            point = Point(
-                places=places,
-                settings={one.key: rows[0].cell.settings[one.key] for one in vary if not one.is_case},
-                cpu=sum(row.cpu for row in rows),
-                start=sum(row.start for row in rows),
-                error=error,
-                bound=_worst([(made.bound, number) for made, number in members], names),
-                rest=max((made.rest[name] for made, _ in members for name in names), default=0.0),
-                is_reference=all(made.reference is made.rows[number] for made, number in members),
-            )
+        point = _point(places, members, vary, names)
+        if math.isfinite(point.error) and all(row.solved for row in rows):
             points.setdefault(tuple(row.cell.key for row in rows), point)
     best = _best(list(points.values()))
     return [replace(point, best=bool(one)) for point, one in zip(points.values(), best, strict=True)]
+
+
+def _point(
+    places: tuple[int, ...],
+    members: Sequence[tuple[Comparison, int]],
+    vary: Sequence[Variation],
+    names: Sequence[str],
+) -> Point:
+    """A setting's cells, one a case, as one point; its error is NaN where a quantity lacks."""
+    rows = [made.rows[number] for made, number in members]
+    return Point(
+        places=places,
+        settings={one.key: rows[0].cell.settings[one.key] for one in vary if not one.is_case},
+        cpu=sum(row.cpu for row in rows),
+        start=sum(row.start for row in rows),
+        error=_worst([(made.error, number) for made, number in members], names),
+        bound=_worst([(made.bound, number) for made, number in members], names),
+        rest=max((made.rest.get(name, math.nan) for made, _ in members for name in names), default=0.0),
+        is_reference=all(made.reference is made.rows[number] for made, number in members),
+    )
 
 
 def setting_places(vary: Sequence[Variation], row: Row) -> tuple[int, ...]:

@@ -72,30 +72,36 @@ def _cells(study: Study, narrow: bool) -> Table:
 
     varied, aims = [one.key for one in study.vary], study.targets
     failed = any(row.outcome not in SOLVED for row in study.rows)
-    table = Table(box=None, pad_edge=False, padding=(0, 1 if narrow else 2, 0, 0), header_style="dim")
-    for key in heads(varied):
-        table.add_column(Text(key), no_wrap=True)
-    if failed:
-        table.add_column("outcome", no_wrap=True)
-    costs = ("CPU [s]", "MB") if narrow else ("CPU [s]", "mostly", "MB", "unknowns")
+    gap, costs = (1, ("CPU [s]", "MB")) if narrow else (2, ("CPU [s]", "mostly", "MB", "unknowns"))
+    table = Table(box=None, pad_edge=False, padding=(0, gap, 0, 0), header_style="dim")
+    outcome = ["outcome"] if failed else []
+    for name in (*heads(varied), *outcome):
+        table.add_column(Text(name), no_wrap=True)
     for name in (*costs, *(f"{SHORT.get(aim.label, aim.label)} %" for aim in aims)):
         table.add_column(Text(name), justify="right")
     errors = _errors(study)
     for row in _shown(study):
-        good = row.outcome in SOLVED
-        told = {
-            "CPU [s]": f"{row.cpu:.2f}" if row.cpu else "",
-            "mostly": max(row.seconds, key=row.seconds.__getitem__, default=""),
-            "MB": f"{row.memory:.0f}" if row.memory else "",
-            "unknowns": str(row.size.get("unknowns", "")),
-        }
+        told = _told(row)
         table.add_row(
             *(Text(row.cell.settings[key]) for key in varied),
-            *([Text(row.outcome.replace("_", " "), style="green" if good else "red")] if failed else []),
-            *(told[name] for name in costs),
+            *(told[name] for name in (*outcome, *costs)),
             *(_error(*errors[id(row), aim.label]) for aim in aims),
         )
     return table
+
+
+def _told(row: Row) -> dict[str, Any]:
+    """What came of a cell and what it took, by column."""
+    from rich.text import Text  # noqa: PLC0415
+
+    style = "green" if row.outcome in SOLVED else "red"
+    return {
+        "outcome": Text(row.outcome.replace("_", " "), style=style),
+        "CPU [s]": f"{row.cpu:.2f}" if row.cpu else "",
+        "mostly": max(row.seconds, key=row.seconds.__getitem__, default=""),
+        "MB": f"{row.memory:.0f}" if row.memory else "",
+        "unknowns": str(row.size.get("unknowns", "")),
+    }
 
 
 def _shown(study: Study) -> list[Row]:

@@ -52,22 +52,31 @@ def targets(comparisons: Sequence[Comparison], asked: Sequence[str]) -> list[Tar
     """
     names = next(([*made.values] for made in comparisons if made.values), [])
     if not asked:
-        groups = {group_of(name): None for name in names}
-        ordered = [group for group in WORDS if group in groups] + [g for g in groups if g not in WORDS]
-        return [_target(group, [name for name in names if group_of(name) == group]) for group in ordered]
+        return _by_group(names)
     made = []
     for pattern in asked:
         own = [name for name in names if matches(name, pattern)]
         if own:
             made.append(_target(pattern, own))
         elif not any(matches(name, pattern) for one in comparisons for name in one.left_out):
-            rows = (row for one in comparisons for row in one.rows)
-            present = list(dict.fromkeys(name for row in rows for name in row.quantities))
-            known = listed(present) or "none, as no cell was solved"
-            raise MasonryError(
-                f"--quantity {pattern}: no such quantity{nearest(pattern, present)}; known: {known}"
-            )
+            raise _unknown(pattern, comparisons)
     return made
+
+
+def _by_group(names: Sequence[str]) -> list[Target]:
+    """One target per group, in the order of ``WORDS``, groups that it does not have last."""
+    groups: dict[str, list[str]] = {}
+    for name in names:
+        groups.setdefault(group_of(name), []).append(name)
+    return [_target(group, groups[group]) for group in dict.fromkeys([*WORDS, *groups]) if group in groups]
+
+
+def _unknown(pattern: str, comparisons: Sequence[Comparison]) -> MasonryError:
+    """The error of a pattern that selects nothing, with what there is."""
+    rows = (row for one in comparisons for row in one.rows)
+    present = list(dict.fromkeys(name for row in rows for name in row.quantities))
+    known = listed(present) or "none, as no cell was solved"
+    return MasonryError(f"--quantity {pattern}: no such quantity{nearest(pattern, present)}; known: {known}")
 
 
 def _target(label: str, names: list[str]) -> Target:

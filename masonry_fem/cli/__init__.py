@@ -60,20 +60,21 @@ def _answer(options: argparse.Namespace) -> int:
     except (BrokenPipeError, SystemExit):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or Python complains at its end
         return PIPE_CLOSED
-    except MasonryError as error:
+    except Exception as error:
         if options.debug:
             raise
-        complain(str(error))
-    except OSError as error:
-        if options.debug:
-            raise
-        complain(f"{error.filename}: {error.strerror}" if error.filename else str(error))
-    except Exception as error:  # a defect of this program, or of a file that was added to it
-        if options.debug:
-            raise
-        what = f"{type(error).__name__}: {error}{_place(error)}"
-        complain(f"unexpected {what}; run again with --debug for the details")
+        complain(_sentence(error))
     return BAD_INPUT
+
+
+def _sentence(error: Exception) -> str:
+    if isinstance(error, OSError) and error.filename:
+        return f"{error.filename}: {error.strerror}"
+    if isinstance(error, MasonryError | OSError):
+        return str(error)
+    # a defect of this program, or of a file that was added to it
+    what = f"{type(error).__name__}: {error}{_place(error)}"
+    return f"unexpected {what}; run again with --debug for the details"
 
 
 def _place(error: Exception) -> str:

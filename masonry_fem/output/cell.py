@@ -6,6 +6,7 @@ Wedges are none: programs do not agree which way round these are.
 from __future__ import annotations
 
 import functools
+import itertools
 
 TETRA, HEXAHEDRON, PYRAMID = 10, 12, 14
 KINDS = {(3, 3, 3, 3): TETRA, (3, 3, 3, 3, 4): PYRAMID, (4,) * 6: HEXAHEDRON}
@@ -21,10 +22,15 @@ def standard_cell(faces: tuple[tuple[int, ...], ...]) -> tuple[int, tuple[int, .
     if kind is None:
         return None
     base = max(faces, key=len)[::-1]  # seen from outside VTK's run clockwise
-    others = {corner for one in faces for corner in one} - set(base)
-    edges = [edge for one in faces for edge in zip(one, one[1:] + one[:1], strict=True)]
-    above = {a: b for a, b in edges if a in base and b in others}
-    top = [above.get(corner) for corner in base] if kind == HEXAHEDRON else [*others]
-    if None in top or set(top) != others or len(top) != len(others):
+    others = {*itertools.chain.from_iterable(faces)} - {*base}
+    top = _above(base, faces) if kind == HEXAHEDRON else [*others]
+    if {*top} != others or len(top) != len(others):
         return None
-    return kind, (*base, *(corner for corner in top if corner is not None))
+    return kind, (*base, *top)
+
+
+def _above(base: tuple[int, ...], faces: tuple[tuple[int, ...], ...]) -> list[int]:
+    """Where the edges lead that rise from the corners of the base; −1 from where none does."""
+    edges = [edge for one in faces for edge in zip(one, one[1:] + one[:1], strict=True)]
+    above = {a: b for a, b in edges if a in base and b not in base}
+    return [above.get(corner, -1) for corner in base]

@@ -107,6 +107,6 @@ def _flat(
             yield f"{name}.{part}", number
     else:
         flat = np.ravel(value)
-        parts = suffixes.get(flat.size) or tuple(str(i) for i in range(flat.size))
+        parts = suffixes.get(flat.size) or tuple(map(str, range(flat.size)))
         for part, number in zip(parts, flat, strict=True):
             yield f"{name}_{part}", number.item()

@@ -125,6 +125,7 @@ def print_summary(told: Any, console: Console | None = None) -> None:
     table.add_column()
     for part in (
         _size,
+        _contacts,
         _mechanism,
         _start,
         _certificate,
@@ -158,6 +159,9 @@ def _size(summary: Mapping[str, Any]) -> Rows:
         steps = summary.get("steps")
         after = f" after {_count(steps)} step{'s' if steps != 1 else ''}" if steps is not None else ""
         yield "model", "end", f"t = {summary['time']:.6g}{after}"
+
+
+def _contacts(summary: Mapping[str, Any]) -> Rows:
     if status := summary.get("status"):
         yield "contacts", "", ", ".join(f"{_count(number)} {name}" for name, number in status.items())
 

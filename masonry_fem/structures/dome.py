@@ -119,8 +119,13 @@ class DomeStructure(Structure, frozen=True, kw_only=True, tag="dome"):
             yield "drum_courses", "at least 1 for a drum of that height"
         if self.pier_height is not None and not self.piers:
             yield "piers", "at least 1 of that height"
-        if not (self.drum_courses or self.piers):
-            return
+        if self.drum_courses or self.piers:
+            yield from self._fit_faults()
+        if self.piers:
+            yield from self._pier_faults()
+
+    def _fit_faults(self) -> Iterator[tuple[str, str]]:
+        """What does not fit between the dome and what is under it."""
         if self.springing != 90:
             yield "springing", "90 deg above a drum or piers"
         if self.width < self.thickness:
@@ -131,8 +136,6 @@ class DomeStructure(Structure, frozen=True, kw_only=True, tag="dome"):
             yield "drum_stones", f"a divisor of the dome's slices ({self.slices})"
         if self.drum_courses and self.sweep / self.stones > 180:
             yield "drum_stones", "at least 2: a stone of the drum spans half of it at most"
-        if self.piers:
-            yield from self._pier_faults()
 
     def _pier_faults(self) -> Iterator[tuple[str, str]]:
         if self.sweep != 360:

@@ -16,7 +16,7 @@ from masonry_fem.records.structure import Foreseen, Structure
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.solid.pose import FloatArray
 from masonry_fem.structures.parts.curve import Circle, Line, Offset, Segment, crossing
-from masonry_fem.structures.parts.quarry import Quarry, roles
+from masonry_fem.structures.parts.quarry import Quarry, lay_arch
 from masonry_fem.structures.parts.voussoir import Voussoir
 
 
@@ -108,18 +108,8 @@ def build(spec: FlyingButtressStructure, dimension: int) -> Assembly:
     """
     origin = np.zeros(dimension) if spec.position is None else np.array(spec.position, dtype=float)
     quarry = Quarry(spec.name, dimension, spec.depth, origin)
-    line, start, end = axis(spec)
-    faces = [Offset(line, side * spec.thickness / 2) for side in (-1, 1)]
-    joints = np.repeat(np.linspace(start, end, spec.voussoirs + 1)[:, None], 2, axis=1)
     head_right = spec.side == "left"
-    head, foot = (-1, 0) if head_right else (0, -1)
-    for k in {"square": (), "vertical": (head, foot), "vertical_head": (head,)}[spec.ends]:
-        joints[k] = [_upright(spec, face, float(joints[k, 0])) for face in faces]
-    if (np.diff(joints, axis=0) <= 0).any():
-        raise GeometryError(
-            f"structures.{spec.name}.voussoirs is {spec.voussoirs}, expected fewer: joints next to the "
-            "vertical ends would cross within the thickness"
-        )
+    faces, joints = _cut(spec)
     labels = ["head", *["radial"] * (spec.voussoirs - 1), "head"]
     stones = [
         Voussoir.between(faces, a, b, *names)
@@ -130,11 +120,24 @@ def build(spec: FlyingButtressStructure, dimension: int) -> Assembly:
         if wanted:
             low, high = (face[-1 if right else 0] for face in ends[-1 if right else 0])
             quarry.support(f"{spec.name}.{noun}", low, high, not right, "head")
-    digits = max(2, len(str(spec.voussoirs)))
-    for number, stone in enumerate(stones if head_right else stones[::-1]):
-        name = f"{spec.name}.v{number + 1:0{digits}d}"
-        quarry.lay(name, stone, roles(spec.name, number, spec.voussoirs))
+    lay_arch(quarry, stones if head_right else stones[::-1])
     return Assembly(dimension, tuple(quarry.shapes), tuple(quarry.blocks))
+
+
+def _cut(spec: FlyingButtressStructure) -> tuple[list[Offset], FloatArray]:
+    """Lower and upper face, and where joints meet them from left to right, shape (voussoirs + 1, 2)."""
+    line, start, end = axis(spec)
+    faces = [Offset(line, side * spec.thickness / 2) for side in (-1, 1)]
+    joints = np.repeat(np.linspace(start, end, spec.voussoirs + 1)[:, None], 2, axis=1)
+    head, foot = (-1, 0) if spec.side == "left" else (0, -1)
+    for k in {"square": (), "vertical": (head, foot), "vertical_head": (head,)}[spec.ends]:
+        joints[k] = [_upright(spec, face, float(joints[k, 0])) for face in faces]
+    if (np.diff(joints, axis=0) <= 0).any():
+        raise GeometryError(
+            f"structures.{spec.name}.voussoirs is {spec.voussoirs}, expected fewer: joints next to the "
+            "vertical ends would cross within the thickness"
+        )
+    return faces, joints
 
 
 def axis(spec: FlyingButtressStructure) -> tuple[Line, float, float]:

@@ -9,7 +9,6 @@ counted in quarters of a brick: a stretcher has 4 of them, the face of a header 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import accumulate, cycle, pairwise
 from typing import TYPE_CHECKING, Literal
@@ -81,26 +80,29 @@ def rows_of(spec: WallStructure, course: int) -> list[Row]:
     return [Row(low, high, headers if pair else stretchers) for low, high, pair in across]
 
 
-def _across(spec: WallStructure, course: int) -> Iterator[tuple[int, int, bool]]:
+def _across(spec: WallStructure, course: int) -> list[tuple[int, int, bool]]:
     """Wythes that each row of a course takes, and whether it is of headers."""
-    even, every, wythes = course % 2 == 0, spec.header_courses, spec.wythes
-    number = course // every if every is not None and course % every == 0 else 0
-    of_headers = spec.bond == "header" or (spec.bond == "english" and even) or number > 0
-    if spec.through or wythes <= 2:
-        if of_headers:
-            yield 0, wythes, True
-        else:
-            yield from ((low, low + 1, False) for low in range(wythes))
-        return
+    every, wythes = spec.header_courses, spec.wythes
+    of_headers, whole = _of_headers(spec, course), spec.through or wythes <= 2
+    if not of_headers and (whole or spec.bond != "english"):
+        return [(low, low + 1, False) for low in range(wythes)]
+    if whole:
+        return [(0, wythes, True)]
     # headers tie wythes 1 and 2, 3 and 4 ...; in every other course of headers wythes 2 and 3, 4 and 5 ...
-    crossing = number % 2 == 1 if spec.header_courses else even
-    paired = of_headers or spec.bond == "english"
-    low = 0
-    while low < wythes:
-        pair = paired and low + 1 < wythes and (crossing or low > 0)
-        high = low + 2 if pair else low + 1
-        yield low, high, pair
-        low = high
+    first = course // every % 2 == 1 if every else course % 2 == 0
+    ends = [0, *range(2 if first else 1, wythes, 2), wythes]
+    return [(low, high, high == low + 2) for low, high in pairwise(ends)]
+
+
+def _of_headers(spec: WallStructure, course: int) -> bool:
+    """Whether headers tie the wythes of a course."""
+    match spec.bond:
+        case "header":
+            return True
+        case "english":
+            return course % 2 == 0
+        case _:
+            return spec.header_courses is not None and course % spec.header_courses == 0
 
 
 def _pieces(

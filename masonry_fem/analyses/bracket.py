@@ -89,10 +89,9 @@ class Bracket:
         if guess is not None and guess > start:
             margin = 1 + NEAR * self._tolerance if sharp else 1.0
             here, stride = margin * guess, 4 * self._tolerance * guess
-            fell = self.attempt(here) == "falls"
-            if fell and sharp and guess / margin > start:
-                self.attempt(guess / margin)
-            if fell:
+            if self.attempt(here) == "falls":
+                if sharp and guess / margin > start:
+                    self.attempt(guess / margin)
                 return
         end = here + GREATEST * max(stride, self._first)
         most = MOST if self.stands is not None else EARLY

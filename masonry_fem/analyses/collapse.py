@@ -179,13 +179,19 @@ def _doubts(trials: Trials, bracket: Bracket, bound: float | None, tolerance: fl
         yield f"{counted(trials.struck, 'trial')} that statics left open, steps in time from rest decided"
     if any(trial.message.startswith(AT_LIMIT) for trial in trials.made if trial.verdict == "falls"):
         yield "a trial whose loads can just be carried, but not with 0.1 % less friction, counts as falling"
-    if bound is not None and bracket.falls is not None and bracket.falls < bound * (1 - 2 * tolerance):
+    if bound is not None:
+        yield from _beside_limit(trials, bracket, bound, tolerance)
+
+
+def _beside_limit(trials: Trials, bracket: Bracket, bound: float, tolerance: float) -> Iterator[str]:
+    """How the bracket may lie apart from the ``bound`` of limit analysis."""
+    if bracket.falls is not None and bracket.falls < bound * (1 - 2 * tolerance):
         lasting = "" if trials.built.model.laws.dry else " and keep their strength"
         yield (
             f"it falls below the {bound:.6g} of limit analysis, whose joints open as they slide{lasting}; "
             "real joints do not, and between the two both rest and motion may be possible"
         )
-    if bound is not None and bracket.stands is not None and bracket.stands > bound * (1 + 2 * tolerance):
+    if bracket.stands is not None and bracket.stands > bound * (1 + 2 * tolerance):
         yield f"it stands above the {bound:.6g} of limit analysis, as structures may that have moved far"
 
 

@@ -74,9 +74,6 @@ class Push:
             )
         if tilt is not None and "gravity" not in growth.dead:
             raise MasonryError("a tilt turns gravity, and the scene has none; expected loads.gravity")
-        notes = []
-        if scene.analysis.inertia and scene.analysis.seeks_equilibrium and not _constant(scene):
-            notes.append("loads and motions with a sine go on while loads grow")
         if axis is None:
             action, unit, first = f"loads that grow: {', '.join(growth.growing)}", "times", 1.0
         elif tilt is None:
@@ -93,7 +90,7 @@ class Push:
             tilts=tilt is not None,
             dead=tuple(dead),
             foreign=tilt is not None and growth.dead != ("gravity",),
-            notes=tuple(notes),
+            notes=("loads and motions with a sine go on while loads grow",) if _goes_on(scene) else (),
         )
 
     def told(self, multiplier: float) -> str:
@@ -149,11 +146,13 @@ class Push:
         return multiplier / math.hypot(1.0, multiplier) if self.tilts else multiplier
 
 
-def _constant(scene: specs.Scene) -> bool:
-    """Whether nothing in a scene swings for ever."""
+def _goes_on(scene: specs.Scene) -> bool:
+    """Whether something swings for ever in a scene that seeks equilibrium in time."""
+    if not (scene.analysis.inertia and scene.analysis.seeks_equilibrium):
+        return False
     times = [scene.loads.gravity_time]
     times += [support.motion.time for support in scene.supports if support.motion is not None]
-    return not any(isinstance(time, specs.Sine) for time in times)
+    return any(isinstance(time, specs.Sine) for time in times)
 
 
 def _times(function: Callable[[float], float], share: float, time: float) -> float:

@@ -186,31 +186,28 @@ def _orders(
         if not (one.is_graded or _speaks(one, vary)):
             continue
         line = _line(name, anchor, rows, vary, column)
-        if len(line) < 2:
-            if one.setting.role != "tolerance" and len(one.values) > 1:
-                made.append(
-                    (one.key, _beyond(_single(anchor, rows, column), anchor, name, rows, vary, column))
-                )
-            continue
-        values = [np.array(value.values) for _, value in line]
-        if one.setting.role == "width":
-            widths = [one.widths[place] for place, _ in line]
-            if any(width is None for width in widths):
-                continue
-            told = observe(
-                [width for width in widths if width is not None],
-                values,
-                degree=_degree(anchor),
-                scale=_size(line[-1][1]),
-            )
-        else:  # what the finer of two tolerances leaves is less than what the coarser one changes
-            told = Order(None, False, float(np.linalg.norm(values[-1] - values[-2])), "difference")
-        made.append((one.key, _beyond(told, anchor, name, rows, vary, column)))
+        told = _single(one, anchor, rows, column) if len(line) < 2 else _along(one, anchor, line)
+        if told is not None:
+            made.append((one.key, _beyond(told, anchor, name, rows, vary, column)))
     return made
 
 
-def _single(anchor: Row, rows: Sequence[Row], column: int) -> Order:
+def _along(one: Variation, anchor: Row, line: Sequence[tuple[int, Quantity]]) -> Order | None:
+    """What two or more values of a key show, given by their places; None where widths are not known."""
+    values = [np.array(value.values) for _, value in line]
+    if one.setting.role != "width":
+        # what the finer of two tolerances leaves is less than what the coarser one changes
+        return Order(None, False, float(np.linalg.norm(values[-1] - values[-2])), "difference")
+    widths = [width for place, _ in line if (width := one.widths[place]) is not None]
+    if len(widths) < len(line):
+        return None
+    return observe(widths, values, degree=_degree(anchor), scale=_size(line[-1][1]))
+
+
+def _single(one: Variation, anchor: Row, rows: Sequence[Row], column: int) -> Order | None:
     """What a single value shows: nothing, unless finer cells tell of a chosen reference."""
+    if one.setting.role == "tolerance" or len(one.values) == 1:
+        return None
     others = any(row is not anchor and _apart(row, anchor, column) for row in rows)
     return Order(None, False, 0.0 if others else math.inf, SINGLE)
 

@@ -67,15 +67,10 @@ class Crew:
                 if not waiting and not busy:
                     self.workers, waiting, alone = 1, alone, []
                 while waiting and len(busy) < self.workers and self._fits(len(busy)):
-                    worker = self._idle.pop() if self._idle else WorkerProcess(folder / "worker.log")
-                    thread = self._start(worker, waiting.pop(0), base, folder, done)
+                    thread, worker = self._start(waiting.pop(0), base, folder, done)
                     busy[thread] = worker
                 thread, cell, row = done.get()
-                worker = busy.pop(thread)
-                if worker.alive:
-                    self._idle.append(worker)
-                else:
-                    worker.end()
+                self._release(busy.pop(thread))
                 self._peak = max(self._peak, row.get("peak_memory_mb", 0.0))
                 if row["outcome"] == "out_of_memory" and self.workers > 1:
                     alone.append(cell)
@@ -86,8 +81,10 @@ class Crew:
                 worker.end()
 
     def _start(
-        self, worker: WorkerProcess, cell: Cell, base: Path, folder: Path, done: queue.Queue[Any]
-    ) -> threading.Thread:
+        self, cell: Cell, base: Path, folder: Path, done: queue.Queue[Any]
+    ) -> tuple[threading.Thread, WorkerProcess]:
+        worker = self._idle.pop() if self._idle else WorkerProcess(folder / "worker.log")
+
         def work() -> None:
             try:
                 row = worker.compute(cell, base, folder, self.limit)
@@ -98,7 +95,14 @@ class Crew:
 
         thread = threading.Thread(target=work, daemon=True)
         thread.start()
-        return thread
+        return thread, worker
+
+    def _release(self, worker: WorkerProcess) -> None:
+        """Keep a worker for other cells, if its cell has left it alive."""
+        if worker.alive:
+            self._idle.append(worker)
+        else:
+            worker.end()
 
     def _fits(self, running: int) -> bool:
         """Whether the memory that is left holds another cell; one cell runs in any case."""

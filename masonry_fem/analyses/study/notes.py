@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import chain
 
 from masonry_fem.analyses.study.cell import room
 from masonry_fem.analyses.study.comparison import Comparison
@@ -47,11 +48,8 @@ def notes(
             f"{' and '.join(cases)} poses another problem with each value: each is compared with its own "
             "finest cell, errors are the worst of all, costs their sum"
         )
-    given = [one for one in vary if one.setting.role == "given"]
-    if given and reference.given is None:
-        last = ", ".join(f"{one.key} = {one.text(one.finest)}" for one in given)
-        said.append(f"of what has no order the value given last counts as the best: {last}")
     if reference.given is None:
+        said += _unordered(vary)
         said += _not_finest(vary, comparisons)
     else:
         said.append("the reference comes from outside and is taken as exact")
@@ -83,21 +81,29 @@ def unseen(scene: Scene, vary: Sequence[Variation], rows: Sequence[Row]) -> list
     return found
 
 
+def _unordered(vary: Sequence[Variation]) -> Iterator[str]:
+    """Which values count as the best only because they come last."""
+    last = ", ".join(f"{one.key} = {one.text(one.finest)}" for one in vary if one.setting.role == "given")
+    if last:
+        yield f"of what has no order the value given last counts as the best: {last}"
+
+
 def _not_finest(vary: Sequence[Variation], comparisons: Sequence[Comparison]) -> list[str]:
     """References that are not what one would take for the finest."""
-    said = []
     if all(made.reference is None for made in comparisons):
         return ["no cell was solved: there is nothing to compare with"]
-    for made in comparisons:
-        if made.reference is None:
-            of = ", ".join(
-                f"{one.key} = {made.rows[0].cell.settings[one.key]}" for one in vary if one.is_case
-            )
-            said.append(f"no cell{' of ' if of else ''}{of} was solved: there is nothing to compare with")
-            continue
-        pairs = zip(vary, made.reference.cell.places, strict=True)
-        lower = [one.key for one, place in pairs if not one.is_case and place != one.finest]
-        if lower:
-            own = ", ".join(f"{key} = {value}" for key, value in made.reference.cell.settings.items())
-            said.append(f"the reference is {own}: not the finest in {', '.join(lower)}")
+    said = chain.from_iterable(_coarse(vary, made) for made in comparisons)
     return list(dict.fromkeys(said))
+
+
+def _coarse(vary: Sequence[Variation], made: Comparison) -> Iterator[str]:
+    """What one case's reference lacks to be the finest."""
+    if made.reference is None:
+        of = ", ".join(f"{one.key} = {made.rows[0].cell.settings[one.key]}" for one in vary if one.is_case)
+        yield f"no cell{' of ' if of else ''}{of} was solved: there is nothing to compare with"
+        return
+    pairs = zip(vary, made.reference.cell.places, strict=True)
+    lower = [one.key for one, place in pairs if not one.is_case and place != one.finest]
+    if lower:
+        own = ", ".join(f"{key} = {value}" for key, value in made.reference.cell.settings.items())
+        yield f"the reference is {own}: not the finest in {', '.join(lower)}"

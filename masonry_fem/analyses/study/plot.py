@@ -49,11 +49,7 @@ def draw(study: Study, path: Path) -> Path:
     from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415 - half a second
     from matplotlib.figure import Figure  # noqa: PLC0415
 
-    panels = [
-        (target, [p for p in study.points(target) if math.isfinite(p.bound)]) for target in study.targets
-    ]
-    panels = [(target, points) for target, points in panels if points]
-    telling = [one for one in panels if any(point.error > FLOOR for point in one[1])] or panels[:1]
+    telling = _telling(study)
     columns = min(2, len(telling))
     lines = math.ceil(len(telling) / columns)
     figure = Figure(figsize=(PANEL[0] * columns, PANEL[1] * lines + 1.1), dpi=110, facecolor="white")
@@ -74,6 +70,15 @@ def draw(study: Study, path: Path) -> Path:
     figure.savefig(content)
     write_atomic(path, content.getvalue())
     return path
+
+
+def _telling(study: Study) -> list[tuple[Target, list[Point]]]:
+    """Targets that differ between settings, or else the first, with their points."""
+    panels = [
+        (target, [p for p in study.points(target) if math.isfinite(p.bound)]) for target in study.targets
+    ]
+    panels = [(target, points) for target, points in panels if points]
+    return [one for one in panels if any(point.error > FLOOR for point in one[1])] or panels[:1]
 
 
 class _Marks:
@@ -147,18 +152,7 @@ def _panel(axis: Any, target: Target, points: Sequence[Point], marks: _Marks, ac
     best = sorted((p for p in points if p.best and not _beside(p)), key=lambda point: point.cpu)
     axis.plot([p.cpu for p in best], [_height(p) for p in best], color=INK, lw=1.1, alpha=0.55, zorder=2)
     for point in points:
-        colour, mark = marks.look(point)
-        if point.is_reference:
-            axis.plot(point.cpu, _height(point), "*", ms=15, mfc="white", mec=colour, mew=1.5, zorder=4)
-        elif _beside(point):
-            axis.plot(point.cpu, _height(point), mark, ms=6.5, mfc="white", mec=colour, mew=1.2, zorder=3)
-        elif point.best:
-            axis.plot(point.cpu, _height(point), mark, ms=7.5, color=colour, mec="white", mew=0.8, zorder=4)
-            top = max(min(point.bound, 10.0), _height(point))
-            axis.plot([point.cpu] * 2, [_height(point), top], color=colour, lw=1.0, alpha=0.7, zorder=3)
-            axis.plot(point.cpu, top, "_", ms=6, color=colour, alpha=0.7, zorder=3)
-        else:
-            axis.plot(point.cpu, _height(point), mark, ms=5.5, color=colour, alpha=0.28, mec="none", zorder=1)
+        _spot(axis, point, *marks.look(point))
     low, high = axis.get_ylim()
     if low < accuracy < high:
         axis.axhline(accuracy, color=COLOURS[1], lw=0.9, ls=(0, (5, 4)), zorder=1)
@@ -170,6 +164,22 @@ def _panel(axis: Any, target: Target, points: Sequence[Point], marks: _Marks, ac
     axis.set_xlabel("CPU time [s]", fontsize=9.5, color=PALE)
     axis.set_ylabel("relative error", fontsize=9.5, color=PALE)
     axis.margins(x=0.12, y=0.14)
+
+
+def _spot(axis: Any, point: Point, colour: str, mark: str) -> None:
+    """One setting, with its bound if it is one of the best."""
+    height = _height(point)
+    if point.is_reference:
+        axis.plot(point.cpu, height, "*", ms=15, mfc="white", mec=colour, mew=1.5, zorder=4)
+    elif _beside(point):
+        axis.plot(point.cpu, height, mark, ms=6.5, mfc="white", mec=colour, mew=1.2, zorder=3)
+    elif point.best:
+        axis.plot(point.cpu, height, mark, ms=7.5, color=colour, mec="white", mew=0.8, zorder=4)
+        top = max(min(point.bound, 10.0), height)
+        axis.plot([point.cpu] * 2, [height, top], color=colour, lw=1.0, alpha=0.7, zorder=3)
+        axis.plot(point.cpu, top, "_", ms=6, color=colour, alpha=0.7, zorder=3)
+    else:
+        axis.plot(point.cpu, height, mark, ms=5.5, color=colour, alpha=0.28, mec="none", zorder=1)
 
 
 def _minor(value: float, limits: tuple[float, float], unit: str) -> str:
@@ -198,22 +208,24 @@ def _label(axis: Any, points: Sequence[Point], marks: _Marks) -> None:
     taken: list[Any] = []
     for point in sorted((point for point in points if point.best), key=lambda point: point.cpu):
         words = marks.text(point) or " · ".join(point.settings.values())
-        found = None
         for dx, dy, side in PLACES:
             text = axis.annotate(
                 words, (point.cpu, _height(point)), xytext=(dx, dy), textcoords="offset points",
                 fontsize=8, color=INK, ha=side,
             )  # fmt: skip
             box = text.get_window_extent(renderer)
-            inside = box.x0 >= frame.x0 and box.x1 <= frame.x1 + 12 and box.y0 >= frame.y0
-            free = not any(box.overlaps(other) for other in taken)
-            clear = not any(box.x0 < x < box.x1 and box.y0 < y < box.y1 for x, y in spots)
-            if inside and free and clear:
-                found = box
+            if _has_room(box, frame, taken, spots):
+                taken.append(box)
                 break
             text.remove()
-        if found is not None:
-            taken.append(found)
+
+
+def _has_room(box: Any, frame: Any, taken: Sequence[Any], spots: Any) -> bool:
+    """Whether a label is within the frame, beside the other labels and on no point."""
+    inside = box.x0 >= frame.x0 and box.x1 <= frame.x1 + 12 and box.y0 >= frame.y0
+    free = not any(box.overlaps(other) for other in taken)
+    clear = not any(box.x0 < x < box.x1 and box.y0 < y < box.y1 for x, y in spots)
+    return inside and free and clear
 
 
 def _head(figure: Any, study: Study, marks: _Marks) -> None:

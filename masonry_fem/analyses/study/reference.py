@@ -56,12 +56,14 @@ class Reference:
             return cls("the finest cell", (None,) * len(vary))
         if len(parts) == 1 and "=" not in parts[0]:
             return cls(parts[0], given=_from_file(Path(parts[0])))
-        pairs = [_pair(part) for part in parts]
-        keys = {one.key for one in vary}
-        if all(key in keys for key, _ in pairs):
-            places = tuple(_place(one, dict(pairs)) for one in vary)
+        pairs = list(map(_pair, parts))
+        asked = dict(pairs)
+        if asked.keys() <= {one.key for one in vary}:
+            places = tuple(_place(one, asked) for one in vary)
             return cls("the cell of " + ", ".join(f"{key} = {text}" for key, text in pairs), places)
-        return cls("the given numbers", given=dict(_numbers({key: parsed(text) for key, text in pairs})))
+        return cls(
+            "the given numbers", given=dict(_numbers({key: parsed(text) for key, text in asked.items()}))
+        )
 
     @classmethod
     def of(cls, given: Any, vary: Sequence[Variation]) -> Reference:

@@ -12,7 +12,7 @@ import importlib.util
 import inspect
 import sys
 import zlib
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from types import CodeType, ModuleType
@@ -46,10 +46,12 @@ def law_of_file(
     path = base / spec.file
     kind = _class(_run(path, key), spec, path, key)
     given: dict[str, Any] = {**(spec.parameters or {}), **(arrays or {})}
-    accepted = _parameters(kind)
+    accepted, others = _parameters(kind)
     if "friction" in accepted:
         given.setdefault("friction", friction)
-    _check_names(given, accepted, spec, path, key)
+    if not others:
+        _refuse_unknown(given, accepted, spec, path, key)
+    _refuse_missing(given, accepted, spec, path, key)
     try:
         return kind(**given)
     except LawError as error:
@@ -139,35 +141,30 @@ def _check_class(kind: type[Law], spec: specs.PythonLaw, path: Path, key: str) -
         )
 
 
-def _parameters(kind: type[Law]) -> dict[str, inspect.Parameter]:
-    """What the class takes as keywords; a ``**others`` stands under its name with two stars."""
-    taken = {}
-    for name, one in inspect.signature(kind).parameters.items():
-        if one.kind is inspect.Parameter.VAR_KEYWORD:
-            taken[f"**{name}"] = one
-        elif one.kind in {inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY}:
-            taken[name] = one
-    return taken
+def _parameters(kind: type[Law]) -> tuple[dict[str, Any], bool]:
+    """What the class takes as keywords, each with its default, and whether it takes any others, too."""
+    taken = inspect.signature(kind).parameters.values()
+    named = {inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY}
+    others = any(one.kind is inspect.Parameter.VAR_KEYWORD for one in taken)
+    return {one.name: one.default for one in taken if one.kind in named}, others
 
 
-def _check_names(
-    given: Mapping[str, Any],
-    accepted: Mapping[str, inspect.Parameter],
-    spec: specs.PythonLaw,
-    path: Path,
-    key: str,
+def _refuse_unknown(
+    given: Collection[str], accepted: Collection[str], spec: specs.PythonLaw, path: Path, key: str
 ) -> None:
-    anything = any(name.startswith("**") for name in accepted)
-    names = [name for name in accepted if not name.startswith("**")]
-    unknown = [] if anything else [name for name in given if name not in accepted]
+    unknown = [name for name in given if name not in accepted]
     if unknown:
         raise SceneError(
             f"{key}.parameters: unknown key {listed(unknown)} of '{spec.law}' in '{path}', expected "
-            f"{listed(names) if names else 'none'}{nearest(unknown[0], names)}"
+            f"{listed(accepted) or 'none'}{nearest(unknown[0], accepted)}"
         )
-    missing = [
-        name for name in names if accepted[name].default is inspect.Parameter.empty and name not in given
-    ]
+
+
+def _refuse_missing(
+    given: Collection[str], accepted: Mapping[str, Any], spec: specs.PythonLaw, path: Path, key: str
+) -> None:
+    needed = [name for name, default in accepted.items() if default is inspect.Parameter.empty]
+    missing = [name for name in needed if name not in given]
     if missing:
         raise SceneError(
             f"{key}.parameters lacks {listed(missing)}, which '{spec.law}' of '{path}' needs; give "

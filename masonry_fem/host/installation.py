@@ -166,29 +166,36 @@ def declared_version(name: str) -> str | None:
 def report() -> list[Finding]:
     """Everything that matters on this machine, and advice on what is missing."""
     old_python = sys.version_info < OLDEST_PYTHON
+    drawing = renderers()
     findings = [
         Finding("masonry_fem", masonry_fem.__version__),
         Finding("python", platform.python_version(), "use Python 3.12 or later" if old_python else ""),
         *(_package(name, name) for name in LIBRARIES),
         *(_package(name, f"'masonry-fem[{extra}]'") for extra, names in EXTRAS.items() for name in names),
+        _dolfinx(),
+        _found("petsc", package_version("petsc4py") or declared_version("petsc4py"), DOLFINX_CURE),
+        _found("C compiler", compiler(), "apt install gcc, or set CC"),
+        *(_found(name, "available" if name in drawing else None, "") for name in RENDERERS),
     ]
-    found = dolfinx_version()
-    fresh = found is not None and numbers_of(found) >= OLDEST_DOLFINX
-    findings.append(Finding("dolfinx", found or "missing", "" if fresh else DOLFINX_CURE))
-    petsc = package_version("petsc4py") or declared_version("petsc4py")
-    findings.append(Finding("petsc", petsc or "missing", "" if petsc else DOLFINX_CURE))
-    cc = compiler()
-    findings.append(Finding("C compiler", cc or "missing", "" if cc else "apt install gcc, or set CC"))
-    for name, files in RENDERERS.items():
-        findings.append(Finding(name, "available" if any(map(_loadable, files)) else "missing"))
     if not lacking("pictures") and why_no_pictures():
         findings.append(Finding("pictures", "not possible", RENDERING_CURE))
     return findings
 
 
+def _found(name: str, state: str | None, cure: str) -> Finding:
+    """The state of what is there, or else the cure."""
+    return Finding(name, state or "missing", "" if state else cure)
+
+
 def _package(name: str, source: str) -> Finding:
-    found = package_version(name)
-    return Finding(name, found or "missing", "" if found else f"pip install {source}")
+    return _found(name, package_version(name), f"pip install {source}")
+
+
+def _dolfinx() -> Finding:
+    """DOLFINx, with the cure also where it is too old."""
+    found = dolfinx_version()
+    fresh = found is not None and numbers_of(found) >= OLDEST_DOLFINX
+    return Finding("dolfinx", found or "missing", "" if fresh else DOLFINX_CURE)
 
 
 def _loadable(name: str) -> bool:

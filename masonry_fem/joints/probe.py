@@ -174,8 +174,8 @@ def _march(
     committed = law.initial(c, d) if state is None else state
     jump = np.zeros((c, d)) if start is None else np.array(start, dtype=float).reshape(c, d)
     graph, areas = np.zeros((c, d)), np.full(c, area)
-    vectors = {name: np.zeros((n, c, d)) for name in ("jump", "reaction")}
-    scalars = {name: np.zeros((n, c)) for name in ("adhesion", "demand", "stored", "dissipated", "rubbed")}
+    found = {name: np.zeros((n, c, d)) for name in ("jump", "reaction")}
+    found |= {name: np.zeros((n, c)) for name in ("adhesion", "demand", "stored", "dissipated", "rubbed")}
     turns, settled = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=bool)
     for index, target in enumerate(targets):
         trial = committed
@@ -193,13 +193,12 @@ def _march(
             if settled[index]:
                 break
         committed, graph, jump = trial.committed(), turn.graph, jump + step * turn.velocity
-        vectors["jump"][index], vectors["reaction"][index] = jump, turn.reaction
-        scalars["stored"][index] = law.stored(committed, areas)
+        found["jump"][index], found["reaction"][index] = jump, turn.reaction
+        found["stored"][index] = law.stored(committed, areas)
         for name in ("adhesion", "demand", "dissipated", "rubbed"):
-            scalars[name][index] = getattr(committed, name)
-    found = {name: values.reshape(path.shape) for name, values in vectors.items()}
-    found |= {name: values.reshape(path.shape[:-1]) for name, values in scalars.items()}
-    return History(area=area, turns=turns, settled=settled, state=committed, **found)
+            found[name][index] = getattr(committed, name)
+    shaped = {name: values.reshape(*path.shape[:-1], *values.shape[2:]) for name, values in found.items()}
+    return History(area=area, turns=turns, settled=settled, state=committed, **shaped)
 
 
 def _prescribed(

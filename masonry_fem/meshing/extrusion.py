@@ -61,19 +61,11 @@ def _swept(solid: Polytope, base: int, own: set[int]) -> Prism | None:
     top = next((face for face, other in enumerate(solid.faces) if own.isdisjoint(other)), None)
     if top is None:
         return None
-    mate: dict[int, int] = {}
-    side: dict[frozenset[int], int] = {}
-    for face, corners in enumerate(solid.faces):
-        if face in (base, top):
-            continue
-        if len(corners) != 4:
-            return None
-        for a, b in zip(corners, (*corners[1:], corners[0]), strict=True):
-            if (a in own) != (b in own):
-                below, above = (a, b) if a in own else (b, a)
-                mate[below] = above
-            elif a in own:
-                side[frozenset((a, b))] = face
+    between = dict(enumerate(solid.faces))
+    del between[base], between[top]
+    if any(len(corners) != 4 for corners in between.values()):
+        return None
+    mate, side = _risen(between, own)
     if len(mate) != len(loop) or len(side) != len(loop):
         return None
     sweep = solid.vertices[[mate[v] for v in loop]] - solid.vertices[list(loop)]
@@ -81,6 +73,22 @@ def _swept(solid: Polytope, base: int, own: set[int]) -> Prism | None:
         return None
     pairs = zip(loop, (*loop[1:], loop[0]), strict=True)
     return Prism(base, top, loop, tuple(side[frozenset(pair)] for pair in pairs), sweep[0])
+
+
+def _risen(
+    between: dict[int, tuple[int, ...]], own: set[int]
+) -> tuple[dict[int, int], dict[frozenset[int], int]]:
+    """Corner above each of the base's ``own`` ones, and face on each of its sides."""
+    mate: dict[int, int] = {}
+    side: dict[frozenset[int], int] = {}
+    for face, corners in between.items():
+        for a, b in zip(corners, (*corners[1:], corners[0]), strict=True):
+            if (a in own) != (b in own):
+                below, above = (a, b) if a in own else (b, a)
+                mate[below] = above
+            elif a in own:
+                side[frozenset((a, b))] = face
+    return mate, side
 
 
 def hexahedra_of(shape: Shape, body: Prism, settings: MeshSettings) -> Mesh:

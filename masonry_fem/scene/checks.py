@@ -237,10 +237,7 @@ def _exists(name: str, path: KeyPath, base: Path) -> None:
 
 
 def _doubts(scene: Scene) -> Iterator[str]:
-    loads = scene.loads
-    pushed = loads.accelerations or loads.tractions or loads.points or loads.lines or scene.initial
-    moved = any(support.motion is not None for support in scene.supports)
-    if loads.gravity is None and not pushed and not moved:
+    if not _driven(scene):
         yield "nothing acts on the blocks; expected loads.gravity or another load"
     yield from material_doubts(scene)
     if not scene.supports and not any(structure.carries for structure in scene.structures):
@@ -251,3 +248,11 @@ def _doubts(scene: Scene) -> Iterator[str]:
         yield "analysis.substeps divides steps in which joints give way: dry ones do not, and all are dry"
     for index, joint in enumerate(scene.joints):
         yield from joint_doubts(joint, f"joints.{index}")
+
+
+def _driven(scene: Scene) -> bool:
+    """Whether loads, initial velocities or supports that move make the blocks do anything."""
+    loads = scene.loads
+    pushed = loads.accelerations or loads.tractions or loads.points or loads.lines or scene.initial
+    moved = any(support.motion is not None for support in scene.supports)
+    return loads.gravity is not None or bool(pushed) or moved

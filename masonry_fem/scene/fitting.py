@@ -115,26 +115,29 @@ def _fit_named(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, dime
 def _fit_table(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, dimension: int | None) -> Any:
     if not isinstance(value, dict):
         raise wrong(path, value, "a table" + _table_hint(path, value))
-    known = {field.encode_name: field for field in kind.fields}
-    if kind.tag_field:
-        known = {kind.tag_field: None, **known}
-    for key in value:
-        if key not in known:
-            near = nearest(key, known) or f"; known keys: {listed(known)}"
-            place = "{path}" if path else "the scene"
-            sentence = f"unknown key {braced(repr(key))} in {place}{braced(near)}"
-            raise MisfitError(path, sentence, line_path=(*path, key))
-    for field in kind.fields:
-        if field.required and field.encode_name not in value:
-            place = "{path}" if path else "the scene"
-            expected = braced(expectation(field.type, dimension))
-            raise MisfitError(path, f"{place} lacks the key '{field.encode_name}' ({expected})")
+    _check_keys(value, kind, path, dimension)
     result = {kind.tag_field: kind.tag} if kind.tag_field else {}
     for field in kind.fields:
         if field.encode_name in value:
             place_of = (*path, field.encode_name)
             result[field.encode_name] = fitted(value[field.encode_name], field.type, place_of, dimension)
     return result
+
+
+def _check_keys(value: dict[str, Any], kind: Any, path: KeyPath, dimension: int | None) -> None:
+    """A table has no key that is unknown, and all that are required."""
+    place = "{path}" if path else "the scene"
+    known = [kind.tag_field] if kind.tag_field else []
+    known += [field.encode_name for field in kind.fields]
+    for key in value:
+        if key not in known:
+            near = nearest(key, known) or f"; known keys: {listed(known)}"
+            sentence = f"unknown key {braced(repr(key))} in {place}{braced(near)}"
+            raise MisfitError(path, sentence, line_path=(*path, key))
+    for field in kind.fields:
+        if field.required and field.encode_name not in value:
+            expected = braced(expectation(field.type, dimension))
+            raise MisfitError(path, f"{place} lacks the key '{field.encode_name}' ({expected})")
 
 
 def _fit_union(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, dimension: int | None) -> Any:

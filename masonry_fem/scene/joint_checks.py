@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 import msgspec
 
@@ -13,6 +14,8 @@ from masonry_fem.scene.misfit import MisfitError, listed, nearest, wrong
 from masonry_fem.scene.specs import Joint, Mortar, PythonLaw, Scatter, Scene
 
 WIDEST_NORMAL = 0.5  # between nothing and twice the mean there is no room for more
+STIFFNESSES = ("normal_stiffness", "tangential_stiffness")
+MODULI = ("thickness", "young")
 
 
 def check_joints(scene: Scene) -> None:
@@ -77,18 +80,21 @@ def _no_slip(joint: Joint, path: KeyPath) -> None:
 
 def _mortar(mortar: Mortar, path: KeyPath) -> None:
     """Stiffnesses, or thickness and moduli."""
-    forms = (("normal_stiffness", "tangential_stiffness"), ("thickness", "young"))
-    given = [[name for name in form if getattr(mortar, name) is not None] for form in forms]
     expected = "normal_stiffness and tangential_stiffness, or thickness and young (and poisson)"
-    if all(given) or (given[0] and mortar.poisson is not None):
+    stiffnesses, moduli = _given(mortar, STIFFNESSES), _given(mortar, MODULI)
+    if stiffnesses and (moduli or mortar.poisson is not None):
         raise MisfitError(path, f"{{path}} has both stiffnesses and moduli, expected {expected}; drop one")
-    whole = given[0] or given[1]
-    form = forms[0] if given[0] else forms[1]
-    if len(whole) < len(form):
-        lacking = [name for name in form if name not in whole] if whole else ["normal_stiffness"]
-        raise MisfitError(path, f"{{path}} lacks {listed(lacking)}, expected {expected}; give it")
+    given = stiffnesses or moduli
+    lacking = [name for name in (MODULI if moduli else STIFFNESSES) if name not in given]
+    if lacking:
+        lacks = listed(lacking if given else lacking[:1])
+        raise MisfitError(path, f"{{path}} lacks {lacks}, expected {expected}; give it")
     if mortar.hardening is not None and mortar.crushing is None:
         raise wrong((*path, "hardening"), mortar.hardening, "a crushing strength beside it; give 'crushing'")
+
+
+def _given(mortar: Mortar, names: tuple[str, ...]) -> list[str]:
+    return [name for name in names if getattr(mortar, name) is not None]
 
 
 def _scatter(joint: Joint, scatter: Scatter, path: KeyPath) -> None:
@@ -111,16 +117,16 @@ def scattering_names(joint: Joint) -> Iterator[str]:
     """Names of a joint's numbers that may differ from place to place."""
     yield "friction"
     if isinstance(joint.law, PythonLaw):
-        yield from (name for name, value in (joint.law.parameters or {}).items() if isinstance(value, float))
+        yield from _numbers(joint.law.parameters or {})
     elif joint.law is not None:
         law = kinds()[joint.law.kind].law
         # the residual friction scatters with the friction; exponents and shares shape a law and do not
-        yield from (
-            name
-            for name, value in msgspec.structs.asdict(joint.law).items()
-            if isinstance(value, float) and name != "residual_friction" and spreads(law, name)
-        )
-    given = {} if joint.mortar is None else msgspec.structs.asdict(joint.mortar)
-    yield from (
-        f"mortar.{name}" for name, one in given.items() if isinstance(one, float) and name != "poisson"
-    )
+        numbers = _numbers(msgspec.structs.asdict(joint.law))
+        yield from (name for name in numbers if name != "residual_friction" and spreads(law, name))
+    if joint.mortar is not None:
+        numbers = _numbers(msgspec.structs.asdict(joint.mortar))
+        yield from (f"mortar.{name}" for name in numbers if name != "poisson")
+
+
+def _numbers(values: Mapping[str, Any]) -> list[str]:
+    return [name for name, value in values.items() if isinstance(value, float)]

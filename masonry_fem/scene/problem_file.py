@@ -103,7 +103,7 @@ class _Conditions:
         friction, passed = _friction(problem)
         return cls(
             supports=tuple(_support(block, own, scale) for block, own in held.items()),
-            points=tuple(_forces(told, name, scale, title)),
+            points=(*_point_loads(told, name, scale, title), *_pressures(told, name, scale)),
             accelerations=tuple(
                 specs.Acceleration(vector=tuple(map(float, one))) for one in told.get("body_forces") or ()
             ),
@@ -186,8 +186,8 @@ def _support(block: str, told: dict[str, Any], scale: float) -> specs.Support:
     return specs.Support(on=block, motion=motion)
 
 
-def _forces(told: dict[str, Any], name: str, scale: float, title: str) -> Iterator[specs.PointForce]:
-    """Forces at points, and resultants of pressures at the middles of their polygons."""
+def _point_loads(told: dict[str, Any], name: str, scale: float, title: str) -> Iterator[specs.PointForce]:
+    """Forces at points."""
     for one in told.get("point_loads") or ():
         if any(one.get("moment") or ()):
             raise SceneError(
@@ -200,6 +200,10 @@ def _forces(told: dict[str, Any], name: str, scale: float, title: str) -> Iterat
             vector=tuple(map(float, one["force"])),
             point=None if at is None else tuple(scale * float(x) for x in _data(at)),
         )
+
+
+def _pressures(told: dict[str, Any], name: str, scale: float) -> Iterator[specs.PointForce]:
+    """Resultants of pressures, at the middles of their polygons."""
     for one in told.get("surface_loads") or ():
         corners = [[scale * float(x) for x in _data(point)] for point in _data(one["polygon"])["points"]]
         area, middle = _area(corners)

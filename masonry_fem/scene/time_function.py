@@ -145,10 +145,10 @@ def read_record(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
                 expected = "two finite numbers: time [s] and value"
                 raise SceneError(f"{path}, line {number}: {shown(line)}, expected {expected}; correct it")
             titled = True
-        if row is not None and rows and row[0] <= rows[-1][0]:
+        elif rows and row[0] <= rows[-1][0]:
             raise SceneError(f"{path}, line {number}: time {row[0]:g} s after {rows[-1][0]:g} s, "
                              "expected increasing times")  # fmt: skip
-        if row is not None:
+        else:
             rows.append(row)
     if not rows:
         raise SceneError(f"{path}: holds no numbers; expected two columns, time [s] and value")

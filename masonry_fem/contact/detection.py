@@ -70,14 +70,7 @@ def detect(
     GeometryError
         When ``reach`` is negative or ``angle`` is not between 0 and 90 degrees.
     """
-    if reach is not None and not reach >= 0:
-        raise GeometryError(
-            f"contact reach is {reach} m, expected >= 0; leave it out for 1e-3 of a block's size"
-        )
-    if not 0 < angle < 90:
-        raise GeometryError(
-            f"contact angle is {angle} degrees, expected between 0 and 90; 5 suits most scenes"
-        )
+    _check_limits(reach, angle)
     if len(assembly.blocks) < 2:
         return ()
     surfaces = surfaces_of(assembly) if surfaces is None else surfaces
@@ -95,7 +88,7 @@ def detect(
     deep = far if overlap is None else overlap
     chosen = orient(facing(faces, pairs, max(far, deep) + 1e-9 * size, angle), posed, faces)
     found, slivers = _cut(chosen, assembly, surfaces, faces, (far, deep), size)
-    met = {tuple(sorted(interface.blocks)) for interface in found}
+    met = _pairs_of(found)
     rest = np.array([pair for pair in pairs.tolist() if tuple(pair) not in met], dtype=np.int64).reshape(
         -1, 2
     )
@@ -111,10 +104,25 @@ def default_reach(assembly: Assembly) -> float:
     return REACH * typical_size(assembly, surfaces_of(assembly))
 
 
+def _check_limits(reach: float | None, angle: float) -> None:
+    if reach is not None and not reach >= 0:
+        raise GeometryError(
+            f"contact reach is {reach} m, expected >= 0; leave it out for 1e-3 of a block's size"
+        )
+    if not 0 < angle < 90:
+        raise GeometryError(
+            f"contact angle is {angle} degrees, expected between 0 and 90; 5 suits most scenes"
+        )
+
+
+def _pairs_of(interfaces: list[Interface]) -> set[tuple[int, ...]]:
+    """Pairs of blocks that interfaces join, the lower number first."""
+    return {tuple(sorted(interface.blocks)) for interface in interfaces}
+
+
 def _tell_slivers(assembly: Assembly, found: list[Interface], slivers: IntArray) -> None:
     """Warn of pairs of blocks that have nothing but slivers in common: they do not touch."""
-    met = {tuple(sorted(interface.blocks)) for interface in found}
-    lost = sorted({(min(a, b), max(a, b)) for a, b in slivers.tolist()} - met)
+    lost = sorted({(min(a, b), max(a, b)) for a, b in slivers.tolist()} - _pairs_of(found))
     if lost:
         names = ", ".join(
             f"'{assembly.blocks[a].name}' and '{assembly.blocks[b].name}'" for a, b in lost[:SHOWN]

@@ -11,7 +11,7 @@ from masonry_fem.contact.contacts import Contacts, Interface
 from masonry_fem.contact.kinematics import height, local_frames
 from masonry_fem.contact.placement import names, points_of
 from masonry_fem.contact.placement.parts.patch import Patch
-from masonry_fem.contact.placement.parts.rule import Rule
+from masonry_fem.contact.placement.parts.rule import Rule, Spots
 from masonry_fem.contact.surface import Surface, surfaces_of, typical_size
 from masonry_fem.errors import GeometryError
 from masonry_fem.solid.assembly import Assembly
@@ -44,35 +44,41 @@ def place(
     GeometryError
         For an unknown rule, an inset or density out of range, or ``nodes`` where no side is meshed.
     """
-    for number, rule in enumerate(rules):
-        _check(number, rule)
     surfaces = surfaces_of(assembly) if surfaces is None else surfaces
-    d = assembly.dimension
-    normals = np.array([interface.normal for interface in interfaces]).reshape(-1, d)
-    spots = [
-        points_of(rule.name)(Patch.of(assembly, surfaces, interface, frame), rule)
-        for interface, rule, frame in zip(interfaces, rules, local_frames(normals), strict=True)
-    ]
+    spots = _spots(assembly, surfaces, interfaces, rules)
     if not spots:
-        return _none(d)
+        return _none(assembly.dimension)
     patches = [spot.patch for spot in spots]
     of = np.repeat(np.arange(len(spots)), [len(spot.area) for spot in spots])
     frame = np.array([patch.frame for patch in patches])[of]
     flat = np.concatenate([spot.points for spot in spots])
     middle = np.array([patch.origin for patch in patches])[of] + np.einsum("cp,cpd->cd", flat, frame[:, 1:])
-    heights = [height(middle, frame[:, 0], *(plane[of] for plane in _planes(patches, s))) for s in (0, 1)]
-    gap = heights[0] - heights[1]
+    heights = _heights(patches, of, middle, frame[:, 0])
+    gap = heights[:, 0] - heights[:, 1]
     gap[np.abs(gap) < ROUNDING * typical_size(assembly, surfaces)] = 0.0
     return Contacts(
         blocks=np.array([[side.block for side in patch.sides] for patch in patches])[of],
         interface=of,
-        points=middle[:, None] + np.stack(heights, axis=1)[:, :, None] * frame[:, :1],
+        points=middle[:, None] + heights[:, :, None] * frame[:, :1],
         facets=np.concatenate([spot.facets for spot in spots]),
         frame=frame,
         gap=gap,
         area=np.concatenate([spot.area for spot in spots]),
         key=_keys(assembly, interfaces, of),
     )
+
+
+def _spots(
+    assembly: Assembly, surfaces: tuple[Surface, ...], interfaces: Sequence[Interface], rules: Sequence[Rule]
+) -> list[Spots]:
+    """The points of each interface by its rule."""
+    for number, rule in enumerate(rules):
+        _check(number, rule)
+    normals = np.array([interface.normal for interface in interfaces]).reshape(-1, assembly.dimension)
+    return [
+        points_of(rule.name)(Patch.of(assembly, surfaces, interface, frame), rule)
+        for interface, rule, frame in zip(interfaces, rules, local_frames(normals), strict=True)
+    ]
 
 
 def _check(number: int, rule: Rule) -> None:
@@ -83,6 +89,12 @@ def _check(number: int, rule: Rule) -> None:
         raise GeometryError(f"{where}: inset is {rule.inset}, expected 0 < inset <= 1 (1 is the very corner)")
     if rule.density < 1:
         raise GeometryError(f"{where}: density is {rule.density}, expected at least 1 subdivision")
+
+
+def _heights(patches: list[Patch], of: IntArray, middle: FloatArray, along: FloatArray) -> FloatArray:
+    """How far the faces of both sides are from the middles ``along`` the normals, shape (c, 2) [m]."""
+    planes = (_planes(patches, side) for side in (0, 1))
+    return np.stack([height(middle, along, on_face[of], normal[of]) for on_face, normal in planes], axis=1)
 
 
 def _planes(patches: list[Patch], side: int) -> tuple[FloatArray, FloatArray]:

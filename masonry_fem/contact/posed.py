@@ -50,20 +50,20 @@ class Posed:
         shape = np.array([block.shape for block in assembly.blocks], dtype=np.int64)
         rotation = np.array([block.pose.rotation for block in assembly.blocks])
         translation = np.array([block.pose.translation for block in assembly.blocks])
-        vertices = _padded([solid.vertices for solid in solids])
-        on_face = _padded(
+        vertices, count = _padded([solid.vertices for solid in solids])
+        on_face, faces = _padded(
             [np.array([solid.face_points(f)[0] for f in range(len(solid.faces))]) for solid in solids]
         )
-        normal = _padded([surface.normals for surface in surfaces])
+        normal, _ = _padded([surface.normals for surface in surfaces])
         turned = [np.einsum("bij,bkj->bki", rotation, array[shape]) for array in (vertices, on_face, normal)]
         return cls(
             solids,
             shape,
             turned[0] + translation[:, None],
-            np.array([len(solid.vertices) for solid in solids])[shape],
+            count[shape],
             turned[1] + translation[:, None],
             turned[2],
-            np.array([len(solid.faces) for solid in solids])[shape],
+            faces[shape],
             np.array([surface.convex for surface in surfaces])[shape],
             *_all_edges(solids, shape),
             np.array([block.support for block in assembly.blocks]),
@@ -79,11 +79,13 @@ def _all_edges(solids: tuple[Polytope, ...], shape: IntArray) -> tuple[IntArray,
     return padded[shape], np.array([len(own) for own in edges])[shape]
 
 
-def _padded(arrays: list[FloatArray]) -> FloatArray:
-    most = max(len(array) for array in arrays)
+def _padded(arrays: list[FloatArray]) -> tuple[FloatArray, IntArray]:
+    """The arrays in one, the last row of each repeated, and how many rows of each are real."""
+    count = np.array([len(array) for array in arrays])
+    each = zip(arrays, count.max() - count, strict=True)
     return np.array(
-        [np.concatenate([array, np.repeat(array[-1:], most - len(array), 0)]) for array in arrays]
-    )
+        [np.concatenate([array, np.repeat(array[-1:], lacking, 0)]) for array, lacking in each]
+    ), count
 
 
 @njit(cache=True)

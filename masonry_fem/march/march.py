@@ -11,20 +11,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
-import numpy as np
-
 from masonry_fem.march.acting import acted, extents
 from masonry_fem.march.clock import Clock
-from masonry_fem.march.coupling import connect
+from masonry_fem.march.coupling import Coupling, connect
 from masonry_fem.march.deformation import beyond_small
 from masonry_fem.march.equilibrium import Strategy
-from masonry_fem.march.increments import ABRUPT, increments
+from masonry_fem.march.increments import increments
 from masonry_fem.march.ledger import Ledger
 from masonry_fem.march.measure import measure, moving_blocks
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
 from masonry_fem.march.step import Increment, initial_state
 from masonry_fem.march.step_report import StepReport
+from masonry_fem.march.troubles import Troubles
 from masonry_fem.march.unrest import could_rest, drift, within_tolerance
 from masonry_fem.march.witness import Witness
 from masonry_fem.nscd import Outcome, SolverSettings
@@ -33,7 +32,6 @@ from masonry_fem.records.remark import remark
 
 Verdict = Literal["equilibrium", "finished", "no_convergence", "no_equilibrium"]
 
-DEEP = 0.05  # of a block's size: how far blocks may go into each other without a word
 DOUBTFUL = 1e-6  # of a block's load: what its equation of motion may miss without a word
 TURNED = 1e-2  # of a block's load: what turning may leave of balance in what is written without a word
 UNACCOUNTED = 1e-6  # of the largest energy: what may be missing from the ledger of an equilibrium
@@ -104,19 +102,13 @@ def march(
     """
     coupling = connect(model)
     if start is None:
-        placed = tuple(group.rest() for group in model.groups) if bodies is None else bodies
-        start = initial_state(model, coupling, placed)
-    state = start
+        start = _begun(model, coupling, bodies)
     ledger, clock = Ledger(), Clock()
-    missed: list[float] = []
-    inexact: list[float] = []
-    unsettled: list[float] = []
-    abrupt: list[float] = []
-    jammed, deepest, witness = 0, 0.0, Witness(model, state.bodies)
+    troubles, witness = Troubles(), Witness(model, start.bodies)
     size = extents(model.assembly)
-    for here, step in increments(coupling, strategy, state, settings, clock, witness.lookout):
+    for here, step in increments(coupling, strategy, start, settings, clock, witness.lookout):
         coupling, model = here, here.model
-        inertia = step.scheme.inertia
+        static = step.scheme.inertia == 0
         made = acted(model, step, size)
         report = measure(model, coupling, made)
         witness.see(model, made.after)
@@ -127,120 +119,69 @@ def march(
         for observer in observers:
             observer.record(model, made.after, report)
         clock.lap("output")
-        reached = settings.tolerance
-        if report.outcome is Outcome.INEXACT:
-            reached = max(reached, report.quality.error)
-        verdict = _hopeless(report, inertia == 0)
+        verdict = _hopeless(report, static)
+        if verdict is None:
+            troubles.see(made, report)
+            verdict = _arrived(model, strategy, report)
         if verdict is not None:
             break
-        if not report.outcome.solved:
-            missed.append(report.quality.error)
-        elif report.outcome is Outcome.INEXACT:
-            inexact.append(report.quality.error)
-        jammed += made.jammed
-        deepest = max(deepest, report.max_penetration)
-        if report.joint_change > 0:
-            unsettled.append(report.joint_change)
-        if report.adhesion_loss > ABRUPT:
-            abrupt.append(report.time)
-        if report.time >= model.changing * (1 - ROUNDING) and strategy.settled(report):
-            verdict = "equilibrium" if report.joint_change == 0 else "no_convergence"
-            break
     else:
-        verdict = "no_equilibrium" if strategy.seeks_equilibrium else "finished"
-        # a step that was not solved says nothing of what exists, nor does a march that was too short
-        unsolved = not report.outcome.solved
-        if strategy.seeks_equilibrium and (unsolved or could_rest(model, start, made, report, reached)):
-            verdict = "no_convergence"
+        verdict = _out_of_steps(model, strategy, start, made, report, settings)
     witness.end(model, made.after)
-    static, bound = inertia == 0, max(DOUBTFUL, 1e3 * reached)
+    reached = _reached(report, settings)
+    bound = max(DOUBTFUL, 1e3 * reached)
     still = within_tolerance(made, report, reached)
     buried = witness.objection(math.inf, still, static=static)  # blocks that are in each other
     objection = witness.objection(bound, still, static=static)
     objection = _with_cure(objection, model, static=static, buried=objection == buried)
     if verdict == "equilibrium" and objection:
         verdict = "no_convergence"
-    _warn(missed, inexact, unsettled, abrupt, report, strategy, settings)
+    troubles.tell_steps(report, strategy, settings)
     if verdict in {"equilibrium", "finished"}:
         _doubt(model, made, report, bound)
         _tell_written(witness, _with_cure(buried, model, static=static, buried=True), made.scheme.step)
-        far = drift(model, made, report, reached)
-        if far > 0:
-            remark(
-                "long_step",
-                f"a step of {made.scheme.step:g} s is so long that speeds below the solver's tolerance "
-                f"carry blocks {far:.1e} m away in it: forces may be right, places are not; take "
-                "shorter steps, or kind = 'statics'",
-            )
-    if deepest > DEEP * model.length + float(np.maximum(-start.gap, 0.0).max(initial=0.0)):
-        remark(
-            "fast_meeting",
-            f"blocks went into each other by up to {deepest:.2g} m: they meet too fast for steps "
-            f"of {made.scheme.step:g} s; take smaller steps (joints of form 'velocity' close in "
-            "the step after blocks have met)",
-        )
-    if jammed:
-        remark(
-            "jammed",
-            f"overlaps could not be driven apart in {jammed} of {_steps(report.step)}: rigid "
-            "blocks lie between others that do not give way; they were held where they are. Make "
-            "room, or make the blocks elastic",
-        )
-    return _ended(verdict, model, made, report, settings, ledger, clock, tuple(abrupt), witness, objection)
-
-
-def _warn(
-    missed: list[float],
-    inexact: list[float],
-    unsettled: list[float],
-    abrupt: list[float],
-    report: StepReport,
-    strategy: Strategy,
-    settings: SolverSettings,
-) -> None:
-    if missed:
-        cure = "" if settings.acceptable > 0 else ", and loosen solver.tolerance where that is exact enough"
-        remark(
-            "missed_tolerance",
-            f"{len(missed)} of {report.step} steps missed the solver's tolerance "
-            f"{settings.tolerance:g}, the worst with an error of {max(missed):.1e}; look at the "
-            f"certificate{cure}",
-        )
-    if inexact:
-        remark(
-            "inexact",
-            f"{len(inexact)} of {_steps(report.step)} ended at an error of up to "
-            f"{max(inexact):.1e}, where no method came nearer to the {settings.tolerance:g} aimed "
-            "at; that is mostly rounding, of the arithmetic or of a file's coordinates. Compare "
-            "it with what you need",
-        )
-    if unsettled:
-        remark(
-            "unsettled_joints",
-            f"joint laws did not settle in {len(unsettled)} of {report.step} steps: the joints' "
-            f"state still changed by up to {max(unsettled):.1e} (of β, of the largest jump, or of "
-            "τ/σ where mortar crushes); take smaller steps (in statics analysis.substeps divides "
-            "those that need it), or dynamics",
-        )
-    if not abrupt:
-        return
-    where = (
-        f"joints gave way abruptly in {len(abrupt)} of {_steps(report.step)}, first at t = {abrupt[0]:.4g}"
+        _tell_drift(drift(model, made, report, reached), made.scheme.step)
+    troubles.tell_overlaps(made, report, model.length, start.gap)
+    return _ended(
+        verdict, model, made, report, settings, ledger, clock, tuple(troubles.abrupt), witness, objection
     )
-    finest = 2 ** (strategy.parts.bit_length() - 1)  # steps are halved
-    if finest > 1:
-        remark(
-            "abrupt",
-            f"{where}, even in 1/{finest} of a load step: the structure snaps back, or the joints "
-            "are brittle; the path goes on from the next equilibrium, dynamics tells what happens "
-            "between",
-        )
-    else:
-        remark(
-            "abrupt",
-            f"{where}: what happens between two steps is not known, the structure may snap back; "
-            "smaller steps tell, in statics analysis.substeps divides those that need it",
-        )
+
+
+def _begun(model: Model, coupling: Coupling, bodies: tuple[Any, ...] | None) -> SystemState:
+    """The state that a march begins with where none is given."""
+    placed = tuple(group.rest() for group in model.groups) if bodies is None else bodies
+    return initial_state(model, coupling, placed)
+
+
+def _reached(report: StepReport, settings: SolverSettings) -> float:
+    """The error that a step was solved to: the tolerance, or what came nearest to it."""
+    inexact = report.outcome is Outcome.INEXACT
+    return max(settings.tolerance, report.quality.error) if inexact else settings.tolerance
+
+
+def _arrived(model: Model, strategy: Strategy, report: StepReport) -> Verdict | None:
+    """The verdict where loads change no more and the strategy is satisfied, else None."""
+    if report.time >= model.changing * (1 - ROUNDING) and strategy.settled(report):
+        return "equilibrium" if report.joint_change == 0 else "no_convergence"
+    return None
+
+
+def _out_of_steps(
+    model: Model,
+    strategy: Strategy,
+    start: SystemState,
+    made: Increment,
+    report: StepReport,
+    settings: SolverSettings,
+) -> Verdict:
+    """The verdict where the steps were used up."""
+    if not strategy.seeks_equilibrium:
+        return "finished"
+    # a step that was not solved says nothing of what exists, nor does a march that was too short
+    unsolved = not report.outcome.solved
+    if unsolved or could_rest(model, start, made, report, _reached(report, settings)):
+        return "no_convergence"
+    return "no_equilibrium"
 
 
 def _doubt(model: Model, made: Increment, report: StepReport, bound: float) -> None:
@@ -301,6 +242,17 @@ def _tell_written(witness: Witness, buried: str, step: float) -> None:
         )
 
 
+def _tell_drift(far: float, step: float) -> None:
+    """Say how far blocks were carried at speeds that the solver does not resolve [m], unless it is 0."""
+    if far > 0:
+        remark(
+            "long_step",
+            f"a step of {step:g} s is so long that speeds below the solver's tolerance "
+            f"carry blocks {far:.1e} m away in it: forces may be right, places are not; take "
+            "shorter steps, or kind = 'statics'",
+        )
+
+
 def _hopeless(report: StepReport, static: bool) -> Verdict | None:
     """Why the march cannot go on after a step, or None; statics bears no miss."""
     if report.outcome.moves:
@@ -327,9 +279,9 @@ def _ended(
 ) -> March:
     moving: tuple[tuple[str, float, str], ...] = ()
     if verdict == "equilibrium":
-        message = f"Equilibrium after {_steps(report.step)}{_missing(ledger, model)}."
+        message = f"Equilibrium after {report.so_far}{_missing(ledger, model)}."
     elif verdict == "finished":
-        message = f"Reached t = {report.time:.6g} s in {_steps(report.step)}."
+        message = f"Reached t = {report.time:.6g} s in {report.so_far}."
     elif verdict == "no_convergence" and report.outcome.solved:
         message = (
             f"Step {report.step}: the joint laws did not settle, the joints' state still changed by "
@@ -380,21 +332,17 @@ def _restless(report: StepReport, made: Increment, model: Model) -> str:
         others = f" and {len(names) - 4} more" if len(names) > 4 else ""
         what = f"{', '.join(names[:4])}{others} still {'moves' if len(names) == 1 else 'move'}"
     return (
-        f"Not at rest after {_steps(report.step)}: forces that balance the loads exist, yet {what} (at "
+        f"Not at rest after {report.so_far}: forces that balance the loads exist, yet {what} (at "
         f"{report.inertial_share(made.scheme.step):.1e} of the speed that the loads give in a step). Allow "
         "more steps (analysis.max_steps), longer ones or more damping; where speeds no longer fall, tighten "
         "solver.tolerance or loosen analysis.tolerance."
     )
 
 
-def _steps(count: int) -> str:
-    return "1 step" if count == 1 else f"{count} steps"
-
-
 def _no_equilibrium(report: StepReport, moving: tuple[tuple[str, float, str], ...]) -> str:
     if not moving:
         return (
-            f"No equilibrium was found in {_steps(report.step)}, yet no block moves; "
+            f"No equilibrium was found in {report.so_far}, yet no block moves; "
             "allow more steps, and see to it that a support holds every block."
         )
     ways: dict[str, list[str]] = {}

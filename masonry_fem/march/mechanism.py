@@ -34,6 +34,7 @@ IntArray = NDArray[np.int64]
 RIGID, DEFORMED = 1e-3, 1e-2
 BLURRED = 0.05  # of a joint's fastest point: a hinge of blocks that deform is no point
 OPEN = 1e-3  # of the typical size: a contact point that stands further apart takes no part
+WAYS = {"hinge": "hinge", "slides": "sliding joint", "opens": "opening joint"}  # ``how`` a joint moves
 FEW = 3  # joints alike that are told together
 MANY = 12  # parts from which those that move nearly alike are told together
 SHOWN = 8  # joints or blocks that a sentence names
@@ -157,18 +158,18 @@ class Mechanism:
         parts = "as one" if len(self.parts) == 1 else f"in {len(self.parts)} parts"
         plural = "block moves" if self.moving == 1 else "blocks move"
         words = [f"{self.moving} {plural} {parts}" if self.moving > 1 else f"{self.groups[0][0]} moves"]
-        for how, name in (("hinge", "hinge"), ("slides", "sliding joint"), ("opens", "opening joint")):
-            found = self.of(how)
-            if found:
-                plural = "" if len(found) == 1 else "s"
-                named = "" if self.macroblocks else f": {_listed(found)}"
-                words.append(f"{len(found)} {name}{plural}{named}")
+        words += [self._counted(found, name) for how, name in WAYS.items() if (found := self.of(how))]
         if self.macroblocks:
             alike = "; ".join(part.brief() for part in self.macroblocks)
             words[0] += f", nearly so in {len(self.macroblocks)}: {alike}"
             alone = self.moving - sum(len(part.blocks) for part in self.macroblocks)
             words[0] += f"; {alone} by themselves" if alone else ""
         return "; ".join(words)
+
+    def _counted(self, joints: Sequence[Joint], name: str) -> str:
+        """Number of joints that move alike, and which, unless macro-blocks say where they are."""
+        named = "" if self.macroblocks else f": {_listed(joints)}"
+        return f"{len(joints)} {name}{'' if len(joints) == 1 else 's'}{named}"
 
     def words(self) -> tuple[str, ...]:
         """Part by part and joint by joint, where and how; many joints between two parts together.

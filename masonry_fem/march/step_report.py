@@ -99,3 +99,8 @@ class StepReport:
             return 0.0
         gained = self.load_acceleration * step
         return self.speed / gained if gained > 0 else float("inf")
+
+    @property
+    def so_far(self) -> str:
+        """The number of steps with this one, in words."""
+        return "1 step" if self.step == 1 else f"{self.step} steps"

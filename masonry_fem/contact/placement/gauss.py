@@ -70,8 +70,12 @@ def on_pieces(
             f"shapes '{names}', faces {patch.interface.faces}: their mesh facets cover {area.sum():.6g} "
             f"of an interface of {whole:.6g}; expected all of it; mesh the shapes again"
         )
-    facets = np.stack(
-        [patch.sides[s].facets.facets[rows[:, s]] if meshed[s] else np.full(len(rows), -1) for s in (0, 1)],
-        axis=1,
+    return placed, area * (whole / area.sum()), _facets(patch, meshed, rows), rows
+
+
+def _facets(patch: Patch, meshed: list[bool], rows: IntArray) -> IntArray:
+    """Mesh facets by their rows within the face, (m, 2); −1 on a side that no mesh cuts."""
+    each = zip(patch.sides, meshed, rows.T, strict=True)
+    return np.stack(
+        [side.facets.facets[row] if cut else np.full(len(row), -1) for side, cut, row in each], axis=1
     )
-    return placed, area * (whole / area.sum()), facets, rows

@@ -1,0 +1,130 @@
+"""Troubles: what went less than well in the steps of a march, and what is said of it at its end.
+
+troubles = Troubles()
+troubles.see(made, report)                                           # each step that the march goes on from
+troubles.tell_steps(report, strategy, settings)
+troubles.tell_overlaps(made, report, model.length, start.gap)
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from masonry_fem.bodies.base import FloatArray
+from masonry_fem.march.equilibrium import Strategy
+from masonry_fem.march.increments import ABRUPT
+from masonry_fem.march.step import Increment
+from masonry_fem.march.step_report import StepReport
+from masonry_fem.nscd import Outcome, SolverSettings
+from masonry_fem.records.remark import remark
+
+DEEP = 0.05  # of a block's size: how far blocks may go into each other without a word
+
+
+class Troubles:
+    """What steps left undone, over a march.
+
+    Attributes
+    ----------
+    missed, inexact : Errors of the steps that missed the solver's tolerance, and of those that ended where no
+        method came nearer to it.
+    unsettled : What the joints' state still changed by, in steps in which the joint laws did not settle.
+    abrupt : Times of the steps in which some joint lost more than half of its adhesion at once.
+    jammed : Number of steps in which overlaps could not be driven apart.
+    deepest : Deepest overlap [m].
+    """
+
+    def __init__(self) -> None:
+        self.missed: list[float] = []
+        self.inexact: list[float] = []
+        self.unsettled: list[float] = []
+        self.abrupt: list[float] = []
+        self.jammed, self.deepest = 0, 0.0
+
+    def see(self, made: Increment, report: StepReport) -> None:
+        """Note what went wrong in a step."""
+        if not report.outcome.solved:
+            self.missed.append(report.quality.error)
+        elif report.outcome is Outcome.INEXACT:
+            self.inexact.append(report.quality.error)
+        if report.joint_change > 0:
+            self.unsettled.append(report.joint_change)
+        if report.adhesion_loss > ABRUPT:
+            self.abrupt.append(report.time)
+        self.jammed += made.jammed
+        self.deepest = max(self.deepest, report.max_penetration)
+
+    def tell_steps(self, report: StepReport, strategy: Strategy, settings: SolverSettings) -> None:
+        """Say which steps were not solved as well as asked, or went too far at once.
+
+        Parameters
+        ----------
+        report : Of the last step.
+        strategy : Into how many parts it may divide a step.
+        settings : Of the contact solver.
+        """
+        if self.missed:
+            cure = (
+                "" if settings.acceptable > 0 else ", and loosen solver.tolerance where that is exact enough"
+            )
+            remark(
+                "missed_tolerance",
+                f"{len(self.missed)} of {report.step} steps missed the solver's tolerance "
+                f"{settings.tolerance:g}, the worst with an error of {max(self.missed):.1e}; look at the "
+                f"certificate{cure}",
+            )
+        if self.inexact:
+            remark(
+                "inexact",
+                f"{len(self.inexact)} of {report.so_far} ended at an error of up to "
+                f"{max(self.inexact):.1e}, where no method came nearer to the {settings.tolerance:g} aimed "
+                "at; that is mostly rounding, of the arithmetic or of a file's coordinates. Compare "
+                "it with what you need",
+            )
+        if self.unsettled:
+            remark(
+                "unsettled_joints",
+                f"joint laws did not settle in {len(self.unsettled)} of {report.step} steps: the joints' "
+                f"state still changed by up to {max(self.unsettled):.1e} (of β, of the largest jump, or of "
+                "τ/σ where mortar crushes); take smaller steps (in statics analysis.substeps divides "
+                "those that need it), or dynamics",
+            )
+        if self.abrupt:
+            finest = 2 ** (strategy.parts.bit_length() - 1)  # steps are halved
+            even = (
+                f", even in 1/{finest} of a load step: the structure snaps back, or the joints "
+                "are brittle; the path goes on from the next equilibrium, dynamics tells what happens "
+                "between"
+            )
+            unknown = (
+                ": what happens between two steps is not known, the structure may snap back; "
+                "smaller steps tell, in statics analysis.substeps divides those that need it"
+            )
+            remark(
+                "abrupt",
+                f"joints gave way abruptly in {len(self.abrupt)} of {report.so_far}, first at "
+                f"t = {self.abrupt[0]:.4g}{even if finest > 1 else unknown}",
+            )
+
+    def tell_overlaps(self, made: Increment, report: StepReport, size: float, gap: FloatArray) -> None:
+        """Say where blocks went into each other, or could not be driven apart.
+
+        Parameters
+        ----------
+        made : The last step. report : What it did.
+        size : Of a block [m]. gap : Between contact points where the march began, shape (c,) [m].
+        """
+        if self.deepest > DEEP * size + float(np.maximum(-gap, 0.0).max(initial=0.0)):
+            remark(
+                "fast_meeting",
+                f"blocks went into each other by up to {self.deepest:.2g} m: they meet too fast for steps "
+                f"of {made.scheme.step:g} s; take smaller steps (joints of form 'velocity' close in "
+                "the step after blocks have met)",
+            )
+        if self.jammed:
+            remark(
+                "jammed",
+                f"overlaps could not be driven apart in {self.jammed} of {report.so_far}: rigid "
+                "blocks lie between others that do not give way; they were held where they are. Make "
+                "room, or make the blocks elastic",
+            )

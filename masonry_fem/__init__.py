@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from masonry_fem.scene import load
     from masonry_fem.scene.specs import Scene
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 __all__ = ["Scene", "load", "run", "solve", "study"]
 

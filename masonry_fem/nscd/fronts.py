@@ -324,7 +324,13 @@ class FrontFactor:
 
 
 def determinant_sign(lu: FloatArray, order: NDArray[np.integer]) -> int:
-    """Sign of a determinant from its factor and the order that its rows were taken in."""
+    """Sign of a determinant from its factor and the order that its rows were taken in.
+
+    Parameters
+    ----------
+    lu : Factor, L without its unit diagonal below U, shape (n, n).
+    order : Row of the matrix that stands in each row of the factor, shape (n,).
+    """
     negative = bool((np.diagonal(lu) < 0).sum() % 2)
     left, even = order.tolist(), True
     for place in range(len(left)):

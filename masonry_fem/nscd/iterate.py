@@ -103,7 +103,19 @@ class _Best:
 def iterate(
     problem: ContactProblem, method: Method, settings: SolverSettings, start: Start | None = None
 ) -> Solution:
-    """Run a method until the measures hold, or until it cannot or may not go on."""
+    """Run a method until the measures hold, or until it cannot or may not go on.
+
+    Parameters
+    ----------
+    problem : What to solve.
+    method : Who offers states.
+    settings : How well, and within which limits.
+    start : First guess; the method has one of its own.
+
+    Returns
+    -------
+    The best state that was offered, and why it ended. A mechanism is shown by the last state instead.
+    """
     cpu, wall = time.process_time(), time.monotonic()
     limit = method.iterations if settings.max_iterations is None else settings.max_iterations
     scale = contact_scale(problem)

@@ -3,8 +3,7 @@
     quality = assess(problem, impulse, rigid_velocity)
     quality.error <= tolerance
 
-The velocities are made anew from the problem, and no solver's word is taken for anything
-(formulation 4).
+The velocities are made anew from the problem, and no solver's word is taken for anything.
 """
 
 from __future__ import annotations
@@ -81,10 +80,16 @@ def assess(
     scale: FloatArray | None = None,
     least_impulse: float = 0.0,
 ) -> Quality:
-    """Error measures of impulses p (c, d) and rigid velocities U (b, m).
+    """Error measures of a candidate solution.
 
-    ``scale`` is ``contact_scale(problem)`` where the caller keeps it. ``least_impulse`` [N s] stands
-    for ‖p‖ where that is less: where a load vanishes, what is left of p is rounding of what it was.
+    Parameters
+    ----------
+    problem : What it is to solve.
+    impulse : p, shape (c, d) [N s].
+    rigid_velocity : U, shape (b, m).
+    scale : ``contact_scale(problem)`` where the caller keeps it, shape (c,) [1/kg].
+    least_impulse : Stands for ‖p‖ where that is less [N s]: where a load vanishes, what is left of p is
+        rounding of what it was.
     """
     w = contact_scale(problem) if scale is None else scale
     elastic = problem.elastic_velocity(impulse)
@@ -130,9 +135,18 @@ def rounding(
     scale: FloatArray,
     least_impulse: float = 0.0,
 ) -> float:
-    """Error that rounding of W_el p + q + B U alone may make, where that cancels; see ``assess``.
+    """Error that rounding of W_el p + q + B U alone may make, where that cancels; unit-free.
 
-    Slender blocks bend far under single impulses and hardly at all under all of them together.
+    Slender blocks bend far under single impulses and hardly at all under all of them together. The parameters
+    are those of ``assess``.
+
+    Parameters
+    ----------
+    problem : What was solved.
+    impulse : p, shape (c, d) [N s].
+    rigid_velocity : U, shape (b, m).
+    scale : ``contact_scale(problem)``, shape (c,).
+    least_impulse : Stands for ‖p‖ where that is less [N s].
     """
     size = float(np.linalg.norm(impulse))
     reference = max(size, least_impulse)

@@ -15,7 +15,14 @@ def add_dense(
     contacts: NDArray[np.int64],
     matrix: NDArray[np.float64],
 ) -> None:
-    """Add the symmetric part of a matrix (s d, s d) between s contacts to its (d, d) blocks."""
+    """Add the symmetric part of a matrix between s contacts to its (d, d) blocks.
+
+    Parameters
+    ----------
+    indptr, indices, data : Block-sparse matrix that is added to, its columns sorted; ``data`` (k, d, d).
+    contacts : Contacts that the matrix is of, shape (s,).
+    matrix : What is added, shape (s d, s d).
+    """
     d = data.shape[1]
     for a in range(len(contacts)):
         first, last = indptr[contacts[a]], indptr[contacts[a] + 1]
@@ -30,7 +37,13 @@ def add_dense(
 
 @njit(cache=True)
 def extend_add(whole: NDArray[np.float64], inside: NDArray[np.int64], part: NDArray[np.float64]) -> None:
-    """whole[inside, inside] += part, both stored column by column; a third of the time of ``np.ix_``."""
+    """whole[inside, inside] += part, in a third of the time of ``np.ix_``.
+
+    Parameters
+    ----------
+    whole, part : Square matrices, stored column by column.
+    inside : Row and column in ``whole`` of each of ``part``.
+    """
     for j in range(len(inside)):
         column = inside[j]
         for i in range(len(inside)):

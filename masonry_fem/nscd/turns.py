@@ -54,13 +54,17 @@ POLISH = 25
 
 @dataclass(frozen=True, slots=True)
 class Turn:
-    """A method's turn: how it is made, its iterations, and what it starts from.
+    """A method's turn.
 
-    ``origin`` is "given" (the caller's first guess), "best" (the best state so far), "held" (impulses that
-    balance the loads, see ``rest``), "close" (the best state where that is close to a solution, else none) or
-    "cold".
-    ``twin`` is the share of friction of the rigid twin that is asked instead: it shows what moves.
-    ``rescue`` is for problems that the turns before have not come close to, not for rounding.
+    Attributes
+    ----------
+    make : Makes the method.
+    iterations : Its limit; None: its own.
+    origin : What it starts from: "given" (the caller's first guess), "best" (the best state so far), "held"
+        (impulses that balance the loads, see ``rest``), "close" (the best state where that is close to a
+        solution, else none) or "cold".
+    twin : Share of friction of the rigid twin that is asked instead, which shows what moves.
+    rescue : For problems that the turns before have not come close to, not for rounding.
     """
 
     make: Callable[[], Method]
@@ -75,7 +79,12 @@ def turns(
 ) -> Iterator[Turn]:
     """Who has a go at a problem, in order; what a turn needs is found out only when it comes.
 
-    ``loads`` tells whether any impulses balance the loads.
+    Parameters
+    ----------
+    problem : What to solve.
+    settings : How well.
+    start : The caller's first guess.
+    loads : Tells whether any impulses balance the loads.
     """
     if _static(problem):
         yield Turn(_newton, BRIEF)

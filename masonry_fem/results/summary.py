@@ -42,9 +42,17 @@ class Wrench(Told, frozen=True, kw_only=True):
 class Certificate(Told, frozen=True, kw_only=True):
     """How exact the last state is, by measures that no solver has a say in.
 
-    ``natural_map``, ``cone_violation``, ``block_balance``, ``global_balance`` and
-    ``energy_balance`` are relative; ``max_penetration`` is in m, ``min_normal_reaction`` in N. With cohesion
-    normal reaction and cone are those of contact, what the joint pulls taken off.
+    With cohesion normal reaction and cone are those of contact, what the joint pulls taken off.
+
+    Attributes
+    ----------
+    natural_map : The worse of the contact problem's natural maps, in impulses and in velocities; relative.
+    max_penetration : Deepest that contacts go into each other [m].
+    min_normal_reaction : Least normal reaction, at most 0 [N].
+    cone_violation : Worst excess over friction, relative to the largest reaction.
+    block_balance, global_balance : What forces and moments miss, of the worst block and of all; relative.
+    energy_balance : What the energy ledger misses, relative.
+    written : The same of what is written; None where it was not asked for.
     """
 
     natural_map: float

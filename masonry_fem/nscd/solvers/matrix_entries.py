@@ -48,6 +48,14 @@ class MatrixPattern:
     """Where the entries of a matrix go, kept while the same contacts are closed.
 
     The interior-point method keeps all contacts, and Newton's active set does not change in the end.
+
+    Parameters
+    ----------
+    kept : Contacts that are closed.
+    coupled : Matrix of these contacts, of which the pattern counts.
+    entries : The blocks, whose values do not count.
+    groups : Group of each unknown that is eliminated as one, shape (n,).
+    elimination : Order of the groups.
     """
 
     def __init__(

@@ -189,7 +189,7 @@ class NewtonFactor:
     system : The problem's matrices.
     kept, gone : Contacts that are unknowns, and those that were solved for within their own rows.
     inverse : Matrices whose product is D⁻¹ of those that are gone.
-    by_velocity : Bc of those that are gone, derivative of the contact function by velocities, shape (g, d, d).
+    by_velocity : Bc of the g that are gone, derivative of the contact function by velocities, (g, d, d).
     own : D, the derivative by impulses, shape (c, d, d).
     answer : Solves with the factor.
     stiffness : S of the contacts that are gone; None where no joint coheres.

@@ -135,6 +135,8 @@ def _thorough(problem: ContactProblem, tolerance: float) -> Iterator[Turn]:
     yield Turn(_within(flat, _newton), POLISH, origin="best")
     yield from _exact(problem)
     if problem.count < MANY:
+        if not problem.rigid:
+            yield Turn(_searching_newton, NEWTON_STEPS, rescue=True)
         for weight in WEIGHTS:
             yield Turn(_firm_newton(weight), NEWTON_STEPS, rescue=True)
         flat = plane_form(problem, tolerance)
@@ -195,6 +197,13 @@ def _patient_newton() -> Method:
     from masonry_fem.nscd.methods.newton import ProximalNewton  # noqa: PLC0415
 
     return ProximalNewton(weight=2e-3, adaptive=True, accuracy=0.3, round_steps=10, patience=60)
+
+
+def _searching_newton() -> Method:
+    """Full steps diverge where joints open widely; a search along each is slower, but holds."""
+    from masonry_fem.nscd.methods.newton import ProximalNewton  # noqa: PLC0415
+
+    return ProximalNewton(full_steps=0)
 
 
 def _firm_newton(weight: float) -> Callable[[], Method]:

@@ -64,6 +64,12 @@ REST = """
 from masonry_fem.march.equilibrium import Strategy
 class Rest(Strategy, frozen=True, kw_only=True, tag="rest"): ...
 """
+WET = """
+from masonry_fem.fidelities import Fidelity
+class Wet(Fidelity):
+    'Stones in water.'
+    name = "wet"
+"""
 ROOMS = {
     "structure": Room(
         "masonry_fem.structures", "add_a_structure", "cairn",
@@ -101,6 +107,18 @@ ROOMS = {
             (REST.replace(', tag="rest"', ""), r"FILE: Rest has no name"),
             (REST, r"FILE: Rest lacks end, schedule, steps, expected all that Strategy asks for; write it"),
             (REST.replace('"rest"', '"statics"'), r"FILE and .*statics\.py both have the name 'statics'"),
+        ),
+    ),
+    "body": Room(
+        "masonry_fem.fidelities", "add_a_part", "rocking",
+        STACK.replace('"it",', '"it", fidelity = "rocking",'),
+        "one of 'elastic', 'rigid', 'rocking'".replace("'", '"'),
+        "bodies/test_conformance.py", "masonry_fem.fidelities:fidelities",
+        (
+            ("", r"FILE has 0 classes of a fidelity"),
+            (WET.replace('name = "wet"', ""), r'FILE: Wet has no name.*write name = "..." into Wet'),
+            (WET, r"FILE: Wet lacks groups, rank, deforms, expected all that Fidelity asks for; write it"),
+            (WET.replace('"wet"', '"rigid"'), r"FILE and .*rigid\.py both have the name 'rigid'"),
         ),
     ),
     "placement": Room(
@@ -213,7 +231,7 @@ def test_what_a_file_lacks_is_said(room, said, tmp_path):
     for number, (text, _) in enumerate(room.faulty):
         (tmp_path / str(number)).mkdir()
         (tmp_path / str(number) / f"faulty{number}.py").write_text(text, encoding="utf-8")
-    by_name = not room.asked.endswith(":kinds")
+    by_name = not room.asked.endswith((":kinds", ":fidelities"))
     code = FAULTS.format(
         asked=room.asked,
         package=room.package,
@@ -227,12 +245,42 @@ def test_what_a_file_lacks_is_said(room, said, tmp_path):
         assert re.search("^ExtensionError .*" + sentence.replace("FILE", rf"faulty{number}\.py"), line), line
 
 
-def test_the_scene_of_the_guide_gives_what_it_says(said, tmp_path, repository):
+def write_scene(name, folder, repository):
+    """Put a scene of the guide into a folder."""
     page = (repository / "docs/add_a_part.md").read_text(encoding="utf-8")
-    (scene,) = re.findall(r"`parts\.toml`:\n\n```toml\n(.*?)```", page, re.S)
-    (tmp_path / "parts.toml").write_text(scene, encoding="utf-8")
+    (scene,) = re.findall(rf"`{re.escape(name)}`:\n\n```toml\n(.*?)```", page, re.S)
+    (folder / name).write_text(scene, encoding="utf-8")
+
+
+def test_the_scene_of_the_guide_gives_what_it_says(said, tmp_path, repository):
+    write_scene("parts.toml", tmp_path, repository)
     starts = [put(ROOMS[name], tmp_path, repository) for name in ("strategy", "placement", "solver")]
     said("\n".join(starts) + 'sys.exit(main(["run", "parts.toml", "--out", "out"]))')
     summary = json.loads((tmp_path / "out/summary.json").read_text(encoding="utf-8"))
     assert summary["steps"] == 5
     assert summary["supports"]["pile.ground"]["force"][1] == pytest.approx(23544.0, rel=1e-7)
+
+
+def test_the_body_of_the_guide_flies_as_it_says(said, tmp_path, repository):
+    """At the top of its flight the rotation is left, slowed as the trapezoidal rule has it."""
+    write_scene("rocking.toml", tmp_path, repository)
+    start = put(ROOMS["body"], tmp_path, repository)
+    energies = []
+    for fidelity in ("rocking", "rigid"):
+        asked = [
+            "run",
+            "rocking.toml",
+            "--set",
+            f"fidelity={fidelity}",
+            "--set",
+            "output.fields=true",
+            "--out",
+        ]
+        said(start + f"assert main({[*asked, fidelity]!r}) == 0")
+        history = (tmp_path / fidelity / "history.csv").read_text(encoding="utf-8").splitlines()
+        energies.append(float(history[-1].split(",")[history[0].split(",").index("kinetic_energy")]))
+        table = (tmp_path / fidelity / "fields/acting_000100.csv").read_text(encoding="utf-8")
+        assert [line.split(",")[2] for line in table.splitlines()[1:]] == ["support", fidelity]
+    spinning = 2400 * 1.0 * (0.5**2 + 2.0**2) / 12 / 2
+    assert energies[0] == pytest.approx(spinning * (0.99 / 1.01) ** 200, rel=1e-9)
+    assert energies[1] == pytest.approx(10.2e3, rel=1e-2)

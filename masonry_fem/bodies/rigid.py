@@ -53,7 +53,8 @@ class RigidGroup(Undeformed):
     assembly : Where the blocks come from.
     blocks : Their numbers in it, shape (b,).
     density : One for all, or one a block, shape (b,) [kg/m³].
-    damping : Mass-proportional damping α, one for all or one a block, shape (b,) [1/s].
+    damping : Mass-proportional damping α, one for all, one a block, shape (b,), or one for each velocity of a
+        block, translations before spins, shape (b, m); all spins of a block have the same [1/s].
     turns : False keeps axes and lever arms those of the reference, as small kinematics has it.
 
     Attributes
@@ -95,7 +96,9 @@ class RigidGroup(Undeformed):
         self.mass: FloatArray = inertia.mass
         self.inertia: FloatArray = inertia.moments
         self.axes: FloatArray = inertia.axes
-        self.damping: FloatArray = np.broadcast_to(np.asarray(damping, dtype=float), numbers.shape)
+        each = np.asarray(damping, dtype=float)
+        by_block = each[:, None] if each.ndim == 1 else each
+        self.damping: FloatArray = np.broadcast_to(by_block, (len(numbers), self.freedoms))
         # √ of the diagonal of the mass matrix in (v, ω about principal axes), shape (b, m)
         mass_columns = np.repeat(self.mass[:, None], self.dimension, axis=1)
         self._scale: FloatArray = np.sqrt(np.concatenate([mass_columns, self.inertia], axis=1))
@@ -169,7 +172,7 @@ class RigidGroup(Undeformed):
         """
         velocity, h = self._coasting_velocity(state, scheme), scheme.step
         at = state if scheme.inertia else guess
-        damping = np.repeat(scheme.inertia * h * self.damping[:, None], self.freedoms, axis=1)
+        damping = scheme.inertia * h * self.damping
         return Free(
             rigid_velocity=velocity,
             rigid_impulse=h * self._generalised(at, force) - damping * velocity,
@@ -262,7 +265,7 @@ class RigidGroup(Undeformed):
             for own in (state, after)
         )
         mean = (1 - theta) * before + theta * now
-        change: FloatArray = scheme.inertia * ((now - before) / scheme.step + self.damping[:, None] * mean)
+        change: FloatArray = scheme.inertia * ((now - before) / scheme.step + self.damping * mean)
         return change
 
     # --- energies and changes of state ------------------------------------------------------------
@@ -292,7 +295,7 @@ class RigidGroup(Undeformed):
         return StepEnergy(
             external=external,
             support=np.zeros(self.count),
-            damping=inertia * h * self.damping * _dot(mean, damped),
+            damping=inertia * h * _dot(self.damping * mean, damped),
             numerical=inertia * ((theta - 0.5) * _dot(change, change) - gyroscopic) + external - straight,
         )
 

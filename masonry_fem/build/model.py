@@ -22,7 +22,7 @@ from masonry_fem.build.stones import Stones, block_names, lay, meshed, typical_l
 from masonry_fem.build.supports import last_change
 from masonry_fem.contact.contacts import Interface
 from masonry_fem.contact.detection import REACH, detect
-from masonry_fem.errors import MasonryError, SceneError
+from masonry_fem.errors import ExtensionError, MasonryError, SceneError
 from masonry_fem.fidelities import Fidelity, Given, deforms, fidelities
 from masonry_fem.march.clock import Clock
 from masonry_fem.march.model import Model, Probe
@@ -175,8 +175,20 @@ def body_groups(
             turns=scene.contact.update != "fixed",
             before=tuple(group for group in before if group.kind == kind.name),
         )
-        groups.extend(kind.groups(given))
+        groups.extend(_of_kind(kind, group) for group in kind.groups(given))
     return tuple(groups)
+
+
+def _of_kind(fidelity: type[Fidelity], group: BodyGroup) -> BodyGroup:
+    """A group that has the name of its fidelity, by which results call it."""
+    if group.kind != fidelity.name:
+        made = type(group).__name__
+        raise ExtensionError(
+            f"fidelity '{fidelity.name}' makes a {made} whose kind is '{group.kind}', expected "
+            f"'{fidelity.name}', as results call its stones; derive a class of its own from {made} with "
+            f"kind = '{fidelity.name}'"
+        )
+    return group
 
 
 def _used(stones: Stones) -> list[type[Fidelity]]:

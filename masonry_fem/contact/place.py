@@ -13,7 +13,7 @@ from masonry_fem.contact.placement import names, points_of
 from masonry_fem.contact.placement.parts.patch import Patch
 from masonry_fem.contact.placement.parts.rule import Rule, Spots
 from masonry_fem.contact.surface import Surface, surfaces_of, typical_size
-from masonry_fem.errors import GeometryError
+from masonry_fem.errors import ExtensionError, GeometryError
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
@@ -43,6 +43,8 @@ def place(
     ------
     GeometryError
         For an unknown rule, an inset or density out of range, or ``nodes`` where no side is meshed.
+    ExtensionError
+        For a rule of a user's own that gives no ``Spots``, or arrays of other shapes.
     """
     surfaces = surfaces_of(assembly) if surfaces is None else surfaces
     spots = _spots(assembly, surfaces, interfaces, rules)
@@ -76,9 +78,26 @@ def _spots(
         _check(number, rule)
     normals = np.array([interface.normal for interface in interfaces]).reshape(-1, assembly.dimension)
     return [
-        points_of(rule.name)(Patch.of(assembly, surfaces, interface, frame), rule)
+        _by_rule(Patch.of(assembly, surfaces, interface, frame), rule)
         for interface, rule, frame in zip(interfaces, rules, local_frames(normals), strict=True)
     ]
+
+
+def _by_rule(patch: Patch, rule: Rule) -> Spots:
+    """What a rule places on a patch."""
+    spots = points_of(rule.name)(patch, rule)
+    if not isinstance(spots, Spots):
+        raise ExtensionError(
+            f"placement rule '{rule.name}' gives a {type(spots).__name__}, expected Spots; "
+            "end its function points by: return Spots(patch, points, area, patch.facets_at(points))"
+        )
+    m, shapes = len(spots.points), (spots.points.shape, spots.area.shape, spots.facets.shape)
+    if shapes != (expected := ((m, patch.polygon.shape[1]), (m,), (m, 2))):
+        raise ExtensionError(
+            f"placement rule '{rule.name}' gives points, area and facets of the shapes {shapes}, expected "
+            f"{expected}: a row for each of its points, in the plane of patch.polygon"
+        )
+    return spots
 
 
 def _check(number: int, rule: Rule) -> None:

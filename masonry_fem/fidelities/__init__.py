@@ -8,6 +8,7 @@ needs beyond NumPy it imports when it makes bodies: scenes that do not ask for i
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -30,7 +31,7 @@ class Given:
     Attributes
     ----------
     assembly : Blocks and shapes; shapes of stones that deform are meshed.
-    materials : By block, ascending: these stones and no others.
+    materials : Of each block, by its number, ascending: these stones and no others.
     clamps : Held faces of blocks that deform, by block.
     plane : What 2D means. lumped : Diagonal instead of consistent mass.
     turns : Whether equations are to follow stones that turn; else they are those of the reference.
@@ -65,9 +66,9 @@ class Fidelity:
         """Import what ``groups`` needs; an InstallationError says what is missing."""
 
     @classmethod
+    @abstractmethod
     def groups(cls, given: Given) -> Sequence[BodyGroup]:
         """The bodies of all stones of this fidelity."""
-        raise NotImplementedError
 
 
 @cache

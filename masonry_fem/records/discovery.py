@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from importlib import import_module
+from inspect import get_annotations
 from pkgutil import iter_modules
 from types import ModuleType
 from typing import Any
@@ -102,6 +103,7 @@ def discovered(
                 f"for each {noun}; rename one"
             )
         lacking = [key for key in dir(one.kind) if _owed(getattr(one.kind, key))]
+        lacking += [key for key in get_annotations(base) if not hasattr(one.kind, key)]
         if lacking:
             raise ExtensionError(
                 f"{one.file}: {one.kind.__name__} lacks {', '.join(lacking)}, expected all that "

@@ -123,7 +123,7 @@ NO_SLIP = 1e2
 
 
 class Damping(Spec, frozen=True, kw_only=True):
-    """Rayleigh damping: the damping matrix is C = α M + β K.
+    """Rayleigh damping: the damping matrix is C = α M + β K; of rigid blocks C = α M.
 
     Attributes
     ----------
@@ -143,7 +143,7 @@ class Material(Spec, frozen=True, kw_only=True):
     density : mass density
     young : Young's modulus; needed by elastic blocks
     poisson : Poisson's ratio
-    damping : Rayleigh damping of elastic blocks
+    damping : Rayleigh damping
     """
 
     density: Density

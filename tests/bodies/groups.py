@@ -45,9 +45,17 @@ def damped_rigid(assembly: Assembly) -> BodyGroup:
     return RigidGroup(assembly, range(len(assembly.blocks)), DENSITY, damping=np.array([0.5, 0.0, 2.0]))
 
 
+def damped_spins(assembly: Assembly) -> BodyGroup:
+    d = assembly.dimension
+    damping = np.zeros((len(assembly.blocks), 3 * d - 3))
+    damping[:, d:] = [[0.5], [0.0], [2.0]]
+    return RigidGroup(assembly, range(len(assembly.blocks)), DENSITY, damping)
+
+
 FREE_GROUPS: dict[str, Callable[[Assembly], BodyGroup]] = {
     **{name: partial(made, name) for name in fidelities() if not deforms(name)},
     "damped rigid": damped_rigid,
+    "damped spins": damped_spins,
 }
 
 

@@ -8,8 +8,8 @@ import pytest
 from masonry_fem.contact.detection import detect
 from masonry_fem.contact.interpolation import weights
 from masonry_fem.contact.place import place
-from masonry_fem.contact.placement import Rule, names
-from masonry_fem.errors import GeometryError
+from masonry_fem.contact.placement import Rule, names, points_of
+from masonry_fem.errors import ExtensionError, GeometryError
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.pose import Pose
 from tests.contact.blocks import (
@@ -419,3 +419,20 @@ def test_mesh_helper_has_outward_facets():
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         outward = np.eye(3)[mesh.facet_face // 2] * (2 * (mesh.facet_face % 2) - 1)[:, None]
         assert normal / np.linalg.norm(normal, axis=1)[:, None] == pytest.approx(outward)
+
+
+@pytest.mark.parametrize(
+    ("made", "sentence"),
+    [
+        (lambda spots: (spots.points, spots.area), r"'corners' gives a tuple, expected Spots; .*facets_at"),
+        (
+            lambda spots: replace(spots, area=spots.area[:1]),
+            r"shapes .*, expected \(\(4, 2\), \(4,\), \(4, 2\)\)",
+        ),
+    ],
+)
+def test_what_a_rule_gives_back_is_checked(made, sentence, monkeypatch):
+    real = points_of("corners")
+    monkeypatch.setattr("masonry_fem.contact.place.points_of", lambda name: lambda *how: made(real(*how)))
+    with pytest.raises(ExtensionError, match=sentence):
+        placed(wall(1, 1), "corners")

@@ -41,6 +41,7 @@ def test_its_steps_follow_each_other_to_its_end(name):
     time = 0.0
     for scheme, until in steps:
         assert until - time == pytest.approx(scheme.step, rel=1e-9)
+        assert (scheme.inertia > 0) == made.inertia
         time = until
     assert time == pytest.approx(made.end, rel=1e-9)
     assert 0.0 < made.ramp <= made.end

@@ -45,11 +45,6 @@ class Dynamics(Strategy, frozen=True, kw_only=True, tag="dynamics"):
         """The duration [s]."""
         return self.duration
 
-    @property
-    def seeks_equilibrium(self) -> bool:
-        """It ends with its duration."""
-        return False
-
     def schedule(self) -> Iterator[tuple[Scheme, float]]:
         """Equal steps."""
         return equal_steps(self.step, self.theta, self.steps)

@@ -44,13 +44,13 @@ class Strategy(Spec, frozen=True, kw_only=True, tag_field="kind"):
 
     @property
     def inertia(self) -> bool:
-        """Whether time is time; if not it is the load factor."""
+        """Whether time is time; if not it is the load factor, and schemes have inertia 0."""
         return True
 
     @property
     def seeks_equilibrium(self) -> bool:
-        """Whether ending without an equilibrium is a failure."""
-        return True
+        """Whether ending without an equilibrium is a failure; so it is where ``settled`` says what one is."""
+        return type(self).settled is not Strategy.settled
 
     @property
     def kept(self) -> float:

@@ -74,8 +74,8 @@ def _spots(
     assembly: Assembly, surfaces: tuple[Surface, ...], interfaces: Sequence[Interface], rules: Sequence[Rule]
 ) -> list[Spots]:
     """The points of each interface by its rule."""
-    for number, rule in enumerate(rules):
-        _check(number, rule)
+    for rule in dict.fromkeys(rules):  # looks into the folder of rules: not for each of many interfaces
+        _check(rules.index(rule), rule)
     normals = np.array([interface.normal for interface in interfaces]).reshape(-1, assembly.dimension)
     return [
         _by_rule(Patch.of(assembly, surfaces, interface, frame), rule)

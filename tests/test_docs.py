@@ -9,7 +9,7 @@ import pytest
 
 from masonry_fem.analyses.run import solve_scene
 from masonry_fem.records.told import plain
-from masonry_fem.scene import specs
+from masonry_fem.scene import loads, specs
 from masonry_fem.scene.specs import Loads, Material, Scene
 from masonry_fem.structures.stack import StackStructure
 
@@ -71,6 +71,14 @@ def anchors(page):
     ]
     headings = [re.sub(r"[^\w\- ]", "", line.strip().lower()).replace(" ", "-") for line in plain]
     return {*headings, *re.findall(r'id="([^"]+)"', text)}
+
+
+def test_the_beam_of_the_page_on_pre_stress_says_what_the_page_says(repository):
+    page = (repository / "docs/reached.md").read_text(encoding="utf-8")
+    ((scene, said),) = re.findall(
+        r"`beam\.toml`:\n\n```toml\n(.*?)```.*?says\n\n((?:    [^\n]*\n)+)", page, re.S
+    )
+    assert solve_scene(loads(scene)).message == " ".join(said.split())
 
 
 def test_results_page_lists_every_key_of_the_summary(repository):

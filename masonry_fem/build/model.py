@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from dataclasses import dataclass
+from inspect import get_annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -175,14 +176,20 @@ def body_groups(
             turns=scene.contact.update != "fixed",
             before=tuple(group for group in before if group.kind == kind.name),
         )
-        groups.extend(_of_kind(kind, group) for group in kind.groups(given))
+        groups.extend(_checked(kind, group) for group in kind.groups(given))
     return tuple(groups)
 
 
-def _of_kind(fidelity: type[Fidelity], group: BodyGroup) -> BodyGroup:
-    """A group that has the name of its fidelity, by which results call it."""
+def _checked(fidelity: type[Fidelity], group: BodyGroup) -> BodyGroup:
+    """A group that has all that is asked of one, and the name of its fidelity, by which results call it."""
+    made = type(group).__name__
+    owed = (name for base in BodyGroup.__mro__ for name in (*vars(base), *get_annotations(base)))
+    if lacking := sorted(name for name in {*owed} if not name.startswith("_") and not hasattr(group, name)):
+        raise ExtensionError(
+            f"fidelity '{fidelity.name}' makes a {made} that lacks {', '.join(lacking)}, expected all that "
+            "BodyGroup in masonry_fem/bodies/base.py asks for; write it, or derive the class from RigidGroup"
+        )
     if group.kind != fidelity.name:
-        made = type(group).__name__
         raise ExtensionError(
             f"fidelity '{fidelity.name}' makes a {made} whose kind is '{group.kind}', expected "
             f"'{fidelity.name}', as results call its stones; derive a class of its own from {made} with "

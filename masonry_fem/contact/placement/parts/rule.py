@@ -18,7 +18,7 @@ class Rule:
 
     Attributes
     ----------
-    name : ``corners``, ``gauss`` or ``nodes``.
+    name : Of the rule's file in ``contact/placement``, such as ``corners``.
     inset : ξ of ``corners``: distance of the points from the centroid over that of
         the corners, 0 < ξ <= 1.
     density : Subdivisions of ``gauss`` along each side of a piece where neither side is meshed.

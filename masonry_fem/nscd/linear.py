@@ -1,46 +1,44 @@
 """Linear: factors of the Newton matrices, behind one function.
 
-    solve = factorise(matrix, groups, elimination)
+    solve = factorise(matrix)
     x = solve(rhs)
 
-Small matrices go to dense LAPACK, larger ones to ``fronts`` where their groups are known and to
-SuperLU where they are not. MUMPS (petsc4py) is taken only when asked for by name, so that a result
-never depends on what else a program has imported.
+Small matrices go to dense LAPACK, larger ones to SuperLU, and those with contacts of deformable blocks to
+MUMPS where it is installed, whatever else a program has imported.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass
-from importlib import import_module
+from functools import partial
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, sparse
+from scipy.sparse import csgraph
 from scipy.sparse.linalg import splu
 
-from masonry_fem.errors import InstallationError
-from masonry_fem.nscd.fronts import Elimination, FrontFactor, FrontPlan, determinant_sign, row_order
+from masonry_fem.nscd.mumps import Mumps, petsc
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Solve = Callable[[FloatArray], FloatArray]
-Library = Literal["auto", "direct", "krylov", "dense", "fronts", "superlu", "mumps"]
+Library = Literal["auto", "direct", "krylov", "dense", "superlu", "mumps"]
 
 # Below this size a dense factor costs less than any bookkeeping.
 DENSE_BELOW = 240
 REFINEMENTS = 2
 REFINED = 1e-14
+# SuperLU takes pivots off the diagonal where that has less than this share of its column's largest entry.
+TINY_PIVOT = 1e-8
 
 
 def factorise(
     matrix: sparse.csr_array,
-    groups: IntArray | None = None,
-    elimination: Elimination | None = None,
     library: Library = "auto",
-    plan: FrontPlan | None = None,
+    mumps: Mumps | None = None,
 ) -> Factorised:
     """Factor a square matrix; the function returned solves with iterative refinement.
 
@@ -50,30 +48,39 @@ def factorise(
     Parameters
     ----------
     matrix : Square, shape (n, n).
-    groups, elimination : Group of each unknown (n,) and their order, see ``fronts``.
-    library : Which factor; "auto" and "direct" by size. "krylov" is the callers' (``BodySolver``): what
-        they have no iteration for, or where it failed, is factorised.
-    plan : The fronts' plan, where the caller keeps it for matrices of one pattern.
+    library : Which factor; see ``library_for``.
+    mumps : MUMPS for matrices of this pattern, where the caller keeps it.
 
     Raises
     ------
     InstallationError : MUMPS was asked for and petsc4py is missing.
     """
     n = matrix.shape[0]
+    library = library_for(n, library)
     if n == 0:
         return Factorised(matrix, np.copy, lambda: 1)
-    if library in {"auto", "direct", "krylov"}:
-        known = groups is not None and elimination is not None
-        library = "dense" if n < DENSE_BELOW else "fronts" if known else "superlu"
-    if library == "fronts":
-        if groups is None or elimination is None:
-            raise ValueError("library 'fronts' needs groups and their elimination order")
-        plan = FrontPlan(matrix, groups, elimination) if plan is None else plan
-        factor = FrontFactor(plan, matrix.data)
-        return Factorised(matrix, factor.solve, factor.sign)
-    if library == "dense":
-        return Factorised(matrix, *_dense(matrix))
-    return Factorised(matrix, {"superlu": _superlu, "mumps": _mumps}[library](matrix))
+    if library == "mumps":
+        mumps = Mumps(matrix) if mumps is None else mumps
+        mumps.hold(matrix)
+        return Factorised(matrix, partial(mumps.solve, matrix), partial(mumps.sign, matrix))
+    return Factorised(matrix, *(_dense if library == "dense" else _superlu)(matrix))
+
+
+def library_for(size: int, library: Library = "auto", *, deformable: bool = False) -> Library:
+    """The factor that a matrix gets.
+
+    Parameters
+    ----------
+    size : Its rows n.
+    library : What was asked for; "auto" and "direct" leave it to the matrix. "krylov" is the callers'
+        (``BodySolver``): what they have no iteration for, or where it failed, is factorised.
+    deformable : The matrix has contacts of deformable blocks.
+    """
+    if library in {"dense", "superlu", "mumps"}:
+        return library
+    if size < DENSE_BELOW:
+        return "dense"
+    return "mumps" if deformable and petsc() is not None else "superlu"
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +91,7 @@ class Factorised:
     ----------
     matrix : What was factorised, shape (n, n).
     bare : The factor's own solution.
-    sign : Gives the sign of the determinant, 1 or -1; 0 where the factor does not tell.
+    sign : Gives the sign of the determinant, 1 or -1; 0 where it is zero.
     """
 
     matrix: sparse.csr_array
@@ -94,6 +101,8 @@ class Factorised:
     def __call__(self, rhs: FloatArray) -> FloatArray:
         """Solution x of matrix @ x = rhs, shape (n,)."""
         best = self.bare(rhs)
+        if not np.isfinite(best).all():
+            return best
         size = float(np.abs(rhs).max(initial=0.0))
         residual = rhs - self.matrix @ best
         error = float(np.abs(residual).max(initial=0.0))
@@ -120,40 +129,37 @@ def _dense(matrix: sparse.csr_array) -> tuple[Solve, Callable[[], int]]:
         answer: FloatArray = linalg.lapack.dgetrs(factor, pivots, rhs)[0]
         return answer
 
-    return solve, lambda: determinant_sign(factor, row_order(pivots))
+    def sign() -> int:
+        return _parity(int((pivots != np.arange(len(pivots))).sum()) + int((np.diagonal(factor) < 0).sum()))
+
+    return solve, sign
 
 
-def _superlu(matrix: sparse.csr_array) -> Solve:
+def _superlu(matrix: sparse.csr_array) -> tuple[Solve, Callable[[], int]]:
     try:
-        return splu(matrix.tocsc(), permc_spec="COLAMD").solve
+        factor = splu(
+            matrix.tocsc(),
+            permc_spec="MMD_AT_PLUS_A",
+            diag_pivot_thresh=TINY_PIVOT,
+            options={"SymmetricMode": True},
+        )
     except RuntimeError:  # exactly singular
-        return lambda rhs: np.full_like(rhs, np.inf)
+        return lambda rhs: np.full_like(rhs, np.inf), lambda: 0
+
+    def sign() -> int:
+        swaps = sum(_swaps(order) for order in (factor.perm_r, factor.perm_c))
+        return _parity(swaps + int((factor.U.diagonal() < 0).sum()))
+
+    return factor.solve, sign
 
 
-def _mumps(matrix: sparse.csr_array) -> Solve:
-    with suppress(ImportError):
-        import_module("dolfinx_solver")  # the wheel's loader must come before petsc4py
-    try:
-        PETSc = import_module("petsc4py.PETSc")
-    except ImportError as error:
-        raise InstallationError(
-            "linear solver 'mumps' needs petsc4py, which is not installed; "
-            "install the 'fenicsx' extra or use library 'auto'"
-        ) from error
-    arrays = (matrix.indptr.astype(PETSc.IntType), matrix.indices.astype(PETSc.IntType), matrix.data)
-    operator = PETSc.Mat().createAIJ(matrix.shape, csr=arrays, comm=PETSc.COMM_SELF)
-    solver = PETSc.KSP().create(PETSc.COMM_SELF)
-    solver.setOperators(operator)
-    solver.setType("preonly")
-    solver.getPC().setType("lu")
-    solver.getPC().setFactorSolverType("mumps")
-    solver.setUp()
+def _swaps(order: NDArray[np.integer]) -> int:
+    """Swaps that make a permutation: its places without its cycles."""
+    count = len(order)
+    cycles: sparse.csr_array = sparse.csr_array((np.ones(count), order, np.arange(count + 1)))
+    return count - int(csgraph.connected_components(cycles, directed=False, return_labels=False))
 
-    def solve(rhs: FloatArray) -> FloatArray:
-        given, answer = operator.createVecLeft(), operator.createVecRight()
-        given.setArray(rhs)
-        solver.solve(given, answer)
-        found: FloatArray = np.array(answer.getArray())
-        return found
 
-    return solve
+def _parity(changes: int) -> int:
+    """Sign after so many changes of it."""
+    return -1 if changes % 2 else 1

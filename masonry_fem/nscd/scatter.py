@@ -1,4 +1,4 @@
-"""Scatter: compiled additions of dense contributions to block-sparse and to larger dense matrices."""
+"""Scatter: compiled additions of dense contributions to block-sparse matrices."""
 
 from __future__ import annotations
 
@@ -33,18 +33,3 @@ def add_dense(
                 for j in range(d):
                     there, back = matrix[a * d + i, b * d + j], matrix[b * d + j, a * d + i]
                     data[at, i, j] += 0.5 * (there + back)
-
-
-@njit(cache=True)
-def extend_add(whole: NDArray[np.float64], inside: NDArray[np.int64], part: NDArray[np.float64]) -> None:
-    """whole[inside, inside] += part, in a third of the time of ``np.ix_``.
-
-    Parameters
-    ----------
-    whole, part : Square matrices, stored column by column.
-    inside : Row and column in ``whole`` of each of ``part``.
-    """
-    for j in range(len(inside)):
-        column = inside[j]
-        for i in range(len(inside)):
-            whole[inside[i], column] += part[i, j]

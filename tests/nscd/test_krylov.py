@@ -189,9 +189,9 @@ def test_settings_choose():
     pattern = BodyMatrix(problem.bodies, problem.rigid_map, problem.body_count)
     chosen = {
         name: BodySolver(pattern, name).iterates(symmetric=True)
-        for name in ("auto", "direct", "krylov", "fronts")
+        for name in ("auto", "direct", "krylov", "superlu")
     }
-    assert chosen == {"auto": False, "direct": False, "krylov": True, "fronts": False}
+    assert chosen == {"auto": False, "direct": False, "krylov": True, "superlu": False}
     with pytest.raises(ProblemError, match="linear is 'magic', expected one of 'auto', 'direct', 'krylov'"):
         SolverSettings(linear="magic")
 

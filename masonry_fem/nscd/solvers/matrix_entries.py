@@ -2,7 +2,7 @@
 
 entries = MatrixEntries(size)
 entries.add(rows, columns, blocks)
-pattern = MatrixPattern(kept, coupled, entries, groups, elimination)
+pattern = MatrixPattern(kept, coupled, entries)
 solve = pattern.factorise(entries, "auto")
 """
 
@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from masonry_fem.nscd.fronts import Elimination, FrontPlan
-from masonry_fem.nscd.linear import DENSE_BELOW, Library, Solve, factorise
+from masonry_fem.nscd.linear import Library, Solve, factorise, library_for
+from masonry_fem.nscd.mumps import Mumps
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -54,26 +54,16 @@ class MatrixPattern:
     kept : Contacts that are closed.
     coupled : Matrix of these contacts, of which the pattern counts.
     entries : The blocks, whose values do not count.
-    groups : Group of each unknown that is eliminated as one, shape (n,).
-    elimination : Order of the groups.
     """
 
-    def __init__(
-        self,
-        kept: IntArray,
-        coupled: sparse.bsr_array,
-        entries: MatrixEntries,
-        groups: IntArray,
-        elimination: Elimination,
-    ) -> None:
+    def __init__(self, kept: IntArray, coupled: sparse.bsr_array, entries: MatrixEntries) -> None:
         self.kept, self.coupled = kept, coupled.indices
-        self.groups, self.elimination = groups, elimination
         rows, columns = entries.places()
         numbers = sparse.coo_array(
             (np.arange(len(rows)), (rows, columns)), shape=(entries.size, entries.size)
         )
         self.numbers = numbers.tocsr()  # of the entries, no two of which share a place
-        self.plan: FrontPlan | None = None
+        self.mumps: Mumps | None = None
 
     def fits(self, kept: IntArray, coupled: sparse.bsr_array) -> bool:
         """True where these contacts give a matrix of this pattern."""
@@ -84,6 +74,7 @@ class MatrixPattern:
         numbers = self.numbers
         values = entries.values()[numbers.data]
         matrix = sparse.csr_array((values, numbers.indices, numbers.indptr), shape=numbers.shape)
-        if self.plan is None and library not in {"superlu", "mumps", "dense"} and entries.size >= DENSE_BELOW:
-            self.plan = FrontPlan(matrix, self.groups, self.elimination)
-        return factorise(matrix, self.groups, self.elimination, library, self.plan)
+        library = library_for(entries.size, library, deformable=True)
+        if library == "mumps" and self.mumps is None:
+            self.mumps = Mumps(matrix)
+        return factorise(matrix, library, self.mumps)

@@ -18,8 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from masonry_fem.nscd.fronts import Elimination, FrontPlan, eliminate_order
-from masonry_fem.nscd.linear import DENSE_BELOW, Factorised, Library, Solve, factorise
+from masonry_fem.nscd.linear import Factorised, Library, Solve, factorise
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
 from masonry_fem.nscd.solvers.body_solver import BodySolver
@@ -56,7 +55,6 @@ class NewtonSystem:
         np.add.at(total, self.body, (self.map**2).sum(axis=1))
         self.column = np.sqrt(np.where(total > 0, total, 1.0))  # lengths of the columns of B, (b, m)
         self.scaled_map = self.map / self.column[self.body][:, None, :]
-        self._plan: FrontPlan | None = None  # of the bodies' matrix
         self._pattern: MatrixPattern | None = None  # of the last matrix with elastic contacts
 
     @cached_property
@@ -71,14 +69,6 @@ class NewtonSystem:
     def body_solver(self) -> BodySolver:
         """What solves the bodies' matrix where no contact is left beside it."""
         return BodySolver(self.body_matrix, self.library)
-
-    @cached_property
-    def order(self) -> tuple[IntArray, int, Elimination]:
-        """Group of each contact, number of groups, and their elimination.
-
-        Made at the first step: a warm start that already holds never needs it.
-        """
-        return _order(self.problem, self.rows, self.elastic)
 
     def factor(
         self,
@@ -123,24 +113,13 @@ class NewtonSystem:
             total, same = by_velocity + own @ stiffness, plain & ~stiffness.any(axis=(1, 2))
         entries = self._entries(own, total, same, kept, coupled)
         if self._pattern is None or not self._pattern.fits(kept, coupled):
-            group, _, elimination = self.order
-            groups = np.concatenate([np.repeat(group[kept], self.problem.dimension), self._body_groups()])
-            self._pattern = MatrixPattern(kept, coupled, entries, groups, elimination)
+            self._pattern = MatrixPattern(kept, coupled, entries)
         solve = self._pattern.factorise(entries, self.library)
         return NewtonFactor(self, kept, gone, factors, by_velocity[gone], own, solve, springs)
 
-    def _body_groups(self) -> IntArray:
-        """Group of each unknown of the bodies, (b m,)."""
-        count, m = self.problem.rigid_mass.shape
-        return np.repeat(self.order[1] + np.arange(count), m)
-
     def _bodies_factorised(self, blocks: sparse.bsr_array) -> Solve:
-        """The factor's solver of a matrix of the bodies alone; always of one pattern."""
-        matrix = blocks.tocsr()
-        groups, elimination = self._body_groups(), self.order[2]
-        if self._plan is None and matrix.shape[0] >= DENSE_BELOW:
-            self._plan = FrontPlan(matrix, groups, elimination)
-        return factorise(matrix, groups, elimination, self.library, self._plan)
+        """The factor's solver of a matrix of the bodies alone."""
+        return factorise(blocks.tocsr(), self.library)
 
     def _entries(
         self,
@@ -271,41 +250,3 @@ def block_rows(matrix: sparse.bsr_array) -> IntArray:
     """Block row of each stored block, shape (stored,)."""
     rows: IntArray = np.repeat(np.arange(len(matrix.indptr) - 1, dtype=np.int64), np.diff(matrix.indptr))
     return rows
-
-
-def _order(problem: ContactProblem, rows: IntArray, elastic: Mask) -> tuple[IntArray, int, Elimination]:
-    """Group of each contact (those between the same two bodies), their number, and the elimination.
-
-    Bodies are the groups after those of contacts. A body comes after its elastic interfaces: they
-    give it its pivots where it has no mass.
-    """
-    pairs = np.sort(problem.bodies, axis=1)
-    # contacts that no solved body tells apart form groups of their own
-    alone = (pairs < 0).all(axis=1)
-    keys = np.where(
-        alone, -1 - np.arange(problem.count), pairs[:, 0] * (problem.body_count + 1) + pairs[:, 1]
-    )
-    _, leader, inverse = np.unique(keys, return_index=True, return_inverse=True)
-    group, count = inverse.ravel(), len(leader)
-    total = count + problem.body_count
-    neighbours: list[set[int]] = [set() for _ in range(total)]
-    after: list[set[int]] = [set() for _ in range(total)]
-    pattern = np.unique(group[rows] * count + group[problem.compliance.indices]) if len(rows) else rows
-    for one, two in zip((pattern // max(count, 1)).tolist(), (pattern % max(count, 1)).tolist(), strict=True):
-        if one != two:
-            neighbours[one].add(two)
-            neighbours[two].add(one)
-    has_elastic = np.zeros(count, dtype=bool)
-    has_elastic[group[elastic]] = True
-    for number, first in enumerate(leader.tolist()):
-        own = sorted({count + int(body) for body in problem.bodies[first] if body >= 0})
-        for body in own:
-            neighbours[body].update(other for other in own if other != body)
-            if has_elastic[number]:
-                neighbours[body].add(number)
-                neighbours[number].add(body)
-                after[body].add(number)
-    sizes = np.zeros(total, dtype=np.int64)
-    np.add.at(sizes, group[elastic], problem.dimension)
-    sizes[count:] = problem.rigid_mass.shape[1]
-    return group, count, eliminate_order(neighbours, sizes, after)

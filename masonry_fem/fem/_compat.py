@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from masonry_fem.errors import InstallationError
 
 __all__ = [
-    "assemble", "basix", "create_mesh", "dolfinx", "geometry_dofmap", "has_mumps", "lagrange_element", "ufl",
+    "assemble", "basix", "create_mesh", "dolfinx", "geometry_dofmap", "lagrange_element", "ufl",
 ]  # fmt: skip
 
 try:
@@ -84,12 +84,3 @@ def assemble(form: Any) -> Any:
     matrix = dolfinx.fem.assemble_matrix(dolfinx.fem.form(form))
     matrix.scatter_reverse()
     return matrix.to_scipy().tocsr()
-
-
-def has_mumps() -> bool:
-    """Whether PETSc is here and was built with MUMPS."""
-    try:
-        from petsc4py import PETSc  # noqa: PLC0415 - optional
-    except ImportError:
-        return False
-    return bool(PETSc.Sys.hasExternalPackage("mumps"))

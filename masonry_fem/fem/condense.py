@@ -25,6 +25,7 @@ from scipy.sparse.linalg import splu
 from masonry_fem.bodies.base import Scheme
 from masonry_fem.fem.assemble import ShapeOperators
 from masonry_fem.fem.modes import RigidModes
+from masonry_fem.nscd.mumps import Mumps, petsc
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -86,7 +87,7 @@ class SparseFactor:
             nothing = sparse.csr_array((border.shape[1], border.shape[1]))
             top, bottom = sparse.hstack([effective, border]), sparse.hstack([border.T, nothing])
             matrix = sparse.csr_array(sparse.vstack([top, bottom]))
-        self._backend = _mumps(matrix) or _SuperLU(matrix)
+        self._backend = _SuperLU(matrix) if petsc() is None else _Mumps(matrix)
 
     def solve(self, impulses: FloatArray) -> FloatArray:
         """(M̂⁻¹)_el r of columns (n_free, k)."""
@@ -107,53 +108,16 @@ class _SuperLU:
 
 
 class _Mumps:
-    """PETSc's MUMPS factor of a symmetric matrix, with one step of refinement."""
+    """MUMPS' factor of a symmetric matrix, with one step of refinement."""
 
     def __init__(self, matrix: sparse.csr_array) -> None:
-        from petsc4py import PETSc  # noqa: PLC0415 - only large shapes need it
-
-        self._petsc, self._matrix = PETSc, matrix
-        padded = sparse.csr_array(matrix + sparse.csr_array(sparse.eye_array(matrix.shape[0]) * 0.0))
-        padded.sort_indices()
-        own = PETSc.Mat().createAIJ(
-            padded.shape,
-            csr=(padded.indptr.astype(PETSc.IntType), padded.indices.astype(PETSc.IntType), padded.data),
-            comm=PETSc.COMM_SELF,
-        )
-        own.setOption(PETSc.Mat.Option.SYMMETRIC, True)  # type: ignore[arg-type]
-        self._solver = PETSc.KSP().create(PETSc.COMM_SELF)
-        self._solver.setOperators(own)
-        self._solver.setType("preonly")
-        preconditioner = self._solver.getPC()
-        preconditioner.setType("cholesky")
-        preconditioner.setFactorSolverType("mumps")
-        self._solver.setUp()
-        self._factor = preconditioner.getFactorMatrix()
+        self._matrix = sparse.csr_array(matrix + sparse.csr_array(sparse.eye_array(matrix.shape[0]) * 0.0))
+        self._matrix.sort_indices()
+        self._factor = Mumps(self._matrix, symmetric=True)
 
     def solve(self, columns: FloatArray) -> FloatArray:
-        answer = self._once(columns)
-        return answer + self._once(columns - self._matrix @ answer)
-
-    def _once(self, columns: FloatArray) -> FloatArray:
-        petsc = self._petsc
-        given = petsc.Mat().createDense(columns.shape, array=np.asfortranarray(columns), comm=petsc.COMM_SELF)
-        given.assemble()
-        found = petsc.Mat().createDense(columns.shape, comm=petsc.COMM_SELF)
-        found.setUp()
-        self._factor.matSolve(given, found)
-        answer: FloatArray = found.getDenseArray().copy()
-        given.destroy()
-        found.destroy()
-        return answer
-
-
-def _mumps(matrix: sparse.csr_array) -> _Mumps | None:
-    """The MUMPS factor, or None where PETSc or MUMPS is absent."""
-    from masonry_fem.fem import _compat  # noqa: PLC0415 - the wheel's loader must come before PETSc
-
-    if not _compat.has_mumps():
-        return None
-    return _Mumps(matrix)
+        answer = self._factor.solve(self._matrix, columns)
+        return answer + self._factor.solve(self._matrix, columns - self._matrix @ answer)
 
 
 class Compliance:

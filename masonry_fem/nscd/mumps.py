@@ -1,4 +1,4 @@
-"""Mumps: sparse LU by MUMPS through PETSc, for matrices of one pattern after another.
+"""Mumps: sparse LU and LDLᵀ by MUMPS through PETSc, for matrices of one pattern after another.
 
 The contacts of a deformable block are coupled densely, two blocks only through what is between them. MUMPS
 eliminates such a matrix as dense fronts, and keeps their order while the pattern stays.
@@ -22,7 +22,7 @@ from masonry_fem.errors import InstallationError
 
 FloatArray = NDArray[np.float64]
 
-# MUMPS' parameters ICNTL: no column permutation, approximate minimum degree, no scaling, and the determinant.
+# MUMPS' parameters ICNTL for LU: no column permutation, approximate minimum degree, no scaling, and the determinant.
 # Its own choices, a matching and scaling of entries and METIS, cost a quarter more and bring nothing here.
 CONTROLS = {6: 0, 7: 0, 8: 0, 33: 1}
 # ICNTL(14), per cent of memory beyond what is expected, one after the other where it was too little, which
@@ -49,53 +49,60 @@ class Mumps:
     Parameters
     ----------
     matrix : Square, shape (n, n); its values do not matter.
+    symmetric : All its matrices are, and have their diagonals stored.
 
     Raises
     ------
     InstallationError : petsc4py or its MUMPS is missing.
     """
 
-    def __init__(self, matrix: sparse.csr_array) -> None:
+    def __init__(self, matrix: sparse.csr_array, *, symmetric: bool = False) -> None:
         library = petsc()
         if library is None:
             raise InstallationError(
                 "linear solver 'mumps' needs petsc4py with MUMPS, which is not installed; "
                 "install the 'fenicsx' extra or use library 'auto'"
             )
-        self._petsc = library
+        self._petsc, self._symmetric = library, symmetric
         self._values = np.zeros(matrix.nnz)  # PETSc reads them here
         places = [np.array(given, library.IntType) for given in (matrix.indptr, matrix.indices)]
         self._operator = library.Mat().createAIJWithArrays(
             matrix.shape, (*places, self._values), comm=library.COMM_SELF
         )
-        self._given, self._found = self._operator.createVecLeft(), self._operator.createVecRight()
+        self._operator.setOption(library.Mat.Option.SYMMETRIC, symmetric)
         self._held: sparse.csr_array | None = None
         self._analyse(SPACES[0])
 
     def solve(self, matrix: sparse.csr_array, rhs: FloatArray) -> FloatArray:
-        """Solution of matrix @ x = rhs, shape (n,); infinite where the matrix is singular.
+        """Solution of matrix @ x = rhs, shaped like it; infinite where the matrix is singular.
 
         Parameters
         ----------
         matrix : Of the pattern given first; its factor is made unless it is held.
-        rhs : Shape (n,).
+        rhs : Shape (n,) or (n, k).
         """
         self.hold(matrix)
-        self._given.setArray(rhs)
-        self._factor.solve(self._given, self._found)
-        answer: FloatArray = self._found.getArray().copy()
+        if self._failed:
+            return np.full_like(rhs, np.inf)
+        columns = np.asfortranarray(rhs.reshape(len(rhs), -1))
+        given, found = (
+            self._petsc.Mat().createDense(columns.shape, array=array, comm=self._petsc.COMM_SELF)
+            for array in (columns, np.zeros_like(columns))
+        )
+        self._factor.matSolve(given, found)
+        answer: FloatArray = found.getDenseArray().reshape(rhs.shape).copy()
         return answer
 
     def sign(self, matrix: sparse.csr_array) -> int:
         """Sign of the determinant, 1 or -1; 0 where the matrix is singular."""
         self.hold(matrix)
-        return int(np.sign(self._factor.getMumpsRinfog(12))) if self._factor.getMumpsInfog(1) >= 0 else 0
+        return 0 if self._failed else int(np.sign(self._factor.getMumpsRinfog(12)))
 
     def hold(self, matrix: sparse.csr_array) -> None:
         """Make the factor of a matrix, if it is not that of the last one."""
         if self._held is matrix:
             return
-        if self._held is not None and self._factor.getMumpsInfog(1) < 0:
+        if self._held is not None and self._failed:
             self._analyse(SPACES[0])  # PETSc makes no factor after one that failed
         self._held = matrix
         self._values[:] = matrix.data
@@ -107,13 +114,17 @@ class Mumps:
             self._analyse(space)
             self._steps.setUp()
 
+    @property
+    def _failed(self) -> bool:
+        return bool(self._factor.getMumpsInfog(1) < 0)
+
     def _analyse(self, space: int) -> None:
         """Begin anew; the order of elimination is found with the next factor."""
         self._steps = self._petsc.PC().create(self._petsc.COMM_SELF)
         self._steps.setOperators(self._operator)
-        self._steps.setType("lu")
+        self._steps.setType("cholesky" if self._symmetric else "lu")
         self._steps.setFactorSolverType("mumps")
         self._steps.setFactorSetUpSolverType()
         self._factor = self._steps.getFactorMatrix()
-        for number, value in (CONTROLS | {14: space}).items():
+        for number, value in ({14: space} | ({} if self._symmetric else CONTROLS)).items():
             self._factor.setMumpsIcntl(number, value)

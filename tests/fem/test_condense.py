@@ -13,6 +13,7 @@ from masonry_fem.fem.clamp import holds
 from masonry_fem.fem.condense import Compliance, coefficients
 from masonry_fem.fem.material import ElasticMaterial
 from masonry_fem.fem.modes import rigid_modes
+from masonry_fem.nscd.mumps import petsc
 from tests.fem.meshes import box_mesh
 
 STONE = ElasticMaterial(30e9, 0.2, 2400.0)
@@ -59,7 +60,7 @@ def test_modes_are_those_that_the_clamps_allow(operators, clamp):
 @pytest.mark.parametrize("clamp", CLAMPS)
 def test_against_eigenmodes(operators, clamp, scheme, backend, monkeypatch):
     if backend == "superlu":
-        monkeypatch.setattr(condense, "_mumps", lambda matrix: None)
+        monkeypatch.setattr(condense, "petsc", lambda: None)
     damped = replace(operators, material=replace(STONE, mass_damping=0.5, stiffness_damping=1e-5))
     free, modes = setting(operators, clamp)
     K, M = (matrix.toarray()[np.ix_(free, free)] for matrix in (operators.stiffness, operators.mass))
@@ -88,8 +89,7 @@ def test_coefficients_are_those_of_the_theta_step():
 
 def test_mumps_is_used_where_it_is(operators):
     """Keeps the test above honest: with the wheel, ``sparse`` means MUMPS."""
-    compat = pytest.importorskip("masonry_fem.fem._compat")
-    if not compat.has_mumps():
+    if petsc() is None:
         pytest.skip("PETSc without MUMPS")
     free, modes = setting(operators, "free")
     made = Compliance(operators, modes, free, SCHEMES[2], dense=False)

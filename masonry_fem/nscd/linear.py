@@ -3,8 +3,8 @@
     solve = factorise(matrix)
     x = solve(rhs)
 
-Small matrices go to dense LAPACK, larger ones to SuperLU, and those with contacts of deformable blocks to
-MUMPS where it is installed, whatever else a program has imported.
+Small matrices go to dense LAPACK, larger ones to SuperLU. Those whose factor fills, with contacts of
+deformable blocks or of thick masonry, go to MUMPS where it is installed, whatever a program has imported.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def factorise(
     return Factorised(matrix, *(_dense if library == "dense" else _superlu)(matrix))
 
 
-def library_for(size: int, library: Library = "auto", *, deformable: bool = False) -> Library:
+def library_for(size: int, library: Library = "auto", *, fills: bool = False) -> Library:
     """The factor that a matrix gets.
 
     Parameters
@@ -74,13 +74,13 @@ def library_for(size: int, library: Library = "auto", *, deformable: bool = Fals
     size : Its rows n.
     library : What was asked for; "auto" and "direct" leave it to the matrix. "krylov" is the callers'
         (``BodySolver``): what they have no iteration for, or where it failed, is factorised.
-    deformable : The matrix has contacts of deformable blocks.
+    fills : Its factor is made of large dense matrices.
     """
     if library in {"dense", "superlu", "mumps"}:
         return library
     if size < DENSE_BELOW:
         return "dense"
-    return "mumps" if deformable and petsc() is not None else "superlu"
+    return "mumps" if fills and petsc() is not None else "superlu"
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,8 +22,8 @@ from masonry_fem.errors import InstallationError
 
 FloatArray = NDArray[np.float64]
 
-# MUMPS' parameters ICNTL for LU: no column permutation, approximate minimum degree, no scaling, and the determinant.
-# Its own choices, a matching and scaling of entries and METIS, cost a quarter more and bring nothing here.
+# MUMPS' parameters ICNTL for LU: no column permutation, approximate minimum degree, no scaling, and the
+# determinant. Its own choices, a matching and scaling of entries and METIS, cost a quarter to a half more.
 CONTROLS = {6: 0, 7: 0, 8: 0, 33: 1}
 # ICNTL(14), per cent of memory beyond what is expected, one after the other where it was too little, which
 # INFOG(1) tells. Pivots that have to wait need more.

@@ -1,6 +1,6 @@
 """Threads: one for the dense kernels, whatever the machine; several for sweeps that ask for them.
 
-Fronts are small. Handed out to several threads they cost two to twenty times as much, most where
+Their matrices are small. Handed out to several threads they cost two to twenty times as much, most where
 other programs run, and the last bits depend on the number of cores.
 
     with one_thread():

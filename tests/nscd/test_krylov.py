@@ -178,7 +178,9 @@ def test_iteration_is_chosen_where_factors_fill():
     assert widest_level(*chain(5000)) == 1
     assert not LinearCost.foreseen(*chain(20000), 6).iteration_pays(symmetric=True)
     small, large = (LinearCost.foreseen(*lattice(side), 6) for side in (6, 20))
+    assert not small.fills
     assert not small.iteration_pays(symmetric=True)
+    assert large.fills
     assert large.iteration_pays(symmetric=True)
     assert large.sliding > large.symmetric
     assert not LinearCost.foreseen(np.zeros(0, int), np.zeros(1, int), 6).iteration_pays(symmetric=True)

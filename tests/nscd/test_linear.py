@@ -10,9 +10,12 @@ from hypothesis import strategies as st
 from scipy import sparse
 
 from masonry_fem.errors import InstallationError
-from masonry_fem.nscd import linear, mumps
+from masonry_fem.nscd import linear, linear_cost, mumps
 from masonry_fem.nscd.linear import DENSE_BELOW, factorise, library_for
 from masonry_fem.nscd.mumps import Mumps
+from masonry_fem.nscd.scaling import contact_scale
+from masonry_fem.nscd.solvers.newton_system import NewtonSystem
+from tests.nscd.masses import rigid_mass
 
 needs_mumps = pytest.mark.skipif(mumps.petsc() is None, reason="PETSc with MUMPS is not installed")
 LIBRARIES = ["dense", "superlu", pytest.param("mumps", marks=needs_mumps)]
@@ -138,15 +141,29 @@ def test_mumps_gets_more_memory_where_it_was_too_little(monkeypatch):
     np.testing.assert_allclose(matrix @ factorise(matrix, "mumps")(rhs), rhs, atol=1e-11)
 
 
-def test_the_factor_is_chosen_by_size_and_blocks(monkeypatch):
+def test_the_factor_is_chosen_by_size_and_fill(monkeypatch):
     large = DENSE_BELOW
-    assert library_for(large - 1, deformable=True) == library_for(large - 1, "krylov") == "dense"
+    assert library_for(large - 1, fills=True) == library_for(large - 1, "krylov") == "dense"
     assert library_for(large) == library_for(large, "direct") == library_for(large, "krylov") == "superlu"
     assert library_for(3, "superlu") == "superlu"
     monkeypatch.setattr(linear, "petsc", lambda: None)
-    assert library_for(large, deformable=True) == "superlu"
+    assert library_for(large, fills=True) == "superlu"
     monkeypatch.setattr(linear, "petsc", object)
-    assert library_for(large, deformable=True) == "mumps"
+    assert library_for(large, fills=True) == "mumps"
+
+
+@needs_mumps
+def test_thick_masonry_is_factorised_by_mumps(monkeypatch):
+    problem = rigid_mass(5, 5, 3)
+    system = NewtonSystem(problem, contact_scale(problem), "direct")
+    matrix = system.body_matrix.assemble(np.zeros((0, 3, 3)), np.arange(0), np.ones_like(problem.rigid_mass))
+    makers = []
+    for cheap in (np.inf, 0.0):
+        monkeypatch.setattr(linear_cost, "CHEAP", cheap)
+        makers.append(getattr(system._bodies_factorised(matrix).bare, "func", None))
+    assert matrix.shape[0] >= DENSE_BELOW
+    assert makers[0] is None
+    assert isinstance(makers[1].__self__, Mumps)
 
 
 def test_missing_mumps_is_said(monkeypatch):

@@ -74,7 +74,7 @@ class MatrixPattern:
         numbers = self.numbers
         values = entries.values()[numbers.data]
         matrix = sparse.csr_array((values, numbers.indices, numbers.indptr), shape=numbers.shape)
-        library = library_for(entries.size, library, deformable=True)
+        library = library_for(entries.size, library, fills=True)
         if library == "mumps" and self.mumps is None:
             self.mumps = Mumps(matrix)
         return factorise(matrix, library, self.mumps)

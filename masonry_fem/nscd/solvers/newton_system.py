@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from masonry_fem.nscd.linear import Factorised, Library, Solve, factorise
+from masonry_fem.nscd.linear import Factorised, Library, Solve, factorise, library_for
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
 from masonry_fem.nscd.solvers.body_solver import BodySolver
@@ -119,7 +119,8 @@ class NewtonSystem:
 
     def _bodies_factorised(self, blocks: sparse.bsr_array) -> Solve:
         """The factor's solver of a matrix of the bodies alone."""
-        return factorise(blocks.tocsr(), self.library)
+        library = library_for(blocks.shape[0], self.library, fills=self.body_solver.cost.fills)
+        return factorise(blocks.tocsr(), library)
 
     def _entries(
         self,

@@ -7,14 +7,17 @@ With the normal impulse eliminated (v_N = 0), what is left is tangential:
 Three states are tried in turn: open (b_N ≥ 0), stick (v_T = 0 inside the cone), slip. In slip
 v_T = −λ p_T with λ > 0, so p_T(λ) = −(A + λ I)⁻¹ c, and λ is the root of ‖p_T‖ = μ p_N. At λ = 0
 the stick impulse lies outside the cone; as λ grows p_T vanishes and p_N → −b_N/W_NN > 0: a root
-always exists. It is found by Newton's method on μ p_N/‖p_T‖ − 1, which is nearly linear in λ (in a plane
-it is linear: one step), inside a bracket that halves whenever Newton would leave it, so that the search
-always ends.
+always exists. It is found by Newton's method on μ p_N/‖p_T‖ − 1, which is nearly linear in λ, inside a
+bracket that halves whenever Newton would leave it, so that the search always ends. In a plane the direction
+of slip is known, and p_N (1 + μ W_NT sign(p_T)/W_NN) = −b_N/W_NN.
 
 Cohesion with a stiffness S folds into the block, w' = (I + w S)⁻¹ w and b' = (I + w S)⁻¹ b: what is
 solved for is p̃, and p = p̃ − S v (``answer``).
 
-Numba kernels; ``reduce_blocks`` prepares them, ``solve_contact`` is one contact by itself.
+Numba kernels; ``reduce_blocks`` prepares them, ``solve_contact`` is one contact by itself. They are one
+source for the plane and for space. Which of them it is they see by the length of a tuple, ``axes``, which
+Numba knows when it compiles: each has its own machine code, without what it does not need. Of plane vectors
+the third component is 0.
 """
 
 from __future__ import annotations
@@ -26,7 +29,10 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 FloatArray = NDArray[np.float64]
-# Of all contacts: (I + w S)⁻¹, w' and S, each (c, 3, 3); None where joints are dry.
+Vector = tuple[float, float, float]
+# As many numbers as there are dimensions: a type of its own for the plane and for space.
+Axes = tuple[int, ...]
+# Of all contacts: (I + w S)⁻¹, w' and S, each (c, d, d); None where joints are dry.
 Law = tuple[FloatArray, FloatArray, FloatArray] | None
 
 # A's stiffness in any direction is kept above this fraction of ‖W_ii‖: below it is rounding
@@ -42,8 +48,8 @@ def reduce_blocks(blocks: FloatArray) -> FloatArray:
 
     Returns
     -------
-    Shape (c, 9): 1/W_NN, W_NT/W_NN (2), W_TN (2), A (4, by rows). 1/W_NN is 0 where an impulse moves
-    nothing: it stays 0 there. Plane contacts slide as alike in all directions, of which they know one.
+    Shape (c, 9): 1/W_NN, W_NT/W_NN (2), W_TN (2), A (4, by rows); in a plane (c, 4), one each.
+    1/W_NN is 0 where an impulse moves nothing: it stays 0 there.
     """
     normal = blocks[:, 0, 0]
     size = np.abs(blocks).max(axis=(1, 2), initial=0.0)
@@ -54,8 +60,7 @@ def reduce_blocks(blocks: FloatArray) -> FloatArray:
     tangential = blocks[:, 1:, 1:] - down[:, :, None] * right[:, None, :]
     small = FLOOR * np.where(size > 0, size, 1.0)
     if blocks.shape[1] == 2:
-        right, down = np.pad(right, ((0, 0), (0, 1))), np.pad(down, ((0, 0), (0, 1)))
-        tangential = np.maximum(tangential, small[:, None, None]) * np.eye(2)
+        tangential = np.maximum(tangential, small[:, None, None])
     else:
         # lift the symmetric part's least eigenvalue to the floor
         a11, a12 = tangential[:, 0, 0], tangential[:, 0, 1]
@@ -125,12 +130,23 @@ def slip(
 
 @njit(cache=True, inline="always")
 def solve_local(
-    local: FloatArray, friction: float, bn: float, b1: float, b2: float, guess: float
+    local: FloatArray, friction: float, bn: float, b1: float, b2: float, guess: float, axes: Axes
 ) -> tuple[float, float, float, float]:
-    """Impulse (p_N, p_T1, p_T2) of one contact in 3D, and λ (0 but for slip), next time's guess."""
+    """Impulse (p_N, p_T1, p_T2) of one contact, and λ (0 but for slip in space), next time's guess."""
     if bn >= 0.0 or local[0] == 0.0:
         return 0.0, 0.0, 0.0, 0.0
     alone = -bn * local[0]
+    if len(axes) == 2:
+        c1 = b1 + local[2] * alone
+        p1 = -c1 / local[3]
+        pn = alone - local[1] * p1
+        along = -friction if c1 > 0.0 else friction
+        divisor = 1.0 + along * local[1]
+        # where stick is outside the cone the divisor is positive, but for rounding
+        if (pn >= 0.0 and abs(p1) <= friction * pn) or divisor <= 0.0:
+            return pn, p1, 0.0, 0.0
+        pn = alone / divisor
+        return pn, along * pn, 0.0, 0.0
     c1 = b1 + local[3] * alone
     c2 = b2 + local[4] * alone
     a11, a12, a21, a22 = local[5], local[6], local[7], local[8]
@@ -147,19 +163,31 @@ def solve_local(
 
 
 @njit(cache=True, inline="always")
-def _times(block: FloatArray, xn: float, x1: float, x2: float) -> tuple[float, float, float]:
-    """A (3, 3) block's product with a vector."""
-    return (
-        block[0, 0] * xn + block[0, 1] * x1 + block[0, 2] * x2,
-        block[1, 0] * xn + block[1, 1] * x1 + block[1, 2] * x2,
-        block[2, 0] * xn + block[2, 1] * x1 + block[2, 2] * x2,
-    )
+def times(blocks: FloatArray, i: int, xn: float, x1: float, x2: float, axes: Axes) -> Vector:
+    """Product of a block and a vector.
+
+    Parameters
+    ----------
+    blocks : Of all contacts, shape (c, d, d).
+    i : Number of the block.
+    xn, x1, x2 : The vector; x2 is left out in the plane.
+    axes : As many numbers as there are dimensions, 2 or 3.
+    """
+    yn = blocks[i, 0, 0] * xn + blocks[i, 0, 1] * x1
+    y1 = blocks[i, 1, 0] * xn + blocks[i, 1, 1] * x1
+    y2 = 0.0
+    if len(axes) == 3:
+        yn += blocks[i, 0, 2] * x2
+        y1 += blocks[i, 1, 2] * x2
+        y2 = blocks[i, 2, 0] * xn + blocks[i, 2, 1] * x1 + blocks[i, 2, 2] * x2
+    return yn, y1, y2
 
 
 @njit(cache=True, forceinline=True)
 def answer(
-    local: FloatArray, friction: float, bn: float, b1: float, b2: float, guess: float, law: Law, i: int
-) -> tuple[float, float, float, float]:
+    local: FloatArray, friction: float, bn: float, b1: float, b2: float, guess: float, law: Law, i: int,
+    axes: Axes,
+) -> tuple[float, float, float, float]:  # fmt: skip
     """Impulse (p_N, p_1, p_2) of one contact, cohesion included, and λ.
 
     Parameters
@@ -170,22 +198,23 @@ def answer(
     guess : First guess of λ.
     law : Folded blocks of contacts with cohesion; None where all joints are dry.
     i : Number of the contact.
+    axes : As many numbers as there are dimensions, 2 or 3.
     """
     if law is None:  # compiled without the rest where joints are dry
-        dry: tuple[float, float, float, float] = solve_local(local, friction, bn, b1, b2, guess)
+        dry: tuple[float, float, float, float] = solve_local(local, friction, bn, b1, b2, guess, axes)
         return dry
     turn, block, stiffness = law
-    cn, c1, c2 = _times(turn[i], bn, b1, b2)
-    pn, p1, p2, lam = solve_local(local, friction, cn, c1, c2, guess)
-    vn, v1, v2 = _times(block[i], pn, p1, p2)
-    sn, s1, s2 = _times(stiffness[i], cn + vn, c1 + v1, c2 + v2)
+    cn, c1, c2 = times(turn, i, bn, b1, b2, axes)
+    pn, p1, p2, lam = solve_local(local, friction, cn, c1, c2, guess, axes)
+    vn, v1, v2 = times(block, i, pn, p1, p2, axes)
+    sn, s1, s2 = times(stiffness, i, cn + vn, c1 + v1, c2 + v2, axes)
     return pn - sn, p1 - s1, p2 - s2, lam
 
 
 @njit(cache=True, forceinline=True)
 def pressed(
-    pn: float, p1: float, p2: float, vn: float, v1: float, v2: float, law: Law, i: int
-) -> tuple[float, float, float]:
+    pn: float, p1: float, p2: float, vn: float, v1: float, v2: float, law: Law, i: int, axes: Axes
+) -> Vector:
     """Contact part p̃ = p + S v of one contact's impulse.
 
     Parameters
@@ -194,17 +223,12 @@ def pressed(
     vn, v1, v2 : Velocity v [m/s].
     law : Folded blocks of contacts with cohesion; None where all joints are dry.
     i : Number of the contact.
+    axes : As many numbers as there are dimensions, 2 or 3.
     """
     if law is None:
         return pn, p1, p2
-    sn, s1, s2 = _times(law[2][i], vn, v1, v2)
+    sn, s1, s2 = times(law[2], i, vn, v1, v2, axes)
     return pn + sn, p1 + s1, p2 + s2
-
-
-def in_space(blocks: FloatArray) -> FloatArray:
-    """Blocks of plane contacts, (c, 2, 2), as blocks in space whose third direction is empty, (c, 3, 3)."""
-    missing = 3 - blocks.shape[1]
-    return np.pad(blocks, ((0, 0), (0, missing), (0, missing)))
 
 
 def solve_contact(block: ArrayLike, free_velocity: ArrayLike, friction: float) -> FloatArray:
@@ -217,5 +241,5 @@ def solve_contact(block: ArrayLike, free_velocity: ArrayLike, friction: float) -
     """
     W, b = np.asarray(block, dtype=float), np.asarray(free_velocity, dtype=float)
     local = reduce_blocks(W[None])[0]
-    found = solve_local(local, float(friction), *b, *(0.0,) * (4 - len(b)))
+    found = solve_local(local, float(friction), *b, *(0.0,) * (4 - len(b)), tuple(range(len(b))))
     return np.array(found[: len(b)])

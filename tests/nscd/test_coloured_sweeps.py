@@ -30,7 +30,14 @@ def walls():
         rigid_wall(12, 8, horizontal=0.5, friction=0.3),
         plane_wall(12, 16, horizontal=0.3, mass=1.0),
     )
-    return {"3D": space, "plain 3D": space.condensed(), "2D": plane, "plain 2D": plane.condensed()}
+    dry = {"3D": space, "plain 3D": space.condensed(), "2D": plane, "plain 2D": plane.condensed()}
+    return dry | {"cohesive 3D": with_cohesion(space), "cohesive 2D": with_cohesion(plane)}
+
+
+def with_cohesion(problem):
+    """The same with some stiffness of cohesion at every contact."""
+    root = np.random.default_rng(1).normal(size=(problem.count, problem.dimension, problem.dimension))
+    return replace(problem, cohesion_stiffness=0.1 * root @ root.swapaxes(1, 2))
 
 
 @pytest.mark.parametrize("name", walls())

@@ -84,6 +84,18 @@ def test_a_contact_that_nothing_moves_takes_no_impulse():
     assert np.isfinite(reduce_blocks(np.zeros((2, 2, 2)))).all()
 
 
+@pytest.mark.parametrize(("normal", "coupling"), [(2.0, 7.0), (2.0, -7.0), (8.0, 6.0)])
+def test_a_wedge_on_the_brink_of_jamming_is_found_though_its_pressure_is_lost_in_rounding(normal, coupling):
+    """Where μ |W_NT| = W_NN, p_N of a slip is a quotient whose divisor is 0: the contact sticks."""
+    friction = normal / abs(coupling)
+    W = np.array([[normal, coupling], [coupling, coupling**2 / normal + 1.0]])
+    for tangential in np.copysign(np.arange(1.0, 100.0) / 7.0, coupling):
+        b = np.array([-1e-30, tangential])
+        p = solve_contact(W, b, friction)
+        assert p[0] > 0
+        assert miss(W, b, friction, p) <= 1e-14
+
+
 @pytest.mark.parametrize("friction", [0.3, 1.0, 1.5, 4.0, 30.0])
 @pytest.mark.parametrize("angle", [0.0, 0.7, 2.5, 4.0])
 def test_sliding_in_space_along_a_line_is_sliding_in_the_plane(friction, angle):

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from masonry_fem.nscd.local import Law, in_space, reduce_blocks
+from masonry_fem.nscd.local import Law, reduce_blocks
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.scaling import contact_scale, diagonal_blocks, free_speed, rigid_diagonal
 from masonry_fem.nscd.solvers.colouring import Colouring, colour_bodies, colour_couplings
@@ -44,11 +44,10 @@ class SweepForm:
         own = rigid_diagonal(problem) if W is None else diagonal_blocks(W, *problem.free_velocity.shape)
         law, folded = _fold(problem, own)
         local = reduce_blocks(folded)
-        fixed = (in_space(own), local, contact_scale(problem), problem.friction)
+        fixed = (own, local, contact_scale(problem), problem.friction)
         free = problem.free_velocity if W is None else problem.plain_velocity()
-        free = np.pad(free, ((0, 0), (0, 3 - problem.dimension)))
         self.law: Law = None if law is None else (law[0][order], law[1][order], law[2][order])
-        self.same = (*(np.ascontiguousarray(part[order]) for part in (*fixed, free)), self.law)
+        self.same = tuple(np.ascontiguousarray(part[order]) for part in (*fixed, free))
         # errors are measured by the largest free velocity, or by the velocities that impulses cause
         self.speed = free_speed(problem) if W is None else 0.0
         self.root = np.sqrt(np.where(problem.rigid_mass > 0, problem.rigid_mass, 1.0))
@@ -68,19 +67,18 @@ class SweepForm:
         self, impulse: FloatArray, count: int, tolerance: float, *, parallel: bool
     ) -> tuple[int, float]:
         """The same, on the threads that there are."""
-        order, d = self.colouring.order, self.problem.dimension
-        ordered = np.zeros((len(order), 3))
-        ordered[:, :d] = impulse[order]
+        order = self.colouring.order
+        ordered = np.ascontiguousarray(impulse[order])
         motion = None
         if self.problem.rigid:
             # made anew from the impulses, so that rounding does not pile up from batch to batch
-            motion = np.zeros((len(self.root), 6))
-            motion[:, : self.root.shape[1]] = self.root * self.problem.balanced_velocity(impulse)
+            motion = np.ascontiguousarray(self.root * self.problem.balanced_velocity(impulse))
         data = (*self.coupling[:2], motion, *self.coupling[2:], *self.same, ordered, self.slip)
         head = (self.colouring.groups, self.colouring.colours, self.sums, self.speed, self.relaxation)
         turns = self.turns * np.arange(self.begun, self.begun + count)
-        made, error = kernel(parallel=parallel)(*head, turns, INTERVAL, tolerance, data)
-        impulse[order] = ordered[:, :d]
+        axes = tuple(range(self.problem.dimension))
+        made, error = kernel(parallel=parallel)(*head, turns, INTERVAL, tolerance, axes, self.law, data)
+        impulse[order] = ordered
         self.begun += made
         return made, error
 
@@ -107,9 +105,7 @@ def _of_bodies(problem: ContactProblem, root: FloatArray, order: NDArray[np.int6
     """Bodies and B M^-½ of contacts in an order; no W."""
     inverse = np.concatenate([1.0 / root, np.zeros((1, root.shape[1]))])
     weighted = problem.rigid_map * inverse[problem.bodies][:, :, None, :]
-    maps = np.zeros((problem.count, 2, 3, 6))
-    maps[:, :, : problem.dimension, : root.shape[1]] = weighted[order]
-    return problem.bodies[order].astype(np.int64), maps, None, None, None
+    return problem.bodies[order].astype(np.int64), np.ascontiguousarray(weighted[order]), None, None, None
 
 
 def _of_blocks(W: sparse.bsr_array, order: NDArray[np.int64]) -> tuple[Any, ...]:
@@ -119,7 +115,7 @@ def _of_blocks(W: sparse.bsr_array, order: NDArray[np.int64]) -> tuple[Any, ...]
     sizes = np.diff(W.indptr)[order]
     pointer = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
     picked = np.repeat(W.indptr[:-1][order] - pointer[:-1], sizes) + np.arange(pointer[-1])
-    return None, None, pointer, place[W.indices[picked]], in_space(W.data[picked])
+    return None, None, pointer, place[W.indices[picked]], np.ascontiguousarray(W.data[picked])
 
 
 def _fold(problem: ContactProblem, own: FloatArray) -> tuple[Law, FloatArray]:
@@ -129,4 +125,4 @@ def _fold(problem: ContactProblem, own: FloatArray) -> tuple[Law, FloatArray]:
         return None, own
     turn = np.linalg.inv(np.eye(problem.dimension) + own @ stiffness)
     block = turn @ own
-    return (in_space(turn), in_space(block), in_space(stiffness)), block
+    return (turn, block, np.ascontiguousarray(stiffness)), block

@@ -5,16 +5,20 @@ not matter in which order they are visited, or at once by several threads. What 
 within groups, then over groups in their order. So results depend on no number of threads.
 
     sweep = kernel(parallel=True)
-    made, error = sweep(groups, colours, sums, speed, relaxation, turns, interval, tolerance, data)
+    made, error = sweep(
+        groups, colours, sums, speed, relaxation, turns, interval, tolerance, axes, law, data
+    )
 
-``data`` are, contact after contact: what couples them, of two ways one (the others are None: Numba leaves
-out, before it compiles, all that they are for)
+``axes`` are as many numbers as there are dimensions: Numba knows how long a tuple is when it compiles, so
+the plane and space have each their own machine code from this one source. Of plane vectors the third
+component is 0. ``law`` is of ``local``, and ``data`` are, contact after contact: what couples them, of two
+ways one (the others are None: Numba leaves out, before it compiles, all that they are for)
 
-    bodies (c, 2), maps B M^-½ (c, 2, 3, 6) and motions M^½ U (b, 6), which sweeps keep up to date, or
-    pointer, other and blocks (k, 3, 3) of W by rows, the contacts' own included;
+    bodies (c, 2), maps B M^-½ (c, 2, d, m) and motions M^½ U (b, m), which sweeps keep up to date, or
+    pointer, other and blocks (k, d, d) of W by rows, the contacts' own included;
 
-and own (c, 3, 3) and ``local.reduce_blocks``, scale, friction, free velocity, law (``local``), impulse (c, 3)
-and λ of slip (c,). Plane problems are problems in space whose third direction is empty.
+and own (c, d, d) and ``local.reduce_blocks``, scale, friction, free velocity, impulse (c, d) and λ of slip
+(c,). None of them is a tuple: threads get tuples, but no tuples within tuples.
 
 A visit goes ω times as far as the exact local solution s, and back to the cone: p ← P_K(p + ω (s − p)).
 Its fixed points are those of ω = 1: there ω (s − p) is normal to K at p, so (s − p)·(z − p) ≤ 0 for all
@@ -37,54 +41,69 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from masonry_fem.nscd.local import answer, pressed
+from masonry_fem.nscd.local import Axes, Law, Vector, answer, pressed, times
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-Vector = tuple[float, float, float]
+
+
+@njit(cache=True, inline="always")
+def _row(vectors: FloatArray, i: int, axes: Axes) -> Vector:
+    """A contact's vector."""
+    return vectors[i, 0], vectors[i, 1], vectors[i, 2] if len(axes) == 3 else 0.0
+
+
+@njit(cache=True, inline="always")
+def _length(x1: float, x2: float, axes: Axes) -> float:
+    """Length of a tangential vector."""
+    return math.sqrt(x1 * x1 + x2 * x2) if len(axes) == 3 else abs(x1)
 
 
 @njit(cache=True, forceinline=True)
 def _velocity(
-    bodies: Any, maps: Any, motion: Any, pointer: Any, other: Any, blocks: Any, free: FloatArray,
+    axes: Axes, bodies: Any, maps: Any, motion: Any, pointer: Any, other: Any, blocks: Any, free: FloatArray,
     impulse: FloatArray, i: int,
 ) -> Vector:  # fmt: skip
     """Velocity of contact ``i``."""
-    vn, v1, v2 = free[i, 0], free[i, 1], free[i, 2]
+    vn, v1, v2 = _row(free, i, axes)
     if pointer is not None:  # what is None is left out before it is compiled
         for e in range(pointer[i], pointer[i + 1]):
-            j = other[e]
-            pn, p1, p2 = impulse[j, 0], impulse[j, 1], impulse[j, 2]
-            vn += blocks[e, 0, 0] * pn + blocks[e, 0, 1] * p1 + blocks[e, 0, 2] * p2
-            v1 += blocks[e, 1, 0] * pn + blocks[e, 1, 1] * p1 + blocks[e, 1, 2] * p2
-            v2 += blocks[e, 2, 0] * pn + blocks[e, 2, 1] * p1 + blocks[e, 2, 2] * p2
+            pn, p1, p2 = _row(impulse, other[e], axes)
+            un, u1, u2 = times(blocks, e, pn, p1, p2, axes)
+            vn += un
+            v1 += u1
+            v2 += u2
     if bodies is not None:
         for s in range(2):
             body = bodies[i, s]
             if body >= 0:
-                for m in range(6):
+                for m in range(6 if len(axes) == 3 else 3):
                     u = motion[body, m]
                     vn += maps[i, s, 0, m] * u
                     v1 += maps[i, s, 1, m] * u
-                    v2 += maps[i, s, 2, m] * u
+                    if len(axes) == 3:
+                        v2 += maps[i, s, 2, m] * u
     return vn, v1, v2
 
 
 @njit(cache=True, forceinline=True)
-def _move(bodies: Any, maps: Any, motion: Any, i: int, pn: float, p1: float, p2: float) -> None:
+def _move(axes: Axes, bodies: Any, maps: Any, motion: Any, i: int, pn: float, p1: float, p2: float) -> None:
     """Give an impulse at contact ``i`` to the motions of its bodies."""
     if bodies is not None:
         for s in range(2):
             body = bodies[i, s]
             if body >= 0:
-                for m in range(6):
-                    motion[body, m] += maps[i, s, 0, m] * pn + maps[i, s, 1, m] * p1 + maps[i, s, 2, m] * p2
+                for m in range(6 if len(axes) == 3 else 3):
+                    given = maps[i, s, 0, m] * pn + maps[i, s, 1, m] * p1
+                    if len(axes) == 3:
+                        given += maps[i, s, 2, m] * p2
+                    motion[body, m] += given
 
 
 @njit(cache=True, inline="always")
-def _onto_cone(mu: float, xn: float, x1: float, x2: float) -> Vector:
+def _onto_cone(mu: float, xn: float, x1: float, x2: float, axes: Axes) -> Vector:
     """P_K of one impulse."""
-    size = math.sqrt(x1 * x1 + x2 * x2)
+    size = _length(x1, x2, axes)
     if size > mu * xn:
         if mu * size <= -xn:
             xn, x1, x2 = 0.0, 0.0, 0.0
@@ -96,9 +115,9 @@ def _onto_cone(mu: float, xn: float, x1: float, x2: float) -> Vector:
 
 
 @njit(cache=True, inline="always")
-def _visit(first: int, last: int, turn: int, relaxation: float, data: Any) -> None:
+def _visit(first: int, last: int, turn: int, relaxation: float, axes: Axes, law: Law, data: Any) -> None:
     """Visit the contacts of a group."""
-    bodies, maps, motion, pointer, other, blocks, own, local, _, friction, free, law, impulse, slip = data
+    bodies, maps, motion, pointer, other, blocks, own, local, _, friction, free, impulse, slip = data
     # bits that look random, and are the same in every run
     mixed = (turn * 2654435761 + first * 40503) & 0xFFFFFFFF
     start = (mixed >> 16) % (last - first)
@@ -107,42 +126,45 @@ def _visit(first: int, last: int, turn: int, relaxation: float, data: Any) -> No
         if step >= last - first:
             step -= last - first
         i = last - 1 - step if mixed & 512 else first + step
-        pn, p1, p2 = impulse[i, 0], impulse[i, 1], impulse[i, 2]
-        bn, b1, b2 = _velocity(bodies, maps, motion, pointer, other, blocks, free, impulse, i)
-        bn -= own[i, 0, 0] * pn + own[i, 0, 1] * p1 + own[i, 0, 2] * p2
-        b1 -= own[i, 1, 0] * pn + own[i, 1, 1] * p1 + own[i, 1, 2] * p2
-        b2 -= own[i, 2, 0] * pn + own[i, 2, 1] * p1 + own[i, 2, 2] * p2
-        qn, q1, q2, slip[i] = answer(local[i], friction[i], bn, b1, b2, slip[i], law, i)
+        pn, p1, p2 = _row(impulse, i, axes)
+        vn, v1, v2 = _velocity(axes, bodies, maps, motion, pointer, other, blocks, free, impulse, i)
+        un, u1, u2 = times(own, i, pn, p1, p2, axes)
+        qn, q1, q2, slip[i] = answer(local[i], friction[i], vn - un, v1 - u1, v2 - u2, slip[i], law, i, axes)
         if relaxation != 1.0:
             qn, q1, q2 = pn + relaxation * (qn - pn), p1 + relaxation * (q1 - p1), p2 + relaxation * (q2 - p2)
-            qn, q1, q2 = _onto_cone(friction[i], qn, q1, q2)
-        impulse[i, 0], impulse[i, 1], impulse[i, 2] = qn, q1, q2
+            qn, q1, q2 = _onto_cone(friction[i], qn, q1, q2, axes)
+        impulse[i, 0], impulse[i, 1] = qn, q1
+        if len(axes) == 3:
+            impulse[i, 2] = q2
         qn, q1, q2 = qn - pn, q1 - p1, q2 - p2
         if qn != 0.0 or q1 != 0.0 or q2 != 0.0:
-            _move(bodies, maps, motion, i, qn, q1, q2)
+            _move(axes, bodies, maps, motion, i, qn, q1, q2)
 
 
 @njit(cache=True, inline="always")
-def _judge(first: int, last: int, data: Any) -> tuple[float, float, float, float, float]:
+def _judge(
+    first: int, last: int, axes: Axes, law: Law, data: Any
+) -> tuple[float, float, float, float, float]:
     """What a group adds to the error: the sums of squares of the natural map p − P_K(p − v̂/w) and of p.
 
     And the largest squares of the map in velocities, of what impulses cause, and of the velocity.
     """
-    bodies, maps, motion, pointer, other, blocks, _, _, scale, friction, free, law, impulse, _ = data
+    bodies, maps, motion, pointer, other, blocks, _, _, scale, friction, free, impulse, _ = data
     square = size = worst = caused = fastest = 0.0
     for i in range(first, last):
-        pn, p1, p2 = impulse[i, 0], impulse[i, 1], impulse[i, 2]
-        vn, v1, v2 = _velocity(bodies, maps, motion, pointer, other, blocks, free, impulse, i)
-        xn, x1, x2 = pressed(pn, p1, p2, vn, v1, v2, law, i)
+        pn, p1, p2 = _row(impulse, i, axes)
+        vn, v1, v2 = _velocity(axes, bodies, maps, motion, pointer, other, blocks, free, impulse, i)
+        xn, x1, x2 = pressed(pn, p1, p2, vn, v1, v2, law, i, axes)
         mu, w = friction[i], scale[i]
         yn, y1, y2 = _onto_cone(
-            mu, xn - (vn + mu * math.sqrt(v1 * v1 + v2 * v2)) / w, x1 - v1 / w, x2 - v2 / w
+            mu, xn - (vn + mu * _length(v1, v2, axes)) / w, x1 - v1 / w, x2 - v2 / w, axes
         )
         miss = (xn - yn) ** 2 + (x1 - y1) ** 2 + (x2 - y2) ** 2
         square += miss
         size += pn * pn + p1 * p1 + p2 * p2
         worst = max(worst, w**2 * miss)
-        caused = max(caused, (vn - free[i, 0]) ** 2 + (v1 - free[i, 1]) ** 2 + (v2 - free[i, 2]) ** 2)
+        fn, f1, f2 = _row(free, i, axes)
+        caused = max(caused, (vn - fn) ** 2 + (v1 - f1) ** 2 + (v2 - f2) ** 2)
         fastest = max(fastest, vn * vn + v1 * v1 + v2 * v2)
     return square, size, worst, caused, fastest
 
@@ -170,7 +192,7 @@ def _error(sums: FloatArray, speed: float) -> float:
 
 def _sweep(
     groups: IntArray, colours: IntArray, sums: FloatArray, speed: float, relaxation: float,
-    turns: IntArray, interval: int, tolerance: float, data: Any,
+    turns: IntArray, interval: int, tolerance: float, axes: Axes, law: Law, data: Any,
 ) -> tuple[int, float]:  # fmt: skip
     """At most as many sweeps as there are ``turns``; how many, and the error they left."""
     count = len(turns)
@@ -178,12 +200,12 @@ def _sweep(
     for sweep in range(count):
         for colour in range(len(colours) - 1):
             for g in prange(colours[colour], colours[colour + 1]):
-                _visit(groups[g], groups[g + 1], turns[sweep], relaxation, data)
+                _visit(groups[g], groups[g + 1], turns[sweep], relaxation, axes, law, data)
         if (sweep + 1) % interval and sweep + 1 < count:
             continue
         for g in prange(len(sums)):
             sums[g, 0], sums[g, 1], sums[g, 2], sums[g, 3], sums[g, 4] = _judge(
-                groups[g], groups[g + 1], data
+                groups[g], groups[g + 1], axes, law, data
             )
         error = _error(sums, speed)
         if error <= tolerance:

@@ -111,25 +111,8 @@ def switches() -> list[Switch]:
 
 
 def _corrections() -> list[Switch]:
-    def none(problem: Any, *rest: Any) -> Any:
-        return np.zeros(problem.count)
-
-    def of_slip(velocity: Any, friction: Any, parts: Any) -> Any:
-        return np.zeros(len(friction))
-
-    def less(problem: Any, *rest: Any) -> Any:
-        return np.full(problem.count, -1.0)
-
-    def endless(*_: Any) -> float:
-        return np.inf
-
     kind = "correction"
     return [
-        Switch("swallowed impulses", kind, residuals, "_swallowed", none, _some),
-        Switch("drowned velocities", kind, residuals, "_drowned", none, _some),
-        Switch("rounding of slip", kind, residuals, "_rounding_of_slip", of_slip, _some),
-        Switch("rounding of springs", kind, residuals, "_pressed_rounding", less, _always),
-        Switch("boundless impulses", kind, residuals, "_asked", endless, _always),
         Switch("least share of cohesion", kind, residuals, "COHESIVE", 0.0, where=COHESION),
     ]
 

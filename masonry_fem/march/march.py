@@ -27,7 +27,6 @@ from masonry_fem.march.troubles import Troubles
 from masonry_fem.march.unrest import could_rest, drift, within_tolerance
 from masonry_fem.march.witness import Witness
 from masonry_fem.nscd import Outcome, SolverSettings
-from masonry_fem.nscd.portfolio import ROUNDED
 from masonry_fem.records.remark import remark
 
 Verdict = Literal["equilibrium", "finished", "no_convergence", "no_equilibrium"]
@@ -301,7 +300,7 @@ def _ended(
                 " Supports push, or overlaps are driven apart: rigid blocks between them that have no way "
                 "out have no motion either; make them elastic, or make room."
             )
-        if report.quality.error <= ROUNDED:
+        if report.quality.error <= report.rounding:
             message += " An error this small is rounding: no tolerance below it can be met here."
     else:
         moving = tuple(moving_blocks(model, made.after))

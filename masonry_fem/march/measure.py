@@ -55,6 +55,7 @@ def measure(model: Model, coupling: Coupling, made: Increment) -> StepReport:
         method=made.solution.method,
         outcome=made.solution.outcome,
         quality=quality,
+        rounding=0.0 if made.solution.rounding is None else made.solution.rounding.error,
         natural_map=quality.natural_map,
         max_penetration=float(np.maximum(_overlap(state), 0.0)[state.status != OPEN].max(initial=0.0)),
         block_balance=_balance(model, made, made.forces, made.scheme),

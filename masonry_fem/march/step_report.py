@@ -34,7 +34,8 @@ class StepReport:
     iterations, linear_solves : Of the contact solver.
     method : Contact solver that ran.
     outcome : Its outcome.
-    quality : Its error measures.
+    quality : Its error measures. rounding : The error that rounding alone may make; 0 where the tolerance
+        was met, and nobody asked.
     natural_map, max_penetration, block_balance : Worst relative natural map, worst penetration
         [m], worst residual of a block's momentum relative to weight times step.
     static_balance : The same with inertia left out: distance to a static equilibrium.
@@ -68,6 +69,7 @@ class StepReport:
     method: str
     outcome: Outcome
     quality: Quality
+    rounding: float
     natural_map: float
     max_penetration: float
     block_balance: float

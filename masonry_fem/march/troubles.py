@@ -29,6 +29,7 @@ class Troubles:
     missed, inexact : Errors of the steps that missed the solver's tolerance, and of those that ended where no
         method came nearer to it.
     unsettled : What the joints' state still changed by, in steps in which the joint laws did not settle.
+    rounding : What rounding alone may make of the errors of ``inexact``, at most.
     abrupt : Times of the steps in which some joint lost more than half of its adhesion at once.
     jammed : Number of steps in which overlaps could not be driven apart.
     deepest : Deepest overlap [m].
@@ -37,6 +38,7 @@ class Troubles:
     def __init__(self) -> None:
         self.missed: list[float] = []
         self.inexact: list[float] = []
+        self.rounding = 0.0
         self.unsettled: list[float] = []
         self.abrupt: list[float] = []
         self.jammed, self.deepest = 0, 0.0
@@ -47,6 +49,7 @@ class Troubles:
             self.missed.append(report.quality.error)
         elif report.outcome is Outcome.INEXACT:
             self.inexact.append(report.quality.error)
+            self.rounding = max(self.rounding, report.rounding)
         if report.joint_change > 0:
             self.unsettled.append(report.joint_change)
         if report.adhesion_loss > ABRUPT:
@@ -78,8 +81,8 @@ class Troubles:
                 "inexact",
                 f"{len(self.inexact)} of {report.so_far} ended at an error of up to "
                 f"{max(self.inexact):.1e}, where no method came nearer to the {settings.tolerance:g} aimed "
-                "at; that is mostly rounding, of the arithmetic or of a file's coordinates. Compare "
-                "it with what you need",
+                f"at; rounding of the arithmetic alone may make up to {self.rounding:.1e} of it. Compare "
+                "the error with what you need",
             )
         if self.unsettled:
             remark(

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from masonry_fem.nscd.outcome import Outcome, Solution
     from masonry_fem.nscd.portfolio import solve
     from masonry_fem.nscd.problem import ContactProblem
-    from masonry_fem.nscd.residuals import Quality, assess
+    from masonry_fem.nscd.residuals import Quality, assess, rounding
     from masonry_fem.nscd.settings import SolverSettings, Start
 
 __all__ = [
@@ -30,6 +30,7 @@ __all__ = [
     "Start",
     "assess",
     "load_problem",
+    "rounding",
     "save_problem",
     "solve",
 ]
@@ -43,6 +44,7 @@ _HOMES = {
     "Start": "settings",
     "assess": "residuals",
     "load_problem": "files",
+    "rounding": "residuals",
     "save_problem": "files",
     "solve": "portfolio",
 }

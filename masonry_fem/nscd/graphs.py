@@ -73,15 +73,33 @@ def natural_map(
 ) -> FloatArray:
     """Natural map p − P_K(p − v̂/w), zero at a solution, shape (c, d) [N s].
 
+    By Moreau's decomposition x = P_K(x) + P_K°(x), with the polar cone K°, it is v̂/w + P_K°(p − v̂/w). In
+    this form no velocity is lost beside a large impulse: where a contact sticks it is v̂/w, however small.
+
     Parameters
     ----------
     impulse : p, shape (c, d) [N s].
     velocity : v, shape (c, d) [m/s].
     friction : Coefficients μ, shape (c,).
     scale : w of each contact, shape (c,) [1/kg].
+
+    References
+    ----------
+    J. J. Moreau, "Décomposition orthogonale d'un espace hilbertien selon deux cônes mutuellement polaires",
+    Comptes rendus 255 (1962).
     """
-    augmented = augmented_velocity(velocity, friction)
-    return impulse - project_cone(impulse - augmented / scale[:, None], friction)
+    motion = augmented_velocity(velocity, friction) / scale[:, None]
+    trial = impulse - motion
+    normal, tangent = trial[:, 0], tangential_norm(trial)
+    residual = motion.copy()  # within the cone
+    outside = tangent > friction * normal
+    polar = friction * tangent <= -normal
+    surface = outside & ~polar
+    excess = (tangent - friction * normal)[surface] / (1.0 + friction[surface] ** 2)
+    residual[surface, 0] -= friction[surface] * excess
+    residual[surface, 1:] += (excess / tangent[surface])[:, None] * trial[surface, 1:]
+    residual[polar] = impulse[polar]
+    return residual
 
 
 def alart_curnier(

@@ -26,13 +26,12 @@ from numpy.typing import NDArray
 from masonry_fem.nscd.cohesion import shifted_start, without_offset
 from masonry_fem.nscd.outcome import Outcome, Solution
 from masonry_fem.nscd.problem import ContactProblem
-from masonry_fem.nscd.residuals import Quality, assess, rounding
+from masonry_fem.nscd.residuals import Quality, assess
 from masonry_fem.nscd.scaling import contact_scale
 from masonry_fem.nscd.settings import SolverSettings, Start
 
 FloatArray = NDArray[np.float64]
 
-IDLE = 3  # offers that do not halve the error, after which it may be rounding
 HUGE = 1e100  # squares of larger numbers soon overflow
 
 
@@ -138,8 +137,6 @@ def iterate(
         best.offer(offer, quality)
         history.append((made, quality.error, time.process_time() - cpu))
         outcome = _ended(quality, offer, settings, made, limit, time.monotonic() - wall)
-        if outcome is None and _rounded(problem, best, history, settings, scale):
-            outcome = Outcome.INEXACT
         if outcome is not None:
             break
         offer = run.step(quality, settings)
@@ -218,21 +215,6 @@ class _Unshifted:
 def _blown_up(offer: Iterate) -> bool:
     """True where an offer is not finite, or soon will not be."""
     return not all(np.abs(part).max(initial=0.0) <= HUGE for part in (offer.impulse, offer.rigid_velocity))
-
-
-def _rounded(
-    problem: ContactProblem,
-    best: _Best,
-    history: list[tuple[int, float, float]],
-    settings: SolverSettings,
-    scale: FloatArray,
-) -> bool:
-    """True where an acceptable error no longer falls and is what rounding makes of the state."""
-    if best.error > settings.acceptable or len(history) <= IDLE:
-        return False
-    if best.error < 0.5 * min(error for _, error, _ in history[:-IDLE]):
-        return False
-    return best.error <= rounding(problem, best.impulse, best.rigid_velocity, scale, settings.least_impulse)
 
 
 def _ended(

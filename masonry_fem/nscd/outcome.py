@@ -110,6 +110,7 @@ class Solution:
     rigid_velocity : U of the rigid bodies, shape (b, m).
     outcome : How the iteration ended.
     quality : Error measures, made from the problem and (p, U) alone.
+    rounding : What rounding alone may make of each; None where the tolerance was met.
     iterations : Sweeps or Newton steps. linear_solves : Factorised linear systems.
     seconds : CPU time [s].
     method : Name of the method that ended it ("nsgs+newton" where it was switched).
@@ -126,6 +127,7 @@ class Solution:
     seconds: float
     method: str
     history: FloatArray
+    rounding: Quality | None = None
 
     @property
     def converged(self) -> bool:

@@ -26,9 +26,9 @@ from masonry_fem.nscd.iterate import Iterate, Method, iterate
 from masonry_fem.nscd.methods import make_method
 from masonry_fem.nscd.outcome import Outcome, Solution
 from masonry_fem.nscd.problem import ContactProblem
-from masonry_fem.nscd.residuals import Quality, assess
+from masonry_fem.nscd.residuals import Quality, assess, rounding
 from masonry_fem.nscd.rest import brought_to_rest, holding_impulses
-from masonry_fem.nscd.settings import SolverSettings, Start
+from masonry_fem.nscd.settings import ACCEPTABLE, SolverSettings, Start
 from masonry_fem.nscd.threads import one_thread
 from masonry_fem.nscd.turns import Turn, turns
 from masonry_fem.nscd.unstressed import from_no_stress
@@ -38,8 +38,6 @@ FloatArray = NDArray[np.float64]
 # Error of a swept state from which Newton may start: of a plain problem, of rigid blocks.
 CLOSE = 1e-2
 CLOSE_OF_BODIES = 1e-5
-# Error that is rounding wherever a problem is large or badly scaled: no other method would do better.
-ROUNDED = 1e-12
 # What ends the turns.
 _ENDED = {
     Outcome.CONVERGED,
@@ -77,7 +75,7 @@ def solve(
         made = _solve(problem, settings, start)
         if made.solved:
             made = brought_to_rest(problem, made, settings.least_impulse)
-        return made
+        return made if made.converged else replace(made, rounding=_rounding(problem, made, settings))
 
 
 def _solve(problem: ContactProblem, settings: SolverSettings, start: Start | None) -> Solution:
@@ -130,9 +128,10 @@ def _near_enough(problem: ContactProblem, made: Solution, settings: SolverSettin
     stand for it mean nothing; beside the speed of free fall that may be an error of 1e-7.
     """
     pushed = float(np.maximum(-problem.free_velocity[:, 0], 0.0).max(initial=0.0))
-    follows = made.quality.max_penetration <= FOLLOWED * pushed or pushed == 0.0
-    near = made.quality.error <= settings.acceptable and follows
-    return replace(made, outcome=Outcome.INEXACT if near else Outcome.STALLED)
+    rounded = pushed <= _rounding(problem, made, settings).max_penetration
+    follows = rounded or made.quality.max_penetration <= FOLLOWED * pushed
+    near = made.quality.error <= settings.acceptable or _rounded(problem, made, settings)
+    return replace(made, outcome=Outcome.INEXACT if near and follows else Outcome.STALLED)
 
 
 def _choose(
@@ -145,8 +144,6 @@ def _choose(
     began = time.monotonic()
     total: Solution | None = None
     for turn in turns(problem, settings, start, loads):
-        if turn.rescue and total is not None and total.quality.error <= ROUNDED:
-            return replace(total, outcome=Outcome.STALLED)
         own = _share(turn, settings, 0 if total is None else total.iterations, time.monotonic() - began)
         if own is None:
             break
@@ -154,8 +151,21 @@ def _choose(
         total = made if total is None else _joined(total, made)
         if total.outcome in _ENDED:
             break
+        if _rounded(problem, total, settings):
+            return _near_enough(problem, total, settings)
     assert total is not None  # there is always a first turn
     return total
+
+
+def _rounded(problem: ContactProblem, made: Solution, settings: SolverSettings) -> bool:
+    """True where an error that is small is no more than rounding makes: no other method would do better."""
+    if made.quality.error > ACCEPTABLE:
+        return False
+    return made.quality.error <= _rounding(problem, made, settings).error
+
+
+def _rounding(problem: ContactProblem, made: Solution, settings: SolverSettings) -> Quality:
+    return rounding(problem, made.impulse, made.rigid_velocity, least_impulse=settings.least_impulse)
 
 
 def _share(turn: Turn, settings: SolverSettings, iterations: int, seconds: float) -> SolverSettings | None:

@@ -17,7 +17,7 @@ from masonry_fem.nscd import methods
 LinearName = Literal["auto", "direct", "krylov"]
 
 TARGET = 1e-10  # the tolerance where nobody asks for one
-ACCEPTABLE = 1e-6  # error up to which a state that misses it, and that nothing improves, is an answer
+ACCEPTABLE = 1e-6  # error up to which a state that misses it, and that nothing improves, may be an answer
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,8 +29,8 @@ class SolverSettings:
     method : A file of ``methods`` such as "newton", or "auto": those that suit the
         problem, in turns.
     tolerance : Bound on ``Quality.error``, unit-free.
-    acceptable : Error up to which a state is an answer, too, that nothing improves, be it for rounding or
-        because no method comes nearer (outcome INEXACT); 0: none is. The tolerance then is a target.
+    acceptable : Error up to which a state is an answer, too, that no method improves (outcome INEXACT); the
+        tolerance then is a target. 0: only one whose error is no more than rounding makes (``rounding``).
     max_iterations : Sweeps or Newton steps; None: the method's own limit.
     time_limit : Wall-clock seconds after which the best state so far is returned; None: no limit.
         Only a run that is cut short by it can differ from the next one.

@@ -64,14 +64,12 @@ class Turn:
         (impulses that balance the loads, see ``rest``), "close" (the best state where that is close to a
         solution, else none) or "cold".
     twin : Share of friction of the rigid twin that is asked instead, which shows what moves.
-    rescue : For problems that the turns before have not come close to, not for rounding.
     """
 
     make: Callable[[], Method]
     iterations: int | None = None
     origin: Literal["given", "best", "close", "held", "cold"] = "given"
     twin: float | None = None
-    rescue: bool = False
 
 
 def turns(
@@ -136,14 +134,14 @@ def _thorough(problem: ContactProblem, tolerance: float) -> Iterator[Turn]:
     yield from _exact(problem)
     if problem.count < MANY:
         if not problem.rigid:
-            yield Turn(_searching_newton, NEWTON_STEPS, rescue=True)
+            yield Turn(_searching_newton, NEWTON_STEPS)
         for weight in WEIGHTS:
-            yield Turn(_firm_newton(weight), NEWTON_STEPS, rescue=True)
+            yield Turn(_firm_newton(weight), NEWTON_STEPS)
         flat = plane_form(problem, tolerance)
     if problem.rigid and _followable(problem if flat is None else flat.problem):
-        yield Turn(_within(flat, _path), origin="best", rescue=True)
+        yield Turn(_within(flat, _path), origin="best")
     flat = flat if problem.count >= MANY else None
-    yield Turn(_within(flat, _patient_newton), origin="best", rescue=True)
+    yield Turn(_within(flat, _patient_newton), origin="best")
 
 
 def _within(form: PlaneForm | None, make: Callable[[], Method]) -> Callable[[], Method]:

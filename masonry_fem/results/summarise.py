@@ -14,6 +14,7 @@ from masonry_fem import __version__
 from masonry_fem.build import Built
 from masonry_fem.march.march import March
 from masonry_fem.march.model import Model
+from masonry_fem.nscd import rounding
 from masonry_fem.results.blocks import status_counts, stress_summary
 from masonry_fem.results.summary import (
     Abrupt,
@@ -124,9 +125,11 @@ def certificate(made: March) -> Certificate:
     pressed = problem.contact_part(solution.impulse, solution.velocity) / made.last.scheme.step
     tangent = np.linalg.norm(pressed[:, 1:], axis=1)
     largest = float(np.linalg.norm(made.state.reaction, axis=1).max(initial=0.0))
+    known = solution.rounding or rounding(problem, solution.impulse, solution.rigid_velocity)
     excess = float(np.maximum(tangent - problem.friction * pressed[:, 0], 0).max(initial=0.0))
     return Certificate(
         natural_map=max(report.quality.natural_map, report.quality.natural_map_velocity),
+        rounding=max(known.natural_map, known.natural_map_velocity),
         max_penetration=report.max_penetration,
         min_normal_reaction=float(np.minimum(pressed[:, 0], 0).min(initial=0.0)),
         cone_violation=excess / largest if largest > 0 else 0.0,

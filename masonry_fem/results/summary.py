@@ -47,6 +47,7 @@ class Certificate(Told, frozen=True, kw_only=True):
     Attributes
     ----------
     natural_map : The worse of the contact problem's natural maps, in impulses and in velocities; relative.
+    rounding : What rounding of the arithmetic alone may make of the natural map.
     max_penetration : Deepest that contacts go into each other [m].
     min_normal_reaction : Least normal reaction, at most 0 [N].
     cone_violation : Worst excess over friction, relative to the largest reaction.
@@ -56,6 +57,7 @@ class Certificate(Told, frozen=True, kw_only=True):
     """
 
     natural_map: float
+    rounding: float
     max_penetration: float
     min_normal_reaction: float
     cone_violation: float

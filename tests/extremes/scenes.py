@@ -45,6 +45,7 @@ YOUNG = 10e9
 STONE = Material(density=DENSITY, young=YOUNG, poisson=0.2)
 NO_RESTRAINT = Material(density=DENSITY, young=YOUNG, poisson=0.0)
 WEIGHT = DENSITY * G  # of a cubic metre [N]
+MOST_ROUNDING = 1e-5  # with μ = 1e8; else 1e-7
 DEFAULT = 1e-10  # tolerance of a scene that names none
 
 LARGE_STEP = Equilibrium(strategy="large_step", step=1.0, max_steps=5)
@@ -64,12 +65,14 @@ def leaning(angle: float, dimension: int) -> tuple[float, ...]:
 
 
 def certificate(result: RunResult) -> dict[str, float]:
-    """What the certificate says of contact, of balance and of energy; all are relative."""
+    """What the certificate says of contact, of balance and of energy; all are relative.
+
+    Of the natural map only what is more than rounding makes of it, which is told beside it.
+    """
     told = result.summary.certificate
-    return {
-        key: getattr(told, key)
-        for key in ("natural_map", "block_balance", "global_balance", "energy_balance")
-    }
+    balances = {key: getattr(told, key) for key in ("block_balance", "global_balance", "energy_balance")}
+    known = min(told.rounding, MOST_ROUNDING)
+    return {"natural_map": told.natural_map if told.natural_map > known else 0.0, **balances}
 
 
 def finite(result: RunResult) -> bool:

@@ -55,15 +55,6 @@ def down(dimension: int) -> tuple[float, ...]:
     return (0.0,) * (dimension - 1) + (-G,)
 
 
-def certificate(result: RunResult) -> dict[str, float]:
-    """What the summary's certificate says of the contact laws and of the balances."""
-    told = result.summary.certificate
-    return {
-        key: getattr(told, key)
-        for key in ("natural_map", "block_balance", "global_balance", "energy_balance")
-    }
-
-
 # --- columns: contrasts of stiffness and density between neighbours -----------------------------------
 
 

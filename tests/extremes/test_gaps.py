@@ -7,7 +7,8 @@ import pytest
 from masonry_fem.analyses.run import solve_scene
 from masonry_fem.errors import SceneError
 from masonry_fem.scene.specs import Contact, Dynamics, Joint, Statics
-from tests.extremes.solids import G, certificate, crushed, jam_pressure, jammed, lifted, rest_error
+from tests.extremes.scenes import certificate
+from tests.extremes.solids import G, crushed, jam_pressure, jammed, lifted, rest_error
 
 GAPS = [1e-15, 1e-12, 1e-9, 1e-6, 1e-4, 1e-3]
 WIDE = [1e-2, 0.1, 0.4]

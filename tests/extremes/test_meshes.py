@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 from masonry_fem.analyses.run import solve_scene
-from tests.extremes.solids import certificate, column, column_error, patch, patch_error
+from tests.extremes.scenes import certificate
+from tests.extremes.solids import column, column_error, patch, patch_error
 
 
 @pytest.mark.parametrize(("lower", "upper"), [

@@ -8,7 +8,8 @@ import pytest
 
 from masonry_fem.analyses.run import solve_scene
 from masonry_fem.scene import check
-from tests.extremes.solids import cantilever, cantilever_error, certificate, confined, confined_error
+from tests.extremes.scenes import certificate
+from tests.extremes.solids import cantilever, cantilever_error, confined, confined_error
 
 
 @pytest.mark.parametrize("poisson", [-0.99, -0.5, 0.0, 0.3, 0.49, 0.499, 0.499999])

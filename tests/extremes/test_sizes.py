@@ -6,12 +6,12 @@ import pytest
 
 from masonry_fem.analyses.run import solve_scene
 from masonry_fem.scene.specs import Solver
+from tests.extremes.scenes import certificate
 from tests.extremes.solids import (
     DYNAMICS,
     ONE_STEP,
     arch,
     carried_error,
-    certificate,
     column,
     column_error,
     patch,

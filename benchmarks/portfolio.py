@@ -17,7 +17,7 @@ import json
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -29,12 +29,9 @@ from rich.progress import track
 from benchmarks.trial_set import Size, Trial, trials
 from masonry_fem.nscd import SolverSettings, residuals, solve, turns
 from masonry_fem.nscd import iterate as looping
-from masonry_fem.nscd.in_plane import InPlane
 from masonry_fem.nscd.iterate import Method
 from masonry_fem.nscd.methods import newton
 from masonry_fem.nscd.methods.interior_point import InteriorPoint
-from masonry_fem.nscd.methods.newton import ProximalNewton
-from masonry_fem.nscd.methods.nsgs import GaussSeidel
 from masonry_fem.nscd.solvers import body_solver
 from masonry_fem.nscd.solvers.escape import Escape
 from masonry_fem.nscd.solvers.flips import Flips
@@ -46,11 +43,6 @@ solving = import_module("masonry_fem.nscd.portfolio")
 TOLERANCE = 1e-8
 LIMIT = 40.0  # seconds a problem
 COHESION = "joints with cohesion"
-TURNS = (
-    "first sweeps", "sweeps after the interior point", "first newton steps", "newton with even scales",
-    "newton from held impulses", "newton", "rigid twin", "weaker twin", "rest", "interior point", "polish",
-    "pivoting", "firm newton", "path", "patient newton",
-)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +99,8 @@ class Worth:
 
 def switches() -> list[Switch]:
     """All that can be taken away one at a time."""
-    return [Switch(name, "turn") for name in TURNS] + _corrections() + _parts() + _constants()
+    names = dict.fromkeys(turn.name for turn in turns.TURNS)
+    return [Switch(name, "turn") for name in names] + _corrections() + _parts() + _constants()
 
 
 def _corrections() -> list[Switch]:
@@ -160,8 +153,12 @@ def _parts() -> list[Switch]:
 
 
 def _constants() -> list[Switch]:
-    def made(method: Method) -> Callable[[], Method]:
-        return lambda: method
+    def made(method: Method) -> tuple[Turn, ...]:
+        """The turns with this interior point."""
+        return tuple(
+            replace(turn, make=lambda _: method) if turn.name == "interior point" else turn
+            for turn in turns.TURNS
+        )
 
     kind = "constant"
     return [
@@ -169,37 +166,11 @@ def _constants() -> list[Switch]:
         Switch("many contacts as few", kind, turns, "MANY", 10**9),
         Switch("sweeps without foresight", kind, turns, "PATIENCE", 10**9, where="first sweeps"),
         Switch("newton's crawl", kind, newton, "_CRAWL", 10**9),
-        Switch("interior point slides at once", kind, turns, "_interior_point",
+        Switch("interior point slides at once", kind, turns, "TURNS",
                made(InteriorPoint(align=0.0, sliding=0.0)), where="interior point"),
-        Switch("interior point's shorter steps", kind, turns, "_interior_point",
+        Switch("interior point's shorter steps", kind, turns, "TURNS",
                made(InteriorPoint(align=0.0, to_boundary=0.9999)), where="interior point"),
     ]  # fmt: skip
-
-
-def label(turn: Turn) -> str:
-    """Which of ``TURNS`` a turn is."""
-    if turn.twin is not None:
-        return "weaker twin" if turn.twin < 1 else "rigid twin"
-    method = turn.make()
-    while isinstance(method, InPlane):
-        method = method.inner
-    if isinstance(method, GaussSeidel):
-        return "sweeps after the interior point" if turn.origin == "best" else "first sweeps"
-    if isinstance(method, ProximalNewton):
-        return _newton(turn, method)
-    return {"interior_point": "interior point"}.get(method.name, method.name)
-
-
-def _newton(turn: Turn, method: ProximalNewton) -> str:
-    if turn.origin == "held":
-        return "newton from held impulses"
-    if method.slender:
-        return "newton with even scales"
-    if method.weight is not None:
-        return "patient newton" if method.adaptive else "firm newton"
-    if turn.iterations == turns.POLISH:
-        return "polish"
-    return "first newton steps" if turn.iterations == turns.BRIEF else "newton"
 
 
 # --- runs ------------------------------------------------------------------------------------------
@@ -269,7 +240,7 @@ def switched_off(part: Switch) -> Iterator[None]:
     def fewer(*given: Any) -> Iterator[Turn]:
         kept = 0
         for turn in original(*given):
-            if label(turn) != part.name:
+            if turn.name != part.name:
                 kept += 1
                 yield turn
         if not kept:
@@ -286,7 +257,7 @@ def _watched(parts: Sequence[Switch], seen: set[str]) -> Iterator[None]:
 
     def watched(*given: Any) -> Iterator[Turn]:
         for turn in original(*given):
-            seen.add(label(turn))
+            seen.add(turn.name)
             yield turn
 
     with ExitStack() as stack:

@@ -59,7 +59,7 @@ def test_what_is_not_at_work_costs_nothing_and_what_all_hangs_on_loses_all(given
     assert (path.at_work, path.lost, path.cpu) == (0, [], 1.0)
 
     def one_step(*_: object) -> list[Turn]:
-        return [Turn(InteriorPoint, iterations=1)]
+        return [Turn("lame", lambda _: True, lambda _: InteriorPoint(), iterations=1)]
 
     lame = without(Switch("all", "part", solving, "turns", one_step), given[1:], base[1:], 20.0)
     assert (lame.at_work, len(lame.lost)) == (2, 2)

@@ -30,7 +30,7 @@ from masonry_fem.nscd.residuals import Quality, assess, rounding
 from masonry_fem.nscd.rest import brought_to_rest, holding_impulses
 from masonry_fem.nscd.settings import ACCEPTABLE, SolverSettings, Start
 from masonry_fem.nscd.threads import one_thread
-from masonry_fem.nscd.turns import Turn, turns
+from masonry_fem.nscd.turns import Case, Turn, turns
 from masonry_fem.nscd.unstressed import from_no_stress
 
 FloatArray = NDArray[np.float64]
@@ -143,11 +143,12 @@ def _choose(
     """Turns until one converges; the best of their states."""
     began = time.monotonic()
     total: Solution | None = None
-    for turn in turns(problem, settings, start, loads):
+    case = Case(problem, settings, start, loads)
+    for turn in turns(case):
         own = _share(turn, settings, 0 if total is None else total.iterations, time.monotonic() - began)
         if own is None:
             break
-        made = _judged(_made(turn, problem, own, _origin(turn, problem, total, start)), loads)
+        made = _judged(_made(turn, case, own, _origin(turn, problem, total, start)), loads)
         total = made if total is None else _joined(total, made)
         if total.outcome in _ENDED:
             break
@@ -181,9 +182,9 @@ def _share(turn: Turn, settings: SolverSettings, iterations: int, seconds: float
     return replace(settings, max_iterations=most, time_limit=limit)
 
 
-def _made(turn: Turn, problem: ContactProblem, settings: SolverSettings, start: Start | None) -> Solution:
+def _made(turn: Turn, case: Case, settings: SolverSettings, start: Start | None) -> Solution:
     """What a turn's method makes of the problem."""
-    method = _with_linear(turn.make(), settings)
+    problem, method = case.problem, _with_linear(turn.make(case), settings)
     if turn.twin is None:
         return iterate(problem, method, settings, start)
     nothing = sparse.bsr_array(problem.compliance.shape, blocksize=problem.compliance.blocksize)

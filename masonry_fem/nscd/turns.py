@@ -1,4 +1,4 @@
-"""Turn: one method's go at a problem; "auto" is a list of them.
+"""Turn: one method's go at a problem; "auto" is the list ``TURNS``, of which a problem takes what suits it.
 
 - Static problems and elastic blocks: a few Newton steps, which is all that most need; where it is proven that
   nothing can balance the loads, or could with a little less friction, as many as show what moves; else rigid
@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -31,8 +32,7 @@ from masonry_fem.nscd.settings import SolverSettings, Start
 
 # Sweeps that may precede Newton: where more are foreseen after PATIENCE of them, it takes over.
 # One Newton step costs as much as 500 to 1000 sweeps; rigid walls need more of either.
-HORIZON = 5_000
-HORIZON_OF_BODIES = 20_000
+HORIZON = 20_000
 PATIENCE = 300
 # Rigid contacts from which sweeps from cold are not worth a try.
 MANY = 500
@@ -52,12 +52,105 @@ WEAK = 0.97
 POLISH = 25
 
 
+class Case:
+    """What turns ask of a problem; each answer is found when it is first asked for.
+
+    Attributes
+    ----------
+    problem : What to solve. settings : How well.
+    start : The caller's first guess.
+    loads : Tells whether any impulses balance the loads.
+    """
+
+    def __init__(
+        self,
+        problem: ContactProblem,
+        settings: SolverSettings,
+        start: Start | None,
+        loads: Callable[[], Admissible],
+    ) -> None:
+        self.problem, self.settings, self.start, self.loads = problem, settings, start, loads
+        self.rigid, self.plain = problem.rigid, not problem.body_count
+        self.elastic = not self.rigid and not self.plain
+        self.few = problem.count < MANY
+
+    @cached_property
+    def static(self) -> bool:
+        """True where some body in contact has no inertia."""
+        touched = np.unique(self.problem.bodies[self.problem.bodies >= 0])
+        return bool((self.problem.rigid_mass[touched] <= 0).any())
+
+    @property
+    def warm(self) -> bool:
+        """True where the caller knows of impulses."""
+        return self.start is not None and self.start.impulse is not None
+
+    @cached_property
+    def falls(self) -> bool:
+        """True where it is proven that nothing can balance the loads."""
+        return self.static and self.loads().falls
+
+    @cached_property
+    def at_limit(self) -> bool:
+        """True where many elastic blocks are proven to be next to their limit."""
+        return self.static and self.elastic and not self.few and not self.falls and at_limit(self.problem)
+
+    @property
+    def open(self) -> bool:
+        """True where nothing is proven yet."""
+        return not self.falls and not self.at_limit
+
+    @property
+    def swept(self) -> bool:
+        """True where sweeps are worth a try: few contacts, of blocks with inertia that do not couple them."""
+        return not self.static and (self.plain or self.few) and (self.plain or not self._coupled)
+
+    @property
+    def _coupled(self) -> bool:
+        """True where blocks deform; beds of mortar soften their own contacts alone, which sweeps like."""
+        compliance = self.problem.compliance
+        row = np.repeat(np.arange(self.problem.count), np.diff(compliance.indptr))
+        return bool(compliance.data[compliance.indices != row].any())
+
+    @property
+    def uneven(self) -> bool:
+        """True where elastic contacts lie so far apart in scale that some block may be slender."""
+        from masonry_fem.nscd.methods.newton import SLENDER  # noqa: PLC0415
+        from masonry_fem.nscd.solvers.newton_system import block_rows  # noqa: PLC0415
+
+        if self.rigid:
+            return False
+        scale = contact_scale(self.problem, fold=False)[block_rows(self.problem.compliance)]
+        return bool(scale.max() > SLENDER * scale.min())
+
+    @property
+    def small_plane(self) -> bool:
+        """True where pivoting can take the problem."""
+        from masonry_fem.nscd.methods.pivoting import MOST_CONTACTS  # noqa: PLC0415
+
+        return self.problem.dimension == 2 and self.problem.count <= MOST_CONTACTS
+
+    @property
+    def followable(self) -> bool:
+        """True where a path can be followed: rigid blocks that move in a plane."""
+        from masonry_fem.nscd.solvers.path import followable  # noqa: PLC0415 - Numba is slow to import
+
+        return self.rigid and followable(self.problem if self.plane is None else self.plane.problem)
+
+    @cached_property
+    def plane(self) -> PlaneForm | None:
+        """The plane that blocks move in, where there is one."""
+        return plane_form(self.problem, self.settings.tolerance)
+
+
 @dataclass(frozen=True, slots=True)
 class Turn:
     """A method's turn.
 
     Attributes
     ----------
+    name : What tables call it.
+    when : Tells whether a problem takes it.
     make : Makes the method.
     iterations : Its limit; None: its own.
     origin : What it starts from: "given" (the caller's first guess), "best" (the best state so far), "held"
@@ -66,146 +159,49 @@ class Turn:
     twin : Share of friction of the rigid twin that is asked instead, which shows what moves.
     """
 
-    make: Callable[[], Method]
+    name: str
+    when: Callable[[Case], bool]
+    make: Callable[[Case], Method]
     iterations: int | None = None
     origin: Literal["given", "best", "close", "held", "cold"] = "given"
     twin: float | None = None
 
 
-def turns(
-    problem: ContactProblem, settings: SolverSettings, start: Start | None, loads: Callable[[], Admissible]
-) -> Iterator[Turn]:
-    """Who has a go at a problem, in order; what a turn needs is found out only when it comes.
+def turns(case: Case) -> Iterator[Turn]:
+    """Who has a go at a problem, in order; what decides a turn is found out only when it comes.
 
     Parameters
     ----------
-    problem : What to solve.
-    settings : How well.
-    start : The caller's first guess.
-    loads : Tells whether any impulses balance the loads.
+    case : The problem, and what is known of it.
     """
-    if _static(problem):
-        yield Turn(_newton, BRIEF)
-        if _uneven(problem):
-            yield Turn(_slender_newton, BRIEF, "cold")
-        if loads().falls:
-            # what moves, it shows as rigid blocks at a fifth of the cost
-            if not problem.rigid:
-                yield Turn(_newton, twin=1.0)
-            yield Turn(_newton)
-            return
-        if not problem.rigid and problem.count >= MANY and at_limit(problem):
-            yield Turn(_newton, twin=WEAK)
-            return
-        if problem.rigid:
-            yield Turn(Rest)
-        elif not problem.cohesive:
-            yield Turn(_newton, HELD_STEPS, "held")
-        yield from _thorough(problem, settings.tolerance)
-    elif problem.body_count and not problem.rigid:
-        yield Turn(_newton, BRIEF)
-        if problem.count < MANY and not _coupled(problem):
-            yield Turn(_brief_sweeps(HORIZON_OF_BODIES))
-            yield Turn(_newton, NEWTON_STEPS, "close")
-        yield from _thorough(problem, settings.tolerance)
-    elif not problem.body_count:
-        yield Turn(_brief_sweeps(HORIZON))
-        yield Turn(_newton, origin="close")
-        yield from _exact(problem)
-    elif problem.count < MANY:
-        yield Turn(_brief_sweeps(HORIZON_OF_BODIES))
-        yield Turn(_newton, NEWTON_STEPS, "close")
-        yield from _thorough(problem, settings.tolerance)
-    else:
-        if start is not None and start.impulse is not None:
-            yield Turn(_newton, BRIEF)
-        yield from _thorough(problem, settings.tolerance)
+    return (turn for turn in TURNS if turn.when(case))
 
 
-def _thorough(problem: ContactProblem, tolerance: float) -> Iterator[Turn]:
-    """What carries where joints slide and open: interior point, its polish, and some that go elsewhere."""
-    # few contacts need no help, and what they always did goes on giving the same bits
-    flat = plane_form(problem, tolerance) if problem.count >= MANY else None
-    yield Turn(_within(flat, _interior_point), origin="cold")
-    if problem.rigid and not _static(problem):
-        # where the interior point meets a fold of its path the error is local: sweeps get across
-        yield Turn(_within(flat, _brief_sweeps(ENDING)), origin="best")
-    yield Turn(_within(flat, _newton), POLISH, origin="best")
-    yield from _exact(problem)
-    if problem.count < MANY:
-        if not problem.rigid:
-            yield Turn(_searching_newton, NEWTON_STEPS)
-        for weight in WEIGHTS:
-            yield Turn(_firm_newton(weight), NEWTON_STEPS)
-        flat = plane_form(problem, tolerance)
-    if problem.rigid and _followable(problem if flat is None else flat.problem):
-        yield Turn(_within(flat, _path), origin="best")
-    flat = flat if problem.count >= MANY else None
-    yield Turn(_within(flat, _patient_newton), origin="best")
-
-
-def _within(form: PlaneForm | None, make: Callable[[], Method]) -> Callable[[], Method]:
-    """A method's maker, in the plane that blocks move in, where there is one."""
-    return make if form is None else lambda: InPlane(make(), form)
-
-
-def _static(problem: ContactProblem) -> bool:
-    """True where some body in contact has no inertia."""
-    touched = np.unique(problem.bodies[problem.bodies >= 0])
-    return bool((problem.rigid_mass[touched] <= 0).any())
-
-
-def _uneven(problem: ContactProblem) -> bool:
-    """True where elastic contacts lie so far apart in scale that some block may be slender."""
-    from masonry_fem.nscd.methods.newton import SLENDER  # noqa: PLC0415
-    from masonry_fem.nscd.solvers.newton_system import block_rows  # noqa: PLC0415
-
-    if problem.rigid:
-        return False
-    scale = contact_scale(problem, fold=False)[block_rows(problem.compliance)]
-    return bool(scale.max() > SLENDER * scale.min())
-
-
-def _coupled(problem: ContactProblem) -> bool:
-    """True where blocks deform; beds of mortar soften their own contacts alone, which sweeps like."""
-    compliance = problem.compliance
-    row = np.repeat(np.arange(problem.count), np.diff(compliance.indptr))
-    return bool(compliance.data[compliance.indices != row].any())
-
-
-def _exact(problem: ContactProblem) -> Iterator[Turn]:
-    """Pivoting, where the problem is plane and small enough."""
-    from masonry_fem.nscd.methods.pivoting import MOST_CONTACTS  # noqa: PLC0415
-
-    if problem.dimension == 2 and problem.count <= MOST_CONTACTS:
-        yield Turn(lambda: make_method("pivoting"), origin="cold")
-
-
-def _newton() -> Method:
+def _newton(case: Case) -> Method:
     return make_method("newton")
 
 
-def _slender_newton() -> Method:
+def _slender_newton(case: Case) -> Method:
     from masonry_fem.nscd.methods.newton import ProximalNewton  # noqa: PLC0415
 
     return ProximalNewton(slender=True)
 
 
-def _patient_newton() -> Method:
+def _patient_newton(case: Case) -> Method:
     from masonry_fem.nscd.methods.newton import ProximalNewton  # noqa: PLC0415
 
     return ProximalNewton(weight=2e-3, adaptive=True, accuracy=0.3, round_steps=10, patience=60)
 
 
-def _searching_newton() -> Method:
+def _searching_newton(case: Case) -> Method:
     """Full steps diverge where joints open widely; a search along each is slower, but holds."""
     from masonry_fem.nscd.methods.newton import ProximalNewton  # noqa: PLC0415
 
     return ProximalNewton(full_steps=0)
 
 
-def _firm_newton(weight: float) -> Callable[[], Method]:
-    def make() -> Method:
+def _firm_newton(weight: float) -> Callable[[Case], Method]:
+    def make(case: Case) -> Method:
         from masonry_fem.nscd.methods.newton import ProximalNewton  # noqa: PLC0415
 
         return ProximalNewton(weight=weight, decrease=0.3)
@@ -213,28 +209,83 @@ def _firm_newton(weight: float) -> Callable[[], Method]:
     return make
 
 
-def _interior_point() -> Method:
+def _pivoting(case: Case) -> Method:
+    return make_method("pivoting")
+
+
+def _interior_point(case: Case) -> Method:
     from masonry_fem.nscd.methods.interior_point import InteriorPoint  # noqa: PLC0415
 
     return InteriorPoint(align=0.0)  # Newton polishes
 
 
-def _followable(problem: ContactProblem) -> bool:
-    from masonry_fem.nscd.solvers.path import followable  # noqa: PLC0415 - Numba is slow to import
-
-    return followable(problem)
-
-
-def _path() -> Method:
-    from masonry_fem.nscd.solvers.path import PathFollowing  # noqa: PLC0415 - Numba is slow to import
-
-    return PathFollowing()
-
-
-def _brief_sweeps(horizon: int) -> Callable[[], Method]:
-    def make() -> Method:
+def _sweeps(most: int) -> Callable[[Case], Method]:
+    def make(case: Case) -> Method:
         from masonry_fem.nscd.methods.nsgs import GaussSeidel  # noqa: PLC0415 - Numba is slow to import
 
-        return GaussSeidel(iterations=horizon, patience=PATIENCE, horizon=horizon)
+        return GaussSeidel(iterations=most, patience=PATIENCE, horizon=most)
 
     return make
+
+
+def _path(case: Case) -> Method:
+    from masonry_fem.nscd.solvers.path import PathFollowing  # noqa: PLC0415 - Numba is slow to import
+
+    return PathFollowing() if case.plane is None else InPlane(PathFollowing(), case.plane)
+
+
+def _in_plane(make: Callable[[Case], Method]) -> Callable[[Case], Method]:
+    """A method's maker, in the plane that many blocks move in, where there is one."""
+
+    def within(case: Case) -> Method:
+        # few contacts need no help, and what they always did goes on giving the same bits
+        return make(case) if case.few or case.plane is None else InPlane(make(case), case.plane)
+
+    return within
+
+
+TURNS = (
+    Turn(
+        "first newton steps",
+        lambda at: at.static or at.elastic or (at.warm and not at.plain and not at.few),
+        _newton,
+        BRIEF,
+    ),
+    Turn("newton with even scales", lambda at: at.static and at.uneven, _slender_newton, BRIEF, "cold"),
+    # what moves, rigid blocks show at a fifth of the cost
+    Turn("rigid twin", lambda at: at.falls and not at.rigid, _newton, twin=1.0),
+    Turn("newton", lambda at: at.falls, _newton),
+    Turn("weaker twin", lambda at: at.at_limit, _newton, twin=WEAK),
+    Turn("rest", lambda at: at.static and at.open and at.rigid, lambda at: Rest()),
+    Turn(
+        "newton from held impulses",
+        lambda at: at.static and at.open and not at.rigid and not at.problem.cohesive,
+        _newton,
+        HELD_STEPS,
+        "held",
+    ),
+    Turn("first sweeps", lambda at: at.swept, _sweeps(HORIZON)),
+    Turn("newton after sweeps", lambda at: at.swept, _newton, NEWTON_STEPS, "close"),
+    Turn("interior point", lambda at: at.open and not at.plain, _in_plane(_interior_point), origin="cold"),
+    # where the interior point meets a fold of its path the error is local: sweeps get across
+    Turn(
+        "sweeps after the interior point",
+        lambda at: at.rigid and not at.plain and not at.static,
+        _in_plane(_sweeps(ENDING)),
+        origin="best",
+    ),
+    Turn("polish", lambda at: at.open and not at.plain, _in_plane(_newton), POLISH, "best"),
+    Turn("pivoting", lambda at: at.open and at.small_plane, _pivoting, origin="cold"),
+    Turn("searching newton", lambda at: at.open and at.few and at.elastic, _searching_newton, NEWTON_STEPS),
+    *(
+        Turn(
+            "firm newton",
+            lambda at: at.open and at.few and not at.plain,
+            _firm_newton(weight),
+            NEWTON_STEPS,
+        )
+        for weight in WEIGHTS
+    ),
+    Turn("path", lambda at: at.open and not at.plain and at.followable, _path, origin="best"),
+    Turn("patient newton", lambda at: at.open and not at.plain, _in_plane(_patient_newton), origin="best"),
+)

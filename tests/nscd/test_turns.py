@@ -8,7 +8,7 @@ import pytest
 from masonry_fem.nscd import Outcome, SolverSettings, Start, assess, solve
 from masonry_fem.nscd.admissible import admissible_impulses
 from masonry_fem.nscd.methods.interior_point import InteriorPoint
-from masonry_fem.nscd.turns import turns
+from masonry_fem.nscd.turns import Case, turns
 from tests.nscd import plane, walls
 
 
@@ -16,7 +16,8 @@ def names(problem, settings=None, start=None):
     def loads():
         return admissible_impulses(problem)
 
-    return [turn.make().name for turn in turns(problem, settings or SolverSettings(), start, loads)]
+    case = Case(problem, settings or SolverSettings(), start, loads)
+    return [turn.make(case).name for turn in turns(case)]
 
 
 def test_a_cold_wall_that_sticks_needs_the_interior_point_only():

@@ -81,8 +81,8 @@ class Troubles:
                 "inexact",
                 f"{len(self.inexact)} of {report.so_far} ended at an error of up to "
                 f"{max(self.inexact):.1e}, where no method came nearer to the {settings.tolerance:g} aimed "
-                f"at; rounding of the arithmetic alone may make up to {self.rounding:.1e} of it. Compare "
-                "the error with what you need",
+                f"at; rounding of the arithmetic alone may make up to {self.rounding:.1e} of it, rounded "
+                "coordinates of a file may make more. Compare the error with what you need",
             )
         if self.unsettled:
             remark(

@@ -48,8 +48,16 @@ class ProximalNewton:
     ----------
     weight : First α, relative to each contact's scale w; None: by the kind of problem.
     decrease : Factor on α after each round; None: by the kind of problem.
+    least_weight : Smallest α; None: by the kind of problem.
+    adaptive : α follows what rounds cost instead: lower after few steps, higher after many. For states
+        near a solution at the limit of friction everywhere, where a fixed path of α cycles.
+    accuracy : A round ends at ‖F‖ ≤ accuracy · e ‖p‖, e the natural map at its centre. Loose: where
+        joints slide, each new weight changes hundreds of statuses, and exact rounds are wasted.
+    static_mass : First ε, relative to the compliance that B sees.
     full_steps : Newton steps of a round without line search: the active set settles in few full
         steps, through larger residuals.
+    round_steps : Newton steps after which a round is given up.
+    patience : Rounds without progress after which it is stalled.
     iterations : Newton steps in all.
     slender : Blocks may be so slender that their own compliance says nothing of that of the whole.
     library : Linear factor, see ``linear``.
@@ -57,7 +65,13 @@ class ProximalNewton:
 
     weight: float | None = None
     decrease: float | None = None
+    least_weight: float | None = None
+    adaptive: bool = False
+    accuracy: float = 0.5
+    static_mass: float = 1e-6
     full_steps: int = 5
+    round_steps: int = 40
+    patience: int = 20
     iterations: int = 400
     slender: bool = False
     library: Library = "auto"
@@ -114,12 +128,13 @@ class NewtonRun:
         )
         self.system = NewtonSystem(problem, whole, settings.library)
         self.static = problem.rigid_mass <= 0
-        weight, decrease, self.least_weight = _usual_weights(problem)
+        weight, decrease, least = _usual_weights(problem)
+        self.least_weight = least if settings.least_weight is None else settings.least_weight
         self.decrease = decrease if settings.decrease is None else settings.decrease
         self.bonded_size = np.inf  # of U after the bonded step
         self.flips = Flips(problem.friction)
         self.weight = weight if settings.weight is None else settings.weight
-        self.static_mass = _STATIC_MASS
+        self.static_mass = settings.static_mass
         self.bonded = True
         self.impulse = np.zeros_like(problem.free_velocity)
         self.rigid_velocity = problem.rigid_velocity.copy()
@@ -152,12 +167,12 @@ class NewtonRun:
         self.round.steps += 1
         # the tolerance bounds the worst of the measures, which may lie a thousand times above this one
         share = quality.natural_map / quality.error if 0 < quality.error < np.inf else 1.0
-        if point.residual <= max(_ACCURACY * self.error, 0.1 * share * settings.tolerance):
+        if point.residual <= max(self.settings.accuracy * self.error, 0.1 * share * settings.tolerance):
             return self._offer(self._close_round(settings.tolerance), solves=1)
         running_off = self.static.any() and np.linalg.norm(self.rigid_velocity) > 1e3 * self.bonded_size
         if running_off and self.static_mass < _FIRM and self._restart():
             return self._offer(None, solves=1)
-        if self.round.steps >= _ROUND_STEPS:
+        if self.round.steps >= self.settings.round_steps:
             return self._offer(self._give_up_round(), solves=1)
         return self._offer(None, solves=1)
 
@@ -249,7 +264,7 @@ class NewtonRun:
         if self.crawling >= _CRAWL:
             # statuses are settled, and what is left falls only as fast as α lets it
             self.least_weight, self.crawling = max(0.1 * self.least_weight, _LEAST), 0
-        self.weight = max(self.weight * self.decrease, self.least_weight)
+        self.weight = self._next_weight(before.steps)
         progress = self.error
         if self.static.any():
             progress = max(progress, self._watch_equilibrium(before))
@@ -258,8 +273,15 @@ class NewtonRun:
         self.round = self._new_round()
         self.idle = 0 if progress < 0.8 * self.best else self.idle + 1
         self.best = min(self.best, progress)
-        stuck = self.idle >= _PATIENCE and not self.escape.rounds
+        stuck = self.idle >= self.settings.patience and not self.escape.rounds
         return Outcome.STALLED if stuck else None
+
+    def _next_weight(self, steps: int) -> float:
+        """α of the round after one that took so many steps."""
+        if not self.settings.adaptive:
+            return max(self.weight * self.decrease, self.least_weight)
+        factor = 0.5 if steps <= _CHEAP else 1.0 if steps <= _DEAR else 2.0
+        return min(max(factor * self.weight, _LEAST), 1.0)
 
     def _watch_equilibrium(self, before: _Round) -> float:
         """The unbalanced impulse ε (U − U_k) relative to the loads; counts the rounds it did not fall in."""
@@ -270,7 +292,7 @@ class NewtonRun:
             float(np.linalg.norm(self.problem.side_impulse(self.impulse))),
         )
         relative = float(np.linalg.norm(left)) / loads if loads > 0 else 0.0
-        slow = relative > 0.1 * self.escape.last and self.static_mass > _STATIC_MASS
+        slow = relative > 0.1 * self.escape.last and self.static_mass > self.settings.static_mass
         easy = before.steps <= _EASY and self.error < _CLOSE
         if self.escape.watch(relative, travelled):
             # firm rounds show a mechanism in few steps, weak ones tell it from slow progress
@@ -287,11 +309,11 @@ class NewtonRun:
         self.impulse, self.rigid_velocity = self.round.impulse, self.round.rigid_velocity
         self.round = self._new_round()
         self.idle += 1
-        return Outcome.STALLED if self.idle >= _PATIENCE else None
+        return Outcome.STALLED if self.idle >= self.settings.patience else None
 
     def _restart(self) -> bool:
         """Start again from the last centre with more regularisation; False where that was tried."""
-        self.softens = self.static_mass <= _STATIC_MASS  # once: it led here again
+        self.softens = self.static_mass <= self.settings.static_mass  # once: it led here again
         if self.weight >= 1.0 and self.static_mass >= 1.0:
             return False
         self.weight = min(100.0 * self.weight, 1.0)
@@ -311,13 +333,8 @@ _LEAST = 1e-9
 # Newton steps, and the error reached, of a round after which a tenth of ε will do
 _EASY = 4
 _CLOSE = 1e-3
-# A round ends at ‖F‖ ≤ _ACCURACY · e ‖p‖, e the natural map at its centre. Loose: where joints slide, each
-# new weight changes hundreds of statuses, and exact rounds are wasted.
-_ACCURACY = 0.5
-_ROUND_STEPS = 40  # Newton steps after which a round is given up
-_PATIENCE = 20  # rounds without progress after which it is stalled
+_CHEAP, _DEAR = 2, 4  # steps of a round up to which an adaptive α falls, above which it rises
 _SETTLED = 2  # steps of a round before its contacts' swinging means anything
-_STATIC_MASS = 1e-6  # first ε, relative to the compliance that B sees
 _FIRM = 1e-2  # ε from which a mechanism moves slowly enough to be followed
 
 

@@ -29,8 +29,9 @@ class SolverSettings:
     method : A file of ``methods`` such as "newton", or "auto": those that suit the
         problem, in turns.
     tolerance : Bound on ``Quality.error``, unit-free.
-    acceptable : Error up to which a state is an answer, too, that no method improves (outcome INEXACT); the
-        tolerance then is a target. 0: only one whose error is no more than rounding makes (``rounding``).
+    acceptable : Error up to which a state is an answer, too, that nothing improves, be it for rounding or
+        because no method comes nearer (outcome INEXACT); the tolerance then is a target. 0: none is, except
+        of rigid blocks where rounding alone makes as much.
     max_iterations : Sweeps or Newton steps; None: the method's own limit.
     time_limit : Wall-clock seconds after which the best state so far is returned; None: no limit.
         Only a run that is cut short by it can differ from the next one.

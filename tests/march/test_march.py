@@ -128,8 +128,8 @@ def test_steps_that_miss_the_tolerance_are_told(caplog) -> None:
     assert "of 3 steps missed the solver's tolerance 1e-10, the worst with an error of" in caplog.text
 
 
-def test_a_tolerance_below_rounding_is_told(caplog) -> None:
-    tight = SolverSettings(tolerance=1e-300)
+def test_an_aim_below_rounding_is_told(caplog) -> None:
+    tight = SolverSettings(tolerance=1e-300, acceptable=1e-6)
     made = march(stack(2, 3, 0.3, 0.1 * G), Dynamics(step=0.01, duration=0.03, theta=1.0), tight)
     assert "3 of 3 steps ended at an error of up to" in caplog.text
     assert f"rounding of the arithmetic alone may make up to {made.report.rounding:.1e}" in caplog.text

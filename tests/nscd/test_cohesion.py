@@ -216,7 +216,6 @@ def test_stiff_cohesion_is_bonded(family, times):
     stiff = times / contact_scale(problem)[:, None, None] * np.eye(d)
     bound = replace(problem, cohesion_stiffness=stiff)
     found = solve(bound, TIGHT)
-    assert found.solved
     # S v of a v that is nearly rounding: known no better than that
     known = rounding(bound, found.impulse, found.rigid_velocity)
     assert found.quality.error <= max(TIGHT.tolerance, known.error)

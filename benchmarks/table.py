@@ -169,7 +169,9 @@ def main() -> None:
         table.add_row(*row)
     console.print(table)
     if not given.quick:
-        (HERE / "RESULTS.md").write_text(markdown(rows), encoding="utf-8")
+        page = HERE / "RESULTS.md"
+        _, heading, others = page.read_text(encoding="utf-8").partition("\n## ")  # what else was measured
+        page.write_text(markdown(rows) + heading + others, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -60,6 +60,14 @@ class Glue(Elastic):
     name = "glue"
     age: complex = 0j
 """
+SAND = """
+from dataclasses import dataclass
+from masonry_fem.fem.material_law import MaterialLaw
+@dataclass(frozen=True)
+class Sand(MaterialLaw):
+    'Grains.'
+    name = "sand"
+"""
 REST = """
 from masonry_fem.march.equilibrium import Strategy
 class Rest(Strategy, frozen=True, kw_only=True, tag="rest"): ...
@@ -97,6 +105,19 @@ ROOMS = {
             (GLUE, r"FILE: Glue gives no table .*'age' is a complex.*expected a dataclass whose parameters"),
         ),
     ),
+    "material": Room(
+        "masonry_fem.fem.materials", "add_a_material", "compaction",
+        STACK.replace('"it",', '"it", fidelity = "inelastic",') + "materials.stone.young = 5e9\n"
+        'materials.stone.inelastic = { law = "compaction", crushing_pressure = 4e6 }',
+        '## `[materials.NAME.inelastic]`, `law = "compaction"`',
+        "fem/materials/test_material_laws.py", "masonry_fem.fem.material_kinds:material_kinds",
+        (
+            ("", r"FILE has 0 classes of a material law \(none\), expected one, derived from MaterialLaw"),
+            (SAND.replace('name = "sand"', ""), r"FILE: Sand has no name.*write name: ClassVar\[str\] = "),
+            (SAND, r"FILE: Sand lacks measures, update, variables, expected all that MaterialLaw asks for"),
+            (SAND.replace('"sand"', '"mohr_coulomb"'), r"FILE and .*mohr_coulomb\.py both have the name"),
+        ),
+    ),
     "strategy": Room(
         "masonry_fem.march.equilibrium", "add_a_part", "creep",
         STACK + 'analysis = { kind = "creep", step = 0.01, duration = 0.05 }',
@@ -112,7 +133,7 @@ ROOMS = {
     "body": Room(
         "masonry_fem.fidelities", "add_a_part", "rocking",
         STACK.replace('"it",', '"it", fidelity = "rocking",'),
-        "one of 'elastic', 'rigid', 'rocking'".replace("'", '"'),
+        "one of 'elastic', 'inelastic', 'rigid', 'rocking'".replace("'", '"'),
         "bodies/test_conformance.py", "masonry_fem.fidelities:fidelities",
         (
             ("", r"FILE has 0 classes of a fidelity"),
@@ -231,7 +252,7 @@ def test_what_a_file_lacks_is_said(room, said, tmp_path):
     for number, (text, _) in enumerate(room.faulty):
         (tmp_path / str(number)).mkdir()
         (tmp_path / str(number) / f"faulty{number}.py").write_text(text, encoding="utf-8")
-    by_name = not room.asked.endswith((":kinds", ":fidelities"))
+    by_name = not room.asked.endswith(("kinds", ":fidelities"))
     code = FAULTS.format(
         asked=room.asked,
         package=room.package,

@@ -18,19 +18,24 @@ IntArray = NDArray[np.int64]
 
 
 def assemble_blocks(
-    count: int, dimension: int, contributions: Sequence[tuple[IntArray, FloatArray]]
+    count: int,
+    dimension: int,
+    contributions: Sequence[tuple[IntArray, FloatArray]],
+    *,
+    symmetric: bool = True,
 ) -> sparse.bsr_array:
     """Sum of dense contributions, each between the contacts of one block of masonry.
 
     Parameters
     ----------
     count, dimension : c contacts of d components.
-    contributions : (contact numbers (s,), matrix (s d, s d)) of each block; made symmetric.
+    contributions : (contact numbers (s,), matrix (s d, s d)) of each block.
+    symmetric : Of each only the symmetric part is taken; else they are taken as they are.
 
     Returns
     -------
-    Symmetric to the last bit, shape (c d, c d), (d, d) blocks, sorted. Beyond the result itself only
-    its pattern and one contribution at a time are held in memory.
+    Shape (c d, c d), (d, d) blocks, sorted; where ``symmetric``, symmetric to the last bit. Beyond the
+    result itself only its pattern and one contribution at a time are held in memory.
     """
     d = dimension
     members = [np.asarray(contacts, dtype=np.int64) for contacts, _ in contributions]
@@ -46,7 +51,7 @@ def assemble_blocks(
             raise ProblemError(
                 f"compliance between {s} contacts has shape {matrix.shape}, expected {(s * d, s * d)}"
             )
-        add_dense(pattern.indptr, pattern.indices, data, contacts, np.ascontiguousarray(matrix))
+        add_dense(pattern.indptr, pattern.indices, data, contacts, np.ascontiguousarray(matrix), symmetric)
     return sparse.bsr_array((data, pattern.indices, pattern.indptr), shape=(count * d, count * d))
 
 

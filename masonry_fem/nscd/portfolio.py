@@ -128,10 +128,10 @@ def _near_enough(problem: ContactProblem, made: Solution, settings: SolverSettin
     stand for it mean nothing; beside the speed of free fall that may be an error of 1e-7.
     """
     pushed = float(np.maximum(-problem.free_velocity[:, 0], 0.0).max(initial=0.0))
-    rounded = pushed <= _rounding(problem, made, settings).max_penetration
-    follows = rounded or made.quality.max_penetration <= FOLLOWED * pushed
+    bounds = _rounding(problem, made, settings)
+    follows = pushed <= bounds.max_penetration or made.quality.max_penetration <= FOLLOWED * pushed
     # a tolerance that was set is held to; but of rigid blocks there is no other model that rounds less
-    near = made.quality.error <= settings.acceptable or (problem.rigid and _rounded(problem, made, settings))
+    near = made.quality.error <= settings.acceptable or (problem.rigid and _rounded(made, bounds))
     return replace(made, outcome=Outcome.INEXACT if near and follows else Outcome.STALLED)
 
 
@@ -153,17 +153,15 @@ def _choose(
         total = made if total is None else _joined(total, made)
         if total.outcome in _ENDED:
             break
-        if _rounded(problem, total, settings):
+        if total.quality.error <= ACCEPTABLE and _rounded(total, _rounding(problem, total, settings)):
             return _near_enough(problem, total, settings)
     assert total is not None  # there is always a first turn
     return total
 
 
-def _rounded(problem: ContactProblem, made: Solution, settings: SolverSettings) -> bool:
+def _rounded(made: Solution, bounds: Quality) -> bool:
     """True where an error that is small is no more than rounding makes: no other method would do better."""
-    if made.quality.error > ACCEPTABLE:
-        return False
-    return made.quality.error <= _rounding(problem, made, settings).error
+    return made.quality.error <= min(ACCEPTABLE, bounds.error)
 
 
 def _rounding(problem: ContactProblem, made: Solution, settings: SolverSettings) -> Quality:

@@ -14,14 +14,15 @@ def add_dense(
     data: NDArray[np.float64],
     contacts: NDArray[np.int64],
     matrix: NDArray[np.float64],
+    symmetric: bool,
 ) -> None:
-    """Add the symmetric part of a matrix between s contacts to its (d, d) blocks.
+    """Add a matrix between s contacts, or its symmetric part, to its (d, d) blocks.
 
     Parameters
     ----------
     indptr, indices, data : Block-sparse matrix that is added to, its columns sorted; ``data`` (k, d, d).
     contacts : Contacts that the matrix is of, shape (s,).
-    matrix : What is added, shape (s d, s d).
+    matrix : What is added, shape (s d, s d). symmetric : Only its symmetric part.
     """
     d = data.shape[1]
     for a in range(len(contacts)):
@@ -32,4 +33,4 @@ def add_dense(
             for i in range(d):
                 for j in range(d):
                     there, back = matrix[a * d + i, b * d + j], matrix[b * d + j, a * d + i]
-                    data[at, i, j] += 0.5 * (there + back)
+                    data[at, i, j] += 0.5 * (there + back) if symmetric else there

@@ -93,7 +93,11 @@ class Start:
     ----------
     impulse : Impulses in the contact frames [N s], shape (c, d).
     rigid_velocity : Rigid velocities U, shape (b, m).
+    velocity : Velocities at the contacts that the impulses belong to, in the problem that they solve, shape
+        (c, d) [m/s]. They tell which contacts stick, slip or are open; None: the velocities that the
+        impulses have in this problem do, which are far off where blocks have turned.
     """
 
     impulse: NDArray[np.float64] | None = None
     rigid_velocity: NDArray[np.float64] | None = None
+    velocity: NDArray[np.float64] | None = None

@@ -5,7 +5,7 @@
 A ``Problem`` of compas_dem holds a model, boundary conditions by the numbers of its blocks, and one contact
 model. What the scene itself says has precedence: its gravity, its joints, and the motion of a block that both
 hold. Gravity and accelerations act on everything; if several files give the same, they are taken once.
-A structure whose conditions have been taken gets ``conditions = false``, so that they are not taken twice.
+A structure whose conditions have been taken is replaced by its blocks alone: they are not taken twice.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from msgspec.structs import replace
 
 from masonry_fem.errors import SceneError
 from masonry_fem.records.remark import remark
+from masonry_fem.records.structure import Structure
 from masonry_fem.scene import specs
-from masonry_fem.structures.file import FileStructure
 
 IGNORED = ("c", "t_c", "k_n", "k_t")  # of a contact model: cohesion, tension, stiffnesses
 
@@ -44,22 +44,20 @@ def with_conditions(scene: specs.Scene, base: Path) -> specs.Scene:
         return scene  # that such files need 3D is reported when their blocks are read
     own = scene
     for index, structure in enumerate(scene.structures):
-        if not isinstance(structure, FileStructure) or not structure.conditions:
+        file = structure.problem
+        problem = None if file is None else _problem(base / file.path)
+        if file is None or problem is None:
             continue
-        problem = _problem(base / structure.path)
-        if problem is None:
-            continue
-        title = f"structures.{structure.name}.path '{structure.path}'"
+        title = f"structures.{structure.name}.path '{file.path}'"
         try:
-            found = _Conditions.of(problem, structure.name, structure.scale, title)
+            found = _Conditions.of(problem, structure.name, file.scale, title)
         except (KeyError, TypeError, ValueError, AttributeError, IndexError, ArithmeticError) as error:
             raise SceneError(
                 f"{title}: its boundary conditions cannot be read ({type(error).__name__}: {error}), "
                 "expected those of compas_dem 0.5; save it again, or set conditions = false and give them "
                 "in the scene"
             ) from error
-        taken = replace(structure, conditions=False)
-        rest = (*scene.structures[:index], taken, *scene.structures[index + 1 :])
+        rest = (*scene.structures[:index], structure.blocks_alone(), *scene.structures[index + 1 :])
         scene = found.joined(replace(scene, structures=rest), own, structure, title)
     return scene
 
@@ -112,9 +110,7 @@ class _Conditions:
             passed=passed,
         )
 
-    def joined(
-        self, scene: specs.Scene, own: specs.Scene, structure: FileStructure, title: str
-    ) -> specs.Scene:
+    def joined(self, scene: specs.Scene, own: specs.Scene, structure: Structure, title: str) -> specs.Scene:
         """The scene with these conditions where it has none of its own; says what was taken.
 
         ``own`` is the scene before any file was read.

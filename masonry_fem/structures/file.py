@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Self
+
+from msgspec.structs import replace
 
 from masonry_fem.importing.endings import COMPAS, DRAWINGS, MESHES, PROGRAMS, SURFACES, VOLUMES
 from masonry_fem.records.mesh_settings import MeshSettings
 from masonry_fem.records.record import FilePath, Positive
-from masonry_fem.records.structure import Structure
+from masonry_fem.records.structure import ProblemFile, Structure
 from masonry_fem.solid.assembly import Assembly
 
 
@@ -63,6 +66,15 @@ class FileStructure(Structure, frozen=True, kw_only=True, tag="file"):
     def source(self) -> str:
         """Its path."""
         return self.path
+
+    @property
+    def problem(self) -> ProblemFile | None:
+        """Its file, unless ``conditions`` is false."""
+        return ProblemFile(self.path, self.scale) if self.conditions else None
+
+    def blocks_alone(self) -> Self:
+        """The same with ``conditions`` false."""
+        return replace(self, conditions=False)
 
     @property
     def runs(self) -> bool:

@@ -180,9 +180,8 @@ def test_what_was_not_solved_is_no_fall(pier: Path) -> None:
     pier.write_text(PIER)
     starved = ["solver.method='newton'", "solver.max_iterations=1", "structures.pier.count=3"]
     found = collapse(load(pier, starved), acceleration="x", limit=False)
-    assert "undecided" in {trial.verdict for trial in found.summary.trials}
-    assert found.summary.outcome == "undecided"
-    assert found.summary.falls is None or found.summary.falls >= 0.4
+    assert {trial.verdict for trial in found.summary.trials} == {"undecided"}
+    assert (found.summary.outcome, found.summary.stands, found.summary.falls) == ("undecided", None, None)
     assert any("undecided" in note for note in found.summary.notes)
 
 
@@ -209,9 +208,9 @@ def test_warnings_of_trials_are_told_once(pier: Path, caplog) -> None:
     law = "joints.0.law={kind='mohr_coulomb', cohesion=500.0, tension_strength=100.0}"
     found = collapse(load(pier, [law]), acceleration="x", tolerance=0.1)
     assert any("in " in note and "gave way abruptly" in note for note in found.summary.notes)
-    assert any("keep their strength" in note for note in found.summary.notes) == (
-        found.summary.falls < 0.8 * found.summary.limit_multiplier
-    )
+    # it falls near the multiplier of limit analysis, as if strength were kept: nothing to note
+    assert found.summary.falls > 0.8 * found.summary.limit_multiplier
+    assert not any("keep their strength" in note for note in found.summary.notes)
     assert "gave way" not in caplog.text
     assert sum("gave way" in note for note in found.summary.notes) == 1
 

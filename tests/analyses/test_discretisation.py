@@ -117,15 +117,18 @@ def test_another_outcome_is_told():
 
 
 def test_time():
-    """The ledger tells what θ > ½ takes; θ = ½ takes nothing, which is said."""
-    lossy, keeping = (
-        solve_scene(wall(analysis=Dynamics(step=1e-4, duration=2e-3, theta=theta))).summary
-        for theta in (0.6, 0.5)
+    """The ledger tells what θ > ½ takes; θ = ½ takes nothing, which is said, but for what blocks turn."""
+    lossy, keeping, turning = (
+        solve_scene(
+            wall(analysis=Dynamics(step=1e-4, duration=2e-3, theta=theta), contact=Contact(update=update))
+        ).summary
+        for theta, update in ((0.6, "moving"), (0.5, "fixed"), (0.5, "moving"))
     )
     largest = lossy.energy.numerical_dissipation / lossy.errors.time.dissipated
     assert 0.05 < lossy.errors.time.dissipated < 0.5
     assert largest >= lossy.energy.strain
     assert keeping.errors.time.dissipated == 0
+    assert turning.errors.time.dissipated < 1e-5
     assert "halve" in keeping.errors.time.note
     assert solve_scene(wall()).summary.errors.time is None
 

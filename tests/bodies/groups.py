@@ -12,13 +12,15 @@ from masonry_fem.bodies.base import BodyGroup, Sides
 from masonry_fem.bodies.rigid import RigidGroup
 from masonry_fem.bodies.rotation import exponential
 from masonry_fem.fidelities import Given, deforms, fidelities, fidelity
-from masonry_fem.scene.specs import Material
+from masonry_fem.scene.specs import Material, material_record
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import Pose
 
 DENSITY = 2400.0
-STONE = Material(density=DENSITY, young=1e7, poisson=0.2)
+# strong enough that nothing yields in a step from rest that is elastic
+LAW = material_record("drucker_prager", cohesion=1e9, friction_angle=30.0)
+STONE = Material(density=DENSITY, young=1e7, poisson=0.2, inelastic=LAW)
 
 
 def bricks(dimension: int) -> Assembly:
@@ -34,10 +36,12 @@ def bricks(dimension: int) -> Assembly:
     return Assembly(dimension, (brick, slab), blocks)
 
 
-def made(name: str, assembly: Assembly, material: Material = STONE, *, lumped: bool = False) -> BodyGroup:
+def made(
+    name: str, assembly: Assembly, material: Material = STONE, *, lumped: bool = False, turns: bool = True
+) -> BodyGroup:
     """What a fidelity makes of all blocks."""
     materials = dict.fromkeys(range(len(assembly.blocks)), material)
-    (group,) = fidelity(name).groups(Given(assembly, materials, {}, "strain", lumped, turns=True))
+    (group,) = fidelity(name).groups(Given(assembly, materials, {}, "strain", lumped, turns=turns))
     return group
 
 

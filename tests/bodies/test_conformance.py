@@ -25,7 +25,7 @@ def volumes(assembly):
 
 def rigid_map(group, state, sides, attachment):
     """B over all sides, shape (k d, b m)."""
-    local = attachment.rigid_map(state, attachment.positions(state), sides.frame)
+    local = attachment.rigid_map(state, sides.point + attachment.displacements(state), sides.frame)
     k, d, m = local.shape
     full = np.zeros((k, d, len(group.blocks), m))
     full[np.arange(k), :, sides.body] = local

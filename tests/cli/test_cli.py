@@ -56,7 +56,8 @@ def runner(monkeypatch):
     stub.run = run
     monkeypatch.setitem(sys.modules, "masonry_fem.analyses.run", stub)
     inspection = types.ModuleType("masonry_fem.analyses.inspect")
-    inspection.check_scene = lambda scene, base: {"blocks": 3, "seconds": 0.25, "roles": {"rigid": 2}}
+    facts = {"blocks": 3, "seconds": 0.25, "roles": {"rigid": 2}, "estimated_memory_mb": 385.756}
+    inspection.check_scene = lambda scene, base: dict(facts)
     inspection.write_mesh = lambda scene, out, base: [out / "mesh.vtu"]
     monkeypatch.setitem(sys.modules, "masonry_fem.analyses.inspect", inspection)
     return stub
@@ -145,7 +146,7 @@ def test_a_bad_scene_is_told(scene, capsys):
     assert cli.main(["run", str(scene), "--set", "fidelity=rigit"]) == 1
     assert capsys.readouterr().err == (
         f"masonry-fem: {scene} with --set fidelity=rigit: fidelity is 'rigit', "
-        "expected one of 'elastic', 'rigid'; did you mean 'rigid'?\n"
+        "expected one of 'elastic', 'inelastic', 'rigid'; did you mean 'rigid'?\n"
     )
 
 
@@ -165,7 +166,19 @@ def test_bad_usage_is_bad_input(capsys):
 def test_check_prints_a_table(scene, runner, capsys):
     assert cli.main(["check", str(scene)]) == 0
     words = capsys.readouterr().out.split()
-    assert words == ["blocks", "3", "seconds", "0.25", "roles", "rigid", "2"]
+    assert words == [
+        "blocks",
+        "3",
+        "seconds",
+        "0.25",
+        "roles",
+        "rigid",
+        "2",
+        "estimated",
+        "memory",
+        "386",
+        "MB",
+    ]
 
 
 def test_mesh_names_its_files(scene, runner, capsys):

@@ -5,10 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from masonry_fem.contact.clipping import polygon_area
 from masonry_fem.contact.detection import detect
 from masonry_fem.contact.interpolation import weights
 from masonry_fem.contact.place import place
 from masonry_fem.contact.placement import Rule, names, points_of
+from masonry_fem.contact.placement.corners import _tributary as tributary
 from masonry_fem.errors import ExtensionError, GeometryError
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.pose import Pose
@@ -23,6 +25,7 @@ from tests.contact.blocks import (
     turning_2d,
     wall,
 )
+from tests.contact.stones import prism
 
 
 def placed(assembly, name, **how):
@@ -138,6 +141,21 @@ def test_corners_of_a_rectangle(inset):
     assert np.abs(contacts.points[:, 0] - [0.7, 0.75, 0.0]) == pytest.approx(
         np.tile([0.3 * inset, 0.25 * inset, 0.0], (4, 1))
     )
+
+
+@pytest.mark.parametrize("origin", [(0.0, 0.0), (10.0, -5.0)])
+def test_tributary_areas_are_kites_about_the_centroid(origin):
+    """A trapezium 4 m wide, 3 m high on one side and 1 m on the other: its centroid is at (5/3, 13/12)."""
+    polygon = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 1.0], [0.0, 3.0]]) + origin
+    centroid, area = tributary(polygon)
+    assert centroid - origin == pytest.approx([5 / 3, 13 / 12], rel=1e-12)
+    middle = (polygon + np.roll(polygon, -1, axis=0)) / 2
+    kites = [
+        polygon_area(np.array([corner, after, centroid, before]))
+        for corner, after, before in zip(polygon, middle, np.roll(middle, 1, axis=0), strict=True)
+    ]
+    assert area == pytest.approx(kites, rel=1e-12)
+    assert area.sum() == pytest.approx(8.0, rel=1e-12)
 
 
 def test_corners_in_the_plane():
@@ -289,6 +307,24 @@ def test_a_corner_in_the_middle_of_a_facet_gets_a_point():
     away = np.linalg.norm(contacts.points[:, 0, None, :2] - corners, axis=2)
     assert away.min(axis=0) == pytest.approx(0.0, abs=1e-9)
     assert contacts.area.sum() == pytest.approx(0.25)
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
+def test_every_corner_of_a_face_with_many_gets_a_share_of_its_neighbour(scale):
+    """Twelve corners under a mesh of nine nodes: four stand at corners, four between two, one inside."""
+    angles = np.radians(30.0 * np.arange(12))
+    corners = 0.3 * scale * np.column_stack([np.cos(angles), np.sin(angles)])
+    lower = Shape("lower", prism(corners, scale))
+    size = (2 * scale, 2 * scale, scale)
+    upper = box_shape("upper", size, (2, 2, 1), low=(-scale, -scale, 0.0))
+    blocks = (Block("lower", 0, Pose.at(0.0, 0.0, -scale)), Block("upper", 1, Pose.identity(3)))
+    _, contacts = placed(Assembly(3, (lower, upper), blocks), "nodes")
+    assert contacts.count == 17
+    away = np.linalg.norm(contacts.points[:, 0, None, :2] - corners, axis=2)
+    assert away.min(axis=0) == pytest.approx(0.0, abs=1e-9 * scale)
+    assert contacts.area.sum() == pytest.approx(3 * (0.3 * scale) ** 2, rel=1e-12)
+    assert contacts.area @ contacts.points[:, 0, :2] == pytest.approx(0.0, abs=1e-3 * scale**3)
+    assert contacts.area.min() > 0
 
 
 def test_nodes_where_none_lies_inside_fall_back_to_corners():

@@ -58,6 +58,9 @@ def down(dimension: int) -> tuple[float, ...]:
 # --- columns: contrasts of stiffness and density between neighbours -----------------------------------
 
 
+LINEAR = Contact(update="fixed")  # forces balance in the reference: closed forms hold at any strain
+
+
 def column(
     young: Sequence[float | None],
     density: Sequence[float] = (DENSITY,),

@@ -13,6 +13,7 @@ from masonry_fem.scene.specs import Solver
 from tests.extremes.scenes import certificate
 from tests.extremes.solids import (
     DENSITY,
+    LINEAR,
     YOUNG,
     column,
     column_error,
@@ -29,7 +30,7 @@ RATIOS = [1e-12, 1e-8, 1e-4, 1e4, 1e8, 1e12]
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_column_of_soft_and_stiff_cubes(dimension: int, ratio: float) -> None:
     """What joints carry and how far the top sinks, to rounding, whatever the contrast."""
-    result = solve_scene(column([YOUNG, YOUNG * ratio], (DENSITY,) * 4, dimension=dimension))
+    result = solve_scene(column([YOUNG, YOUNG * ratio], (DENSITY,) * 4, dimension=dimension, contact=LINEAR))
     assert result.outcome == "equilibrium"
     assert max(certificate(result).values()) < 1e-12
     assert column_error(result) < 1e-11
@@ -38,7 +39,7 @@ def test_column_of_soft_and_stiff_cubes(dimension: int, ratio: float) -> None:
 @pytest.mark.parametrize("young", [1e3, 1e6, 1e9, 1e12, 1e15, 1e18])
 @pytest.mark.parametrize("edge", [1e-3, 1.0, 1e3])
 def test_column_of_any_stiffness(edge: float, young: float) -> None:
-    result = solve_scene(column([young] * 4, edge=edge))
+    result = solve_scene(column([young] * 4, edge=edge, contact=LINEAR))
     assert result.outcome == "equilibrium"
     assert column_error(result) < 1e-11
 
@@ -56,7 +57,7 @@ def test_column_of_rigid_and_elastic_cubes(pair: list[float | None], young: floa
 @pytest.mark.parametrize("ratio", [1e-6, 1e-4, 1e4, 1e6])
 @pytest.mark.parametrize("alternate", ["courses", "columns"])
 def test_wall_of_soft_and_stiff_bricks(alternate: str, ratio: float) -> None:
-    result = solve_scene(wall(ratio=ratio, alternate=alternate))
+    result = solve_scene(wall(ratio=ratio, alternate=alternate, contact=LINEAR))
     assert result.outcome == "equilibrium"
     assert wall_error(result) < 1e-10
     assert max(certificate(result).values()) < 1e-9
@@ -67,7 +68,7 @@ def test_wall_of_soft_and_stiff_bricks(alternate: str, ratio: float) -> None:
 def test_wall_at_the_end_of_the_range(alternate: str, ratio: float, caplog: pytest.LogCaptureFixture) -> None:
     """At 1e8 the law of contact holds to 1e-8; where that misses what is aimed at, the run says so."""
     with caplog.at_level(logging.WARNING):
-        result = solve_scene(wall(ratio=ratio, alternate=alternate))
+        result = solve_scene(wall(ratio=ratio, alternate=alternate, contact=LINEAR))
     told = certificate(result)
     assert result.outcome == "equilibrium"
     assert ("ended at an error of up to" in caplog.text) == (result.summary.certificate.natural_map > 1e-10)
@@ -94,17 +95,16 @@ def test_patch_keeps_the_stress_of_the_softer_block(ratio: float) -> None:
 
 
 @pytest.mark.parametrize(("ratio", "tolerance", "told"), [
-    (1e4, 1e-10, None), (1e8, 1e-10, "make 'upper' rigid"), (1e-8, 1e-10, "make 'lower' rigid"),
-    (1e6, 1e-10, "solver.tolerance at most 2e-11"), (1e6, 1e-11, None),
+    (1e4, 1e-10, []), (1e8, 1e-10, ["make 'upper' rigid"]), (1e-8, 1e-10, ["make 'lower' rigid"]),
+    (1e6, 1e-10, ["solver.tolerance at most 2e-11"]), (1e6, 1e-11, []),
 ])  # fmt: skip
 def test_contrast_that_the_tolerance_does_not_bound_is_told(
-    ratio: float, tolerance: float, told: str | None, caplog: pytest.LogCaptureFixture
+    ratio: float, tolerance: float, told: list[str], caplog: pytest.LogCaptureFixture
 ) -> None:
     with caplog.at_level(logging.WARNING):
         check(patch(ratio=ratio, solver=Solver(tolerance=tolerance)))
     found = [record.getMessage() for record in caplog.records if "bound the stress" in record.getMessage()]
-    assert len(found) == (told is not None)
-    assert told is None or told in found[0]
+    assert [words in message for words, message in zip(told, found, strict=True)] == [True] * len(told)
 
 
 @pytest.mark.parametrize("ratio", [1e-8, 1e8])

@@ -183,6 +183,12 @@ def test_bad_meshes_are_refused():
     )
     with pytest.raises(GeometryError, match="cell 0 has a Jacobian"):
         operators_of(inverted)
+    row = box_mesh("hexahedron", (3, 1, 1), (0, 0, 0), (3, 1, 1))
+    cells = row.cells.copy()
+    cells[1] = cells[1][[4, 5, 6, 7, 0, 1, 2, 3]]  # one among good ones
+    one = Mesh(row.points, row.cell, cells, row.facets, row.facet_face)
+    with pytest.raises(GeometryError, match="cell 1 has a Jacobian"):
+        operators_of(one)
     idle = Mesh(np.vstack([good.points, [9, 9, 9]]), good.cell, good.cells, good.facets, good.facet_face)
     with pytest.raises(GeometryError, match="node 8 belongs to no cell"):
         operators_of(idle)

@@ -110,4 +110,4 @@ def test_a_group_without_contacts_has_no_compliance():
     )
     assert not attachment.compliance(SCHEMES[0], np.zeros((0, 2, 2)))
     assert not attachment.spread(np.zeros((0, 2)), np.zeros((0, 2, 2))).any()
-    assert attachment.positions(group.rest()).shape == (0, 2)
+    assert attachment.displacements(group.rest()).shape == (0, 2)

@@ -10,7 +10,7 @@ from masonry_fem.scene.specs import Damping, Material
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.pose import Pose
 from tests.bodies import groups
-from tests.bodies.groups import DENSITY, STONE, sides_of
+from tests.bodies.groups import DENSITY, LAW, STONE, sides_of
 from tests.bodies.test_conformance import step as advance
 from tests.bodies.test_conformance import (  # noqa: F401 - collected here with this file's fixture
     test_closed_surface_under_uniform_pressure_has_no_resultant,
@@ -29,7 +29,9 @@ from tests.bodies.test_conformance import (  # noqa: F401 - collected here with 
 from tests.bodies.test_conformance import test_with_velocity_moves_one_block as moves_one_block
 from tests.fem.meshes import box, box_mesh
 
-DAMPED = Material(density=DENSITY, young=1e7, poisson=0.2, damping=Damping(mass=0.7, stiffness=1e-3))
+DAMPED = Material(
+    density=DENSITY, young=1e7, poisson=0.2, damping=Damping(mass=0.7, stiffness=1e-3), inelastic=LAW
+)
 KINDS = [name for name in fidelities() if deforms(name)]
 CASES = [
     ("hexahedron", STONE, False), ("hexahedron", DAMPED, True), ("tetra", STONE, False),
@@ -52,19 +54,19 @@ def bricks(cell):
 
 @pytest.fixture(
     scope="module",
-    params=[(kind, *case) for kind in KINDS for case in CASES],
-    ids=lambda case: "-".join(map(str, (*case[:2], case[3]))),
+    params=[(kind, turns, *case) for kind in KINDS for turns in (True, False) for case in CASES],
+    ids=lambda case: "-".join(map(str, (case[0], "turns" if case[1] else "small", case[2], case[4]))),
 )
 def made(request):
-    kind, cell, material, lumped = request.param
+    kind, turns, cell, material, lumped = request.param
     assembly = bricks(cell)
-    group = groups.made(kind, assembly, material, lumped=lumped)
+    group = groups.made(kind, assembly, material, lumped=lumped, turns=turns)
     sides = sides_of(group, assembly)
     return group, assembly, sides, group.attach(sides)
 
 
 def test_with_velocity_moves_one_block(made, request):
-    if request.node.callspec.params["made"][3]:
+    if request.node.callspec.params["made"][4]:
         pytest.skip("a lumped mass has not the solid's exact inertia")
     moves_one_block(made)
 

@@ -3,7 +3,7 @@
 import pytest
 
 from masonry_fem.analyses.run import solve_scene
-from masonry_fem.fem import elastic
+from masonry_fem.fem import deformable
 from masonry_fem.scene.specs import Loads, Material, MeshSettings, Scene
 from masonry_fem.structures.wall import WallStructure
 
@@ -11,13 +11,13 @@ from masonry_fem.structures.wall import WallStructure
 @pytest.fixture
 def factored(monkeypatch):
     """Operators of every factor made, in order."""
-    made, compliance = [], elastic.Compliance
+    made, compliance = [], deformable.Compliance
 
     def counted(operators, *rest):
         made.append(operators)
         return compliance(operators, *rest)
 
-    monkeypatch.setattr(elastic, "Compliance", counted)
+    monkeypatch.setattr(deformable, "Compliance", counted)
     return made
 
 

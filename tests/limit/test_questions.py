@@ -215,20 +215,30 @@ def check_mechanism(made: LimitProblem, contact: np.ndarray) -> None:
     assert (contact[:, 0] - made.strength.friction * lengths(contact[:, 1:])).min() > -1e-7
 
 
+def wall(friction: float, courses: int, angle: float) -> LimitProblem:
+    """Two bricks wide, accelerated at an angle [deg] to the level."""
+    a = np.radians(angle)
+    stones = WallStructure(name="w", material="stone", brick=(0.4, 0.2), columns=2, courses=courses)
+    return problem(scene(stones, joints=(Joint(friction=friction),)), accelerated(np.cos(a), np.sin(a)))
+
+
 @settings(max_examples=25, deadline=None)
 @given(
     friction=st.floats(0.1, 1.5),
     courses=st.integers(1, 4),
-    angle=st.floats(-60.0, 60.0),
+    share=st.floats(0.01, 1.0),
 )
-def test_walls_from_both_sides(friction: float, courses: int, angle: float) -> None:
+def test_walls_from_both_sides(friction: float, courses: int, share: float) -> None:
+    """An acceleration λ (cos a, sin a), which its own weight leaves as λ cos a sideways and 1 − λ sin a down:
+    the wall falls where the first is h times the second, h the multiplier of a level one.
+    """
+    level = collapse_multiplier(wall(friction, courses, 0.0)).multiplier
+    pressed = -np.degrees(np.arctan2(1.0, level))
+    angle = pressed + share * (60.0 - pressed)
     a = np.radians(angle)
-    stones = WallStructure(name="w", material="stone", brick=(0.4, 0.2), columns=2, courses=courses)
-    made = problem(scene(stones, joints=(Joint(friction=friction),)), accelerated(np.cos(a), np.sin(a)))
+    made = wall(friction, courses, angle)
     found = collapse_multiplier(made)
-    if found.multiplier == np.inf:  # pressed against the ground within its cone
-        assert np.cos(a) <= -friction * np.sin(a) * (1 + 1e-9)
-        return
+    assert found.multiplier == pytest.approx(level / (np.cos(a) + level * np.sin(a)), rel=1e-7)
     assert found.gap < 1e-8
     check_reactions(made, found.reaction, found.multiplier)
     assert found.mechanism is not None
@@ -242,6 +252,18 @@ def test_walls_from_both_sides(friction: float, courses: int, angle: float) -> N
     assert conic is not None
     assert conic.value == pytest.approx(linear.value, rel=1e-7)
     assert conic.gap < 1e-7
+
+
+@settings(max_examples=10, deadline=None)
+@given(friction=st.floats(0.1, 1.5), courses=st.integers(1, 4), share=st.floats(0.0, 0.99))
+def test_walls_pressed_against_the_ground_have_no_limit(friction: float, courses: int, share: float) -> None:
+    """Accelerated downwards, no farther aside than h (see above)."""
+    level = collapse_multiplier(wall(friction, courses, 0.0)).multiplier
+    made = wall(friction, courses, -90.0 + share * np.degrees(np.arctan(level)))
+    found = collapse_multiplier(made)
+    assert found.multiplier == np.inf
+    assert found.mechanism is None
+    assert admissible(made, 1e3).holds
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])

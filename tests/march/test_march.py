@@ -163,7 +163,7 @@ def test_overlap_is_held_or_driven_apart_slowly(expulsion: float, left: float) -
     model = replace(stack(1), expulsion=expulsion)
     ground, stones = model.groups
     sunk = stones.rest()
-    sunk = replace(sunk, position=sunk.position - np.array([0, 0, 1e-3]))
+    sunk = replace(sunk, shift=sunk.shift - np.array([0, 0, 1e-3]))
     made = march(
         model,
         Dynamics(step=0.01, duration=0.1, theta=1.0),

@@ -5,8 +5,6 @@ from itertools import product
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from scipy import linalg, sparse
 
 from masonry_fem.errors import ProblemError
@@ -24,9 +22,8 @@ from masonry_fem.nscd import (
 from masonry_fem.nscd.admissible import BALANCED, admissible_impulses
 from masonry_fem.nscd.cohesion import without_offset
 from masonry_fem.nscd.determinacy import determined_resultants, least_norm_reaction
-from masonry_fem.nscd.methods import names
 from masonry_fem.nscd.scaling import contact_scale, free_speed
-from tests.nscd.families import CASES, FAMILIES, takes
+from tests.nscd.families import CASES, FAMILIES
 from tests.nscd.plane import plane_problem, plane_wall
 from tests.nscd.walls import rigid_wall
 
@@ -77,16 +74,22 @@ def glued(problem, rng, scale=None):
 
 
 def defect(problem, solution):
-    """Natural map on p̃ and balance by p, both relative to ‖p‖ or the loads: dense, by this file alone."""
+    """Natural map on p̃ relative to ‖p‖, balance by p relative to the largest impulse on a body: dense.
+
+    Both are ``Quality``'s, by this file alone. One contact's impulse on a body counts as much as a load.
+    """
     c, d = problem.free_velocity.shape
     p, U = solution.impulse, solution.rigid_velocity
     v = problem.free_velocity + (problem.compliance.toarray() @ p.ravel()).reshape(c, d)
-    balance = problem.rigid_impulse - problem.rigid_mass * (U - problem.rigid_velocity)
+    gained = problem.rigid_mass * (U - problem.rigid_velocity)
+    balance = problem.rigid_impulse - gained
+    impulses = [*problem.rigid_impulse, *problem.body_impulse(p), *gained]
     for i, (bodies, maps) in enumerate(zip(problem.bodies, problem.rigid_map, strict=True)):
         for body, side in zip(bodies, maps, strict=True):
             if body >= 0:
                 v[i] += side @ U[body]
                 balance[body] += side.T @ p[i]
+                impulses.append(side.T @ p[i])
     a = np.zeros((c, d)) if problem.cohesion_offset is None else problem.cohesion_offset
     S = np.zeros((c, d, d)) if problem.cohesion_stiffness is None else problem.cohesion_stiffness
     q = p + a + np.array([S[i] @ v[i] for i in range(c)])
@@ -103,13 +106,12 @@ def defect(problem, solution):
             x = np.concatenate([[normal], mu[i] * normal / size * x[1:]])
         missed.append(q[i] - x)
     reference = max(np.linalg.norm(p), 1e-2 * np.linalg.norm(q))
-    load = max(
-        np.abs(problem.rigid_impulse).max(initial=0.0), np.abs(problem.body_impulse(p)).max(initial=0.0)
-    )
+    load = max(map(np.linalg.norm, impulses), default=0.0)
     rounding = 1e-13 * np.abs(problem.free_velocity).max()
     assert solution.velocity == pytest.approx(v, abs=1e-9 * np.abs(v).max() + rounding)
     assert reference > 0 or not v[:, 0].min() < 0
-    return np.linalg.norm(missed) / (reference or 1.0), np.abs(balance).max(initial=0.0) / (load or 1.0)
+    unbalanced = max(map(np.linalg.norm, balance), default=0.0)
+    return np.linalg.norm(missed) / (reference or 1.0), unbalanced / (load or 1.0)
 
 
 # one block
@@ -292,40 +294,53 @@ def test_the_reference_by_enumeration(seed):
 # any solution
 
 
-@pytest.mark.parametrize(("family", "method", "d"), CASES)
-@settings(max_examples=3)
-@given(seed=st.integers(0, 2**32 - 1))
+# What sweeps crawl on, and Newton's method alone may cycle on.
+CRAWLS = [case for case in CASES if case[1] == "nsgs" and case[0] != "plain"]
+CYCLES = [("elastic dynamics", "newton", d) for d in (2, 3)]
+LOOSER = {"interior_point": 1e-6}  # it ends between that and 1e-9
+
+
+@pytest.mark.parametrize(("family", "method", "d"), [one for one in CASES if one not in CRAWLS + CYCLES])
+@pytest.mark.parametrize("seed", [1, 2])
 def test_contact_part_keeps_the_laws_and_bodies_balance(family, method, d, seed):
     rng = np.random.default_rng(seed)
     problem = glued(FAMILIES[family](rng, d), rng)
+    tolerance = LOOSER.get(method, 1e-9)
     limit = None if method == "auto" else 500
-    found = solve(problem, SolverSettings(method=method, tolerance=1e-9, max_iterations=limit))
+    found = solve(problem, SolverSettings(method=method, tolerance=tolerance, max_iterations=limit))
+    assert found.converged, (found.outcome, found.quality.error, found.method)
     natural, balance = defect(problem, found)
-    if found.impulse.any():
-        assert found.quality.natural_map == pytest.approx(natural, rel=1e-3, abs=1e-12)
-    if found.converged:
-        assert natural <= 1.001e-9
-        assert balance <= 1e-8
-    if method == "auto":
-        assert found.converged, (found.outcome, found.quality.error, found.method)
+    assert found.quality.natural_map == pytest.approx(natural, rel=1e-3, abs=1e-12)
+    assert natural <= 1.001 * tolerance
+    assert balance <= 1.001 * tolerance
 
 
-@pytest.mark.parametrize("family", FAMILIES)
-@pytest.mark.parametrize("d", [2, 3])
-def test_all_methods_agree(family, d):
-    """Where joints hold: velocities are the same whatever the method."""
-    rng = np.random.default_rng(5)
+@pytest.mark.parametrize(("family", "method", "d"), CRAWLS)
+def test_what_sweeps_do_not_end_is_measured(family, method, d):
+    rng = np.random.default_rng(1)
+    problem = glued(FAMILIES[family](rng, d), rng)
+    found = solve(problem, SolverSettings(method=method, tolerance=1e-9, max_iterations=500))
+    assert found.outcome is Outcome.MAX_ITERATIONS
+    natural, _ = defect(problem, found)
+    assert found.quality.natural_map == pytest.approx(natural, rel=1e-3)
+    assert found.quality.error > 1e-3
+
+
+@pytest.mark.parametrize(
+    ("family", "method", "d"), [one for one in CASES if one not in CRAWLS and one[1] != "auto"]
+)
+def test_all_methods_agree(family, method, d):
+    """Where joints hold: velocities are those of "auto" whatever the method; rigid walls stay at rest."""
+    rng = np.random.default_rng(2)
     problem = replace(glued(FAMILIES[family](rng, d), rng), cohesion_offset=None)
     reference = solve(problem, TIGHT)
     assert reference.converged
-    for method in names():
-        if not takes(method, problem):
-            continue
-        found = solve(problem, SolverSettings(method=method, tolerance=1e-8, max_iterations=2000))
-        if not found.converged:
-            assert method not in {"newton", "pivoting"}, method  # others stop early on dry ones, too
-            continue
-        assert found.velocity == pytest.approx(reference.velocity, abs=1e-4 * free_speed(problem)), method
+    tolerance = LOOSER.get(method, 1e-8)
+    found = solve(problem, SolverSettings(method=method, tolerance=tolerance, max_iterations=2000))
+    assert found.converged, (found.outcome, found.quality.error)
+    moves = family == "plain" or family.startswith("elastic")
+    size = np.abs(reference.velocity).max() if moves else free_speed(problem)
+    assert found.velocity == pytest.approx(reference.velocity, abs=1e2 * tolerance * size)
 
 
 @pytest.mark.parametrize("soft", [1e-3, 1e-1])

@@ -100,7 +100,7 @@ def test_mass_ratios():
     assert quick.iterations <= 10
     assert quick.impulse[:, 0] == pytest.approx([(1e6 + 1) * G * STEP, G * STEP], rel=1e-9)
     slow = nsgs(two_masses(1.0, 1e6))
-    assert slow.outcome in {Outcome.STALLED, Outcome.MAX_ITERATIONS}
+    assert slow.outcome is Outcome.MAX_ITERATIONS
     assert slow.impulse[0, 0] < 0.1 * 1e6 * G * STEP  # far off, and the measures see it:
     assert slow.quality.error > 0.1
     auto = solve(two_masses(1.0, 1e4), SolverSettings(tolerance=1e-9))

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from masonry_fem.nscd.graphs import alart_curnier, natural_map, project_cone
+from masonry_fem.nscd.graphs import alart_curnier, augmented_velocity, natural_map, project_cone
 
 
 @given(st.sampled_from([2, 3]), st.integers(0, 10**6), st.sampled_from([0.0, 0.3, 1.0, 1e6]))
@@ -19,6 +19,20 @@ def test_projection_is_the_nearest_point(d, seed, mu):
     assert np.abs((left * p).sum(axis=1)).max() <= 1e-12 * max(1, mu)
     assert (mu * np.linalg.norm(left[:, 1:], axis=1) <= -left[:, 0] + 1e-12 * max(1, mu)).all()
     assert project_cone(p, friction) == pytest.approx(p, abs=1e-12)
+
+
+@given(st.sampled_from([2, 3]), st.integers(0, 10**6), st.sampled_from([0.0, 0.3, 1.0, 30.0]))
+def test_natural_map_is_the_way_to_the_nearest_point(d, seed, mu):
+    """p − P_K(p − v̂/w), by the projection itself; also where p, v or both are nothing."""
+    rng = np.random.default_rng(seed)
+    p, v = rng.normal(size=(40, d)), rng.normal(size=(40, d))
+    p[:5], v[3:8], p[10:20, 1:], v[15:20, 1:] = 0.0, 0.0, 0.0, 0.0
+    friction, scale = np.full(40, mu), rng.uniform(0.1, 10, 40)
+    x = p - augmented_velocity(v, friction) / scale[:, None]
+    size = np.abs(x).max()
+    assert natural_map(p, v, friction, scale) == pytest.approx(
+        p - project_cone(x, friction), abs=1e-13 * size
+    )
 
 
 @pytest.mark.parametrize("d", [2, 3])

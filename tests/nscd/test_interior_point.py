@@ -68,6 +68,17 @@ def test_extremes_of_friction(friction):
     assert solution.quality.error < 2e-5
 
 
+@pytest.mark.parametrize("inertia", [0.0, 1.0])
+def test_without_friction_it_ends_near_the_least_that_its_cones_need(inertia):
+    """What contacts rub with μ = 1e-6 is left; it is told, and "auto" goes on."""
+    problem = walls.rigid_wall(10, 8, friction=0.0, horizontal=0.1 * inertia, inertia=inertia)
+    alone = solve(problem, SolverSettings(method="interior_point", tolerance=1e-8))
+    assert alone.outcome is Outcome.STALLED
+    assert 1e-7 < alone.quality.error < 2e-5
+    assert alone.quality.natural_map < 1e-6
+    assert solve(problem, SolverSettings(tolerance=1e-8)).converged
+
+
 @pytest.mark.parametrize("step", [1e-9, 1.0, 1e6])
 def test_the_step_changes_nothing_but_units(step):
     problem = walls.rigid_wall(5, 4, friction=0.6, horizontal=0.6, step=step)

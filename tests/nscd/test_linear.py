@@ -82,9 +82,10 @@ def test_factors_tell_the_sign_of_the_determinant(library, size):
 
 @pytest.mark.parametrize("library", LIBRARIES)
 def test_singular_matrix_raises_nothing(library):
+    """The solution is infinite, or as large as a pivot of the size of rounding makes it."""
     matrix = sparse.csr_array(np.array([[1.0, 1.0], [1.0, 1.0]]))
     found = factorise(matrix, library)(np.array([1.0, 0.0]))
-    assert not np.isfinite(found).all() or np.abs(found).max() > 1e10
+    assert np.abs(found).min() > 1e10
 
 
 @pytest.mark.parametrize("library", ["superlu", pytest.param("mumps", marks=needs_mumps)])

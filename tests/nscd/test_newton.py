@@ -248,7 +248,8 @@ def test_random_plain_problems_are_solved(seed, dimension, contacts, rank, unit)
 def test_penetration_that_nothing_can_remove_is_an_outcome():
     """No compliance and no bodies: the answer is finite and says that it is none."""
     found = newton(ContactProblem.plain(sparse.csr_array((6, 6)), -np.ones((2, 3)), 0.5))
-    assert found.outcome in {Outcome.STALLED, Outcome.FAILED}
+    assert found.outcome is Outcome.STALLED
+    assert found.quality.error > 0.1
     assert np.isfinite(found.impulse).all()
     assert np.isfinite(found.quality.max_penetration)
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from masonry_fem.nscd import ContactProblem
 from masonry_fem.nscd.scaling import contact_scale
+from tests.nscd.families import FAMILIES, blocks
 
 
 @pytest.mark.parametrize("d", [2, 3])
@@ -28,3 +31,23 @@ def test_scale_is_the_norm_of_the_diagonal_block(d: int, size: float) -> None:
 def test_what_nothing_moves_gets_the_mean_of_the_others() -> None:
     problem = ContactProblem.plain(np.diag([2.0, 2, 2, 0, 0, 0, 4, 4, 4]), np.zeros((3, 3)), 0.5)
     np.testing.assert_allclose(contact_scale(problem), [2, 3, 4])
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_elastic_contacts_are_scaled_by_their_compliance_and_rigid_ones_by_their_bodies(d: int) -> None:
+    """‖W_el‖₂ where there is one, else ‖B M_r⁻¹ Bᵀ‖₂, with unit mass in statics."""
+    rng = np.random.default_rng(d)
+    for family in ("elastic dynamics", "elastic statics"):
+        problem = FAMILIES[family](rng, d)
+        c, stiff = problem.count, np.arange(problem.count) % 3 == 0
+        W = problem.compliance.toarray().reshape(c, d, c, d).copy()
+        W[stiff], W[:, :, stiff] = 0.0, 0.0
+        mixed = replace(problem, compliance=blocks(W.reshape(c * d, c * d), d))
+        mass = np.where(problem.rigid_mass > 0, 2.0 * problem.rigid_mass, 1.0)
+        mixed = replace(mixed, rigid_mass=np.where(problem.rigid_mass > 0, mass, 0.0))
+        expected = [np.linalg.norm(W[i, :, i], ord=2) for i in range(c)]
+        for i in np.flatnonzero(stiff):
+            sides = [(body, side) for body, side in zip(problem.bodies[i], problem.rigid_map[i], strict=True)]
+            block = sum((side / mass[body]) @ side.T for body, side in sides if body >= 0)
+            expected[i] = np.linalg.norm(block, ord=2)
+        np.testing.assert_allclose(contact_scale(mixed), expected, rtol=1e-12)

@@ -63,6 +63,9 @@ class FakeGroup:
     def stress(self, state: Moved) -> StressField | None:
         return state.stress
 
+    def material_state(self, state: Moved) -> dict[str, np.ndarray]:
+        return {}
+
     def stress_error(self, state: Moved) -> None:
         return None
 

@@ -8,7 +8,7 @@ import pytest
 from masonry_fem.errors import InstallationError, SceneError
 from masonry_fem.host import installation
 from masonry_fem.output import mesh_picture, picture, render, scenery, sheet, view
-from masonry_fem.output.arrows import interface_resultants
+from masonry_fem.output.arrows import interface_resultants, reactions
 from masonry_fem.output.asked.fields import FieldFiles
 from masonry_fem.output.asked.pictures import Pictures
 from masonry_fem.output.mesh_picture import write_mesh_files
@@ -243,6 +243,24 @@ def test_resultants_stand_at_the_centre_of_pressure():
     points, force = interface_resultants(cloud)
     np.testing.assert_allclose(points, [[0.25, 0, 0]])
     np.testing.assert_allclose(force, [[1, 0, 4]])
+    cloud["normal"] = -np.asarray(cloud["normal"])
+    cloud["reaction"] = -np.asarray(cloud["reaction"])
+    np.testing.assert_allclose(interface_resultants(cloud)[1], [[1, 0, 4]])
+
+
+@pytest.mark.parametrize(
+    ("normal", "sign"),
+    [((0.6, 0, 0.8), 1), ((0.6, 0, -0.8), -1), ((0.6, -0.8, 0), -1), ((-1, 0, 1e-9), -1), ((1, -1e-9, 0), 1)],
+)
+def test_forces_of_pictures_act_on_the_upper_block(normal, sign):
+    """Of blocks beside each other on that towards +y or +x, whichever of them the candidate is."""
+    import pyvista as pv
+
+    cloud = pv.PolyData(np.zeros((2, 3)))
+    cloud["normal"] = np.tile(np.array(normal, float), (2, 1))
+    cloud["reaction"] = np.array([[1.0, 2, 3], [4, 5, 6]])
+    cloud["interface"] = np.array([3, 3])
+    np.testing.assert_array_equal(reactions(cloud), sign * np.asarray(cloud["reaction"]))
 
 
 @draws

@@ -12,7 +12,9 @@ from msgspec.structs import replace
 from masonry_fem.analyses.run import solve_scene
 from masonry_fem.errors import MasonryError, SceneError
 from masonry_fem.limit.strength import strength_of
+from masonry_fem.records.structure import ProblemFile, Structure
 from masonry_fem.scene import check, specs
+from masonry_fem.scene.problem_file import with_conditions
 from masonry_fem.solid.polytope import Polytope
 from masonry_fem.structures.file import FileStructure
 
@@ -109,6 +111,32 @@ def test_what_the_scene_says_stands(tmp_path: Path, caplog: pytest.LogCaptureFix
 def test_blocks_alone(tmp_path: Path) -> None:
     given = scene(tmp_path, problem(), {"conditions": False})
     assert check(given, base=tmp_path) == given
+
+
+class Heap(Structure, frozen=True, kw_only=True, tag="heap"):
+    """A kind of one's own, with its blocks in one file and what holds them in another."""
+
+    holds: str | None = "p.json"
+
+    @property
+    def problem(self) -> ProblemFile | None:
+        return None if self.holds is None else ProblemFile(self.holds, 2.0)
+
+    def blocks_alone(self) -> Heap:
+        return replace(self, holds=None)
+
+
+def test_any_structure_may_have_a_problem_file(tmp_path: Path) -> None:
+    moved = {"block_index": 1, "translation": [0.0, 0.0, 0.1], "rotation": None}
+    given = scene(tmp_path, problem(displacements=[moved]))
+    heap = Heap(name="heap", material="stone")
+    found = with_conditions(replace(given, structures=(heap,)), tmp_path)
+    assert found.structures == (replace(heap, holds=None),)
+    (support,) = found.supports
+    assert support.on == "heap.b1"
+    assert support.motion is not None
+    assert support.motion.displacement == (0.0, 0.0, 0.2)
+    assert with_conditions(found, tmp_path) == found
 
 
 def test_moved_blocks_and_scaled_lengths(tmp_path: Path) -> None:

@@ -61,8 +61,15 @@ def test_stones_touch_from_foot_to_head(dimension: int, side: str, ends: str, ca
     sign = 1 if side == "right" else -1
     assert sign * foot[0] > sign * head[0] > 0
     assert foot[-1] < head[-1] < 0.05  # the head is at the origin
-    for one in interfaces:
-        assert abs(one.normal[-1]) < 1e-12 or ends == "square" or one.label == "radial"
+
+
+@pytest.mark.parametrize("camber", [0.0, 0.4])
+@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_vertical_ends_have_vertical_joints(dimension: int, side: str, camber: float) -> None:
+    made = flyer(dimension, side=side, ends="vertical", camber=camber, depth=0.5)
+    ends = [one.normal[-1] for one in detect(made) if one.label == "head"]
+    assert ends == pytest.approx([0.0, 0.0], abs=1e-12)
 
 
 @pytest.mark.parametrize("side", ["left", "right"])

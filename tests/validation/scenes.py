@@ -17,7 +17,17 @@ STONE = Material(density=2400.0, young=10e9, poisson=0.2)
 
 
 def solved(**keys: Any) -> RunResult:
-    """Solve a scene given by its fields; one stone and downward gravity unless said."""
+    """Solve a scene given by its fields; one stone and downward gravity unless said.
+
+    It comes to its end, to rest, or to a proof that there is none; a solve that gave up fails the test.
+    """
+    result = attempted(**keys)
+    assert result.outcome in {"finished", "equilibrium", "no_equilibrium"}, result.message
+    return result
+
+
+def attempted(**keys: Any) -> RunResult:
+    """As ``solved``, whatever comes of it."""
     dimension = keys.get("dimension", 3)
     down = (0.0, -G) if dimension == 2 else (0.0, 0.0, -G)
     given = {
@@ -27,6 +37,11 @@ def solved(**keys: Any) -> RunResult:
         "solver": Solver(tolerance=1e-12) if keys.get("fidelity") == "rigid" else Solver(),
     } | keys
     return solve_scene(Scene(**given))
+
+
+def stands(result: RunResult) -> bool:
+    """Whether a run came to rest, or found that nothing does."""
+    return {"equilibrium": True, "no_equilibrium": False}[result.outcome]
 
 
 def cube_on_slope(angle: float, friction: float, **keys: Any) -> RunResult:

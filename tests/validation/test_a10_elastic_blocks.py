@@ -12,6 +12,7 @@ import pytest
 
 from masonry_fem.analyses.run import RunResult
 from masonry_fem.scene.specs import (
+    Contact,
     Damping,
     Equilibrium,
     Joint,
@@ -32,8 +33,13 @@ TOP = (
 WEIGHT = 2400 * 9.81  # of a 1 m cube [N]
 
 
-def two_cubes(shear: float, n: int = 8, lift: float = 0.0, element: str = "Q1") -> RunResult:
-    """Two 1 m cubes, the lower one clamped, 1 MPa down and ``shear`` [Pa] along x on the top."""
+def two_cubes(
+    shear: float, n: int = 8, lift: float = 0.0, element: str = "Q1", update: str = "fixed"
+) -> RunResult:
+    """Two 1 m cubes, the lower one clamped, 1 MPa down and ``shear`` [Pa] along x on the top.
+
+    The references balance where the cubes were at the start.
+    """
     return solved(
         structures=(
             BlockStructure(name="lower", material="stone", size=(1, 1, 1)),
@@ -47,14 +53,8 @@ def two_cubes(shear: float, n: int = 8, lift: float = 0.0, element: str = "Q1") 
             tractions=(Traction(on="upper/top", vector=(shear, 0.0, -1e6)),),
         ),
         probes=(Probe(name="top_edge", block="upper", point=(1, 0.5, 2 + lift)),),
-        **({"contact": _reach(lift)} if lift else {}),
+        contact=Contact(update=update, reach=2 * lift if lift else None),
     )
-
-
-def _reach(lift: float):
-    from masonry_fem.scene.specs import Contact
-
-    return Contact(reach=2 * lift)
 
 
 @pytest.fixture(scope="module")

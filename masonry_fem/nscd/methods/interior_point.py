@@ -49,8 +49,9 @@ from masonry_fem.nscd.solvers.newton_system import NewtonFactor, NewtonSystem
 FloatArray = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-# Frictionless contacts get the least μ: their cone would have no inside. The wider a cone, the more
-# digits of the tangential impulses are lost; nothing real needs p_T > 1000 p_N.
+# Frictionless contacts get the least μ: their cone would have no inside. It ends the error at 1e-5 to 1e-7
+# (docs/solvers.md). The wider a cone, the more digits of the tangential impulses are lost; nothing real needs
+# p_T > 1000 p_N.
 LEAST_FRICTION = 1e-6
 MOST_FRICTION = 1e3
 

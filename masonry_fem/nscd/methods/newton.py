@@ -16,7 +16,7 @@ The first step of a cold start is the *bonded* one: all contacts closed and stic
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -138,6 +138,7 @@ class NewtonRun:
         self.bonded = True
         self.impulse = np.zeros_like(problem.free_velocity)
         self.rigid_velocity = problem.rigid_velocity.copy()
+        self.solved_before: FloatArray | None = None  # v that the first impulses belong to
         self.error = 1.0  # natural map at the last centre
         self.softens = True  # ε may fall again after it had to rise
         self.escape = Escape()
@@ -148,6 +149,7 @@ class NewtonRun:
             self.rigid_velocity = problem.balanced_velocity(start.impulse)
             if start.rigid_velocity is not None:
                 self.rigid_velocity = np.where(self.static, start.rigid_velocity, self.rigid_velocity)
+            self.solved_before = start.velocity
         self.round = self._new_round()
 
     def guess(self) -> Iterate:
@@ -165,8 +167,9 @@ class NewtonRun:
             return self._offer(None if self._restart() else Outcome.FAILED, solves=1)
         self.impulse, self.rigid_velocity = point.impulse, point.rigid_velocity
         self.round.steps += 1
-        # the tolerance bounds the worst of the measures, which may lie a thousand times above this one
-        share = quality.natural_map / quality.error if 0 < quality.error < np.inf else 1.0
+        # the tolerance bounds the same in velocities, too, which may lie a thousand times above
+        worse = max(quality.natural_map, quality.natural_map_velocity)
+        share = quality.natural_map / worse if 0 < worse < np.inf else 1.0
         if point.residual <= max(self.settings.accuracy * self.error, 0.1 * share * settings.tolerance):
             return self._offer(self._close_round(settings.tolerance), solves=1)
         running_off = self.static.any() and np.linalg.norm(self.rigid_velocity) > 1e3 * self.bonded_size
@@ -186,6 +189,8 @@ class NewtonRun:
 
     def _advance(self) -> _Point:
         here = self._look(self.impulse, self.rigid_velocity, bonded=self.bonded)
+        if self.solved_before is not None:
+            here, self.solved_before = self._led_on(here, self.solved_before), None
         mass = self.problem.rigid_mass + self.round.mass
         change, motion = self._solve(here, mass)
         full = self._look(here.impulse + change, here.rigid_velocity + motion)
@@ -198,6 +203,15 @@ class NewtonRun:
         if self.round.steps < self.settings.full_steps:
             return full
         return self._search(here, change, motion, full)
+
+    def _led_on(self, here: _Point, velocity: FloatArray) -> _Point:
+        """The point linearised where the problem before was solved: its statuses, and what has changed."""
+        problem = self.problem
+        pressed = problem.contact_part(here.impulse, velocity)
+        line = linearise(pressed, velocity, problem.friction, here.line.rho, problem.cohesion_stiffness)
+        change = (line.by_velocity @ (here.velocity - velocity)[:, :, None])[:, :, 0]
+        line = replace(line, residual=line.residual + line.rho[:, None] * change)
+        return replace(here, line=line, pressed=pressed)
 
     def _solve(self, here: _Point, mass: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Newton's change (dp, dU); open contacts lose their impulses exactly."""

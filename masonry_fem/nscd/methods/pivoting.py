@@ -9,7 +9,9 @@ balance as two inequalities. The matrix is copositive where W is positive semi-d
 Lemke's method finds a solution of every step whose blocks have inertia and can be at rest (Anitescu
 and Potra 1997). Otherwise it may end on a secondary ray, which does not prove that there is none:
 bodies wedged by prescribed motions, statics without an equilibrium, or statics of blocks that only
-the friction of a self-stress holds.
+the friction of a self-stress holds. In statics neither a ray nor where it begins is a mechanism: on the ray a
+block may slide that friction would let tip only. What moves is shown by a step from rest of the same bodies
+with unit masses.
 
 Where cohesion has a stiffness, it is eliminated first: W, B and M become those by p̃ (``_fold``).
 
@@ -18,7 +20,7 @@ Where cohesion has a stiffness, it is eliminated first: W, B and M become those 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,9 +52,11 @@ class Pivoting:
     Attributes
     ----------
     iterations : Pivots in all.
+    shows : Whether it looks for what moves where a static problem ends on a ray, which takes as long again.
     """
 
     iterations: int = 20_000
+    shows: bool = True
 
     @property
     def name(self) -> str:
@@ -76,7 +80,7 @@ class Pivoting:
                 f"method 'pivoting' got {problem.count} contacts, expected at most {MOST_CONTACTS}; "
                 "use 'auto' or 'newton'"
             )
-        return PivotingRun(problem, start)
+        return PivotingRun(problem, start, shows=self.shows)
 
 
 method = Pivoting  # of ``[solver]``
@@ -85,8 +89,12 @@ method = Pivoting  # of ``[solver]``
 class PivotingRun:
     """Working memory of the method on one problem."""
 
-    def __init__(self, problem: ContactProblem, start: Start | None) -> None:
-        self.problem, self.start = problem, start
+    def __init__(self, problem: ContactProblem, start: Start | None, *, shows: bool = True) -> None:
+        self.problem, self.start, self.shows = problem, start, shows
+        self.lost: Iterate | None = None  # where the ray of a static problem begins
+        self._open(problem)
+
+    def _open(self, problem: ContactProblem) -> None:
         self.table = ComplementarityTable(problem)
         self.tableau = Lemke(self.table.M, self.table.q)
 
@@ -109,13 +117,35 @@ class PivotingRun:
         made = tableau.pivots - before
         if tableau.verdict == "solved":
             impulse, velocity = self.table.resolve(tableau.chosen)
-            return Iterate(impulse, velocity, iterations=made, linear_solves=1, verdict=Outcome.STALLED)
-        impulse, velocity = self.table.unpack(tableau.state())
-        if tableau.verdict == "ray":
-            static = (self.problem.rigid_mass <= 0).any()
-            verdict = Outcome.NO_EQUILIBRIUM if static else Outcome.STALLED
-            return Iterate(impulse, velocity, iterations=made, verdict=verdict)
-        return Iterate(impulse, velocity, iterations=made)
+            offer = Iterate(impulse, velocity, iterations=made, linear_solves=1, verdict=Outcome.STALLED)
+            if self.lost is None:
+                return offer
+            return replace(offer, impulse=self.lost.impulse, verdict=Outcome.NO_EQUILIBRIUM)
+        ended = tableau.verdict == "ray"
+        if self.lost is not None:
+            return replace(self.lost, iterations=made, verdict=Outcome.NO_EQUILIBRIUM if ended else None)
+        offer = Iterate(*self.table.unpack(tableau.state()), iterations=made)
+        return self._after_ray(offer) if ended else offer
+
+    def _after_ray(self, offer: Iterate) -> Iterate:
+        """The verdict of a ray; in statics first the search for what moves."""
+        if not (self.problem.rigid_mass <= 0).any():
+            return replace(offer, verdict=Outcome.STALLED)
+        if not self.shows:
+            return replace(offer, verdict=Outcome.NO_EQUILIBRIUM)
+        self.lost = offer
+        self._open(_driven(self.problem))
+        return offer
+
+
+def _driven(problem: ContactProblem) -> ContactProblem:
+    """The problem with unit masses, at rest before the step, for what has none."""
+    static = problem.rigid_mass <= 0
+    return replace(
+        problem,
+        rigid_mass=np.where(static, 1.0, problem.rigid_mass),
+        rigid_velocity=np.where(static, 0.0, problem.rigid_velocity),
+    )
 
 
 class ComplementarityTable:

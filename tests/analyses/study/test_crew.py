@@ -8,10 +8,12 @@ import sys
 import time
 import types
 from pathlib import Path
+from typing import Any
 
 import pytest
+from numba.core import event
 
-from masonry_fem.analyses.study import study
+from masonry_fem.analyses.study import study, worker
 from masonry_fem.analyses.study.cell import Cell
 from masonry_fem.analyses.study.crew import Crew
 from masonry_fem.errors import MasonryError
@@ -136,3 +138,23 @@ def test_what_lacked_memory_has_another_attempt_alone(monkeypatch, tmp_path: Pat
         rows = {cell.key: row["outcome"] for cell, row in crew.compute(cells, base=tmp_path, folder=tmp_path)}
     assert rows == dict.fromkeys("0123", "equilibrium")
     assert max(together) == 2
+
+
+def test_compilation_is_not_the_cost_of_the_cell_that_is_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    def busy(seconds: float) -> None:
+        end = time.process_time() + seconds
+        while time.process_time() < end:
+            pass
+
+    def run(scene: Any, base: Path) -> dict[str, Any]:
+        busy(0.05)
+        with event.trigger_event("numba:compile"):
+            busy(0.1)
+            with event.trigger_event("numba:compile"):  # of a function that it calls
+                busy(0.1)
+        return {}
+
+    monkeypatch.setattr(worker, "_run", run)
+    _, cpu, compiled = worker._timed(None, Path())
+    assert compiled == pytest.approx(0.2, abs=0.02)
+    assert cpu == pytest.approx(0.05, abs=0.02)

@@ -16,6 +16,7 @@ from pathlib import Path
 import msgspec
 from msgspec import inspect
 
+from masonry_fem.fem.material_kinds import material_kinds
 from masonry_fem.joints import kinds as laws
 from masonry_fem.march.equilibrium import kinds as strategies
 from masonry_fem.records import docstring
@@ -77,6 +78,10 @@ TABLES: dict[type[Spec], str] = {
     specs.MeshSettings: "`mesh`, also in a structure",
     specs.Material: "`[materials.NAME]`",
     specs.Damping: "`[materials.NAME.damping]`",
+    **{
+        kind.record: f'`[materials.NAME.inelastic]`, `law = "{name}"`'
+        for name, kind in material_kinds().items()
+    },
     **{kind.record: f'`[[structures]]`, `kind = "{name}"`' for name, kind in kinds().items()},
     specs.Opening: "`[[structures.openings]]` of a wall",
     specs.Override: "`[[overrides]]`",

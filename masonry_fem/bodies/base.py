@@ -14,9 +14,9 @@ shown*. Who reads a group asks for the one that it needs. What a group can do it
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,6 +79,7 @@ class Free:
         (nodal, shape (b, n)); None for groups without elastic part.
     origin : State from which U − (its velocity) leads on, in whose axes and arms the rigid part is
         written; None: the one at the start of the step, with velocity 0 in statics.
+    guess : State that nonlinear blocks are linearised at; None: they are elastic from the start on.
     """
 
     rigid_velocity: FloatArray
@@ -86,6 +87,7 @@ class Free:
     rigid_mass: FloatArray
     elastic: FloatArray | None
     origin: State | None = None
+    guess: State | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +95,7 @@ class StepEnergy:
     """Energy of one step by block, each of shape (b,) [J].
 
     With u_θ = (1−θ)u + θu⁺ and Δq = h u_θ, a linear block's step gives exactly
-    Δ(½uᵀMu) + Δ(½qᵀKq) = external + support − damping − numerical + (contact work).
+    Δ(½uᵀMu) + Δ(½qᵀKq) = external + support − damping − numerical − dissipation + (contact work).
 
     Attributes
     ----------
@@ -101,12 +103,15 @@ class StepEnergy:
     support : Work of clamped faces that move.
     damping : h u_θᵀ C u_θ.
     numerical : (θ − ½)(Δuᵀ M Δu + Δqᵀ K Δq); with inertia 0 the first term is absent.
+        Of blocks that yield, the same of their stresses.
+    dissipation : Lost as the material yields; 0 of blocks that do not.
     """
 
     external: FloatArray
     support: FloatArray
     damping: FloatArray
     numerical: FloatArray
+    dissipation: FloatArray | float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,8 +174,8 @@ class Actions:
 class Attachment(Protocol):
     """A group seen through its contact sides (k of them)."""
 
-    def positions(self, state: State) -> FloatArray:
-        """Where the material points are now, shape (k, d) [m]."""
+    def displacements(self, state: State) -> FloatArray:
+        """How far the material points have gone, all digits kept, shape (k, d) [m]."""
         ...
 
     def rotations(self, state: State) -> FloatArray:
@@ -181,15 +186,23 @@ class Attachment(Protocol):
         """Velocity, in the frames, of the block at ``points`` for unit U, shape (k, d, m); unsigned."""
         ...
 
-    def elastic_velocity(self, elastic: FloatArray, frames: FloatArray) -> FloatArray:
+    # A nodal field turns with its block. The frames of what follows are turned back by as much.
+
+    def elastic_velocity(self, elastic: FloatArray, seen: FloatArray) -> FloatArray:
         """Velocity, in the frames, that a nodal field (b, n) has at the points, shape (k, d)."""
         ...
 
-    def compliance(self, scheme: Scheme, frames: FloatArray) -> Sequence[tuple[IntArray, FloatArray]]:
-        """W_el of each block that has sides: (side numbers (s,), matrix (s d, s d)); unsigned, [1/kg]."""
+    def compliance(
+        self, scheme: Scheme, seen: FloatArray, guess: State | None = None
+    ) -> Sequence[tuple[IntArray, FloatArray]]:
+        """W_el of each block that has sides: (side numbers (s,), matrix (s d, s d)); unsigned, [1/kg].
+
+        ``guess`` is the state that nonlinear blocks are linearised at (the others ignore it); None: they are
+        elastic from the start of the step on.
+        """
         ...
 
-    def spread(self, impulses: FloatArray, frames: FloatArray) -> FloatArray | None:
+    def spread(self, impulses: FloatArray, seen: FloatArray) -> FloatArray | None:
         """Nodal impulses Gᵀ p of signed side impulses (k, d) in the frames, shape (b, n); None if rigid."""
         ...
 
@@ -210,6 +223,9 @@ class Moves(Protocol):
     where a block is. Else they stay those of the reference, as small kinematics has it."""
     deforms: bool
     """Whether blocks have an elastic part: nodal velocities, a compliance at contacts, strains."""
+    nonlinear: bool
+    """Whether ``free`` and the compliance depend on a guess of the step's end, so that a step takes rounds.
+    Such groups are ``Nonlinear``, too."""
     factorisations: int
     """Matrices factorised so far: one for each scheme, whatever the number of blocks; 0 for rigid ones."""
 
@@ -231,8 +247,9 @@ class Moves(Protocol):
         ...
 
     def free(self, state: State, guess: State, force: FloatArray, scheme: Scheme) -> Free:
-        """The step without contact, linearised at ``guess`` (linear groups ignore it).
+        """The step without contact, linearised at ``guess``, which linear groups ignore.
 
+        Nonlinear ones are elastic from ``state`` on where the guess is None or ``state``.
         ``force`` is F_θ = (1−θ) F_i + θ F_{i+1}. Statics (inertia 0) balances at the end of the step:
         there blocks that turn take axes and arms of ``guess``.
         """
@@ -379,8 +396,29 @@ class Shown(Protocol):
         """Stresses of all blocks of the group; None where it has none (rigid)."""
         ...
 
+    def material_state(self, state: State) -> Mapping[str, FloatArray]:
+        """What the material remembers, at Gauss points: by name, (b, cells, points); {} where nothing."""
+        ...
+
     def stress_error(self, state: State) -> StressError | None:
         """How exact the stresses are, estimated; None where the group has none (rigid)."""
+        ...
+
+
+class Nonlinear(Protocol):
+    """What a step asks besides of blocks that say they are ``nonlinear``."""
+
+    @property
+    def material_name(self) -> str:
+        """What they are made of, for reports: the law by which they yield."""
+        ...
+
+    def effort(self, after: State, scheme: Scheme) -> FloatArray:
+        """Size of the impulses of the blocks' stresses on their nodes, shape (b,) [N s]."""
+        ...
+
+    def between(self, state: State, start: State, end: State, share: float, scheme: Scheme) -> State:
+        """The end of a step from ``state``, a ``share`` of the way from one guess of it to another."""
         ...
 
 
@@ -398,3 +436,9 @@ def by_block(group: Shown, values: FloatArray) -> list[FloatArray]:
     """
     ends = np.cumsum([len(group.nodes(body)) for body in range(len(group.blocks))])
     return np.split(values, ends[:-1])
+
+
+def nonlinear(group: Moves) -> Nonlinear:
+    """A group that says it is nonlinear, with what it then has."""
+    assert group.nonlinear
+    return cast("Nonlinear", group)

@@ -19,7 +19,7 @@ import numpy as np
 
 from masonry_fem.bodies.base import FloatArray, Free, IntArray, Scheme, StepEnergy
 from masonry_fem.bodies.inertia import inertia_of
-from masonry_fem.bodies.rotation import exponential, logarithm, orthonormalised
+from masonry_fem.bodies.rotation import between, chained, change, exponential, turned_by
 from masonry_fem.bodies.undeformed import Placed, Undeformed, translation_and_spin
 from masonry_fem.solid.assembly import Assembly
 
@@ -35,14 +35,20 @@ class RigidState:
 
     Attributes
     ----------
-    position : Centroids, shape (b, d) [m].
-    rotation : Rotations since the reference configuration, shape (b, d, d).
+    shift : How far the centroids have gone, shape (b, d) [m].
+    turned : R − 1 of the rotations since the reference configuration, shape (b, d, d).
     velocity : Mass-orthonormal velocities U, shape (b, m) [kg^½ m/s].
     """
 
-    position: FloatArray
-    rotation: FloatArray
+    shift: FloatArray
+    turned: FloatArray
     velocity: FloatArray
+
+    @property
+    def rotation(self) -> FloatArray:
+        """R, shape (b, d, d)."""
+        rotation: FloatArray = np.eye(self.turned.shape[1]) + self.turned
+        return rotation
 
 
 class RigidGroup(Undeformed):
@@ -106,8 +112,8 @@ class RigidGroup(Undeformed):
 
     def rest(self) -> RigidState:
         """The state of reference: in place, at rest."""
-        turn = np.tile(np.eye(self.dimension), (self.count, 1, 1))
-        return RigidState(self.centres.copy(), turn, np.zeros((self.count, self.freedoms)))
+        turned = np.zeros((self.count, self.dimension, self.dimension))
+        return RigidState(np.zeros_like(self.centres), turned, np.zeros((self.count, self.freedoms)))
 
     def with_velocity(
         self, state: RigidState, body: int, velocity: FloatArray, spin: FloatArray
@@ -125,7 +131,7 @@ class RigidGroup(Undeformed):
     def velocity_map(self, state: Placed, bodies: IntArray, points: FloatArray) -> FloatArray:
         """Velocity at current points of ``bodies`` for unit U, world axes, shape (k, d, m)."""
         d = self.dimension
-        world = translation_and_spin(points - state.position[bodies])
+        world = translation_and_spin(points - self.positions_of_centres(state)[bodies])
         if d == 3:
             world[:, :, d:] = world[:, :, d:] @ self._current_axes(state.rotation)[bodies]
         scaled: FloatArray = world / self._scale[bodies][:, None, :]
@@ -224,10 +230,10 @@ class RigidGroup(Undeformed):
         d, h, theta = self.dimension, scheme.step, scheme.theta
         mean = (1 - theta) * state.velocity[:, :d] + theta * rigid_velocity[:, :d]
         axes = self._current_axes(state.rotation)
-        turn = exponential(self._turn(state, axes, rigid_velocity[:, d:], scheme))
+        turn = change(self._turn(state, axes, rigid_velocity[:, d:], scheme))
         return RigidState(
-            position=state.position + h * mean / self._scale[:, :d],
-            rotation=orthonormalised(turn @ state.rotation),
+            shift=state.shift + h * mean / self._scale[:, :d],
+            turned=chained(state.turned, turn),
             velocity=rigid_velocity,
         )
 
@@ -235,13 +241,13 @@ class RigidGroup(Undeformed):
         """Where U − (the velocity of ``origin``) leads from there, with the U that leads there at once."""
         d, scale = self.dimension, self._scale
         move = h * (end - origin.velocity) / scale
-        turn = exponential(np.einsum("bri,bi->br", self._current_axes(origin.rotation), move[:, d:]))
-        position, rotation = origin.position + move[:, :d], orthonormalised(turn @ origin.rotation)
-        whole = logarithm(rotation @ np.swapaxes(state.rotation, 1, 2))
+        turn = change(np.einsum("bri,bi->br", self._current_axes(origin.rotation), move[:, d:]))
+        shift, turned = origin.shift + move[:, :d], chained(origin.turned, turn)
+        whole = turned_by(between(state.turned, turned))
         # the axis of a turn has the same components along the axes before and after it
         principal = np.einsum("bri,br->bi", self._current_axes(state.rotation), whole)
-        mean = np.concatenate([position - state.position, principal], axis=1) / h
-        return RigidState(position, rotation, scale * mean)
+        mean = np.concatenate([shift - state.shift, principal], axis=1) / h
+        return RigidState(shift, turned, scale * mean)
 
     def imbalance(
         self, state: RigidState, guess: RigidState, after: RigidState, force: FloatArray, impulse: FloatArray,
@@ -290,8 +296,8 @@ class RigidGroup(Undeformed):
         change = after.velocity - state.velocity
         gyroscopic = _dot(mean, coasting - state.velocity)
         straight = h * _dot(self._generalised(state if inertia else after, force), mean)
-        turned = np.einsum("bki,bik->b", after.rotation - state.rotation, force[:, d:].reshape(-1, d, d))
-        external = _dot(force[:, :d], after.position - state.position) + turned
+        turned = np.einsum("bki,bik->b", after.turned - state.turned, force[:, d:].reshape(-1, d, d))
+        external = _dot(force[:, :d], after.shift - state.shift) + turned
         return StepEnergy(
             external=external,
             support=np.zeros(self.count),

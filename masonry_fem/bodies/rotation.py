@@ -50,16 +50,69 @@ def moment(arms: FloatArray, forces: FloatArray) -> FloatArray:
 
 def exponential(vectors: FloatArray) -> FloatArray:
     """Rotation matrices of rotation vectors (Rodrigues), (..., d, d) for (..., 1 or 3) [rad]."""
+    rotation: FloatArray = np.eye(2 if vectors.shape[-1] == 1 else 3) + change(vectors)
+    return rotation
+
+
+def change(vectors: FloatArray) -> FloatArray:
+    """R − 1 of rotation vectors, all digits kept however small the turn, (..., d, d) for (..., 1 or 3)."""
     if vectors.shape[-1] == 1:
-        sine, cosine = np.sin(vectors[..., 0]), np.cos(vectors[..., 0])
-        return np.stack([np.stack([cosine, -sine], -1), np.stack([sine, cosine], -1)], -2)
+        angle = vectors[..., 0]
+        sine, versine = np.sin(angle), -2.0 * np.sin(0.5 * angle) ** 2
+        return np.stack([np.stack([versine, -sine], -1), np.stack([sine, versine], -1)], -2)
     turns = np.linalg.norm(vectors, axis=-1)[..., None, None] / np.pi
     axial = cross_matrix(vectors)
     # sin(a)/a and (1 − cos a)/a² = ½ [sin(a/2)/(a/2)]², in which nothing cancels
-    rotation: FloatArray = (
-        np.eye(3) + np.sinc(turns) * axial + 0.5 * np.sinc(turns / 2) ** 2 * (axial @ axial)
+    changed: FloatArray = np.sinc(turns) * axial + 0.5 * np.sinc(turns / 2) ** 2 * (axial @ axial)
+    return changed
+
+
+def chained(first: FloatArray, second: FloatArray) -> FloatArray:
+    """R − 1 of a turn after another, shape (..., d, d).
+
+    What rounding takes from a rotation is put back: R becomes R (3 − RᵀR)/2.
+
+    Parameters
+    ----------
+    first, second : R − 1 of both, shape (..., d, d).
+    """
+    total = first + second + second @ first
+    across = np.swapaxes(total, -1, -2)
+    skewed: FloatArray = total + across + across @ total  # RᵀR − 1
+    mended: FloatArray = total - 0.5 * (skewed + total @ skewed)
+    return mended
+
+
+def between(first: FloatArray, second: FloatArray) -> FloatArray:
+    """R − 1 of the turn that leads from one rotation to another, shape (..., d, d).
+
+    Parameters
+    ----------
+    first, second : R − 1 of both, shape (..., d, d).
+    """
+    across = np.swapaxes(first, -1, -2)
+    way: FloatArray = second + across + second @ across
+    return way
+
+
+def turned_by(changed: FloatArray) -> FloatArray:
+    """Rotation vectors of R − 1, all digits kept however small the turn, (..., 1 or 3) for (..., d, d)."""
+    whole = logarithm(np.eye(changed.shape[-1]) + changed)
+    if changed.shape[-1] == 2:
+        return np.arctan2(changed[..., 1, 0], 1.0 + changed[..., 0, 0])[..., None]
+    axial = 0.5 * np.stack(
+        [
+            changed[..., 2, 1] - changed[..., 1, 2],
+            changed[..., 0, 2] - changed[..., 2, 0],
+            changed[..., 1, 0] - changed[..., 0, 1],
+        ],
+        axis=-1,
     )
-    return rotation
+    sine = np.linalg.norm(axial, axis=-1, keepdims=True)
+    angle = np.arcsin(np.minimum(sine, 1.0))
+    small = np.where(sine > 0, angle / np.where(sine > 0, sine, 1.0), 1.0) * axial
+    # past a right angle the sine falls again, next to it it says little of the angle
+    return np.where(np.linalg.norm(whole, axis=-1, keepdims=True) < 1.0, small, whole)
 
 
 def logarithm(rotations: FloatArray) -> FloatArray:

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from masonry_fem.bodies.base import FloatArray, Free, IntArray, Scheme, StepEnergy
-from masonry_fem.bodies.rotation import exponential, logarithm, spin_count
+from masonry_fem.bodies.rotation import between, change, spin_count, turned_by
 from masonry_fem.bodies.undeformed import Placed, Undeformed, translation_and_spin
 from masonry_fem.errors import SceneError
 from masonry_fem.solid.assembly import Assembly
@@ -64,15 +64,21 @@ class SupportState:
     Attributes
     ----------
     time : Time [s] (load factor in statics).
-    position : Pivots, shape (b, d) [m].
-    rotation : Rotations since the reference configuration, shape (b, d, d).
+    shift : How far the pivots have gone, shape (b, d) [m].
+    turned : R − 1 of the rotations since the reference configuration, shape (b, d, d).
     velocity : Velocities of the pivots and spins, world axes, shape (b, m) [m/s, rad/s].
     """
 
     time: float
-    position: FloatArray
-    rotation: FloatArray
+    shift: FloatArray
+    turned: FloatArray
     velocity: FloatArray
+
+    @property
+    def rotation(self) -> FloatArray:
+        """R, shape (b, d, d)."""
+        rotation: FloatArray = np.eye(self.turned.shape[1]) + self.turned
+        return rotation
 
 
 class SupportGroup(Undeformed):
@@ -125,17 +131,18 @@ class SupportGroup(Undeformed):
 
     def rest(self) -> SupportState:
         """The reference: in place at time 0, even where the motion starts with a jump."""
-        turn = np.tile(np.eye(self.dimension), (self.count, 1, 1))
-        return SupportState(0.0, self.centres.copy(), turn, self._forward_velocity(0.0, DERIVATIVE_STEP))
+        turned = np.zeros((self.count, self.dimension, self.dimension))
+        velocity = self._forward_velocity(0.0, DERIVATIVE_STEP)
+        return SupportState(0.0, np.zeros_like(self.centres), turned, velocity)
 
     def velocity_map(self, state: Placed, bodies: IntArray, points: FloatArray) -> FloatArray:
         """Velocity at current points of ``bodies`` for unit U, world axes, shape (k, d, m)."""
-        return translation_and_spin(points - state.position[bodies])
+        return translation_and_spin(points - self.positions_of_centres(state)[bodies])
 
     # --- the given motion -------------------------------------------------------------------------
 
     def _pose(self, time: float) -> tuple[FloatArray, FloatArray]:
-        """Pivots (b, d) and rotations (b, d, d) that the motions give for an instant."""
+        """Shifts of the pivots (b, d) and R − 1 (b, d, d) that the motions give for an instant."""
         spins = spin_count(self.dimension)
         shift, turn = np.zeros((self.count, self.dimension)), np.zeros((self.count, spins))
         for row in self._moving:
@@ -144,7 +151,7 @@ class SupportGroup(Undeformed):
                 shift[row] = self._vector(row, "displacement", motion.displacement(time), self.dimension)
             if motion.rotation is not None:
                 turn[row] = self._vector(row, "rotation", motion.rotation(time), spins)
-        return self.centres + shift, exponential(turn)
+        return shift, change(turn)
 
     def _vector(self, row: int, name: str, value: FloatArray | float, length: int) -> FloatArray:
         vector = np.atleast_1d(np.asarray(value, dtype=float))
@@ -157,11 +164,11 @@ class SupportGroup(Undeformed):
         return vector
 
     def _mean_velocity(
-        self, position: FloatArray, rotation: FloatArray, pose: tuple[FloatArray, FloatArray], step: float
+        self, shift: FloatArray, turned: FloatArray, pose: tuple[FloatArray, FloatArray], step: float
     ) -> FloatArray:
         """Constant U that carries a pose into another within a step, shape (b, m)."""
-        turn = logarithm(pose[1] @ np.swapaxes(rotation, 1, 2))
-        mean: FloatArray = np.concatenate([pose[0] - position, turn], axis=1) / step
+        turn = turned_by(between(turned, pose[1]))
+        mean: FloatArray = np.concatenate([pose[0] - shift, turn], axis=1) / step
         return mean
 
     def _forward_velocity(self, time: float, step: float) -> FloatArray:
@@ -183,7 +190,7 @@ class SupportGroup(Undeformed):
         a turn by hω bends the path of a point at distance r by r (hω)²/2, which no velocity has).
         """
         pose = self._pose(state.time + scheme.step)
-        mean = self._mean_velocity(state.position, state.rotation, pose, scheme.step)
+        mean = self._mean_velocity(state.shift, state.turned, pose, scheme.step)
         velocity = (mean - (1 - scheme.theta) * state.velocity) / scheme.theta
         return Free(velocity, np.zeros_like(velocity), np.zeros_like(velocity), None)
 

@@ -3,13 +3,16 @@
 A block that keeps its shape is a *centre* (the point about which it turns: centroid or pivot)
 and a rotation. A material point X of the reference configuration is at
 
-    x = position + rotation (X − centre)
+    x = X + shift + (rotation − 1) (X − centre)
+
+Shifts and what rotations differ from 1 by are kept, and not places: beside an elastic stone a rigid one may
+move by 1e-9 of its size, and coordinates would keep seven digits of that.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -33,13 +36,18 @@ class Placed(Protocol):
     """State of b undeformed blocks: where their centres are, how they have turned, how they move."""
 
     @property
-    def position(self) -> FloatArray:
-        """Centres, shape (b, d) [m]."""
+    def shift(self) -> FloatArray:
+        """How far the centres have gone, shape (b, d) [m]."""
+        ...
+
+    @property
+    def turned(self) -> FloatArray:
+        """R − 1 of the rotations since the reference configuration, shape (b, d, d)."""
         ...
 
     @property
     def rotation(self) -> FloatArray:
-        """Rotations since the reference configuration, shape (b, d, d)."""
+        """R, shape (b, d, d)."""
         ...
 
     @property
@@ -60,6 +68,7 @@ class Undeformed(ABC):
 
     turns = True
     deforms = False
+    nonlinear = False
     cell = None
     factorisations = 0
 
@@ -90,7 +99,11 @@ class Undeformed(ABC):
 
     def motion(self, state: Placed) -> tuple[FloatArray, FloatArray]:
         """The motions x = R X + t of the blocks, shapes (b, d, d) and (b, d) [m]."""
-        return state.rotation, state.position - np.einsum("bij,bj->bi", state.rotation, self.centres)
+        return state.rotation, state.shift - np.einsum("bij,bj->bi", state.turned, self.centres)
+
+    def positions_of_centres(self, state: Placed) -> FloatArray:
+        """Where the centres are, shape (b, d) [m]."""
+        return self.centres + state.shift
 
     @abstractmethod
     def velocity_map(self, state: Placed, bodies: IntArray, points: FloatArray) -> FloatArray:
@@ -117,7 +130,7 @@ class Undeformed(ABC):
     def arms(self, state: Placed | None) -> tuple[FloatArray, FloatArray]:
         """How lever arms have turned, (b, d, d), and where they begin, (b, d) [m]; None: in the reference."""
         if state is not None and self.turns:
-            return state.rotation, state.position
+            return state.rotation, self.positions_of_centres(state)
         return np.broadcast_to(np.eye(self.dimension), (self.count, *2 * (self.dimension,))), self.centres
 
     def resultant(self, force: FloatArray, state: Placed | None = None) -> FloatArray:
@@ -160,7 +173,7 @@ class Undeformed(ABC):
         """Displacement of material points of one block, reference coordinates, (..., d) [m]."""
         point = np.asarray(point, dtype=float)
         arm = point - self.centres[body]
-        moved: FloatArray = state.position[body] + arm @ state.rotation[body].T - point
+        moved: FloatArray = state.shift[body] + arm @ state.turned[body].T
         return moved
 
     def cells(self, body: int) -> Sequence[tuple[int, ...]]:
@@ -176,8 +189,7 @@ class Undeformed(ABC):
     def positions(self, state: Placed) -> FloatArray:
         """Where the vertices of all blocks are, block after block, shape (all vertices, d) [m]."""
         owner, arms = self._corners
-        now: FloatArray = state.position[owner] + np.einsum("vij,vj->vi", state.rotation[owner], arms)
-        return now
+        return self.centres[owner] + arms + self.displacements(state)
 
     @cached_property
     def _corners(self) -> tuple[IntArray, FloatArray]:
@@ -189,7 +201,7 @@ class Undeformed(ABC):
     def displacements(self, state: Placed) -> FloatArray:
         """How far the vertices of all blocks have gone, shape (all vertices, d) [m]."""
         owner, arms = self._corners
-        moved: FloatArray = self.positions(state) - self.centres[owner] - arms
+        moved: FloatArray = state.shift[owner] + np.einsum("vij,vj->vi", state.turned[owner], arms)
         return moved
 
     def velocities(self, state: Placed, place: Placed | None = None) -> FloatArray:
@@ -202,6 +214,10 @@ class Undeformed(ABC):
     def stress(self, state: Placed) -> StressField | None:
         """None: a block that keeps its shape has no stress field."""
         return None
+
+    def material_state(self, state: Placed) -> Mapping[str, FloatArray]:
+        """Nothing: what keeps its shape has no strains."""
+        return {}
 
     def stress_error(self, state: Placed) -> StressError | None:
         """None, as ``stress``."""
@@ -223,11 +239,11 @@ class UndeformedAttachment:
     sides: Sides
     arms: FloatArray
 
-    def positions(self, state: Placed) -> FloatArray:
-        """Where the material points are now, shape (k, d) [m]."""
+    def displacements(self, state: Placed) -> FloatArray:
+        """How far the material points have gone, shape (k, d) [m]."""
         body = self.sides.body
-        now: FloatArray = state.position[body] + np.einsum("kij,kj->ki", state.rotation[body], self.arms)
-        return now
+        moved: FloatArray = state.shift[body] + np.einsum("kij,kj->ki", state.turned[body], self.arms)
+        return moved
 
     def rotations(self, state: Placed) -> FloatArray:
         """How the blocks have turned since the reference configuration, shape (k, d, d)."""
@@ -238,15 +254,17 @@ class UndeformedAttachment:
         turned: FloatArray = frames @ self.group.velocity_map(state, self.sides.body, points)
         return turned
 
-    def elastic_velocity(self, elastic: FloatArray, frames: FloatArray) -> FloatArray:
+    def elastic_velocity(self, elastic: FloatArray, seen: FloatArray) -> FloatArray:
         """Nothing, shape (k, d)."""
         return np.zeros_like(self.arms)
 
-    def compliance(self, scheme: Scheme, frames: FloatArray) -> Sequence[tuple[IntArray, FloatArray]]:
+    def compliance(
+        self, scheme: Scheme, seen: FloatArray, guess: Placed | None = None
+    ) -> Sequence[tuple[IntArray, FloatArray]]:
         """None: W_el = 0."""
         return ()
 
-    def spread(self, impulses: FloatArray, frames: FloatArray) -> FloatArray | None:
+    def spread(self, impulses: FloatArray, seen: FloatArray) -> FloatArray | None:
         """None: no nodes to spread impulses to."""
         return None
 

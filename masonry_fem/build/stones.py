@@ -17,7 +17,9 @@ import numpy as np
 from masonry_fem.bodies.support import Clamp, Motion
 from masonry_fem.build.supports import motion_of
 from masonry_fem.errors import SceneError
+from masonry_fem.fem.material_kinds import material_kinds
 from masonry_fem.fidelities import deforms
+from masonry_fem.fidelities import fidelity as fidelity_of
 from masonry_fem.scene import specs
 from masonry_fem.scene.selector import select, split_face
 from masonry_fem.solid.assembly import Assembly, Shape
@@ -192,6 +194,16 @@ def _check_materials(
                 f"materials.{name}.young is missing: block '{assembly.blocks[block].name}' is {own} and "
                 "needs Young's modulus in Pa; give it, or set fidelity = 'rigid'"
             )
+        if own is not None and fidelity_of(own).yields and scene.materials[name].inelastic is None:
+            raise SceneError(
+                f"materials.{name}.inelastic is missing: block '{assembly.blocks[block].name}' is {own} and "
+                f"needs a table with the law by which its stone yields, one of {_laws()}; give it, or set "
+                "fidelity = 'elastic'"
+            )
+
+
+def _laws() -> str:
+    return ", ".join(f"law = '{name}'" for name in material_kinds())
 
 
 def meshed(stones: Stones, before: Stones | None = None) -> Stones:

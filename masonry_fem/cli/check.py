@@ -15,9 +15,10 @@ def check_scene(options: argparse.Namespace) -> int:
     scene, base = read_scene(options)
     from masonry_fem.analyses.inspect import check_scene as check
 
-    facts = check(scene, base)
+    facts = plain(check(scene, base))
+    facts["estimated_memory"] = f"{facts.pop('estimated_memory_mb'):.0f} MB"
     if not options.quiet:
-        print_table(plain(facts))
+        print_table(facts)
     return 0
 
 

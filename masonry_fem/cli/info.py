@@ -33,6 +33,7 @@ def offered() -> dict[str, Iterable[str]]:
     """What scenes may ask for by name, as their folders hold it."""
     from masonry_fem import fidelities, joints, structures
     from masonry_fem.contact import placement
+    from masonry_fem.fem import material_kinds
     from masonry_fem.march import equilibrium
     from masonry_fem.nscd import methods
     from masonry_fem.output import asked
@@ -41,6 +42,7 @@ def offered() -> dict[str, Iterable[str]]:
         "structures": structures.kinds(),
         "fidelities": fidelities.fidelities(),
         "laws": joints.kinds(),
+        "materials": material_kinds.material_kinds(),
         "placements": placement.names(),
         "analyses": equilibrium.kinds(),
         "solvers": methods.names(),

@@ -6,7 +6,8 @@ points have the same places in it share one W_el = G (M̂⁻¹)_el Gᵀ, which i
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Self
 
@@ -19,7 +20,7 @@ from masonry_fem.fem.locate import on_facets
 from masonry_fem.fem.meshed import ElasticState
 
 if TYPE_CHECKING:
-    from masonry_fem.fem.elastic import ElasticGroup
+    from masonry_fem.fem.deformable import Deformable, Deformed
 
 ALIKE = 1e-11  # of a block's size: equal points differ by this much, as poses have rounding errors
 
@@ -33,7 +34,7 @@ class _Surface:
 
 
 @dataclass(slots=True)
-class ElasticAttachment:
+class ElasticAttachment[S: Deformed](ABC):
     """Elastic blocks seen through k contact sides.
 
     Attributes
@@ -42,18 +43,18 @@ class ElasticAttachment:
     nodes : Nodes of the facet that carries each point, shape (k, f).
     weights : Its shape functions there, shape (k, f).
     carriers : All nodes that carry contacts, of any block, ascending.
-    modes : Rigid modes at the points, shape axes, shape (k, d, m).
+    arms : The points from the centroids, shape axes, shape (k, d) [m].
     members : Side numbers of each block that has sides, in the order of ``bodies``.
     bodies : Those blocks.
     pattern : Number of the pattern of points that each of them has.
     """
 
-    group: ElasticGroup
+    group: Deformable[S]
     sides: Sides
     nodes: IntArray
     weights: FloatArray
     carriers: IntArray
-    modes: FloatArray
+    arms: FloatArray
     members: list[IntArray]
     bodies: IntArray
     pattern: IntArray
@@ -61,13 +62,11 @@ class ElasticAttachment:
     _surface: _Surface | None = field(default=None, repr=False)
 
     @classmethod
-    def of(cls, group: ElasticGroup, sides: Sides) -> Self:
+    def of(cls, group: Deformable[S], sides: Sides) -> Self:
         """Attach a group to sides."""
-        d, count = group.dimension, len(sides.body)
+        count = len(sides.body)
         local = group.to_shape(sides.body, sides.point)
         nodes, weights = on_facets(group.mesh, sides.facet, local)
-        nodal_modes = group.modes.modes.reshape(-1, d, group.modes.modes.shape[1])
-        modes = np.einsum("kf,kfdm->kdm", weights, nodal_modes[nodes])
         order = np.argsort(sides.body, kind="stable")
         bodies, start = np.unique(sides.body[order], return_index=True)
         members = np.split(order, start[1:]) if count else []
@@ -88,57 +87,65 @@ class ElasticAttachment:
             nodes,
             weights,
             np.unique(nodes),
-            modes,
+            local - group.modes.centroid,
             members,
             bodies,
             np.array(pattern, dtype=np.int64),
             interpolation,
         )
 
-    def positions(self, state: ElasticState) -> FloatArray:
-        """Where the material points are now, shape (k, d) [m]."""
-        rigid = np.einsum("kdm,km->kd", self.modes, state.rigid_displacement[self.sides.body])
-        moved = rigid + self._at_points(state.displacement)
-        now: FloatArray = self.sides.point + np.einsum(
-            "kij,kj->ki", self.group.rotation[self.sides.body], moved
-        )
-        return now
+    @abstractmethod
+    def displacements(self, state: S) -> FloatArray:
+        """How far the material points have gone, shape (k, d) [m]."""
 
-    def rotations(self, state: ElasticState) -> FloatArray:
-        """None: rotations are frozen in small kinematics, shape (k, d, d)."""
-        d = self.group.dimension
-        return np.tile(np.eye(d), (len(self.sides.body), 1, 1))
+    @abstractmethod
+    def rotations(self, state: S) -> FloatArray:
+        """How the blocks have turned since the reference configuration, shape (k, d, d)."""
 
-    def rigid_map(self, state: ElasticState, points: FloatArray, frames: FloatArray) -> FloatArray:
-        """B = G Φ at the material points, shape (k, d, m); ``points`` makes no difference here."""
-        turned: FloatArray = self._local(frames) @ self.modes
-        return turned
+    @abstractmethod
+    def rigid_map(self, state: S, points: FloatArray, frames: FloatArray) -> FloatArray:
+        """Velocity, in the frames, of the rigid part at ``points`` for unit U, shape (k, d, m)."""
 
-    def elastic_velocity(self, elastic: FloatArray, frames: FloatArray) -> FloatArray:
+    def elastic_velocity(self, elastic: FloatArray, seen: FloatArray) -> FloatArray:
         """Velocity, in the frames, that a nodal field (b, n) has at the points, shape (k, d)."""
-        local: FloatArray = np.einsum("kij,kj->ki", self._local(frames), self._at_points(elastic))
+        local: FloatArray = np.einsum("kij,kj->ki", self._local(seen), self._at_points(elastic))
         return local
 
-    def spread(self, impulses: FloatArray, frames: FloatArray) -> FloatArray:
+    def spread(self, impulses: FloatArray, seen: FloatArray) -> FloatArray:
         """Nodal impulses Gᵀ p of signed side impulses (k, d) in the frames, shape (b, n) [N s]."""
-        own = np.einsum("kij,ki->kj", self._local(frames), impulses)
+        own = np.einsum("kij,ki->kj", self._local(seen), impulses)
         nodal: FloatArray = (self._interpolation.T @ own).reshape(self.group.count, -1)
         return nodal
 
-    def compliance(self, scheme: Scheme, frames: FloatArray) -> Sequence[tuple[IntArray, FloatArray]]:
+    def compliance(
+        self, scheme: Scheme, seen: FloatArray, guess: ElasticState | None = None
+    ) -> Sequence[tuple[IntArray, FloatArray]]:
         """W_el of each block that has sides; blocks that are alike share one (read-only) matrix."""
         if not self.members:
             return ()
-        surface, local = self._surface_block(scheme), self._local(frames)
+        own = self.own_surfaces(scheme, guess)
+        surface, local = self._surface_block(scheme), self._local(seen)
         digits = _digits(local)
         known: dict[tuple[int, bytes], FloatArray] = {}
         result = []
-        for rows, pattern in zip(self.members, self.pattern, strict=True):
+        for rows, body, pattern in zip(self.members, self.bodies.tolist(), self.pattern, strict=True):
+            if body in own:
+                result.append((rows, self._condensed(rows, local[rows], own[body], symmetric=False)))
+                continue
             key = (int(pattern), digits[rows].tobytes())
             if key not in known:
                 known[key] = self._condensed(rows, local[rows], surface)
             result.append((rows, known[key]))
         return result
+
+    def own_surfaces(self, scheme: Scheme, guess: ElasticState | None) -> Mapping[int, FloatArray]:
+        """(M̂⁻¹)_el on the dofs that carry contacts, of the blocks whose tangent is their own: none here.
+
+        Parameters
+        ----------
+        scheme : Coefficients of the step. guess : What the blocks are linearised at.
+        """
+        return {}
 
     # --- private ----------------------------------------------------------------------------------
 
@@ -161,7 +168,9 @@ class ElasticAttachment:
             self._surface = _Surface(key, self.group.factor(scheme).block(dofs))
         return self._surface.block
 
-    def _condensed(self, rows: IntArray, local: FloatArray, surface: FloatArray) -> FloatArray:
+    def _condensed(
+        self, rows: IntArray, local: FloatArray, surface: FloatArray, *, symmetric: bool = True
+    ) -> FloatArray:
         """G C Gᵀ of one block's sides, C being the surface block."""
         d = self.group.dimension
         place = np.searchsorted(self.carriers, self.nodes[rows])
@@ -171,10 +180,44 @@ class ElasticAttachment:
         pointers = np.arange(count * d + 1) * (functions * d)
         G = sparse.csr_array((entries.ravel(), columns.ravel(), pointers), shape=(count * d, len(surface)))
         half = G @ surface
-        matrix: FloatArray = G @ half.T
-        matrix = 0.5 * (matrix + matrix.T)
+        matrix: FloatArray = (G @ half.T).T
+        if symmetric:  # to rounding it is
+            matrix = 0.5 * (matrix + matrix.T)
         matrix.flags.writeable = False
         return matrix
+
+
+@dataclass(slots=True)
+class SmallAttachment(ElasticAttachment[ElasticState]):
+    """Blocks of small kinematics: rotations are frozen.
+
+    Attributes
+    ----------
+    modes : Rigid modes at the points, shape axes, shape (k, d, m).
+    """
+
+    modes: FloatArray = field(init=False)
+
+    def __post_init__(self) -> None:
+        modes, d = self.group.modes.modes, self.group.dimension
+        self.modes = np.einsum("kf,kfdm->kdm", self.weights, modes.reshape(-1, d, modes.shape[1])[self.nodes])
+
+    def displacements(self, state: ElasticState) -> FloatArray:
+        """How far the material points have gone, shape (k, d) [m]."""
+        rigid = np.einsum("kdm,km->kd", self.modes, state.rigid_displacement[self.sides.body])
+        moved = rigid + self._at_points(state.displacement)
+        world: FloatArray = np.einsum("kij,kj->ki", self.group.rotation[self.sides.body], moved)
+        return world
+
+    def rotations(self, state: ElasticState) -> FloatArray:
+        """None, shape (k, d, d)."""
+        d = self.group.dimension
+        return np.tile(np.eye(d), (len(self.sides.body), 1, 1))
+
+    def rigid_map(self, state: ElasticState, points: FloatArray, frames: FloatArray) -> FloatArray:
+        """B = G Φ at the material points, shape (k, d, m); ``points`` makes no difference here."""
+        turned: FloatArray = self._local(frames) @ self.modes
+        return turned
 
 
 def _digits(values: FloatArray) -> IntArray:

@@ -52,6 +52,13 @@ class Balance:
         taken: FloatArray = scheme.inertia * ((rigid @ self.modes.modes.T + elastic) @ own.mass)
         return taken
 
+    def viscous(self, before: ElasticState, after: ElasticState, scheme: Scheme) -> FloatArray:
+        """β K u_θ of all nodes, β the stiffness damping; 0 in statics, shape (b, n) [N]."""
+        own = self.operators
+        mean = mean_velocity(before, after, scheme.theta)[1]
+        force: FloatArray = scheme.inertia * own.material.stiffness_damping * (mean @ own.stiffness)
+        return force
+
     def imbalance(self, residual: FloatArray, impulse: FloatArray, nodal: FloatArray | None) -> FloatArray:
         """Size of what impulses Bᵀ p (b, m) and Gᵀ p (b, n) leave of a residual, shape (b,) [N s].
 

@@ -15,7 +15,7 @@ Subtracting Φ Φᵀ/c_m from M̂⁻¹ would lose all digits in long steps, wher
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +51,10 @@ def coefficients(operators: ShapeOperators, scheme: Scheme) -> tuple[float, floa
 class Factor(Protocol):
     """Something that applies (M̂⁻¹)_el on the free dofs."""
 
+    def __init__(
+        self, effective: sparse.csr_array, modes: FloatArray, momentum: FloatArray, sigma: float
+    ) -> None: ...
+
     def solve(self, impulses: FloatArray) -> FloatArray:
         """(M̂⁻¹)_el r of columns (n_free, k)."""
         ...
@@ -78,15 +82,7 @@ class SparseFactor:
     def __init__(self, effective: sparse.csr_array, modes: FloatArray, momentum: FloatArray, sigma: float):
         self._modes, self._momentum = modes, momentum
         self._size = effective.shape[0]
-        matrix = effective
-        if modes.shape[1]:
-            # the border is scaled like M̂, since pivots are chosen by magnitude
-            largest = float((momentum**2).sum(axis=0).max())
-            scale = float(effective.diagonal().max()) / np.sqrt(largest)
-            border = sparse.csr_array(scale * momentum)
-            nothing = sparse.csr_array((border.shape[1], border.shape[1]))
-            top, bottom = sparse.hstack([effective, border]), sparse.hstack([border.T, nothing])
-            matrix = sparse.csr_array(sparse.vstack([top, bottom]))
+        matrix = bordered(effective, momentum)
         self._backend = _SuperLU(matrix) if petsc() is None else _Mumps(matrix)
 
     def solve(self, impulses: FloatArray) -> FloatArray:
@@ -96,6 +92,24 @@ class SparseFactor:
         answer = self._backend.solve(np.concatenate([deflated, padding]))[: self._size]
         projected: FloatArray = answer - self._modes @ (self._momentum.T @ answer)
         return projected
+
+
+def bordered(effective: sparse.csr_array, momentum: FloatArray) -> sparse.csr_array:
+    """M̂ with the border M Φ, whose solutions are M-orthogonal to the rigid modes.
+
+    Parameters
+    ----------
+    effective : M̂ on the free dofs, shape (n, n) [kg]. momentum : M Φ there, shape (n, m).
+    """
+    if not momentum.shape[1]:
+        return effective
+    # the border is scaled like M̂, since pivots are chosen by magnitude
+    largest = float((momentum**2).sum(axis=0).max())
+    scale = float(effective.diagonal().max()) / np.sqrt(largest)
+    border = sparse.csr_array(scale * momentum)
+    nothing = sparse.csr_array((border.shape[1], border.shape[1]))
+    top, bottom = sparse.hstack([effective, border]), sparse.hstack([border.T, nothing])
+    return sparse.csr_array(sparse.vstack([top, bottom]))
 
 
 class _SuperLU:
@@ -132,6 +146,8 @@ class Compliance:
     dense : Whether to factorise densely; None: by size.
     """
 
+    kinds: ClassVar[tuple[type[Factor], type[Factor]]] = (DenseFactor, SparseFactor)
+
     def __init__(
         self,
         operators: ShapeOperators,
@@ -147,11 +163,11 @@ class Compliance:
         effective = whole if len(free) == self._total else sparse.csr_array(whole[free][:, free])
         sigma = float(whole.diagonal().sum() / operators.mass.diagonal().sum())
         dense = len(free) <= DENSE_LIMIT if dense is None else dense
-        kind = DenseFactor if dense else SparseFactor
+        kind = self.kinds[0 if dense else 1]
         # momentum on free dofs is M_ff Φ, as Φ vanishes elsewhere
         own = np.ascontiguousarray(modes.modes[self._free, : modes.count])
         momentum = np.ascontiguousarray(modes.momentum[self._free, : modes.count])
-        self._factor: Factor = kind(effective, own, momentum, sigma)
+        self._factor = kind(effective, own, momentum, sigma)
 
     def apply(self, impulses: FloatArray) -> FloatArray:
         """(M̂⁻¹)_el r for nodal impulses of b blocks, shape (b, n) [N s] to (b, n) [m/s]."""
@@ -161,6 +177,11 @@ class Compliance:
 
     def block(self, dofs: IntArray) -> FloatArray:
         """Dense symmetric block of (M̂⁻¹)_el on some dofs, by solves with many columns."""
+        part = self.columns(dofs)
+        return 0.5 * (part + part.T)
+
+    def columns(self, dofs: IntArray) -> FloatArray:
+        """The same as the solves give it."""
         part: FloatArray = np.empty((len(dofs), len(dofs)))
         width = max(1, AT_ONCE // self._total)
         for first in range(0, len(dofs), width):
@@ -171,4 +192,4 @@ class Compliance:
             answer = np.zeros_like(unit)
             answer[self._free] = self._factor.solve(unit[self._free])
             part[:, columns] = answer[dofs]
-        return 0.5 * (part + part.T)
+        return part

@@ -5,8 +5,8 @@
     free = bricks.free(state, state, bricks.acceleration_force(gravity), Scheme(step=1e-3))
     state = bricks.advance(state, free, free.rigid_velocity + free.rigid_impulse, nodal, scheme)
 
-Kinematics are small: blocks keep their reference rotations. Clamped dofs follow their prescribed
-motion u_c, and act on the others through the off-diagonal blocks of M̂:
+Kinematics are small: blocks keep their reference rotations (``corotational`` has those that turn). Clamped
+dofs follow their prescribed motion u_c, and act on the others through the off-diagonal blocks of M̂:
 
     u_el,free = u_el + (M̂⁻¹)_el [h F − h C u − h K q − h²θ K u − M̂_fc (u_c⁺ − u_c)]
 
@@ -17,7 +17,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cached_property
 
 import numpy as np
 
@@ -29,28 +28,25 @@ from masonry_fem.bodies.base import (
     Scheme,
     Sides,
     StepEnergy,
-    StressError,
     StressField,
 )
 from masonry_fem.bodies.rotation import moment
 from masonry_fem.bodies.support import Motion
-from masonry_fem.errors import GeometryError
 from masonry_fem.fem.assemble import ShapeOperators
-from masonry_fem.fem.attachment import ElasticAttachment
-from masonry_fem.fem.balance import Balance, dot
+from masonry_fem.fem.attachment import SmallAttachment
+from masonry_fem.fem.balance import Balance
 from masonry_fem.fem.clamp import Clamping, Faces, Holds
-from masonry_fem.fem.condense import Compliance, coefficients
-from masonry_fem.fem.error_estimate import ErrorEstimate
-from masonry_fem.fem.meshed import ElasticState, Meshed
+from masonry_fem.fem.condense import coefficients
+from masonry_fem.fem.deformable import Deformable
+from masonry_fem.fem.meshed import ElasticState
 from masonry_fem.fem.modes import rigid_modes
-from masonry_fem.fem.stress import StressRecovery
 from masonry_fem.solid.pose import Pose
 
 KEPT_FACTORS = 3  # a march alternates between few schemes
 
 
-class ElasticGroup(Meshed):
-    """All blocks of one mesh, material and clamping.
+class ElasticGroup(Deformable[ElasticState]):
+    """All blocks of one mesh, material and clamping, with small kinematics.
 
     Parameters
     ----------
@@ -63,10 +59,7 @@ class ElasticGroup(Meshed):
     faces : Names of the polytope's faces, for reports.
     """
 
-    kind = "elastic"
-    prescribed = False
     turns = False
-    deforms = True
 
     def __init__(
         self,
@@ -84,59 +77,17 @@ class ElasticGroup(Meshed):
         self.clamping = Clamping(mesh, clamps, motions, rotation, translation, names[0])
         self.holds: Holds = self.clamping.holds
         modes = rigid_modes(mesh.points, operators.mass, self.holds.free)
-        super().__init__(blocks, names, poses, operators, modes)
+        super().__init__(blocks, names, poses, operators, modes, self.holds.free)
         self.balance = Balance(operators, modes, self.holds)
         self._face_names = [
             faces[face] if face < len(faces) and faces[face] else str(face) for face, _ in clamps
         ]
         # Φᵀ M at held dofs: how their motion pushes the rigid modes
         self._pull: FloatArray = modes.momentum[self.holds.dofs]
-        self._factors: dict[tuple[float, float], Compliance] = {}
-        self.factorisations = 0
 
-    @cached_property
-    def _recovery(self) -> StressRecovery:
-        own = self.operators
-        return StressRecovery.of(own.mesh, own.material, own.plane)
-
-    @cached_property
-    def _estimate(self) -> ErrorEstimate:
-        return ErrorEstimate.of(self.operators.mesh, self.operators.material)
-
-    def share(self, other: ElasticGroup) -> None:
-        """Take over factors, and what stresses are read by, of a group with the same matrices and clamps."""
-        if other.operators is not self.operators or not np.array_equal(other.holds.free, self.holds.free):
-            return
-        self._factors = other._factors
-        for name in ("_recovery", "_estimate"):
-            if name in other.__dict__:
-                self.__dict__[name] = other.__dict__[name]
-
-    def attach(self, sides: Sides) -> ElasticAttachment:
+    def attach(self, sides: Sides) -> SmallAttachment:
         """The blocks seen through contact sides."""
-        return ElasticAttachment.of(self, sides)
-
-    def factor(self, scheme: Scheme) -> Compliance:
-        """(M̂⁻¹)_el for a scheme; the last few are kept."""
-        key = coefficients(self.operators, scheme)
-        if key not in self._factors:
-            while len(self._factors) >= KEPT_FACTORS:
-                del self._factors[next(iter(self._factors))]
-            self._factors[key] = self._factorised(scheme)
-            self.factorisations += 1
-        return self._factors[key]
-
-    def _factorised(self, scheme: Scheme) -> Compliance:
-        try:
-            return Compliance(self.operators, self.modes, self.holds.free, scheme)
-        except np.linalg.LinAlgError as error:
-            size = np.ptp(self.mesh.points, axis=0)
-            raise GeometryError(
-                f"block '{self.names[0]}': its stiffness is singular to rounding, with sides of "
-                f"{', '.join(f'{side:.2g}' for side in size)} m, ν = {self.operators.material.poisson:.17g}; "
-                "expected a block at most some 1e7 times as long as thick, and ν not so near 1/2; change "
-                "them, or make the block rigid"
-            ) from error
+        return SmallAttachment.of(self, sides)
 
     # --- states -----------------------------------------------------------------------------------
 
@@ -146,14 +97,6 @@ class ElasticGroup(Meshed):
         velocity = self.no_force()
         velocity[:, self.holds.dofs] = self.clamping.first_velocity()
         return ElasticState(0.0, np.zeros((b, m)), self.no_force(), np.zeros((b, m)), velocity)
-
-    def scale_velocity(self, state: ElasticState, factor: float) -> ElasticState:
-        """The state with its velocities multiplied by ``factor``."""
-        return replace(state, rigid_velocity=factor * state.rigid_velocity, velocity=factor * state.velocity)
-
-    def velocity_parts(self, state: ElasticState) -> tuple[FloatArray, FloatArray]:
-        """The state's velocity as U (b, m) and u_el (b, n)."""
-        return state.rigid_velocity, state.velocity
 
     def with_velocity(
         self, state: ElasticState, body: int, velocity: FloatArray, spin: FloatArray
@@ -288,15 +231,32 @@ class ElasticGroup(Meshed):
         """½ uᵀ M u, shape (b,) [J]."""
         return 0.5 * self.balance.mass_square(state.rigid_velocity, state.velocity)
 
-    def strain_energy(self, state: ElasticState) -> FloatArray:
-        """½ qᵀ K q, shape (b,) [J]."""
-        return 0.5 * dot(state.displacement @ self.operators.stiffness, state.displacement)
+    # --- fields -----------------------------------------------------------------------------------
+
+    def _moved(self, state: ElasticState) -> FloatArray:
+        """How far the nodes have gone, shape axes, shape (b, nodes, d) [m]."""
+        return self._nodal(state.rigid_displacement, state.displacement)
+
+    def _moving(self, state: ElasticState, place: ElasticState) -> FloatArray:
+        """Velocity of the nodes, wherever the blocks are, shape axes, shape (b, nodes, d) [m/s]."""
+        return self._nodal(state.rigid_velocity, state.velocity)
+
+    def _nodal(self, rigid: FloatArray, elastic: FloatArray) -> FloatArray:
+        """Φ times rigid amplitudes (b, m) and a nodal field (b, n), shape axes, (b, nodes, d)."""
+        return (rigid @ self.modes.modes.T + elastic).reshape(self.count, -1, self.dimension)
+
+    def motion(self, state: ElasticState) -> tuple[FloatArray, FloatArray]:
+        """The rigid motions x = R X + t nearest to those of the nodes, (b, d, d) and (b, d) [m]."""
+        moved = self.displacements(state).reshape(self.count, -1, self.dimension)
+        start = np.stack([self.nodes(body) for body in range(self.count)])
+        now, middle = start + moved, start.mean(axis=1)
+        reached = now.mean(axis=1)
+        spread = np.einsum("bni,bnj->bij", now - reached[:, None], start - middle[:, None])
+        left, _, right = np.linalg.svd(spread)
+        left[:, :, -1] *= np.sign(np.linalg.det(left @ right))[:, None]
+        turn = left @ right
+        return turn, reached - np.einsum("bij,bj->bi", turn, middle)
 
     def stress(self, state: ElasticState) -> StressField:
         """Stresses of all blocks at Gauss points and nodes, world axes."""
         return self._recovery.field(state.displacement, self.rotation)
-
-    def stress_error(self, state: ElasticState) -> StressError:
-        """Zienkiewicz and Zhu's estimate of the error of these stresses."""
-        squares = self._estimate.squares(self._recovery.gauss_stress(state.displacement))
-        return StressError(squares, 2.0 * self.strain_energy(state), self._estimate.volume.sum(axis=1))

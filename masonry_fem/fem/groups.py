@@ -11,12 +11,14 @@ from masonry_fem.bodies.support import Clamp
 from masonry_fem.errors import GeometryError
 from masonry_fem.fem.assemble import ShapeOperators, assemble_shapes
 from masonry_fem.fem.clamp import Faces
+from masonry_fem.fem.corotational import CorotationalGroup
 from masonry_fem.fem.elastic import ElasticGroup
 from masonry_fem.fem.material import ElasticMaterial, Plane
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.solid.mesh import Mesh
 from masonry_fem.solid.pose import Pose
 
+Group = ElasticGroup | CorotationalGroup
 _Stuff = tuple[int, bytes, ElasticMaterial]
 SAME_TURN = 1e-12  # rotations that differ by less are one: poses carry rounding errors
 
@@ -42,8 +44,10 @@ def elastic_groups(
     clamps: Mapping[int, Sequence[Clamp]] | None = None,
     plane: Plane = "strain",
     lumped: bool = False,
-    before: Sequence[ElasticGroup] = (),
-) -> tuple[ElasticGroup, ...]:
+    before: Sequence[Group] = (),
+    made: type[ElasticGroup] = ElasticGroup,
+    turns: bool = False,
+) -> tuple[Group, ...]:
     """Groups of the elastic blocks of an assembly, in the order of their first blocks.
 
     Parameters
@@ -55,6 +59,8 @@ def elastic_groups(
     lumped : Diagonal instead of consistent mass.
     before : Groups of another build of the scene, with the same plane and mass: what they have of the same
         mesh and material is used again.
+    made : Class of the groups whose kinematics are small, derived from ElasticGroup.
+    turns : Whether elastic blocks that nothing clamps turn without bound; else kinematics are small.
 
     Raises
     ------
@@ -69,7 +75,7 @@ def elastic_groups(
     operators = _operators(assembly, kinds, plane, lumped, before)
     groups = []
     for kind, members in kinds.items():
-        group = _group(assembly, kind, members, operators[kind.stuff], clamped)
+        group = _group(made, assembly, kind, members, operators[kind.stuff], clamped, turns)
         for known in before:
             group.share(known)
         groups.append(group)
@@ -81,7 +87,7 @@ def _operators(
     kinds: Mapping[_Kind, list[int]],
     plane: Plane,
     lumped: bool,
-    before: Sequence[ElasticGroup],
+    before: Sequence[Group],
 ) -> dict[_Stuff, ShapeOperators]:
     """Matrices of each distinct mesh and material, those of ``before`` where it has them."""
     meshes: dict[_Stuff, Mesh] = {}
@@ -95,20 +101,24 @@ def _operators(
 
 
 def _group(
+    made: type[ElasticGroup],
     assembly: Assembly,
     kind: _Kind,
     members: list[int],
     operators: ShapeOperators,
     clamps: Mapping[int, Sequence[Clamp]],
-) -> ElasticGroup:
+    turns: bool,
+) -> Group:
     """The blocks of one kind."""
     stones = [assembly.blocks[block] for block in members]
-    poses = [stone.pose for stone in stones]
+    poses, names = [stone.pose for stone in stones], [stone.name for stone in stones]
+    if turns and not kind.held:
+        return CorotationalGroup(np.array(members), names, poses, operators)
     if kind.turn:
         poses = [Pose(np.eye(assembly.dimension), pose.translation) for pose in poses]
-    return ElasticGroup(
+    return made(
         np.array(members),
-        [stone.name for stone in stones],
+        names,
         poses,
         operators,
         kind.held,

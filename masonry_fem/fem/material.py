@@ -1,4 +1,4 @@
-"""ElasticMaterial: isotropic linear elasticity with Rayleigh damping, SI units."""
+"""ElasticMaterial: isotropic linear elasticity with Rayleigh damping, and a law of yielding, SI units."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.errors import SceneError
+from masonry_fem.fem.material_law import MaterialLaw
 
 Plane = Literal["strain", "stress"] | None
 
@@ -24,6 +25,7 @@ class ElasticMaterial:
     density : Mass density [kg/m³].
     mass_damping : α of C = α M + β K [1/s].
     stiffness_damping : β of C = α M + β K [s].
+    law : By which inelastic blocks yield; None: they stay elastic.
 
     Raises
     ------
@@ -36,6 +38,7 @@ class ElasticMaterial:
     density: float
     mass_damping: float = 0.0
     stiffness_damping: float = 0.0
+    law: MaterialLaw | None = None
 
     def __post_init__(self) -> None:
         checks = (

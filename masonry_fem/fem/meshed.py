@@ -6,6 +6,7 @@ world and shape axes differ by the poses' rotations.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -44,8 +45,8 @@ class ElasticState:
     velocity: FloatArray
 
 
-class Meshed:
-    """b blocks over one mesh.
+class Meshed[S](ABC):
+    """b blocks over one mesh, their states of a class S.
 
     Parameters
     ----------
@@ -89,18 +90,6 @@ class Meshed:
         nodal, rigid = self.modes.modes.shape
         return int(self.count * (nodal + rigid))
 
-    def motion(self, state: ElasticState) -> tuple[FloatArray, FloatArray]:
-        """The rigid motions x = R X + t nearest to those of the nodes, (b, d, d) and (b, d) [m]."""
-        moved = self.displacements(state).reshape(self.count, -1, self.dimension)
-        start = np.stack([self.nodes(body) for body in range(self.count)])
-        now, middle = start + moved, start.mean(axis=1)
-        reached = now.mean(axis=1)
-        spread = np.einsum("bni,bnj->bij", now - reached[:, None], start - middle[:, None])
-        left, _, right = np.linalg.svd(spread)
-        left[:, :, -1] *= np.sign(np.linalg.det(left @ right))[:, None]
-        turn = left @ right
-        return turn, reached - np.einsum("bij,bj->bi", turn, middle)
-
     def to_shape(self, bodies: IntArray, points: FloatArray) -> FloatArray:
         """Shape coordinates of world points (k, d), each of its own block."""
         local: FloatArray = np.einsum("kij,ki->kj", self.rotation[bodies], points - self.translation[bodies])
@@ -136,7 +125,7 @@ class Meshed:
         total[body].reshape(-1, self.dimension)[nodes] = np.outer(weights, local)
         return total
 
-    def resultant(self, force: FloatArray, state: ElasticState | None = None) -> FloatArray:
+    def resultant(self, force: FloatArray, state: S | None = None) -> FloatArray:
         """Force and moment about the world origin in the reference, whatever the state, (b, m) [N, N m]."""
         nodal = force.reshape(len(force), -1, self.dimension)
         own = moment(np.broadcast_to(self.mesh.points, nodal.shape), nodal).sum(axis=1)
@@ -159,11 +148,18 @@ class Meshed:
         turned: FloatArray = nodal.reshape(-1, self.dimension) @ self.rotation[body].T
         return turned
 
-    def displacement(self, state: ElasticState, body: int, point: FloatArray) -> FloatArray:
+    @abstractmethod
+    def _moved(self, state: S) -> FloatArray:
+        """How far the nodes have gone, shape axes, shape (b, nodes, d) [m]."""
+
+    @abstractmethod
+    def _moving(self, state: S, place: S) -> FloatArray:
+        """Velocity of the nodes with the blocks as in ``place``, shape axes, shape (b, nodes, d) [m/s]."""
+
+    def displacement(self, state: S, body: int, point: FloatArray) -> FloatArray:
         """Displacement of a material point given in world coordinates of reference, (d,) [m]."""
         nodes, weights = self._weights(body, point)
-        local = self.modes.modes @ state.rigid_displacement[body] + state.displacement[body]
-        moved: FloatArray = weights @ self._world(local, body)[nodes]
+        moved: FloatArray = weights @ self._world(self._moved(state)[body], body)[nodes]
         return moved
 
     def cells(self, body: int) -> IntArray:
@@ -175,24 +171,19 @@ class Meshed:
         placed: FloatArray = self._world(self.mesh.points.ravel(), body) + self.translation[body]
         return placed
 
-    def positions(self, state: ElasticState) -> FloatArray:
+    def positions(self, state: S) -> FloatArray:
         """Where the nodes of all blocks are, block after block, world axes, shape (b · nodes, d) [m]."""
-        moved = self._local(state.rigid_displacement, state.displacement)
-        world = self._turned(self.mesh.points + moved) + self.translation[:, None]
+        world = self._turned(self.mesh.points + self._moved(state)) + self.translation[:, None]
         return world.reshape(-1, self.dimension)
 
-    def displacements(self, state: ElasticState) -> FloatArray:
+    def displacements(self, state: S) -> FloatArray:
         """How far the nodes of all blocks have gone, world axes, shape (b · nodes, d) [m]."""
-        moved = self._local(state.rigid_displacement, state.displacement)
-        return self._turned(moved).reshape(-1, self.dimension)
+        return self._turned(self._moved(state)).reshape(-1, self.dimension)
 
-    def velocities(self, state: ElasticState, place: ElasticState | None = None) -> FloatArray:
-        """Velocity of the nodes of all blocks, world axes, shape (b · nodes, d) [m/s]."""
-        return self._turned(self._local(state.rigid_velocity, state.velocity)).reshape(-1, self.dimension)
-
-    def _local(self, rigid: FloatArray, elastic: FloatArray) -> FloatArray:
-        """Φ times rigid amplitudes (b, m) and a nodal field (b, n), shape axes, (b, nodes, d)."""
-        return (rigid @ self.modes.modes.T + elastic).reshape(self.count, -1, self.dimension)
+    def velocities(self, state: S, place: S | None = None) -> FloatArray:
+        """Velocity of the nodes, with the blocks as in ``place``, world axes, shape (b · nodes, d) [m/s]."""
+        moving = self._moving(state, state if place is None else place)
+        return self._turned(moving).reshape(-1, self.dimension)
 
     def _turned(self, local: FloatArray) -> FloatArray:
         """Vectors (b, nodes, d) from shape axes to world axes."""

@@ -54,8 +54,12 @@ class StressRecovery:
 
     def field(self, displacement: FloatArray, rotation: FloatArray) -> StressField:
         """Stresses for displacements (b, n) of blocks whose shape axes are turned by (b, d, d)."""
-        b, (m, p) = len(displacement), self.weight.shape
-        gauss = _turned(self.gauss_stress(displacement).reshape(b, m * p, 6), rotation)
+        return self.smoothed(self.gauss_stress(displacement), rotation)
+
+    def smoothed(self, stress: FloatArray, rotation: FloatArray) -> StressField:
+        """Stresses at the Gauss points, shape axes, (b, m, p, 6) [Pa], in world axes and at the nodes."""
+        b, (m, p) = len(stress), self.weight.shape
+        gauss = _turned(stress.reshape(b, m * p, 6), rotation)
         by_point = np.ascontiguousarray(gauss.transpose(1, 0, 2)).reshape(m * p, b * 6)
         nodal = (self.nodal @ by_point).reshape(-1, b, 6).transpose(1, 0, 2)
         return StressField(gauss.reshape(b, m, p, 6), self.weight, np.ascontiguousarray(nodal))

@@ -1,4 +1,4 @@
-"""Fidelities: as what stones are computed, one file each: rigid, elastic.
+"""Fidelities: as what stones are computed, one file each: rigid, elastic, inelastic.
 
     fidelity("elastic").groups(given)
 
@@ -55,11 +55,13 @@ class Fidelity:
     name : What scene files call it, and ``kind`` of its groups.
     rank : Place among the others, the coarsest first; a study goes from coarse to fine.
     deforms : Whether stones are meshed, need Young's modulus, and may be held by single faces.
+    yields : Whether their materials need an ``inelastic`` law.
     """
 
     name: ClassVar[str | None] = None
     rank: ClassVar[float]
     deforms: ClassVar[bool]
+    yields: ClassVar[bool] = False
 
     @classmethod
     def load(cls) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, cast
 
 from masonry_fem.fidelities import Fidelity, Given
@@ -9,6 +10,8 @@ from masonry_fem.host import installation
 
 if TYPE_CHECKING:
     from masonry_fem.fem.elastic import ElasticGroup
+    from masonry_fem.fem.groups import Group
+    from masonry_fem.fem.material_law import MaterialLaw
 
 
 class Elastic(Fidelity):
@@ -26,8 +29,24 @@ class Elastic(Fidelity):
         from masonry_fem.fem import _compat  # noqa: F401, PLC0415
 
     @classmethod
-    def groups(cls, given: Given) -> tuple[ElasticGroup, ...]:
+    def groups(cls, given: Given) -> tuple[Group, ...]:
         """The groups, in the order of their first blocks."""
+        from masonry_fem.fem.elastic import ElasticGroup  # noqa: PLC0415
+
+        return cls.made(given, ElasticGroup)
+
+    @staticmethod
+    def made(
+        given: Given, kind: type[ElasticGroup], laws: Mapping[int, MaterialLaw] | None = None
+    ) -> tuple[Group, ...]:
+        """Groups of a class derived from ElasticGroup.
+
+        Parameters
+        ----------
+        given : The stones.
+        kind : Class of those with small kinematics.
+        laws : By which each block yields; None: all stay elastic.
+        """
         from masonry_fem.fem.groups import elastic_groups  # noqa: PLC0415
         from masonry_fem.fem.material import ElasticMaterial  # noqa: PLC0415
 
@@ -36,7 +55,11 @@ class Elastic(Fidelity):
             assert stone.young is not None  # checked when the stones were laid
             damping = stone.damping
             materials[block] = ElasticMaterial(
-                stone.young, stone.poisson, stone.density, damping.mass, damping.stiffness
-            )
-        before = cast("tuple[ElasticGroup, ...]", given.before)
-        return elastic_groups(given.assembly, materials, given.clamps, given.plane, given.lumped, before)
+                stone.young, stone.poisson, stone.density, damping.mass, damping.stiffness,
+                None if laws is None else laws[block],
+            )  # fmt: skip
+        before = cast("tuple[Group, ...]", given.before)
+        turns = given.turns and laws is None
+        return elastic_groups(
+            given.assembly, materials, given.clamps, given.plane, given.lumped, before, kind, turns
+        )

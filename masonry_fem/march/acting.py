@@ -38,7 +38,7 @@ class Acting:
     displaced : Moments of loads and clamps where elastic blocks have gone to, shape (b, 1 or 3) [N m].
     centre : Point of each block to take moments about, shape (b, d) [m]. size : Its extent, (b,) [m].
     arms : Where each contact acts on its candidate and its antagonist as these balance, (c, 2, d) [m]:
-        the point itself, for elastic blocks, which do not turn, that of the reference.
+        the point itself, for elastic blocks of small kinematics that of the reference.
     solved : False for supports, which take what they are given, shape (b,).
     small : Whether a block deforms and balances in the reference, as small kinematics has it, shape (b,).
     """
@@ -98,9 +98,7 @@ def _acting(model: Model, made: Increment, size: FloatArray) -> Acting:
         own = group.actions(start, end, force, nodal, made.scheme)
         load[group.blocks], clamp[group.blocks], inertia[group.blocks] = own.load, own.clamp, own.inertia
         displaced[group.blocks], centre[group.blocks] = own.displaced, own.centre
-    arms = np.where(
-        small[model.contacts.blocks][:, :, None], model.contacts.points, made.here.points[:, None]
-    )
+    arms = np.where(small[model.contacts.blocks][:, :, None], model.contacts.points, made.here.arms)
     contact = contact_wrenches(model.contacts.blocks, arms, made.after.force, count)
     return Acting(load, clamp, inertia, contact, displaced, centre, size, arms, solved, small)
 

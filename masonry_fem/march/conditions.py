@@ -20,6 +20,7 @@ from masonry_fem.nscd import ContactProblem, Start
 ROUNDING = 1e-12  # of the model's length: a gap that is none
 SLIGHT = 1e-6  # of the model's length: an overlap that is not driven apart
 DRIFT = 1e-6  # of the model's length: how far a pressed contact of the velocity form may drift
+CREEP = 1e-9  # of the model's length: a gap of the gap form that is none where there is inertia
 
 
 def joint_step(
@@ -107,6 +108,10 @@ def _gap_term(
     laws, h = model.laws, scheme.step
     shifted = here.gap + h * (1 - scheme.theta) * state.velocity[:, 0] - closure
     impact = laws.in_velocities & _closed(model, state, scheme, here)
+    if scheme.inertia:
+        # what closed contacts open by, as blocks turn, is the square of the turn: gaps that contradict each
+        # other where three blocks meet
+        shifted = np.where(shifted <= CREEP * model.length, np.minimum(shifted, 0.0), shifted)
     term = np.empty_like(state.velocity)
     # an overlap is held, or driven apart slowly; one that is all but rounding is no overlap
     driven = np.where(shifted < -SLIGHT * model.length, model.expulsion, 0.0)
@@ -145,8 +150,11 @@ def first_guess(state: SystemState, scheme: Scheme, active: NDArray[np.int64]) -
     """
     if not state.reaction.any():
         return None
-    goes_on = state.rigid_velocity if scheme.inertia == 0 else None
-    return Start(impulse=scheme.step * state.reaction[active], rigid_velocity=goes_on)
+    impulse = scheme.step * state.reaction[active]
+    # as the step's contact problem had it: what has opened has left by its gap
+    velocity = state.velocity[active]
+    velocity[:, 0] = np.maximum(state.gap[active], 0.0) / scheme.step
+    return Start(impulse, None if scheme.inertia else state.rigid_velocity, velocity)
 
 
 def contact_status(

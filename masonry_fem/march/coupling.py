@@ -32,15 +32,21 @@ class Placement:
     ----------
     frame : Rows (n, t1[, t2]); they follow the antagonist, shape (c, d, d).
     points : Where the candidates' points are, shape (c, d) [m].
+    arms : Where contacts act on candidates and antagonists, shape (c, 2, d) [m]: there, but on blocks that
+        deform as far from it as faces that do not fit were apart at the start: their own points give way.
     gap : Signed distance to the antagonist's face, shape (c,) [m].
     offset : Candidate's point from the antagonist's, in the frames, shape (c, d) [m]: its derivative is
         the kinematic map G, however far blocks turn.
+    seen : Frames at the k sides of each group as its blocks see them, turned back by what these have turned,
+        shape (k, d, d); None where blocks do not deform.
     """
 
     frame: FloatArray
     points: FloatArray
+    arms: FloatArray
     gap: FloatArray
     offset: FloatArray
+    seen: tuple[FloatArray | None, ...]
 
 
 @dataclass(slots=True)
@@ -54,7 +60,8 @@ class _Cached:
     placement: Placement | None = None
     rigid_map: FloatArray | None = None
     scheme: Scheme | None = None
-    frame: FloatArray | None = None
+    seen: tuple[FloatArray | None, ...] = ()
+    guess: tuple[Any, ...] = ()
     matrix: sparse.bsr_array | None = None
 
 
@@ -69,6 +76,7 @@ class Coupling:
     attachments : Each group attached to its sides.
     first_body : Number of each group's first rigid body among the solved ones; −1 for supports.
     bodies : Rigid bodies at the two sides of each contact, −1 for supports, shape (c, 2).
+    soft : Contacts of which a side deforms, shape (c,).
     """
 
     model: Model
@@ -76,6 +84,7 @@ class Coupling:
     attachments: tuple[Attachment, ...]
     first_body: tuple[int, ...]
     bodies: IntArray
+    soft: NDArray[np.bool_]
     _cached: _Cached = field(default_factory=_Cached, repr=False)
 
     def placement(self, states: tuple[Any, ...]) -> Placement:
@@ -88,19 +97,35 @@ class Coupling:
     def _placed(self, states: tuple[Any, ...]) -> Placement:
         contacts = self.model.contacts
         d = contacts.dimension
-        points = np.empty((contacts.count, 2, d))
+        moved = np.empty((contacts.count, 2, d))
         turn = np.empty((contacts.count, d, d))
+        turns = []
         for sides, attachment, state in zip(self.sides, self.attachments, states, strict=True):
-            points[sides.contact, sides.side] = attachment.positions(state)
+            moved[sides.contact, sides.side] = attachment.displacements(state)
+            turns.append(attachment.rotations(state))
             of_antagonist = sides.side == 1
-            turn[sides.contact[of_antagonist]] = attachment.rotations(state)[of_antagonist]
+            turn[sides.contact[of_antagonist]] = turns[-1][of_antagonist]
         frame = contacts.frame if self.model.fixed else contacts.frame @ turn.transpose(0, 2, 1)
-        offset = np.einsum("cia,ca->ci", frame, points[:, 0] - points[:, 1])
+        # what elastic blocks move would be lost in places that lie far from the origin
+        apart = contacts.points[:, 0] - contacts.points[:, 1]
+        offset = np.einsum("cia,ca->ci", frame, apart + (moved[:, 0] - moved[:, 1]))
+        points = contacts.points[:, 0] + moved[:, 0]
         gap = offset[:, 0].copy()
         # The difference of two coordinates is rounding below this. As data it would be gaps that
         # contradict each other, 1e-10 of an elastic displacement: 24 linear solves instead of 4.
         gap[np.abs(gap) <= ROUNDING * np.abs(points).max(initial=0.0)] = 0.0
-        return Placement(frame, contacts.points[:, 0] if self.model.fixed else points[:, 0], gap, offset)
+        seen = tuple(
+            frame[sides.contact] @ own if group.deforms else None
+            for sides, group, own in zip(self.sides, self.model.groups, turns, strict=True)
+        )
+        here = contacts.points[:, 0] if self.model.fixed else points
+        arms = np.stack([here, here], axis=1)
+        for sides, group, own in zip(self.sides, self.model.groups, turns, strict=True):
+            if group.deforms:
+                second = sides.side == 1
+                misfit = apart[sides.contact[second]]
+                arms[sides.contact[second], 1] -= np.einsum("kij,kj->ki", own[second], misfit)
+        return Placement(frame, here, arms, gap, offset, seen)
 
     def rigid_map(self, states: tuple[Any, ...], here: Placement) -> FloatArray:
         """B by contact and side, signs included, supports too, shape (c, 2, d, m)."""
@@ -118,16 +143,19 @@ class Coupling:
         if self.model.fixed:
             states = tuple(group.rest() for group in self.model.groups)
         for sides, attachment, state in zip(self.sides, self.attachments, states, strict=True):
-            local = attachment.rigid_map(state, here.points[sides.contact], here.frame[sides.contact])
+            arms = here.arms[sides.contact, sides.side]
+            local = attachment.rigid_map(state, arms, here.frame[sides.contact])
             rigid_map[sides.contact, sides.side] = SIGN[sides.side, None, None] * local
         return rigid_map
 
     def elastic_velocity(self, fields: tuple[FloatArray | None, ...], here: Placement) -> FloatArray:
         """Relative velocity of nodal fields (one a group) in the local frames, shape (c, d)."""
         velocity = np.zeros_like(here.points)
-        for sides, attachment, nodal in zip(self.sides, self.attachments, fields, strict=True):
-            if nodal is not None:
-                local = attachment.elastic_velocity(nodal, here.frame[sides.contact])
+        for sides, attachment, nodal, seen in zip(
+            self.sides, self.attachments, fields, here.seen, strict=True
+        ):
+            if nodal is not None and seen is not None:
+                local = attachment.elastic_velocity(nodal, seen)
                 np.add.at(velocity, sides.contact, SIGN[sides.side, None] * local)
         return velocity
 
@@ -140,29 +168,43 @@ class Coupling:
             np.add.at(velocity, sides.contact, local)
         return velocity
 
-    def compliance(self, here: Placement, scheme: Scheme) -> sparse.bsr_array:
-        """W_el of all contacts, block-sparse; kept while neither scheme nor frames change."""
+    def compliance(
+        self, here: Placement, scheme: Scheme, guess: tuple[Any, ...] | None = None
+    ) -> sparse.bsr_array:
+        """W_el of all contacts, block-sparse; kept while scheme, frames and tangents do not change.
+
+        Parameters
+        ----------
+        here : Contact geometry.
+        scheme : Coefficients of the step.
+        guess : States that nonlinear groups are linearised at, None for the others; None: all are elastic
+            from the start of the step on.
+        """
+        guess = (None,) * len(self.attachments) if guess is None else guess
         cached = self._cached
-        unchanged = cached.scheme == scheme and np.array_equal(cached.frame, here.frame)  # type: ignore[arg-type]
-        if not unchanged or cached.matrix is None:
-            cached.matrix = self._condense(here, scheme)
-            cached.scheme, cached.frame = scheme, here.frame
+        same = _same(cached.seen, here.seen) and cached.scheme == scheme and _same(cached.guess, guess)
+        if cached.matrix is None or not same:
+            cached.matrix = self._condense(here, scheme, guess)
+            cached.scheme, cached.seen, cached.guess = scheme, here.seen, guess
         return cached.matrix
 
-    def _condense(self, here: Placement, scheme: Scheme) -> sparse.bsr_array:
+    def _condense(self, here: Placement, scheme: Scheme, guess: tuple[Any, ...]) -> sparse.bsr_array:
         c, d = here.points.shape
         contributions: list[tuple[IntArray, FloatArray]] = []
-        for sides, attachment in zip(self.sides, self.attachments, strict=True):
-            for members, matrix in attachment.compliance(scheme, here.frame[sides.contact]):
+        for sides, attachment, seen, at in zip(self.sides, self.attachments, here.seen, guess, strict=True):
+            if seen is None:
+                continue
+            for members, matrix in attachment.compliance(scheme, seen, at):
                 sign = np.repeat(SIGN[sides.side[members]], d)
                 contributions.append((sides.contact[members], sign[:, None] * matrix * sign))
-        return assemble_blocks(c, d, contributions)
+        # stones that yield without associated flow have no symmetric tangent
+        return assemble_blocks(c, d, contributions, symmetric=all(at is None for at in guess))
 
     def nodal_impulses(self, impulse: FloatArray, here: Placement) -> tuple[FloatArray | None, ...]:
         """Gᵀ p on the nodes of each group (None for rigid ones)."""
         return tuple(
-            attachment.spread(SIGN[sides.side, None] * impulse[sides.contact], here.frame[sides.contact])
-            for sides, attachment in zip(self.sides, self.attachments, strict=True)
+            None if seen is None else attachment.spread(SIGN[sides.side, None] * impulse[sides.contact], seen)
+            for sides, attachment, seen in zip(self.sides, self.attachments, here.seen, strict=True)
         )
 
     def rigid_impulses(self, impulse: FloatArray, rigid_map: FloatArray) -> tuple[FloatArray, ...]:
@@ -196,7 +238,7 @@ def connect(model: Model) -> Coupling:
     group_of, body_of = _owners(model)
     contacts = model.contacts
     sides, attachments, first_body, solved = [], [], [], 0
-    bodies = np.full((contacts.count, 2), -1)
+    bodies, soft = np.full((contacts.count, 2), -1), np.zeros(contacts.count, dtype=bool)
     for index, group in enumerate(model.groups):
         contact, side = np.nonzero(group_of[contacts.blocks] == index)
         body = body_of[contacts.blocks[contact, side]]
@@ -208,13 +250,22 @@ def connect(model: Model) -> Coupling:
             facet=contacts.facets[contact, side],
             frame=contacts.frame[contact],
         )
+        soft[contact] |= group.deforms
         sides.append(own)
         attachments.append(group.attach(own))
         first_body.append(-1 if group.prescribed else solved)
         if not group.prescribed:
             bodies[contact, side] = solved + body
             solved += len(group.blocks)
-    return Coupling(model, tuple(sides), tuple(attachments), tuple(first_body), bodies)
+    return Coupling(model, tuple(sides), tuple(attachments), tuple(first_body), bodies, soft)
+
+
+def _same(one: tuple[Any, ...], other: tuple[Any, ...]) -> bool:
+    """Whether groups see their frames alike, or are linearised at the same states."""
+    return len(one) == len(other) and all(
+        a is b or (isinstance(a, np.ndarray) and np.array_equal(a, b))
+        for a, b in zip(one, other, strict=True)
+    )
 
 
 def _owners(model: Model) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

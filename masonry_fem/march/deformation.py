@@ -3,7 +3,8 @@
     beyond = beyond_small(model, state)       # a sentence, or None
     share = second_order(model, bodies)       # what is not known of places, of a block's size
 
-Elastic blocks are computed for small strains and small turns. Where a stiffness is given in MPa for Pa, or a
+Elastic blocks are computed for small strains, and for small turns where a clamp or fixed contacts keep their
+kinematics small. Where a stiffness is given in MPa for Pa, or a
 mechanism runs on, equations hold to rounding and mean nothing; no other measure tells.
 """
 
@@ -43,9 +44,12 @@ def _greatest(model: Model, state: SystemState) -> tuple[float, str, float, str]
     """Greatest mean strain and turn [rad] of the elastic blocks, each with its block's name."""
     strain, strained, turn, turned = 0.0, "", 0.0, ""
     for group, own in zip(model.groups, state.bodies, strict=True):
-        if not group.deforms or group.turns:
+        if not group.deforms:
             continue
         gradient = _mean_gradients(group, own)
+        if group.turns:  # what is left when the blocks are turned back is strain
+            back, one = np.swapaxes(group.motion(own)[0], 1, 2), np.eye(gradient.shape[1])
+            gradient = back @ (one + gradient) - one
         across = np.swapaxes(gradient, 1, 2)
         stretched = np.abs(np.linalg.eigvalsh(0.5 * (gradient + across))).max(axis=1)
         spun = np.linalg.norm(0.5 * (gradient - across), axis=(1, 2)) / math.sqrt(2)

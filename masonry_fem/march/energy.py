@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from masonry_fem.march.coupling import Coupling
 from masonry_fem.march.model import Model
 from masonry_fem.march.place import relative_velocity
@@ -51,9 +53,10 @@ def stored_energy(model: Model, state: SystemState, inertia: float) -> Stored:
 def energies(model: Model, coupling: Coupling, made: Increment, after: Stored) -> dict[str, float]:
     """The energy terms of a step's report [J], by their names there.
 
-    A step of linear blocks satisfies, to rounding,
+    A step satisfies, to rounding, and where stones yield to the tolerance of their balance,
 
-        Δ stored = external + support − friction − impacts − joint losses − damping − numerical
+        Δ stored = external + support − friction − impacts − joint losses − material losses − damping
+                   − numerical
 
     Parameters
     ----------
@@ -96,9 +99,9 @@ def energies(model: Model, coupling: Coupling, made: Increment, after: Stored) -
 
 
 def _bodies(model: Model, made: Increment) -> dict[str, float]:
-    """Work of loads, of supports and clamped faces that move, damping and what θ > ½ takes."""
+    """Work of loads, of supports and clamped faces that move, damping, yielding and what θ > ½ takes."""
     theta = made.scheme.theta
-    external = support = damping = numerical = 0.0
+    external = support = damping = numerical = yielded = 0.0
     for group, before, after, force, push, nodal, end in zip(
         model.groups, made.before.bodies, made.after.bodies, made.forces, made.rigid_impulse,
         made.nodal_impulse, made.rigid, strict=True,
@@ -113,11 +116,13 @@ def _bodies(model: Model, made: Increment) -> dict[str, float]:
         support += float(spent.support.sum())
         damping += float(spent.damping.sum())
         numerical += float(spent.numerical.sum())
+        yielded += float(np.sum(spent.dissipation))
     return {
         "external_work": external,
         "support_work": support,
         "damping_dissipation": damping,
         "numerical_dissipation": numerical,
+        "material_dissipation": yielded,
     }
 
 
@@ -150,5 +155,5 @@ def _joints(model: Model, made: Increment) -> dict[str, float]:
 
 LOSSES = (
     "friction_dissipation", "impact_normal", "impact_tangential", "joint_dissipation", "joint_viscosity",
-    "damping_dissipation", "numerical_dissipation",
+    "material_dissipation", "damping_dissipation", "numerical_dissipation",
 )  # fmt: skip

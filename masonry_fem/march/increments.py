@@ -120,7 +120,7 @@ def _halves(
         for now, part in _parts(coupling, strategy, state, half, end, fewer, settings, clock, lookout):
             coupling = now
             yield now, part
-            if scheme.inertia == 0 and not part.solution.solved:
+            if scheme.inertia == 0 and not (part.solution.solved and part.unsettled is None):
                 return  # statics ends there
             state = _rested(now.model, part.after, strategy.kept)
 

@@ -26,8 +26,10 @@ class Ledger:
     external_work, support_work : Of loads, and of supports and clamped faces that move.
     friction_dissipation : Lost by sliding. impact_normal, impact_tangential : Where points hit.
     joint_dissipation, joint_viscosity : Lost to the damage of joints and to its delay.
+    material_dissipation : Lost as stones yield.
     damping_dissipation : By Rayleigh damping, and where velocities are scaled between steps.
-    numerical_dissipation : By steps of a finite length (θ > ½; forces of the step's end in joints).
+    numerical_dissipation : By steps of a finite length (θ > ½; forces of the step's end in joints and
+        in stones that yield).
     unaccounted : Sum of what the steps' balances leave, with signs.
     error : The same in absolute values. largest : Largest energy seen in any term.
     """
@@ -44,6 +46,7 @@ class Ledger:
     impact_tangential: float = 0.0
     joint_dissipation: float = 0.0
     joint_viscosity: float = 0.0
+    material_dissipation: float = 0.0
     damping_dissipation: float = 0.0
     numerical_dissipation: float = 0.0
     unaccounted: float = 0.0
@@ -71,6 +74,7 @@ class Ledger:
             impact_tangential=self.impact_tangential + report.impact_tangential,
             joint_dissipation=self.joint_dissipation + report.joint_dissipation + parted,
             joint_viscosity=self.joint_viscosity + report.joint_viscosity,
+            material_dissipation=self.material_dissipation + report.material_dissipation,
             damping_dissipation=self.damping_dissipation + report.damping_dissipation + still,
             numerical_dissipation=self.numerical_dissipation + report.numerical_dissipation,
             unaccounted=self.unaccounted + report.energy_error,

@@ -189,9 +189,9 @@ def _doubt(model: Model, made: Increment, report: StepReport, bound: float) -> N
     if beyond is not None:
         remark(
             "large_strain",
-            f"{beyond}: elastic blocks are computed for small strains and turns (some per cent, "
-            "some degrees); do not rely on the result, look at materials.*.young and the loads, "
-            "or make blocks rigid",
+            f"{beyond}: elastic blocks are computed for small strains (some per cent), and for small turns "
+            "(some degrees) where they are clamped or contact.update = 'fixed'; do not rely on the result, "
+            "look at materials.*.young and the loads, or make blocks rigid",
         )
     if max(report.block_balance, report.global_balance) > bound:
         remark(
@@ -234,9 +234,9 @@ def _tell_written(witness: Witness, buried: str, step: float) -> None:
         remark(
             "written_turning",
             f"where '{turned.blocks[0]}' is now forces leave {turned.value:.2g} of its load times "
-            f"its size (step {turned.step}): elastic blocks balance where they were at the start, "
-            "and thrusts are off by about that share of the load; make blocks rigid to have them "
-            "turn",
+            f"its size (step {turned.step}): elastic blocks that are clamped, and all where contact.update = "
+            "'fixed', balance where they were at the start, and thrusts are off by about that share of the "
+            "load; leave contact.update out, or hold the block by a support in contact instead of a clamp",
             *turned.blocks,
         )
 
@@ -254,6 +254,8 @@ def _tell_drift(far: float, step: float) -> None:
 
 def _hopeless(report: StepReport, static: bool) -> Verdict | None:
     """Why the march cannot go on after a step, or None; statics bears no miss."""
+    if report.unsettled:
+        return "no_convergence"
     if report.outcome.moves:
         return "no_equilibrium"
     if report.outcome.solved:
@@ -281,6 +283,8 @@ def _ended(
         message = f"Equilibrium after {report.so_far}{_missing(ledger, model)}."
     elif verdict == "finished":
         message = f"Reached t = {report.time:.6g} s in {report.so_far}."
+    elif verdict == "no_convergence" and report.unsettled:
+        message = _unsettled(report, made)
     elif verdict == "no_convergence" and report.outcome.solved:
         message = (
             f"Step {report.step}: the joint laws did not settle, the joints' state still changed by "
@@ -320,6 +324,17 @@ def _missing(ledger: Ledger, model: Model) -> str:
     return (
         f", but {ledger.imbalance:.1e} of the largest energy is missing from its ledger "
         f"({ledger.unaccounted:.3g} J unaccounted for): {where}"
+    )
+
+
+def _unsettled(report: StepReport, made: Increment) -> str:
+    """Which stone yields without end, at what load, and what may be done."""
+    where = f"load factor {report.time:.6g}" if made.scheme.inertia == 0 else f"t = {report.time:.6g} s"
+    return (
+        f"Step {report.step}, {where}: {report.unsettled}: it yields more than its neighbours can bear, or "
+        f"the step is too long. What was reached before, at {made.before.time:.6g}, is the last state in "
+        "balance; take more and shorter steps, prescribe a displacement instead of a load, or run dynamics "
+        "to watch the collapse."
     )
 
 

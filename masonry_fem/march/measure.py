@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from masonry_fem.bodies.base import FloatArray, Scheme, by_block
+from masonry_fem.bodies.base import FloatArray, Scheme, by_block, nonlinear
 from masonry_fem.march.acting import Acting
 from masonry_fem.march.coupling import Coupling
 from masonry_fem.march.energy import energies, stored_energy
@@ -77,7 +77,20 @@ def measure(model: Model, coupling: Coupling, made: Increment) -> StepReport:
         load_acceleration=acceleration,
         adhesion_loss=made.adhesion_loss,
         joint_change=made.joint_change,
+        unsettled=_unsettled(model, made),
         **energy,
+    )
+
+
+def _unsettled(model: Model, made: Increment) -> str:
+    """The stone whose stresses leave the most of balance, in words; "" where all balance."""
+    if made.unsettled is None:
+        return ""
+    name = model.assembly.blocks[made.unsettled].name
+    (group,) = (group for group in model.groups if made.unsettled in group.blocks)
+    return (
+        f"the stresses of '{name}' ({nonlinear(group).material_name}) leave {made.residuals[-1]:.1e} of "
+        f"balance after {len(made.residuals)} rounds"
     )
 
 

@@ -2,7 +2,7 @@
 
 place = begun(coupling, state.bodies)                     # where the step begins
 there = reached(coupling, start, bodies, scheme.step)     # where it has led
-turning(coupling, ..., there.rigid_map - place.rigid_map) # what the way there leaves of balance
+turning(coupling, start, there, ..., place)               # what the way there leaves of balance
 """
 
 from __future__ import annotations
@@ -62,7 +62,8 @@ def reached(coupling: Coupling, start: Place, bodies: tuple[Any, ...], h: float)
     rigid_map = coupling.rigid_map(bodies, there)
     bend = there.offset - start.contact.offset
     bend -= h * relative_velocity(coupling.model, coupling, bodies, there, rigid_map)
-    bend[np.abs(bend) <= rounding(there)] = 0.0
+    # nothing that rigid blocks do is smaller than the rounding of places; what elastic ones do may be
+    bend[(np.abs(bend) <= rounding(there)) & ~coupling.soft[:, None]] = 0.0
     return Place(bodies, there, rigid_map, bend / h)
 
 
@@ -97,12 +98,12 @@ def turning(
     forces: tuple[FloatArray, ...],
     scheme: Scheme,
     impulse: FloatArray,
-    change: FloatArray,
+    place: Place,
 ) -> float:
     """What impulses that balance at the start of a step leave of balance at its end.
 
     Relative to the largest load of a block or impulse of a contact. Lever arms of the contacts turn, and so
-    do those of loads on blocks that turn.
+    do those of loads on blocks that turn; in blocks that deform, impulses too.
 
     Parameters
     ----------
@@ -112,14 +113,16 @@ def turning(
     forces : Mean external force on each group over the step.
     scheme : Length and weights of the step.
     impulse : Contact impulses, local frames, shape (c, d) [N s].
-    change : Change of the rigid map B from start to end, shape (c, 2, d, m).
+    place : Where the impulses balance.
     """
     d = impulse.shape[1]
     worst, scale = 0.0, float(np.linalg.norm(impulse, axis=1).max(initial=0.0))
-    unbalanced = coupling.rigid_impulses(impulse, change)
-    for group, old, new, part, force, push in zip(
-        coupling.model.groups, start.bodies, there.bodies, free, forces, unbalanced, strict=True
-    ):
+    unbalanced = coupling.rigid_impulses(impulse, there.rigid_map - place.rigid_map)
+    now, then = (coupling.nodal_impulses(impulse, at.contact) for at in (there, place))
+    rows = zip(
+        coupling.model.groups, start.bodies, there.bodies, free, forces, unbalanced, now, then, strict=True
+    )
+    for group, old, new, part, force, push, nodal, nodal_before in rows:
         if group.prescribed:
             continue
         moments = np.zeros_like(push)
@@ -127,6 +130,9 @@ def turning(
             moments = group.free(old, new, force, scheme).rigid_impulse - part.rigid_impulse
         size = np.sqrt(group.mass) * np.linalg.norm(push + moments, axis=1)
         worst = max(worst, float(size.max(initial=0.0)))
+        if nodal is not None and nodal_before is not None and group.turns:
+            bending = np.linalg.norm(nodal - nodal_before, axis=1)
+            worst = max(worst, float(bending.max(initial=0.0)))
         given = scheme.step * np.linalg.norm(group.resultant(force)[:, :d], axis=1)
         scale = max(scale, float(given.max(initial=0.0)))
     return worst / scale if scale > 0 else worst

@@ -4,17 +4,21 @@ Each round linearises the blocks, condenses them to the contacts, solves the con
 impulses back. With inertia forces balance where the step begins, and one round is all.
 Statics is the same step with inertia 0, and forces balance where it ends: rounds go on
 until they do, each linearised where the last one led. Where nothing turns one is all.
+Stones that yield take rounds in any case: each is linearised at the stresses that the last one led to, until
+these balance. What their material remembers is that of the start of the step in all of them.
 """
 
 from __future__ import annotations
 
+import logging
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from masonry_fem.bodies.base import FloatArray, Free, Scheme
+from masonry_fem.bodies.base import FloatArray, Free, Scheme, nonlinear
 from masonry_fem.joints.fold import solve_with_laws
 from masonry_fem.joints.state import JointState
 from masonry_fem.march.clock import Clock
@@ -31,9 +35,13 @@ from masonry_fem.march.place import Place, begun, reached, relative_velocity, ro
 from masonry_fem.march.state import STICK, SystemState
 from masonry_fem.nscd import ContactProblem, Solution, SolverSettings, Start
 
+logger = logging.getLogger(__name__)
+
 ROUNDS = 20
 NEWTON_TOLERANCE = 1e-9  # of a block's impulse, on the volume residual
 PATIENCE = 4  # rounds that bring forces no nearer to balance
+SUFFICIENT, SHARES = 0.9, (0.5, 0.25, 0.125, 0.0625)  # of a line search: less of the residual is left
+YIELDING_ROUNDS, YIELDING_PATIENCE = 40, 8  # the same of stones that yield
 BALANCED = 1e-6  # of the largest load or impulse: what rounds that come no nearer may leave
 ROUNDING = 1e-12  # of the model's length: a way that is none
 
@@ -57,6 +65,9 @@ class Increment:
     joint_change : What the joint laws' turns left open of the joints' state; 0 where they settled.
     jammed : Overlaps were held that ``expulsion`` was to drive apart, as no motion does that.
     strayed : Impulses balance where the step begins, and none were found that do where it leads.
+    residuals : What stresses of nonlinear blocks left of balance, relative, round by round; () where all
+        are linear.
+    unsettled : The block of the greatest one, where the last is above the tolerance; None: all balance.
     """
 
     before: SystemState
@@ -76,6 +87,8 @@ class Increment:
     joint_change: float = 0.0
     jammed: bool = False
     strayed: bool = False
+    residuals: tuple[float, ...] = ()
+    unsettled: int | None = None
 
     @property
     def adhesion_loss(self) -> float:
@@ -139,6 +152,8 @@ def step(
         Clock() if clock is None else clock, begun(coupling, state.bodies),
     )  # fmt: skip
     first = work.first()
+    if not work.settled(first):
+        return replace(work.ended(first, work.start), strayed=True)
     if scheme.inertia == 0 and first.solution.solved and not model.fixed:
         return work.turned(first)
     return work.ended(first, work.start)
@@ -152,6 +167,7 @@ class _Round:
     ----------
     velocity : At the contacts, local frames, (c, d) [m/s]. joints : Their state; change : Left open of it.
     impulse : Of all contacts, (c, d) [N s]. nodal : Gᵀ p by group. bodies : States at the end.
+    residuals : What stresses of nonlinear blocks left of balance after each round so far.
     """
 
     place: Place
@@ -166,6 +182,27 @@ class _Round:
     nodal: tuple[FloatArray | None, ...]
     bodies: tuple[Any, ...]
     velocity: FloatArray
+    residuals: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class _Guess:
+    """What nonlinear blocks are linearised at, and what their stresses leave of balance there.
+
+    Attributes
+    ----------
+    place : Of the contacts. bodies : States. impulse : Of all contacts, (c, d) [N s]. left : Relative.
+    """
+
+    place: Place
+    bodies: tuple[Any, ...]
+    impulse: FloatArray
+    left: float
+
+    @classmethod
+    def of(cls, made: _Round) -> Self:
+        """The end of a round."""
+        return cls(made.place, made.bodies, made.impulse, made.residuals[-1])
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,6 +222,8 @@ class _Work:
     def first(self) -> _Round:
         """The round that is linearised where the step begins; more only where blocks are not linear."""
         made, last = self.solved(self.start, None), np.inf
+        if self.nonlinear:
+            return self.yielded(made)
         for _ in range(ROUNDS):
             if made.solution.outcome.moves:
                 break
@@ -194,16 +233,76 @@ class _Work:
             made, last = self.solved(self.start, made), left
         return made
 
-    def solved(self, place: Place, last: _Round | None) -> _Round:
-        """The contact problem at ``place``, from where the ``last`` round ended."""
+    @property
+    def nonlinear(self) -> bool:
+        """Whether some blocks are."""
+        return any(group.nonlinear for group in self.model.groups)
+
+    def yielded(self, made: _Round) -> _Round:
+        """Rounds of Newton's method until the stresses of all nonlinear blocks balance, or come no nearer.
+
+        Each is linearised where the last one led, or part of the way there if that is nearer to balance:
+        points that yield in one round and not in the next would make rounds go in circles.
+        """
+        at, least, idle = _Guess.of(made), np.inf, 0
+        while made.solution.solved and len(made.residuals) < YIELDING_ROUNDS:
+            left = made.residuals[-1]
+            idle, least = 0 if left <= 0.5 * least else idle + 1, min(left, least)
+            if left <= NEWTON_TOLERANCE or idle > YIELDING_PATIENCE:
+                break
+            at = self.nearest(at, _Guess.of(made))
+            made = self.solved(self.start, made, at)
+        return made
+
+    def nearest(self, start: _Guess, end: _Guess) -> _Guess:
+        """The end of a round, or the point on the way there whose stresses leave least of balance."""
+        if start is end or end.left <= SUFFICIENT * start.left:
+            return end
+        best = end
+        for share in SHARES:
+            tried = self.between(start, end, share)
+            if tried.left >= best.left and best is not end:
+                break  # it gets worse again
+            if tried.left < best.left:
+                best = tried
+            if best.left <= SUFFICIENT * start.left:
+                break
+        return best
+
+    def between(self, start: _Guess, end: _Guess, share: float) -> _Guess:
+        """A ``share`` of the way from one guess to another, its material by the law."""
+        impulse = start.impulse + share * (end.impulse - start.impulse)
+        bodies = tuple(
+            nonlinear(group).between(own, one, other, share, self.scheme) if group.nonlinear else other
+            for group, own, one, other in zip(
+                self.model.groups, self.state.bodies, start.bodies, end.bodies, strict=True
+            )
+        )
+        nodal = self.coupling.nodal_impulses(impulse, end.place.contact)
+        left = max(self.unbalanced(bodies, impulse, nodal, end.place))[0]
+        return _Guess(end.place, bodies, impulse, left)
+
+    def settled(self, made: _Round) -> bool:
+        """Whether the stresses of all nonlinear blocks balance."""
+        return not made.residuals or made.residuals[-1] <= NEWTON_TOLERANCE
+
+    def solved(self, place: Place, last: _Round | None, at: _Guess | None = None) -> _Round:
+        """The contact problem at ``place``, from where the ``last`` round ended.
+
+        Nonlinear blocks are linearised ``at`` a guess; None: at the end of the last round.
+        """
         model, coupling, state, scheme = self.model, self.coupling, self.state, self.scheme
         self.clock.lap("step")
-        compliance = coupling.compliance(place.contact, scheme)
+        ends = (None,) * len(model.groups) if last is None else last.bodies if at is None else at.bodies
+        guess_of = tuple(
+            end if group.nonlinear else None for group, end in zip(model.groups, ends, strict=True)
+        )
+        compliance = coupling.compliance(place.contact, scheme, guess_of)
         self.clock.lap("factorise" if compliance.nnz else "step")  # rigid blocks have no compliance
         free = tuple(
-            group.free(own, at, force, scheme)
-            for group, own, at, force in zip(
-                model.groups, state.bodies, place.bodies, self.forces, strict=True
+            group.free(own, guessed if group.nonlinear else at, force, scheme)
+            for group, own, at, guessed, force in zip(
+                model.groups, state.bodies, place.bodies, guess_of, self.forces, strict=True
             )
         )
         trial = state.joints if last is None else last.joints
@@ -213,7 +312,8 @@ class _Work:
         self.clock.lap("step")
         active, guess = conditions.active, first_guess(state, scheme, conditions.active)
         if last is not None:
-            guess = Start(last.impulse[active], last.solution.rigid_velocity)
+            told = last.solution.velocity if np.array_equal(active, last.active) else None
+            guess = Start(last.impulse[active], last.solution.rigid_velocity, told)
         taken = solve_with_laws(model.laws, state.joints, conditions, self.settings, guess)
         solution = taken.solution
         self.clock.lap("solve")
@@ -234,10 +334,44 @@ class _Work:
         velocity += coupling.elastic_velocity(elastic, place.contact)
         if last is not None:
             solution = _summed(last.solution, solution)
-        return _Round(
+        made = _Round(
             place, taken.problem, solution, active, taken.trial, taken.change, free, impulse, rigid, nodal,
-            bodies, velocity,
+            bodies, velocity, () if last is None else last.residuals,
         )  # fmt: skip
+        if self.nonlinear:
+            left = max(self.unbalanced(made.bodies, made.impulse, made.nodal, made.place))
+            logger.debug("round %d: stresses leave %.3e of balance", len(made.residuals) + 1, left[0])
+            made = replace(made, residuals=(*made.residuals, left[0]))
+        return made
+
+    def unbalanced(
+        self,
+        bodies: tuple[Any, ...],
+        impulse: FloatArray,
+        nodal: tuple[FloatArray | None, ...],
+        place: Place,
+    ) -> Iterator[tuple[float, int]]:
+        """What stresses leave of balance in nonlinear blocks, relative to the largest impulses, and where.
+
+        Greatest residual and its block of each group.
+        """
+        pushes = self.coupling.rigid_impulses(impulse, place.rigid_map)
+        scale = float(np.linalg.norm(impulse, axis=1).max(initial=0.0))
+        found = []
+        for group, old, new, force, push, field in zip(
+            self.model.groups, self.state.bodies, bodies, self.forces, pushes, nodal, strict=True
+        ):
+            if not group.nonlinear:
+                continue
+            d = self.model.assembly.dimension
+            residual = group.imbalance(old, new, new, force, push, field, self.scheme)
+            given = self.scheme.step * np.linalg.norm(group.resultant(force)[:, :d], axis=1)
+            largest = max(given.max(initial=0.0), nonlinear(group).effort(new, self.scheme).max(initial=0.0))
+            scale = max(scale, float(largest))
+            worst = int(np.argmax(residual))
+            found.append((float(residual[worst]), int(group.blocks[worst])))
+        for left, block in found:
+            yield left / scale if scale > 0 else left, block
 
     def turned(self, first: _Round) -> Increment:
         """Rounds until impulses balance where the step ends, each linearised where the last one led."""
@@ -246,8 +380,10 @@ class _Work:
             there = reached(self.coupling, self.start, made.bodies, self.scheme.step)
             left, missed = self._left(made, there)
             nothing = max(ROUNDING, rounding(there.contact) / self.model.length)
-            asked = max(self.settings.tolerance, made.solution.quality.error)
+            asked = max(self.settings.tolerance, made.solution.quality.block_balance)
             rest = max(left / asked, missed / nothing)
+            if made.residuals:
+                rest = max(rest, made.residuals[-1] / NEWTON_TOLERANCE)
             idle, rounds = 0 if rest <= 0.5 * least else idle + 1, rounds + 1
             least = min(least, rest)
             if rest <= 1 or idle > PATIENCE or rounds > ROUNDS:
@@ -256,16 +392,16 @@ class _Work:
             if not following.solution.solved:
                 return self._strayed(following)
             made = following
-        return replace(self.ended(made, there), strayed=max(left, missed) > BALANCED)
+        strayed = max(left, missed) > BALANCED or not self.settled(made)
+        return replace(self.ended(made, there), strayed=strayed)
 
     def _left(self, made: _Round, there: Place) -> tuple[float, float]:
         """What the impulses of a round leave of balance where it leads, and how far velocities miss that.
 
         The first relative to the largest load or impulse, the second to the model's length.
         """
-        change = there.rigid_map - made.place.rigid_map
         left = turning(
-            self.coupling, self.start, there, made.free, self.forces, self.scheme, made.impulse, change
+            self.coupling, self.start, there, made.free, self.forces, self.scheme, made.impulse, made.place
         )
         way = there.contact.offset - self.start.contact.offset - self.scheme.step * made.velocity
         return left, float(np.abs(way).max(initial=0.0)) / self.model.length
@@ -305,9 +441,13 @@ class _Work:
         if place is not made.place:
             nodal = coupling.nodal_impulses(made.impulse, place.contact)
         self.clock.lap("step")
+        unsettled = None
+        if not self.settled(made):
+            unsettled = max(self.unbalanced(made.bodies, made.impulse, made.nodal, made.place))[1]
         return Increment(
             state, after, made.problem, made.solution, made.active, made.impulse, self.forces, scheme,
             made.free, made.rigid, rigid_impulse, nodal, place.contact, place.rigid_map, made.change,
+            residuals=made.residuals, unsettled=unsettled,
         )  # fmt: skip
 
     def residual(self, made: _Round) -> float:

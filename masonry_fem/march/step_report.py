@@ -28,8 +28,9 @@ class StepReport:
     friction_dissipation : Energy spent by sliding in the step [J].
     impact_normal, impact_tangential : What points that hit lost across the faces and along them [J]; in
         statics the loads' work on gaps that close.
+    material_dissipation : Lost as stones yield in the step [J].
     damping_dissipation, numerical_dissipation : By Rayleigh damping, and by steps of a finite length [J]:
-        θ > ½ in bodies, forces of the step's end in joints.
+        θ > ½ in bodies, forces of the step's end in joints and in stones that yield.
     energy_error : Energy that appears in the step from nowhere, < 0 where it is lost without a name [J].
     iterations, linear_solves : Of the contact solver.
     method : Contact solver that ran.
@@ -49,6 +50,7 @@ class StepReport:
     joint_dissipation, joint_viscosity : Lost to the damage of joints in the step and to its delay [J].
     adhesion_loss : Greatest loss of adhesion β of a contact in the step.
     joint_change : What the joint laws' turns left open of the joints' state; 0 where they settled.
+    unsettled : Which stone is not in balance with its own stresses, and what it is made of; "" where all are.
     speed : Root mean square speed of the mass [m/s].
     load_acceleration : Loads on the blocks over their mass [m/s²].
     """
@@ -94,6 +96,8 @@ class StepReport:
     joint_viscosity: float = 0.0
     adhesion_loss: float = 0.0
     joint_change: float = 0.0
+    material_dissipation: float = 0.0
+    unsettled: str = ""
 
     def inertial_share(self, step: float) -> float:
         """Speed relative to what the loads give in one step from rest: 1 in free fall."""

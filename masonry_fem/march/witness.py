@@ -57,7 +57,8 @@ class Witness:
     Attributes
     ----------
     balance : What forces and moments leave, relative to a block's load.
-    turning : The same about the points that elastic blocks have gone to: they balance in the reference.
+    turning : The same about the points that elastic blocks of small kinematics have gone to: they balance in
+        the reference.
     overlap : Deepest overlap of two blocks [m] beyond that of the start and what beds give way; its share is
         of the smaller block's least extent, less what small kinematics does not know of places.
     """

@@ -14,16 +14,35 @@ from masonry_fem.output.sheet import round_down
 FloatArray = NDArray[np.float64]
 
 SAMPLE = 60  # least length of a scale in the legend [pixels]
+LEVEL = 1e-3  # components of normals that count as none
+
+
+def reactions(contacts: Any) -> FloatArray:
+    """Reaction of each contact point on the upper of its two blocks [N], shape (c, 3).
+
+    Which block is the candidate means nothing to a reader, and arrows of like joints would point up and down.
+    Of blocks beside each other the one towards +y counts as upper, or else the one towards +x.
+    """
+    normal = np.asarray(contacts.point_data[fields.NORMAL], float)  # towards the candidate
+    _, where = np.unique(np.asarray(contacts.point_data[fields.INTERFACE]), return_inverse=True)
+    mean = np.stack([np.bincount(where, n) for n in normal.T], axis=1) / np.bincount(where)[:, None]
+    x, y, z = mean.T
+    towards = np.where(np.abs(z) > LEVEL, z, np.where(np.abs(y) > LEVEL, y, x))
+    force = np.asarray(contacts.point_data[fields.REACTION], float)
+    return np.where(towards[where, None] < 0, -force, force)
 
 
 def interface_resultants(contacts: Any) -> tuple[FloatArray, FloatArray]:
-    """Centre of pressure [m] and resultant [N] of the interfaces that carry any, shapes (i, 3)."""
+    """Centre of pressure [m] and resultant [N] of the interfaces that carry any, shapes (i, 3).
+
+    Resultants of the reactions on the upper blocks.
+    """
     force = np.asarray(contacts.point_data[fields.REACTION], float)
     normal = np.asarray(contacts.point_data[fields.NORMAL], float)
     _, where = np.unique(np.asarray(contacts.point_data[fields.INTERFACE]), return_inverse=True)
     pressure = np.maximum(np.einsum("ci,ci->c", force, normal), 0.0)
     total = np.bincount(where, pressure)
-    resultant = np.stack([np.bincount(where, f) for f in force.T], axis=1)
+    resultant = np.stack([np.bincount(where, f) for f in reactions(contacts).T], axis=1)
     points = np.asarray(contacts.points, float)
     moment = np.stack([np.bincount(where, pressure * x) for x in points.T], axis=1)
     loaded = total > 1e-12 * total.max(initial=0.0)

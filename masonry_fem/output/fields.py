@@ -68,7 +68,24 @@ def cell_arrays(grid: Grid, model: Model, state: SystemState) -> Arrays:
             mean = np.einsum("bcgs,cg->bcs", field.gauss, field.weight) / field.weight.sum(axis=1)[:, None]
             stress[start:stop] = mean.reshape(-1, 6)
     numbers: Arrays = {BLOCK: grid.cell_block, GROUP: grid.cell_group, FIDELITY: grid.cell_fidelity}
-    return numbers | stress_arrays(stress) | _stress_error(grid, model, state)
+    measures = _material_state(grid, model, state)
+    return numbers | stress_arrays(stress) | _stress_error(grid, model, state) | measures
+
+
+def _material_state(grid: Grid, model: Model, state: SystemState) -> Arrays:
+    """Cell means of what material laws remember, NaN in other blocks; {} where there are no such laws."""
+    arrays: dict[str, FloatArray] = {}
+    for (start, stop), group, moved in zip(grid.group_cells, model.groups, state.bodies, strict=True):
+        kept = group.material_state(moved)
+        if not kept:
+            continue
+        field = group.stress(moved)
+        assert field is not None  # what yields has stresses
+        share = field.weight / field.weight.sum(axis=1)[:, None]
+        for name, values in kept.items():
+            whole = arrays.setdefault(name, np.full(len(grid.types), np.nan))
+            whole[start:stop] = (values * share).sum(axis=2).ravel()
+    return {**arrays}
 
 
 def _stress_error(grid: Grid, model: Model, state: SystemState) -> Arrays:

@@ -34,7 +34,7 @@ def both_points(model: Model, state: SystemState) -> FloatArray:
     coupling = connect(model)
     points = np.empty_like(model.contacts.points)
     for sides, attachment, own in zip(coupling.sides, coupling.attachments, state.bodies, strict=True):
-        points[sides.contact, sides.side] = attachment.positions(own)
+        points[sides.contact, sides.side] = sides.point + attachment.displacements(own)
     return points
 
 

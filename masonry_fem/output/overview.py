@@ -73,7 +73,12 @@ def draw_overview(scenery: Scenery, path: Path, amplification: float | None = No
     add_arrows(stage, points[shown], vectors[shown], THRUST, fine=len(points) < 500)
     sample, pixels = legend_sample(greatest, LONGEST * scenery.length * stage.scale)
     sheet.keys.append(
-        Key(f"{quantity(sample, scenery.force_unit)}, resultant of a joint", THRUST, "arrow", pixels)
+        Key(
+            f"{quantity(sample, scenery.force_unit)}, resultant of a joint on the upper block",
+            THRUST,
+            "arrow",
+            pixels,
+        )
     )
     if np.isnan(mises).any():
         sheet.keys.append(Key("rigid, no stress", HELD))

@@ -18,7 +18,7 @@ from scipy.spatial import cKDTree
 
 from masonry_fem.march.state import BONDED, OPEN, SLIP, STICK
 from masonry_fem.output import fields
-from masonry_fem.output.arrows import add_arrows, interface_resultants, legend_sample
+from masonry_fem.output.arrows import add_arrows, interface_resultants, legend_sample, reactions
 from masonry_fem.output.backdrop import GHOST, draw_pale, title_of
 from masonry_fem.output.error_picture import draw_error
 from masonry_fem.output.joint_map import draw_opening, draw_sliding
@@ -164,15 +164,15 @@ def draw_principal(scenery: Scenery, path: Path) -> Path:
 
 
 def draw_reactions(scenery: Scenery, path: Path) -> Path:
-    """Reaction of each contact point on its candidate, coloured by status."""
+    """Reaction of each contact point on the upper block, coloured by status."""
     contacts = scenery.contacts
-    force = np.asarray(contacts.point_data[fields.REACTION], float)
+    force = reactions(contacts)
     status = np.asarray(contacts.point_data[fields.STATUS])
     told = (STICK, SLIP, OPEN) if fields.ADHESION not in contacts.point_data else (STICK, SLIP, BONDED, OPEN)
     counts = ", ".join(f"{int((status == s).sum())} {STATUS_WORDS[s]}" for s in told)
     sheet = Sheet(
         title_of(scenery.title, "contact reactions"),
-        f"{len(force)} contact points: {counts}; displacements × 1; "
+        f"{len(force)} contact points: {counts}; forces on the upper block; displacements × 1; "
         f"greatest {quantity(_top(force), scenery.force_unit)}",
     )
     parts = [(STATUS_COLOURS[s], status == s) for s in told[:-1]]
@@ -186,7 +186,7 @@ def draw_resultants(scenery: Scenery, path: Path) -> Path:
     joints = "the loaded interface" if len(force) == 1 else f"each of {len(force)} loaded interfaces"
     sheet = Sheet(
         title_of(scenery.title, "joint resultants"),
-        f"Resultant of {joints} at its centre of pressure, on the candidate block, displacements × 1; "
+        f"Resultant of {joints} at its centre of pressure, on the upper block; displacements × 1; "
         f"greatest {quantity(_top(force), scenery.force_unit)}",
     )
     return _draw_arrows(

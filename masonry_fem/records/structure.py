@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Self
 
 from masonry_fem.records.mesh_settings import MeshSettings
 from masonry_fem.records.record import Fidelity, Name, Spec
@@ -24,6 +24,20 @@ class Foreseen:
     blocks: float
     keys: tuple[str, ...]
     sides: float = 0
+
+
+@dataclass(frozen=True, slots=True)
+class ProblemFile:
+    """A file that may say of blocks, besides their shapes, how they are held, loaded and joined.
+
+    Attributes
+    ----------
+    path : Relative to the scene file.
+    scale : Factor from its unit of length to the metre.
+    """
+
+    path: str
+    scale: float
 
 
 class Structure(Spec, frozen=True, kw_only=True, tag_field="kind"):
@@ -53,6 +67,15 @@ class Structure(Spec, frozen=True, kw_only=True, tag_field="kind"):
     def source(self) -> str | None:
         """The file that it is read from; None where its keys tell all."""
         return None
+
+    @property
+    def problem(self) -> ProblemFile | None:
+        """The file whose supports, friction and loads complete the scene; None where there is none."""
+        return None
+
+    def blocks_alone(self) -> Self:
+        """The same without a ``problem``."""
+        return self
 
     def foreseen(self, dimension: int) -> Foreseen | None:
         """Expected number of blocks by its keys; None if a file decides."""

@@ -12,7 +12,7 @@ from masonry_fem.bodies.stress import principal, von_mises
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import STATUS_NAMES, SystemState
 from masonry_fem.output.stress_error import block_errors, told
-from masonry_fem.results.summary import BlockStress, Extreme, Stress
+from masonry_fem.results.summary import BlockStress, BlockYield, Extreme, Stress
 
 FloatArray = NDArray[np.float64]
 TOP = 5
@@ -51,7 +51,29 @@ def stress_summary(model: Model, state: SystemState) -> Stress | None:
         min_principal=at(low, extreme[low].min()),
         blocks=_block_means(sigma, weight, block, names),
         error=None if errors is None else told(errors, model),
+        yielded=_yielded(model, state),
     )
+
+
+def _yielded(model: Model, state: SystemState) -> tuple[BlockYield, ...] | None:
+    """Blocks whose material remembers that it yielded; None where none could."""
+    found, known = [], False
+    for group, moved in zip(model.groups, state.bodies, strict=True):
+        kept = group.material_state(moved)
+        known = known or bool(kept)
+        if not kept:
+            continue
+        field = group.stress(moved)
+        assert field is not None  # what yields has stresses
+        for measure, values in kept.items():
+            most = values.max(axis=(1, 2))
+            mean = (values * field.weight).sum(axis=(1, 2)) / field.weight.sum()
+            for row in np.flatnonzero(most > 0):
+                name = model.assembly.blocks[int(group.blocks[row])].name
+                found.append(
+                    BlockYield(block=name, measure=measure, greatest=float(most[row]), mean=float(mean[row]))
+                )
+    return tuple(sorted(found, key=lambda one: -one.greatest)) if known else None
 
 
 def status_counts(state: SystemState) -> dict[str, int]:

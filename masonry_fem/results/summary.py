@@ -97,6 +97,23 @@ class BlockStress(Told, frozen=True, kw_only=True):
     stress: FloatArray
 
 
+class BlockYield(Told, frozen=True, kw_only=True):
+    """What the material of a block that yielded remembers, such as its plastic strain.
+
+    Attributes
+    ----------
+    block : Its name.
+    measure : What is measured, as fields call it: ``plastic_strain``.
+    greatest : Over its Gauss points.
+    mean : Over its volume.
+    """
+
+    block: str
+    measure: str
+    greatest: float
+    mean: float
+
+
 class Stress(Told, frozen=True, kw_only=True):
     """Greatest stresses, tension positive, and where they are.
 
@@ -107,6 +124,7 @@ class Stress(Told, frozen=True, kw_only=True):
     p95_von_mises : 5 % of the volume have more [Pa].
     blocks : Those of greatest mean von Mises stress.
     error : How wrong all this may be, estimated.
+    yielded : Inelastic blocks that have yielded, those that did most first; None where no block is inelastic.
     """
 
     max_von_mises: Extreme
@@ -116,6 +134,7 @@ class Stress(Told, frozen=True, kw_only=True):
     min_principal: Extreme
     blocks: tuple[BlockStress, ...]
     error: StressError | None = None
+    yielded: tuple[BlockYield, ...] | None = None
 
 
 class Mover(Told, frozen=True, kw_only=True):

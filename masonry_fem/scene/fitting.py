@@ -160,18 +160,19 @@ def _fit_union(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, dime
 
 
 def _tagged(value: Any, choices: list[inspect.Type], path: KeyPath) -> inspect.Type:
-    """The record that a table's ``kind`` names."""
+    """The record that a table's ``kind`` names, or its ``law``."""
     records = {one.tag: one for one in choices if isinstance(one, inspect.StructType) and one.tag is not None}
     if not records:
         return choices[0]
+    key = next(str(one.tag_field) for one in records.values())
     expected = f"one of {listed(str(tag) for tag in records)}"
     if not isinstance(value, dict):
-        raise wrong(path, value, f"a table with the key 'kind', {expected}")
-    if "kind" not in value:
-        raise MisfitError(path, f"{{path}} lacks the key 'kind', {expected}")
-    tag = value["kind"]
+        raise wrong(path, value, f"a table with the key '{key}', {expected}")
+    if key not in value:
+        raise MisfitError(path, f"{{path}} lacks the key '{key}', {expected}")
+    tag = value[key]
     if not isinstance(tag, str) or tag not in records:
-        raise wrong((*path, "kind"), tag, expected, nearest(tag, map(str, records)))
+        raise wrong((*path, key), tag, expected, nearest(tag, map(str, records)))
     return records[tag]
 
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Union, cast
 from msgspec import Meta, defstruct
 
 from masonry_fem.contact.placement import names as placements
+from masonry_fem.fem.material_kinds import MaterialRecord, material_kinds, material_record
 from masonry_fem.march.equilibrium import Strategy
 from masonry_fem.march.equilibrium import kinds as strategies
 from masonry_fem.march.equilibrium.dynamics import Dynamics
@@ -104,15 +105,19 @@ __all__ = [
     "TimeFunction",
     "Traction",
     "law_record",
+    "material_record",
 ]
 
-# what ``structures``, ``analysis``, ``placement`` and ``method`` of a scene may be: told from the files there
+# what ``structures``, ``analysis``, ``placement``, ``method`` and ``inelastic`` of a scene may be: told from
+# the files there
 if TYPE_CHECKING:
     AnyStructure = Structure
     Analysis = Strategy
     PlacementName = str
     MethodName = str
+    AnyMaterialLaw = MaterialRecord
 else:
+    AnyMaterialLaw = Union[tuple(kind.record for kind in material_kinds().values())]  # noqa: UP007
     MethodName = Literal["auto", *methods()]
     PlacementName = Literal[placements()]
     Analysis = Union[tuple(strategies().values())]  # noqa: UP007
@@ -136,20 +141,22 @@ class Damping(Spec, frozen=True, kw_only=True):
 
 
 class Material(Spec, frozen=True, kw_only=True):
-    """Isotropic linear-elastic stone.
+    """Isotropic stone: linear-elastic, and with a law of its own where blocks are inelastic.
 
     Attributes
     ----------
     density : mass density
-    young : Young's modulus; needed by elastic blocks
+    young : Young's modulus; needed by elastic and inelastic blocks
     poisson : Poisson's ratio
     damping : Rayleigh damping
+    inelastic : how the stone yields, chosen by ``law``; needed by inelastic blocks, the others ignore it
     """
 
     density: Density
     young: Pressure | None = None
     poisson: Annotated[float, Meta(gt=-1, lt=0.5)] = 0.2
     damping: Damping = Damping()
+    inelastic: AnyMaterialLaw | None = None
 
 
 class Override(Spec, frozen=True, kw_only=True):
@@ -158,7 +165,7 @@ class Override(Spec, frozen=True, kw_only=True):
     Attributes
     ----------
     blocks : selector of blocks
-    fidelity : rigid or elastic
+    fidelity : rigid, elastic or inelastic
     material : name of a table in ``materials``
     mesh : elements, with the keys of the scene's ``mesh``; ``run --refine-to`` writes such entries
     """
@@ -295,8 +302,9 @@ class Contact(Spec, frozen=True, kw_only=True):
     expulsion : largest speed at which blocks that overlap at the start are driven apart, in the gap form;
         with 0 they are not
     update : ``moving``: contacts of the start, and of blocks that meet later; their frames and lever arms
-        follow the blocks, however far these go. ``fixed``: contacts stay as they are at the start (small
-        displacements), and blocks that meet later go through each other. ``redetect``: contacts are detected
+        follow the blocks, however far these go. ``fixed``: contacts stay as they are at the start and elastic
+        blocks balance where they were (small displacements), and blocks that meet later go through each
+        other. ``redetect``: contacts are detected
         anew, so that rigid blocks may slide off each other, tumble and fall
     every : for ``redetect``: number of steps between two detections
     """
@@ -400,7 +408,7 @@ class Scene(Spec, frozen=True, kw_only=True):
     large : build the scene even if it exceeds the [size limits](limits.md#sizes); ``--yes`` sets it
     dimension : of space
     plane : whether a 2D scene is in plane strain or plane stress
-    fidelity : what blocks are, rigid or elastic, where nothing else says so
+    fidelity : what blocks are, rigid, elastic or inelastic, where nothing else says so
     mesh : elements of elastic blocks
     mass : mass matrix of elastic blocks
     materials : tables of material properties, by name

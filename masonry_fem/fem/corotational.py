@@ -1,0 +1,417 @@
+"""Corotational blocks: elastic blocks that turn without bound and are strained little.
+
+Each block has a frame: its centroid in the reference has gone by ``shift``, its axes have turned by R, and
+
+    x = c + R (X + u),        Φᵀ M u = 0
+
+where u is small and M-orthogonal to the rigid modes of the reference. Internal forces are R K u, so that K, M
+and all factors are constant in the frame. Nothing else is needed for balance in the deformed place: the frame
+is that of least squares with M as weight, whose derivative adds M Φ λ to K u, with λ what makes the forces on
+the deformed block balance. That is what ``Compliance`` solves.
+
+U has velocities of the centroid along the axes of the shape, which do not turn, and spins along those of the
+frame, mass-orthonormal as in small kinematics.
+
+References
+----------
+C. A. Felippa, B. Haugen, "A unified formulation of small-strain corotational finite elements", Computer
+Methods in Applied Mechanics and Engineering 194 (2005). There each element has a frame; here each block has.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from masonry_fem.bodies.base import (
+    Actions,
+    FloatArray,
+    Free,
+    IntArray,
+    Scheme,
+    Sides,
+    StepEnergy,
+    StressField,
+)
+from masonry_fem.bodies.rotation import between, chained, change, exponential, lever, moment, turned_by
+from masonry_fem.bodies.undeformed import translation_and_spin
+from masonry_fem.fem.assemble import ShapeOperators
+from masonry_fem.fem.attachment import ElasticAttachment
+from masonry_fem.fem.balance import dot
+from masonry_fem.fem.condense import coefficients
+from masonry_fem.fem.deformable import Deformable
+from masonry_fem.fem.modes import RigidModes, rigid_modes
+from masonry_fem.solid.pose import Pose
+
+SPIN_ITERATIONS = 50
+SPIN_TOLERANCE = 1e-15
+
+
+@dataclass(frozen=True, slots=True)
+class TurningState:
+    """Where b blocks are and how they move.
+
+    Attributes
+    ----------
+    time : Time [s] (load factor in statics).
+    shift : How far the centroids' places have gone, shape axes, shape (b, d) [m].
+    turned : R − 1, shape axes, shape (b, d, d): small turns keep their digits.
+    displacement : u, axes of the frame, shape (b, n) [m].
+    rigid_velocity : U, shape (b, m) [kg^½ m/s].
+    velocity : u̇, axes of the frame, shape (b, n) [m/s]. After a step of statics U and u̇ are the motion of
+        that step over h; no momentum belongs to them.
+    """
+
+    time: float
+    shift: FloatArray
+    turned: FloatArray
+    displacement: FloatArray
+    rigid_velocity: FloatArray
+    velocity: FloatArray
+
+    @property
+    def rotation(self) -> FloatArray:
+        """R, shape axes, shape (b, d, d)."""
+        turned: FloatArray = np.eye(self.turned.shape[1]) + self.turned
+        return turned
+
+
+class CorotationalGroup(Deformable[TurningState]):
+    """Blocks of one mesh and material that nothing clamps, each with its frame.
+
+    Parameters
+    ----------
+    blocks : Their numbers in the assembly, shape (b,).
+    names : Their names.
+    poses : Where the mesh stands for each.
+    operators : Mesh, stiffness and mass.
+
+    Notes
+    -----
+    Loads are dead, and impulses act as on rigid blocks (``RigidGroup``): statics balances where it ends, a
+    step with inertia where it begins. Strain does not change the moments of inertia, and spin strains
+    nothing: a strain of ρ ω² ℓ²/E is left out.
+    """
+
+    turns = True
+
+    def __init__(
+        self, blocks: IntArray, names: Sequence[str], poses: Sequence[Pose], operators: ShapeOperators
+    ) -> None:
+        mesh = operators.mesh
+        free = np.arange(mesh.points.size)
+        modes = rigid_modes(mesh.points, operators.mass, free)
+        super().__init__(blocks, names, poses, operators, modes, free)
+
+    def clamp_reactions(
+        self, state: TurningState, after: TurningState, force: FloatArray, nodal: FloatArray | None,
+        scheme: Scheme,
+    ) -> dict[str, FloatArray]:  # fmt: skip
+        """None: nothing clamps these blocks."""
+        return {}
+
+    def rest(self) -> TurningState:
+        """Undeformed, in place, at rest."""
+        b, m, d = self.count, self.modes.modes.shape[1], self.dimension
+        nothing = np.zeros((b, m))
+        return TurningState(
+            0.0, np.zeros((b, d)), np.zeros((b, d, d)), self.no_force(), nothing, self.no_force()
+        )
+
+    def attach(self, sides: Sides) -> TurningAttachment:
+        """The blocks seen through contact sides."""
+        return TurningAttachment.of(self, sides)
+
+    def _own(self, state: TurningState, world: FloatArray) -> FloatArray:
+        """Nodal vectors (b, n) along the shape's axes seen from the frames."""
+        nodal = world.reshape(self.count, -1, self.dimension)
+        seen: FloatArray = np.einsum("bji,bnj->bni", state.rotation, nodal).reshape(world.shape)
+        return seen
+
+    def _arms(self, state: TurningState) -> FloatArray:
+        """Nodes from the centre of the frame, its axes, shape (b, nodes, d) [m]."""
+        bent = state.displacement.reshape(self.count, -1, self.dimension)
+        return self.mesh.points - self.modes.centroid + bent
+
+    def with_velocity(
+        self, state: TurningState, body: int, velocity: FloatArray, spin: FloatArray
+    ) -> TurningState:
+        """One block's centroid set moving at (d,) [m/s], turning at (1 or 3,) [rad/s]."""
+        back, d = self.rotation[body].T, self.dimension
+        own_spin = np.atleast_1d(np.asarray(spin, dtype=float))
+        if d == 3:
+            own_spin = state.rotation[body].T @ back @ own_spin
+        rigid, elastic = state.rigid_velocity.copy(), state.velocity.copy()
+        rigid[body] = self.modes.from_motion @ np.concatenate([back @ velocity, own_spin])
+        elastic[body] = 0.0
+        return replace(state, rigid_velocity=rigid, velocity=elastic)
+
+    # --- the step ---------------------------------------------------------------------------------
+
+    def free(self, state: TurningState, guess: TurningState, force: FloatArray, scheme: Scheme) -> Free:
+        """The step without contact impulses; loads act along the axes and at the arms of ``guess``.
+
+        With inertia those of ``state``.
+        """
+        at = state if scheme.inertia else guess
+        h, theta, inertia = scheme.step, scheme.theta, scheme.inertia
+        alpha, beta = self.operators.material.mass_damping, self.operators.material.stiffness_damping
+        start = state.velocity if inertia else np.zeros_like(state.velocity)
+        right = h * self._own(at, force)
+        right -= h * ((state.displacement + (h * theta + inertia * beta) * start) @ self.operators.stiffness)
+        if inertia and alpha:
+            right -= inertia * h * alpha * (start @ self.operators.mass)
+        elastic = start + self.factor(scheme).apply(right)
+        return replace(
+            self._rigid(state, at, force, scheme), elastic=elastic, origin=None if at is state else at
+        )
+
+    def _rigid(self, state: TurningState, at: TurningState, force: FloatArray, scheme: Scheme) -> Free:
+        """The rigid part of ``free``."""
+        coasting = self._coasting(state, scheme)
+        damping = scheme.inertia * scheme.step * self.operators.material.mass_damping
+        mass = np.full_like(coasting, coefficients(self.operators, scheme)[0])
+        impulse = scheme.step * self._generalised(at, force) - damping * coasting
+        return Free(coasting, impulse, mass, None)
+
+    def _generalised(self, at: TurningState, force: FloatArray) -> FloatArray:
+        """Work of nodal forces (b, n) by unit U, with the blocks as in ``at``, shape (b, m)."""
+        shifts, spins = per_unit(self.modes)
+        total = force.reshape(self.count, -1, self.dimension).sum(axis=1)
+        seen = self._own(at, force).reshape(self.count, -1, self.dimension)
+        moments = moment(self._arms(at), seen).sum(axis=1)
+        return np.concatenate([shifts * total, moments @ spins], axis=1)
+
+    def _coasting(self, state: TurningState, scheme: Scheme) -> FloatArray:
+        """U at the end of a step in which nothing acts: angular momentum stays, the frames turn, (b, m)."""
+        d = self.dimension
+        if d == 2 or scheme.inertia == 0:
+            return state.rigid_velocity
+        spins = per_unit(self.modes)[1]
+        before = state.rigid_velocity[:, d:]
+        momentum, after = np.linalg.solve(spins.T, before.T).T, before
+        for _ in range(SPIN_ITERATIONS):
+            mean = (1 - scheme.theta) * before + scheme.theta * after
+            turn = exponential(scheme.step * mean @ spins.T)
+            updated = np.einsum("bji,bj->bi", turn, momentum) @ spins
+            missed, after = np.abs(updated - after).max(initial=0.0), updated
+            if missed <= SPIN_TOLERANCE * np.abs(after).max(initial=0.0):
+                break
+        return np.concatenate([state.rigid_velocity[:, :d], after], axis=1)
+
+    def advance(
+        self,
+        state: TurningState,
+        free: Free,
+        rigid_velocity: FloatArray,
+        nodal: FloatArray | None,
+        scheme: Scheme,
+    ) -> TurningState:
+        """The state at the end of the step: u by the θ rule in the frame, the frame by the exponential."""
+        assert free.elastic is not None
+        h, theta, d = scheme.step, scheme.theta, self.dimension
+        velocity = free.elastic if nodal is None else free.elastic + self.factor(scheme).apply(nodal)
+        bent = state.displacement + h * ((1 - theta) * state.velocity + theta * velocity)
+        origin, (shifts, spins) = free.origin, per_unit(self.modes)
+        if origin is None:
+            move = h * ((1 - theta) * state.rigid_velocity + theta * rigid_velocity)
+            shift = state.shift + shifts * move[:, :d]
+            turned = _turned_on(state.turned, move[:, d:] @ spins.T)
+            return TurningState(state.time + h, shift, turned, bent, rigid_velocity, velocity)
+        # on from the state that the step was linearised at, with the U that leads there at once
+        move = h * (rigid_velocity - origin.rigid_velocity)
+        shift = origin.shift + shifts * move[:, :d]
+        turned = _turned_on(origin.turned, move[:, d:] @ spins.T)
+        way = turned_by(between(state.turned, turned))
+        if d == 3:
+            way = np.einsum("bji,bj->bi", state.rotation, way)
+        whole = np.concatenate([(shift - state.shift) / shifts, np.linalg.solve(spins, way.T).T], axis=1) / h
+        return TurningState(state.time + h, shift, turned, bent, whole, velocity)
+
+    # --- measures of the step -----------------------------------------------------------------------
+
+    def resultant(self, force: FloatArray, state: TurningState | None = None) -> FloatArray:
+        """Force and moment about the world origin, where blocks are; None: reference, (b, m) [N, N m]."""
+        if state is None:
+            return super().resultant(force)
+        acting = self._turned(force.reshape(self.count, -1, self.dimension))
+        moments = moment(self.positions(state).reshape(acting.shape), acting).sum(axis=1)
+        return np.concatenate([acting.sum(axis=1), moments], axis=1)
+
+    def imbalance(
+        self, state: TurningState, guess: TurningState, after: TurningState, force: FloatArray,
+        impulse: FloatArray, nodal: FloatArray | None, scheme: Scheme,
+    ) -> FloatArray:  # fmt: skip
+        """Residual of each block's momentum equation over the step, rigid and nodal [N s], shape (b,)."""
+        at = state if scheme.inertia else guess
+        rigid = self._rigid(state, at, force, scheme)
+        left = (
+            rigid.rigid_mass * (after.rigid_velocity - rigid.rigid_velocity) - impulse - rigid.rigid_impulse
+        )
+        nodal_left = self._elastic_residual(state, after, self._own(at, force), scheme)
+        nodal_left = nodal_left if nodal is None else nodal_left - nodal
+        nodal_left = nodal_left - (nodal_left @ self.modes.modes) @ self.modes.momentum.T
+        size: FloatArray = np.hypot(
+            np.sqrt(self.mass) * np.linalg.norm(left, axis=1), np.linalg.norm(nodal_left, axis=1)
+        )
+        return size
+
+    def _elastic_residual(
+        self, state: TurningState, after: TurningState, force: FloatArray, scheme: Scheme
+    ) -> FloatArray:
+        """M Δu̇ + h C u̇_θ + h K u_θ − h F_θ in the frame, but for rigid modes, shape (b, n) [N s]."""
+        h, theta, inertia, own = scheme.step, scheme.theta, scheme.inertia, self.operators
+        mean = (1 - theta) * state.velocity + theta * after.velocity
+        stretch = (1 - theta) * state.displacement + theta * after.displacement
+        stretch += inertia * own.material.stiffness_damping * mean
+        left: FloatArray = h * (stretch @ own.stiffness) - h * force
+        if inertia:
+            moved = after.velocity - state.velocity + h * own.material.mass_damping * mean
+            left += inertia * (moved @ own.mass)
+        return left
+
+    def actions(
+        self, state: TurningState, after: TurningState, force: FloatArray, nodal: FloatArray | None,
+        scheme: Scheme,
+    ) -> Actions:  # fmt: skip
+        """Loads and inertia, at the end of a step of statics, at the start of one of dynamics."""
+        d, there = self.dimension, state if scheme.inertia else after
+        load = self.resultant(force, there)
+        centre = self._centres(there)
+        taken = self._momentum_change(state, after, scheme)
+        taken[:, d:] += moment(centre, taken[:, :d])
+        return Actions(load, np.zeros_like(load), taken, centre, load[:, d:])
+
+    def _centres(self, state: TurningState) -> FloatArray:
+        """Centres of the frames, world axes, shape (b, d) [m]."""
+        own = self.modes.centroid + state.shift
+        world: FloatArray = np.einsum("bij,bj->bi", self.rotation, own) + self.translation
+        return world
+
+    def _momentum(self, state: TurningState) -> FloatArray:
+        """Momentum, and angular momentum about the centroid, world axes, shape (b, m)."""
+        d, (shifts, spins) = self.dimension, per_unit(self.modes)
+        linear = np.einsum("bij,bj->bi", self.rotation, state.rigid_velocity[:, :d] / shifts)
+        angular = np.linalg.solve(spins.T, state.rigid_velocity[:, d:].T).T
+        if d == 3:
+            angular = np.einsum("bij,bjk,bk->bi", self.rotation, state.rotation, angular)
+        return np.concatenate([linear, angular], axis=1)
+
+    def _momentum_change(self, state: TurningState, after: TurningState, scheme: Scheme) -> FloatArray:
+        before, now = self._momentum(state), self._momentum(after)
+        mean = (1 - scheme.theta) * before + scheme.theta * now
+        damped = self.operators.material.mass_damping * mean
+        taken: FloatArray = scheme.inertia * ((now - before) / scheme.step + damped)
+        return taken
+
+    def step_energy(
+        self, state: TurningState, after: TurningState, force: FloatArray, nodal: FloatArray | None,
+        scheme: Scheme,
+    ) -> StepEnergy:  # fmt: skip
+        """Work of F_θ on the way of its nodes; what damping, the θ-scheme and finite turns took.
+
+        Impulses and loads of a step work along velocities, nodes that turn go on arcs: as with rigid blocks
+        what the discretisation gives or takes there is numerical.
+        """
+        h, theta, inertia, own = scheme.step, scheme.theta, scheme.inertia, self.operators
+        coasting, at = self._coasting(state, scheme), state if inertia else after
+        rigid = (1 - theta) * state.rigid_velocity + theta * after.rigid_velocity
+        bending = (1 - theta) * state.velocity + theta * after.velocity
+        straight = h * (dot(self._generalised(at, force), rigid) + dot(self._own(at, force), bending))
+        way = self._moved(after) - self._moved(state)
+        external = dot(force, way.reshape(force.shape))
+        stretch = after.displacement - state.displacement
+        numerical = (theta - 0.5) * dot(stretch @ own.stiffness, stretch)
+        damping = np.zeros(self.count)
+        if inertia:
+            turned, bent = after.rigid_velocity - state.rigid_velocity, after.velocity - state.velocity
+            numerical += inertia * (theta - 0.5) * (dot(turned, turned) + dot(bent @ own.mass, bent))
+            numerical -= inertia * dot(rigid, coasting - state.rigid_velocity)
+            damped = (1 - theta) * coasting + theta * after.rigid_velocity
+            alpha, beta = own.material.mass_damping, own.material.stiffness_damping
+            damping = alpha * (dot(rigid, damped) + dot(bending @ own.mass, bending))
+            damping += beta * dot(bending @ own.stiffness, bending)
+        return StepEnergy(
+            external, np.zeros(self.count), inertia * h * damping, numerical + external - straight
+        )
+
+    def kinetic_energy(self, state: TurningState) -> FloatArray:
+        """½ U·U + ½ u̇ᵀ M u̇, shape (b,) [J]."""
+        rigid = dot(state.rigid_velocity, state.rigid_velocity)
+        return 0.5 * (rigid + dot(state.velocity @ self.operators.mass, state.velocity))
+
+    # --- fields -----------------------------------------------------------------------------------
+
+    def _moved(self, state: TurningState) -> FloatArray:
+        """Displacements of the nodes along the shape's axes, shape (b, nodes, d) [m]."""
+        arms = self.mesh.points - self.modes.centroid
+        turned = np.einsum("bij,nj->bni", state.turned, arms)
+        bent = state.displacement.reshape(turned.shape)
+        moved: FloatArray = state.shift[:, None] + turned + np.einsum("bij,bnj->bni", state.rotation, bent)
+        return moved
+
+    def _moving(self, state: TurningState, place: TurningState) -> FloatArray:
+        """Velocity of the nodes with the blocks as in ``place``, shape axes, shape (b, nodes, d) [m/s]."""
+        d, (shifts, spins) = self.dimension, per_unit(self.modes)
+        spin = state.rigid_velocity[:, d:] @ spins.T
+        rates = np.einsum("bnij,bj->bni", lever(self._arms(place)), spin)
+        rates += state.velocity.reshape(rates.shape)
+        moving: FloatArray = shifts * state.rigid_velocity[:, None, :d]
+        moving = moving + np.einsum("bij,bnj->bni", place.rotation, rates)
+        return moving
+
+    def motion(self, state: TurningState) -> tuple[FloatArray, FloatArray]:
+        """The motions x = R X + t of the frames, (b, d, d) and (b, d) [m]."""
+        turn = self.rotation @ state.rotation @ np.swapaxes(self.rotation, 1, 2)
+        start = np.einsum("bij,j->bi", self.rotation, self.modes.centroid) + self.translation
+        return turn, self._centres(state) - np.einsum("bij,bj->bi", turn, start)
+
+    def stress(self, state: TurningState) -> StressField:
+        """Stresses of all blocks at Gauss points and nodes, world axes."""
+        return self._recovery.field(state.displacement, self.rotation @ state.rotation)
+
+
+class TurningAttachment(ElasticAttachment[TurningState]):
+    """Corotational blocks seen through k contact sides."""
+
+    __slots__ = ()
+
+    def displacements(self, state: TurningState) -> FloatArray:
+        """How far the material points have gone, shape (k, d) [m]."""
+        body = self.sides.body
+        moved = state.shift[body] + np.einsum("kij,kj->ki", state.turned[body], self.arms)
+        moved += np.einsum("kij,kj->ki", state.rotation[body], self._at_points(state.displacement))
+        world: FloatArray = np.einsum("kij,kj->ki", self.group.rotation[body], moved)
+        return world
+
+    def rotations(self, state: TurningState) -> FloatArray:
+        """How the frames have turned since the reference configuration, world axes, shape (k, d, d)."""
+        body = self.sides.body
+        turn = self.group.rotation[body]
+        turned: FloatArray = turn @ state.rotation[body] @ np.swapaxes(turn, 1, 2)
+        return turned
+
+    def rigid_map(self, state: TurningState, points: FloatArray, frames: FloatArray) -> FloatArray:
+        """Velocity, in the frames, of the frame of the block at ``points`` for unit U, shape (k, d, m)."""
+        body, d = self.sides.body, self.group.dimension
+        shifts, spins = per_unit(self.group.modes)
+        arms = self.group.to_shape(body, points) - self.group.modes.centroid - state.shift[body]
+        rates = translation_and_spin(arms)
+        rates[:, :, :d] *= shifts
+        turned = rates[:, :, d:] if d == 2 else rates[:, :, d:] @ state.rotation[body]
+        rates[:, :, d:] = turned @ spins
+        seen: FloatArray = self._local(frames) @ rates
+        return seen
+
+
+def per_unit(modes: RigidModes) -> tuple[float, FloatArray]:
+    """Velocities of the centroid by those of U, and spins by those of U, shape (1 or 3, 1 or 3) [kg^−½]."""
+    d = len(modes.centroid)
+    return 1.0 / float(modes.from_motion[0, 0]), np.linalg.inv(modes.from_motion[d:, d:])
+
+
+def _turned_on(turned: FloatArray, vectors: FloatArray) -> FloatArray:
+    """R − 1 after frames have turned by rotation vectors along their own axes."""
+    return chained(change(vectors), turned)

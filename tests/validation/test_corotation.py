@@ -1,0 +1,188 @@
+"""Stones that turn and are elastic: mechanisms of rigid stones, and shapes that bend far."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from masonry_fem.analyses.run import RunResult
+from masonry_fem.build import build
+from masonry_fem.march.march import march
+from masonry_fem.nscd import SolverSettings
+from masonry_fem.scene import check
+from masonry_fem.scene.actions import PointForce
+from masonry_fem.scene.laws import law_record
+from masonry_fem.scene.specs import (
+    Contact,
+    Dynamics,
+    Joint,
+    Loads,
+    Material,
+    MeshSettings,
+    Motion,
+    Probe,
+    Scene,
+    Statics,
+    Support,
+    Table,
+)
+from masonry_fem.structures.arch import ArchStructure
+from masonry_fem.structures.block import BlockStructure
+from tests.validation.scenes import G, solved
+
+
+def stiff(young: float) -> Material:
+    return Material(density=2400.0, young=young, poisson=0.2)
+
+
+# A1.6: rocking
+
+ALPHA = float(np.arctan(0.25))
+STEP = 1e-3
+
+
+@cache
+def rocking(young: float | None) -> tuple[float, float]:
+    """A post of 0.5 × 2 m let go at α/2, half of what it stands: when it is upright [s], its next tilt/α."""
+    scene = Scene(
+        dimension=2,
+        fidelity="rigid" if young is None else "elastic",
+        materials={"stone": stiff(young or 1e10)},
+        mesh=MeshSettings(divisions=(2, 4)),
+        structures=(
+            BlockStructure(
+                name="ground", material="stone", size=(4.0, 0.5), position=(-2.0, -0.5), support=True
+            ),
+            BlockStructure(
+                name="post", material="stone", size=(0.5, 2.0), rotation=float(np.degrees(0.5 * ALPHA))
+            ),
+        ),
+        contact=Contact(reach=0.3, angle=15.0),
+        joints=(Joint(friction=5.0, form="velocity"),),
+        loads=Loads(gravity=(0, -G)),
+        analysis=Dynamics(step=STEP, duration=1.1, theta=1.0),
+    )
+    tilts = []
+
+    class Watch:
+        def record(self, model, state, report) -> None:
+            for group, own in zip(model.groups, state.bodies, strict=True):
+                if not group.prescribed:
+                    turn = group.motion(own)[0][0]
+                    tilts.append(0.5 * ALPHA + np.arctan2(turn[1, 0], turn[0, 0]))
+
+    checked = check(scene)
+    march(build(checked, Path()).model, checked.analysis, SolverSettings(), observers=(Watch(),))
+    upright = int(np.argmax(np.array(tilts) <= 0))
+    return STEP * (upright + 1), float(np.abs(tilts[upright:]).max()) / ALPHA
+
+
+@pytest.mark.slow
+def test_a1_6_elastic_posts_rock_as_rigid_ones() -> None:
+    """Housner: 0.493803 s, 0.386714 (θ = 1 and h = 1 ms add half a per cent); the stiffer, the nearer."""
+    time, rise = rocking(None)
+    assert (time, rise) == pytest.approx((0.493803, 0.386714), rel=6e-3)
+    away = [abs(rocking(young)[1] / rise - 1) for young in (1e9, 1e10, 1e11, 1e12)]
+    assert away == sorted(away, reverse=True)
+    assert away[0] < 0.03
+    assert away[-1] < 1e-4
+    assert all(abs(rocking(young)[0] - time) <= 2 * STEP for young in (1e9, 1e10, 1e11, 1e12))
+
+
+# A3.7: supports that part until the arch falls
+
+
+def parted(share: float, young: float) -> RunResult:
+    """A semicircle of 20 voussoirs, t = 0.15 R, whose springings part by ``share`` of 0.1079 R."""
+    slowly = Table(points=((0.0, 0.0), (0.5, share - 0.1), (1.0, share)))
+    supports = tuple(
+        Support(
+            on=f"arch.springing_{side}", motion=Motion(displacement=(sign * 0.1079 / 2, 0.0), time=slowly)
+        )
+        for side, sign in (("left", -1.0), ("right", 1.0))
+    )
+    return solved(
+        dimension=2,
+        materials={"stone": stiff(young)},
+        structures=(ArchStructure(name="arch", material="stone", radius=1.0, thickness=0.15, voussoirs=20),),
+        mesh=MeshSettings(divisions=(1, 1)),
+        joints=(Joint(friction=5.0),),
+        analysis=Statics(load_steps=20),
+        loads=Loads(gravity=(0.0, -G), gravity_time=Table(points=((0.0, 1.0),))),
+        supports=supports,
+    )
+
+
+@pytest.mark.slow
+def test_a3_7_elastic_arch_falls_where_the_rigid_one_does() -> None:
+    assert parted(0.98, 1e12).outcome == "equilibrium"
+    assert parted(1.02, 1e12).outcome == "no_equilibrium"
+
+
+# A6.6: a springing that sinks
+
+
+@pytest.mark.parametrize("amount", [1e-4, 1e-3])
+def test_a6_6_elastic_springing_that_sinks_is_relieved(amount: float) -> None:
+    """0.488294 of the weight, as with rigid stones."""
+    result = solved(
+        dimension=2,
+        materials={"stone": stiff(1e12)},
+        structures=(ArchStructure(name="arch", material="stone", radius=1.0, thickness=0.15, voussoirs=20),),
+        mesh=MeshSettings(divisions=(1, 1)),
+        joints=(Joint(friction=5.0),),
+        supports=(Support(on="arch.springing_right", motion=Motion(displacement=(0.0, -amount))),),
+        analysis=Statics(load_steps=2),
+    )
+    assert result.outcome == "equilibrium"
+    forces = {name: float(value.force[1]) for name, value in result.summary.supports.items()}
+    share = forces["arch.springing_right"] / sum(forces.values())
+    assert share == pytest.approx(0.488294, rel=2e-3)
+
+
+# stones glued to a cantilever that bends far
+
+
+def elastica(load: float) -> tuple[float, float]:
+    """How far the tip of a unit cantilever, EI = 1, goes under P: θ″ = −P cos θ, θ(0) = θ′(1) = 0."""
+
+    def end(curvature: float) -> np.ndarray:
+        def rates(_: float, y: np.ndarray) -> list[float]:
+            return [y[1], -load * np.cos(y[0]), np.cos(y[0]), np.sin(y[0])]
+
+        return solve_ivp(rates, (0.0, 1.0), [0.0, curvature, 0.0, 0.0], rtol=1e-10, atol=1e-12).y[:, -1]
+
+    _, _, x, y = end(brentq(lambda curvature: end(curvature)[1], 0.0, 1.001 * load))
+    return x - 1.0, -y
+
+
+def test_glued_stones_bend_as_the_elastica() -> None:
+    """P L²/EI = 1: the tip turns by 26 degrees."""
+    count, height, young = 10, 0.01, 10e9
+    load = young * height**3 / 12
+    stones = tuple(
+        BlockStructure(name=f"s{i}", material="stone", size=(1 / count, height), position=(i / count, 0.0))
+        for i in range(count)
+    )
+    wall = BlockStructure(
+        name="wall", material="stone", size=(0.1, height), position=(-0.1, 0.0), support=True
+    )
+    tip = (1.0, height / 2)
+    result = solved(
+        dimension=2,
+        plane="stress",
+        structures=(wall, *stones),
+        mesh=MeshSettings(element="Q2", divisions=(4, 1)),
+        materials={"stone": Material(density=2400.0, young=young, poisson=0.0)},
+        joints=(Joint(friction=1.0, law=law_record("mohr_coulomb", cohesion=1e9, tension_strength=1e9)),),
+        loads=Loads(points=(PointForce(block=f"s{count - 1}", point=tip, vector=(0.0, -load)),)),
+        probes=(Probe(name="tip", block=f"s{count - 1}", point=tip),),
+        analysis=Statics(load_steps=10),
+    )
+    assert result.outcome == "equilibrium"
+    np.testing.assert_allclose(result.summary.probes["tip"], elastica(1.0), rtol=1e-2)

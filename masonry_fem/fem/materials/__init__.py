@@ -1,0 +1,1 @@
+"""Material laws of inelastic stones, one file a law."""

@@ -1,0 +1,66 @@
+"""Plastic: what laws of plastic strain have in common once stress and flow of a step are known.
+
+Internal variables are the plastic strain (6), the accumulated plastic strain, and what else a law keeps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar, override
+
+import numpy as np
+
+from masonry_fem.fem.material_law import SHEARS, BoolArray, FloatArray, Isotropic, MaterialLaw, Response
+
+PLASTIC, ACCUMULATED = slice(0, 6), 6
+STRAIN = "plastic_strain"
+
+
+class Plastic(MaterialLaw):
+    """A law with plastic strains; all plastic work is dissipated."""
+
+    __slots__ = ()
+
+    variables: ClassVar[int] = 7
+
+    def response(
+        self,
+        elastic: Isotropic,
+        strains: tuple[FloatArray, FloatArray],
+        committed: FloatArray,
+        grown: FloatArray,
+        others: FloatArray,
+        stress: FloatArray,
+        tangent: FloatArray,
+        changed: BoolArray,
+    ) -> Response:
+        """The response of q points.
+
+        Parameters
+        ----------
+        elastic : Of the intact material.
+        strains : At the start and the end of the step, each of shape (q, 6).
+        committed : Internal variables at the start, shape (q, k).
+        grown : Plastic strain of the step, shears as angles, shape (q, 6).
+        others : The law's further internal variables at the end, shape (q, k − 7).
+        stress, tangent : At the end, shapes (q, 6) and (q, 6, 6) [Pa].
+        changed : Points that yield, shape (q,).
+        """
+        start, end = strains
+        length = np.sqrt(2 / 3 * (grown * grown / SHEARS).sum(axis=1))  # of angles half counts, and twice
+        plastic = committed[:, PLASTIC] + grown
+        internal = np.column_stack([plastic, committed[:, ACCUMULATED] + length, others])
+        change = end - start - grown
+        return Response(
+            stress=stress,
+            tangent=tangent,
+            internal=internal,
+            stored=0.5 * (stress * (end - plastic)).sum(axis=1),
+            dissipation=(stress * grown).sum(axis=1),
+            excess=0.5 * ((change @ elastic.matrix) * change).sum(axis=1),
+            changed=changed,
+        )
+
+    @override
+    def measures(self, internal: FloatArray) -> Mapping[str, FloatArray]:
+        return {STRAIN: internal[:, ACCUMULATED]}

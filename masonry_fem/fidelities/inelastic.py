@@ -1,0 +1,46 @@
+"""Inelastic: elastic stones that yield by the law of their material, by finite elements (DOLFINx)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, override
+
+from masonry_fem.errors import LawError, SceneError
+from masonry_fem.fidelities import Given
+from masonry_fem.fidelities.elastic import Elastic
+
+if TYPE_CHECKING:
+    from masonry_fem.fem.groups import Group
+    from masonry_fem.fem.material_law import MaterialLaw
+    from masonry_fem.scene.specs import Material
+
+
+class Inelastic(Elastic):
+    """One group for each distinct shape, material and clamping; what stays elastic costs no more."""
+
+    name = "inelastic"
+    rank = 3
+    yields = True
+
+    @classmethod
+    @override
+    def groups(cls, given: Given) -> tuple[Group, ...]:
+        """The groups, in the order of their first blocks."""
+        from masonry_fem.fem.inelastic import InelasticGroup  # noqa: PLC0415
+
+        if given.assembly.dimension == 2 and given.plane == "stress":
+            raise SceneError(
+                "plane is 'stress' beside inelastic blocks, expected 'strain'; set plane = 'strain', or make "
+                "them elastic"
+            )
+        laws = {block: _law(stone) for block, stone in given.materials.items()}
+        return cls.made(given, InelasticGroup, laws)
+
+
+def _law(stone: Material) -> MaterialLaw:
+    from masonry_fem.fem.material_kinds import law_of  # noqa: PLC0415
+
+    assert stone.inelastic is not None  # checked when the stones were laid
+    try:
+        return law_of(stone.inelastic)
+    except LawError as error:
+        raise SceneError(f"materials.*.inelastic: {error}") from error

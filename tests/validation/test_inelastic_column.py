@@ -1,0 +1,282 @@
+"""Stones that yield by Drucker and Prager's law between platens, against closed forms.
+
+A cube of 1 m is squeezed by a platen that comes down, without friction in its beds unless it is said. It is
+held sideways by two faces that slide along their planes, so that its stress is uniform:
+
+    σ_c = 2 c cos φ/(1 − sin φ) + σ_lateral (1 + sin φ)/(1 − sin φ)
+"""
+
+from __future__ import annotations
+
+import logging
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+
+from masonry_fem.analyses.run import RunResult, solve_scene
+from masonry_fem.errors import SceneError
+from masonry_fem.march.equilibrium.dynamics import Dynamics
+from masonry_fem.scene.reading import check, loads
+from masonry_fem.scene.specs import (
+    Joint,
+    Loads,
+    Material,
+    MeshSettings,
+    Motion,
+    Override,
+    Scene,
+    Statics,
+    Support,
+    Table,
+    Traction,
+    material_record,
+)
+from masonry_fem.structures.stack import StackStructure
+
+C, PHI = 1e6, 30.0
+STRENGTH = 2 * C * np.cos(np.radians(PHI)) / (1 - np.sin(np.radians(PHI)))
+RAMP = Table(points=((0.0, 0.0), (1.0, 1.0)))
+
+
+def stone(law: str = "drucker_prager", **keys: Any) -> Material:
+    """The material; keys of the law."""
+    record = material_record(law, **({"cohesion": C, "friction_angle": PHI} | keys))
+    return Material(density=2000.0, young=1e10, poisson=0.2, inelastic=record)
+
+
+def squeezed(
+    dimension: int = 3, closing: float = 2e-3, *, steps: int = 4, element: str = "Q1", friction: float = 0.0,
+    cells: int = 2, fidelity: str = "inelastic", pressure: float = 0.0, **material: Any,
+) -> Scene:  # fmt: skip
+    """The cube ``s.b1`` on its ground under the platen ``s.b2``."""
+    d = dimension
+    mesh = MeshSettings(element=element, divisions=(cells,) * d)
+    down = (0.0,) * (d - 1) + (-closing,)
+    held = [
+        Support(on="s.b2", motion=Motion(displacement=down, time=RAMP)),
+        Support(on="s.b1/left", components=("x",)),
+    ]
+    sides = [Traction(on="s.b1/right", vector=(-pressure, 0.0, 0.0)[:d])]
+    if d == 3:
+        held.append(Support(on="s.b1/front", components=("y",)))
+        sides.append(Traction(on="s.b1/back", vector=(0.0, -pressure, 0.0)))
+    return Scene(
+        dimension=d,
+        fidelity=fidelity,
+        materials={"m": stone(**material)},
+        structures=(StackStructure(name="s", material="m", size=(1.0,) * d, count=2, mesh=mesh),),
+        supports=tuple(held),
+        joints=(Joint(friction=friction),),
+        loads=Loads(gravity=(0.0,) * d, tractions=tuple(sides) if pressure else ()),
+        analysis=Statics(load_steps=steps),
+    )
+
+
+def ran(scene: Scene) -> RunResult:
+    return solve_scene(check(scene))
+
+
+def load(result: RunResult) -> float:
+    """What the platen pushes with [N]."""
+    return -float(result.summary.supports["s.b2"].force[-1])
+
+
+LAWS = ("drucker_prager", "mohr_coulomb")
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("element", ["P1", "Q1", "P2", "Q2"])
+def test_the_plateau_of_a_crushed_stone(element, law):
+    result = ran(squeezed(element=element, law=law))
+    assert result.march.outcome == "equilibrium"
+    assert load(result) == pytest.approx(STRENGTH, rel=1e-8)
+
+
+def test_the_strength_and_the_plastic_strain_of_a_stone_that_hardens():
+    """σ (1/√3 − η/3) = ξ (c + H ξ λ), closing = σ/E + λ (1/√3 − η/3); √(2/3 ε_p : ε_p) of such a flow."""
+    hardening, sine = 1e9, np.sin(np.radians(PHI))
+    result = ran(squeezed(hardening=hardening))
+    root = np.sqrt(3) * (3 - sine)
+    eta, xi = 6 * sine / root, 6 * np.cos(np.radians(PHI)) / root
+    lean = 1 / np.sqrt(3) - eta / 3
+    flow = (2e-3 - xi * C / (lean * 1e10)) / (xi**2 * hardening / (lean * 1e10) + lean)
+    assert load(result) == pytest.approx(xi * (C + hardening * xi * flow) / lean, rel=1e-8)
+    (told,) = result.summary.stress.yielded
+    assert (told.block, told.measure) == ("s.b1", "plastic_strain")
+    expected = flow * np.sqrt(2 / 3 * (0.5 + eta**2 / 3))
+    assert (told.greatest, told.mean) == (
+        pytest.approx(expected, rel=1e-8),
+        pytest.approx(expected, rel=1e-8),
+    )
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("dilatancy", [0.0, 10.0, 30.0])
+@pytest.mark.parametrize("pressure", [0.0, 5e5])
+def test_the_plateau_of_a_confined_stone(dilatancy, pressure, law):
+    result = ran(squeezed(pressure=pressure, dilatancy_angle=dilatancy, closing=3e-3, cells=1, law=law))
+    assert result.march.outcome == "equilibrium"
+    ratio = (1 + np.sin(np.radians(PHI))) / (1 - np.sin(np.radians(PHI)))
+    assert load(result) == pytest.approx(STRENGTH + ratio * pressure, rel=1e-8)
+
+
+@pytest.mark.parametrize("keys", [{"fit": "plane_strain"}, {"law": "mohr_coulomb", "dilatancy_angle": 5.0}])
+def test_plane_strain_has_the_limit_load_of_mohr_and_coulomb(keys):
+    """With the cone of that fit, too: the stress across the plane gets there by and by."""
+    result = ran(squeezed(2, closing=8e-3, steps=16, **keys))
+    assert result.march.outcome == "equilibrium"
+    assert load(result) == pytest.approx(STRENGTH, rel=1e-8)
+
+
+@pytest.mark.parametrize(("dimension", "element"), [(2, "Q1"), (2, "P2"), (3, "Q1"), (3, "P1")])
+def test_a_stone_that_does_not_yield_is_elastic(dimension, element):
+    keys = {"closing": 1e-4, "friction": 0.4, "element": element, "cohesion": 1e9}
+    one, other = ran(squeezed(dimension, **keys)), ran(squeezed(dimension, fidelity="elastic", **keys))
+    first, second = one.march.state, other.march.state
+    assert np.abs(second.reaction).max() > 0
+    np.testing.assert_allclose(first.reaction, second.reaction, atol=1e-10 * np.abs(second.reaction).max())
+    place = [
+        group.displacements(state) for group, state in zip(one.march.model.groups, first.bodies, strict=True)
+    ]
+    other_place = [
+        group.displacements(state)
+        for group, state in zip(other.march.model.groups, second.bodies, strict=True)
+    ]
+    for mine, its in zip(place, other_place, strict=True):
+        np.testing.assert_allclose(mine, its, atol=1e-10 * 1e-4)
+    assert one.summary.stress.yielded == ()
+    assert other.summary.stress.yielded is None
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        {},
+        {"dilatancy_angle": 5.0},
+        {"dilatancy_angle": 0.0, "hardening": 1e8},
+        {"law": "mohr_coulomb", "tension_strength": 2e5},
+        {"law": "mohr_coulomb", "dilatancy_angle": 10.0},
+    ],
+)
+def test_rounds_converge_quadratically_with_friction_in_the_beds(keys):
+    """Contact, slip and non-associated flow are in one Newton iteration, with exact unsymmetric tangents."""
+    result = ran(squeezed(friction=0.4, cells=3, **keys))
+    assert result.march.outcome == "equilibrium"
+    # below 1e-11 stand the share of elastic stiffness in the tangent and the contacts' tolerance
+    left = np.log([value for value in result.march.last.residuals if 1e-11 < value < 5e-2])
+    assert len(left) >= 3
+    assert np.polyfit(left[:-1], left[1:], 1)[0] >= 1.8, result.march.last.residuals
+    assert result.march.ledger.imbalance <= 1e-9
+
+
+def test_the_energy_ledger_closes_and_tells_what_yielding_took():
+    ledger = ran(squeezed(friction=0.4, cells=3, dilatancy_angle=10.0, steps=8)).march.ledger
+    assert ledger.imbalance <= 1e-8
+    assert 0.1 * ledger.support_work < ledger.material_dissipation < ledger.support_work
+
+
+@pytest.mark.parametrize("theta", [0.5, 0.7, 1.0])
+def test_a_stone_crushed_in_dynamics(theta):
+    scene = squeezed(closing=4e-3, friction=0.4, dilatancy_angle=10.0)
+    fast = Motion(displacement=(0.0, 0.0, -4e-3), time=Table(points=((0.0, 0.0), (0.02, 1.0))))
+    supports = (Support(on="s.b2", motion=fast), *scene.supports[1:])
+    march = Dynamics(step=4e-4, duration=0.02, theta=theta)
+    result = ran(msgspec.structs.replace(scene, supports=supports, analysis=march))
+    assert result.march.outcome == "finished"
+    ledger = result.march.ledger
+    assert ledger.imbalance <= 1e-8
+    assert ledger.material_dissipation > 0.5 * ledger.support_work
+    assert load(result) > 2 * STRENGTH  # friction confines it
+
+
+def test_a_load_that_is_too_much_is_told_with_the_stone_its_law_and_the_load():
+    """1.7 times the strength in three steps: what was reached is within 1/32 of a step of it."""
+    scene = squeezed()
+    most = Traction(on="s.b1/top", vector=(0.0, 0.0, -1.7 * STRENGTH), time=RAMP)
+    stack = msgspec.structs.replace(scene.structures[0], count=1)
+    result = ran(
+        msgspec.structs.replace(
+            scene, structures=(stack,), supports=scene.supports[1:], analysis=Statics(load_steps=3),
+            loads=Loads(gravity=(0.0, 0.0, 0.0), tractions=(most,)),
+        )
+    )  # fmt: skip
+    assert result.march.outcome == "no_convergence"
+    assert "'s.b1' (drucker_prager)" in result.march.message
+    assert "load factor" in result.march.message
+    assert 1 / 1.7 - 1 / 96 <= result.march.last.before.time <= 1 / 1.7
+    assert result.march.last.after.time >= 1 / 1.7
+
+
+def test_stones_of_every_fidelity_in_one_stack():
+    """Rigid, elastic and inelastic cubes on each other: only the last one yields, all bear the same."""
+    scene = squeezed(closing=4e-3)
+    mesh = scene.structures[0].mesh
+    stack = StackStructure(name="s", material="m", size=(1.0, 1.0, 1.0), count=4, mesh=mesh)
+    held = [Support(on="s.b4", motion=scene.supports[0].motion)]
+    for block in ("s.b2", "s.b3"):
+        held.append(Support(on=f"{block}/left", components=("x",)))
+        held.append(Support(on=f"{block}/front", components=("y",)))
+    rough = Joint(between=("s.ground", "s.b1"), friction=0.5)
+    others = (Override(blocks="s.b1", fidelity="rigid"), Override(blocks="s.b2", fidelity="elastic"))
+    result = ran(
+        msgspec.structs.replace(
+            scene, structures=(stack,), supports=tuple(held), joints=(*scene.joints, rough), overrides=others
+        )
+    )
+    assert result.march.outcome == "equilibrium"
+    assert -float(result.summary.supports["s.b4"].force[-1]) == pytest.approx(STRENGTH, rel=1e-8)
+    assert [one.block for one in result.summary.stress.yielded] == ["s.b3"]
+
+
+TOML = """
+dimension = 2
+fidelity = "inelastic"
+{plane}
+[materials.m]
+density = 2000
+young = "10 GPa"
+{law}
+[[structures]]
+kind = "stack"
+name = "s"
+material = "m"
+size = [1.0, 1.0]
+count = 1
+[loads]
+gravity = [0.0, -9.81]
+[analysis]
+kind = "statics"
+"""
+LAW = '[materials.m.inelastic]\nlaw = "drucker_prager"\ncohesion = "2 MPa"\nfriction_angle = 35\n'
+
+
+def test_a_scene_file_names_the_law():
+    scene = loads(TOML.format(plane="", law=LAW + "dilatancy_angle = 10\n"))
+    assert scene.materials["m"].inelastic == material_record(
+        "drucker_prager", cohesion=2e6, friction_angle=35.0, dilatancy_angle=10.0
+    )
+    assert solve_scene(scene).march.outcome == "equilibrium"
+
+
+@pytest.mark.parametrize(
+    ("plane", "law", "message"),
+    [
+        ("", "", r"materials\.m\.inelastic is missing: block 's.b1' is inelastic .* law = 'drucker_prager'"),
+        ('plane = "stress"', LAW, "plane is 'stress' beside inelastic blocks, expected 'strain'"),
+        ("", LAW + "dilatancy_angle = 40", "dilatancy_angle is 40, expected at most the friction_angle 35"),
+        ("", LAW.replace("drucker_prager", "drucker_prage"), "'drucker_prager', 'mohr_coulomb'"),
+        ("", LAW.replace('law = "drucker_prager"\n', ""), "lacks the key 'law'"),
+        ("", LAW.replace("2 MPa", "-2 MPa"), "cohesion"),
+    ],
+)  # fmt: skip
+def test_what_does_not_fit_is_refused(plane, law, message):
+    with pytest.raises(SceneError, match=message):
+        solve_scene(loads(TOML.format(plane=plane, law=law)))
+
+
+def test_rounds_are_told_where_they_are_asked_for(caplog):
+    caplog.set_level(logging.DEBUG, "masonry_fem.march.step")
+    ran(squeezed(cells=1))
+    assert any("stresses leave" in record.message for record in caplog.records)

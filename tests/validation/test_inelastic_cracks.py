@@ -1,0 +1,81 @@
+"""Stones that crack by brittle damage: a bar that is pulled apart, on several meshes.
+
+A bar of 1 m is clamped at both ends and pulled. By its weight the row of elements at the top cracks first
+and alone: the crack takes G_f, whatever the mesh is.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from masonry_fem.analyses.run import RunResult, solve_scene
+from masonry_fem.errors import SceneError
+from masonry_fem.scene.reading import check
+from masonry_fem.scene.specs import (
+    Loads,
+    Material,
+    MeshSettings,
+    Motion,
+    Scene,
+    Statics,
+    Support,
+    Table,
+    material_record,
+)
+from masonry_fem.structures.block import BlockStructure
+
+STRENGTH, ENERGY, YOUNG = 1e6, 200.0, 10e9
+# small steps while the first row goes beyond its strength and the others do not
+RAMP = Table(points=((0.0, 0.0), (0.05, 0.035), (0.65, 0.065), (1.0, 1.0)))
+
+
+def pulled(rows: int, energy: float = ENERGY, way: float = 2e-3, steps: int = 300) -> RunResult:
+    """A bar of so many square elements on each other, its top lifted by ``way`` [m]."""
+    law = material_record("brittle_damage", tension_strength=STRENGTH, fracture_energy=energy)
+    stone = Material(density=2000.0, young=YOUNG, poisson=0.0, inelastic=law)
+    mesh = MeshSettings(divisions=(1, rows))
+    return solve_scene(
+        check(
+            Scene(
+                dimension=2,
+                fidelity="inelastic",
+                materials={"m": stone},
+                structures=(BlockStructure(name="bar", material="m", size=(1.0 / rows, 1.0), mesh=mesh),),
+                supports=(
+                    Support(on="bar/bottom"),
+                    Support(on="bar/top", motion=Motion(displacement=(0.0, way), time=RAMP)),
+                ),
+                loads=Loads(gravity=(0.0, -100.0)),
+                analysis=Statics(load_steps=steps),
+            )
+        )
+    )
+
+
+@pytest.mark.parametrize("rows", [2, 8, pytest.param(16, marks=pytest.mark.slow)])
+def test_a_crack_takes_the_fracture_energy_on_every_mesh(rows):
+    """To 1 %, which is of the load steps: all is taken in one row, and the ledger closes."""
+    result = pulled(rows)
+    assert result.march.outcome == "equilibrium"
+    ledger = result.march.ledger
+    assert ledger.material_dissipation * rows == pytest.approx(ENERGY, rel=1e-2)  # the bar is 1/rows m wide
+    assert ledger.imbalance <= 1e-9
+    (told,) = result.summary.stress.yielded
+    assert told.measure == "damage"
+    assert told.greatest > 1 - 1e-5
+    assert told.mean == pytest.approx(1 / rows, rel=1e-4)
+
+
+def test_the_force_of_a_bar_before_and_after_its_peak():
+    """Elastic up to f_t; then all opening is in the row that cracks (of ``test_brittle_damage``)."""
+    before, after = pulled(4, way=0.9e-4, steps=10), pulled(4)
+    force = [float(one.summary.supports["bar/top"].force[1]) * 4 for one in (before, after)]
+    weight = 2000.0 * 100.0
+    assert force[0] == pytest.approx(0.9e-4 * YOUNG + weight / 2, rel=1e-9)
+    # above the crack hangs half of its row, where its Gauss points have the mean stress
+    assert force[1] - weight / 8 == pytest.approx(0.0, abs=1e-2 * STRENGTH)
+
+
+def test_elements_that_are_too_large_are_refused():
+    with pytest.raises(SceneError, match=r"block 'bar': law 'brittle_damage': elements are up to 0.5 m wide"):
+        pulled(2, energy=20.0)

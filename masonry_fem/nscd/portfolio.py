@@ -97,32 +97,17 @@ def _solve(problem: ContactProblem, settings: SolverSettings, start: Start | Non
     made = _choose(problem, settings, start, loads)
     if made.outcome in _ENDED:
         return made
-    if (problem.rigid_mass <= 0).any():
-        return _of_static(problem, settings, made, loads)
-    return made if _limited(made, settings) else _near_enough(problem, made, settings)
-
-
-def _of_static(
-    problem: ContactProblem, settings: SolverSettings, made: Solution, loads: Callable[[], Admissible]
-) -> Solution:
-    """What can be said of static bodies where no turn converged."""
-    if loads().falls:
+    static = bool((problem.rigid_mass <= 0).any())
+    if static and loads().falls:
         motion = loads().motion
         return made if motion is None else _proven(problem, settings, made, motion)
     if _limited(made, settings):
         return made
     made = _near_enough(problem, made, settings)
-    return (
-        _doubted(problem, settings, made) if made.solved else _without_proof(problem, settings, made, loads)
-    )
-
-
-def _doubted(problem: ContactProblem, settings: SolverSettings, made: Solution) -> Solution:
-    """A state of static bodies that is near enough, unless a mechanism proves that there is none."""
-    if _rounded(made, _rounding(problem, made, settings)):
-        return made
-    motion = admissible_impulses(problem, MISSING, CLOSER_ITERATIONS).motion
-    return made if motion is None else _proven(problem, settings, made, motion)
+    if static and made.solved and not _rounded(made, _rounding(problem, made, settings)):
+        closer = admissible_impulses(problem, MISSING, CLOSER_ITERATIONS)
+        return made if closer.motion is None else _proven(problem, settings, made, closer.motion)
+    return _without_proof(problem, settings, made, loads) if static and not made.solved else made
 
 
 def _without_proof(

@@ -38,10 +38,6 @@ FloatArray = NDArray[np.float64]
 # Error of a swept state from which Newton may start: of a plain problem, of rigid blocks.
 CLOSE = 1e-2
 CLOSE_OF_BODIES = 1e-5
-# Of the loads: where a mechanism proves that more is missing, a state that no method improves is no answer,
-# however near it seems. The proof is exact; which state came nearest depends on how the arithmetic rounds.
-MISSING = 1e-7
-CLOSER_ITERATIONS = 200
 # What ends the turns.
 _ENDED = {
     Outcome.CONVERGED,
@@ -104,9 +100,6 @@ def _solve(problem: ContactProblem, settings: SolverSettings, start: Start | Non
     if _limited(made, settings):
         return made
     made = _near_enough(problem, made, settings)
-    if static and made.solved and not _rounded(made, _rounding(problem, made, settings)):
-        closer = admissible_impulses(problem, MISSING, CLOSER_ITERATIONS)
-        return made if closer.motion is None else _proven(problem, settings, made, closer.motion)
     return _without_proof(problem, settings, made, loads) if static and not made.solved else made
 
 

@@ -19,7 +19,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from masonry_fem.scene.specs import Output, Probe, Scene
+from masonry_fem.scene.specs import Contact, Output, Probe, Scene
 from masonry_fem.scene.writing import dumps
 from tests.extremes.scenes import arch, pushed_wall, sliding_block
 from tests.kernels import NAMES, environment, kernel
@@ -42,7 +42,8 @@ SCENES: dict[str, tuple[str, Scene]] = {
     "elastic_wall": ("run", _with(pushed_wall(0.3, 0.2, "elastic"), probes=(CORNER,))),
     "falls": ("run", _with(pushed_wall(0.3, 0.5))),
     "just_above_the_limit": ("run", _with(pushed_wall(0.3, 0.3001))),
-    "elastic_at_the_limit": ("run", _with(pushed_wall(0.3, 0.3, "elastic"))),
+    # where stones turn, its limit is another one, by 1e-6 of the load, and no state balances (docs/limits.md)
+    "elastic_at_the_limit": ("run", _with(pushed_wall(0.3, 0.3, "elastic"), contact=Contact(update="fixed"))),
     "slides_in_time": ("run", _with(sliding_block(0.01))),
     "limit": ("limit --tilt=x --json", _with(pushed_wall(0.6, 0.0))),
     "collapse": ("collapse --acceleration=x", _with(pushed_wall(0.6, 0.0))),

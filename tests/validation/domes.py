@@ -12,7 +12,6 @@ import numpy as np
 from masonry_fem.analyses.run import RunResult, solve_scene
 from masonry_fem.scene.specs import (
     AnyLaw,
-    Contact,
     Joint,
     Loads,
     Material,
@@ -59,7 +58,6 @@ def lune(
     friction: float = 0.6,
     fidelity: Literal["elastic", "rigid"] = "elastic",
     tolerance: float = 1e-10,
-    update: Literal["fixed", "moving"] = "moving",
 ) -> RunResult:
     """One slice of a hemisphere under its weight; where its base spreads, after the weight."""
     a = np.radians(sweep / 2)
@@ -95,7 +93,6 @@ def lune(
         loads=Loads(**loads),
         analysis=Statics(load_steps=steps),
         solver=Solver(tolerance=tolerance),
-        contact=Contact(update=update),
     )
     return solve_scene(scene)
 

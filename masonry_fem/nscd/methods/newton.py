@@ -306,11 +306,12 @@ class NewtonRun:
             float(np.linalg.norm(self.problem.side_impulse(self.impulse))),
         )
         relative = float(np.linalg.norm(left)) / loads if loads > 0 else 0.0
-        slow = relative > 0.1 * self.escape.last and self.static_mass > self.settings.static_mass
+        slow = relative > 0.1 * self.escape.last
         easy = before.steps <= _EASY and self.error < _CLOSE
         if self.escape.watch(relative, travelled):
             # firm rounds show a mechanism in few steps, weak ones tell it from slow progress
             self.static_mass *= 0.1
+        # ε U is all that is left of balance; a long chain has modes far softer than the first ε
         elif slow and easy and self.softens:
             self.static_mass *= 0.1
         return relative

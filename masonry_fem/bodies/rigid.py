@@ -19,14 +19,9 @@ import numpy as np
 
 from masonry_fem.bodies.base import FloatArray, Free, IntArray, Scheme, StepEnergy
 from masonry_fem.bodies.inertia import inertia_of
-from masonry_fem.bodies.rotation import between, chained, change, exponential, turned_by
+from masonry_fem.bodies.rotation import between, chained, change, exponential, settled_spin, turned_by
 from masonry_fem.bodies.undeformed import Placed, Undeformed, translation_and_spin
 from masonry_fem.solid.assembly import Assembly
-
-# The free spin is a contraction of ratio about hω/2; where a block turns by more than a radian in
-# a step the limit ends the iteration and the step is merely less accurate.
-SPIN_ITERATIONS = 40
-SPIN_TOLERANCE = 1e-15
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,14 +194,13 @@ class RigidGroup(Undeformed):
             return state.velocity
         scale, axes = self._scale[:, d:], self._current_axes(state.rotation)
         momentum = np.einsum("bri,bi->br", axes, scale * state.velocity[:, d:])
-        spin = state.velocity[:, d:]
-        for _ in range(SPIN_ITERATIONS):
+
+        def following(spin: FloatArray) -> FloatArray:
             turn = exponential(self._turn(state, axes, spin, scheme))
-            updated = np.einsum("bri,br->bi", turn @ axes, momentum) / scale
-            change = np.abs(updated - spin).max(initial=0.0)
-            spin = updated
-            if change <= SPIN_TOLERANCE * np.abs(spin).max(initial=0.0):
-                break
+            updated: FloatArray = np.einsum("bri,br->bi", turn @ axes, momentum) / scale
+            return updated
+
+        spin = settled_spin(state.velocity[:, d:], following)
         return np.concatenate([state.velocity[:, :d], spin], axis=1)
 
     def _turn(self, state: RigidState, axes: FloatArray, spin: FloatArray, scheme: Scheme) -> FloatArray:

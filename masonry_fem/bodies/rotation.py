@@ -6,10 +6,15 @@ itself, shape (..., 1). All functions take any leading shape and both dimensions
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+
+SPIN_ITERATIONS = 40
+SPIN_TOLERANCE = 1e-15
 
 
 def spin_count(dimension: int) -> int:
@@ -99,7 +104,7 @@ def turned_by(changed: FloatArray) -> FloatArray:
     """Rotation vectors of R − 1, all digits kept however small the turn, (..., 1 or 3) for (..., d, d)."""
     whole = logarithm(np.eye(changed.shape[-1]) + changed)
     if changed.shape[-1] == 2:
-        return np.arctan2(changed[..., 1, 0], 1.0 + changed[..., 0, 0])[..., None]
+        return whole
     axial = 0.5 * np.stack(
         [
             changed[..., 2, 1] - changed[..., 1, 2],
@@ -153,13 +158,21 @@ def _quaternion(rotations: FloatArray) -> FloatArray:
     return unit
 
 
-def orthonormalised(matrices: FloatArray) -> FloatArray:
-    """The nearest rotations to matrices that differ from rotations by rounding only.
+def settled_spin(start: FloatArray, following: Callable[[FloatArray], FloatArray]) -> FloatArray:
+    """Fixed point of a free block's spin at the end of a step, shape (b, k).
 
-    One step of Newton's iteration for the polar factor: it squares the error, so that rounding
-    never accumulates however many steps a march has.
+    A contraction of ratio about hω/2; where a block turns by more than a radian in a step the limit ends the
+    iteration, and the step is merely less accurate.
+
+    Parameters
+    ----------
+    start : Spins that it begins with, shape (b, k).
+    following : Spins at the end by the turn that spins (b, k) make.
     """
-    dimension = matrices.shape[-1]
-    gram = np.swapaxes(matrices, -1, -2) @ matrices
-    nearest: FloatArray = 0.5 * matrices @ (3 * np.eye(dimension) - gram)
-    return nearest
+    spin = start
+    for _ in range(SPIN_ITERATIONS):
+        updated = following(spin)
+        missed, spin = np.abs(updated - spin).max(initial=0.0), updated
+        if missed <= SPIN_TOLERANCE * np.abs(spin).max(initial=0.0):
+            break
+    return spin

@@ -35,7 +35,16 @@ from masonry_fem.bodies.base import (
     StepEnergy,
     StressField,
 )
-from masonry_fem.bodies.rotation import between, chained, change, exponential, lever, moment, turned_by
+from masonry_fem.bodies.rotation import (
+    between,
+    chained,
+    change,
+    exponential,
+    lever,
+    moment,
+    settled_spin,
+    turned_by,
+)
 from masonry_fem.bodies.undeformed import translation_and_spin
 from masonry_fem.fem.assemble import ShapeOperators
 from masonry_fem.fem.attachment import ElasticAttachment
@@ -44,9 +53,6 @@ from masonry_fem.fem.condense import coefficients
 from masonry_fem.fem.deformable import Deformable
 from masonry_fem.fem.modes import RigidModes, rigid_modes
 from masonry_fem.solid.pose import Pose
-
-SPIN_ITERATIONS = 50
-SPIN_TOLERANCE = 1e-15
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,15 +197,15 @@ class CorotationalGroup(Deformable[TurningState]):
             return state.rigid_velocity
         spins = per_unit(self.modes)[1]
         before = state.rigid_velocity[:, d:]
-        momentum, after = np.linalg.solve(spins.T, before.T).T, before
-        for _ in range(SPIN_ITERATIONS):
+        momentum = np.linalg.solve(spins.T, before.T).T
+
+        def following(after: FloatArray) -> FloatArray:
             mean = (1 - scheme.theta) * before + scheme.theta * after
             turn = exponential(scheme.step * mean @ spins.T)
-            updated = np.einsum("bji,bj->bi", turn, momentum) @ spins
-            missed, after = np.abs(updated - after).max(initial=0.0), updated
-            if missed <= SPIN_TOLERANCE * np.abs(after).max(initial=0.0):
-                break
-        return np.concatenate([state.rigid_velocity[:, :d], after], axis=1)
+            updated: FloatArray = np.einsum("bji,bj->bi", turn, momentum) @ spins
+            return updated
+
+        return np.concatenate([state.rigid_velocity[:, :d], settled_spin(before, following)], axis=1)
 
     def advance(
         self,

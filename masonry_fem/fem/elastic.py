@@ -42,8 +42,6 @@ from masonry_fem.fem.meshed import ElasticState
 from masonry_fem.fem.modes import rigid_modes
 from masonry_fem.solid.pose import Pose
 
-KEPT_FACTORS = 3  # a march alternates between few schemes
-
 
 class ElasticGroup(Deformable[ElasticState]):
     """All blocks of one mesh, material and clamping, with small kinematics.

@@ -26,7 +26,6 @@ from typing import Annotated, ClassVar, Literal, override
 import numpy as np
 from msgspec import Meta
 
-from masonry_fem.errors import LawError
 from masonry_fem.fem.material_law import (
     DEVIATOR,
     SHEARS,
@@ -36,12 +35,10 @@ from masonry_fem.fem.material_law import (
     Isotropic,
     Response,
 )
-from masonry_fem.fem.materials.parts.plastic import PLASTIC, Plastic
+from masonry_fem.fem.materials.parts.plastic import PLASTIC, FrictionAngle, Plastic
 
 # of ξ c + |trial stress|: a trial stress that is outside by less is on the cone
 ON_CONE = 1e-14
-
-FrictionAngle = Annotated[float, Meta(ge=0, lt=90, extra={"unit": "deg"})]
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,12 +79,7 @@ class DruckerPrager(Plastic):
     def __post_init__(self) -> None:
         """Refuse parameters out of their range, and a dilatancy above the friction."""
         super(DruckerPrager, self).__post_init__()  # with slots the class is another
-        if self.dilatancy_angle is not None and self.dilatancy_angle > self.friction_angle:
-            raise LawError(
-                f"law '{self.name}': dilatancy_angle is {self.dilatancy_angle:g}, expected at most the "
-                f"friction_angle {self.friction_angle:g}, as flow would create energy; lower it, or leave "
-                "it out"
-            )
+        self.refuse_dilatancy(self.friction_angle, self.dilatancy_angle)
 
     @property
     def cone(self) -> tuple[float, float, float]:

@@ -27,12 +27,9 @@ from typing import Annotated, ClassVar, override
 import numpy as np
 from msgspec import Meta
 
-from masonry_fem.errors import LawError
 from masonry_fem.fem.material_law import SHEARS, BoolArray, FloatArray, Isotropic, Response
-from masonry_fem.fem.materials.parts.plastic import PLASTIC, Plastic
+from masonry_fem.fem.materials.parts.plastic import PLASTIC, FrictionAngle, Plastic
 from masonry_fem.fem.materials.parts.principal import principal, tangents, tensors
-
-FrictionAngle = Annotated[float, Meta(ge=0, lt=90, extra={"unit": "deg"})]
 
 # of the strength and the trial stress: what is outside by less is inside
 INSIDE = 1e-13
@@ -77,12 +74,7 @@ class MohrCoulomb(Plastic):
     def __post_init__(self) -> None:
         """Refuse parameters out of their range, and a dilatancy above the friction."""
         super(MohrCoulomb, self).__post_init__()  # with slots the class is another
-        if self.dilatancy_angle is not None and self.dilatancy_angle > self.friction_angle:
-            raise LawError(
-                f"law '{self.name}': dilatancy_angle is {self.dilatancy_angle:g}, expected at most the "
-                f"friction_angle {self.friction_angle:g}, as flow would create energy; lower it, or leave "
-                "it out"
-            )
+        self.refuse_dilatancy(self.friction_angle, self.dilatancy_angle)
 
     @property
     def tension(self) -> float:

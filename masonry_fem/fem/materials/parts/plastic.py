@@ -6,14 +6,17 @@ Internal variables are the plastic strain (6), the accumulated plastic strain, a
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar, override
+from typing import Annotated, ClassVar, override
 
 import numpy as np
+from msgspec import Meta
 
+from masonry_fem.errors import LawError
 from masonry_fem.fem.material_law import SHEARS, BoolArray, FloatArray, Isotropic, MaterialLaw, Response
 
 PLASTIC, ACCUMULATED = slice(0, 6), 6
 STRAIN = "plastic_strain"
+FrictionAngle = Annotated[float, Meta(ge=0, lt=90, extra={"unit": "deg"})]
 
 
 class Plastic(MaterialLaw):
@@ -22,6 +25,14 @@ class Plastic(MaterialLaw):
     __slots__ = ()
 
     variables: ClassVar[int] = 7
+
+    def refuse_dilatancy(self, friction_angle: float, dilatancy_angle: float | None) -> None:
+        """Raise LawError where a dilatancy angle is above the friction angle [degrees]."""
+        if dilatancy_angle is not None and dilatancy_angle > friction_angle:
+            raise LawError(
+                f"law '{self.name}': dilatancy_angle is {dilatancy_angle:g}, expected at most the "
+                f"friction_angle {friction_angle:g}, as flow would create energy; lower it, or leave it out"
+            )
 
     def response(
         self,

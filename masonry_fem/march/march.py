@@ -294,6 +294,12 @@ def _ended(
             message = _restless(report, made, model)
         if objection:
             message = f"No equilibrium in what is written: {objection}"
+    elif verdict == "no_convergence" and made.solution.rounded:
+        message = (
+            f"Step {report.step}: the contact solver stopped at an error of {report.quality.error:.1e}, "
+            "which is rounding: no tolerance below it can be met here. Loosen the tolerance "
+            f"({settings.tolerance:g})."
+        )
     elif verdict == "no_convergence":
         message = (
             f"Step {report.step}: the contact solver stopped at an error of {report.quality.error:.1e}. "
@@ -304,8 +310,6 @@ def _ended(
                 " Supports push, or overlaps are driven apart: rigid blocks between them that have no way "
                 "out have no motion either; make them elastic, or make room."
             )
-        if report.quality.error <= report.rounding:
-            message += " An error this small is rounding: no tolerance below it can be met here."
     else:
         moving = tuple(moving_blocks(model, made.after))
         message = _no_equilibrium(report, moving)

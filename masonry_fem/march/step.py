@@ -407,11 +407,14 @@ class _Work:
         return left, float(np.abs(way).max(initial=0.0)) / self.model.length
 
     def _strayed(self, made: _Round) -> Increment:
-        """A round that found nothing; the velocities of a mechanism are its own, whatever came before."""
+        """A round that found nothing; the velocities of a mechanism are its own, whatever came before.
+
+        Where only rounding was left of its error, shorter steps would find no more.
+        """
         there = self.start
         if not made.solution.outcome.moves:
             there = reached(self.coupling, self.start, made.bodies, self.scheme.step)
-        return replace(self.ended(made, there), strayed=True)
+        return replace(self.ended(made, there), strayed=not made.solution.rounded)
 
     def ended(self, made: _Round, place: Place) -> Increment:
         """The step, its impulses written at ``place``."""

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.nscd.residuals import Quality
-from masonry_fem.nscd.settings import SolverSettings
+from masonry_fem.nscd.settings import ACCEPTABLE, SolverSettings
 
 FloatArray = NDArray[np.float64]
 
@@ -138,3 +138,10 @@ class Solution:
     def solved(self) -> bool:
         """True where this is an answer, within the tolerance or as near to it as anything comes."""
         return self.outcome.solved
+
+    @property
+    def rounded(self) -> bool:
+        """True where the tolerance was missed by what rounding alone may make: nothing would come nearer."""
+        if self.rounding is None or self.solved or self.outcome.moves:
+            return False
+        return self.quality.error <= min(ACCEPTABLE, self.rounding.error)

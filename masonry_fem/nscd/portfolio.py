@@ -91,8 +91,13 @@ def _solve(problem: ContactProblem, settings: SolverSettings, start: Start | Non
         made = _judged(iterate(problem, method, settings, start), loads)
         return _near_enough(problem, made, settings) if made.outcome is Outcome.STALLED else made
     made = _choose(problem, settings, start, loads)
-    if made.outcome in _ENDED:
-        return made
+    return made if made.outcome in _ENDED else _without_end(problem, settings, made, loads)
+
+
+def _without_end(
+    problem: ContactProblem, settings: SolverSettings, made: Solution, loads: Callable[[], Admissible]
+) -> Solution:
+    """What can be said where the turns are used up."""
     static = bool((problem.rigid_mass <= 0).any())
     if static and loads().falls:
         motion = loads().motion
@@ -100,7 +105,9 @@ def _solve(problem: ContactProblem, settings: SolverSettings, start: Start | Non
     if _limited(made, settings):
         return made
     made = _near_enough(problem, made, settings)
-    return _without_proof(problem, settings, made, loads) if static and not made.solved else made
+    if made.solved or not static or _rounded(made, _rounding(problem, made, settings)):
+        return made
+    return _without_proof(problem, settings, made, loads)
 
 
 def _without_proof(

@@ -27,7 +27,6 @@ from masonry_fem.nscd.methods import make_method
 from masonry_fem.nscd.plane import PlaneForm, plane_form
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.rest import Rest
-from masonry_fem.nscd.scaling import contact_scale
 from masonry_fem.nscd.settings import SolverSettings, Start
 
 # Sweeps that may precede Newton: where more are foreseen after PATIENCE of them, it takes over.
@@ -113,17 +112,6 @@ class Case:
         return bool(compliance.data[compliance.indices != row].any())
 
     @property
-    def uneven(self) -> bool:
-        """True where elastic contacts lie so far apart in scale that some block may be slender."""
-        from masonry_fem.nscd.methods.newton import SLENDER  # noqa: PLC0415
-        from masonry_fem.nscd.solvers.newton_system import block_rows  # noqa: PLC0415
-
-        if self.rigid:
-            return False
-        scale = contact_scale(self.problem, fold=False)[block_rows(self.problem.compliance)]
-        return bool(scale.max() > SLENDER * scale.min())
-
-    @property
     def small_plane(self) -> bool:
         """True where pivoting can take the problem."""
         from masonry_fem.nscd.methods.pivoting import MOST_CONTACTS  # noqa: PLC0415
@@ -179,12 +167,6 @@ def turns(case: Case) -> Iterator[Turn]:
 
 def _newton(case: Case) -> Method:
     return make_method("newton")
-
-
-def _slender_newton(case: Case) -> Method:
-    from masonry_fem.nscd.methods.newton import ProximalNewton  # noqa: PLC0415
-
-    return ProximalNewton(slender=True)
 
 
 def _patient_newton(case: Case) -> Method:
@@ -253,7 +235,6 @@ TURNS = (
         _newton,
         BRIEF,
     ),
-    Turn("newton with even scales", lambda at: at.static and at.uneven, _slender_newton, BRIEF, "cold"),
     # what moves, rigid blocks show at a fifth of the cost
     Turn("rigid twin", lambda at: at.falls and not at.rigid, _newton, twin=1.0),
     Turn("newton", lambda at: at.falls, _newton),

@@ -213,14 +213,14 @@ def layered(millimetres: float, solver: str = "", update: str = "moving") -> Run
     return solve_scene(loads(f"contact.update = '{update}'" + LAYER.format(solver=solver, **keys)))
 
 
-@pytest.mark.parametrize(("update", "rounds"), [("fixed", 1), ("moving", 3)])
-def test_layers_of_mortar_of_any_thinness_take_a_few_linear_solves(update: str, rounds: int) -> None:
-    """Twenty for each time that contacts are solved; as the bricks turn by 1e-5 that is three times."""
+@pytest.mark.parametrize("update", ["fixed", "moving"])
+def test_layers_of_mortar_of_any_thinness_take_a_few_linear_solves(update: str) -> None:
+    """Twenty at most, although bricks that turn by 1e-5 have their contacts solved three times."""
     settlement = {}
     for millimetres in (10, 3, 1, 0.3, 0.1):
         result = layered(millimetres, update=update)
         assert result.outcome == "equilibrium", millimetres
-        assert result.summary.solver.linear_solves <= 20 * rounds, millimetres
+        assert result.summary.solver.linear_solves <= 20, millimetres
         assert result.summary.certificate.natural_map <= 1e-6
         settlement[millimetres] = -result.summary.probes["top"][2]
     # a thin layer between stiff bricks is compressed with its sides held: σ (1 − ν − 2ν²) / (E (1 − ν))

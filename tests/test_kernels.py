@@ -42,8 +42,13 @@ SCENES: dict[str, tuple[str, Scene]] = {
     "elastic_wall": ("run", _with(pushed_wall(0.3, 0.2, "elastic"), probes=(CORNER,))),
     "falls": ("run", _with(pushed_wall(0.3, 0.5))),
     "just_above_the_limit": ("run", _with(pushed_wall(0.3, 0.3001))),
-    # where stones turn, its limit is another one, by 1e-6 of the load, and no state balances (docs/limits.md)
-    "elastic_at_the_limit": ("run", _with(pushed_wall(0.3, 0.3, "elastic"), contact=Contact(update="fixed"))),
+    # as its stones turn its limit falls, by some 1e-6 of the load; where they do not it stands
+    "elastic_at_the_limit": ("run", _with(pushed_wall(0.3, 0.3, "elastic"))),
+    "elastic_short_of_the_limit": ("run", _with(pushed_wall(0.3, 0.3 * (1 - 3e-7), "elastic"))),
+    "elastic_at_the_fixed_limit": (
+        "run",
+        _with(pushed_wall(0.3, 0.3, "elastic"), contact=Contact(update="fixed")),
+    ),
     "slides_in_time": ("run", _with(sliding_block(0.01))),
     "limit": ("limit --tilt=x --json", _with(pushed_wall(0.6, 0.0))),
     "collapse": ("collapse --acceleration=x", _with(pushed_wall(0.6, 0.0))),
@@ -132,7 +137,9 @@ def test_the_scenes_come_to_all_there_is(came_to) -> None:
         "elastic_wall": "equilibrium",
         "falls": "no_equilibrium",
         "just_above_the_limit": "no_equilibrium",
-        "elastic_at_the_limit": "equilibrium",
+        "elastic_at_the_limit": "no_equilibrium",
+        "elastic_short_of_the_limit": "no_equilibrium",
+        "elastic_at_the_fixed_limit": "equilibrium",
         "slides_in_time": "finished",
     }
     assert told["elastic_wall"]["probes"]

@@ -33,7 +33,7 @@ from masonry_fem.march.loads import blend, external_forces
 from masonry_fem.march.model import Model
 from masonry_fem.march.place import Place, begun, reached, relative_velocity, rounding, turning
 from masonry_fem.march.state import STICK, SystemState
-from masonry_fem.nscd import ContactProblem, Solution, SolverSettings, Start
+from masonry_fem.nscd import ContactProblem, Outcome, Solution, SolverSettings, Start
 
 logger = logging.getLogger(__name__)
 
@@ -409,12 +409,14 @@ class _Work:
     def _strayed(self, made: _Round) -> Increment:
         """A round that found nothing; the velocities of a mechanism are its own, whatever came before.
 
-        Where only rounding was left of its error, shorter steps would find no more.
+        Where only rounding was left of its error, or the loads are next to their limit, shorter steps would
+        find no more.
         """
         there = self.start
         if not made.solution.outcome.moves:
             there = reached(self.coupling, self.start, made.bodies, self.scheme.step)
-        return replace(self.ended(made, there), strayed=not made.solution.rounded)
+        final = made.solution.rounded or made.solution.outcome is Outcome.AT_LIMIT
+        return replace(self.ended(made, there), strayed=not final)
 
     def ended(self, made: _Round, place: Place) -> Increment:
         """The step, its impulses written at ``place``."""

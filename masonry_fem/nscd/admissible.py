@@ -45,6 +45,8 @@ FAR = 1e-2
 # tenth of it, well above what counts as balanced.
 MARGIN = 1e-3
 ITERATIONS = 60
+# The least that is proven to be missing over what a balance lacks: enough for a proof; for one motion only.
+TWICE, UNIQUE = 0.5, 1 - 1e-6
 # Ratio of the bodies' largest motions by a unit impulse from which they are brought to one scale.
 UNEVEN = 100.0
 # Of the speed that the loads give: what gaps of rounding size, closed in a step, come to.
@@ -82,23 +84,24 @@ class Admissible:
 
 
 def admissible_impulses(
-    problem: ContactProblem, tolerance: float = 1e-6, iterations: int = ITERATIONS
+    problem: ContactProblem, tolerance: float = 1e-6, iterations: int = ITERATIONS, near: float = TWICE
 ) -> Admissible:
     """Impulses within the cones that balance the loads on static modes as well as they can.
 
     Parameters
     ----------
     problem : The contact problem.
-    tolerance : Unbalanced share of the loads at which the search stops. It also stops where the balance found
-        is proven to be at most twice the best, and that to be above the tolerance.
+    tolerance : Unbalanced share of the loads at which the search stops. It also stops where the best
+        balance is proven to leave more than that, and ``near`` of what the one found does.
     iterations : Most steps of the interior-point method.
+    near : The share, below 1.
     """
     if problem.cohesion_offset is not None:
-        made = admissible_impulses(without_offset(problem), tolerance, iterations)
+        made = admissible_impulses(without_offset(problem), tolerance, iterations, near)
         return replace(made, impulse=made.impulse - problem.cohesion_offset)
     scale = _evening(problem)
     if scale is not None:
-        made = admissible_impulses(_evened(problem, scale), tolerance, iterations)
+        made = admissible_impulses(_evened(problem, scale), tolerance, iterations, near)
         return made if made.motion is None else replace(made, motion=scale * made.motion)
     best = Admissible(np.zeros_like(problem.free_velocity), 1.0)
     rigid_map, load = static_part(problem)
@@ -119,7 +122,7 @@ def admissible_impulses(
             best = Admissible(impulse, unbalanced)
         motion = offer.rigid_velocity[static]
         least = _least_unbalanced(problem, rigid_map, load, motion, largest) / size
-        proven = least >= max(tolerance, 0.5 * best.unbalanced)
+        proven = least >= max(tolerance, near * best.unbalanced)
         if proven:
             return replace(best, motion=np.where(static, offer.rigid_velocity, 0.0))
         if offer.verdict is not None or best.unbalanced <= tolerance:
@@ -164,8 +167,19 @@ def at_limit(problem: ContactProblem) -> bool:
     Elastic blocks that slide at the very limit find no rest: as they bulge, friction turns away from the
     direction it is needed in, the less the farther they slide, and balance is reached at infinity only.
     """
-    weaker = replace(problem, friction=(1 - MARGIN) * problem.friction)
-    return admissible_impulses(weaker).falls
+    return weakened(problem, TWICE).falls
+
+
+def weakened(problem: ContactProblem, near: float = UNIQUE) -> Admissible:
+    """What impulses within the cones of friction that is lower by ``MARGIN`` balance.
+
+    Parameters
+    ----------
+    problem : The contact problem.
+    near : See ``admissible_impulses``. What no impulses balance is unique, and so is the motion that it is
+        of: by default it is found to the square root of 2 (1 − ``UNIQUE``).
+    """
+    return admissible_impulses(replace(problem, friction=(1 - MARGIN) * problem.friction), near=near)
 
 
 def falling(problem: ContactProblem, impulse: FloatArray) -> FloatArray | None:

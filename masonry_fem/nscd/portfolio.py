@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from masonry_fem.errors import ProblemError
-from masonry_fem.nscd.admissible import Admissible, admissible_impulses, falling
+from masonry_fem.nscd.admissible import Admissible, admissible_impulses, falling, weakened
 from masonry_fem.nscd.cohesion import onto_cones
 from masonry_fem.nscd.in_plane import InPlane
 from masonry_fem.nscd.iterate import Iterate, Method, iterate
@@ -38,6 +38,10 @@ FloatArray = NDArray[np.float64]
 # Error of a swept state from which Newton may start: of a plain problem, of rigid blocks.
 CLOSE = 1e-2
 CLOSE_OF_BODIES = 1e-5
+# Of the loads: where a mechanism proves that more is missing, a state that no method improves is no answer,
+# however near it seems. The proof is exact; which state came nearest depends on how the arithmetic rounds.
+MISSING = 1e-7
+CLOSER_ITERATIONS = 200
 # What ends the turns.
 _ENDED = {
     Outcome.CONVERGED,
@@ -105,9 +109,25 @@ def _without_end(
     if _limited(made, settings):
         return made
     made = _near_enough(problem, made, settings)
-    if made.solved or not static or _rounded(made, _rounding(problem, made, settings)):
+    if not static or _rounded(made, _rounding(problem, made, settings)):
         return made
+    if made.solved:
+        return _doubted(problem, settings, made)
     return _without_proof(problem, settings, made, loads)
+
+
+def _doubted(problem: ContactProblem, settings: SolverSettings, made: Solution) -> Solution:
+    """A state of static bodies that is near enough, unless it is proven that there is none.
+
+    What moves is told as for a little less friction, since next to a limit many motions are possible.
+    """
+    proof = admissible_impulses(problem, MISSING, CLOSER_ITERATIONS).motion
+    if proof is None:
+        return made
+    slipping = weakened(problem).motion
+    if slipping is None:  # what fails are not the joints' frictions
+        return _proven(problem, settings, made, proof)
+    return _proven(problem, settings, made, slipping, Outcome.AT_LIMIT)
 
 
 def _without_proof(
@@ -241,16 +261,18 @@ def _judged(made: Solution, loads: Callable[[], Admissible]) -> Solution:
 
 
 def _proven(
-    problem: ContactProblem, settings: SolverSettings, made: Solution, motion: FloatArray
+    problem: ContactProblem,
+    settings: SolverSettings,
+    made: Solution,
+    motion: FloatArray,
+    outcome: Outcome = Outcome.NO_EQUILIBRIUM,
 ) -> Solution:
     """The verdict that a mechanism proves where no method came to its velocities."""
     # fast enough to be seen beside motions of supports: what the loads give to blocks of unit mass
     motion = float(np.linalg.norm(problem.rigid_impulse) / np.linalg.norm(motion)) * motion
     quality = assess(problem, made.impulse, motion, least_impulse=settings.least_impulse)
     velocity = problem.velocity(made.impulse, motion)
-    return replace(
-        made, velocity=velocity, rigid_velocity=motion, quality=quality, outcome=Outcome.NO_EQUILIBRIUM
-    )
+    return replace(made, velocity=velocity, rigid_velocity=motion, quality=quality, outcome=outcome)
 
 
 def _joined(first: Solution, second: Solution) -> Solution:

@@ -56,6 +56,13 @@ def test_verdict_of_the_solver_agrees(share: float, expected: Outcome) -> None:
     assert solve(block(share * 0.5), SolverSettings(tolerance=1e-9)).outcome is expected
 
 
+@pytest.mark.parametrize("share", [1e-6, 4e-7, -4e-7, -1e-6])
+def test_next_to_the_limit_a_proof_decides_and_not_how_near_a_method_came(share: float) -> None:
+    """The error of a state without balance is below what is acceptable here."""
+    made = solve(block((1 + share) * 0.5), SolverSettings(acceptable=1e-6))
+    assert made.outcome is Outcome.AT_LIMIT if share > 0 else made.solved
+
+
 @pytest.mark.parametrize("ratio", [1e-12, 1e-8, 1e8, 1e12])
 def test_light_and_heavy_blocks(ratio: float) -> None:
     """A block on another, weights far apart, modes of unit mass: what carries them is found."""

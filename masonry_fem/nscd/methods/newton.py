@@ -137,7 +137,7 @@ class NewtonRun:
         self.softens = True  # ε may fall again after it had to rise
         self.escape = Escape()
         self.best, self.idle, self.crawling = np.inf, 0, 0
-        self.least, self.resting = np.inf, 0  # error of all steps, and how many brought none below half of it
+        self.least, self.resting = np.inf, 0  # least error, and how many steps stayed at it
         if start is not None and start.impulse is not None:
             self.bonded = False
             self.impulse = start.impulse.copy()
@@ -180,7 +180,8 @@ class NewtonRun:
 
     def _rounded(self, quality: Quality) -> bool:
         """True where steps leave an error as it is that rounding alone may make."""
-        self.resting = 0 if quality.error < 0.5 * self.least else self.resting + 1
+        rests = 0.5 * self.least <= quality.error <= 10.0 * self.least
+        self.resting = self.resting + 1 if rests else 0
         self.least = min(self.least, quality.error)
         if self.resting < _RESTING or self.least > ACCEPTABLE:
             return False
@@ -392,8 +393,9 @@ def newton_scale(problem: ContactProblem, *, fold: bool = True) -> FloatArray:
     elastic = np.zeros(problem.count, dtype=bool)
     elastic[block_rows(problem.compliance)] = True
     if elastic.any():
-        unbonded = contact_scale(problem, fold=False)
-        scale = np.minimum(scale, SLENDER * unbonded[elastic].min())
+        own = contact_scale(problem, fold=False)[elastic]
+        gives = own > np.finfo(float).eps * own.max()  # of what is held, blocks are rounding
+        scale = np.minimum(scale, SLENDER * own[gives].min())
     if elastic.any() and not elastic.all():
         scale[~elastic] = scale[elastic].mean()
     return scale

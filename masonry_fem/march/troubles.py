@@ -80,9 +80,10 @@ class Troubles:
             remark(
                 "inexact",
                 f"{len(self.inexact)} of {report.so_far} ended at an error of up to "
-                f"{max(self.inexact):.1e}, where no method came nearer to the {settings.tolerance:g} aimed "
-                f"at; rounding of the arithmetic alone may make up to {self.rounding:.1e} of it, rounded "
-                "coordinates of a file may make more. Compare the error with what you need",
+                f"{max(self.inexact):.1e}, from where no method came much nearer to the "
+                f"{settings.tolerance:g} aimed at; rounding of the arithmetic alone may make up to "
+                f"{self.rounding:.1e} of it, rounded coordinates of a file may make more. Compare the error "
+                "with what you need, and set solver.tolerance where it is to be met at any cost",
             )
         if self.unsettled:
             remark(

@@ -173,6 +173,8 @@ def _choose(
     total: Solution | None = None
     case = Case(problem, settings, start, loads)
     for turn in turns(case):
+        if total is not None and settings.acceptable > 0 and total.quality.error <= turn.above:
+            continue
         own = _share(turn, settings, 0 if total is None else total.iterations, time.monotonic() - began)
         if own is None:
             break

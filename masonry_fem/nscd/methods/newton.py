@@ -118,6 +118,7 @@ class NewtonRun:
     def __init__(self, problem: ContactProblem, settings: ProximalNewton, start: Start | None) -> None:
         self.problem, self.settings = problem, settings
         self.scale = newton_scale(problem)
+        self.proximal = proximal_scale(problem, self.scale)
         # where stiff cohesion bonds elastic blocks, they give way as they would without a joint
         whole = self.scale if problem.cohesion_stiffness is None else newton_scale(problem, fold=False)
         self.system = NewtonSystem(problem, whole, settings.library)
@@ -231,7 +232,7 @@ class NewtonRun:
         step = np.where(line.open[:, None], -here.impulse, 0.0)
         shift = (line.by_velocity @ problem.elastic_velocity(step)[:, :, None])[:, :, 0]
         own = line.by_impulse / line.rho[:, None, None]
-        own = own + (self.round.alpha * self.scale)[:, None, None] * line.by_velocity
+        own = own + (self.round.alpha * self.proximal)[:, None, None] * line.by_velocity
         factor = self.system.factor(own, line.by_velocity, ~line.open, line.plain, mass)
         change, motion = factor.solve(
             line.residual / line.rho[:, None] + shift, here.balance + problem.body_impulse(step)
@@ -251,8 +252,8 @@ class NewtonRun:
     def _look(self, impulse: FloatArray, rigid_velocity: FloatArray, *, bonded: bool = False) -> _Point:
         problem, now = self.problem, self.round
         velocity = problem.velocity(impulse, rigid_velocity)
-        velocity += (now.alpha * self.scale)[:, None] * (impulse - now.impulse)
-        rho = 1.0 / (self.scale * (1.0 + now.alpha))
+        velocity += (now.alpha * self.proximal)[:, None] * (impulse - now.impulse)
+        rho = 1.0 / (self.scale + now.alpha * self.proximal)
         pressed = problem.contact_part(impulse, velocity)
         line = (
             bonded_contacts(velocity, rho)
@@ -380,9 +381,7 @@ def newton_scale(problem: ContactProblem, *, fold: bool = True) -> FloatArray:
     """Scale w of each contact, (c,) [1/kg]; among elastic contacts the rigid ones take the elastic mean.
 
     What holds an impulse back is to be small beside how far *joined* blocks give way. The rigid scale 1/m
-    lies many orders above 1/(h² k). No scale exceeds ``SLENDER`` times the least among elastic contacts: a
-    slender block alone bends 10⁴ to 10⁹ times as far as between its neighbours. A layer of mortar of 1 mm
-    between bricks takes 4 steps so, and 14 without.
+    lies many orders above 1/(h² k).
 
     Parameters
     ----------
@@ -390,12 +389,35 @@ def newton_scale(problem: ContactProblem, *, fold: bool = True) -> FloatArray:
     fold : Take the blocks of contacts with the stiffness of their cohesion.
     """
     scale = contact_scale(problem, fold=fold)
-    elastic = np.zeros(problem.count, dtype=bool)
-    elastic[block_rows(problem.compliance)] = True
-    if elastic.any():
-        own = contact_scale(problem, fold=False)[elastic]
-        gives = own > np.finfo(float).eps * own.max()  # of what is held, blocks are rounding
-        scale = np.minimum(scale, SLENDER * own[gives].min())
+    elastic = _elastic(problem)
     if elastic.any() and not elastic.all():
         scale[~elastic] = scale[elastic].mean()
     return scale
+
+
+def proximal_scale(problem: ContactProblem, scale: FloatArray) -> FloatArray:
+    """Scale that α is relative to, (c,) [1/kg]: at most ``SLENDER`` times the least among elastic contacts.
+
+    A slender block alone bends 10⁴ to 10⁹ times as far as between its neighbours, and only the latter counts
+    here: a layer of mortar of 1 mm between bricks takes 4 steps so, and 14 with ``scale``. What a contact's
+    state is told by, and what ε is relative to, is not bounded so: a column of blocks 1e8 apart in stiffness
+    takes 2 steps, and 27 if it were.
+
+    Parameters
+    ----------
+    problem : The contact problem.
+    scale : That of its contacts, shape (c,).
+    """
+    elastic = _elastic(problem)
+    if not elastic.any():
+        return scale
+    own = contact_scale(problem, fold=False)[elastic]
+    gives = own > np.finfo(float).eps * own.max()  # of what is held, blocks are rounding
+    return np.minimum(scale, SLENDER * own[gives].min())
+
+
+def _elastic(problem: ContactProblem) -> NDArray[np.bool_]:
+    """Which contacts are those of elastic blocks, (c,)."""
+    elastic = np.zeros(problem.count, dtype=bool)
+    elastic[block_rows(problem.compliance)] = True
+    return elastic

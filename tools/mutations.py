@@ -40,7 +40,8 @@ LONGEST = 60  # seconds of CPU in which a file of tests is asked for its lines; 
 
 # files in which a wrong sign is wrong mechanics, and the tests that are to see it first
 ROOMS = {
-    ("march/step", "march/conditions", "march/coupling", "march/place", "march/loads", "march/motion"):
+    ("march/step", "march/rounds", "march/conditions", "march/coupling", "march/place", "march/loads",
+     "march/motion"):
         ("tests/march", "tests/validation/test_a1_single_block.py", "tests/validation/test_a1_6_rocking.py"),
     ("march/energy", "march/acting", "march/measure"): ("tests/march", "tests/test_certificate_page.py"),
     ("bodies/rigid", "bodies/rotation", "bodies/inertia", "bodies/support"):

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol
+from typing import Any, Protocol
 
 from masonry_fem.march.acting import acted, extents
 from masonry_fem.march.clock import Clock
@@ -18,22 +18,20 @@ from masonry_fem.march.deformation import beyond_small
 from masonry_fem.march.equilibrium import Strategy
 from masonry_fem.march.increments import increments
 from masonry_fem.march.ledger import Ledger
-from masonry_fem.march.measure import measure, moving_blocks
+from masonry_fem.march.measure import measure
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
 from masonry_fem.march.step import Increment, initial_state
 from masonry_fem.march.step_report import StepReport
 from masonry_fem.march.troubles import Troubles
 from masonry_fem.march.unrest import could_rest, drift, within_tolerance
+from masonry_fem.march.verdict import End, Verdict, sentence
 from masonry_fem.march.witness import Witness
 from masonry_fem.nscd import Outcome, SolverSettings
 from masonry_fem.records.remark import remark
 
-Verdict = Literal["equilibrium", "finished", "no_convergence", "no_equilibrium"]
-
 DOUBTFUL = 1e-6  # of a block's load: what its equation of motion may miss without a word
 TURNED = 1e-2  # of a block's load: what turning may leave of balance in what is written without a word
-UNACCOUNTED = 1e-6  # of the largest energy: what may be missing from the ledger of an equilibrium
 ROUNDING = 1e-9  # of a time
 BEARABLE = 1e-3  # error up to which a transient march bears a step that missed its tolerance
 
@@ -141,9 +139,11 @@ def march(
         _tell_written(witness, _with_cure(buried, model, static=static, buried=True), made.scheme.step)
         _tell_drift(drift(model, made, report, reached), made.scheme.step)
     troubles.tell_overlaps(made, report, model.length, start.gap)
-    return _ended(
-        verdict, model, made, report, settings, ledger, clock, tuple(troubles.abrupt), witness, objection
-    )
+    end = End(model, made, report, settings, ledger, objection)
+    return March(
+        verdict, sentence(verdict, end), made.after, report, model, made, ledger, clock.phases,
+        end.moving(verdict), tuple(troubles.abrupt), witness,
+    )  # fmt: skip
 
 
 def _begun(model: Model, coupling: Coupling, bodies: tuple[Any, ...] | None) -> SystemState:
@@ -264,117 +264,3 @@ def _hopeless(report: StepReport, static: bool) -> Verdict | None:
     if static or not report.quality.error <= BEARABLE:
         return "no_convergence"
     return None
-
-
-def _ended(
-    verdict: Verdict,
-    model: Model,
-    made: Increment,
-    report: StepReport,
-    settings: SolverSettings,
-    ledger: Ledger,
-    clock: Clock,
-    abrupt: tuple[float, ...],
-    witness: Witness,
-    objection: str,
-) -> March:
-    moving: tuple[tuple[str, float, str], ...] = ()
-    if verdict == "equilibrium":
-        message = f"Equilibrium after {report.so_far}{_missing(ledger, model)}."
-    elif verdict == "finished":
-        message = f"Reached t = {report.time:.6g} s in {report.so_far}."
-    elif verdict == "no_convergence" and report.unsettled:
-        message = _unsettled(report, made)
-    elif verdict == "no_convergence" and report.outcome.solved:
-        message = (
-            f"Step {report.step}: the joint laws did not settle, the joints' state still changed by "
-            f"{report.joint_change:.1e}. Take more load steps, or analysis.substeps."
-        )
-        if report.joint_change == 0:
-            message = _restless(report, made, model)
-        if objection:
-            message = f"No equilibrium in what is written: {objection}"
-    elif verdict == "no_convergence" and made.solution.rounded:
-        message = (
-            f"Step {report.step}: the contact solver stopped at an error of {report.quality.error:.1e}, "
-            "which is rounding: no tolerance below it can be met here. Loosen the tolerance "
-            f"({settings.tolerance:g})."
-        )
-    elif verdict == "no_convergence":
-        message = (
-            f"Step {report.step}: the contact solver stopped at an error of {report.quality.error:.1e}. "
-            f"{report.outcome.sentence} {report.outcome.advice(settings)}"
-        )
-        if made.problem.rigid and (made.problem.free_velocity[:, 0] < 0).any():
-            message += (
-                " Supports push, or overlaps are driven apart: rigid blocks between them that have no way "
-                "out have no motion either; make them elastic, or make room."
-            )
-    else:
-        moving = tuple(moving_blocks(model, made.after))
-        message = _no_equilibrium(report, moving)
-    return March(
-        verdict, message, made.after, report, model, made, ledger, clock.phases, moving, abrupt, witness
-    )
-
-
-def _missing(ledger: Ledger, model: Model) -> str:
-    """What the energy ledger of an equilibrium leaves open, as the end of its sentence; "" if it closes."""
-    if ledger.imbalance <= UNACCOUNTED:
-        return ""
-    where = "what joints did between two steps is not known: smaller steps tell"
-    if model.laws.dry:
-        where = "the way there is not to be relied on; take smaller steps"
-    return (
-        f", but {ledger.imbalance:.1e} of the largest energy is missing from its ledger "
-        f"({ledger.unaccounted:.3g} J unaccounted for): {where}"
-    )
-
-
-def _unsettled(report: StepReport, made: Increment) -> str:
-    """Which stone yields without end, at what load, and what may be done."""
-    where = f"load factor {report.time:.6g}" if made.scheme.inertia == 0 else f"t = {report.time:.6g} s"
-    return (
-        f"Step {report.step}, {where}: {report.unsettled}: it yields more than its neighbours can bear, or "
-        f"the step is too long. What was reached before, at {made.before.time:.6g}, is the last state in "
-        "balance; take more and shorter steps, prescribe a displacement instead of a load, or run dynamics "
-        "to watch the collapse."
-    )
-
-
-def _restless(report: StepReport, made: Increment, model: Model) -> str:
-    """What goes on where a march ran out of steps, and what may end it."""
-    names = [name for name, _, _ in moving_blocks(model, made.after)]
-    what = "the state is not yet static"
-    if names:
-        others = f" and {len(names) - 4} more" if len(names) > 4 else ""
-        what = f"{', '.join(names[:4])}{others} still {'moves' if len(names) == 1 else 'move'}"
-    return (
-        f"Not at rest after {report.so_far}: forces that balance the loads exist, yet {what} (at "
-        f"{report.inertial_share(made.scheme.step):.1e} of the speed that the loads give in a step). Allow "
-        "more steps (analysis.max_steps), longer ones or more damping; where speeds no longer fall, tighten "
-        "solver.tolerance or loosen analysis.tolerance."
-    )
-
-
-def _no_equilibrium(report: StepReport, moving: tuple[tuple[str, float, str], ...]) -> str:
-    if not moving:
-        return (
-            f"No equilibrium was found in {report.so_far}, yet no block moves; "
-            "allow more steps, and see to it that a support holds every block."
-        )
-    ways: dict[str, list[str]] = {}
-    for name, _, way in moving:
-        ways.setdefault(way, []).append(name)
-    parts = [
-        f"{', '.join(names[:4])}{f' and {len(names) - 4} more' if len(names) > 4 else ''} "
-        f"{way if len(names) == 1 else way.rstrip('s')}"
-        for way, names in ways.items()
-    ]
-    cure = "see what should hold them (supports, friction, joints), or run dynamics to watch the motion"
-    start = "No equilibrium"
-    if report.outcome is Outcome.AT_LIMIT:
-        start = "No equilibrium to rely on: the loads can just be carried, but not with 0.1 % less friction"
-    if report.outcome is Outcome.UNSTRESSED:
-        start = "No equilibrium from a start without stress"
-    return f"{start} (step {report.step}): {'; '.join(parts)}; {cure}."

@@ -60,29 +60,29 @@ class SolverSettings:
             expected = ", ".join(repr(name) for name in names)
             gone = f"; {methods.GONE[self.method]}" if self.method in methods.GONE else ""
             raise ProblemError(f"method is {self.method!r}, expected one of {expected}{gone}")
-        if self.linear not in get_args(LinearName):
-            expected = ", ".join(repr(name) for name in get_args(LinearName))
-            raise ProblemError(f"linear is {self.linear!r}, expected one of {expected}")
-        if not 0 < self.tolerance < 1:
-            raise ProblemError(f"tolerance is {self.tolerance}, expected a number between 0 and 1")
-        if not 0 <= self.acceptable < 1:
-            raise ProblemError(f"acceptable is {self.acceptable}, expected a number from 0 to 1")
-        if self.max_iterations is not None and self.max_iterations < 1:
-            raise ProblemError(f"max_iterations is {self.max_iterations}, expected at least 1")
-        if self.time_limit is not None and not self.time_limit > 0:
-            raise ProblemError(f"time_limit is {self.time_limit} s, expected more than 0")
-        if not 0 <= self.least_impulse < np.inf:
-            raise ProblemError(f"least_impulse is {self.least_impulse} N s, expected at least 0")
-        if not 0 < self.relaxation < 2:
-            raise ProblemError(f"relaxation is {self.relaxation}, expected a number between 0 and 2")
-        if self.threads is not None and (self.threads < 1 or self.threads != int(self.threads)):
-            raise ProblemError(f"threads is {self.threads}, expected a whole number of at least 1")
+        known = get_args(LinearName)
+        self._check("linear", self.linear in known, "one of " + ", ".join(map(repr, known)))
+        self._check("tolerance", 0 < self.tolerance < 1, "a number between 0 and 1")
+        self._check("acceptable", 0 <= self.acceptable < 1, "a number from 0 to 1")
+        self._check("max_iterations", self.max_iterations is None or self.max_iterations >= 1, "at least 1")
+        self._check("time_limit", self.time_limit is None or self.time_limit > 0, "more than 0", " s")
+        self._check("least_impulse", 0 <= self.least_impulse < np.inf, "at least 0", " N s")
+        self._check("relaxation", 0 < self.relaxation < 2, "a number between 0 and 2")
+        whole = self.threads is None or (self.threads >= 1 and self.threads == int(self.threads))
+        self._check("threads", whole, "a whole number of at least 1")
         for name, usual in (("relaxation", 1.0), ("threads", None)):
             if self.method != "nsgs" and getattr(self, name) != usual:
                 raise ProblemError(
                     f"{name} is {getattr(self, name)} with method {self.method!r}, expected {usual}: "
                     "only sweeps have it; leave it out or choose method 'nsgs'"
                 )
+
+    def _check(self, name: str, holds: bool, expected: str, unit: str = "") -> None:
+        """Refuse a value that is not as expected."""
+        if not holds:
+            value = getattr(self, name)
+            told = repr(value) if isinstance(value, str) else f"{value}{unit}"
+            raise ProblemError(f"{name} is {told}, expected {expected}")
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,234 @@
+"""Rounds: the solves of one step, each linearised at a place, and what its end leaves of balance.
+
+rounds = Rounds(model, coupling, state, scheme, settings, forces, end, clock, begun(coupling, state.bodies))
+made = rounds.solved(rounds.start, None)           # linearised where the step begins
+made = rounds.solved(there, made)                  # and where that has led
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from masonry_fem.bodies.base import FloatArray, Free, Scheme, nonlinear
+from masonry_fem.joints.fold import Turn, solve_with_laws
+from masonry_fem.joints.state import JointState
+from masonry_fem.march.clock import Clock
+from masonry_fem.march.conditions import first_guess, joint_step
+from masonry_fem.march.coupling import Coupling
+from masonry_fem.march.model import Model
+from masonry_fem.march.place import Place
+from masonry_fem.march.state import SystemState
+from masonry_fem.nscd import ContactProblem, Solution, SolverSettings, Start
+
+logger = logging.getLogger(__name__)
+
+NEWTON_TOLERANCE = 1e-9  # of a block's impulse, on the volume residual
+
+
+@dataclass(frozen=True, slots=True)
+class Round:
+    """One solve of the contacts, linearised at ``place``, and where it leads.
+
+    Attributes
+    ----------
+    velocity : At the contacts, local frames, (c, d) [m/s]. joints : Their state; change : Left open of it.
+    impulse : Of all contacts, (c, d) [N s]. nodal : Gᵀ p by group. bodies : States at the end.
+    residuals : What stresses of nonlinear blocks left of balance after each round so far.
+    """
+
+    place: Place
+    problem: ContactProblem
+    solution: Solution
+    active: NDArray[np.int64]
+    joints: JointState
+    change: float
+    free: tuple[Free, ...]
+    impulse: FloatArray
+    rigid: tuple[FloatArray, ...]
+    nodal: tuple[FloatArray | None, ...]
+    bodies: tuple[Any, ...]
+    velocity: FloatArray
+    residuals: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Rounds:
+    """A step of a model, and what its rounds have in common.
+
+    Attributes
+    ----------
+    model, coupling : The structure and its body groups at the contacts.
+    state : Where the step begins. scheme : Its length and weights.
+    settings : Of the contact solver.
+    forces : F_θ by group.
+    end : Time at its end [s], in statics the load factor.
+    clock : Gathers CPU times by phase.
+    start : Place of the contacts where it begins.
+    """
+
+    model: Model
+    coupling: Coupling
+    state: SystemState
+    scheme: Scheme
+    settings: SolverSettings
+    forces: tuple[FloatArray, ...]
+    end: float
+    clock: Clock
+    start: Place
+
+    @property
+    def nonlinear(self) -> bool:
+        """Whether some blocks are."""
+        return any(group.nonlinear for group in self.model.groups)
+
+    def solved(self, place: Place, last: Round | None, ends: tuple[Any, ...] | None = None) -> Round:
+        """The contact problem at a place, from where the last round ended.
+
+        Parameters
+        ----------
+        place : Of the contacts.
+        last : The round before; None: this is the first.
+        ends : States that nonlinear blocks are linearised at; None: those that the last round led to.
+        """
+        self.clock.lap("step")
+        if ends is None:
+            ends = (None,) * len(self.model.groups) if last is None else last.bodies
+        free, taken, active = self._taken(place, last, ends)
+        made = self._led(place, last, free, taken, active)
+        if not self.nonlinear:
+            return made
+        left = max(self.unbalanced(made.bodies, made.impulse, made.nodal, made.place))
+        logger.debug("round %d: stresses leave %.3e of balance", len(made.residuals) + 1, left[0])
+        return replace(made, residuals=(*made.residuals, left[0]))
+
+    def _taken(
+        self, place: Place, last: Round | None, ends: tuple[Any, ...]
+    ) -> tuple[tuple[Free, ...], Turn, NDArray[np.int64]]:
+        """Steps without contact, the contact problem's solution, and the contacts that took part."""
+        model, coupling, state, scheme = self.model, self.coupling, self.state, self.scheme
+        guesses = tuple(
+            end if group.nonlinear else None for group, end in zip(model.groups, ends, strict=True)
+        )
+        compliance = coupling.compliance(place.contact, scheme, guesses)
+        self.clock.lap("factorise" if compliance.nnz else "step")  # rigid blocks have no compliance
+        free = tuple(
+            group.free(own, guess if group.nonlinear else at, force, scheme)
+            for group, own, at, guess, force in zip(
+                model.groups, state.bodies, place.bodies, guesses, self.forces, strict=True
+            )
+        )
+        trial = state.joints if last is None else last.joints
+        conditions = joint_step(
+            model, coupling, state, scheme, free, self.start.contact, place, compliance, trial
+        )
+        self.clock.lap("step")
+        taken = solve_with_laws(
+            model.laws, state.joints, conditions, self.settings, self._guess(conditions.active, last)
+        )
+        self.clock.lap("solve")
+        return free, taken, conditions.active
+
+    def _guess(self, active: NDArray[np.int64], last: Round | None) -> Start | None:
+        """What the contacts' solution starts from."""
+        if last is None:
+            return first_guess(self.state, self.scheme, active)
+        told = last.solution.velocity if np.array_equal(active, last.active) else None
+        return Start(last.impulse[active], last.solution.rigid_velocity, told)
+
+    def _led(
+        self, place: Place, last: Round | None, free: tuple[Free, ...], taken: Turn, active: NDArray[np.int64]
+    ) -> Round:
+        """The round that the contacts' solution makes."""
+        coupling, solution = self.coupling, taken.solution
+        impulse = np.zeros_like(place.contact.points)
+        impulse[active] = solution.impulse
+        rigid = coupling.scatter(solution.rigid_velocity, free)
+        nodal = coupling.nodal_impulses(impulse, place.contact)
+        bodies = tuple(
+            group.advance(own, part, velocity, push, self.scheme)
+            for group, own, part, velocity, push in zip(
+                self.model.groups, self.state.bodies, free, rigid, nodal, strict=True
+            )
+        )
+        elastic = tuple(
+            group.velocity_parts(moved)[1] for group, moved in zip(self.model.groups, bodies, strict=True)
+        )
+        velocity = place.bend + coupling.rigid_velocity(rigid, place.rigid_map)
+        velocity += coupling.elastic_velocity(elastic, place.contact)
+        if last is not None:
+            solution = _summed(last.solution, solution)
+        return Round(
+            place, taken.problem, solution, active, taken.trial, taken.change, free, impulse, rigid, nodal,
+            bodies, velocity, () if last is None else last.residuals,
+        )  # fmt: skip
+
+    def settled(self, made: Round) -> bool:
+        """Whether the stresses of all nonlinear blocks balance."""
+        return not made.residuals or made.residuals[-1] <= NEWTON_TOLERANCE
+
+    def unbalanced(
+        self,
+        bodies: tuple[Any, ...],
+        impulse: FloatArray,
+        nodal: tuple[FloatArray | None, ...],
+        place: Place,
+    ) -> Iterator[tuple[float, int]]:
+        """What stresses leave of balance in nonlinear blocks, relative to the largest impulses, and where.
+
+        Greatest residual and its block of each group.
+        """
+        pushes = self.coupling.rigid_impulses(impulse, place.rigid_map)
+        scale = float(np.linalg.norm(impulse, axis=1).max(initial=0.0))
+        found = []
+        for group, old, new, force, push, field in zip(
+            self.model.groups, self.state.bodies, bodies, self.forces, pushes, nodal, strict=True
+        ):
+            if not group.nonlinear:
+                continue
+            d = self.model.assembly.dimension
+            residual = group.imbalance(old, new, new, force, push, field, self.scheme)
+            given = self.scheme.step * np.linalg.norm(group.resultant(force)[:, :d], axis=1)
+            largest = max(given.max(initial=0.0), nonlinear(group).effort(new, self.scheme).max(initial=0.0))
+            scale = max(scale, float(largest))
+            worst = int(np.argmax(residual))
+            found.append((float(residual[worst]), int(group.blocks[worst])))
+        for left, block in found:
+            yield left / scale if scale > 0 else left, block
+
+    def residual(self, made: Round) -> float:
+        """Largest momentum residual of a block relative to the largest impulse on any."""
+        worst, scale, d = 0.0, 0.0, self.model.assembly.dimension
+        pushes = self.coupling.rigid_impulses(made.impulse, made.place.rigid_map)
+        for group, old, new, at, force, push, field in zip(
+            self.model.groups,
+            self.state.bodies,
+            made.bodies,
+            made.place.bodies,
+            self.forces,
+            pushes,
+            made.nodal,
+            strict=True,
+        ):
+            if group.prescribed:
+                continue
+            residual = group.imbalance(old, at, new, force, push, field, self.scheme)
+            worst = max(worst, float(np.abs(residual).max(initial=0.0)))
+            given = self.scheme.step * np.linalg.norm(group.resultant(force)[:, :d], axis=1)
+            scale = max(scale, float(given.max(initial=0.0)))
+        return worst / scale if scale > 0 else worst
+
+
+def _summed(first: Solution, second: Solution) -> Solution:
+    """The second of two rounds, with the efforts of both."""
+    return replace(
+        second,
+        iterations=first.iterations + second.iterations,
+        linear_solves=first.linear_solves + second.linear_solves,
+        seconds=first.seconds + second.seconds,
+    )

@@ -1,0 +1,154 @@
+"""Verdict: how a march ended, and the sentence that says so.
+
+message = sentence(verdict, end)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from masonry_fem.march.ledger import Ledger
+from masonry_fem.march.measure import moving_blocks
+from masonry_fem.march.model import Model
+from masonry_fem.march.step import Increment
+from masonry_fem.march.step_report import StepReport
+from masonry_fem.nscd import Outcome, SolverSettings
+
+Verdict = Literal["equilibrium", "finished", "no_convergence", "no_equilibrium"]
+
+UNACCOUNTED = 1e-6  # of the largest energy: what may be missing from the ledger of an equilibrium
+
+
+@dataclass(frozen=True, slots=True)
+class End:
+    """Where a march ended.
+
+    Attributes
+    ----------
+    model, made, report : The last step, what it was made with and what it did.
+    settings : Of the contact solver. ledger : Energies summed over the march.
+    objection : What the written results leave open; "" where nothing.
+    """
+
+    model: Model
+    made: Increment
+    report: StepReport
+    settings: SolverSettings
+    ledger: Ledger
+    objection: str
+
+    def moving(self, verdict: Verdict) -> tuple[tuple[str, float, str], ...]:
+        """Blocks that move where there is no equilibrium: (name, speed [m/s], how)."""
+        return tuple(moving_blocks(self.model, self.made.after)) if verdict == "no_equilibrium" else ()
+
+
+def sentence(verdict: Verdict, end: End) -> str:
+    """What a verdict means here, and what to do next.
+
+    Parameters
+    ----------
+    verdict : How the march ended.
+    end : Where it did.
+    """
+    if verdict == "equilibrium":
+        return f"Equilibrium after {end.report.so_far}{_missing(end.ledger, end.model)}."
+    if verdict == "finished":
+        return f"Reached t = {end.report.time:.6g} s in {end.report.so_far}."
+    if verdict == "no_equilibrium":
+        return _no_equilibrium(end.report, end.moving(verdict))
+    if end.report.unsettled:
+        return _unsettled(end.report, end.made)
+    return _open(end) if end.report.outcome.solved else _unsolved(end)
+
+
+def _open(end: End) -> str:
+    """Why steps that were solved are no equilibrium."""
+    if end.objection:
+        return f"No equilibrium in what is written: {end.objection}"
+    if end.report.joint_change == 0:
+        return _restless(end.report, end.made, end.model)
+    return (
+        f"Step {end.report.step}: the joint laws did not settle, the joints' state still changed by "
+        f"{end.report.joint_change:.1e}. Take more load steps, or analysis.substeps."
+    )
+
+
+def _unsolved(end: End) -> str:
+    """Why a step was not solved."""
+    report, made = end.report, end.made
+    stopped = f"Step {report.step}: the contact solver stopped at an error of {report.quality.error:.1e}"
+    if made.solution.rounded:
+        return (
+            f"{stopped}, which is rounding: no tolerance below it can be met here. Loosen the tolerance "
+            f"({end.settings.tolerance:g})."
+        )
+    message = f"{stopped}. {report.outcome.sentence} {report.outcome.advice(end.settings)}"
+    if made.problem.rigid and (made.problem.free_velocity[:, 0] < 0).any():
+        message += (
+            " Supports push, or overlaps are driven apart: rigid blocks between them that have no way "
+            "out have no motion either; make them elastic, or make room."
+        )
+    return message
+
+
+def _missing(ledger: Ledger, model: Model) -> str:
+    """What the energy ledger of an equilibrium leaves open, as the end of its sentence; "" if it closes."""
+    if ledger.imbalance <= UNACCOUNTED:
+        return ""
+    where = "what joints did between two steps is not known: smaller steps tell"
+    if model.laws.dry:
+        where = "the way there is not to be relied on; take smaller steps"
+    return (
+        f", but {ledger.imbalance:.1e} of the largest energy is missing from its ledger "
+        f"({ledger.unaccounted:.3g} J unaccounted for): {where}"
+    )
+
+
+def _unsettled(report: StepReport, made: Increment) -> str:
+    """Which stone yields without end, at what load, and what may be done."""
+    where = f"load factor {report.time:.6g}" if made.scheme.inertia == 0 else f"t = {report.time:.6g} s"
+    return (
+        f"Step {report.step}, {where}: {report.unsettled}: it yields more than its neighbours can bear, or "
+        f"the step is too long. What was reached before, at {made.before.time:.6g}, is the last state in "
+        "balance; take more and shorter steps, prescribe a displacement instead of a load, or run dynamics "
+        "to watch the collapse."
+    )
+
+
+def _restless(report: StepReport, made: Increment, model: Model) -> str:
+    """What goes on where a march ran out of steps, and what may end it."""
+    names = [name for name, _, _ in moving_blocks(model, made.after)]
+    what = "the state is not yet static"
+    if names:
+        others = f" and {len(names) - 4} more" if len(names) > 4 else ""
+        what = f"{', '.join(names[:4])}{others} still {'moves' if len(names) == 1 else 'move'}"
+    return (
+        f"Not at rest after {report.so_far}: forces that balance the loads exist, yet {what} (at "
+        f"{report.inertial_share(made.scheme.step):.1e} of the speed that the loads give in a step). Allow "
+        "more steps (analysis.max_steps), longer ones or more damping; where speeds no longer fall, tighten "
+        "solver.tolerance or loosen analysis.tolerance."
+    )
+
+
+def _no_equilibrium(report: StepReport, moving: tuple[tuple[str, float, str], ...]) -> str:
+    if not moving:
+        return (
+            f"No equilibrium was found in {report.so_far}, yet no block moves; "
+            "allow more steps, and see to it that a support holds every block."
+        )
+    ways: dict[str, list[str]] = {}
+    for name, _, way in moving:
+        ways.setdefault(way, []).append(name)
+    parts = [
+        f"{', '.join(names[:4])}{f' and {len(names) - 4} more' if len(names) > 4 else ''} "
+        f"{way if len(names) == 1 else way.rstrip('s')}"
+        for way, names in ways.items()
+    ]
+    cure = "see what should hold them (supports, friction, joints), or run dynamics to watch the motion"
+    start = "No equilibrium"
+    if report.outcome is Outcome.AT_LIMIT:
+        start = "No equilibrium to rely on: the loads can just be carried, but not with 0.1 % less friction"
+    if report.outcome is Outcome.UNSTRESSED:
+        start = "No equilibrium from a start without stress"
+    return f"{start} (step {report.step}): {'; '.join(parts)}; {cure}."

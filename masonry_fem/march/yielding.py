@@ -1,0 +1,90 @@
+"""Yielding: rounds of Newton's method in a step whose stones are not linear.
+
+made = settled_stresses(rounds, rounds.solved(rounds.start, None))
+rounds.settled(made)                               # whether the stresses of all stones balance
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+
+from masonry_fem.bodies.base import FloatArray, nonlinear
+from masonry_fem.march.place import Place
+from masonry_fem.march.rounds import NEWTON_TOLERANCE, Round, Rounds
+
+SUFFICIENT, SHARES = 0.9, (0.5, 0.25, 0.125, 0.0625)  # of a line search: less of the residual is left
+MOST, PATIENCE = 40, 8  # rounds in all, and rounds that bring stresses no nearer to balance
+
+
+@dataclass(frozen=True, slots=True)
+class _Guess:
+    """What nonlinear blocks are linearised at, and what their stresses leave of balance there.
+
+    Attributes
+    ----------
+    place : Of the contacts. bodies : States. impulse : Of all contacts, (c, d) [N s]. left : Relative.
+    """
+
+    place: Place
+    bodies: tuple[Any, ...]
+    impulse: FloatArray
+    left: float
+
+    @classmethod
+    def of(cls, made: Round) -> Self:
+        """The end of a round."""
+        return cls(made.place, made.bodies, made.impulse, made.residuals[-1])
+
+
+def settled_stresses(rounds: Rounds, made: Round) -> Round:
+    """Rounds until the stresses of all nonlinear blocks balance, or come no nearer.
+
+    Each is linearised where the last one led, or part of the way there if that is nearer to balance:
+    points that yield in one round and not in the next would make rounds go in circles.
+
+    Parameters
+    ----------
+    rounds : The step. made : Its first round.
+    """
+    at, least, idle = _Guess.of(made), np.inf, 0
+    while made.solution.solved and len(made.residuals) < MOST:
+        left = made.residuals[-1]
+        idle, least = 0 if left <= 0.5 * least else idle + 1, min(left, least)
+        if left <= NEWTON_TOLERANCE or idle > PATIENCE:
+            break
+        at = _nearest(rounds, at, _Guess.of(made))
+        made = rounds.solved(rounds.start, made, at.bodies)
+    return made
+
+
+def _nearest(rounds: Rounds, start: _Guess, end: _Guess) -> _Guess:
+    """The end of a round, or the point on the way there whose stresses leave least of balance."""
+    if start is end or end.left <= SUFFICIENT * start.left:
+        return end
+    best = end
+    for share in SHARES:
+        tried = _between(rounds, start, end, share)
+        if tried.left >= best.left and best is not end:
+            break  # it gets worse again
+        if tried.left < best.left:
+            best = tried
+        if best.left <= SUFFICIENT * start.left:
+            break
+    return best
+
+
+def _between(rounds: Rounds, start: _Guess, end: _Guess, share: float) -> _Guess:
+    """A ``share`` of the way from one guess to another, its material by the law."""
+    impulse = start.impulse + share * (end.impulse - start.impulse)
+    bodies = tuple(
+        nonlinear(group).between(own, one, other, share, rounds.scheme) if group.nonlinear else other
+        for group, own, one, other in zip(
+            rounds.model.groups, rounds.state.bodies, start.bodies, end.bodies, strict=True
+        )
+    )
+    nodal = rounds.coupling.nodal_impulses(impulse, end.place.contact)
+    left = max(rounds.unbalanced(bodies, impulse, nodal, end.place))[0]
+    return _Guess(end.place, bodies, impulse, left)

@@ -39,7 +39,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if "-no_signal_handler" not in asked:
         os.environ["PETSC_OPTIONS"] = " ".join([*asked, "-no_signal_handler"])
     logging.basicConfig(format="%(levelname)s: %(message)s")
-    logging.getLogger("masonry_fem").setLevel(logging.DEBUG if options.debug else logging.WARNING)
+    told = logging.DEBUG if options.debug else logging.INFO if options.verbose else logging.WARNING
+    logging.getLogger("masonry_fem").setLevel(told)
     with answered() as received:
         code = _answer(options)
     return 128 + received.number if code == INTERRUPTED else code

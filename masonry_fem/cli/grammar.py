@@ -44,6 +44,11 @@ def parents() -> Parents:
     """The options that commands share."""
     common = Parser(add_help=False)
     common.add_argument("--debug", action="store_true", help="show tracebacks and all messages")
+    common.add_argument(
+        "--verbose",
+        action="store_true",
+        help="show what rounds of each step leave of balance, and other notes",
+    )
     common.add_argument("--quiet", action="store_true", help="no progress bar, no table")
     scene = Parser(add_help=False)
     scene.add_argument("scene", type=Path, metavar="SCENE.toml", help="scene file")

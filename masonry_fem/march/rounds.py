@@ -104,7 +104,10 @@ class Rounds:
         if not self.nonlinear:
             return made
         left = max(self.unbalanced(made.bodies, made.impulse, made.nodal, made.place))
-        logger.debug("round %d: stresses leave %.3e of balance", len(made.residuals) + 1, left[0])
+        logger.info(
+            "t = %.6g, round %d: %d linear solves so far; stresses leave %.1e of balance",
+            self.end, len(made.residuals) + 1, made.solution.linear_solves, left[0],
+        )  # fmt: skip
         return replace(made, residuals=(*made.residuals, left[0]))
 
     def _taken(

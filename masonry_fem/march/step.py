@@ -10,6 +10,7 @@ these balance. What their material remembers is that of the start of the step in
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -27,6 +28,8 @@ from masonry_fem.march.rounds import NEWTON_TOLERANCE, Round, Rounds
 from masonry_fem.march.state import STICK, SystemState
 from masonry_fem.march.yielding import settled_stresses
 from masonry_fem.nscd import ContactProblem, Outcome, Solution, SolverSettings
+
+logger = logging.getLogger(__name__)
 
 MOST = 20  # rounds in all
 PATIENCE = 4  # rounds that bring forces no nearer to balance
@@ -168,6 +171,10 @@ def _turned(rounds: Rounds, first: Round) -> Increment:
     while True:
         there = reached(rounds.coupling, rounds.start, made.bodies, rounds.scheme.step)
         left, missed = _left(rounds, made, there)
+        logger.info(
+            "t = %.6g, round %d: %d linear solves so far; where it leads %.1e of balance is left",
+            rounds.end, count + 1, made.solution.linear_solves, left,
+        )  # fmt: skip
         nothing = max(ROUNDING, rounding(there.contact) / rounds.model.length)
         asked = max(rounds.settings.tolerance, made.solution.quality.block_balance)
         rest = max(left / asked, missed / nothing)

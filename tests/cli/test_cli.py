@@ -1,6 +1,7 @@
 """The command line: exit codes, one-line errors, what each command prints and writes."""
 
 import json
+import logging
 import os
 import re
 import subprocess
@@ -82,6 +83,14 @@ def test_run_hands_the_scene_over_and_names_the_files(scene, runner, capsys, tmp
 def test_quiet_prints_nothing(scene, runner, capsys):
     assert cli.main(["run", str(scene), "--quiet"]) == 0
     assert capsys.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(
+    ("options", "level"), [([], logging.WARNING), (["--verbose"], logging.INFO), (["--debug"], logging.DEBUG)]
+)
+def test_who_asks_is_told_more(scene, runner, options, level):
+    assert cli.main(["run", str(scene), "--quiet", *options]) == 0
+    assert logging.getLogger("masonry_fem").level == level
 
 
 def test_results_go_to_a_folder_named_after_the_scene(scene, runner):

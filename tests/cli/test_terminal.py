@@ -90,7 +90,7 @@ def test_signals_end_as_an_interrupt_does(number, monkeypatch, capsys):
         os.kill(os.getpid(), number)
         return 0
 
-    options = SimpleNamespace(command=command, debug=False)
+    options = SimpleNamespace(command=command, debug=False, verbose=False)
     monkeypatch.setattr(cli, "parser", lambda: SimpleNamespace(parse_args=lambda _: options))
     before = signal.signal(number, signal.SIG_DFL)  # ignored where the tests run under nohup
     try:
@@ -110,7 +110,7 @@ def test_a_command_that_keeps_what_it_knows_has_the_signals_code(monkeypatch):
         except KeyboardInterrupt:
             return exit_codes.INTERRUPTED
 
-    options = SimpleNamespace(command=command, debug=False)
+    options = SimpleNamespace(command=command, debug=False, verbose=False)
     monkeypatch.setattr(cli, "parser", lambda: SimpleNamespace(parse_args=lambda _: options))
     assert cli.main([]) == 143
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -143,6 +145,18 @@ def test_a6_6_elastic_springing_that_sinks_is_relieved(amount: float) -> None:
     forces = {name: float(value.force[1]) for name, value in result.summary.supports.items()}
     share = forces["arch.springing_right"] / sum(forces.values())
     assert share == pytest.approx(0.488294, rel=2e-3)
+
+
+def test_each_round_says_what_it_leaves_of_balance(caplog: pytest.LogCaptureFixture) -> None:
+    """``--verbose``; stones are stiff, so that rounds leave little of what the one before did."""
+    with caplog.at_level(logging.INFO, logger="masonry_fem.march.step"):
+        test_a6_6_elastic_springing_that_sinks_is_relieved(1e-3)
+    lines = [record.getMessage() for record in caplog.records if record.name == "masonry_fem.march.step"]
+    told = [(int(line.split("round ")[1].split(":")[0]), float(line.split()[-5])) for line in lines]
+    assert [number for number, _ in told].count(1) == 2  # load steps
+    assert len(told) >= 4
+    for (_, before), (number, left) in pairwise(told):
+        assert number == 1 or left < 0.1 * before
 
 
 # stones glued to a cantilever that bends far

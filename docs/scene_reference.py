@@ -82,6 +82,7 @@ TABLES: dict[type[Spec], str] = {
         kind.record: f'`[materials.NAME.inelastic]`, `law = "{name}"`'
         for name, kind in material_kinds().items()
     },
+    specs.PythonMaterial: '`[materials.NAME.inelastic]`, `law = "python"`',
     **{kind.record: f'`[[structures]]`, `kind = "{name}"`' for name, kind in kinds().items()},
     specs.Opening: "`[[structures.openings]]` of a wall",
     specs.Override: "`[[overrides]]`",

@@ -16,6 +16,7 @@ from masonry_fem.bodies.support import SupportGroup
 from masonry_fem.build.foresight import foresee_blocks, foresee_memory, foresee_meshes, memory_of_run
 from masonry_fem.build.joints import contacts_and_joints
 from masonry_fem.build.loads import loads
+from masonry_fem.build.material_law import material_law
 from masonry_fem.build.meeting import Meeting
 from masonry_fem.build.overlaps import refuse_overlaps
 from masonry_fem.build.places import check_places
@@ -93,7 +94,7 @@ def build(scene: specs.Scene, base: Path, before: Built | None = None, *, solved
     for kind in _used(stones):
         kind.load()
     clock.lap("import" if stones.deforming else "build")
-    groups = body_groups(scene, stones, () if before is None else before.model.groups)
+    groups = body_groups(scene, stones, base, () if before is None else before.model.groups)
     clock.lap("assemble" if stones.deforming else "build")
     model = Model(
         assembly=stones.assembly,
@@ -157,11 +158,11 @@ def _meet(scene: specs.Scene, stones: Stones, base: Path) -> Meeting | None:
 
 
 def body_groups(
-    scene: specs.Scene, stones: Stones, before: tuple[BodyGroup, ...] = ()
+    scene: specs.Scene, stones: Stones, base: Path = Path(), before: tuple[BodyGroup, ...] = ()
 ) -> tuple[BodyGroup, ...]:
     """One group of supports, and those that the stones' fidelities make, the coarsest first.
 
-    What the groups ``before`` have is used again where it fits.
+    What the groups ``before`` have is used again where it fits. ``base`` is the scene's folder.
     """
     groups: list[BodyGroup] = []
     if held := stones.of(None):
@@ -174,6 +175,7 @@ def body_groups(
             plane=scene.plane,
             lumped=scene.mass == "lumped",
             turns=scene.contact.update != "fixed",
+            law=lambda stone: material_law(stone, base),
             before=tuple(group for group in before if group.kind == kind.name),
         )
         groups.extend(_checked(kind, group) for group in kind.groups(given))

@@ -9,7 +9,7 @@ needs beyond NumPy it imports when it makes bodies: scenes that do not ask for i
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, ClassVar, Literal
@@ -21,6 +21,7 @@ from masonry_fem.records.discovery import discovered
 from masonry_fem.solid.assembly import Assembly
 
 if TYPE_CHECKING:
+    from masonry_fem.fem.material_law import MaterialLaw
     from masonry_fem.scene.specs import Material
 
 
@@ -35,6 +36,7 @@ class Given:
     clamps : Held faces of blocks that deform, by block.
     plane : What 2D means. lumped : Diagonal instead of consistent mass.
     turns : Whether equations are to follow stones that turn; else they are those of the reference.
+    law : Makes the law by which the stone of a material yields, of those that have one.
     before : Groups that the same fidelity made of the same scene with other meshes, to use again what fits.
     """
 
@@ -44,6 +46,7 @@ class Given:
     plane: Literal["strain", "stress"] | None
     lumped: bool
     turns: bool
+    law: Callable[[Material], MaterialLaw]
     before: tuple[BodyGroup, ...] = ()
 
 

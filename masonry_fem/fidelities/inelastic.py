@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, override
 
-from masonry_fem.errors import LawError, SceneError
+from masonry_fem.errors import SceneError
 from masonry_fem.fidelities import Given
 from masonry_fem.fidelities.elastic import Elastic
 
 if TYPE_CHECKING:
     from masonry_fem.fem.groups import Group
-    from masonry_fem.fem.material_law import MaterialLaw
-    from masonry_fem.scene.specs import Material
 
 
 class Inelastic(Elastic):
@@ -32,15 +30,5 @@ class Inelastic(Elastic):
                 "plane is 'stress' beside inelastic blocks, expected 'strain'; set plane = 'strain', or make "
                 "them elastic"
             )
-        laws = {block: _law(stone) for block, stone in given.materials.items()}
-        return cls.made(given, InelasticGroup, laws)
-
-
-def _law(stone: Material) -> MaterialLaw:
-    from masonry_fem.fem.material_kinds import law_of  # noqa: PLC0415
-
-    assert stone.inelastic is not None  # checked when the stones were laid
-    try:
-        return law_of(stone.inelastic)
-    except LawError as error:
-        raise SceneError(f"materials.*.inelastic: {error}") from error
+        laws = {id(stone): given.law(stone) for stone in given.materials.values()}
+        return cls.made(given, InelasticGroup, {b: laws[id(stone)] for b, stone in given.materials.items()})

@@ -25,6 +25,7 @@ from masonry_fem.scene.specs import (
     Motion,
     Override,
     PythonLaw,
+    PythonMaterial,
     Record,
     Scene,
     Structure,
@@ -210,7 +211,7 @@ def _files(scene: Scene, base: Path) -> None:
             _exists(record.source, (*path, "path"), base)
         elif isinstance(record, Record):
             _exists(record.path, (*path, "path"), base)
-        elif isinstance(record, PythonLaw):
+        elif isinstance(record, PythonLaw | PythonMaterial):
             if Path(record.file).suffix.lower() != ".py":
                 raise wrong((*path, "file"), record.file, "a Python file that ends in '.py'")
             _exists(record.file, (*path, "file"), base)

@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Union
 
 from msgspec import Meta
 
+from masonry_fem.fem.material_kinds import MaterialRecord
 from masonry_fem.joints.kinds import LawRecord, kinds
 from masonry_fem.records.record import FilePath, Length, Name, NonNegative, Pressure, Spec
 
@@ -63,12 +64,41 @@ class PythonLaw(LawRecord, frozen=True, kw_only=True, tag="python"):
 
     def faults(self) -> Iterator[tuple[str, str]]:
         """A program without trust: the key and what is expected of it."""
-        if not self.trusted:
-            yield (
-                "trusted",
-                f"true: '{self.file}' is a program, which may do anything on this machine; read it, then set "
-                "trusted = true beside its name or write --trust",
-            )
+        return _untrusted(self)
+
+
+class PythonMaterial(MaterialRecord, frozen=True, kw_only=True, tag="python"):
+    """A law of the user's own by which stone yields or breaks: a class of a Python file beside the scene.
+
+    The class derives from `masonry_fem.fem.material_law.MaterialLaw`; it gets the `parameters` as keywords,
+    in SI units. The file is a program that may do anything on the machine: it is run where it is `trusted`,
+    `masonry-fem check` included.
+
+    Attributes
+    ----------
+    file : a `.py` file, relative to the scene file
+    name : of the class in it
+    trusted : run the file: you have read it
+    parameters : its keywords: numbers in SI units, texts, true or false
+    """
+
+    file: FilePath
+    name: Name
+    trusted: bool = False
+    parameters: dict[Name, float | bool | str] | None = None
+
+    def faults(self) -> Iterator[tuple[str, str]]:
+        """A program without trust: the key and what is expected of it."""
+        return _untrusted(self)
+
+
+def _untrusted(program: PythonLaw | PythonMaterial) -> Iterator[tuple[str, str]]:
+    if not program.trusted:
+        yield (
+            "trusted",
+            f"true: '{program.file}' is a program, which may do anything on this machine; read it, then set "
+            "trusted = true beside its name or write --trust",
+        )
 
 
 class Mortar(Spec, frozen=True, kw_only=True):

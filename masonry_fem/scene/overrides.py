@@ -61,6 +61,11 @@ def trusting(scene: Path, overrides: Iterable[str]) -> list[str]:
         for index, one in _tables(tree, "joints")
         if isinstance(one.get("law"), dict) and one["law"].get("kind") == "python"
     ]
+    materials = tree.get("materials")
+    for name, one in materials.items() if isinstance(materials, dict) else ():
+        law = one.get("inelastic") if isinstance(one, dict) else None
+        if isinstance(law, dict) and law.get("law") == "python":
+            programs.append(f"materials.{name}.inelastic")
     return [f"{program}.trusted=true" for program in programs]
 
 

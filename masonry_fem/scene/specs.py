@@ -60,7 +60,15 @@ from masonry_fem.scene.actions import (
     TimeFunction,
     Traction,
 )
-from masonry_fem.scene.laws import AnyLaw, Dilatancy, Mortar, PythonLaw, Scatter, law_record
+from masonry_fem.scene.laws import (
+    AnyLaw,
+    Dilatancy,
+    Mortar,
+    PythonLaw,
+    PythonMaterial,
+    Scatter,
+    law_record,
+)
 from masonry_fem.structures import kinds
 from masonry_fem.structures.parts.opening import Opening
 
@@ -91,6 +99,7 @@ __all__ = [
     "PointForce",
     "Probe",
     "PythonLaw",
+    "PythonMaterial",
     "Reading",
     "Record",
     "Scatter",
@@ -117,7 +126,7 @@ if TYPE_CHECKING:
     MethodName = str
     AnyMaterialLaw = MaterialRecord
 else:
-    AnyMaterialLaw = Union[tuple(kind.record for kind in material_kinds().values())]  # noqa: UP007
+    AnyMaterialLaw = Union[(*(kind.record for kind in material_kinds().values()), PythonMaterial)]
     MethodName = Literal["auto", *methods()]
     PlacementName = Literal[placements()]
     Analysis = Union[tuple(strategies().values())]  # noqa: UP007

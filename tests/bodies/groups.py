@@ -5,12 +5,14 @@ Fidelities of stones that keep their shape join by themselves; those that deform
 
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 
 from masonry_fem.bodies.base import BodyGroup, Sides
 from masonry_fem.bodies.rigid import RigidGroup
 from masonry_fem.bodies.rotation import exponential
+from masonry_fem.build.material_law import material_law
 from masonry_fem.fidelities import Given, deforms, fidelities, fidelity
 from masonry_fem.scene.specs import Material, material_record
 from masonry_fem.solid.assembly import Assembly, Block, Shape
@@ -41,7 +43,9 @@ def made(
 ) -> BodyGroup:
     """What a fidelity makes of all blocks."""
     materials = dict.fromkeys(range(len(assembly.blocks)), material)
-    (group,) = fidelity(name).groups(Given(assembly, materials, {}, "strain", lumped, turns=turns))
+    (group,) = fidelity(name).groups(
+        Given(assembly, materials, {}, "strain", lumped, turns, lambda stone: material_law(stone, Path()))
+    )
     return group
 
 

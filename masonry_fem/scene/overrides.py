@@ -57,22 +57,18 @@ def trusting(scene: Path, overrides: Iterable[str]) -> list[str]:
         f"structures.{index}" for index, one in _tables(tree, "structures") if one.get("kind") == "file"
     ]
     programs += [
-        f"joints.{index}.law"
-        for index, one in _tables(tree, "joints")
-        if isinstance(one.get("law"), dict) and one["law"].get("kind") == "python"
+        f"{key}.{index}.{part}"
+        for key, part, tag in (("joints", "law", "kind"), ("materials", "inelastic", "law"))
+        for index, one in _tables(tree, key)
+        if isinstance(one.get(part), dict) and one[part].get(tag) == "python"
     ]
-    materials = tree.get("materials")
-    for name, one in materials.items() if isinstance(materials, dict) else ():
-        law = one.get("inelastic") if isinstance(one, dict) else None
-        if isinstance(law, dict) and law.get("law") == "python":
-            programs.append(f"materials.{name}.inelastic")
     return [f"{program}.trusted=true" for program in programs]
 
 
-def _tables(tree: dict[str, Any], key: str) -> list[tuple[int, dict[str, Any]]]:
-    """The tables of a list, with their indices."""
+def _tables(tree: dict[str, Any], key: str) -> list[tuple[Any, dict[str, Any]]]:
+    """The tables of a list, with their indices, or those of a table, with their names."""
     items = tree.get(key)
-    found = enumerate(items if isinstance(items, list) else ())
+    found = items.items() if isinstance(items, dict) else enumerate(items if isinstance(items, list) else ())
     return [(index, one) for index, one in found if isinstance(one, dict)]
 
 

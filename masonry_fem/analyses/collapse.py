@@ -178,7 +178,7 @@ def _doubts(trials: Trials, bracket: Bracket, bound: float | None, tolerance: fl
     if trials.struck:
         yield f"{counted(trials.struck, 'trial')} that statics left open, steps in time from rest decided"
     if any(trial.message.startswith(AT_LIMIT) for trial in trials.made if trial.verdict == "falls"):
-        yield "a trial whose loads can just be carried, but not with 0.1 % less friction, counts as falling"
+        yield "a trial whose loads are at the limit, beyond that of 0.1 % less friction, counts as falling"
     if bound is not None:
         yield from _beside_limit(trials, bracket, bound, tolerance)
 

@@ -148,7 +148,7 @@ def _no_equilibrium(report: StepReport, moving: tuple[tuple[str, float, str], ..
     cure = "see what should hold them (supports, friction, joints), or run dynamics to watch the motion"
     start = "No equilibrium"
     if report.outcome is Outcome.AT_LIMIT:
-        start = "No equilibrium to rely on: the loads can just be carried, but not with 0.1 % less friction"
+        start = "No equilibrium to rely on: the loads are at the limit, beyond that of 0.1 % less friction"
     if report.outcome is Outcome.UNSTRESSED:
         start = "No equilibrium from a start without stress"
     return f"{start} (step {report.step}): {'; '.join(parts)}; {cure}."

@@ -60,7 +60,7 @@ _SENTENCES = {
     Outcome.TIME_LIMIT: "The time limit was reached before the tolerance.",
     Outcome.NO_EQUILIBRIUM: "No impulses within the friction cones of contacts that close within the step"
     " balance the loads: a part slides, tips or falls.",
-    Outcome.AT_LIMIT: "The loads can just be carried: with 0.1 % less friction no impulses balance them,"
+    Outcome.AT_LIMIT: "The loads are at the limit: with 0.1 % less friction no impulses balance them,"
     " and the blocks, as they deform, find no rest at any finite slip.",
     Outcome.UNSTRESSED: "Impulses within the friction cones balance the loads, but nothing that the loads do"
     " brings them about: from a start without stress the blocks run off.",

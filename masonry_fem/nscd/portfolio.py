@@ -117,17 +117,15 @@ def _without_end(
 
 
 def _doubted(problem: ContactProblem, settings: SolverSettings, made: Solution) -> Solution:
-    """A state of static bodies that is near enough, unless it is proven that there is none.
+    """A state of static bodies that is near enough, unless it is proven that friction fails to hold them.
 
-    What moves is told as for a little less friction, since next to a limit many motions are possible.
+    What moves is told as for a little less friction: next to a limit many motions are possible. Where that
+    holds, too, it is no limit of friction, and as little as is missing may be the rounding of coordinates.
     """
-    proof = admissible_impulses(problem, MISSING, CLOSER_ITERATIONS).motion
-    if proof is None:
+    if admissible_impulses(problem, MISSING, CLOSER_ITERATIONS).motion is None:
         return made
     slipping = weakened(problem).motion
-    if slipping is None:  # what fails are not the joints' frictions
-        return _proven(problem, settings, made, proof)
-    return _proven(problem, settings, made, slipping, Outcome.AT_LIMIT)
+    return made if slipping is None else _proven(problem, settings, made, slipping, Outcome.AT_LIMIT)
 
 
 def _without_proof(

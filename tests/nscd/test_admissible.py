@@ -63,6 +63,14 @@ def test_next_to_the_limit_a_proof_decides_and_not_how_near_a_method_came(share:
     assert made.outcome is Outcome.AT_LIMIT if share > 0 else made.solved
 
 
+@pytest.mark.parametrize("lacking", [1.5e-7, 5e-7])
+def test_what_rounded_coordinates_leave_without_friction_is_no_limit_of_it(lacking: float) -> None:
+    """A face that is tilted by the rounding of a file pushes a block aside."""
+    made = solve(block(lacking, friction=0.0), SolverSettings(acceptable=1e-6))
+    assert made.outcome is Outcome.INEXACT
+    assert lacking / 2 <= made.quality.error <= 1e-6
+
+
 @pytest.mark.parametrize("ratio", [1e-12, 1e-8, 1e8, 1e12])
 def test_light_and_heavy_blocks(ratio: float) -> None:
     """A block on another, weights far apart, modes of unit mass: what carries them is found."""

@@ -73,6 +73,11 @@ def _sentence(error: Exception) -> str:
         return f"{error.filename}: {error.strerror}"
     if isinstance(error, MasonryError | OSError):
         return str(error)
+    if isinstance(error, MemoryError):
+        return (
+            "memory is not enough for this scene; 'masonry-fem check' tells what a run needs: "
+            "take fewer or larger elements (mesh.size), make blocks rigid, or allow more"
+        )
     # a defect of this program, or of a file that was added to it
     what = f"{type(error).__name__}: {error}{_place(error)}"
     return f"unexpected {what}; run again with --debug for the details"

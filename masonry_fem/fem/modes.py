@@ -71,7 +71,8 @@ def _allowed(motions: FloatArray, free: IntArray) -> FloatArray:
     held = np.delete(motions, free, axis=0)
     if not len(held):
         return np.eye(motions.shape[1])
-    _, values, rows = np.linalg.svd(held, full_matrices=True)
+    # of a triangle with the same right singular vectors: a clamped face may have thousands of rows
+    _, values, rows = np.linalg.svd(np.linalg.qr(held, mode="r"), full_matrices=True)
     rank = int((values > 1e-9 * max(values[0], 1e-300)).sum())
     return rows[rank:].T
 

@@ -93,6 +93,18 @@ def test_who_asks_is_told_more(scene, runner, options, level):
     assert logging.getLogger("masonry_fem").level == level
 
 
+def test_memory_that_is_not_enough_is_said_in_a_sentence(scene, runner, capsys, monkeypatch):
+    def hungry(*given, **keys):
+        raise MemoryError
+
+    monkeypatch.setattr(sys.modules["masonry_fem.analyses.run"], "run", hungry)
+    assert cli.main(["run", str(scene), "--quiet"]) == 1
+    told = capsys.readouterr().err
+    assert "memory" in told
+    assert "mesh.size" in told
+    assert "unexpected" not in told
+
+
 def test_results_go_to_a_folder_named_after_the_scene(scene, runner):
     cli.main(["run", str(scene), "--quiet"])
     assert runner.calls[0][1] == Path("results/pier")

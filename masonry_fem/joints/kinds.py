@@ -35,7 +35,14 @@ class LawRecord(Spec, frozen=True, kw_only=True, tag_field="kind"):
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """A law that scene files can ask for: its record, its class and where they stand."""
+    """A law that scene files can ask for.
+
+    Attributes
+    ----------
+    record : Class of what a scene says of it.
+    law : Its class.
+    file : Where it stands, to be named in errors.
+    """
 
     record: type[LawRecord]
     law: type[Law]

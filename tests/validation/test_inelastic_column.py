@@ -277,6 +277,6 @@ def test_what_does_not_fit_is_refused(plane, law, message):
 
 
 def test_rounds_are_told_where_they_are_asked_for(caplog):
-    caplog.set_level(logging.DEBUG, "masonry_fem.march.step")
+    caplog.set_level(logging.INFO, "masonry_fem.march")
     ran(squeezed(cells=1))
     assert any("stresses leave" in record.message for record in caplog.records)

@@ -246,12 +246,14 @@ class Moves(Protocol):
         """The rigid motions x = R X + t nearest to what blocks have done, (b, d, d) and (b, d) [m]."""
         ...
 
-    def free(self, state: State, guess: State, force: FloatArray, scheme: Scheme) -> Free:
-        """The step without contact, linearised at ``guess``, which linear groups ignore.
+    def free(
+        self, state: State, at: State, force: FloatArray, scheme: Scheme, guess: State | None = None
+    ) -> Free:
+        """The step without contact.
 
-        Nonlinear ones are elastic from ``state`` on where the guess is None or ``state``.
-        ``force`` is F_θ = (1−θ) F_i + θ F_{i+1}. Statics (inertia 0) balances at the end of the step:
-        there blocks that turn take axes and arms of ``guess``.
+        Nonlinear groups are linearised at ``guess``; None: they are elastic from ``state`` on. ``force`` is
+        F_θ = (1−θ) F_i + θ F_{i+1}. Statics (inertia 0) balances at the end of the step: there blocks that
+        turn take axes and arms of ``at``.
         """
         ...
 
@@ -306,12 +308,12 @@ class Loaded(Protocol):
         ...
 
     def imbalance(
-        self, state: State, guess: State, after: State, force: FloatArray, impulse: FloatArray,
+        self, state: State, at: State, after: State, force: FloatArray, impulse: FloatArray,
         nodal: FloatArray | None, scheme: Scheme,
     ) -> FloatArray:  # fmt: skip
         """Residual of each block's momentum equation over the step [N s], shape (b,).
 
-        ``impulse`` is Bᵀ p (b, m), ``guess`` the state in whose arms and axes it is written, as in ``free``:
+        ``impulse`` is Bᵀ p (b, m), ``at`` the state in whose arms and axes it is written, as in ``free``:
         ``after`` itself where the step balances there. Not from the solver's words.
         """
         ...

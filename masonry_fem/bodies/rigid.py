@@ -165,14 +165,17 @@ class RigidGroup(Undeformed):
 
     # --- the step ---------------------------------------------------------------------------------
 
-    def free(self, state: RigidState, guess: RigidState, force: FloatArray, scheme: Scheme) -> Free:
-        """The step without contact impulses; the gyroscopic term stands in U_0, the arms are of ``guess``.
+    def free(
+        self, state: RigidState, at: RigidState, force: FloatArray, scheme: Scheme,
+        guess: RigidState | None = None,
+    ) -> Free:  # fmt: skip
+        """The step without contact impulses; the gyroscopic term stands in U_0, the arms are of ``at``.
 
         ``rigid_velocity`` is the velocity with which the block would end the step if nothing acted
         on it: spatial angular momentum conserved, components along the axes that have turned.
         """
         velocity, h = self._coasting_velocity(state, scheme), scheme.step
-        at = state if scheme.inertia else guess
+        at = state if scheme.inertia else at
         damping = scheme.inertia * h * self.damping
         return Free(
             rigid_velocity=velocity,
@@ -244,7 +247,7 @@ class RigidGroup(Undeformed):
         return RigidState(shift, turned, scale * mean)
 
     def imbalance(
-        self, state: RigidState, guess: RigidState, after: RigidState, force: FloatArray, impulse: FloatArray,
+        self, state: RigidState, at: RigidState, after: RigidState, force: FloatArray, impulse: FloatArray,
         nodal: FloatArray | None, scheme: Scheme,
     ) -> FloatArray:  # fmt: skip
         """Residual of each block's momentum equation over the step [N s], shape (b,).
@@ -252,7 +255,7 @@ class RigidGroup(Undeformed):
         The part about the principal axes counts by the momentum that it has at the radius of
         gyration, √(J/m): both parts are then √m times a residual in U.
         """
-        free = self.free(state, guess, force, scheme)
+        free = self.free(state, at, force, scheme)
         residual = free.rigid_mass * (after.velocity - free.rigid_velocity) - impulse - free.rigid_impulse
         size: FloatArray = np.sqrt(self.mass) * np.linalg.norm(residual, axis=1)
         return size

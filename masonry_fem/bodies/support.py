@@ -182,7 +182,10 @@ class SupportGroup(Undeformed):
 
     # --- the step ---------------------------------------------------------------------------------
 
-    def free(self, state: SupportState, guess: SupportState, force: FloatArray, scheme: Scheme) -> Free:
+    def free(
+        self, state: SupportState, at: SupportState, force: FloatArray, scheme: Scheme,
+        guess: SupportState | None = None,
+    ) -> Free:  # fmt: skip
         """The velocity at the end of the step, given by the motion.
 
         It is the u⁺ for which q + h[(1−θ) u + θ u⁺] is exactly the prescribed position at the end,
@@ -212,7 +215,7 @@ class SupportGroup(Undeformed):
         return SupportState(time, *self._pose(time), velocity)
 
     def imbalance(
-        self, state: SupportState, guess: SupportState, after: SupportState, force: FloatArray,
+        self, state: SupportState, at: SupportState, after: SupportState, force: FloatArray,
         impulse: FloatArray, nodal: FloatArray | None, scheme: Scheme,
     ) -> FloatArray:  # fmt: skip
         """Nothing: a support takes whatever it is given, shape (b,) [N s]."""

@@ -118,12 +118,12 @@ class ElasticAttachment[S: Deformed](ABC):
         return nodal
 
     def compliance(
-        self, scheme: Scheme, seen: FloatArray, guess: ElasticState | None = None
+        self, scheme: Scheme, seen: FloatArray, guess: S | None = None
     ) -> Sequence[tuple[IntArray, FloatArray]]:
         """W_el of each block that has sides; blocks that are alike share one (read-only) matrix."""
         if not self.members:
             return ()
-        own = self.own_surfaces(scheme, guess)
+        own = self._own_surfaces(scheme, guess)
         surface, local = self._surface_block(scheme), self._local(seen)
         digits = _digits(local)
         known: dict[tuple[int, bytes], FloatArray] = {}
@@ -138,15 +138,6 @@ class ElasticAttachment[S: Deformed](ABC):
             result.append((rows, known[key]))
         return result
 
-    def own_surfaces(self, scheme: Scheme, guess: ElasticState | None) -> Mapping[int, FloatArray]:
-        """(M̂⁻¹)_el on the dofs that carry contacts, of the blocks whose tangent is their own: none here.
-
-        Parameters
-        ----------
-        scheme : Coefficients of the step. guess : What the blocks are linearised at.
-        """
-        return {}
-
     # --- private ----------------------------------------------------------------------------------
 
     def _local(self, frames: FloatArray) -> FloatArray:
@@ -159,13 +150,22 @@ class ElasticAttachment[S: Deformed](ABC):
         value: FloatArray = self._interpolation @ nodal.reshape(-1, self.group.dimension)
         return value
 
+    def _own_surfaces(self, scheme: Scheme, guess: S | None) -> Mapping[int, FloatArray]:
+        """(M̂_t⁻¹)_el on the dofs that carry contacts, of the blocks that yield in ``guess``."""
+        tangents, touched = self.group.tangents(guess, scheme), set(self.bodies.tolist())
+        return {body: one.block(self._dofs) for body, one in tangents.items() if body in touched}
+
+    @property
+    def _dofs(self) -> IntArray:
+        """Those that carry contacts."""
+        d = self.group.dimension
+        return (self.carriers[:, None] * d + np.arange(d)).ravel()
+
     def _surface_block(self, scheme: Scheme) -> FloatArray:
         """(M̂⁻¹)_el on all dofs of the nodes that carry contacts, dense."""
         key = coefficients(self.group.operators, scheme)
         if self._surface is None or self._surface.key != key:
-            d = self.group.dimension
-            dofs = (self.carriers[:, None] * d + np.arange(d)).ravel()
-            self._surface = _Surface(key, self.group.factor(scheme).block(dofs))
+            self._surface = _Surface(key, self.group.factor(scheme).block(self._dofs))
         return self._surface.block
 
     def _condensed(

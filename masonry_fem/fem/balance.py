@@ -12,6 +12,7 @@ import numpy as np
 from masonry_fem.bodies.base import FloatArray, Scheme, StepEnergy
 from masonry_fem.fem.assemble import ShapeOperators
 from masonry_fem.fem.clamp import Holds
+from masonry_fem.fem.constitution import Constitution, dot
 from masonry_fem.fem.meshed import ElasticState
 from masonry_fem.fem.modes import RigidModes
 
@@ -22,24 +23,25 @@ class Balance:
 
     Attributes
     ----------
-    operators : Stiffness and mass. modes : Rigid modes. holds : Dofs that clamps hold.
+    operators : Stiffness and mass. constitution : Forces of stresses, and what they take.
+    modes : Rigid modes. holds : Dofs that clamps hold.
     """
 
     operators: ShapeOperators
+    constitution: Constitution
     modes: RigidModes
     holds: Holds
 
     def residual(
         self, before: ElasticState, after: ElasticState, force: FloatArray, scheme: Scheme
     ) -> FloatArray:
-        """M (u⁺ − u) + h C u_θ + h K q_θ − h F_θ of all nodes, shape (b, n) [N s]."""
+        """M (u⁺ − u) + h C u_θ + h ∫Bᵀσ_θ − h F_θ of all nodes, shape (b, n) [N s]."""
         h, theta, inertia, own = scheme.step, scheme.theta, scheme.inertia, self.operators
-        stretch = (1 - theta) * before.displacement + theta * after.displacement
-        total = -h * force
+        total, rate = -h * force, None
         if inertia:
             total += self.inertia(before, after, scheme)
-            stretch += inertia * own.material.stiffness_damping * mean_velocity(before, after, theta)[1]
-        residual: FloatArray = total + h * (stretch @ own.stiffness)
+            rate = inertia * own.material.stiffness_damping * mean_velocity(before, after, theta)[1]
+        residual: FloatArray = total + h * self.constitution.forces(before, after, theta, rate)
         return residual
 
     def inertia(self, before: ElasticState, after: ElasticState, scheme: Scheme) -> FloatArray:
@@ -51,13 +53,6 @@ class Balance:
         elastic = after.velocity - before.velocity + h * alpha * elastic_mean
         taken: FloatArray = scheme.inertia * ((rigid @ self.modes.modes.T + elastic) @ own.mass)
         return taken
-
-    def viscous(self, before: ElasticState, after: ElasticState, scheme: Scheme) -> FloatArray:
-        """β K u_θ of all nodes, β the stiffness damping; 0 in statics, shape (b, n) [N]."""
-        own = self.operators
-        mean = mean_velocity(before, after, scheme.theta)[1]
-        force: FloatArray = scheme.inertia * own.material.stiffness_damping * (mean @ own.stiffness)
-        return force
 
     def imbalance(self, residual: FloatArray, impulse: FloatArray, nodal: FloatArray | None) -> FloatArray:
         """Size of what impulses Bᵀ p (b, m) and Gᵀ p (b, n) leave of a residual, shape (b,) [N s].
@@ -92,7 +87,7 @@ class Balance:
         self, before: ElasticState, after: ElasticState, force: FloatArray, given: FloatArray | None,
         scheme: Scheme,
     ) -> StepEnergy:  # fmt: skip
-        """Work of F_θ and of the impulses that moving clamps give (b, n); what damping and θ took.
+        """Work of F_θ and of the impulses that moving clamps give (b, n); what damping, stone and θ took.
 
         ``given`` is read at held dofs only; None: no clamp moves.
         """
@@ -101,29 +96,17 @@ class Balance:
         external = h * (dot(force @ self.modes.modes, rigid) + dot(force, elastic))
         held = self.holds.dofs
         support = np.zeros(len(force)) if given is None else dot(given[:, held], elastic[:, held])
-        stretch = after.displacement - before.displacement
-        numerical = dot(stretch @ own.stiffness, stretch)
+        numerical, lost = self.constitution.lost(before, after, theta)
         damping = np.zeros(len(force))
         if inertia:
             change = after.rigid_velocity - before.rigid_velocity, after.velocity - before.velocity
-            numerical = numerical + inertia * self.mass_square(*change)
+            numerical = numerical + (theta - 0.5) * inertia * self.mass_square(*change)
             damping = own.material.mass_damping * self.mass_square(rigid, elastic)
             damping += own.material.stiffness_damping * dot(elastic @ own.stiffness, elastic)
-        return StepEnergy(external, support, inertia * h * damping, (theta - 0.5) * numerical)
+        return StepEnergy(external, support, inertia * h * damping, numerical, lost)
 
 
 def mean_velocity(before: ElasticState, after: ElasticState, theta: float) -> tuple[FloatArray, FloatArray]:
     """u_θ = (1 − θ) u + θ u⁺ in rigid (b, m) and elastic part (b, n)."""
     rigid = (1 - theta) * before.rigid_velocity + theta * after.rigid_velocity
     return rigid, (1 - theta) * before.velocity + theta * after.velocity
-
-
-def dot(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Scalar products block by block, shape (b,).
-
-    Parameters
-    ----------
-    a, b : One vector per block, shape (b, n).
-    """
-    product: FloatArray = np.einsum("bn,bn->b", a, b)
-    return product

@@ -1,11 +1,12 @@
-"""Corotational blocks: elastic blocks that turn without bound and are strained little.
+"""Corotational blocks: blocks that turn without bound and are strained little.
 
 Each block has a frame: its centroid in the reference has gone by ``shift``, its axes have turned by R, and
 
     x = c + R (X + u),        Φᵀ M u = 0
 
-where u is small and M-orthogonal to the rigid modes of the reference. Internal forces are R K u, so that K, M
-and all factors are constant in the frame. Nothing else is needed for balance in the deformed place: the frame
+where u is small and M-orthogonal to the rigid modes of the reference. Internal forces are R K u, or R ∫Bᵀσ(u)
+where stones yield: K, M and all elastic factors are constant in the frame, and material laws see strains that
+no turn has changed. Nothing else is needed for balance in the deformed place: the frame
 is that of least squares with M as weight, whose derivative adds M Φ λ to K u, with λ what makes the forces on
 the deformed block balance. That is what ``Compliance`` solves.
 
@@ -48,8 +49,8 @@ from masonry_fem.bodies.rotation import (
 from masonry_fem.bodies.undeformed import translation_and_spin
 from masonry_fem.fem.assemble import ShapeOperators
 from masonry_fem.fem.attachment import ElasticAttachment
-from masonry_fem.fem.balance import dot
 from masonry_fem.fem.condense import coefficients
+from masonry_fem.fem.constitution import Constitution, LinearElasticity, Memory, dot
 from masonry_fem.fem.deformable import Deformable
 from masonry_fem.fem.modes import RigidModes, rigid_modes
 from masonry_fem.solid.pose import Pose
@@ -68,6 +69,7 @@ class TurningState:
     rigid_velocity : U, shape (b, m) [kg^½ m/s].
     velocity : u̇, axes of the frame, shape (b, n) [m/s]. After a step of statics U and u̇ are the motion of
         that step over h; no momentum belongs to them.
+    memory : Of the material, axes of the frame; None where it has none.
     """
 
     time: float
@@ -76,6 +78,7 @@ class TurningState:
     displacement: FloatArray
     rigid_velocity: FloatArray
     velocity: FloatArray
+    memory: Memory | None = None
 
     @property
     def rotation(self) -> FloatArray:
@@ -93,6 +96,7 @@ class CorotationalGroup(Deformable[TurningState]):
     names : Their names.
     poses : Where the mesh stands for each.
     operators : Mesh, stiffness and mass.
+    constitution : Their stresses; None: linear elasticity.
 
     Notes
     -----
@@ -104,12 +108,14 @@ class CorotationalGroup(Deformable[TurningState]):
     turns = True
 
     def __init__(
-        self, blocks: IntArray, names: Sequence[str], poses: Sequence[Pose], operators: ShapeOperators
-    ) -> None:
+        self, blocks: IntArray, names: Sequence[str], poses: Sequence[Pose], operators: ShapeOperators,
+        constitution: Constitution | None = None,
+    ) -> None:  # fmt: skip
         mesh = operators.mesh
         free = np.arange(mesh.points.size)
         modes = rigid_modes(mesh.points, operators.mass, free)
-        super().__init__(blocks, names, poses, operators, modes, free)
+        own = LinearElasticity(operators) if constitution is None else constitution
+        super().__init__(blocks, names, poses, operators, modes, free, own)
 
     def clamp_reactions(
         self, state: TurningState, after: TurningState, force: FloatArray, nodal: FloatArray | None,
@@ -121,9 +127,9 @@ class CorotationalGroup(Deformable[TurningState]):
     def rest(self) -> TurningState:
         """Undeformed, in place, at rest."""
         b, m, d = self.count, self.modes.modes.shape[1], self.dimension
-        nothing = np.zeros((b, m))
+        nothing, memory = np.zeros((b, m)), self.constitution.fresh(b)
         return TurningState(
-            0.0, np.zeros((b, d)), np.zeros((b, d, d)), self.no_force(), nothing, self.no_force()
+            0.0, np.zeros((b, d)), np.zeros((b, d, d)), self.no_force(), nothing, self.no_force(), memory
         )
 
     def attach(self, sides: Sides) -> TurningAttachment:
@@ -156,23 +162,32 @@ class CorotationalGroup(Deformable[TurningState]):
 
     # --- the step ---------------------------------------------------------------------------------
 
-    def free(self, state: TurningState, guess: TurningState, force: FloatArray, scheme: Scheme) -> Free:
-        """The step without contact impulses; loads act along the axes and at the arms of ``guess``.
+    def free(
+        self, state: TurningState, at: TurningState, force: FloatArray, scheme: Scheme,
+        guess: TurningState | None = None,
+    ) -> Free:  # fmt: skip
+        """The step without contact impulses; loads act along the axes and at the arms of ``at``.
 
         With inertia those of ``state``.
         """
-        at = state if scheme.inertia else guess
+        at = state if scheme.inertia else at
         h, theta, inertia = scheme.step, scheme.theta, scheme.inertia
         alpha, beta = self.operators.material.mass_damping, self.operators.material.stiffness_damping
-        start = state.velocity if inertia else np.zeros_like(state.velocity)
-        right = h * self._own(at, force)
-        right -= h * ((state.displacement + (h * theta + inertia * beta) * start) @ self.operators.stiffness)
-        if inertia and alpha:
-            right -= inertia * h * alpha * (start @ self.operators.mass)
-        elastic = start + self.factor(scheme).apply(right)
+        if guess is not None:
+            left = self._elastic_residual(state, guess, self._own(at, force), scheme)
+            elastic = guess.velocity - self.compliant(left, guess, scheme)
+        else:
+            start = state.velocity if inertia else np.zeros_like(state.velocity)
+            rate = (h * theta + inertia * beta) * start
+            right = h * self._own(at, force)
+            right -= h * self.constitution.forces(state, state, theta, rate)
+            if inertia and alpha:
+                right -= inertia * h * alpha * (start @ self.operators.mass)
+            elastic = start + self.factor(scheme).apply(right)
         return replace(
-            self._rigid(state, at, force, scheme), elastic=elastic, origin=None if at is state else at
-        )
+            self._rigid(state, at, force, scheme),
+            elastic=elastic, origin=None if at is state else at, guess=guess,
+        )  # fmt: skip
 
     def _rigid(self, state: TurningState, at: TurningState, force: FloatArray, scheme: Scheme) -> Free:
         """The rigid part of ``free``."""
@@ -217,15 +232,42 @@ class CorotationalGroup(Deformable[TurningState]):
     ) -> TurningState:
         """The state at the end of the step: u by the θ rule in the frame, the frame by the exponential."""
         assert free.elastic is not None
+        velocity = free.elastic
+        if nodal is not None:
+            velocity = velocity + self.compliant(nodal, free.guess, scheme)
+        return self._reached(state, free.origin, rigid_velocity, velocity, scheme)
+
+    def between(
+        self, state: TurningState, start: TurningState, end: TurningState, share: float, scheme: Scheme
+    ) -> TurningState:
+        """The state at the end of a step from ``state`` with velocities between those of two others.
+
+        Parameters
+        ----------
+        state : Where the step begins. start, end : Two guesses of where it ends.
+        share : Of the way from the first to the second. scheme : Coefficients of the step.
+        """
+        rigid = start.rigid_velocity + share * (end.rigid_velocity - start.rigid_velocity)
+        velocity = start.velocity + share * (end.velocity - start.velocity)
+        return self._reached(state, None, rigid, velocity, scheme)
+
+    def _reached(
+        self,
+        state: TurningState,
+        origin: TurningState | None,
+        rigid_velocity: FloatArray,
+        velocity: FloatArray,
+        scheme: Scheme,
+    ) -> TurningState:
+        """The state at the end of a step, its velocities given: U leads on from ``origin``, or the start."""
         h, theta, d = scheme.step, scheme.theta, self.dimension
-        velocity = free.elastic if nodal is None else free.elastic + self.factor(scheme).apply(nodal)
         bent = state.displacement + h * ((1 - theta) * state.velocity + theta * velocity)
-        origin, (shifts, spins) = free.origin, per_unit(self.modes)
+        memory, (shifts, spins) = self.constitution.followed(state, bent), per_unit(self.modes)
         if origin is None:
             move = h * ((1 - theta) * state.rigid_velocity + theta * rigid_velocity)
             shift = state.shift + shifts * move[:, :d]
             turned = _turned_on(state.turned, move[:, d:] @ spins.T)
-            return TurningState(state.time + h, shift, turned, bent, rigid_velocity, velocity)
+            return TurningState(state.time + h, shift, turned, bent, rigid_velocity, velocity, memory)
         # on from the state that the step was linearised at, with the U that leads there at once
         move = h * (rigid_velocity - origin.rigid_velocity)
         shift = origin.shift + shifts * move[:, :d]
@@ -234,7 +276,7 @@ class CorotationalGroup(Deformable[TurningState]):
         if d == 3:
             way = np.einsum("bji,bj->bi", state.rotation, way)
         whole = np.concatenate([(shift - state.shift) / shifts, np.linalg.solve(spins, way.T).T], axis=1) / h
-        return TurningState(state.time + h, shift, turned, bent, whole, velocity)
+        return TurningState(state.time + h, shift, turned, bent, whole, velocity, memory)
 
     # --- measures of the step -----------------------------------------------------------------------
 
@@ -247,11 +289,11 @@ class CorotationalGroup(Deformable[TurningState]):
         return np.concatenate([acting.sum(axis=1), moments], axis=1)
 
     def imbalance(
-        self, state: TurningState, guess: TurningState, after: TurningState, force: FloatArray,
+        self, state: TurningState, at: TurningState, after: TurningState, force: FloatArray,
         impulse: FloatArray, nodal: FloatArray | None, scheme: Scheme,
     ) -> FloatArray:  # fmt: skip
         """Residual of each block's momentum equation over the step, rigid and nodal [N s], shape (b,)."""
-        at = state if scheme.inertia else guess
+        at = state if scheme.inertia else at
         rigid = self._rigid(state, at, force, scheme)
         left = (
             rigid.rigid_mass * (after.rigid_velocity - rigid.rigid_velocity) - impulse - rigid.rigid_impulse
@@ -267,12 +309,11 @@ class CorotationalGroup(Deformable[TurningState]):
     def _elastic_residual(
         self, state: TurningState, after: TurningState, force: FloatArray, scheme: Scheme
     ) -> FloatArray:
-        """M Δu̇ + h C u̇_θ + h K u_θ − h F_θ in the frame, but for rigid modes, shape (b, n) [N s]."""
+        """M Δu̇ + h C u̇_θ + h ∫Bᵀσ_θ − h F_θ in the frame, but for rigid modes, shape (b, n) [N s]."""
         h, theta, inertia, own = scheme.step, scheme.theta, scheme.inertia, self.operators
         mean = (1 - theta) * state.velocity + theta * after.velocity
-        stretch = (1 - theta) * state.displacement + theta * after.displacement
-        stretch += inertia * own.material.stiffness_damping * mean
-        left: FloatArray = h * (stretch @ own.stiffness) - h * force
+        rate = inertia * own.material.stiffness_damping * mean if inertia else None
+        left: FloatArray = h * self.constitution.forces(state, after, theta, rate) - h * force
         if inertia:
             moved = after.velocity - state.velocity + h * own.material.mass_damping * mean
             left += inertia * (moved @ own.mass)
@@ -316,7 +357,7 @@ class CorotationalGroup(Deformable[TurningState]):
         self, state: TurningState, after: TurningState, force: FloatArray, nodal: FloatArray | None,
         scheme: Scheme,
     ) -> StepEnergy:  # fmt: skip
-        """Work of F_θ on the way of its nodes; what damping, the θ-scheme and finite turns took.
+        """Work of F_θ on the way of its nodes; what damping, yielding, the θ-scheme and finite turns took.
 
         Impulses and loads of a step work along velocities, nodes that turn go on arcs: as with rigid blocks
         what the discretisation gives or takes there is numerical.
@@ -328,8 +369,7 @@ class CorotationalGroup(Deformable[TurningState]):
         straight = h * (dot(self._generalised(at, force), rigid) + dot(self._own(at, force), bending))
         way = self._moved(after) - self._moved(state)
         external = dot(force, way.reshape(force.shape))
-        stretch = after.displacement - state.displacement
-        numerical = (theta - 0.5) * dot(stretch @ own.stiffness, stretch)
+        numerical, lost = self.constitution.lost(state, after, theta)
         damping = np.zeros(self.count)
         if inertia:
             turned, bent = after.rigid_velocity - state.rigid_velocity, after.velocity - state.velocity
@@ -340,7 +380,7 @@ class CorotationalGroup(Deformable[TurningState]):
             damping = alpha * (dot(rigid, damped) + dot(bending @ own.mass, bending))
             damping += beta * dot(bending @ own.stiffness, bending)
         return StepEnergy(
-            external, np.zeros(self.count), inertia * h * damping, numerical + external - straight
+            external, np.zeros(self.count), inertia * h * damping, numerical + external - straight, lost
         )
 
     def kinetic_energy(self, state: TurningState) -> FloatArray:
@@ -376,7 +416,7 @@ class CorotationalGroup(Deformable[TurningState]):
 
     def stress(self, state: TurningState) -> StressField:
         """Stresses of all blocks at Gauss points and nodes, world axes."""
-        return self._recovery.field(state.displacement, self.rotation @ state.rotation)
+        return self._field(state, self.rotation @ state.rotation)
 
 
 class TurningAttachment(ElasticAttachment[TurningState]):

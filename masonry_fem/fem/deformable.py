@@ -1,23 +1,24 @@
-"""Deformable: what blocks of linear elasticity share, however they turn: factors, stresses, energies."""
+"""Deformable: what blocks that deform share, however they turn: factors, stresses, energies."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
 
-from masonry_fem.bodies.base import FloatArray, IntArray, Scheme, StressError
+from masonry_fem.bodies.base import FloatArray, IntArray, Scheme, StressError, StressField
 from masonry_fem.errors import GeometryError
 from masonry_fem.fem.assemble import ShapeOperators
-from masonry_fem.fem.balance import dot
 from masonry_fem.fem.condense import Compliance, coefficients
+from masonry_fem.fem.constitution import Constitution, Memory
 from masonry_fem.fem.error_estimate import ErrorEstimate
 from masonry_fem.fem.meshed import Meshed
 from masonry_fem.fem.modes import RigidModes
 from masonry_fem.fem.stress import StressRecovery
+from masonry_fem.fem.tangent import TangentCompliance
 from masonry_fem.solid.pose import Pose
 
 KEPT_FACTORS = 3  # a march alternates between few schemes
@@ -27,7 +28,7 @@ class Deformed(Protocol):
     """State of b blocks that deform: where their nodes have gone, and how they move.
 
     ``displacement`` (b, n) [m] is the elastic part, ``velocity`` (b, n) [m/s] its rate, ``rigid_velocity``
-    (b, m) [kg^½ m/s] the rate of the rigid part.
+    (b, m) [kg^½ m/s] the rate of the rigid part, ``memory`` that of the material.
     """
 
     @property
@@ -39,9 +40,21 @@ class Deformed(Protocol):
     @property
     def velocity(self) -> FloatArray: ...  # noqa: D102
 
+    @property
+    def memory(self) -> Memory | None: ...  # noqa: D102
+
+
+@dataclass(slots=True)
+class _Tangents:
+    """Factors of the blocks that yield in a guess, for a scheme."""
+
+    guess: Deformed
+    key: tuple[float, float]
+    factors: dict[int, TangentCompliance]
+
 
 class Deformable[S: Deformed](Meshed[S]):
-    """b blocks of linear elasticity over one mesh.
+    """b blocks over one mesh that are strained little.
 
     Parameters
     ----------
@@ -51,12 +64,11 @@ class Deformable[S: Deformed](Meshed[S]):
     operators : Mesh, stiffness and mass.
     modes : Rigid modes of the mesh.
     free_dofs : Those that no clamp holds.
+    constitution : Their stresses.
     """
 
-    kind = "elastic"
     prescribed = False
     deforms = True
-    nonlinear = False
 
     def __init__(
         self,
@@ -66,9 +78,12 @@ class Deformable[S: Deformed](Meshed[S]):
         operators: ShapeOperators,
         modes: RigidModes,
         free_dofs: IntArray,
+        constitution: Constitution,
     ) -> None:
         super().__init__(blocks, names, poses, operators, modes)
-        self.free_dofs = free_dofs
+        self.free_dofs, self.constitution = free_dofs, constitution
+        self.kind, self.nonlinear = constitution.kind, constitution.nonlinear
+        self._tangents: _Tangents | None = None
         self._factors: dict[tuple[float, float], Compliance] = {}
         self.factorisations = 0
 
@@ -84,9 +99,9 @@ class Deformable[S: Deformed](Meshed[S]):
     def share(self, other: Deformable[Any]) -> None:
         """Take over factors, and what stresses are read by, of a group with the same matrices and clamps."""
         alike = type(other) is type(self) and np.array_equal(other.free_dofs, self.free_dofs)
-        if not alike or other.operators is not self.operators:
+        if not alike or other.operators is not self.operators or other.kind != self.kind:
             return
-        self._factors = other._factors
+        self._factors, self.constitution = other._factors, other.constitution
         for name in ("_recovery", "_estimate"):
             if name in other.__dict__:
                 self.__dict__[name] = other.__dict__[name]
@@ -113,6 +128,56 @@ class Deformable[S: Deformed](Meshed[S]):
                 "them, or make the block rigid"
             ) from error
 
+    def tangents(self, guess: Deformed | None, scheme: Scheme) -> Mapping[int, TangentCompliance]:
+        """(M̂_t⁻¹)_el of the blocks that yield in ``guess``; {} where it is None, or none does.
+
+        Parameters
+        ----------
+        guess : What the blocks are linearised at; None: they are elastic from the start of the step on.
+        scheme : Coefficients of the step.
+        """
+        if guess is None:
+            return {}
+        key, last = coefficients(self.operators, scheme), self._tangents
+        if last is None or last.guess is not guess or last.key != key:
+            made = {
+                body: TangentCompliance(self.operators, tangent, self.modes, self.free_dofs, scheme)
+                for body, tangent in self.constitution.tangents(guess)
+            }
+            self.factorisations += len(made)
+            last = self._tangents = _Tangents(guess, key, made)
+        return last.factors
+
+    def compliant(self, nodal: FloatArray, guess: Deformed | None, scheme: Scheme) -> FloatArray:
+        """(M̂_t⁻¹)_el of nodal impulses (b, n) [N s], shape (b, n) [m/s].
+
+        Parameters
+        ----------
+        nodal : Axes of the shape or frame.
+        guess : What the blocks are linearised at; None: they are elastic.
+        scheme : Coefficients of the step.
+        """
+        answer = self.factor(scheme).apply(nodal)
+        for body, factor in self.tangents(guess, scheme).items():
+            answer[body] = factor.apply(nodal[body : body + 1])[0]
+        return answer
+
+    def effort(self, after: Deformed, scheme: Scheme) -> FloatArray:
+        """Size of the impulses that a block's stresses have on its nodes, shape (b,) [N s].
+
+        Parameters
+        ----------
+        after : State at the end of a step. scheme : Its coefficients.
+        """
+        forces = self.constitution.forces(after, after, scheme.theta)
+        size: FloatArray = scheme.step * np.linalg.norm(forces, axis=1)
+        return size
+
+    @property
+    def material_name(self) -> str:
+        """The law of their material, for reports."""
+        return self.constitution.law
+
     def velocity_parts(self, state: S) -> tuple[FloatArray, FloatArray]:
         """The state's velocity as U (b, m) and u_el (b, n)."""
         return state.rigid_velocity, state.velocity
@@ -125,14 +190,24 @@ class Deformable[S: Deformed](Meshed[S]):
         return changed
 
     def material_state(self, state: S) -> Mapping[str, FloatArray]:
-        """Nothing: linear stones have no memory."""
-        return {}
+        """What the material shows of its memory at Gauss points, each of shape (b, m, p)."""
+        return self.constitution.shown(state)
 
     def strain_energy(self, state: S) -> FloatArray:
-        """½ qᵀ K q, shape (b,) [J]."""
-        return 0.5 * dot(state.displacement @ self.operators.stiffness, state.displacement)
+        """What the material can give back, shape (b,) [J]."""
+        return self.constitution.stored(state)
+
+    def _field(self, state: S, rotation: FloatArray) -> StressField:
+        """Stresses of all blocks at Gauss points and nodes, world axes, from axes turned by (b, d, d)."""
+        stress = self.constitution.stress(state)
+        if stress is None:
+            return self._recovery.field(state.displacement, rotation)
+        return self._recovery.smoothed(stress, rotation)
 
     def stress_error(self, state: S) -> StressError:
-        """Zienkiewicz and Zhu's estimate of the error of these stresses."""
-        squares = self._estimate.squares(self._recovery.gauss_stress(state.displacement))
+        """Zienkiewicz and Zhu's estimate of the error of these stresses, in the elastic norm."""
+        stress = self.constitution.stress(state)
+        squares = self._estimate.squares(
+            self._recovery.gauss_stress(state.displacement) if stress is None else stress
+        )
         return StressError(squares, 2.0 * self.strain_energy(state), self._estimate.volume.sum(axis=1))

@@ -10,7 +10,8 @@ dofs follow their prescribed motion u_c, and act on the others through the off-d
 
     u_el,free = u_el + (M̂⁻¹)_el [h F − h C u − h K q − h²θ K u − M̂_fc (u_c⁺ − u_c)]
 
-In statics (inertia 0) the velocities before the step, M and C are left out.
+In statics (inertia 0) the velocities before the step, M and C are left out. Stones that yield (``inelastic``)
+are linearised at a guess of the end of the step instead.
 """
 
 from __future__ import annotations
@@ -37,6 +38,7 @@ from masonry_fem.fem.attachment import SmallAttachment
 from masonry_fem.fem.balance import Balance
 from masonry_fem.fem.clamp import Clamping, Faces, Holds
 from masonry_fem.fem.condense import coefficients
+from masonry_fem.fem.constitution import Constitution, LinearElasticity
 from masonry_fem.fem.deformable import Deformable
 from masonry_fem.fem.meshed import ElasticState
 from masonry_fem.fem.modes import rigid_modes
@@ -55,6 +57,7 @@ class ElasticGroup(Deformable[ElasticState]):
     clamps : Held faces as (face, components in shape axes), alike for all blocks.
     motions : For each block one motion a clamp (None: held); None: all are held.
     faces : Names of the polytope's faces, for reports.
+    constitution : Their stresses; None: linear elasticity.
     """
 
     turns = False
@@ -68,6 +71,7 @@ class ElasticGroup(Deformable[ElasticState]):
         clamps: Faces = (),
         motions: Sequence[Sequence[Motion | None]] | None = None,
         faces: Sequence[str] = (),
+        constitution: Constitution | None = None,
     ) -> None:
         rotation = np.array([pose.rotation for pose in poses])
         translation = np.array([pose.translation for pose in poses])
@@ -75,8 +79,9 @@ class ElasticGroup(Deformable[ElasticState]):
         self.clamping = Clamping(mesh, clamps, motions, rotation, translation, names[0])
         self.holds: Holds = self.clamping.holds
         modes = rigid_modes(mesh.points, operators.mass, self.holds.free)
-        super().__init__(blocks, names, poses, operators, modes, self.holds.free)
-        self.balance = Balance(operators, modes, self.holds)
+        own = LinearElasticity(operators) if constitution is None else constitution
+        super().__init__(blocks, names, poses, operators, modes, self.holds.free, own)
+        self.balance = Balance(operators, own, modes, self.holds)
         self._face_names = [
             faces[face] if face < len(faces) and faces[face] else str(face) for face, _ in clamps
         ]
@@ -94,7 +99,8 @@ class ElasticGroup(Deformable[ElasticState]):
         b, m = self.count, self.modes.modes.shape[1]
         velocity = self.no_force()
         velocity[:, self.holds.dofs] = self.clamping.first_velocity()
-        return ElasticState(0.0, np.zeros((b, m)), self.no_force(), np.zeros((b, m)), velocity)
+        memory = self.constitution.fresh(b)
+        return ElasticState(0.0, np.zeros((b, m)), self.no_force(), np.zeros((b, m)), velocity, memory)
 
     def with_velocity(
         self, state: ElasticState, body: int, velocity: FloatArray, spin: FloatArray
@@ -110,8 +116,11 @@ class ElasticGroup(Deformable[ElasticState]):
 
     # --- the step ---------------------------------------------------------------------------------
 
-    def free(self, state: ElasticState, guess: ElasticState, force: FloatArray, scheme: Scheme) -> Free:
-        """The step without contact impulses, in rigid and elastic part."""
+    def free(
+        self, state: ElasticState, at: ElasticState, force: FloatArray, scheme: Scheme,
+        guess: ElasticState | None = None,
+    ) -> Free:  # fmt: skip
+        """The step without contact impulses, in rigid and elastic part, wherever the blocks are."""
         h, theta, inertia = scheme.step, scheme.theta, scheme.inertia
         operators, material, held = self.operators, self.operators.material, self.holds.dofs
         alpha, beta = material.mass_damping, material.stiffness_damping
@@ -119,16 +128,19 @@ class ElasticGroup(Deformable[ElasticState]):
         c_m, c_k = coefficients(operators, scheme)
         before = state.displacement[:, held], start[:, held]
         change = self.clamping.velocity(state.time, *before, scheme) - start[:, held]
-        right = h * force - h * (
-            (state.displacement + (h * theta + inertia * beta) * start) @ operators.stiffness
-        )
-        if inertia and alpha:
-            right -= inertia * h * alpha * (start @ operators.mass)
-        if change.any():
-            lifted = np.zeros_like(start)
-            lifted[:, held] = change
-            right -= c_m * (lifted @ operators.mass) + c_k * (lifted @ operators.stiffness)
-        elastic = start + self.factor(scheme).apply(right)
+        if guess is not None:
+            left = self.balance.residual(state, guess, force, scheme)
+            elastic = guess.velocity - self.compliant(left, guess, scheme)
+        else:
+            rate = (h * theta + inertia * beta) * start
+            right = h * force - h * self.constitution.forces(state, state, theta, rate)
+            if inertia and alpha:
+                right -= inertia * h * alpha * (start @ operators.mass)
+            if change.any():
+                lifted = np.zeros_like(start)
+                lifted[:, held] = change
+                right -= c_m * (lifted @ operators.mass) + c_k * (lifted @ operators.stiffness)
+            elastic = start + self.factor(scheme).apply(right)
         elastic[:, held] = start[:, held] + change
         momentum = state.rigid_velocity + start[:, held] @ self._pull
         impulse = (
@@ -136,7 +148,7 @@ class ElasticGroup(Deformable[ElasticState]):
         )
         mass = np.full_like(state.rigid_velocity, c_m)
         mass[:, self.modes.count :] = 1.0  # modes that clamps forbid are placeholders that stay at rest
-        return Free(state.rigid_velocity, impulse, mass, elastic)
+        return Free(state.rigid_velocity, impulse, mass, elastic, guess=guess)
 
     def advance(
         self,
@@ -148,16 +160,37 @@ class ElasticGroup(Deformable[ElasticState]):
     ) -> ElasticState:
         """The state at the end of the step: u⁺ = Φ U⁺ + u_el,free + (M̂⁻¹)_el Gᵀ p, q⁺ by the θ rule."""
         assert free.elastic is not None
-        h, theta = scheme.step, scheme.theta
         velocity = free.elastic
         if nodal is not None:
-            velocity = velocity + self.factor(scheme).apply(nodal)
+            velocity = velocity + self.compliant(nodal, free.guess, scheme)
+        return self._reached(state, rigid_velocity, velocity, scheme)
+
+    def between(
+        self, state: ElasticState, start: ElasticState, end: ElasticState, share: float, scheme: Scheme
+    ) -> ElasticState:
+        """The state at the end of a step from ``state`` with velocities between those of two others.
+
+        Parameters
+        ----------
+        state : Where the step begins. start, end : Two guesses of where it ends.
+        share : Of the way from the first to the second. scheme : Coefficients of the step.
+        """
+        rigid = start.rigid_velocity + share * (end.rigid_velocity - start.rigid_velocity)
+        return self._reached(state, rigid, start.velocity + share * (end.velocity - start.velocity), scheme)
+
+    def _reached(
+        self, state: ElasticState, rigid_velocity: FloatArray, velocity: FloatArray, scheme: Scheme
+    ) -> ElasticState:
+        """The state at the end of a step, its velocities given."""
+        h, theta = scheme.step, scheme.theta
+        displacement = state.displacement + h * ((1 - theta) * state.velocity + theta * velocity)
         return ElasticState(
             state.time + h,
             state.rigid_displacement + h * ((1 - theta) * state.rigid_velocity + theta * rigid_velocity),
-            state.displacement + h * ((1 - theta) * state.velocity + theta * velocity),
+            displacement,
             rigid_velocity,
             velocity,
+            self.constitution.followed(state, displacement),
         )
 
     # --- measures of the step -----------------------------------------------------------------------
@@ -166,7 +199,7 @@ class ElasticGroup(Deformable[ElasticState]):
         self, state: ElasticState, after: ElasticState, force: FloatArray, nodal: FloatArray | None,
         scheme: Scheme,
     ) -> FloatArray:  # fmt: skip
-        """M (u⁺ − u) + h C u_θ + h K q_θ − h F_θ − Gᵀ p of all nodes, shape (b, n) [N s].
+        """M (u⁺ − u) + h C u_θ + h ∫Bᵀσ_θ − h F_θ − Gᵀ p of all nodes, shape (b, n) [N s].
 
         Zero at free dofs in a sound step; at held ones the impulse that the clamps give.
         """
@@ -174,7 +207,7 @@ class ElasticGroup(Deformable[ElasticState]):
         return residual if nodal is None else residual - nodal
 
     def imbalance(
-        self, state: ElasticState, guess: ElasticState, after: ElasticState, force: FloatArray,
+        self, state: ElasticState, at: ElasticState, after: ElasticState, force: FloatArray,
         impulse: FloatArray, nodal: FloatArray | None, scheme: Scheme,
     ) -> FloatArray:  # fmt: skip
         """Residual of each block's momentum equation over the step, rigid and nodal [N s], shape (b,)."""
@@ -219,7 +252,7 @@ class ElasticGroup(Deformable[ElasticState]):
         self, state: ElasticState, after: ElasticState, force: FloatArray, nodal: FloatArray | None,
         scheme: Scheme,
     ) -> StepEnergy:  # fmt: skip
-        """Work of F_θ and of moving clamps, and what damping and the θ-scheme took, exactly."""
+        """Work of F_θ and of moving clamps, and what damping, yielding and the θ-scheme took, exactly."""
         given = None
         if self.clamping.moving:
             given = self.nodal_residual(state, after, force, nodal, scheme)
@@ -257,4 +290,4 @@ class ElasticGroup(Deformable[ElasticState]):
 
     def stress(self, state: ElasticState) -> StressField:
         """Stresses of all blocks at Gauss points and nodes, world axes."""
-        return self._recovery.field(state.displacement, self.rotation)
+        return self._field(state, self.rotation)

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from masonry_fem.bodies.support import Clamp
-from masonry_fem.errors import GeometryError
+from masonry_fem.errors import GeometryError, LawError, SceneError
 from masonry_fem.fem.assemble import ShapeOperators, assemble_shapes
 from masonry_fem.fem.clamp import Faces
+from masonry_fem.fem.constitution import Constitution, LinearElasticity
 from masonry_fem.fem.corotational import CorotationalGroup
 from masonry_fem.fem.elastic import ElasticGroup
 from masonry_fem.fem.material import ElasticMaterial, Plane
@@ -45,7 +46,7 @@ def elastic_groups(
     plane: Plane = "strain",
     lumped: bool = False,
     before: Sequence[Group] = (),
-    made: type[ElasticGroup] = ElasticGroup,
+    constitution: Callable[[ShapeOperators], Constitution] = LinearElasticity,
     turns: bool = False,
 ) -> tuple[Group, ...]:
     """Groups of the elastic blocks of an assembly, in the order of their first blocks.
@@ -59,13 +60,15 @@ def elastic_groups(
     lumped : Diagonal instead of consistent mass.
     before : Groups of another build of the scene, with the same plane and mass: what they have of the same
         mesh and material is used again.
-    made : Class of the groups whose kinematics are small, derived from ElasticGroup.
+    constitution : Makes the stresses of what has one stiffness.
     turns : Whether elastic blocks that nothing clamps turn without bound; else kinematics are small.
 
     Raises
     ------
     GeometryError
         If the shape of an elastic block has no mesh.
+    SceneError
+        If a material's law does not go with its stone or its elements.
     """
     clamped = clamps or {}
     kinds: dict[_Kind, list[int]] = {}
@@ -75,7 +78,8 @@ def elastic_groups(
     operators = _operators(assembly, kinds, plane, lumped, before)
     groups = []
     for kind, members in kinds.items():
-        group = _group(made, assembly, kind, members, operators[kind.stuff], clamped, turns)
+        own = _constitution(constitution, operators[kind.stuff], assembly.blocks[members[0]].name)
+        group = _group(assembly, kind, members, operators[kind.stuff], own, clamped, turns)
         for known in before:
             group.share(known)
         groups.append(group)
@@ -100,12 +104,22 @@ def _operators(
     return {stuff: own for stuff, own in found.items() if own is not None} | dict(zip(new, made, strict=True))
 
 
+def _constitution(
+    made: Callable[[ShapeOperators], Constitution], operators: ShapeOperators, name: str
+) -> Constitution:
+    """The stresses of blocks of which the first has a name."""
+    try:
+        return made(operators)
+    except LawError as error:
+        raise SceneError(f"block '{name}': {error}") from error
+
+
 def _group(
-    made: type[ElasticGroup],
     assembly: Assembly,
     kind: _Kind,
     members: list[int],
     operators: ShapeOperators,
+    constitution: Constitution,
     clamps: Mapping[int, Sequence[Clamp]],
     turns: bool,
 ) -> Group:
@@ -113,10 +127,10 @@ def _group(
     stones = [assembly.blocks[block] for block in members]
     poses, names = [stone.pose for stone in stones], [stone.name for stone in stones]
     if turns and not kind.held:
-        return CorotationalGroup(np.array(members), names, poses, operators)
+        return CorotationalGroup(np.array(members), names, poses, operators, constitution)
     if kind.turn:
         poses = [Pose(np.eye(assembly.dimension), pose.translation) for pose in poses]
-    return made(
+    return ElasticGroup(
         np.array(members),
         names,
         poses,
@@ -124,6 +138,7 @@ def _group(
         kind.held,
         [[clamp.motion for clamp in clamps.get(block, ())] for block in members],
         assembly.shapes[kind.shape].solid.names,
+        constitution,
     )
 
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from masonry_fem.bodies.base import FloatArray, IntArray
 from masonry_fem.bodies.rotation import moment
 from masonry_fem.fem.assemble import ShapeOperators
+from masonry_fem.fem.constitution import Memory
 from masonry_fem.fem.locate import in_cells
 from masonry_fem.fem.modes import RigidModes
 from masonry_fem.fem.traction import face_weights
@@ -36,6 +37,7 @@ class ElasticState:
     rigid_velocity : U, shape (b, m) [kg^½ m/s].
     velocity : u_el, shape axes, shape (b, n) [m/s]. After a step of statics U and u_el are the
         displacements of that step over h; no momentum belongs to them.
+    memory : Of the material; None where it has none.
     """
 
     time: float
@@ -43,6 +45,7 @@ class ElasticState:
     displacement: FloatArray
     rigid_velocity: FloatArray
     velocity: FloatArray
+    memory: Memory | None = None
 
 
 class Meshed[S](ABC):

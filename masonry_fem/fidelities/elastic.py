@@ -9,7 +9,6 @@ from masonry_fem.fidelities import Fidelity, Given
 from masonry_fem.host import installation
 
 if TYPE_CHECKING:
-    from masonry_fem.fem.elastic import ElasticGroup
     from masonry_fem.fem.groups import Group
     from masonry_fem.fem.material_law import MaterialLaw
 
@@ -31,23 +30,20 @@ class Elastic(Fidelity):
     @classmethod
     def groups(cls, given: Given) -> tuple[Group, ...]:
         """The groups, in the order of their first blocks."""
-        from masonry_fem.fem.elastic import ElasticGroup  # noqa: PLC0415
-
-        return cls.made(given, ElasticGroup)
+        return cls.made(given)
 
     @staticmethod
-    def made(
-        given: Given, kind: type[ElasticGroup], laws: Mapping[int, MaterialLaw] | None = None
-    ) -> tuple[Group, ...]:
-        """Groups of a class derived from ElasticGroup.
+    def made(given: Given, laws: Mapping[int, MaterialLaw] | None = None) -> tuple[Group, ...]:
+        """Groups of stones that deform.
 
         Parameters
         ----------
         given : The stones.
-        kind : Class of those with small kinematics.
         laws : By which each block yields; None: all stay elastic.
         """
+        from masonry_fem.fem.constitution import LinearElasticity  # noqa: PLC0415
         from masonry_fem.fem.groups import elastic_groups  # noqa: PLC0415
+        from masonry_fem.fem.inelastic import Inelasticity  # noqa: PLC0415
         from masonry_fem.fem.material import ElasticMaterial  # noqa: PLC0415
 
         materials = {}
@@ -59,7 +55,7 @@ class Elastic(Fidelity):
                 None if laws is None else laws[block],
             )  # fmt: skip
         before = cast("tuple[Group, ...]", given.before)
-        turns = given.turns and laws is None
         return elastic_groups(
-            given.assembly, materials, given.clamps, given.plane, given.lumped, before, kind, turns
-        )
+            given.assembly, materials, given.clamps, given.plane, given.lumped, before,
+            LinearElasticity if laws is None else Inelasticity, given.turns,
+        )  # fmt: skip

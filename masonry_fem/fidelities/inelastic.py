@@ -23,12 +23,10 @@ class Inelastic(Elastic):
     @override
     def groups(cls, given: Given) -> tuple[Group, ...]:
         """The groups, in the order of their first blocks."""
-        from masonry_fem.fem.inelastic import InelasticGroup  # noqa: PLC0415
-
         if given.assembly.dimension == 2 and given.plane == "stress":
             raise SceneError(
                 "plane is 'stress' beside inelastic blocks, expected 'strain'; set plane = 'strain', or make "
                 "them elastic"
             )
         laws = {id(stone): given.law(stone) for stone in given.materials.values()}
-        return cls.made(given, InelasticGroup, {b: laws[id(stone)] for b, stone in given.materials.items()})
+        return cls.made(given, {b: laws[id(stone)] for b, stone in given.materials.items()})

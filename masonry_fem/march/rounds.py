@@ -121,7 +121,7 @@ class Rounds:
         compliance = coupling.compliance(place.contact, scheme, guesses)
         self.clock.lap("factorise" if compliance.nnz else "step")  # rigid blocks have no compliance
         free = tuple(
-            group.free(own, guess if group.nonlinear else at, force, scheme)
+            group.free(own, at, force, scheme, guess)
             for group, own, at, guess, force in zip(
                 model.groups, state.bodies, place.bodies, guesses, self.forces, strict=True
             )
@@ -189,13 +189,21 @@ class Rounds:
         pushes = self.coupling.rigid_impulses(impulse, place.rigid_map)
         scale = float(np.linalg.norm(impulse, axis=1).max(initial=0.0))
         found = []
-        for group, old, new, force, push, field in zip(
-            self.model.groups, self.state.bodies, bodies, self.forces, pushes, nodal, strict=True
-        ):
+        rows = zip(
+            self.model.groups,
+            self.state.bodies,
+            place.bodies,
+            bodies,
+            self.forces,
+            pushes,
+            nodal,
+            strict=True,
+        )
+        for group, old, at, new, force, push, field in rows:
             if not group.nonlinear:
                 continue
             d = self.model.assembly.dimension
-            residual = group.imbalance(old, new, new, force, push, field, self.scheme)
+            residual = group.imbalance(old, at, new, force, push, field, self.scheme)
             given = self.scheme.step * np.linalg.norm(group.resultant(force)[:, :d], axis=1)
             largest = max(given.max(initial=0.0), nonlinear(group).effort(new, self.scheme).max(initial=0.0))
             scale = max(scale, float(largest))

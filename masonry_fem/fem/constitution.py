@@ -1,0 +1,170 @@
+"""Constitution: stresses of b blocks of one mesh and material, what they store and lose, and their tangents.
+
+    constitution = LinearElasticity(operators)          # or Inelasticity: a law with memory
+    memory = constitution.fresh(b)
+    memory = constitution.followed(state, displacement)       # the step from a state to new displacements
+    constitution.forces(before, after, theta)           # ∫ Bᵀ [(1 − θ) σ + θ σ⁺]
+
+How blocks turn is none of its concern: displacements are elastic parts, in the axes of the shape or of the
+frame that turns with the block. Groups of either kinematics have one.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol, override
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+if TYPE_CHECKING:
+    from masonry_fem.fem.assemble import ShapeOperators
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class Memory:
+    """What the material of b blocks remembers, and its stresses: m cells of p points.
+
+    Attributes
+    ----------
+    internal : Internal variables of the law, k a point, shape (b, m, p, k).
+    stress : Axes of the shape or frame, shape (b, m, p, 6) [Pa].
+    stored : Energy that the blocks can give back, shape (b,) [J].
+    dissipated, excess : Of the step that led here: what was lost, and what stresses of its end work more
+        than they would have on the way (``Response``), shape (b,) [J].
+    yielding : Blocks of which some point yields in that step, shape (y,).
+    moduli : Their tangents, shape (y, m, p, 6, 6) [Pa].
+    """
+
+    internal: FloatArray
+    stress: FloatArray
+    stored: FloatArray
+    dissipated: FloatArray
+    excess: FloatArray
+    yielding: IntArray
+    moduli: FloatArray
+
+
+class Strained(Protocol):
+    """A state of b blocks as their material sees it: elastic displacements (b, n) [m], and its memory."""
+
+    @property
+    def displacement(self) -> FloatArray: ...  # noqa: D102
+
+    @property
+    def memory(self) -> Memory | None: ...  # noqa: D102
+
+
+class Constitution(ABC):
+    """What stones are made of, as the groups see it.
+
+    Attributes
+    ----------
+    kind : The fidelity of its stones.
+    nonlinear : Whether forces are not linear in displacements, so that steps take rounds.
+    law : Name of the law of its material, for reports.
+    """
+
+    kind: str
+    nonlinear: bool
+    law: str
+
+    @abstractmethod
+    def fresh(self, count: int) -> Memory | None:
+        """The memory of ``count`` blocks that nothing has strained."""
+
+    @abstractmethod
+    def followed(self, before: Strained, displacement: FloatArray) -> Memory | None:
+        """The memory after a step from a state to displacements (b, n) [m]."""
+
+    @abstractmethod
+    def forces(
+        self, before: Strained, after: Strained, theta: float, rate: FloatArray | None = None
+    ) -> FloatArray:
+        """Nodal forces of stresses (1 − θ) σ + θ σ⁺, shape (b, n) [N].
+
+        ``rate`` (b, n) [m] adds K times itself, as viscous stresses do.
+        """
+
+    @abstractmethod
+    def lost(self, before: Strained, after: Strained, theta: float) -> tuple[FloatArray, FloatArray]:
+        """Energy that the θ-scheme and the material took in a step, each of shape (b,) [J]."""
+
+    @abstractmethod
+    def stored(self, state: Strained) -> FloatArray:
+        """Energy that the blocks can give back, shape (b,) [J]."""
+
+    def stress(self, state: Strained) -> FloatArray | None:
+        """At Gauss points, shape (b, m, p, 6) [Pa]; None: that of linear elasticity."""
+        return None if state.memory is None else state.memory.stress
+
+    def shown(self, state: Strained) -> Mapping[str, FloatArray]:
+        """What field files show of the memory: by name, shape (b, m, p); {} where there is none."""
+        return {}
+
+    def tangents(self, guess: Strained) -> Iterator[tuple[int, sparse.csr_array]]:
+        """The blocks whose tangent is not the elastic stiffness, with K_t, shape (n, n) [N/m]; none here."""
+        return iter(())
+
+
+class LinearElasticity(Constitution):
+    """Stresses that are linear in strains: no memory, nothing lost.
+
+    Parameters
+    ----------
+    operators : Mesh, stiffness and mass.
+    """
+
+    kind = "elastic"
+    nonlinear = False
+    law = "elastic"
+
+    def __init__(self, operators: ShapeOperators) -> None:
+        self._stiffness = operators.stiffness
+
+    @override
+    def fresh(self, count: int) -> None:
+        return None
+
+    @override
+    def followed(self, before: Strained, displacement: FloatArray) -> None:
+        return None
+
+    @override
+    def forces(
+        self, before: Strained, after: Strained, theta: float, rate: FloatArray | None = None
+    ) -> FloatArray:
+        stretch = before.displacement
+        if after is not before:
+            stretch = (1 - theta) * stretch + theta * after.displacement
+        if rate is not None:
+            stretch = stretch + rate
+        force: FloatArray = stretch @ self._stiffness
+        return force
+
+    @override
+    def lost(self, before: Strained, after: Strained, theta: float) -> tuple[FloatArray, FloatArray]:
+        stretch = after.displacement - before.displacement
+        return (theta - 0.5) * dot(stretch @ self._stiffness, stretch), np.zeros(len(stretch))
+
+    @override
+    def stored(self, state: Strained) -> FloatArray:
+        """½ qᵀ K q."""
+        return 0.5 * dot(state.displacement @ self._stiffness, state.displacement)
+
+
+def dot(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Scalar products block by block, shape (b,).
+
+    Parameters
+    ----------
+    a, b : One vector per block, shape (b, n).
+    """
+    product: FloatArray = np.einsum("bn,bn->b", a, b)
+    return product

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, override
 
-from masonry_fem.errors import SceneError
 from masonry_fem.fidelities import Given
 from masonry_fem.fidelities.elastic import Elastic
 
@@ -23,10 +22,9 @@ class Inelastic(Elastic):
     @override
     def groups(cls, given: Given) -> tuple[Group, ...]:
         """The groups, in the order of their first blocks."""
-        if given.assembly.dimension == 2 and given.plane == "stress":
-            raise SceneError(
-                "plane is 'stress' beside inelastic blocks, expected 'strain'; set plane = 'strain', or make "
-                "them elastic"
-            )
-        laws = {id(stone): given.law(stone) for stone in given.materials.values()}
+        from masonry_fem.fem.plane_stress import PlaneStress  # noqa: PLC0415
+
+        free = given.assembly.dimension == 2 and given.plane == "stress"
+        own = {id(stone): given.law(stone) for stone in given.materials.values()}
+        laws = {key: PlaneStress(law) if free else law for key, law in own.items()}
         return cls.made(given, {b: laws[id(stone)] for b, stone in given.materials.items()})

@@ -12,6 +12,7 @@ from masonry_fem.fem.groups import elastic_groups
 from masonry_fem.fem.inelastic import Inelasticity
 from masonry_fem.fem.material import ElasticMaterial
 from masonry_fem.fem.materials.drucker_prager import DruckerPrager
+from masonry_fem.fem.plane_stress import PlaneStress
 from masonry_fem.fem.strains import Strains
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.pose import Pose
@@ -21,7 +22,7 @@ WEAK = DruckerPrager(1e4, 30.0, 5.0, hardening=2e6)
 SCHEMES = [Scheme(0.02, 0.5), Scheme(0.05, 0.8), Scheme(0.25, 1.0, 0.0)]
 
 
-def stones(cell, law=WEAK, turns=False, **damping):
+def stones(cell, law=WEAK, turns=False, plane="strain", **damping):
     """Two bricks of one shape, the second turned, held by their left faces; or free, in frames that turn."""
     d = dimension_of(cell)
     low, high = (0.0, 0.0, 0.0)[:d], (0.5, 0.2, 0.3)[:d]
@@ -33,9 +34,10 @@ def stones(cell, law=WEAK, turns=False, **damping):
     )
     poses = [Pose(np.eye(d), np.zeros(d)), Pose(turn, np.ones(d))]
     assembly = Assembly(d, (shape,), tuple(Block(f"b{i}", 0, pose) for i, pose in enumerate(poses)))
+    law = PlaneStress(law) if plane == "stress" else law
     material = ElasticMaterial(1e7, 0.2, 2400.0, law=law, **damping)
     clamps = None if turns else {0: [Clamp(0)], 1: [Clamp(0)]}
-    plane = "strain" if d == 2 else None
+    plane = plane if d == 2 else None
     (group,) = elastic_groups(
         assembly, {0: material, 1: material}, clamps, plane, constitution=Inelasticity, turns=turns
     )
@@ -92,9 +94,11 @@ def push(group):
 
 
 @pytest.mark.parametrize("scheme", SCHEMES, ids=str)
-@pytest.mark.parametrize("cell", CELLS)
-def test_rounds_settle_and_the_energy_of_the_step_is_complete(cell, scheme):
-    group = stones(cell, mass_damping=0.3, stiffness_damping=2e-3)
+@pytest.mark.parametrize(
+    ("cell", "plane"), [(cell, "strain") for cell in CELLS] + [("quad", "stress"), ("triangle6", "stress")]
+)
+def test_rounds_settle_and_the_energy_of_the_step_is_complete(cell, plane, scheme):
+    group = stones(cell, plane=plane, mass_damping=0.3, stiffness_damping=2e-3)
     force, state, yielded = push(group), group.rest(), set()
     stored = [group.strain_energy, group.kinetic_energy] if scheme.inertia else [group.strain_energy]
     for _ in range(4 if scheme.inertia else 1):
@@ -143,10 +147,11 @@ def test_stones_that_turn_yield_as_those_that_do_not(cell, scheme):
     assert (spent.dissipation > 0).all()
 
 
-def test_the_order_of_newton_is_two():
+@pytest.mark.parametrize("plane", ["strain", "stress"])
+def test_the_order_of_newton_is_two(plane):
     """Fitted to the residuals that are neither of the way there nor below what the tangent's share leaves."""
     for law in (WEAK, DruckerPrager(1e4, 30.0, hardening=2e6), DruckerPrager(1e4, 30.0, 0.0, hardening=2e6)):
-        group = stones("quad9", law)
+        group = stones("quad9", law, plane=plane)
         _, left = settled(group, group.rest(), push(group), SCHEMES[2])
         used = [value for value in left if 1e-11 < value < 1e-1]
         orders = np.diff(np.log(used))

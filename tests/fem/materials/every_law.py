@@ -1,0 +1,37 @@
+"""Every material law with the parameters of its own example, and with some more."""
+
+import tomllib
+
+import msgspec
+
+from masonry_fem.fem.material_kinds import law_of, material_kinds, material_record
+from masonry_fem.records import docstring
+from masonry_fem.scene.fitting import fitted
+
+
+def of_example(name):
+    """The law as the example of its docstring has it."""
+    record = material_kinds()[name].record
+    table = tomllib.loads(docstring.example(record))
+    info = msgspec.inspect.type_info(record)
+    return law_of(msgspec.convert(fitted(table, info, ("inelastic",), 3), record))
+
+
+LAWS = {
+    **{name: of_example(name) for name in material_kinds()},
+    "associated": law_of(material_record("drucker_prager", cohesion=1e6, friction_angle=30.0)),
+    "hardening": law_of(
+        material_record(
+            "drucker_prager", cohesion=1e6, friction_angle=40.0, dilatancy_angle=0.0, hardening=2e9
+        )
+    ),
+    "pyramid": law_of(material_record("mohr_coulomb", cohesion=1e6, friction_angle=30.0)),
+    "pyramid without dilatancy": law_of(
+        material_record("mohr_coulomb", cohesion=1e6, friction_angle=40.0, dilatancy_angle=0.0)
+    ),
+    "Tresca": law_of(material_record("mohr_coulomb", cohesion=1e6, friction_angle=0.0)),
+    "Tresca cut off": law_of(
+        material_record("mohr_coulomb", cohesion=1e6, friction_angle=0.0, tension_strength=1e5)
+    ),
+    "von Mises": law_of(material_record("drucker_prager", cohesion=1e6, friction_angle=0.0)),
+}

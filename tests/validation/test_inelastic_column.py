@@ -150,7 +150,7 @@ def test_a_plate_has_the_uniaxial_strength(element, law):
     assert result.march.outcome == "equilibrium"
     assert load(result) == pytest.approx(STRENGTH, rel=1e-8)
     assert result.march.ledger.imbalance <= 1e-9
-    assert not result.march.state.bodies[1].stress[..., 2].any()
+    assert not result.march.state.bodies[1].memory.stress[..., 2].any()
 
 
 @pytest.mark.parametrize(("dimension", "element"), [(2, "Q1"), (2, "P2"), (3, "Q1"), (3, "P1")])

@@ -419,6 +419,13 @@ class Nonlinear(Protocol):
         """Size of the impulses of the blocks' stresses on their nodes, shape (b,) [N s]."""
         ...
 
+    def promoted(self, state: State) -> FloatArray | None:
+        """Time from which each block has not been elastic any more, ∞ while it is, shape (b,) [s].
+
+        None where no block changes from elastic to what it is.
+        """
+        ...
+
     def between(self, state: State, start: State, end: State, share: float, scheme: Scheme) -> State:
         """The end of a step from ``state``, a ``share`` of the way from one guess of it to another."""
         ...

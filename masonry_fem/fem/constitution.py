@@ -2,7 +2,7 @@
 
     constitution = LinearElasticity(operators)          # or Inelasticity: a law with memory
     memory = constitution.fresh(b)
-    memory = constitution.followed(state, displacement)       # the step from a state to new displacements
+    memory = constitution.followed(state, displacement, time)     # the step from a state to new displacements
     constitution.forces(before, after, theta)           # ∫ Bᵀ [(1 − θ) σ + θ σ⁺]
 
 How blocks turn is none of its concern: displacements are elastic parts, in the axes of the shape or of the
@@ -66,12 +66,10 @@ class Constitution(ABC):
 
     Attributes
     ----------
-    kind : The fidelity of its stones.
     nonlinear : Whether forces are not linear in displacements, so that steps take rounds.
     law : Name of the law of its material, for reports.
     """
 
-    kind: str
     nonlinear: bool
     law: str
 
@@ -80,8 +78,8 @@ class Constitution(ABC):
         """The memory of ``count`` blocks that nothing has strained."""
 
     @abstractmethod
-    def followed(self, before: Strained, displacement: FloatArray) -> Memory | None:
-        """The memory after a step from a state to displacements (b, n) [m]."""
+    def followed(self, before: Strained, displacement: FloatArray, time: float) -> Memory | None:
+        """The memory after a step from a state to displacements (b, n) [m] at a time [s]."""
 
     @abstractmethod
     def forces(
@@ -108,6 +106,13 @@ class Constitution(ABC):
         """What field files show of the memory: by name, shape (b, m, p); {} where there is none."""
         return {}
 
+    def promoted(self, state: Strained) -> FloatArray | None:
+        """Time from which each stone has not been elastic any more, ∞ while it is, shape (b,) [s].
+
+        None where stones are elastic, or are not, from the start on.
+        """
+        return None
+
     def tangents(self, guess: Strained) -> Iterator[tuple[int, sparse.csr_array]]:
         """The blocks whose tangent is not the elastic stiffness, with K_t, shape (n, n) [N/m]; none here."""
         return iter(())
@@ -121,7 +126,6 @@ class LinearElasticity(Constitution):
     operators : Mesh, stiffness and mass.
     """
 
-    kind = "elastic"
     nonlinear = False
     law = "elastic"
 
@@ -133,7 +137,7 @@ class LinearElasticity(Constitution):
         return None
 
     @override
-    def followed(self, before: Strained, displacement: FloatArray) -> None:
+    def followed(self, before: Strained, displacement: FloatArray, time: float) -> None:
         return None
 
     @override

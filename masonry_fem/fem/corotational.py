@@ -97,6 +97,7 @@ class CorotationalGroup(Deformable[TurningState]):
     poses : Where the mesh stands for each.
     operators : Mesh, stiffness and mass.
     constitution : Their stresses; None: linear elasticity.
+    kind : Name of their fidelity.
 
     Notes
     -----
@@ -109,13 +110,13 @@ class CorotationalGroup(Deformable[TurningState]):
 
     def __init__(
         self, blocks: IntArray, names: Sequence[str], poses: Sequence[Pose], operators: ShapeOperators,
-        constitution: Constitution | None = None,
+        constitution: Constitution | None = None, kind: str = "elastic",
     ) -> None:  # fmt: skip
         mesh = operators.mesh
         free = np.arange(mesh.points.size)
         modes = rigid_modes(mesh.points, operators.mass, free)
         own = LinearElasticity(operators) if constitution is None else constitution
-        super().__init__(blocks, names, poses, operators, modes, free, own)
+        super().__init__(blocks, names, poses, operators, modes, free, own, kind)
 
     def clamp_reactions(
         self, state: TurningState, after: TurningState, force: FloatArray, nodal: FloatArray | None,
@@ -262,12 +263,13 @@ class CorotationalGroup(Deformable[TurningState]):
         """The state at the end of a step, its velocities given: U leads on from ``origin``, or the start."""
         h, theta, d = scheme.step, scheme.theta, self.dimension
         bent = state.displacement + h * ((1 - theta) * state.velocity + theta * velocity)
-        memory, (shifts, spins) = self.constitution.followed(state, bent), per_unit(self.modes)
+        time, (shifts, spins) = state.time + h, per_unit(self.modes)
+        memory = self.constitution.followed(state, bent, time)
         if origin is None:
             move = h * ((1 - theta) * state.rigid_velocity + theta * rigid_velocity)
             shift = state.shift + shifts * move[:, :d]
             turned = _turned_on(state.turned, move[:, d:] @ spins.T)
-            return TurningState(state.time + h, shift, turned, bent, rigid_velocity, velocity, memory)
+            return TurningState(time, shift, turned, bent, rigid_velocity, velocity, memory)
         # on from the state that the step was linearised at, with the U that leads there at once
         move = h * (rigid_velocity - origin.rigid_velocity)
         shift = origin.shift + shifts * move[:, :d]
@@ -276,7 +278,7 @@ class CorotationalGroup(Deformable[TurningState]):
         if d == 3:
             way = np.einsum("bji,bj->bi", state.rotation, way)
         whole = np.concatenate([(shift - state.shift) / shifts, np.linalg.solve(spins, way.T).T], axis=1) / h
-        return TurningState(state.time + h, shift, turned, bent, whole, velocity, memory)
+        return TurningState(time, shift, turned, bent, whole, velocity, memory)
 
     # --- measures of the step -----------------------------------------------------------------------
 

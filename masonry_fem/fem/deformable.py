@@ -65,6 +65,7 @@ class Deformable[S: Deformed](Meshed[S]):
     modes : Rigid modes of the mesh.
     free_dofs : Those that no clamp holds.
     constitution : Their stresses.
+    kind : Name of their fidelity.
     """
 
     prescribed = False
@@ -79,10 +80,11 @@ class Deformable[S: Deformed](Meshed[S]):
         modes: RigidModes,
         free_dofs: IntArray,
         constitution: Constitution,
+        kind: str,
     ) -> None:
         super().__init__(blocks, names, poses, operators, modes)
         self.free_dofs, self.constitution = free_dofs, constitution
-        self.kind, self.nonlinear = constitution.kind, constitution.nonlinear
+        self.kind, self.nonlinear = kind, constitution.nonlinear
         self._tangents: _Tangents | None = None
         self._factors: dict[tuple[float, float], Compliance] = {}
         self.factorisations = 0
@@ -172,6 +174,13 @@ class Deformable[S: Deformed](Meshed[S]):
         forces = self.constitution.forces(after, after, scheme.theta)
         size: FloatArray = scheme.step * np.linalg.norm(forces, axis=1)
         return size
+
+    def promoted(self, state: S) -> FloatArray | None:
+        """Time from which each block has not been elastic any more, shape (b,) [s]; None: that never changes.
+
+        It is ∞ while a block is elastic.
+        """
+        return self.constitution.promoted(state)
 
     @property
     def material_name(self) -> str:

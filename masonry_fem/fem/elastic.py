@@ -58,6 +58,7 @@ class ElasticGroup(Deformable[ElasticState]):
     motions : For each block one motion a clamp (None: held); None: all are held.
     faces : Names of the polytope's faces, for reports.
     constitution : Their stresses; None: linear elasticity.
+    kind : Name of their fidelity.
     """
 
     turns = False
@@ -72,6 +73,7 @@ class ElasticGroup(Deformable[ElasticState]):
         motions: Sequence[Sequence[Motion | None]] | None = None,
         faces: Sequence[str] = (),
         constitution: Constitution | None = None,
+        kind: str = "elastic",
     ) -> None:
         rotation = np.array([pose.rotation for pose in poses])
         translation = np.array([pose.translation for pose in poses])
@@ -80,7 +82,7 @@ class ElasticGroup(Deformable[ElasticState]):
         self.holds: Holds = self.clamping.holds
         modes = rigid_modes(mesh.points, operators.mass, self.holds.free)
         own = LinearElasticity(operators) if constitution is None else constitution
-        super().__init__(blocks, names, poses, operators, modes, self.holds.free, own)
+        super().__init__(blocks, names, poses, operators, modes, self.holds.free, own, kind)
         self.balance = Balance(operators, own, modes, self.holds)
         self._face_names = [
             faces[face] if face < len(faces) and faces[face] else str(face) for face, _ in clamps
@@ -190,7 +192,7 @@ class ElasticGroup(Deformable[ElasticState]):
             displacement,
             rigid_velocity,
             velocity,
-            self.constitution.followed(state, displacement),
+            self.constitution.followed(state, displacement, state.time + h),
         )
 
     # --- measures of the step -----------------------------------------------------------------------

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,7 +14,9 @@ from masonry_fem.fem.clamp import Faces
 from masonry_fem.fem.constitution import Constitution, LinearElasticity
 from masonry_fem.fem.corotational import CorotationalGroup
 from masonry_fem.fem.elastic import ElasticGroup
+from masonry_fem.fem.inelastic import Inelasticity
 from masonry_fem.fem.material import ElasticMaterial, Plane
+from masonry_fem.fem.promotion import Promotion
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.solid.mesh import Mesh
 from masonry_fem.solid.pose import Pose
@@ -46,8 +48,8 @@ def elastic_groups(
     plane: Plane = "strain",
     lumped: bool = False,
     before: Sequence[Group] = (),
-    constitution: Callable[[ShapeOperators], Constitution] = LinearElasticity,
     turns: bool = False,
+    kind: str = "elastic",
 ) -> tuple[Group, ...]:
     """Groups of the elastic blocks of an assembly, in the order of their first blocks.
 
@@ -60,8 +62,8 @@ def elastic_groups(
     lumped : Diagonal instead of consistent mass.
     before : Groups of another build of the scene, with the same plane and mass: what they have of the same
         mesh and material is used again.
-    constitution : Makes the stresses of what has one stiffness.
     turns : Whether elastic blocks that nothing clamps turn without bound; else kinematics are small.
+    kind : Name of their fidelity.
 
     Raises
     ------
@@ -73,13 +75,13 @@ def elastic_groups(
     clamped = clamps or {}
     kinds: dict[_Kind, list[int]] = {}
     for block in sorted(materials):
-        kind = _kind(assembly, block, materials[block], clamped.get(block, ()))
-        kinds.setdefault(kind, []).append(block)
+        found = _kind(assembly, block, materials[block], clamped.get(block, ()))
+        kinds.setdefault(found, []).append(block)
     operators = _operators(assembly, kinds, plane, lumped, before)
     groups = []
-    for kind, members in kinds.items():
-        own = _constitution(constitution, operators[kind.stuff], assembly.blocks[members[0]].name)
-        group = _group(assembly, kind, members, operators[kind.stuff], own, clamped, turns)
+    for alike, members in kinds.items():
+        own = _constitution(operators[alike.stuff], assembly.blocks[members[0]].name)
+        group = _group(assembly, alike, members, operators[alike.stuff], own, clamped, turns, kind)
         for known in before:
             group.share(known)
         groups.append(group)
@@ -104,12 +106,12 @@ def _operators(
     return {stuff: own for stuff, own in found.items() if own is not None} | dict(zip(new, made, strict=True))
 
 
-def _constitution(
-    made: Callable[[ShapeOperators], Constitution], operators: ShapeOperators, name: str
-) -> Constitution:
+def _constitution(operators: ShapeOperators, name: str) -> Constitution:
     """The stresses of blocks of which the first has a name."""
+    if operators.material.law is None:
+        return LinearElasticity(operators)
     try:
-        return made(operators)
+        return Promotion(operators) if operators.material.promote_at else Inelasticity(operators)
     except LawError as error:
         raise SceneError(f"block '{name}': {error}") from error
 
@@ -122,12 +124,13 @@ def _group(
     constitution: Constitution,
     clamps: Mapping[int, Sequence[Clamp]],
     turns: bool,
+    fidelity: str,
 ) -> Group:
     """The blocks of one kind."""
     stones = [assembly.blocks[block] for block in members]
     poses, names = [stone.pose for stone in stones], [stone.name for stone in stones]
     if turns and not kind.held:
-        return CorotationalGroup(np.array(members), names, poses, operators, constitution)
+        return CorotationalGroup(np.array(members), names, poses, operators, constitution, fidelity)
     if kind.turn:
         poses = [Pose(np.eye(assembly.dimension), pose.translation) for pose in poses]
     return ElasticGroup(
@@ -139,6 +142,7 @@ def _group(
         [[clamp.motion for clamp in clamps.get(block, ())] for block in members],
         assembly.shapes[kind.shape].solid.names,
         constitution,
+        fidelity,
     )
 
 

@@ -1,7 +1,7 @@
 """Inelasticity: stresses by a material law at each Gauss point, with memory.
 
     constitution = Inelasticity(operators)              # of a material with a law
-    made = constitution.followed(state, displacement)         # from the committed state on, in every round
+    made = constitution.followed(state, displacement, time)   # from the committed state on, in every round
 
 A step is Newton-Raphson on the blocks. The first round is elastic from the start of the step on. Each further
 one is linearised at the end that the round before came to, its guess, whose stresses σ(q⁺) and tangents are
@@ -40,7 +40,6 @@ class Inelasticity(Constitution):
     LawError : The law does not go with its stone or its elements.
     """
 
-    kind = "inelastic"
     nonlinear = True
 
     def __init__(self, operators: ShapeOperators) -> None:
@@ -66,7 +65,7 @@ class Inelasticity(Constitution):
         return Memory(internal, stress, none, none, none, nobody, np.zeros((0, m, p, 6, 6)))
 
     @override
-    def followed(self, before: Strained, displacement: FloatArray) -> Memory:
+    def followed(self, before: Strained, displacement: FloatArray, time: float) -> Memory:
         b, (m, p) = len(displacement), self.strains.weight.shape
         start, end = (
             self.strains.at_points(field).reshape(-1, 6) for field in (before.displacement, displacement)

@@ -26,6 +26,7 @@ class ElasticMaterial:
     mass_damping : α of C = α M + β K [1/s].
     stiffness_damping : β of C = α M + β K [s].
     law : By which inelastic blocks yield; None: they stay elastic.
+    promote_at : Share of the stress of first yield from which on the law is used; 0: from the start on.
 
     Raises
     ------
@@ -39,6 +40,7 @@ class ElasticMaterial:
     mass_damping: float = 0.0
     stiffness_damping: float = 0.0
     law: MaterialLaw | None = None
+    promote_at: float = 0.0
 
     def __post_init__(self) -> None:
         checks = (

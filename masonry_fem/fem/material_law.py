@@ -130,6 +130,18 @@ class MaterialLaw(ABC):
             its half if it is quadratic, shape (q,) [m].
         """
 
+    def yields(self, elastic: Isotropic, strain: FloatArray, size: FloatArray) -> BoolArray:
+        """Whether fresh material that is strained from rest does not stay elastic, shape (q,).
+
+        Parameters
+        ----------
+        elastic : Of the intact material.
+        strain : At q points, shape (q, 6).
+        size : Of the elements, as in ``update``, shape (q,) [m].
+        """
+        count = len(strain)
+        return self.update(elastic, np.zeros_like(strain), strain, self.initial(count), size).changed
+
     @abstractmethod
     def measures(self, internal: FloatArray) -> Mapping[str, FloatArray]:
         """What fields and tables show of the internal variables (q, k): by name, shape (q,)."""

@@ -32,30 +32,31 @@ class Elastic(Fidelity):
         """The groups, in the order of their first blocks."""
         return cls.made(given)
 
-    @staticmethod
-    def made(given: Given, laws: Mapping[int, MaterialLaw] | None = None) -> tuple[Group, ...]:
+    @classmethod
+    def made(
+        cls, given: Given, laws: Mapping[int, MaterialLaw] | None = None, *, promote: bool = False
+    ) -> tuple[Group, ...]:
         """Groups of stones that deform.
 
         Parameters
         ----------
         given : The stones.
-        laws : By which each block yields; None: all stay elastic.
+        laws : By which blocks yield; the others stay elastic.
+        promote : Whether they do so only once their stress comes near to their strength.
         """
-        from masonry_fem.fem.constitution import LinearElasticity  # noqa: PLC0415
         from masonry_fem.fem.groups import elastic_groups  # noqa: PLC0415
-        from masonry_fem.fem.inelastic import Inelasticity  # noqa: PLC0415
         from masonry_fem.fem.material import ElasticMaterial  # noqa: PLC0415
 
         materials = {}
         for block, stone in given.materials.items():
             assert stone.young is not None  # checked when the stones were laid
-            damping = stone.damping
+            damping, law = stone.damping, None if laws is None else laws.get(block)
             materials[block] = ElasticMaterial(
                 stone.young, stone.poisson, stone.density, damping.mass, damping.stiffness,
-                None if laws is None else laws[block],
+                law, stone.promote_at if promote and law is not None else 0.0,
             )  # fmt: skip
         before = cast("tuple[Group, ...]", given.before)
+        assert cls.name is not None
         return elastic_groups(
-            given.assembly, materials, given.clamps, given.plane, given.lumped, before,
-            LinearElasticity if laws is None else Inelasticity, given.turns,
-        )  # fmt: skip
+            given.assembly, materials, given.clamps, given.plane, given.lumped, before, given.turns, cls.name
+        )

@@ -12,11 +12,17 @@ if TYPE_CHECKING:
 
 
 class Inelastic(Elastic):
-    """One group for each distinct shape, material and clamping; what stays elastic costs no more."""
+    """One group for each distinct shape, material and clamping; what stays elastic costs no more.
+
+    Attributes
+    ----------
+    promotes : Whether stones are elastic until their stress comes near to their strength.
+    """
 
     name = "inelastic"
     rank = 3
     yields = True
+    promotes = False
 
     @classmethod
     @override
@@ -25,6 +31,8 @@ class Inelastic(Elastic):
         from masonry_fem.fem.plane_stress import PlaneStress  # noqa: PLC0415
 
         free = given.assembly.dimension == 2 and given.plane == "stress"
-        own = {id(stone): given.law(stone) for stone in given.materials.values()}
+        stones = {block: stone for block, stone in given.materials.items() if stone.inelastic is not None}
+        own = {id(stone): given.law(stone) for stone in stones.values()}
         laws = {key: PlaneStress(law) if free else law for key, law in own.items()}
-        return cls.made(given, {b: laws[id(stone)] for b, stone in given.materials.items()})
+        yields = {block: laws[id(stone)] for block, stone in stones.items()}
+        return cls.made(given, yields, promote=cls.promotes)

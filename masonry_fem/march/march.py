@@ -20,6 +20,7 @@ from masonry_fem.march.increments import increments
 from masonry_fem.march.ledger import Ledger
 from masonry_fem.march.measure import measure
 from masonry_fem.march.model import Model
+from masonry_fem.march.promotion import tell_promoted
 from masonry_fem.march.state import SystemState
 from masonry_fem.march.step import Increment, initial_state
 from masonry_fem.march.step_report import StepReport
@@ -134,6 +135,7 @@ def march(
     if verdict == "equilibrium" and objection:
         verdict = "no_convergence"
     troubles.tell_steps(report, strategy, settings)
+    tell_promoted(model, made.after)
     if verdict in {"equilibrium", "finished"}:
         _doubt(model, made, report, bound)
         _tell_written(witness, _with_cure(buried, model, static=static, buried=True), made.scheme.step)

@@ -158,7 +158,9 @@ class Material(Spec, frozen=True, kw_only=True):
     young : Young's modulus; needed by elastic and inelastic blocks
     poisson : Poisson's ratio
     damping : Rayleigh damping
-    inelastic : how the stone yields, chosen by ``law``; needed by inelastic blocks, the others ignore it
+    inelastic : how the stone yields, chosen by ``law``; needed by inelastic blocks, those of fidelity
+        ``auto`` without it stay elastic, rigid and elastic ones ignore it
+    promote_at : share of the stress of first yield at which blocks of fidelity ``auto`` become inelastic
     """
 
     density: Density
@@ -166,6 +168,7 @@ class Material(Spec, frozen=True, kw_only=True):
     poisson: Annotated[float, Meta(gt=-1, lt=0.5)] = 0.2
     damping: Damping = Damping()
     inelastic: AnyMaterialLaw | None = None
+    promote_at: Annotated[float, Meta(gt=0, le=1)] = 0.9
 
 
 class Override(Spec, frozen=True, kw_only=True):
@@ -174,7 +177,7 @@ class Override(Spec, frozen=True, kw_only=True):
     Attributes
     ----------
     blocks : selector of blocks
-    fidelity : rigid, elastic or inelastic
+    fidelity : rigid, elastic, inelastic or auto
     material : name of a table in ``materials``
     mesh : elements, with the keys of the scene's ``mesh``; ``run --refine-to`` writes such entries
     """
@@ -417,7 +420,9 @@ class Scene(Spec, frozen=True, kw_only=True):
     large : build the scene even if it exceeds the [size limits](limits.md#sizes); ``--yes`` sets it
     dimension : of space
     plane : whether a 2D scene is in plane strain or plane stress
-    fidelity : what blocks are, rigid, elastic or inelastic, where nothing else says so
+    fidelity : what blocks are where nothing else says so: ``rigid``, ``elastic``, ``inelastic``, or ``auto``:
+        elastic until their stress comes near to their strength (``promote_at`` of their material), and then
+        inelastic
     mesh : elements of elastic blocks
     mass : mass matrix of elastic blocks
     materials : tables of material properties, by name

@@ -9,7 +9,6 @@ from masonry_fem.bodies.base import Scheme
 from masonry_fem.bodies.rotation import change
 from masonry_fem.bodies.support import Clamp
 from masonry_fem.fem.groups import elastic_groups
-from masonry_fem.fem.inelastic import Inelasticity
 from masonry_fem.fem.material import ElasticMaterial
 from masonry_fem.fem.materials.drucker_prager import DruckerPrager
 from masonry_fem.fem.plane_stress import PlaneStress
@@ -38,9 +37,7 @@ def stones(cell, law=WEAK, turns=False, plane="strain", **damping):
     material = ElasticMaterial(1e7, 0.2, 2400.0, law=law, **damping)
     clamps = None if turns else {0: [Clamp(0)], 1: [Clamp(0)]}
     plane = plane if d == 2 else None
-    (group,) = elastic_groups(
-        assembly, {0: material, 1: material}, clamps, plane, constitution=Inelasticity, turns=turns
-    )
+    (group,) = elastic_groups(assembly, {0: material, 1: material}, clamps, plane, turns=turns)
     return group
 
 

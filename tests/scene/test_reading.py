@@ -143,7 +143,7 @@ BAD = [
         "[materials.stone]",
         "[materials.stone.fine]",
         "line 2: unknown key 'fine' in materials.stone; known keys: 'density', 'young', 'poisson', "
-        "'damping', 'inelastic'",
+        "'damping', 'inelastic', 'promote_at'",
     ),
     (
         "dimension = 2",
@@ -318,8 +318,8 @@ def test_python_objects_are_checked_and_converted_like_files(arch):
             "scene: joints.0.friction is -2.0, expected a number >= 0, or 'no slip'",
         ),
         ({"structures": ()}, "scene: structures is [], expected one or more tables ([[structures]])"),
-        ({"fidelity": "elastik"}, "scene: fidelity is 'elastik', expected one of 'elastic', 'inelastic', "
-                                  "'rigid'; did you mean 'elastic'?"),
+        ({"fidelity": "elastik"}, "scene: fidelity is 'elastik', expected one of 'auto', 'elastic', "
+                                  "'inelastic', 'rigid'; did you mean 'elastic'?"),
         (
             {"supports": (Support(on="x", motion=Motion(rotation=(0.0, 0.0, 1.0))),)},
             "scene: supports.0.motion.rotation is [0.0, 0.0, 1.0], expected one number in rad in a 2D scene",

@@ -1,4 +1,4 @@
-"""Stones that crack by brittle damage: a bar that is pulled apart, on several meshes.
+"""Stones that crack: a bar that is pulled apart, on several meshes.
 
 A bar of 1 m is clamped at both ends and pulled. By its weight the row of elements at the top cracks first
 and alone: the crack takes G_f, whatever the mesh is.
@@ -10,6 +10,7 @@ import pytest
 
 from masonry_fem.analyses.run import RunResult, solve_scene
 from masonry_fem.errors import SceneError
+from masonry_fem.fem.material import Plane
 from masonry_fem.scene.reading import check
 from masonry_fem.scene.specs import (
     Loads,
@@ -29,15 +30,19 @@ STRENGTH, ENERGY, YOUNG = 1e6, 200.0, 10e9
 RAMP = Table(points=((0.0, 0.0), (0.05, 0.035), (0.65, 0.065), (1.0, 1.0)))
 
 
-def pulled(rows: int, energy: float = ENERGY, way: float = 2e-3, steps: int = 300) -> RunResult:
+def pulled(
+    rows: int, energy: float = ENERGY, way: float = 2e-3, steps: int = 300, law: str = "brittle_damage",
+    plane: Plane = "strain", **keys: float,
+) -> RunResult:  # fmt: skip
     """A bar of so many square elements on each other, its top lifted by ``way`` [m]."""
-    law = material_record("brittle_damage", tension_strength=STRENGTH, fracture_energy=energy)
-    stone = Material(density=2000.0, young=YOUNG, poisson=0.0, inelastic=law)
+    record = material_record(law, tension_strength=STRENGTH, fracture_energy=energy, **keys)
+    stone = Material(density=2000.0, young=YOUNG, poisson=0.0, inelastic=record)
     mesh = MeshSettings(divisions=(1, rows))
     return solve_scene(
         check(
             Scene(
                 dimension=2,
+                plane=plane,
                 fidelity="inelastic",
                 materials={"m": stone},
                 structures=(BlockStructure(name="bar", material="m", size=(1.0 / rows, 1.0), mesh=mesh),),
@@ -64,6 +69,18 @@ def test_a_crack_takes_the_fracture_energy_on_every_mesh(rows):
     assert told.measure == "damage"
     assert told.greatest > 1 - 1e-5
     assert told.mean == pytest.approx(1 / rows, rel=1e-4)
+
+
+@pytest.mark.parametrize("plane", ["strain", "stress"])
+def test_a_bar_of_mohr_and_coulomb_takes_it_too(plane):
+    """Its strength falls along a straight line, to nothing where the two halves are 2 G_f/f_t apart."""
+    result = pulled(4, law="mohr_coulomb", plane=plane, cohesion=5e6, friction_angle=40.0)
+    assert result.march.outcome == "equilibrium"
+    assert result.march.ledger.material_dissipation * 4 == pytest.approx(ENERGY, rel=1e-2)
+    assert result.march.ledger.imbalance <= 1e-9
+    (told,) = result.summary.stress.yielded
+    assert told.measure == "plastic_strain"
+    assert told.mean == pytest.approx(told.greatest / 4, rel=1e-2)
 
 
 def test_the_force_of_a_bar_before_and_after_its_peak():

@@ -33,5 +33,23 @@ LAWS = {
     "Tresca cut off": law_of(
         material_record("mohr_coulomb", cohesion=1e6, friction_angle=0.0, tension_strength=1e5)
     ),
+    "pyramid that hardens": law_of(
+        material_record("mohr_coulomb", cohesion=1e6, friction_angle=30.0, dilatancy_angle=5.0, hardening=2e9)
+    ),
+    "pyramid that softens": law_of(
+        material_record(
+            "mohr_coulomb",
+            cohesion=2e6,
+            friction_angle=35.0,
+            dilatancy_angle=10.0,
+            tension_strength=5e5,
+            fracture_energy=40.0,
+            shear_fracture_energy=3000.0,
+            residual=0.1,
+        )
+    ),
+    "pyramid that cracks": law_of(
+        material_record("mohr_coulomb", cohesion=1e6, friction_angle=40.0, fracture_energy=60.0)
+    ),
     "von Mises": law_of(material_record("drucker_prager", cohesion=1e6, friction_angle=0.0)),
 }

@@ -44,6 +44,7 @@ class Plastic(MaterialLaw):
         stress: FloatArray,
         tangent: FloatArray,
         changed: BoolArray,
+        more: FloatArray | float = 0.0,
     ) -> Response:
         """The response of q points.
 
@@ -56,6 +57,8 @@ class Plastic(MaterialLaw):
         others : The law's further internal variables at the end, shape (q, k − 7).
         stress, tangent : At the end, shapes (q, 6) and (q, 6, 6) [Pa].
         changed : Points that yield, shape (q,).
+        more : What flow takes beyond the work of the end's stress on it, as strength falls in the step,
+            shape (q,) [J/m³].
         """
         start, end = strains
         length = np.sqrt(2 / 3 * (grown * grown / SHEARS).sum(axis=1))  # of angles half counts, and twice
@@ -67,8 +70,8 @@ class Plastic(MaterialLaw):
             tangent=tangent,
             internal=internal,
             stored=0.5 * (stress * (end - plastic)).sum(axis=1),
-            dissipation=(stress * grown).sum(axis=1),
-            excess=0.5 * ((change @ elastic.matrix) * change).sum(axis=1),
+            dissipation=(stress * grown).sum(axis=1) + more,
+            excess=0.5 * ((change @ elastic.matrix) * change).sum(axis=1) - more,
             changed=changed,
         )
 

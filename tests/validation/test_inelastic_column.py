@@ -212,6 +212,20 @@ def test_a_stone_crushed_in_dynamics(theta):
     assert load(result) > 2 * STRENGTH  # friction confines it
 
 
+def test_a_stone_whose_pores_are_crushed():
+    """Between rigid sides: from the cap on, pressure p_c and √J2 = ξ c + η p_c, whatever the platen does."""
+    crushing, sine = 2e6, np.sin(np.radians(PHI))
+    sides = [Support(on=f"s.b1/{face}", components=("x",)) for face in ("left", "right")]
+    sides += [Support(on=f"s.b1/{face}", components=("y",)) for face in ("front", "back")]
+    scene = squeezed(closing=4e-3, dilatancy_angle=0.0, crushing_pressure=crushing)
+    result = ran(msgspec.structs.replace(scene, supports=(scene.supports[0], *sides)))
+    assert result.march.outcome == "equilibrium"
+    root = np.sqrt(3) * (3 - sine)
+    deviator = (6 * np.cos(np.radians(PHI)) * C + 6 * sine * crushing) / root
+    assert load(result) == pytest.approx(crushing + 2 / np.sqrt(3) * deviator, rel=1e-8)
+    assert result.march.ledger.imbalance <= 1e-9
+
+
 def test_a_load_that_is_too_much_is_told_with_the_stone_its_law_and_the_load():
     """1.7 times the strength in three steps: what was reached is within 1/32 of a step of it."""
     scene = squeezed()

@@ -25,6 +25,27 @@ LAWS = {
             "drucker_prager", cohesion=1e6, friction_angle=40.0, dilatancy_angle=0.0, hardening=2e9
         )
     ),
+    "cap": law_of(
+        material_record(
+            "drucker_prager",
+            cohesion=2e6,
+            friction_angle=35.0,
+            dilatancy_angle=10.0,
+            tension_cutoff=6e5,
+            crushing_pressure=5e6,
+        )
+    ),
+    "cap that hardens": law_of(
+        material_record(
+            "drucker_prager",
+            cohesion=1e6,
+            friction_angle=30.0,
+            dilatancy_angle=0.0,
+            hardening=1e9,
+            crushing_pressure=3e6,
+            crushing_hardening=4e9,
+        )
+    ),
     "pyramid": law_of(material_record("mohr_coulomb", cohesion=1e6, friction_angle=30.0)),
     "pyramid without dilatancy": law_of(
         material_record("mohr_coulomb", cohesion=1e6, friction_angle=40.0, dilatancy_angle=0.0)

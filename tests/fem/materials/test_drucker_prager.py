@@ -139,6 +139,79 @@ def test_hardening_raises_the_uniaxial_strength_by_its_slope():
     np.testing.assert_allclose(stress, (xi * C + xi**2 * 3e9 * flow) / lean, rtol=1e-8)
 
 
+CAPPED = {"tension_cutoff": 0.3e6, "crushing_pressure": 6e6}
+HYDROSTATIC = np.array([1.0, 1.0, 1.0, 0, 0, 0])
+
+
+@pytest.mark.parametrize("slope", [0.0, 4e9])
+def test_pores_are_crushed_along_a_straight_line_and_stay_so(slope):
+    """−p = K (e − ζ) = p_c + H_c ζ; what is dissipated is the work of −p on ζ."""
+    K, volume, crushing = STONE.bulk, 4e-3, CAPPED["crushing_pressure"]
+    point = Point(DruckerPrager(C, 35.0, 10.0, crushing_hardening=slope, **CAPPED))
+    crushed = 0.0
+    for share in (0.25, 0.5, 1.0, 0.85, 1.0, 1.2):
+        squeezed, before = share * volume, point.dissipated
+        more = max((K * squeezed - crushing) / (K + slope) - crushed, 0.0)
+        crushed += more
+        point.to(-squeezed / 3 * HYDROSTATIC)
+        np.testing.assert_allclose(point.stress[:3], -K * (squeezed - crushed), rtol=1e-8)
+        assert point.internal[0, 8] == pytest.approx(crushed, rel=1e-8)
+        assert (point.dissipated - before > 1e-9 * crushing) == (more > 1e-9)
+    if not slope:
+        assert point.dissipated == pytest.approx(crushing * crushed, rel=1e-8)
+
+
+def test_stone_between_rigid_sides_comes_to_the_corner_of_cone_and_cap():
+    """−p = p_c and √J2 = ξ c + η p_c, whatever the strain beyond."""
+    law = DruckerPrager(C, 35.0, 10.0, **CAPPED)
+    eta, xi, _ = law.cone
+    for steps in (1, 9):
+        point = Point(law)
+        for axial in np.linspace(0, -2e-2, steps + 1)[1:]:
+            point.to([0, 0, axial, 0, 0, 0])
+        p = point.stress[:3].mean()
+        assert -p == pytest.approx(CAPPED["crushing_pressure"], rel=1e-8)
+        deviator = (point.stress[0] - point.stress[2]) / np.sqrt(3)
+        assert deviator == pytest.approx(xi * C + eta * CAPPED["crushing_pressure"], rel=1e-8)
+
+
+def test_tension_is_cut_off():
+    """Mean stress p_t: a bar bears 3 p_t, and so do all directions together."""
+    law = DruckerPrager(C, 35.0, 10.0, **CAPPED)
+    eta, xi, _ = law.cone
+    cut = CAPPED["tension_cutoff"]
+    assert np.sqrt(3) * cut + eta * cut < xi * C  # the cone does not come first
+    bar, all_ways, corner = Point(law), Point(law), Point(law)
+    for strain in np.linspace(0, 2e-3, 11)[1:]:
+        stress = bar.squeezed(strain)
+        all_ways.to(strain * HYDROSTATIC)
+        corner.to([strain, strain, strain, strain, 0, 0])
+    assert stress == pytest.approx(3 * cut, rel=1e-8)
+    np.testing.assert_allclose(all_ways.stress[:3], cut, rtol=1e-8)
+    deviator = corner.stress - corner.stress[:3].mean() * HYDROSTATIC
+    assert corner.stress[:3].mean() == pytest.approx(cut, rel=1e-8)
+    root = np.sqrt(0.5 * deviator[:3] @ deviator[:3] + deviator[3:] @ deviator[3:])
+    assert root == pytest.approx(xi * C - eta * cut, rel=1e-8)
+
+
+@pytest.mark.parametrize("sign", [-1, 1])
+@pytest.mark.parametrize("keys", [{}, CAPPED, {"hardening": 2e9}])
+def test_the_tangent_of_stone_under_pressure_or_tension_from_all_sides(sign, keys):
+    """Without deviator of the trial stress: shear stiffness is elastic at cap and cut-off, 0 at the apex."""
+    law, h = DruckerPrager(C, 35.0, 10.0, **keys), 1e-8
+    strain = sign * 4e-3 / 3 * HYDROSTATIC[None]
+    zero, fresh = np.zeros((1, 6)), law.initial(1)
+    made = law.update(STONE, zero, strain, fresh, SIZE)
+    columns = [
+        law.update(STONE, zero, strain + h * unit, fresh, SIZE).stress
+        - law.update(STONE, zero, strain - h * unit, fresh, SIZE).stress
+        for unit in np.eye(6)
+    ]
+    wrong = np.abs(np.stack(columns, axis=2) / (2 * h) - made.tangent)
+    assert wrong.max() <= 1e-6 * STONE.matrix.max()
+    assert made.changed[0] == (sign > 0 or bool(keys and "crushing_pressure" in keys))
+
+
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
@@ -146,6 +219,7 @@ def test_hardening_raises_the_uniaxial_strength_by_its_slope():
         ({"friction_angle": 90.0}, "friction_angle is 90"),
         ({"dilatancy_angle": 40.0}, "dilatancy_angle is 40, expected at most the friction_angle 35"),
         ({"hardening": -1.0}, "hardening is -1"),
+        ({"crushing_hardening": 1e9}, "crushing_hardening is 1e.09, but nothing is crushed"),
         ({"fit": "best"}, "fit is 'best', expected 'compression' or 'tension' or 'plane_strain'"),
     ],
 )

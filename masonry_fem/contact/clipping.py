@@ -145,3 +145,64 @@ def locate(polygons: FloatArray, points: FloatArray, tolerance: float) -> IntArr
                 best[i] = depth[i]
                 found[i] = number
     return found
+
+
+def common_parts(
+    at: FloatArray,
+    count: IntArray,
+    candidate: IntArray,
+    antagonist: IntArray,
+    origin: FloatArray,
+    basis: FloatArray,
+    tolerance: FloatArray,
+) -> tuple[FloatArray, IntArray, FloatArray]:
+    """Common parts of pairs of convex faces, seen along the normals of common planes.
+
+    Parameters
+    ----------
+    at, count : Corners of all faces, padded, shape (f, k, d) [m], and how many are real, shape (f,).
+    candidate, antagonist : Faces of each pair, which look at each other, each of shape (m,).
+    origin : Origin of each common plane, shape (m, d) [m].
+    basis : Its unit vectors, right-handed with the antagonist's outward normal, shape (m, d - 1, d).
+    tolerance : Distance below which polygons merely touch, shape (m,) [m].
+
+    Returns
+    -------
+    Corners in the planes, padded (m, k, d - 1) [m]; how many are real (m,); areas, in 2D lengths (m,).
+    """
+    if at.shape[2] == 3:
+        return _common_polygons(at, count, candidate, antagonist, origin, basis, tolerance)  # type: ignore[no-any-return]
+    along = [
+        np.einsum("mkd,md->mk", at[rows] - origin[:, None], basis[:, 0]) for rows in (candidate, antagonist)
+    ]
+    low = np.maximum(along[0].min(axis=1), along[1].min(axis=1))
+    high = np.minimum(along[0].max(axis=1), along[1].max(axis=1))
+    return np.stack([low, high], axis=1)[:, :, None], np.where(high > low, 2, 0), np.maximum(high - low, 0.0)
+
+
+@njit(cache=True)
+def _common_polygons(
+    at: FloatArray,
+    count: IntArray,
+    candidate: IntArray,
+    antagonist: IntArray,
+    origin: FloatArray,
+    basis: FloatArray,
+    tolerance: FloatArray,
+) -> tuple[FloatArray, IntArray, FloatArray]:
+    pairs = len(candidate)
+    result = np.zeros((pairs, 2 * at.shape[1], 2))
+    corners, area = np.zeros(pairs, dtype=np.int64), np.zeros(pairs)
+    for m in range(pairs):
+        c, a = candidate[m], antagonist[m]
+        subject, window = np.empty((count[c], 2)), np.empty((count[a], 2))
+        for p in range(2):
+            for k in range(count[c]):  # outward of the candidate is against the normal: turn round
+                subject[count[c] - 1 - k, p] = ((at[c, k] - origin[m]) * basis[m, p]).sum()
+            for k in range(count[a]):
+                window[k, p] = ((at[a, k] - origin[m]) * basis[m, p]).sum()
+        polygon = clip(subject, window, tolerance[m])
+        corners[m] = len(polygon)
+        result[m, : len(polygon)] = polygon
+        area[m] = polygon_area(polygon)
+    return result, corners, area

@@ -72,14 +72,7 @@ def crossings(
                 o1, o2 = normal[b, edges[b, j, 2]], normal[b, edges[b, j, 3]]
                 q = vertices[b, edges[b, j, 0]]
                 w = vertices[b, edges[b, j, 1]] - q
-                # arcs n1-n2 and (-o1)-(-o2) cross where the ends of each are on different sides of the other
-                s1, s2 = -(u * o1).sum(), -(u * o2).sum()
-                t1, t2 = (w * n1).sum(), (w * n2).sum()
-                if s1 * s2 >= 0 or t1 * t2 >= 0:
-                    continue
-                along = ALONG * np.sqrt((u * u).sum())
-                across = ALONG * np.sqrt((w * w).sum())
-                if min(abs(s1), abs(s2)) <= along or min(abs(t1), abs(t2)) <= across:
+                if not _arcs_cross(u, w, n1, n2, o1, o2):
                     continue
                 n = np.cross(u, w)
                 length = np.sqrt((n * n).sum())
@@ -100,6 +93,23 @@ def crossings(
                 if _inside(p, u, q, w, margin, points[m]):
                     found[m, 0], found[m, 1] = i, j
     return found, apart, axis, points
+
+
+@njit(cache=True)
+def _arcs_cross(
+    u: FloatArray, w: FloatArray, n1: FloatArray, n2: FloatArray, o1: FloatArray, o2: FloatArray
+) -> bool:
+    """Whether the ends of the arcs n1-n2 and (-o1)-(-o2) are on different sides, and no edge is along a face.
+
+    ``u`` and ``w`` are the edges; the circles of the arcs may still cross elsewhere.
+    """
+    s1, s2 = -(u * o1).sum(), -(u * o2).sum()
+    t1, t2 = (w * n1).sum(), (w * n2).sum()
+    if s1 * s2 >= 0 or t1 * t2 >= 0:
+        return False
+    along, across = ALONG * np.sqrt((u * u).sum()), ALONG * np.sqrt((w * w).sum())
+    result: bool = min(abs(s1), abs(s2)) > along and min(abs(t1), abs(t2)) > across
+    return result
 
 
 @njit(cache=True)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from masonry_fem.contact.ball import ball_in_both
 from masonry_fem.contact.boxes import near_pairs
-from masonry_fem.contact.clipping import clip, polygon_area
+from masonry_fem.contact.clipping import common_parts
 from masonry_fem.contact.facing import facing_rows
 from masonry_fem.contact.kinematics import height, local_frames
 from masonry_fem.contact.skin import Skin
@@ -104,40 +104,60 @@ def _by_axes(
     Pairs with too ``many`` edges are looked at along face normals alone. Once no more than ``allowed``
     a pair is looked at no further.
     """
-    d = points.shape[1]
-    result = np.full(len(pairs), np.inf)
-    axis = np.empty(d)
+    result = np.empty(len(pairs))
     for m in range(len(pairs)):
-        one, two = pairs[m, 0], pairs[m, 1]
-        for side in range(2):
-            block = pairs[m, side]
-            for face in range(first_face[block], first_face[block + 1]):
-                if (axes[face] ** 2).sum() < 0.5:
-                    continue  # a face without facets
-                depth = _along(points, nodes, one, two, axes[face])
-                result[m] = min(result[m], depth)
-                if result[m] <= allowed[m]:
-                    break
-            if result[m] <= allowed[m]:
-                break
-        if d == 2 or many[m]:
-            continue
-        for e in range(first_edge[one], first_edge[one + 1]):
-            if result[m] <= allowed[m]:
-                break
-            for f in range(first_edge[two], first_edge[two + 1]):
-                a = points[edges[e, 1]] - points[edges[e, 0]]
-                b = points[edges[f, 1]] - points[edges[f, 0]]
-                axis[0] = a[1] * b[2] - a[2] * b[1]
-                axis[1] = a[2] * b[0] - a[0] * b[2]
-                axis[2] = a[0] * b[1] - a[1] * b[0]
-                length = np.sqrt((axis**2).sum())
-                if length <= PARALLEL * np.sqrt((a**2).sum() * (b**2).sum()):
-                    continue
-                result[m] = min(result[m], _along(points, nodes, one, two, axis / length))
-                if result[m] <= allowed[m]:
-                    break
+        one, two = pairs[m]
+        result[m] = _along_normals(points, nodes, axes, first_face, one, two, allowed[m])
+        if points.shape[1] == 3 and not many[m]:
+            result[m] = _across_edges(points, nodes, edges, first_edge, one, two, (result[m], allowed[m]))
     return result
+
+
+@njit(cache=True)
+def _along_normals(
+    points: FloatArray,
+    nodes: IntArray,
+    axes: FloatArray,
+    first_face: IntArray,
+    one: int,
+    two: int,
+    allowed: float,
+) -> float:
+    """Least overlap of two blocks along the normals of their faces [m]."""
+    least = np.inf
+    for block in (one, two):
+        for face in range(first_face[block], first_face[block + 1]):
+            if least > allowed and (axes[face] ** 2).sum() > 0.5:  # zero: a face without facets
+                least = min(least, _along(points, nodes, one, two, axes[face]))
+    return least
+
+
+@njit(cache=True)
+def _across_edges(
+    points: FloatArray,
+    nodes: IntArray,
+    edges: IntArray,
+    first_edge: IntArray,
+    one: int,
+    two: int,
+    known: tuple[float, float],
+) -> float:
+    """Least overlap of two blocks across their edges; ``known`` is the least so far and what is allowed."""
+    least, allowed = known
+    axis = np.empty(3)
+    for e in range(first_edge[one], first_edge[one + 1]):
+        for f in range(first_edge[two], first_edge[two + 1]):
+            if least <= allowed:
+                return least
+            a = points[edges[e, 1]] - points[edges[e, 0]]
+            b = points[edges[f, 1]] - points[edges[f, 0]]
+            axis[0] = a[1] * b[2] - a[2] * b[1]
+            axis[1] = a[2] * b[0] - a[0] * b[2]
+            axis[2] = a[0] * b[1] - a[1] * b[0]
+            length = np.sqrt((axis**2).sum())
+            if length > PARALLEL * np.sqrt((a**2).sum() * (b**2).sum()):
+                least = min(least, _along(points, nodes, one, two, axis / length))
+    return least
 
 
 @njit(cache=True)
@@ -198,47 +218,12 @@ def _gaps(
     if len(lower) == 0:
         return np.zeros(0), np.zeros(0)
     origin = at[lower, 0]
-    corners, count, area = _common(at, skin.count, lower, upper, origin, frame)
+    tolerance = 1e-9 * np.linalg.norm(at[lower] - origin[:, None], axis=2).max(axis=1)
+    flat, count, area = common_parts(at, skin.count, upper, lower, origin, frame[:, 1:], tolerance)
+    corners = origin[:, None] + np.einsum("mkp,mpd->mkd", flat, frame[:, 1:])
     shown = np.arange(corners.shape[1]) < count[:, None]
     across = np.broadcast_to(frame[:, :1], corners.shape)
     above = height(corners, across, at[upper, :1], normal[upper, None])
     below = height(corners, across, at[lower, :1], normal[lower, None])
     gap: FloatArray = np.where(shown, above - below, np.inf).min(axis=1)
     return gap, np.where(np.isfinite(gap), area, 0.0)
-
-
-def _common(
-    at: FloatArray, count: IntArray, lower: IntArray, upper: IntArray, origin: FloatArray, frame: FloatArray
-) -> tuple[FloatArray, IntArray, FloatArray]:
-    """Corners of the common part of facets seen along the normal, (m, k, d), how many (m,), and area (m,)."""
-    if at.shape[2] == 2:
-        along = [np.einsum("mkd,md->mk", at[rows] - origin[:, None], frame[:, 1]) for rows in (lower, upper)]
-        low = np.maximum(along[0].min(axis=1), along[1].min(axis=1))
-        high = np.minimum(along[0].max(axis=1), along[1].max(axis=1))
-        ends = np.stack([low, high], axis=1)[:, :, None] * frame[:, None, 1] + origin[:, None]
-        return ends, np.where(high > low, 2, 0), np.maximum(high - low, 0.0)
-    flat, corners, area = _polygons(at, count, lower, upper, origin, frame)
-    return origin[:, None] + np.einsum("mkp,mpd->mkd", flat, frame[:, 1:]), corners, area
-
-
-@njit(cache=True)
-def _polygons(
-    at: FloatArray, count: IntArray, lower: IntArray, upper: IntArray, origin: FloatArray, frame: FloatArray
-) -> tuple[FloatArray, IntArray, FloatArray]:
-    pairs = len(lower)
-    result = np.zeros((pairs, 2 * at.shape[1], 2))
-    corners, area = np.zeros(pairs, dtype=np.int64), np.zeros(pairs)
-    for m in range(pairs):
-        c, a = lower[m], upper[m]
-        window, subject = np.empty((count[c], 2)), np.empty((count[a], 2))
-        for p in range(2):
-            for k in range(count[c]):
-                window[k, p] = ((at[c, k] - origin[m]) * frame[m, 1 + p]).sum()
-            for k in range(count[a]):  # outward of the upper is against the normal: turn round
-                subject[count[a] - 1 - k, p] = ((at[a, k] - origin[m]) * frame[m, 1 + p]).sum()
-        extent = max(np.abs(window).max(), 1e-300)
-        polygon = clip(subject, window, 1e-9 * extent)
-        corners[m] = len(polygon)
-        result[m, : len(polygon)] = polygon
-        area[m] = polygon_area(polygon)
-    return result, corners, area

@@ -11,10 +11,9 @@ a face (``touching``) and for edges that cross (``crossing``), other pairs for c
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from masonry_fem.contact.boxes import near_pairs
-from masonry_fem.contact.clipping import clip, polygon_area
+from masonry_fem.contact.clipping import common_parts
 from masonry_fem.contact.contacts import Interface
 from masonry_fem.contact.facing import FacePairs, facing, orient
 from masonry_fem.contact.foothold import footholds
@@ -87,7 +86,7 @@ def detect(
     posed = Posed.of(assembly, surfaces)
     deep = far if overlap is None else overlap
     chosen = orient(facing(faces, pairs, max(far, deep) + 1e-9 * size, angle), posed, faces)
-    found, slivers = _cut(chosen, assembly, surfaces, faces, (far, deep), size)
+    found, slivers = _cut(chosen, posed, faces, (far, deep), size)
     met = _pairs_of(found)
     rest = np.array([pair for pair in pairs.tolist() if tuple(pair) not in met], dtype=np.int64).reshape(
         -1, 2
@@ -143,12 +142,7 @@ def _order(interface: Interface) -> tuple[int, ...]:
 
 
 def _cut(
-    pairs: FacePairs,
-    assembly: Assembly,
-    surfaces: tuple[Surface, ...],
-    faces: PosedFaces,
-    within: tuple[float, float],
-    size: float,
+    pairs: FacePairs, posed: Posed, faces: PosedFaces, within: tuple[float, float], size: float
 ) -> tuple[list[Interface], IntArray]:
     """Interfaces of the face pairs whose common part is large, and ``within`` a gap and an overlap.
 
@@ -160,8 +154,10 @@ def _cut(
     mean = faces.normal[a] - faces.normal[c]
     normal = np.where(pairs.carried[:, None], faces.normal[a], mean / np.linalg.norm(mean, axis=1)[:, None])
     frame, origin = local_frames(normal), faces.points[a, 0]
-    cut = _overlaps if assembly.dimension == 3 else _overlap_lengths
-    flat, corners, area = cut(faces.points, faces.corners, c, a, origin, frame[:, 1:], 1e-9 * size)
+    rounding = 1e-9 * size
+    flat, corners, area = common_parts(
+        faces.points, faces.corners, c, a, origin, frame[:, 1:], np.full(len(c), rounding)
+    )
     large = area > SMALLEST * np.minimum(faces.area[c], faces.area[a])
     polygon = origin[:, None] + np.einsum("mkp,mpd->mkd", flat, frame[:, 1:])
     along = np.broadcast_to(normal[:, None], polygon.shape)
@@ -174,29 +170,30 @@ def _cut(
     polygon += level[:, :, None] * normal[:, None]
     real = np.arange(gap.shape[1]) < corners[:, None]
     nearest = np.where(real, gap, np.inf).min(axis=1)
-    rounding = 1e-9 * size
     # if the reach is as large as a block, the top of one may face the bottom of the other through both blocks
     overlap = np.minimum(within[1], THROUGH * np.minimum(faces.depth[c], faces.depth[a]))
     touching = (nearest <= within[0] + rounding) & (nearest >= -overlap - rounding)
     accepted = large & touching
     sliver = np.flatnonzero(touching & ~large & (area > 0))
     width = area[sliver]
-    if assembly.dimension == 3:
+    if polygon.shape[2] == 3:
         width = width / np.linalg.norm(_extent(polygon[sliver], real[sliver]), axis=1)
     sliver = sliver[width > EDGE * size]
+    sides = np.stack([c, a], axis=1)
+    blocks, numbers = faces.block[sides].tolist(), faces.face[sides].tolist()
     made = [
         Interface(
-            blocks=(int(faces.block[c[m]]), int(faces.block[a[m]])),
-            faces=(int(faces.face[c[m]]), int(faces.face[a[m]])),
+            blocks=tuple(blocks[m]),
+            faces=tuple(numbers[m]),
             normal=normal[m],
             polygon=polygon[m, : corners[m]],
             gap=gap[m, : corners[m]],
             area=float(area[m]),
-            label=common_label(assembly, surfaces, faces, int(c[m]), int(a[m])),
+            label=posed.label(blocks[m], numbers[m]),
         )
         for m in np.flatnonzero(accepted)
     ]
-    return made, np.stack([faces.block[c[sliver]], faces.block[a[sliver]]], axis=1)
+    return made, faces.block[sides[sliver]]
 
 
 def _extent(polygons: FloatArray, real: np.ndarray) -> FloatArray:
@@ -205,62 +202,3 @@ def _extent(polygons: FloatArray, real: np.ndarray) -> FloatArray:
     high = np.where(shown, polygons, -np.inf).max(axis=1, initial=-np.inf)
     extent: FloatArray = high - np.where(shown, polygons, np.inf).min(axis=1, initial=np.inf)
     return extent
-
-
-def common_label(
-    assembly: Assembly, surfaces: tuple[Surface, ...], faces: PosedFaces, first: int, second: int
-) -> str:
-    """Joint label that two face pieces share, or ""."""
-    labels = [
-        surfaces[assembly.blocks[faces.block[row]].shape].solid.labels[faces.face[row]]
-        for row in (first, second)
-    ]
-    return labels[0] if labels[0] == labels[1] else ""
-
-
-@njit(cache=True)
-def _overlaps(
-    points: FloatArray,
-    corners: IntArray,
-    candidate: IntArray,
-    antagonist: IntArray,
-    origin: FloatArray,
-    basis: FloatArray,
-    tolerance: float,
-) -> tuple[FloatArray, IntArray, FloatArray]:
-    """Common polygons in the common planes: corners (m, k, 2), their numbers (m,), areas (m,)."""
-    pairs = len(candidate)
-    result = np.zeros((pairs, 2 * points.shape[1], 2))
-    count, area = np.zeros(pairs, dtype=np.int64), np.zeros(pairs)
-    for m in range(pairs):
-        c, a = candidate[m], antagonist[m]
-        subject, window = np.empty((corners[c], 2)), np.empty((corners[a], 2))
-        for p in range(2):
-            for k in range(corners[c]):  # outward of the candidate is against the normal: turn round
-                subject[corners[c] - 1 - k, p] = ((points[c, k] - origin[m]) * basis[m, p]).sum()
-            for k in range(corners[a]):
-                window[k, p] = ((points[a, k] - origin[m]) * basis[m, p]).sum()
-        polygon = clip(subject, window, tolerance)
-        count[m] = len(polygon)
-        result[m, : len(polygon)] = polygon
-        area[m] = polygon_area(polygon)
-    return result, count, area
-
-
-def _overlap_lengths(
-    points: FloatArray,
-    corners: IntArray,
-    candidate: IntArray,
-    antagonist: IntArray,
-    origin: FloatArray,
-    basis: FloatArray,
-    tolerance: float,
-) -> tuple[FloatArray, IntArray, FloatArray]:
-    """The same in 2D: ends of the common intervals (m, 2, 1), their numbers (m,), lengths (m,)."""
-    along = [
-        np.einsum("mkd,md->mk", points[rows] - origin[:, None], basis[:, 0])
-        for rows in (candidate, antagonist)
-    ]
-    low = np.maximum(along[0].min(axis=1), along[1].min(axis=1))
-    high = np.minimum(along[0].max(axis=1), along[1].max(axis=1))
-    return np.stack([low, high], axis=1)[:, :, None], np.full(len(low), 2), np.maximum(high - low, 0.0)

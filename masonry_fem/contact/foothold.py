@@ -14,7 +14,7 @@ from masonry_fem.contact.contacts import Interface
 from masonry_fem.contact.kinematics import local_frames
 from masonry_fem.contact.posed import Posed
 from masonry_fem.contact.surface import PosedFaces
-from masonry_fem.contact.touching import INSIDE, LEVEL, ROUNDING
+from masonry_fem.contact.touching import INSIDE, LEVEL, standing
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
@@ -60,7 +60,9 @@ def _on(
         inside = [k for k in stands.tolist() if _holds(faces, int(rows[k]), vertices[corner], INSIDE * size)]
         if inside:  # take the face behind which it is least deep
             best = max(inside, key=lambda k: heights[corner, k])
-            made.append(_interface(posed, faces, int(rows[best]), other, corner, size))
+            row = rows[best]
+            feature = posed.vertices[other, [corner]]
+            made.append(standing(posed, carrier, int(faces.face[row]), other, [corner], feature, size))
     return made
 
 
@@ -81,23 +83,3 @@ def _holds(faces: PosedFaces, row: int, point: FloatArray, margin: float) -> boo
     loop = faces.points[row, : faces.corners[row]]
     window, flat = (loop - loop[0]) @ frame[1:].T, (point - loop[0])[None] @ frame[1:].T
     return bool(depths(window, flat)[0] > margin)
-
-
-def _interface(posed: Posed, faces: PosedFaces, row: int, other: int, corner: int, size: float) -> Interface:
-    carrier, face, normal = int(faces.block[row]), int(faces.face[row]), faces.normal[row]
-    point = posed.vertices[other, corner]
-    gap = float((point - faces.points[row, 0]) @ normal)
-    gap = 0.0 if abs(gap) < ROUNDING * size else gap
-    own, solid = (posed.solids[posed.shape[block]] for block in (other, carrier))
-    around = [f for f, loop in enumerate(own.faces) if corner in loop]
-    against = max(around, key=lambda f: (-round(float(posed.normal[other, f] @ normal), 9), -f))
-    labels = own.labels[against], solid.labels[face]
-    return Interface(
-        blocks=(other, carrier),
-        faces=(against, face),
-        normal=normal,
-        polygon=(point - gap * normal)[None],
-        gap=np.array([gap]),
-        area=0.0,
-        label=labels[0] if labels[0] == labels[1] else "",
-    )

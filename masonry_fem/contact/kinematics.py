@@ -1,7 +1,6 @@
-"""Kinematics of contact points: local frames and gaps, at rest and after blocks have moved.
+"""Kinematics of contact points: local frames, and heights above planes.
 
-A frame's rows are (n, t1[, t2]), right-handed, n from the antagonist to the candidate; it follows
-the antagonist. Rigid blocks make finite rotations.
+A frame's rows are (n, t1[, t2]), right-handed, n from the antagonist to the candidate.
 """
 
 from __future__ import annotations
@@ -28,21 +27,6 @@ def local_frames(normals: FloatArray) -> FloatArray:
     frames[:, 1] = across / np.linalg.norm(across, axis=1)[:, None]
     frames[:, 2] = np.cross(frames[:, 0], frames[:, 1])
     return frames
-
-
-def current_frames(frames: FloatArray, rotations: FloatArray) -> FloatArray:
-    """Frames of reference (c, d, d) turned with the antagonists' rotations (c, d, d)."""
-    turned: FloatArray = frames @ rotations.transpose(0, 2, 1)
-    return turned
-
-
-def current_gaps(frames: FloatArray, candidate: FloatArray, antagonist: FloatArray) -> FloatArray:
-    """Signed distances along the current normals, > 0 open, shape (c,) [m].
-
-    ``candidate`` and ``antagonist`` are where the two material points are now, shape (c, d).
-    """
-    gaps: FloatArray = np.einsum("ca,ca->c", frames[:, 0], candidate - antagonist)
-    return gaps
 
 
 def height(points: FloatArray, normals: FloatArray, on_plane: FloatArray, plane: FloatArray) -> FloatArray:

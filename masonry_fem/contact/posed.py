@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -68,6 +69,13 @@ class Posed:
             *_all_edges(solids, shape),
             np.array([block.support for block in assembly.blocks]),
         )
+
+    def label(self, blocks: Sequence[int], faces: Sequence[int]) -> str:
+        """Joint label that faces of two blocks share, or ""."""
+        one, two = (
+            self.solids[self.shape[block]].labels[face] for block, face in zip(blocks, faces, strict=True)
+        )
+        return one if one == two else ""
 
 
 def _all_edges(solids: tuple[Polytope, ...], shape: IntArray) -> tuple[IntArray, IntArray]:

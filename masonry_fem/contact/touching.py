@@ -55,7 +55,7 @@ def standing_pairs(
         if found[m, 0] >= 0 and not better[m]:
             side, face, u, v = found[m].tolist()
             corners = [u] if v < 0 else [u, v]
-            interface = _interface(posed, pairs[m, side], face, pairs[m, 1 - side], corners, reach, size)
+            interface = _interface(posed, pairs[m, side], face, pairs[m, 1 - side], corners, size)
         # the corner is beside the face: take the edges, if they separate the blocks equally well
         if interface is None and crossed[m] and apart[m] >= by_face[m] - level:
             interface = _crossing(posed, pairs[m], edges[m], axis[m], points[m], size)
@@ -75,10 +75,6 @@ def _crossing(
         beside = posed.edges[block, edge, 2:]
         against = np.abs(posed.normal[block, beside] @ axis)
         faces.append(int(beside[0] if against[0] >= against[1] - 1e-9 else beside[1]))
-    labels = [
-        posed.solids[posed.shape[block]].labels[face]
-        for block, face in zip((first, second), faces, strict=True)
-    ]
     later = int(not (posed.support[second] and not posed.support[first]))
     return Interface(
         blocks=(second, first) if later else (first, second),
@@ -87,40 +83,58 @@ def _crossing(
         polygon=points.mean(axis=0)[None],
         gap=np.array([gap if abs(gap) >= ROUNDING * size else 0.0]),
         area=0.0,
-        label=labels[0] if labels[0] == labels[1] else "",
+        label=posed.label((first, second), faces),
     )
 
 
 def _interface(
-    posed: Posed, carrier: int, face: int, other: int, corners: list[int], reach: float, size: float
+    posed: Posed, carrier: int, face: int, other: int, corners: list[int], size: float
 ) -> Interface | None:
     """The interface of corners of ``other`` with a face of ``carrier``; None if they miss the face."""
-    normal = posed.normal[carrier, face]
-    frame = local_frames(normal[None])[0]
-    solid = posed.solids[posed.shape[carrier]]
-    loop = posed.vertices[carrier, list(solid.faces[face])]
-    origin = loop[0]
-    window = (loop - origin) @ frame[1:].T
+    frame = local_frames(posed.normal[carrier, face][None])[0]
+    loop = posed.vertices[carrier, list(posed.solids[posed.shape[carrier]].faces[face])]
+    window = (loop - loop[0]) @ frame[1:].T
+    if not faces_at(posed, other, corners):  # no edge joins the two: the block stands on the lower one only
+        corners = corners[:1]
     feature = posed.vertices[other, corners]
-    feature = _part_inside(window, (feature - origin) @ frame[1:].T, feature, INSIDE * size)
-    if len(feature) == 0:
-        return None
-    gap = (feature - origin) @ normal
+    feature = _part_inside(window, (feature - loop[0]) @ frame[1:].T, feature, INSIDE * size)
+    return standing(posed, carrier, face, other, corners, feature, size) if len(feature) else None
+
+
+def faces_at(posed: Posed, block: int, corners: list[int]) -> list[int]:
+    """Faces of a block that have all of some corners."""
+    loops = posed.solids[posed.shape[block]].faces
+    return [face for face, loop in enumerate(loops) if set(corners) <= set(loop)]
+
+
+def standing(
+    posed: Posed, carrier: int, face: int, other: int, corners: list[int], feature: FloatArray, size: float
+) -> Interface:
+    """The interface of a corner or edge of one block that stands on a face of another.
+
+    Parameters
+    ----------
+    posed : Corners and faces of all blocks.
+    carrier, face : The block that carries, and its face.
+    other, corners : The block that stands, and its corner or the two that its edge joins.
+    feature : The corner, or the part of the edge that is above the face, shape (1 or 2, d) [m].
+    size : Typical size of a block, for tolerances [m].
+    """
+    normal = posed.normal[carrier, face]
+    gap = (feature - posed.on_face[carrier, face]) @ normal
     gap[np.abs(gap) < ROUNDING * size] = 0.0
-    own = posed.solids[posed.shape[other]]
-    around = [f for f, members in enumerate(own.faces) if set(corners) <= set(members)]
-    if not around:  # two corners that no edge joins: the block stands on the lower one only
-        return _interface(posed, carrier, face, other, corners[:1], reach, size)
-    against = max(around, key=lambda f: (-round(float(posed.normal[other, f] @ normal), 9), -f))
-    labels = own.labels[against], solid.labels[face]
+    against = max(
+        faces_at(posed, other, corners), key=lambda f: (-round(float(posed.normal[other, f] @ normal), 9), -f)
+    )
+    blocks, faces = (other, carrier), (against, face)
     return Interface(
-        blocks=(other, carrier),
-        faces=(against, face),
+        blocks=blocks,
+        faces=faces,
         normal=normal,
         polygon=feature - gap[:, None] * normal,
         gap=gap,
         area=0.0,
-        label=labels[0] if labels[0] == labels[1] else "",
+        label=posed.label(blocks, faces),
     )
 
 
@@ -173,30 +187,40 @@ def _features(
             carrier, other = pairs[m, side], pairs[m, 1 - side]
             heights = np.empty(count[other])
             for f in range(faces[carrier]):
-                for v in range(count[other]):
-                    heights[v] = 0.0
-                    for c in range(d):
-                        heights[v] += (vertices[other, v, c] - on_face[carrier, f, c]) * normal[carrier, f, c]
+                heights = _heights(vertices[other, : count[other]], on_face[carrier, f], normal[carrier, f])
                 low = _three_lowest(heights)
                 lowest = heights[low[0]]
                 apart[m] = max(apart[m], lowest)
                 if lowest < -overlap - level or lowest > reach + level or lowest <= best:
                     continue
-                near = 0
-                for value in heights:
-                    near += value <= lowest + level
-                if near > d - 1:  # a face, which detection of faces finds, or an edge that is merely shared
+                # a face, which detection of faces finds, or an edge that is merely shared
+                if (heights <= lowest + level).sum() > d - 1:
                     flat = max(flat, lowest)
                     continue
                 best = lowest
                 result[m, 0], result[m, 1], result[m, 2] = side, f, low[0]
-                # a second corner within reach makes an edge, if the other corners are clearly higher
-                two = d == 3 and heights[low[1]] <= reach and heights[low[2]] > heights[low[1]] + level
-                result[m, 3] = low[1] if two else -1
+                result[m, 3] = _other_end(heights, low, reach, level) if d == 3 else -1
         # nothing near in front of some face: the blocks are apart; or a face parts them better
         if apart[m] > reach + level or flat > best + level:
             result[m] = -1
     return result, apart
+
+
+@njit(cache=True)
+def _heights(corners: FloatArray, on_face: FloatArray, normal: FloatArray) -> FloatArray:
+    """Heights of corners above a face, shape (v,) [m]."""
+    heights = np.zeros(len(corners))
+    for v in range(len(corners)):
+        for c in range(len(normal)):
+            heights[v] += (corners[v, c] - on_face[c]) * normal[c]
+    return heights
+
+
+@njit(cache=True)
+def _other_end(heights: FloatArray, low: IntArray, reach: float, level: float) -> int:
+    """A second corner within reach, which makes an edge if all others are clearly higher; −1: none."""
+    edge = heights[low[1]] <= reach and heights[low[2]] > heights[low[1]] + level
+    return low[1] if edge else -1
 
 
 @njit(cache=True)

@@ -5,8 +5,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from masonry_fem.contact.kinematics import current_frames, current_gaps, height, local_frames
-from tests.contact.blocks import turning
+from masonry_fem.contact.kinematics import height, local_frames
 
 component = st.floats(-1, 1)
 
@@ -27,18 +26,6 @@ def test_frames_of_level_and_upright_joints_and_their_rounding():
     assert rounded == pytest.approx(expected)
     (plane,) = local_frames(np.array([[0.0, 1.0]]))
     assert plane == pytest.approx(np.array([[0.0, 1.0], [-1.0, 0.0]]))
-
-
-def test_frames_and_gaps_follow_a_moving_antagonist():
-    normals = np.array([[0.0, 0.0, 1.0], [0.6, 0.0, 0.8]])
-    frames = local_frames(normals)
-    antagonist = np.array([[1.0, 2.0, 3.0], [0.0, 1.0, 0.0]])
-    candidate = antagonist + 0.01 * normals
-    turn, shift = turning(2.0), np.array([3.0, -1.0, 0.5])
-    turned = current_frames(frames, np.repeat(turn[None], 2, 0))
-    assert turned[:, 0] == pytest.approx(normals @ turn.T)
-    gaps = current_gaps(turned, candidate @ turn.T + shift, antagonist @ turn.T + shift)
-    assert gaps == pytest.approx(0.01)
 
 
 def test_height_of_an_inclined_plane():

@@ -23,7 +23,7 @@ from masonry_fem.march.clock import Clock
 from masonry_fem.march.march import March, march
 from masonry_fem.output.stress_error import block_errors
 from masonry_fem.records.remark import gathered
-from masonry_fem.results.summary import ContactError, Errors, TimeError
+from masonry_fem.results.discretisation import ContactError, Errors, TimeError
 from masonry_fem.scene import specs
 
 FloatArray = NDArray[np.float64]

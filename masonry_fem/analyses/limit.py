@@ -23,7 +23,7 @@ from masonry_fem.errors import MasonryError
 from masonry_fem.limit import Hold, LimitProblem, group_forces, limit_problem
 from masonry_fem.march.model import Load, Model
 from masonry_fem.results.limit import MOST, answers, supports_of
-from masonry_fem.results.summary import LimitAnalysis
+from masonry_fem.results.limit_analysis import LimitAnalysis
 from masonry_fem.scene import check, specs
 from masonry_fem.scene.misfit import listed
 

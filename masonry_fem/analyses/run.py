@@ -33,8 +33,11 @@ from masonry_fem.output.terminal import Progress
 from masonry_fem.records.remark import gathered, remark
 from masonry_fem.records.told import Ending, write
 from masonry_fem.results.blocks import status_counts
+from masonry_fem.results.determinacy import Determinacy
+from masonry_fem.results.joints import Joints
+from masonry_fem.results.limit_analysis import LimitAnalysis
 from masonry_fem.results.summarise import summarise, wrenches
-from masonry_fem.results.summary import Determinacy, Joints, LimitAnalysis, Summary
+from masonry_fem.results.summary import Summary
 from masonry_fem.scene import check, specs
 
 if TYPE_CHECKING:
@@ -249,7 +252,7 @@ def _determinacy(scene: specs.Scene, made: March) -> tuple[ForceDeterminacy | No
         unsolved = "as solved, which is not to the tolerance: nothing is determined"
         return None, {"determinacy": Determinacy(reactions=unsolved)}
     from masonry_fem.march.determinacy import determine  # noqa: PLC0415
-    from masonry_fem.results.joints import determinacy_summary  # noqa: PLC0415
+    from masonry_fem.results.determinacy import determinacy_summary  # noqa: PLC0415
 
     told = determine(made.model, made.last)
     return told, {

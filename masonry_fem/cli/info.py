@@ -14,8 +14,9 @@ def print_info(options: argparse.Namespace) -> int:
     if options.schema:
         from masonry_fem.records.told import Ending, schema, text
         from masonry_fem.results.collapse import CollapseTold
+        from masonry_fem.results.limit_analysis import LimitAnalysis
         from masonry_fem.results.study import StudyTold
-        from masonry_fem.results.summary import LimitAnalysis, Summary
+        from masonry_fem.results.summary import Summary
 
         print(text(schema(Summary, CollapseTold, LimitAnalysis, StudyTold, Ending)))
         return 0

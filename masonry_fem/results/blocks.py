@@ -1,4 +1,4 @@
-"""Blocks: the parts of a summary that come from the fields."""
+"""Blocks: the stresses in a summary, and where they are greatest."""
 
 from __future__ import annotations
 
@@ -11,11 +11,81 @@ from numpy.typing import NDArray
 from masonry_fem.bodies.stress import principal, von_mises
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import STATUS_NAMES, SystemState
-from masonry_fem.output.stress_error import block_errors, told
-from masonry_fem.results.summary import BlockStress, BlockYield, Extreme, Stress
+from masonry_fem.output.stress_error import StressError, block_errors, told
+from masonry_fem.records.told import Told
 
 FloatArray = NDArray[np.float64]
-TOP = 5
+TOP = 5  # blocks that a summary names
+
+
+class Extreme(Told, frozen=True, kw_only=True):
+    """A greatest value and where it is.
+
+    Attributes
+    ----------
+    value : The stress [Pa].
+    block : Name of its block.
+    """
+
+    value: float
+    block: str
+
+
+class BlockStress(Told, frozen=True, kw_only=True):
+    """Mean stress of a block.
+
+    Attributes
+    ----------
+    block : Its name.
+    von_mises : Von Mises' stress [Pa].
+    principal : Principal values, shape (3,) [Pa].
+    stress : Components xx, yy, zz, xy, yz, xz [Pa].
+    """
+
+    block: str
+    von_mises: float
+    principal: FloatArray
+    stress: FloatArray
+
+
+class BlockYield(Told, frozen=True, kw_only=True):
+    """What the material of a block that yielded remembers, such as its plastic strain.
+
+    Attributes
+    ----------
+    block : Its name.
+    measure : What is measured, as fields call it: ``plastic_strain``.
+    greatest : Over its Gauss points.
+    mean : Over its volume.
+    """
+
+    block: str
+    measure: str
+    greatest: float
+    mean: float
+
+
+class Stress(Told, frozen=True, kw_only=True):
+    """Greatest stresses, tension positive, and where they are.
+
+    Attributes
+    ----------
+    max_von_mises, max_principal, min_principal : Over the Gauss points [Pa].
+    max_von_mises_nodal : Of the stress smoothed to the nodes, which pictures show [Pa].
+    p95_von_mises : 5 % of the volume have more [Pa].
+    blocks : Those of greatest mean von Mises stress.
+    error : How wrong all this may be, estimated.
+    yielded : Inelastic blocks that have yielded, those that did most first; None where no block is inelastic.
+    """
+
+    max_von_mises: Extreme
+    max_von_mises_nodal: Extreme
+    p95_von_mises: float
+    max_principal: Extreme
+    min_principal: Extreme
+    blocks: tuple[BlockStress, ...]
+    error: StressError | None = None
+    yielded: tuple[BlockYield, ...] | None = None
 
 
 def stress_summary(model: Model, state: SystemState) -> Stress | None:

@@ -27,7 +27,8 @@ from masonry_fem.limit.questions import (
     support_resultant,
 )
 from masonry_fem.march.mechanism import Falling, Mechanism, Moving
-from masonry_fem.results.summary import LimitAnalysis, Outside, Wrench
+from masonry_fem.results.limit_analysis import LimitAnalysis, Outside
+from masonry_fem.results.summary import Wrench
 
 LEAST = 1e-6  # smaller shares and factors are taken as zero
 MOST = 24  # supports whose intervals are computed: in 3D each takes a dozen programs

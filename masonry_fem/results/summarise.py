@@ -16,16 +16,8 @@ from masonry_fem.march.march import March
 from masonry_fem.march.model import Model
 from masonry_fem.nscd import rounding
 from masonry_fem.results.blocks import status_counts, stress_summary
-from masonry_fem.results.summary import (
-    Abrupt,
-    Certificate,
-    Errors,
-    Mover,
-    ScatterTold,
-    SolverTold,
-    Summary,
-    Wrench,
-)
+from masonry_fem.results.discretisation import Errors
+from masonry_fem.results.summary import Abrupt, Certificate, Mover, ScatterTold, SolverTold, Summary, Wrench
 from masonry_fem.scene import specs
 
 if TYPE_CHECKING:

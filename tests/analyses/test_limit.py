@@ -14,7 +14,7 @@ from masonry_fem.analyses.limit import analyse
 from masonry_fem.analyses.run import run, solve_scene
 from masonry_fem.errors import LawError, MasonryError
 from masonry_fem.results.limit import outside
-from masonry_fem.results.summary import Outside
+from masonry_fem.results.limit_analysis import Outside
 from masonry_fem.scene import load
 from masonry_fem.scene.specs import Material, Scene
 from masonry_fem.structures.stack import StackStructure

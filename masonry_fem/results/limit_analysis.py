@@ -1,0 +1,61 @@
+"""Limit analysis: what a summary, or ``limit --json``, holds of it; ``limit`` finds it."""
+
+from __future__ import annotations
+
+from masonry_fem.march.mechanism import Falling
+from masonry_fem.records.told import Told
+
+
+class Outside(Told, frozen=True, kw_only=True):
+    """Force of a simulation's support that lies outside its interval.
+
+    Attributes
+    ----------
+    support : Its name. axis : Component.
+    force : The force [N].
+    """
+
+    support: str
+    axis: str
+    force: float
+
+
+class LimitAnalysis(Told, frozen=True, kw_only=True, tag_field="schema", tag="limit/1"):
+    """What limit analysis says of the blocks where they stand at the start.
+
+    Attributes
+    ----------
+    title : Of the scene. message : All of this in sentences.
+    dead, growing : Names of the loads that stay and of those that grow.
+    blocks, contacts : How many there are.
+    admissible : Whether the loads of the scene can be carried. share : Part of them that can.
+    multiplier : Greatest factor on the growing loads with which they can be carried; None: none grow, none
+        can be carried, or they are ``unlimited``.
+    least_multiplier : Least such factor, above 0 where the dead loads need the growing ones; None: there is
+        none.
+    unlimited : Whether the loads may grow without bound.
+    mechanism : How the blocks move at collapse, or under loads that cannot be carried.
+    supports : Least and greatest force [N] by support and axis; None: no bound.
+    inexact : By how much an end of these is less exact than the rest [N]; None: it was not found.
+    certificate : Relative errors of the programs that were solved.
+    notes : What was taken otherwise than the scene says.
+    outside : Forces of a simulation's supports outside these intervals.
+    """
+
+    title: str | None = None
+    message: str
+    dead: tuple[str, ...]
+    growing: tuple[str, ...]
+    blocks: int
+    contacts: int
+    admissible: bool
+    share: float
+    multiplier: float | None
+    least_multiplier: float | None
+    unlimited: bool
+    mechanism: Falling | None
+    supports: dict[str, dict[str, tuple[float | None, float | None]]]
+    inexact: dict[str, dict[str, float | None]]
+    certificate: dict[str, float | None]
+    notes: tuple[str, ...]
+    outside: tuple[Outside, ...] | None = None

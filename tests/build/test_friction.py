@@ -9,6 +9,7 @@ from masonry_fem.analyses.run import solve_scene
 from masonry_fem.build import build
 from masonry_fem.errors import SceneError
 from masonry_fem.scene import check, loads, specs
+from masonry_fem.scene.joint import NO_SLIP
 from masonry_fem.structures.stack import StackStructure
 
 G = 9.81
@@ -114,7 +115,7 @@ def test_no_slip_is_read_from_a_file():
     structures = [{kind = "stack", name = "s", material = "m", size = [1, 1, 1], count = 1}]
     joints = [{friction = "no slip"}]
     """
-    assert loads(text).joints[0].coefficient == specs.NO_SLIP
+    assert loads(text).joints[0].coefficient == NO_SLIP
 
 
 @pytest.mark.parametrize("dimension", [2, 3])

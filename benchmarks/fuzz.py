@@ -34,7 +34,7 @@ from typing import Any
 
 import psutil
 
-from benchmarks.fuzz_bases import FOREIGN, HELD, QUAKE, ROOT, SMALL, files, scene_trees
+from benchmarks.fuzz_bases import FOREIGN, HELD, LAW, QUAKE, ROOT, SMALL, files, scene_trees
 from benchmarks.mutation import mutated_file, mutated_scene
 
 LIMIT = 30.0  # CPU time after which a case counts as long [s]
@@ -84,6 +84,7 @@ class Bases:
         shutil.rmtree(folder, ignore_errors=True)
         (folder / "tmp").mkdir(parents=True)
         (folder / "quake.csv").write_text(QUAKE)
+        (folder / "law.py").write_text(LAW, encoding="utf-8")
         return self._scene(name, folder, random) if kind == "scene" else self._file(name, folder, random)
 
     def _scene(self, name: str, folder: Path, random: Random) -> Case:

@@ -20,7 +20,7 @@ from masonry_fem.scene import loads
 ROOT = Path(__file__).resolve().parents[1]
 LARGE = {"rubble_wall", "window_bay", "dome_section", "tower", "dome_on_piers", "flying_buttresses"}
 
-# what is run: one of each kind of analysis, of joint and of fidelity, done in a fraction of a second
+# what is run: one of each kind of analysis, of joint and of fidelity and all laws of stone, done in a fraction of a second
 SMALL = {
     "rigid_arch": """
 dimension = 2
@@ -92,6 +92,69 @@ output = { cuts = [{ name = "middle", point = [0.5, 0.5, 0.5], normal = [1, 0, 0
 gravity = [0, 0, -9.81]
 lines = [{ block = "b", vector = [0, 0, -10], start = [0, 0, 2], end = [1, 0, 2] }]
 """,
+    "yielding": """
+dimension = 2
+fidelity = "auto"
+plane = "strain"
+mesh = { element = "Q1", divisions = [2, 2] }
+structures = [
+    { kind = "block", name = "a", material = "rock", size = [1, 1] },
+    { kind = "block", name = "b", material = "tuff", size = [1, 1], position = [0, 1] },
+    { kind = "block", name = "c", material = "brick", size = [1, 1], position = [0, 2] },
+    { kind = "block", name = "d", material = "own", size = [1, 1], position = [0, 3] },
+]
+overrides = [{ blocks = "[bd]", fidelity = "inelastic" }]
+joints = [{ friction = 0.6 }]
+loads = { gravity = [0, -9.81] }
+analysis = { kind = "statics", load_steps = 2 }
+output = { pictures = false, fields = false }
+[materials.rock]
+density = 2400
+young = "10 GPa"
+promote_at = 0.8
+[materials.rock.inelastic]
+law = "mohr_coulomb"
+cohesion = "0.2 MPa"
+friction_angle = 30
+dilatancy_angle = "10 deg"
+tension_strength = 1e5
+fracture_energy = 100
+shear_fracture_energy = 300
+residual = 0.1
+[materials.tuff]
+density = 1600
+young = 5e9
+[materials.tuff.inelastic]
+law = "drucker_prager"
+cohesion = 3e5
+friction_angle = 35
+hardening = 1e8
+tension_cutoff = 1e5
+crushing_pressure = "5 MPa"
+crushing_hardening = 1e8
+fit = "plane_strain"
+[materials.brick]
+density = 1800
+young = 5e9
+[materials.brick.inelastic]
+law = "brittle_damage"
+tension_strength = "0.5 MPa"
+fracture_energy = 100
+[materials.own]
+density = 1800
+young = 5e9
+[materials.own.inelastic]
+law = "python"
+file = "law.py"
+name = "Compaction"
+trusted = true
+parameters = { crushing_pressure = 4e6 }
+[[supports]]
+on = "a/bottom"
+[[supports]]
+on = "d/top"
+motion = { displacement = [0, "-1.2 mm"], time = { kind = "table", points = [[0, 0], [1, 1]] } }
+""",
 }
 FOREIGN = """
 dimension = 3
@@ -103,6 +166,9 @@ loads = {{ gravity = [0, 0, -9.81] }}
 reading = {{ time = 30, memory = "1 GB" }}
 output = {{ pictures = false, fields = false }}
 """
+LAW = (
+    (ROOT / "docs" / "add_a_material.md").read_text(encoding="utf-8").split("```python\n")[1].split("```")[0]
+)
 QUAKE = "time,acceleration\n0,0\n0.01,1\n0.02,-1\n0.1,0\n"
 GEO = """SetFactory("OpenCASCADE");
 Box(1) = {0, 0, 0, 1, 1, 1};

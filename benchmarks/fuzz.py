@@ -41,6 +41,7 @@ LIMIT = 30.0  # CPU time after which a case counts as long [s]
 PATIENCE = 20.0  # for Ctrl-C to end it [s]
 BATCH = 400  # cases of a worker
 RUN_SCENES, RUN_FILES = 0.04, 0.10  # shares that are run, not only checked
+BESIDE = {"record csv": ("quake.csv", "sliding"), "law py": ("law.py", "yielding")}  # file of which scene
 FAULTS = ("traceback", "hang", "crash", "stray file", "run untrusted", "unforeseen", "no sentence")
 GOOD = {0: "accepted", 1: "refused", 2: "no convergence", 3: "no equilibrium", 130: "long, ended by Ctrl-C"}
 
@@ -104,17 +105,19 @@ class Bases:
         if ending == ".npz":
             (folder / "file.npz").write_bytes(changed)
             return Case(label, name, folder, ["contact", "file.npz"])
-        target = "quake.csv" if label == "record csv" else f"file{ending}"
-        (folder / target).write_bytes(changed)
+        if label in BESIDE:
+            beside, scene = BESIDE[label]
+            (folder / beside).write_bytes(changed)
+            (folder / "scene.toml").write_text(SMALL[scene])
+            return Case(label, name, folder, _command(runs=True))
+        (folder / f"file{ending}").write_bytes(changed)
         more = f', supports = ["{HELD.get(label, "b1")}"]' + (", trusted = true" if label == "geo" else "")
         more = ", depth = 0.3" if label == "survey csv" else more
         kind = "survey" if label == "survey csv" else "file"
         fidelity = "elastic" if random.random() < 0.2 else "rigid"
         text = FOREIGN.format(fidelity=fidelity, kind=kind, ending=ending, more=more)
-        text = SMALL["sliding"] if label == "record csv" else text
         (folder / "scene.toml").write_text(text)
-        command = _command(runs or label == "record csv")
-        return Case(label, name, folder, command, untrusted=label == "geo untrusted")
+        return Case(label, name, folder, _command(runs), untrusted=label == "geo untrusted")
 
 
 def _command(runs: bool) -> list[str]:
@@ -263,7 +266,7 @@ def verdict_of(case: Case, report: dict[str, Any]) -> Verdict:
         "crash": isinstance(code, int) and code < 0 and not report.get("hung"),
         "traceback": "Traceback (most recent" in said
         or (code not in GOOD and not (isinstance(code, int) and code < 0)),
-        "unforeseen": "unexpected " in "".join(sentences) or "does not foresee" in said,
+        "unforeseen": "masonry-fem: unexpected " in said or "does not foresee" in said,
         "no sentence": code == 1 and len(sentences) != 1,
         "stray file": bool(strays),
         "run untrusted": case.untrusted and (case.folder / "ran").exists(),

@@ -20,7 +20,7 @@ from masonry_fem.scene import loads
 ROOT = Path(__file__).resolve().parents[1]
 LARGE = {"rubble_wall", "window_bay", "dome_section", "tower", "dome_on_piers", "flying_buttresses"}
 
-# what is run: one of each kind of analysis, of joint and of fidelity and all laws of stone, done in a fraction of a second
+# what is run, in a fraction of a second each: every kind of analysis, joint, fidelity and material law
 SMALL = {
     "rigid_arch": """
 dimension = 2
@@ -209,7 +209,8 @@ def files() -> list[tuple[str, str, bytes]]:
         ("stl", ".stl", _stl(corners, triangles)), ("stl binary", ".stl", _binary_stl(corners, triangles)),
         ("obj", ".obj", _obj(corners, quads)), ("ply", ".ply", _ply(corners, quads)),
         ("json", ".json", _compas(corners, quads)), ("survey csv", ".csv", _survey().encode()),
-        ("record csv", ".csv", QUAKE.encode()), ("npz", ".npz", _contact()), ("npz plain", ".npz", _plain()),
+        ("record csv", ".csv", QUAKE.encode()), ("law py", ".py", LAW.encode()),
+        ("npz", ".npz", _contact()), ("npz plain", ".npz", _plain()),
         ("vtu", ".vtu", _meshio(corners, "vtu", binary=False)),
         ("vtu binary", ".vtu", _meshio(corners, "vtu", binary=True)),
         ("vtk", ".vtk", _meshio(corners, "vtk", binary=False)),

@@ -240,6 +240,15 @@ def _programmed(data: bytes, random: Random) -> bytes:
     return b"\n".join(lines)
 
 
+def _reworded(data: bytes, random: Random) -> bytes:
+    """A word of a program in the place of another."""
+    words = list(re.finditer(rb"[A-Za-z_]+", data))
+    if not words:
+        return data
+    one, other = random.choice(words), random.choice(words)
+    return data[: one.start()] + other[0] + data[one.end() :]
+
+
 def _rearranged(data: bytes, random: Random) -> bytes:
     """A change of one array of an ``.npz`` file."""
     try:
@@ -273,5 +282,6 @@ WAYS: tuple[Way, ...] = (_flipped, _cut, _pieced, _lined, _numbered, _numbered, 
 OWN_WAYS: dict[str, tuple[Way, ...]] = {
     ".json": (_retreed,) * 6,
     ".geo": (_programmed,) * 4,
+    ".py": (_reworded,) * 12,
     ".npz": (_rearranged,) * 12,
 }

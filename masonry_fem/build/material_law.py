@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from masonry_fem.build.own_material import OwnMaterial
 from masonry_fem.errors import LawError, SceneError
 from masonry_fem.fem.material_kinds import law_of
 from masonry_fem.fem.material_law import MaterialLaw
@@ -35,9 +36,8 @@ def material_law(stone: specs.Material, base: Path) -> MaterialLaw:
     if isinstance(spec, specs.PythonMaterial):
         for fault, expected in spec.faults():  # none, if the scene has been checked
             raise SceneError(f"{KEY}.{fault} is {getattr(spec, fault)!r}, expected {expected}")
-        return made(
-            OWN_LAW, OwnClass(spec.file, spec.name, "name"), base, KEY, lambda _: spec.parameters or {}
-        )
+        own = OwnClass(spec.file, spec.name, "name")
+        return OwnMaterial(made(OWN_LAW, own, base, KEY, lambda _: spec.parameters or {}))
     try:
         return law_of(spec)
     except LawError as error:

@@ -6,7 +6,7 @@ state = joints.initial(count, dimension)
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, fields
 from typing import ClassVar, override
@@ -121,21 +121,20 @@ class Assignment(Law):
 
     @override
     def adhesive_reaction(self, state: JointState, area: FloatArray) -> FloatArray:
-        return self._gather(
-            np.zeros_like(state.jump), state, area, lambda law, *part: law.adhesive_reaction(*part)
-        )
+        return self._gather(np.zeros_like(state.jump), state, area, "adhesive_reaction")
 
     @override
     def stored(self, state: JointState, area: FloatArray) -> FloatArray:
-        return self._gather(np.zeros(state.count), state, area, lambda law, *part: law.stored(*part))
+        return self._gather(np.zeros(state.count), state, area, "stored")
 
-    def _gather(
-        self, total: FloatArray, state: JointState, area: FloatArray, ask: Callable[..., FloatArray]
-    ) -> FloatArray:
+    def _gather(self, total: FloatArray, state: JointState, area: FloatArray, method: str) -> FloatArray:
         if (alone := self._alone) is not None:
-            return ask(alone, state, area)
+            with _blamed(alone, method):
+                total[...] = getattr(alone, method)(state, area)
+            return total
         for law, contacts in self.parts:
-            total[contacts] = ask(law, state.take(contacts), area[contacts])
+            with _blamed(law, method):
+                total[contacts] = getattr(law, method)(state.take(contacts), area[contacts])
         return total
 
 

@@ -7,7 +7,7 @@ import pytest
 from masonry_fem import cli
 from masonry_fem.analyses.run import solve_scene
 from masonry_fem.build import build
-from masonry_fem.errors import SceneError
+from masonry_fem.errors import LawError, SceneError
 from masonry_fem.scene import load, save
 
 SCENE = """
@@ -127,3 +127,31 @@ def test_check_runs_no_file_unasked(folder, capsys, monkeypatch):
     assert cli.main(["check", str(folder / "scene.toml"), "--trust"]) == 1
     assert "failed with SystemError" in capsys.readouterr().err
     assert (folder / "ran").exists()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            "volume = np.where(crushed",
+            "volum = np.where(crushed",
+            r"(update|yields) failed with NameError: name 'vol",
+        ),
+        ("(elastic, (start, strain)", "((start, strain)", r"(update|yields) failed with TypeError: "),
+        (
+            "        return self.response(",
+            "        self.response(",
+            r"(update|yields) failed with AttributeError: 'None",
+        ),
+        ("over / elastic.bulk, 0.0)", "np.nan, 0.0)", "'Compaction': update: stress is not finite, expected"),
+        ("np.zeros((len(strain), 0))", "np.zeros((len(strain), 1))", r"internal has the shape \(16, 8\)"),
+    ],
+)
+@pytest.mark.parametrize("key", ['"inelastic"', '"inelastic"\nplane = "stress"', '"auto"'])
+def test_what_a_law_does_wrong_as_stone_yields_is_told_as_its_own(folder, old, new, message, key):
+    text = (folder / "compaction.py").read_text(encoding="utf-8")
+    assert old in text
+    (folder / "compaction.py").write_text(text.replace(old, new), encoding="utf-8")
+    (folder / "scene.toml").write_text(SCENE.replace('"inelastic"', key), encoding="utf-8")
+    with pytest.raises(LawError, match=message):
+        solve_scene(load(folder / "scene.toml"), folder)

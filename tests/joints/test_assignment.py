@@ -69,17 +69,23 @@ def test_each_contact_has_one_law(members, match):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Faulty(Dry):
-    """A law of one's own with a slip in it."""
+    """A law of one's own with slips in it."""
 
     name: ClassVar[str] = "faulty"
 
     def reduce(self, *step):
         raise ValueError("operands could not be broadcast")
 
+    def stored(self, state, area):
+        return area[:, None]
 
-def test_what_goes_wrong_in_a_law_of_ones_own_is_told_as_its_own():
-    joints = Assignment(((Bed(Faulty(), 1e9, 1e9), np.arange(2)),))
-    state = joints.initial(2, 2)
-    told = r"joint law 'Faulty': reduce failed with ValueError: operands .*; correct it"
+
+@pytest.mark.parametrize("parts", [[[0, 1, 2]], [[0], [1, 2]]], ids=["one", "two"])
+@pytest.mark.parametrize(
+    ("method", "given"), [("reduce", (np.zeros((3, 2)), np.ones(3), 1.0)), ("stored", (np.ones(3),))]
+)
+def test_what_goes_wrong_in_a_law_of_ones_own_is_told_as_its_own(method, given, parts):
+    joints = Assignment(tuple((Bed(Faulty(), 1e9, 1e9), np.array(points)) for points in parts))
+    told = rf"joint law 'Faulty': {method} failed with ValueError: .*could not .*; correct it"
     with pytest.raises(LawError, match=told):
-        joints.reduce(state, np.zeros((2, 2)), np.ones(2), 1.0)
+        getattr(joints, method)(joints.initial(3, 2), *given)

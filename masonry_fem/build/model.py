@@ -113,6 +113,7 @@ def build(scene: specs.Scene, base: Path, before: Built | None = None, *, solved
         meet=_meet(scene, stones, base),
         reach=REACH * typical_length(stones.assembly) if reach is None else reach,
     )
+    scene.analysis.control(model.probes)  # refuses a name that no probe has
     bodies = _initial(scene, stones, groups)
     clock.lap("build")
     return Built(model, stones, bodies, clock.phases)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 from masonry_fem.march.acting import acted, extents
@@ -98,6 +98,9 @@ def march(
     keep : Number of a step that is kept with its model, so that its contact problem can be solved again.
     kept : List that this step is appended to.
     """
+    control = strategy.control(model.probes)
+    if control is not model.control:
+        model = replace(model, control=control)
     coupling = connect(model)
     if start is None:
         start = _begun(model, coupling, bodies)

@@ -13,6 +13,7 @@ from masonry_fem.march.coupling import Coupling
 from masonry_fem.march.energy import energies, stored_energy
 from masonry_fem.march.loads import external_forces, resultant
 from masonry_fem.march.model import Model
+from masonry_fem.march.rounds import NEWTON_TOLERANCE
 from masonry_fem.march.state import BONDED, OPEN, SLIP, STICK, SystemState
 from masonry_fem.march.step import Increment
 from masonry_fem.march.step_report import StepReport
@@ -83,14 +84,19 @@ def measure(model: Model, coupling: Coupling, made: Increment) -> StepReport:
 
 
 def _unsettled(model: Model, made: Increment) -> str:
-    """The stone whose stresses leave the most of balance, in words; "" where all balance."""
+    """The stone whose stresses leave the most of balance, and why, in words; "" where all balance."""
     if made.unsettled is None:
         return ""
     name = model.assembly.blocks[made.unsettled].name
     (group,) = (group for group in model.groups if made.unsettled in group.blocks)
+    if not made.residuals or made.residuals[-1] <= NEWTON_TOLERANCE:
+        return (
+            f"no load factor was found that takes the control, a point of '{name}', to its place: the load "
+            "does not move it"
+        )
     return (
         f"the stresses of '{name}' ({nonlinear(group).material_name}) leave {made.residuals[-1]:.1e} of "
-        f"balance after {len(made.residuals)} rounds"
+        f"balance after {len(made.residuals)} rounds: it yields more than its neighbours can bear"
     )
 
 

@@ -53,6 +53,24 @@ class Probe:
     point: FloatArray
 
 
+@dataclass(frozen=True, slots=True)
+class Control:
+    """A displacement that a march prescribes in place of the load factor.
+
+    Attributes
+    ----------
+    probe : The point that goes.
+    against : The point that it goes away from; None: where it was.
+    direction : Unit vector, shape (d,).
+    distance : How far it goes in all [m].
+    """
+
+    probe: Probe
+    against: Probe | None
+    direction: FloatArray
+    distance: float
+
+
 class Update(Protocol):
     """How contacts follow blocks that move far."""
 
@@ -105,6 +123,7 @@ class Model:
     update : What finds the contacts anew during a march; None: they stay.
     meet : What makes contacts of blocks that meet on the way; None: they go through each other.
     reach : Gap that is a contact at the start [m].
+    control : What the load factor follows from; None: it is given.
     changing : Time until which loads or supports change: rest before that is no end of a march [s].
     fixed : Whether frames and lever arms stay those of the start, too (small kinematics).
     """
@@ -124,3 +143,4 @@ class Model:
     fixed: bool = False
     meet: Meet | None = None
     reach: float = 0.0
+    control: Control | None = None

@@ -1,6 +1,6 @@
 """Rounds: the solves of one step, each linearised at a place, and what its end leaves of balance.
 
-rounds = Rounds(model, coupling, state, scheme, settings, forces, end, clock, begun(coupling, state.bodies))
+rounds = Rounds(model, coupling, state, scheme, settings, until, clock, begun(coupling, state.bodies))
 made = rounds.solved(rounds.start, None)           # linearised where the step begins
 made = rounds.solved(there, made)                  # and where that has led
 """
@@ -21,6 +21,7 @@ from masonry_fem.joints.state import JointState
 from masonry_fem.march.clock import Clock
 from masonry_fem.march.conditions import first_guess, joint_step
 from masonry_fem.march.coupling import Coupling
+from masonry_fem.march.loads import blend, external_forces
 from masonry_fem.march.model import Model
 from masonry_fem.march.place import Place
 from masonry_fem.march.state import SystemState
@@ -32,6 +33,20 @@ NEWTON_TOLERANCE = 1e-9  # of a block's impulse, on the volume residual
 
 
 @dataclass(frozen=True, slots=True)
+class Loading:
+    """What acts in a step.
+
+    Attributes
+    ----------
+    end : Time at its end [s], in statics the load factor.
+    forces : F_θ by group.
+    """
+
+    end: float
+    forces: tuple[FloatArray, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Round:
     """One solve of the contacts, linearised at ``place``, and where it leads.
 
@@ -39,7 +54,9 @@ class Round:
     ----------
     velocity : At the contacts, local frames, (c, d) [m/s]. joints : Their state; change : Left open of it.
     impulse : Of all contacts, (c, d) [N s]. nodal : Gᵀ p by group. bodies : States at the end.
+    loading : What acts.
     residuals : What stresses of nonlinear blocks left of balance after each round so far.
+    slope : Of a control over the load factor [m]. missed : By how much it missed its end, over what it may.
     """
 
     place: Place
@@ -54,7 +71,10 @@ class Round:
     nodal: tuple[FloatArray | None, ...]
     bodies: tuple[Any, ...]
     velocity: FloatArray
+    loading: Loading
     residuals: tuple[float, ...] = ()
+    slope: float = 0.0
+    missed: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,8 +86,7 @@ class Rounds:
     model, coupling : The structure and its body groups at the contacts.
     state : Where the step begins. scheme : Its length and weights.
     settings : Of the contact solver.
-    forces : F_θ by group.
-    end : Time at its end [s], in statics the load factor.
+    until : Time at its end [s], in statics the load factor.
     clock : Gathers CPU times by phase.
     start : Place of the contacts where it begins.
     """
@@ -77,8 +96,7 @@ class Rounds:
     state: SystemState
     scheme: Scheme
     settings: SolverSettings
-    forces: tuple[FloatArray, ...]
-    end: float
+    until: float
     clock: Clock
     start: Place
 
@@ -99,19 +117,32 @@ class Rounds:
         self.clock.lap("step")
         if ends is None:
             ends = (None,) * len(self.model.groups) if last is None else last.bodies
-        free, taken, active = self._taken(place, last, ends)
-        made = self._led(place, last, free, taken, active)
+        made = self._solved(place, last, ends)
         if not self.nonlinear:
             return made
-        left = max(self.unbalanced(made.bodies, made.impulse, made.nodal, made.place))
+        left = max(self.unbalanced(made.bodies, made.impulse, made.nodal, made.place, made.loading))
         logger.info(
             "t = %.6g, round %d: %d linear solves so far; stresses leave %.1e of balance",
-            self.end, len(made.residuals) + 1, made.solution.linear_solves, left[0],
+            made.loading.end, len(made.residuals) + 1, made.solution.linear_solves, left[0],
         )  # fmt: skip
         return replace(made, residuals=(*made.residuals, left[0]))
 
+    def loaded(self, end: float) -> Loading:
+        """What acts in a step that ends at a time [s], in statics at a load factor."""
+        before, after = external_forces(self.model, self.state.time), external_forces(self.model, end)
+        return Loading(end, blend(before, after, self.scheme.theta))
+
+    def _solved(self, place: Place, last: Round | None, ends: tuple[Any, ...]) -> Round:
+        """The round as its contacts make it."""
+        return self._under(self.loaded(self.until) if last is None else last.loading, place, last, ends)
+
+    def _under(self, loading: Loading, place: Place, last: Round | None, ends: tuple[Any, ...]) -> Round:
+        """The round with given loads."""
+        free, taken, active = self._taken(loading, place, last, ends)
+        return self._led(loading, place, last, free, taken, active)
+
     def _taken(
-        self, place: Place, last: Round | None, ends: tuple[Any, ...]
+        self, loading: Loading, place: Place, last: Round | None, ends: tuple[Any, ...]
     ) -> tuple[tuple[Free, ...], Turn, NDArray[np.int64]]:
         """Steps without contact, the contact problem's solution, and the contacts that took part."""
         model, coupling, state, scheme = self.model, self.coupling, self.state, self.scheme
@@ -123,7 +154,7 @@ class Rounds:
         free = tuple(
             group.free(own, at, force, scheme, guess)
             for group, own, at, guess, force in zip(
-                model.groups, state.bodies, place.bodies, guesses, self.forces, strict=True
+                model.groups, state.bodies, place.bodies, guesses, loading.forces, strict=True
             )
         )
         trial = state.joints if last is None else last.joints
@@ -145,7 +176,13 @@ class Rounds:
         return Start(last.impulse[active], last.solution.rigid_velocity, told)
 
     def _led(
-        self, place: Place, last: Round | None, free: tuple[Free, ...], taken: Turn, active: NDArray[np.int64]
+        self,
+        loading: Loading,
+        place: Place,
+        last: Round | None,
+        free: tuple[Free, ...],
+        taken: Turn,
+        active: NDArray[np.int64],
     ) -> Round:
         """The round that the contacts' solution makes."""
         coupling, solution = self.coupling, taken.solution
@@ -168,12 +205,12 @@ class Rounds:
             solution = _summed(last.solution, solution)
         return Round(
             place, taken.problem, solution, active, taken.trial, taken.change, free, impulse, rigid, nodal,
-            bodies, velocity, () if last is None else last.residuals,
+            bodies, velocity, loading, () if last is None else last.residuals,
         )  # fmt: skip
 
     def settled(self, made: Round) -> bool:
-        """Whether the stresses of all nonlinear blocks balance."""
-        return not made.residuals or made.residuals[-1] <= NEWTON_TOLERANCE
+        """Whether the stresses of all nonlinear blocks balance, and a control is where it is to be."""
+        return made.missed <= 1 and (not made.residuals or made.residuals[-1] <= NEWTON_TOLERANCE)
 
     def unbalanced(
         self,
@@ -181,6 +218,7 @@ class Rounds:
         impulse: FloatArray,
         nodal: tuple[FloatArray | None, ...],
         place: Place,
+        loading: Loading,
     ) -> Iterator[tuple[float, int]]:
         """What stresses leave of balance in nonlinear blocks, relative to the largest impulses, and where.
 
@@ -194,7 +232,7 @@ class Rounds:
             self.state.bodies,
             place.bodies,
             bodies,
-            self.forces,
+            loading.forces,
             pushes,
             nodal,
             strict=True,
@@ -212,6 +250,11 @@ class Rounds:
         for left, block in found:
             yield left / scale if scale > 0 else left, block
 
+    def worst(self, made: Round) -> int:
+        """The block that is furthest from balance with its own stresses."""
+        left = self.unbalanced(made.bodies, made.impulse, made.nodal, made.place, made.loading)
+        return max(left)[1]
+
     def residual(self, made: Round) -> float:
         """Largest momentum residual of a block relative to the largest impulse on any."""
         worst, scale, d = 0.0, 0.0, self.model.assembly.dimension
@@ -221,7 +264,7 @@ class Rounds:
             self.state.bodies,
             made.bodies,
             made.place.bodies,
-            self.forces,
+            made.loading.forces,
             pushes,
             made.nodal,
             strict=True,

@@ -21,11 +21,11 @@ from masonry_fem.bodies.base import FloatArray, Free, Scheme
 from masonry_fem.march.clock import Clock
 from masonry_fem.march.conditions import contact_status, shifted_jump
 from masonry_fem.march.coupling import Coupling, Placement
-from masonry_fem.march.loads import blend, external_forces
 from masonry_fem.march.model import Model
 from masonry_fem.march.place import Place, begun, reached, relative_velocity, rounding, turning
 from masonry_fem.march.rounds import NEWTON_TOLERANCE, Round, Rounds
 from masonry_fem.march.state import STICK, SystemState
+from masonry_fem.march.steering import SteeredRounds
 from masonry_fem.march.yielding import settled_stresses
 from masonry_fem.nscd import ContactProblem, Outcome, Solution, SolverSettings
 
@@ -58,7 +58,8 @@ class Increment:
     strayed : Impulses balance where the step begins, and none were found that do where it leads.
     residuals : What stresses of nonlinear blocks left of balance, relative, round by round; () where all
         are linear.
-    unsettled : The block of the greatest one, where the last is above the tolerance; None: all balance.
+    unsettled : The block of the greatest one, where the last is above the tolerance, or of a control that
+        misses its place; None: all balance.
     """
 
     before: SystemState
@@ -134,14 +135,13 @@ def step(
     scheme : Length and weights of the step.
     settings : Of the contact solver.
     until : Time at the end [s], in statics the load factor; by default the time of ``state`` plus the length.
+        Where the model has a ``control``, the share of its distance that is reached instead.
     clock : Gathers CPU times by phase.
     """
     end = state.time + scheme.step if until is None else until
-    before, after = external_forces(model, state.time), external_forces(model, end)
-    rounds = Rounds(
-        model, coupling, state, scheme, settings, blend(before, after, scheme.theta), end,
-        Clock() if clock is None else clock, begun(coupling, state.bodies),
-    )  # fmt: skip
+    own = Clock() if clock is None else clock
+    kind = Rounds if model.control is None else SteeredRounds
+    rounds = kind(model, coupling, state, scheme, settings, end, own, begun(coupling, state.bodies))
     first = _first(rounds)
     if not rounds.settled(first):
         return replace(_ended(rounds, first, rounds.start), strayed=True)
@@ -173,7 +173,7 @@ def _turned(rounds: Rounds, first: Round) -> Increment:
         left, missed = _left(rounds, made, there)
         logger.info(
             "t = %.6g, round %d: %d linear solves so far; where it leads %.1e of balance is left",
-            rounds.end, count + 1, made.solution.linear_solves, left,
+            made.loading.end, count + 1, made.solution.linear_solves, left,
         )  # fmt: skip
         nothing = max(ROUNDING, rounding(there.contact) / rounds.model.length)
         asked = max(rounds.settings.tolerance, made.solution.quality.block_balance)
@@ -202,7 +202,7 @@ def _left(rounds: Rounds, made: Round, there: Place) -> tuple[float, float]:
         rounds.start,
         there,
         made.free,
-        rounds.forces,
+        made.loading.forces,
         rounds.scheme,
         made.impulse,
         made.place,
@@ -233,7 +233,7 @@ def _ended(rounds: Rounds, made: Round, place: Place) -> Increment:
     friction = np.zeros(len(pressed))
     friction[made.active] = made.problem.friction
     after = SystemState(
-        time=rounds.end,
+        time=made.loading.end,
         index=state.index + 1,
         bodies=made.bodies,
         reaction=made.impulse / scheme.step,
@@ -254,9 +254,9 @@ def _ended(rounds: Rounds, made: Round, place: Place) -> Increment:
     rounds.clock.lap("step")
     unsettled = None
     if not rounds.settled(made):
-        unsettled = max(rounds.unbalanced(made.bodies, made.impulse, made.nodal, made.place))[1]
+        unsettled = rounds.worst(made)
     return Increment(
-        state, after, made.problem, made.solution, made.active, made.impulse, rounds.forces, scheme,
+        state, after, made.problem, made.solution, made.active, made.impulse, made.loading.forces, scheme,
         made.free, made.rigid, rigid_impulse, nodal, place.contact, place.rigid_map, made.change,
         residuals=made.residuals, unsettled=unsettled,
     )  # fmt: skip

@@ -54,7 +54,7 @@ def sentence(verdict: Verdict, end: End) -> str:
     if verdict == "equilibrium":
         return f"Equilibrium after {end.report.so_far}{_missing(end.ledger, end.model)}."
     if verdict == "finished":
-        return f"Reached t = {end.report.time:.6g} s in {end.report.so_far}."
+        return f"Reached {_when(end.report, end.made)} in {end.report.so_far}."
     if verdict == "no_equilibrium":
         return _no_equilibrium(end.report, end.moving(verdict))
     if end.report.unsettled:
@@ -107,13 +107,17 @@ def _missing(ledger: Ledger, model: Model) -> str:
 
 def _unsettled(report: StepReport, made: Increment) -> str:
     """Which stone yields without end, at what load, and what may be done."""
-    where = f"load factor {report.time:.6g}" if made.scheme.inertia == 0 else f"t = {report.time:.6g} s"
     return (
-        f"Step {report.step}, {where}: {report.unsettled}: it yields more than its neighbours can bear, or "
-        f"the step is too long. What was reached before, at {made.before.time:.6g}, is the last state in "
+        f"Step {report.step}, {_when(report, made)}: {report.unsettled}, "
+        f"or the step is too long. What was reached before, at {made.before.time:.6g}, is the last state in "
         "balance; take more and shorter steps, prescribe a displacement instead of a load, or run dynamics "
         "to watch the collapse."
     )
+
+
+def _when(report: StepReport, made: Increment) -> str:
+    """The time at the end of a step, as it is called there."""
+    return f"load factor {report.time:.6g}" if made.scheme.inertia == 0 else f"t = {report.time:.6g} s"
 
 
 def _restless(report: StepReport, made: Increment, model: Model) -> str:

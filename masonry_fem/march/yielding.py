@@ -13,7 +13,7 @@ import numpy as np
 
 from masonry_fem.bodies.base import FloatArray, nonlinear
 from masonry_fem.march.place import Place
-from masonry_fem.march.rounds import NEWTON_TOLERANCE, Round, Rounds
+from masonry_fem.march.rounds import NEWTON_TOLERANCE, Loading, Round, Rounds
 
 SUFFICIENT, SHARES = 0.9, (0.5, 0.25, 0.125, 0.0625)  # of a line search: less of the residual is left
 MOST, PATIENCE = 40, 8  # rounds in all, and rounds that bring stresses no nearer to balance
@@ -26,17 +26,19 @@ class _Guess:
     Attributes
     ----------
     place : Of the contacts. bodies : States. impulse : Of all contacts, (c, d) [N s]. left : Relative.
+    loading : What acts.
     """
 
     place: Place
     bodies: tuple[Any, ...]
     impulse: FloatArray
     left: float
+    loading: Loading
 
     @classmethod
     def of(cls, made: Round) -> Self:
         """The end of a round."""
-        return cls(made.place, made.bodies, made.impulse, made.residuals[-1])
+        return cls(made.place, made.bodies, made.impulse, made.residuals[-1], made.loading)
 
 
 def settled_stresses(rounds: Rounds, made: Round) -> Round:
@@ -86,5 +88,8 @@ def _between(rounds: Rounds, start: _Guess, end: _Guess, share: float) -> _Guess
         )
     )
     nodal = rounds.coupling.nodal_impulses(impulse, end.place.contact)
-    left = max(rounds.unbalanced(bodies, impulse, nodal, end.place))[0]
-    return _Guess(end.place, bodies, impulse, left)
+    loading = end.loading
+    if start.loading is not loading:
+        loading = rounds.loaded(start.loading.end + share * (loading.end - start.loading.end))
+    left = max(rounds.unbalanced(bodies, impulse, nodal, end.place, loading))[0]
+    return _Guess(end.place, bodies, impulse, left, loading)

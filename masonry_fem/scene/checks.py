@@ -185,6 +185,12 @@ def _analysis(scene: Scene) -> None:
     analysis = scene.analysis
     for key, expected in analysis.faults():
         raise wrong(("analysis", key), getattr(analysis, key), expected)
+    for index, support in enumerate(scene.supports):
+        if analysis.steers and support.motion is not None:
+            expected = (
+                f"none with analysis.kind = '{analysis.__struct_config__.tag}': its loads move the blocks"
+            )
+            raise wrong(("supports", index, "motion"), support.motion, f"{expected}; push by a load instead")
     tolerance = getattr(analysis, "tolerance", None)
     if tolerance is not None and scene.solver.aim > tolerance:
         # contacts that are solved no better never pass for at rest: the march would end as if blocks slid

@@ -10,6 +10,7 @@ from masonry_fem.bodies.base import Scheme
 from masonry_fem.records.record import Spec
 
 if TYPE_CHECKING:
+    from masonry_fem.march.model import Control, Probe
     from masonry_fem.march.step_report import StepReport
 
 SHORTEST, LONGEST = 1e-100, 1e30  # steps [s]: squares of impulses and stiffnesses times h² stay numbers
@@ -53,9 +54,18 @@ class Strategy(Spec, frozen=True, kw_only=True, tag_field="kind"):
         return type(self).settled is not Strategy.settled
 
     @property
+    def steers(self) -> bool:
+        """Whether the load factor is an unknown; so it is where ``control`` says what it follows from."""
+        return type(self).control is not Strategy.control
+
+    @property
     def kept(self) -> float:
         """What velocities are multiplied by after each step."""
         return 1.0
+
+    def control(self, probes: tuple[Probe, ...]) -> Control | None:
+        """What the load factor follows from, given the scene's probes; None: the schedule gives it."""
+        return None
 
     def settled(self, report: StepReport) -> bool:
         """Whether the state that a step reached is an equilibrium."""

@@ -49,6 +49,16 @@ class Isotropic:
         return cls(young / (3 * (1 - 2 * poisson)), young / (2 * (1 + poisson)))
 
     @property
+    def young(self) -> float:
+        """E [Pa]."""
+        return 9 * self.bulk * self.shear / (3 * self.bulk + self.shear)
+
+    @property
+    def poisson(self) -> float:
+        """ν."""
+        return (3 * self.bulk - 2 * self.shear) / (6 * self.bulk + 2 * self.shear)
+
+    @property
     def matrix(self) -> FloatArray:
         """Stress of a strain, shape (6, 6) [Pa]."""
         matrix: FloatArray = self.bulk * np.outer(UNIT, UNIT) + 2 * self.shear * DEVIATOR

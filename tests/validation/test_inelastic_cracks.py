@@ -71,6 +71,16 @@ def test_a_crack_takes_the_fracture_energy_on_every_mesh(rows):
     assert told.mean == pytest.approx(1 / rows, rel=1e-4)
 
 
+def test_a_bar_that_could_be_crushed_takes_it_in_its_crack():
+    """Nothing is crushed in tension: all is the crack's, which takes what it does on any mesh."""
+    strengths = {"compression_strength": 1e7, "friction_angle": 35.0, "dilatancy_angle": 10.0}
+    result = pulled(2, steps=150, law="damage_plasticity", **strengths)
+    assert result.march.outcome == "equilibrium"
+    assert result.march.ledger.material_dissipation * 2 == pytest.approx(ENERGY, rel=2e-3)
+    assert result.march.ledger.imbalance <= 1e-9
+    assert [told.measure for told in result.summary.stress.yielded] == ["damage"]
+
+
 @pytest.mark.parametrize("plane", ["strain", "stress"])
 def test_a_bar_of_mohr_and_coulomb_takes_it_too(plane):
     """Its strength falls along a straight line, to nothing where the two halves are 2 G_f/f_t apart."""

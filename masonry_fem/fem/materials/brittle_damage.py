@@ -32,7 +32,7 @@ from msgspec import Meta
 
 from masonry_fem.errors import LawError
 from masonry_fem.fem.material_law import SHEARS, BoolArray, FloatArray, Isotropic, MaterialLaw, Response
-from masonry_fem.fem.materials.parts.principal import principal, tangents, tensors
+from masonry_fem.fem.materials.parts.principal import principal, sheared, tangents, tensors
 
 ROUNDING = 1e-12  # of the strength: a trial stress above what it was by less is none
 ROUNDS = 60  # of bisection and Newton's method for the bar's strain
@@ -66,13 +66,12 @@ class BrittleDamage(MaterialLaw):
 
     @override
     def refuse(self, elastic: Isotropic, size: FloatArray) -> None:
-        young, poisson = _young_poisson(elastic)
-        if poisson < 0:
+        if elastic.poisson < 0:
             raise LawError(
-                f"law '{self.name}': poisson is {poisson:g}, expected at least 0, as energies of tension and "
-                "pressure cannot be told apart below; correct it, or choose another law"
+                f"law '{self.name}': poisson is {elastic.poisson:g}, expected at least 0, as energies of "
+                "tension and pressure cannot be told apart below; correct it, or choose another law"
             )
-        longest = 2 * young * self.fracture_energy / self.tension_strength**2
+        longest = 2 * elastic.young * self.fracture_energy / self.tension_strength**2
         if size.max() >= longest:
             raise LawError(
                 f"law '{self.name}': elements are up to {size.max():.3g} m wide, expected less than "
@@ -133,7 +132,7 @@ class BrittleDamage(MaterialLaw):
 
         A bar with the strain e has s(e) and effective stress r(e) = s/g; r grows with e, and is inverted.
         """
-        young, strength = _young_poisson(elastic)[0], self.tension_strength
+        young, strength = elastic.young, self.tension_strength
         length = 2 * young * self.fracture_energy / strength**2
         H = size / (length - size)
         # r/e is E of the intact bar, and λ + 2 μ of a crack, whose sides are at rest
@@ -163,7 +162,7 @@ def _bar(
 
     Its sides are free: g μ (λ + 2 g λ + 2 μ)/(g λ + μ) = s/e gives g, and r = s/g.
     """
-    young = _young_poisson(elastic)[0]
+    young = elastic.young
     lam, mu = elastic.bulk - 2 * elastic.shear / 3, elastic.shear
     stress = strength * np.exp(-2 * H * (young * strain / strength - 1))
     secant = stress / strain
@@ -203,18 +202,7 @@ def _tangent(
     values, trace, axes = strains
     moduli = np.where(trace > 0, kept, 1.0)[:, None, None] * np.full((3, 3), lam)
     moduli[:, [0, 1, 2], [0, 1, 2]] += 2 * mu * np.where(values > 0, kept[:, None], 1.0)
-    shears = np.empty_like(values)
-    for row, (i, j) in enumerate(((0, 1), (1, 2), (0, 2))):
-        apart = values[:, i] - values[:, j]
-        equal: BoolArray = apart <= 1e-10 * (np.abs(values).max(axis=1) + 1e-30)
-        ratio = 0.5 * (stress[:, i] - stress[:, j]) / np.where(equal, 1.0, apart)
-        shears[:, row] = np.where(equal, 0.5 * (moduli[:, i, i] - moduli[:, i, j]), ratio)
     by_strain = np.broadcast_to([lam + 2 * mu, lam, lam], values.shape)
     taken = tensors(fall, axes)[:, :, None] * tensors(by_strain, axes)[:, None, :]
-    tangent: FloatArray = tangents(moduli, shears, axes) - taken
+    tangent: FloatArray = tangents(moduli, sheared(values, stress, moduli), axes) - taken
     return tangent
-
-
-def _young_poisson(elastic: Isotropic) -> tuple[float, float]:
-    K, G = elastic.bulk, elastic.shear
-    return 9 * K * G / (3 * K + G), (3 * K - 2 * G) / (6 * K + 2 * G)

@@ -41,13 +41,13 @@ from msgspec import Meta
 from masonry_fem.errors import LawError
 from masonry_fem.fem.material_law import SHEARS, FloatArray, Isotropic, Response
 from masonry_fem.fem.materials.parts.plastic import PLASTIC, FrictionAngle, Plastic
-from masonry_fem.fem.materials.parts.principal import principal, tangents, tensors
+from masonry_fem.fem.materials.parts.principal import principal, sheared, tangents, tensors
+from masonry_fem.fem.materials.parts.slip import sine_cosine, slip_planes
 
 # of the strength and the trial stress: what is outside by less is inside
 INSIDE = 1e-13
 SLIP, CUT = slice(0, 3), slice(3, 6)  # the planes of friction, and those of the cut-off
-PAIRS = ((0, 2), (1, 2), (0, 1))  # of the planes of friction; after them those of the cut-off, by axis
-# the planes that a stress may end on, few first; B and C bear on A at equal principal stresses
+# the planes that a stress may end on, few first: those of friction, and of the cut-off by axis
 ENDS = (
     (0,), (3,), (0, 1), (0, 2), (0, 3), (3, 4),
     (0, 1, 3), (0, 1, 4), (0, 3, 4), (1, 3, 4), (0, 2, 3), (3, 4, 5),
@@ -126,21 +126,16 @@ class MohrCoulomb(Plastic):
     @property
     def tension(self) -> float:
         """The cut-off f_t [Pa]; infinite where neither it nor friction bounds tension."""
-        sine, cosine = _sine_cosine(self.friction_angle)
+        sine, cosine = sine_cosine(self.friction_angle)
         apex = self.cohesion * cosine / sine if sine > 0 else math.inf
         return apex if self.tension_strength is None else min(self.tension_strength, apex)
 
     @property
     def planes(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Normals n, flows m and bounds of n · σ ≤ bound: shapes (6, 3), (6, 3), (6,) [Pa]."""
-        sine, cosine = _sine_cosine(self.friction_angle)
-        own = self.friction_angle if self.dilatancy_angle is None else self.dilatancy_angle
-        flowing = _sine_cosine(own)[0]
-        normals, flows = np.zeros((6, 3)), np.zeros((6, 3))
-        for row, (i, j) in enumerate(PAIRS):
-            normals[row, [i, j]] = 1 + sine, -(1 - sine)
-            flows[row, [i, j]] = 1 + flowing, -(1 - flowing)
-        normals[3:] = flows[3:] = np.eye(3)
+        cosine = sine_cosine(self.friction_angle)[1]
+        normals, flows = np.eye(6, 3, -3), np.eye(6, 3, -3)
+        normals[SLIP], flows[SLIP] = slip_planes(self.friction_angle, self.dilatancy_angle)
         bounds = np.array([2 * self.cohesion * cosine] * 3 + [self.tension] * 3)
         return normals, flows, bounds
 
@@ -151,7 +146,7 @@ class MohrCoulomb(Plastic):
         ----------
         size : Of the elements at q points, shape (q,) [m].
         """
-        bounds, slip = self.planes[2], 2 * _sine_cosine(self.friction_angle)[1]
+        bounds, slip = self.planes[2], 2 * sine_cosine(self.friction_angle)[1]
         change, growth = np.zeros(6), np.zeros((len(size), 6))
         if self.softens:
             lost = 1 - self.residual
@@ -173,10 +168,7 @@ class MohrCoulomb(Plastic):
             return
         normals, flows, bounds = self.planes
         change, growth = self._strengths(np.ones(1))
-        D, young = (
-            elastic.matrix[:3, :3],
-            9 * elastic.bulk * elastic.shear / (3 * elastic.bulk + elastic.shear),
-        )
+        D = elastic.matrix[:3, :3]
         rates = [0.0]  # 1/h at which it is so, on each end, and for bars along each axis
         for planes in ENDS:
             chosen = list(planes)
@@ -184,7 +176,7 @@ class MohrCoulomb(Plastic):
                 stiff = normals[chosen] @ D @ flows[chosen].T
                 rates.append(-float(growth[0, chosen] @ np.linalg.solve(stiff, change[chosen])))
         for plane in (0, 3):
-            bar = young * normals[plane] * flows[plane]
+            bar = elastic.young * normals[plane] * flows[plane]
             rates += [-float(growth[0, plane] * change[plane] / one) for one in bar[bar > 0]]
         widest = 1 / max(rates) if max(rates) > 0 else math.inf
         if size.max() >= widest:
@@ -218,7 +210,7 @@ class MohrCoulomb(Plastic):
             trial, own = values[yields], axes[yields]
             given = scale[yields], z[yields], growth[yields]
             ends, moduli, z[yields], more[yields] = self._returned(elastic, trial, *given)
-            tangent[yields] = tangents(moduli, _shears(elastic, trial, ends, moduli), own)
+            tangent[yields] = tangents(moduli, sheared(trial / (2 * elastic.shear), ends, moduli), own)
             flow = np.linalg.solve(matrix[:3, :3], (trial - ends).T).T
             stress[yields] = tensors(ends, own)
             grown[yields] = SHEARS * tensors(flow, own)
@@ -281,24 +273,3 @@ class MohrCoulomb(Plastic):
             if not left.size:
                 break
         return ends, moduli, reached, more
-
-
-def _sine_cosine(angle: float) -> tuple[float, float]:
-    """Of an angle [degrees]."""
-    return math.sin(math.radians(angle)), math.cos(math.radians(angle))
-
-
-def _shears(elastic: Isotropic, trial: FloatArray, ends: FloatArray, moduli: FloatArray) -> FloatArray:
-    """τ over γ in the planes of the axes, as these turn with the strain, shape (q, 3) [Pa].
-
-    G (σ_i − σ_j)/(σ_i,trial − σ_j,trial), and where the trial stresses are equal the limit ½ (D_ii − D_ij).
-    """
-    pairs = ((0, 1), (1, 2), (0, 2))
-    shears = np.empty_like(trial)
-    for row, (i, j) in enumerate(pairs):
-        apart = trial[:, i] - trial[:, j]
-        equal = apart <= 1e-8 * (np.abs(trial).max(axis=1) + elastic.shear * 1e-12)
-        ratio = (ends[:, i] - ends[:, j]) / np.where(equal, 1.0, apart)
-        limit = 0.5 * (moduli[:, i, i] - moduli[:, i, j])
-        shears[:, row] = np.where(equal, limit, elastic.shear * ratio)
-    return shears

@@ -72,5 +72,14 @@ LAWS = {
     "pyramid that cracks": law_of(
         material_record("mohr_coulomb", cohesion=1e6, friction_angle=40.0, fracture_energy=60.0)
     ),
+    "cracks and crushing that are associated": law_of(
+        material_record(
+            "damage_plasticity",
+            tension_strength=5e5,
+            fracture_energy=20.0,
+            compression_strength=3e6,
+            friction_angle=30.0,
+        )
+    ),
     "von Mises": law_of(material_record("drucker_prager", cohesion=1e6, friction_angle=0.0)),
 }

@@ -2,7 +2,7 @@
 
 values, axes = principal(trial)                     # greatest first
 tensors(values, axes)                               # back
-tangents(moduli, shears, axes)                      # of derivatives by principal strains
+tangents(moduli, sheared(strains, stress, moduli), axes)     # of derivatives by principal strains
 """
 
 from __future__ import annotations
@@ -62,3 +62,28 @@ def tangents(moduli: FloatArray, shears: FloatArray, axes: FloatArray) -> FloatA
     map_[:, 3:] *= 2.0  # angles in the axes
     tangent: FloatArray = map_.transpose(0, 2, 1) @ own @ map_
     return tangent
+
+
+def sheared(strains: FloatArray, stress: FloatArray, moduli: FloatArray) -> FloatArray:
+    """τ over γ in the planes (1, 2), (2, 3) and (1, 3), as the axes turn with the strain, shape (q, 3) [Pa].
+
+    ½ (σ_i − σ_j)/(ε_i − ε_j), and where the strains are equal its limit ½ (D_ii − D_ij).
+
+    Parameters
+    ----------
+    strains : Principal strains that have the axes of the stress, shape (q, 3).
+    stress : Principal stresses, shape (q, 3) [Pa].
+    moduli : Derivatives of these by principal strains, shape (q, 3, 3) [Pa].
+
+    References
+    ----------
+    de Souza Neto, Perić, Owen, Computational Methods for Plasticity (Wiley 2008), A.5.
+    """
+    shears = np.empty_like(strains)
+    size = np.abs(strains).max(axis=1)
+    for row, (i, j) in enumerate(((0, 1), (1, 2), (0, 2))):
+        apart = strains[:, i] - strains[:, j]
+        equal = apart <= 1e-8 * size
+        ratio = (stress[:, i] - stress[:, j]) / np.where(equal, 1.0, apart)
+        shears[:, row] = 0.5 * np.where(equal, moduli[:, i, i] - moduli[:, i, j], ratio)
+    return shears

@@ -10,7 +10,6 @@ these balance. What their material remembers is that of the start of the step in
 
 from __future__ import annotations
 
-import logging
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -22,19 +21,15 @@ from masonry_fem.march.clock import Clock
 from masonry_fem.march.conditions import contact_status, shifted_jump
 from masonry_fem.march.coupling import Coupling, Placement
 from masonry_fem.march.model import Model
-from masonry_fem.march.place import Place, begun, reached, relative_velocity, rounding, turning
+from masonry_fem.march.place import Place, begun, relative_velocity
 from masonry_fem.march.rounds import NEWTON_TOLERANCE, Round, Rounds
 from masonry_fem.march.state import STICK, SystemState
 from masonry_fem.march.steering import SteeredRounds
+from masonry_fem.march.turning import turned
 from masonry_fem.march.yielding import settled_stresses
-from masonry_fem.nscd import ContactProblem, Outcome, Solution, SolverSettings
-
-logger = logging.getLogger(__name__)
+from masonry_fem.nscd import ContactProblem, Solution, SolverSettings
 
 MOST = 20  # rounds in all
-PATIENCE = 4  # rounds that bring forces no nearer to balance
-BALANCED = 1e-6  # of the largest load or impulse: what rounds that come no nearer may leave
-ROUNDING = 1e-12  # of the model's length: a way that is none
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +141,8 @@ def step(
     if not rounds.settled(first):
         return replace(_ended(rounds, first, rounds.start), strayed=True)
     if scheme.inertia == 0 and first.solution.solved and not model.fixed:
-        return _turned(rounds, first)
+        found = turned(rounds, first)
+        return replace(_ended(rounds, found.made, found.place), strayed=found.strayed)
     return _ended(rounds, first, rounds.start)
 
 
@@ -163,65 +159,6 @@ def _first(rounds: Rounds) -> Round:
             break  # holds, or as far as rounding lets it go
         made, last = rounds.solved(rounds.start, made), left
     return made
-
-
-def _turned(rounds: Rounds, first: Round) -> Increment:
-    """Rounds until impulses balance where the step ends, each linearised where the last one led."""
-    made, least, idle, count = first, np.inf, 0, 0
-    while True:
-        there = reached(rounds.coupling, rounds.start, made.bodies, rounds.scheme.step)
-        left, missed = _left(rounds, made, there)
-        logger.info(
-            "t = %.6g, round %d: %d linear solves so far; where it leads %.1e of balance is left",
-            made.loading.end, count + 1, made.solution.linear_solves, left,
-        )  # fmt: skip
-        nothing = max(ROUNDING, rounding(there.contact) / rounds.model.length)
-        asked = max(rounds.settings.tolerance, made.solution.quality.block_balance)
-        rest = max(left / asked, missed / nothing)
-        if made.residuals:
-            rest = max(rest, made.residuals[-1] / NEWTON_TOLERANCE)
-        idle, count = 0 if rest <= 0.5 * least else idle + 1, count + 1
-        least = min(least, rest)
-        if rest <= 1 or idle > PATIENCE or count > MOST:
-            break  # holds, or as far as rounding lets it go, or round in circles
-        following = rounds.solved(there, made)
-        if not following.solution.solved:
-            return _strayed(rounds, following)
-        made = following
-    strayed = max(left, missed) > BALANCED or not rounds.settled(made)
-    return replace(_ended(rounds, made, there), strayed=strayed)
-
-
-def _left(rounds: Rounds, made: Round, there: Place) -> tuple[float, float]:
-    """What the impulses of a round leave of balance where it leads, and how far velocities miss that.
-
-    The first relative to the largest load or impulse, the second to the model's length.
-    """
-    left = turning(
-        rounds.coupling,
-        rounds.start,
-        there,
-        made.free,
-        made.loading.forces,
-        rounds.scheme,
-        made.impulse,
-        made.place,
-    )
-    way = there.contact.offset - rounds.start.contact.offset - rounds.scheme.step * made.velocity
-    return left, float(np.abs(way).max(initial=0.0)) / rounds.model.length
-
-
-def _strayed(rounds: Rounds, made: Round) -> Increment:
-    """A round that found nothing; the velocities of a mechanism are its own, whatever came before.
-
-    Where only rounding was left of its error, or the loads are next to their limit, shorter steps would
-    find no more.
-    """
-    there = rounds.start
-    if not made.solution.outcome.moves:
-        there = reached(rounds.coupling, rounds.start, made.bodies, rounds.scheme.step)
-    final = made.solution.rounded or made.solution.outcome is Outcome.AT_LIMIT
-    return replace(_ended(rounds, made, there), strayed=not final)
 
 
 def _ended(rounds: Rounds, made: Round, place: Place) -> Increment:

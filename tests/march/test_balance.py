@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import masonry_fem.march.measure as measuring
-import masonry_fem.march.step as stepping
+import masonry_fem.march.turning as rounds_that_turn
 from masonry_fem.bodies.base import Scheme
 from masonry_fem.march.acting import Acting, acted, extents, relative
 from masonry_fem.march.conditions import shifted_jump
@@ -76,7 +76,7 @@ def test_turning_is_relative_to_the_largest_load_or_impulse(pressed: float, refe
     ("left", "missed", "strayed"), [(0.0, 0.0, False), (1.0, 0.0, True), (0.0, 1.0, True)]
 )
 def test_a_step_that_leaves_forces_or_misses_its_way_is_told(left, missed, strayed, monkeypatch) -> None:
-    monkeypatch.setattr(stepping, "_left", lambda *_: (left, missed))
+    monkeypatch.setattr(rounds_that_turn, "_left", lambda *_: (left, missed))
     model = stack(1, 2)
     coupling = connect(model)
     state = initial_state(model, coupling, tuple(group.rest() for group in model.groups))

@@ -172,9 +172,9 @@ def test_a6_6_elastic_springing_that_sinks_is_relieved(amount: float) -> None:
 
 def test_each_round_says_what_it_leaves_of_balance(caplog: pytest.LogCaptureFixture) -> None:
     """``--verbose``; stones are stiff, so that rounds leave little of what the one before did."""
-    with caplog.at_level(logging.INFO, logger="masonry_fem.march.step"):
+    with caplog.at_level(logging.INFO, logger="masonry_fem.march.turning"):
         test_a6_6_elastic_springing_that_sinks_is_relieved(1e-3)
-    lines = [record.getMessage() for record in caplog.records if record.name == "masonry_fem.march.step"]
+    lines = [record.getMessage() for record in caplog.records if record.name == "masonry_fem.march.turning"]
     told = [(int(line.split("round ")[1].split(":")[0]), float(line.split()[-5])) for line in lines]
     assert [number for number, _ in told].count(1) == 2  # load steps
     assert len(told) >= 4
@@ -185,23 +185,30 @@ def test_each_round_says_what_it_leaves_of_balance(caplog: pytest.LogCaptureFixt
 # stones glued to a cantilever that bends far
 
 
-def elastica(load: float) -> tuple[float, float]:
-    """How far the tip of a unit cantilever, EI = 1, goes under P: θ″ = −P cos θ, θ(0) = θ′(1) = 0."""
+def elastica(force: np.ndarray) -> np.ndarray:
+    """Turn of the tip of a unit cantilever, EI = 1, and how far it goes.
+
+    θ″ = Fₓ sin θ − F_y cos θ, θ(0) = θ′(1) = 0.
+    """
 
     def end(curvature: float) -> np.ndarray:
         def rates(_: float, y: np.ndarray) -> list[float]:
-            return [y[1], -load * np.cos(y[0]), np.cos(y[0]), np.sin(y[0])]
+            return [y[1], force[0] * np.sin(y[0]) - force[1] * np.cos(y[0]), np.cos(y[0]), np.sin(y[0])]
 
         return solve_ivp(rates, (0.0, 1.0), [0.0, curvature, 0.0, 0.0], rtol=1e-10, atol=1e-12).y[:, -1]
 
-    _, _, x, y = end(brentq(lambda curvature: end(curvature)[1], 0.0, 1.001 * load))
-    return x - 1.0, -y
+    most = 1.001 * float(np.linalg.norm(force))
+    turn, _, x, y = end(brentq(lambda curvature: end(curvature)[1], -most, 0.0))
+    return np.array([turn, x - 1.0, y])
 
 
-def test_glued_stones_bend_as_the_elastica() -> None:
-    """P L²/EI = 1: the tip turns by 26 degrees."""
-    count, height, young = 10, 0.01, 10e9
-    load = young * height**3 / 12
+def bent(end_forces: dict[float, np.ndarray], count: int = 20) -> RunResult:
+    """A cantilever of 1 × 0.01 m, its stones glued by joints that do not give way, two cells in each.
+
+    ``end_forces`` are by height on its end, over EI/L².
+    """
+    height, young = 0.01, 10e9
+    stiffness = young * height**3 / 12
     stones = tuple(
         BlockStructure(name=f"s{i}", material="stone", size=(1 / count, height), position=(i / count, 0.0))
         for i in range(count)
@@ -209,17 +216,37 @@ def test_glued_stones_bend_as_the_elastica() -> None:
     wall = BlockStructure(
         name="wall", material="stone", size=(0.1, height), position=(-0.1, 0.0), support=True
     )
-    tip = (1.0, height / 2)
-    result = solved(
+    last = f"s{count - 1}"
+    points = tuple(
+        PointForce(block=last, point=(1.0, at * height), vector=tuple(stiffness * force))
+        for at, force in end_forces.items()
+    )
+    return solved(
         dimension=2,
         plane="stress",
         structures=(wall, *stones),
-        mesh=MeshSettings(element="Q2", divisions=(4, 1)),
+        mesh=MeshSettings(element="Q2", divisions=(2, 1)),
         materials={"stone": Material(density=2400.0, young=young, poisson=0.0)},
         joints=(Joint(friction=1.0, law=law_record("mohr_coulomb", cohesion=1e9, tension_strength=1e9)),),
-        loads=Loads(points=(PointForce(block=f"s{count - 1}", point=tip, vector=(0.0, -load)),)),
-        probes=(Probe(name="tip", block=f"s{count - 1}", point=tip),),
-        analysis=Statics(load_steps=10),
+        loads=Loads(points=points),
+        probes=(Probe(name="tip", block=last, point=(1.0, height / 2)),),
+        analysis=Statics(load_steps=5),
     )
+
+
+def test_force_that_bends_glued_stones_to_a_right_angle() -> None:
+    """It is dead, and points down and back by 45 degrees; P L²/EI = 3.848."""
+    direction = np.array([-1.0, -1.0]) / np.sqrt(2)
+    load = brentq(lambda load: elastica(load * direction)[0] + np.pi / 2, 1.0, 5.0)
+    assert load == pytest.approx(3.848, rel=1e-3)
+    result = bent({0.5: load * direction})
     assert result.outcome == "equilibrium"
-    np.testing.assert_allclose(result.summary.probes["tip"], elastica(1.0), rtol=1e-2)
+    np.testing.assert_allclose(result.summary.probes["tip"], elastica(load * direction)[1:], rtol=1e-2)
+
+
+def test_couple_that_bends_glued_stones_to_a_quarter_of_a_circle() -> None:
+    """Dead forces at both edges, at 45 degrees to the arm that joins them both before and after."""
+    force = np.array([-1.0, -1.0]) * (np.pi / 2) / 0.01
+    result = bent({0.0: -force, 1.0: force})
+    assert result.outcome == "equilibrium"
+    np.testing.assert_allclose(result.summary.probes["tip"], [2 / np.pi - 1, 2 / np.pi], rtol=1e-2)

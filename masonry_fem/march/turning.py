@@ -1,0 +1,212 @@
+"""Turning: rounds of a step of statics whose blocks turn, until impulses balance where the step ends.
+
+rounds = Rounds(model, coupling, state, scheme, ...)
+turned(rounds, rounds.solved(rounds.start, None))   # the last round, where it leads, and what is left there
+
+A round solves the contacts at a place and leads to another; the step ends at the place that leads to itself.
+Dead loads and impulses have a *geometric* stiffness on blocks that turn and bend. By as much as that is of
+the stiffness of blocks and joints, where a round leads changes with its place. What bends far has as much
+of the one as of the other, and rounds that each went on from where the last one led would come to no end.
+So this change is taken from the rounds, as secants: combinations of the places so far lead to the same
+combinations of where these led, to first order, and the next round is made where the combination leads that
+comes nearest to itself.
+
+References
+----------
+H. F. Walker, P. Ni, "Anderson acceleration for fixed-point iterations", SIAM Journal on Numerical Analysis 49
+(2011).
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Self
+
+import numpy as np
+
+from masonry_fem.bodies.base import FloatArray
+from masonry_fem.march.place import Place, reached, rounding, turning
+from masonry_fem.march.rounds import NEWTON_TOLERANCE, Round, Rounds
+from masonry_fem.nscd import Outcome
+
+logger = logging.getLogger(__name__)
+
+MOST = 30  # rounds in all
+PATIENCE = 4  # rounds that bring forces no nearer to balance
+DEPTH = 5  # earlier rounds that the next place is made of
+BALANCED = 1e-6  # of the largest load or impulse: what rounds that come no nearer may leave
+ROUNDING = 1e-12  # of the model's length: a way that is none
+
+
+@dataclass(frozen=True, slots=True)
+class Turned:
+    """How the rounds of a step ended.
+
+    Attributes
+    ----------
+    made : The last round. place : Where it led, and where its impulses balance.
+    strayed : Impulses balance where the step begins, and none were found that do where it leads.
+    """
+
+    made: Round
+    place: Place
+    strayed: bool
+
+
+def turned(rounds: Rounds, first: Round) -> Turned:
+    """Rounds until impulses balance where the step ends, or come no nearer.
+
+    Parameters
+    ----------
+    rounds : The step. first : Its first round.
+    """
+    made, places, least, idle, count = first, _Places(rounds), np.inf, 0, 0
+    while True:
+        there = reached(rounds.coupling, rounds.start, made.bodies, rounds.scheme.step)
+        left, missed = _left(rounds, made, there)
+        logger.info(
+            "t = %.6g, round %d: %d linear solves so far; where it leads %.1e of balance is left",
+            made.loading.end, count + 1, made.solution.linear_solves, left,
+        )  # fmt: skip
+        nothing = max(ROUNDING, rounding(there.contact) / rounds.model.length)
+        asked = max(rounds.settings.tolerance, made.solution.quality.block_balance)
+        rest = max(left / asked, missed / nothing)
+        if made.residuals:
+            rest = max(rest, made.residuals[-1] / NEWTON_TOLERANCE)
+        idle, count = 0 if rest <= 0.5 * least else idle + 1, count + 1
+        least = min(least, rest)
+        if rest <= 1 or idle > PATIENCE or count > MOST:
+            break  # holds, or as far as rounding lets it go, or round in circles
+        following = rounds.solved(places.following(made, there), made)
+        if not following.solution.solved:
+            return _lost(rounds, following)
+        made = following
+    strayed = max(left, missed) > BALANCED or not rounds.settled(made)
+    return Turned(made, there, strayed)
+
+
+def _left(rounds: Rounds, made: Round, there: Place) -> tuple[float, float]:
+    """What the impulses of a round leave of balance where it leads, and how far velocities miss that.
+
+    The first relative to the largest load or impulse, the second to the model's length.
+    """
+    left = turning(
+        rounds.coupling,
+        rounds.start,
+        there,
+        made.free,
+        made.loading.forces,
+        rounds.scheme,
+        made.impulse,
+        made.place,
+    )
+    way = there.contact.offset - rounds.start.contact.offset - rounds.scheme.step * made.velocity
+    return left, float(np.abs(way).max(initial=0.0)) / rounds.model.length
+
+
+def _lost(rounds: Rounds, made: Round) -> Turned:
+    """A round that found nothing; the velocities of a mechanism are its own, whatever came before.
+
+    Where only rounding was left of its error, or the loads are next to their limit, shorter steps would
+    find no more.
+    """
+    there = rounds.start
+    if not made.solution.outcome.moves:
+        there = reached(rounds.coupling, rounds.start, made.bodies, rounds.scheme.step)
+    final = made.solution.rounded or made.solution.outcome is Outcome.AT_LIMIT
+    return Turned(made, there, strayed=not final)
+
+
+@dataclass(frozen=True, slots=True)
+class _Motion:
+    """Motions that lead from the start of a step somewhere, or sums of such.
+
+    Attributes
+    ----------
+    rigid : U of each group, (b, m). elastic : u_el, (b, n); None where blocks do not deform.
+    """
+
+    rigid: tuple[FloatArray, ...]
+    elastic: tuple[FloatArray | None, ...]
+
+    @classmethod
+    def of(cls, rounds: Rounds, bodies: tuple[Any, ...]) -> Self:
+        """Velocities in the states of all groups."""
+        parts = [group.velocity_parts(own) for group, own in zip(rounds.model.groups, bodies, strict=True)]
+        return cls(tuple(rigid for rigid, _ in parts), tuple(elastic for _, elastic in parts))
+
+    @classmethod
+    def combined(cls, weights: FloatArray, motions: Sequence[Self]) -> Self:
+        """The sum of motions, each with its weight."""
+
+        def summed(*parts: FloatArray) -> FloatArray:
+            return sum((weight * part for weight, part in zip(weights, parts, strict=True)), np.zeros(()))
+
+        rigid = tuple(summed(*parts) for parts in zip(*(one.rigid for one in motions), strict=True))
+        elastic = zip(*(one.elastic for one in motions), strict=True)
+        return cls(rigid, tuple(None if parts[0] is None else summed(*parts) for parts in elastic))
+
+
+class _Places:
+    """Where the rounds of a step were made and led to, and where the next is to be made.
+
+    Parameters
+    ----------
+    rounds : The step.
+    """
+
+    def __init__(self, rounds: Rounds) -> None:
+        self._rounds = rounds
+        self._at: list[_Motion] = []
+        self._to: list[_Motion] = []
+
+    def following(self, made: Round, there: Place) -> Place:
+        """Where the next round is to be made.
+
+        At first that is where the first one led, then the combination of places that is nearest to leading to
+        itself.
+
+        Parameters
+        ----------
+        made : The last round. there : Where it led.
+        """
+        to = _Motion.of(self._rounds, made.bodies)
+        if not self._to:  # statics starts from rest
+            self._at, self._to = [_Motion.combined(np.zeros(1), [to])], [to]
+            return there
+        self._at = [*self._at[-DEPTH:], _Motion.of(self._rounds, made.place.bodies)]
+        self._to = [*self._to[-DEPTH:], to]
+        return self._reached(made, _Motion.combined(self._weights(), self._to))
+
+    def _weights(self) -> FloatArray:
+        """Shares, of sum 1, of the rounds so far, by which the distances that they went cancel best."""
+        solved = [index for index, group in enumerate(self._rounds.model.groups) if not group.prescribed]
+        gone = np.array(
+            [
+                np.concatenate([(to.rigid[index] - at.rigid[index]).ravel() for index in solved])
+                for to, at in zip(self._to, self._at, strict=True)
+            ]
+        )
+        shares = np.linalg.lstsq((gone[1:] - gone[:-1]).T, gone[-1], rcond=None)[0]
+        weights = np.zeros(len(gone))
+        weights[-1] = 1.0
+        weights[1:] -= shares
+        weights[:-1] += shares
+        return weights
+
+    def _reached(self, made: Round, motion: _Motion) -> Place:
+        """The place that a motion leads to."""
+        rounds = self._rounds
+        whole = (
+            replace(part, elastic=bent, origin=None, guess=None)
+            for part, bent in zip(made.free, motion.elastic, strict=True)
+        )
+        bodies = tuple(
+            group.advance(own, free, rigid, None, rounds.scheme)
+            for group, own, free, rigid in zip(
+                rounds.model.groups, rounds.state.bodies, whole, motion.rigid, strict=True
+            )
+        )
+        return reached(rounds.coupling, rounds.start, bodies, rounds.scheme.step)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -104,6 +104,17 @@ class Rounds:
     def nonlinear(self) -> bool:
         """Whether some blocks are."""
         return any(group.nonlinear for group in self.model.groups)
+
+    @property
+    def rough(self) -> bool:
+        """Whether the first round is not the last: elastic blocks that turn in statics always do a little."""
+        moves = any(group.turns and group.deforms for group in self.model.groups)
+        return moves and self.scheme.inertia == 0 and not self.model.fixed and not self.nonlinear
+
+    @property
+    def roughly(self) -> Self:
+        """The same with the root of the tolerance: where a round leads is not exact but to second order."""
+        return replace(self, settings=replace(self.settings, tolerance=np.sqrt(self.settings.tolerance)))
 
     def solved(self, place: Place, last: Round | None, ends: tuple[Any, ...] | None = None) -> Round:
         """The contact problem at a place, from where the last round ended.

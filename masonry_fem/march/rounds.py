@@ -108,8 +108,9 @@ class Rounds:
     @property
     def rough(self) -> bool:
         """Whether the first round is not the last: elastic blocks that turn in statics always do a little."""
-        moves = any(group.turns and group.deforms for group in self.model.groups)
-        return moves and self.scheme.inertia == 0 and not self.model.fixed and not self.nonlinear
+        turns = any(group.turns and group.deforms for group in self.model.groups)
+        given = self.scheme.inertia == 0 and not self.model.fixed and self.model.control is None
+        return turns and given and not self.nonlinear
 
     @property
     def roughly(self) -> Self:

@@ -99,6 +99,7 @@ TABLES: dict[type[Spec], str] = {
     specs.Traction: "`[[loads.tractions]]`",
     specs.PointForce: "`[[loads.points]]`",
     specs.LineForce: "`[[loads.lines]]`",
+    specs.Temperature: "`[[loads.temperatures]]`",
     specs.Table: '`time = { kind = "table" }`',
     specs.Sine: '`time = { kind = "sine" }`',
     specs.Record: '`time = { kind = "record" }`',

@@ -95,7 +95,7 @@ class StepEnergy:
     """Energy of one step by block, each of shape (b,) [J].
 
     With u_θ = (1−θ)u + θu⁺ and Δq = h u_θ, a linear block's step gives exactly
-    Δ(½uᵀMu) + Δ(½qᵀKq) = external + support − damping − numerical − dissipation + (contact work).
+    Δ(½uᵀMu) + Δ(½qᵀKq) = external + support + heat − damping − numerical − dissipation + (contact work).
 
     Attributes
     ----------
@@ -105,6 +105,7 @@ class StepEnergy:
     numerical : (θ − ½)(Δuᵀ M Δu + Δqᵀ K Δq); with inertia 0 the first term is absent.
         Of blocks that yield, the same of their stresses.
     dissipation : Lost as the material yields; 0 of blocks that do not.
+    heat : Work of strains by temperature, −∫ σ : 1 Δe; 0 of blocks that have none.
     """
 
     external: FloatArray
@@ -112,6 +113,7 @@ class StepEnergy:
     damping: FloatArray
     numerical: FloatArray
     dissipation: FloatArray | float = 0.0
+    heat: FloatArray | float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,6 +22,7 @@ from masonry_fem.build.overlaps import refuse_overlaps
 from masonry_fem.build.places import check_places
 from masonry_fem.build.stones import Stones, block_names, lay, meshed, typical_length
 from masonry_fem.build.supports import last_change
+from masonry_fem.build.temperature import expansions
 from masonry_fem.contact.contacts import Interface
 from masonry_fem.contact.detection import REACH, detect
 from masonry_fem.errors import ExtensionError, MasonryError, SceneError
@@ -166,6 +167,7 @@ def body_groups(
     What the groups ``before`` have is used again where it fits. ``base`` is the scene's folder.
     """
     groups: list[BodyGroup] = []
+    warming = expansions(scene, stones, base)
     if held := stones.of(None):
         groups.append(SupportGroup(stones.assembly, held, [stones.motion.get(block) for block in held]))
     for kind in _used(stones):
@@ -178,6 +180,7 @@ def body_groups(
             turns=scene.contact.update != "fixed",
             law=lambda stone: material_law(stone, base),
             before=tuple(group for group in before if group.kind == kind.name),
+            warming=warming,
         )
         groups.extend(_checked(kind, group) for group in kind.groups(given))
     return tuple(groups)

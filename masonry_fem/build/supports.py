@@ -73,7 +73,9 @@ def last_change(scene: specs.Scene, base: Path) -> float:
         if isinstance(record, specs.Table | specs.Record)
     ]
     ends = [function.end for function in functions if isinstance(function, Piecewise)]
-    if any(one.motion is not None and one.motion.time is None for one in scene.supports):
+    times = [one.motion.time for one in scene.supports if one.motion is not None]
+    times += [one.time for one in scene.loads.temperatures]
+    if any(time is None for time in times):
         ends.append(scene.analysis.ramp)
     return max(ends, default=0.0)
 

@@ -103,7 +103,8 @@ class Balance:
             numerical = numerical + (theta - 0.5) * inertia * self.mass_square(*change)
             damping = own.material.mass_damping * self.mass_square(rigid, elastic)
             damping += own.material.stiffness_damping * dot(elastic @ own.stiffness, elastic)
-        return StepEnergy(external, support, inertia * h * damping, numerical, lost)
+        heat = self.constitution.heat(before, after, theta)
+        return StepEnergy(external, support, inertia * h * damping, numerical, lost, heat)
 
 
 def mean_velocity(before: ElasticState, after: ElasticState, theta: float) -> tuple[FloatArray, FloatArray]:

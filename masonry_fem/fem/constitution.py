@@ -22,6 +22,7 @@ from scipy import sparse
 
 if TYPE_CHECKING:
     from masonry_fem.fem.assemble import ShapeOperators
+    from masonry_fem.fem.expansion import Warming
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -52,7 +53,10 @@ class Memory:
 
 
 class Strained(Protocol):
-    """A state of b blocks as their material sees it: elastic displacements (b, n) [m], and its memory."""
+    """A state of b blocks as their material sees it: time [s], elastic displacements (b, n) [m], memory."""
+
+    @property
+    def time(self) -> float: ...  # noqa: D102
 
     @property
     def displacement(self) -> FloatArray: ...  # noqa: D102
@@ -68,10 +72,12 @@ class Constitution(ABC):
     ----------
     nonlinear : Whether forces are not linear in displacements, so that steps take rounds.
     law : Name of the law of its material, for reports.
+    warming : Strains that temperature gives the blocks; None: none.
     """
 
     nonlinear: bool
     law: str
+    warming: Warming | None = None
 
     @abstractmethod
     def fresh(self, count: int) -> Memory | None:
@@ -93,6 +99,14 @@ class Constitution(ABC):
     @abstractmethod
     def lost(self, before: Strained, after: Strained, theta: float) -> tuple[FloatArray, FloatArray]:
         """Energy that the θ-scheme and the material took in a step, each of shape (b,) [J]."""
+
+    def expanding(self, state: Strained, step: float) -> FloatArray | float:
+        """Nodal forces that hold what temperature makes elastic stones grow in a step, (b, n) [N]; or 0."""
+        return 0.0
+
+    def heat(self, before: Strained, after: Strained, theta: float) -> FloatArray | float:
+        """Work of heat in a step, −∫ σ_θ : 1 Δe of strains e by temperature, shape (b,) [J]; or 0."""
+        return 0.0
 
     @abstractmethod
     def stored(self, state: Strained) -> FloatArray:

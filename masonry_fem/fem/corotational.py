@@ -182,6 +182,7 @@ class CorotationalGroup(Deformable[TurningState]):
             rate = (h * theta + inertia * beta) * start
             right = h * self._own(at, force)
             right -= h * self.constitution.forces(state, state, theta, rate)
+            right += h * theta * self.constitution.expanding(state, h)
             if inertia and alpha:
                 right -= inertia * h * alpha * (start @ self.operators.mass)
             elastic = start + self.factor(scheme).apply(right)
@@ -381,8 +382,9 @@ class CorotationalGroup(Deformable[TurningState]):
             alpha, beta = own.material.mass_damping, own.material.stiffness_damping
             damping = alpha * (dot(rigid, damped) + dot(bending @ own.mass, bending))
             damping += beta * dot(bending @ own.stiffness, bending)
+        support, heat = np.zeros(self.count), self.constitution.heat(state, after, theta)
         return StepEnergy(
-            external, np.zeros(self.count), inertia * h * damping, numerical + external - straight, lost
+            external, support, inertia * h * damping, numerical + external - straight, lost, heat
         )
 
     def kinetic_energy(self, state: TurningState) -> FloatArray:

@@ -25,11 +25,14 @@ KEPT_FACTORS = 3  # a march alternates between few schemes
 
 
 class Deformed(Protocol):
-    """State of b blocks that deform: where their nodes have gone, and how they move.
+    """State of b blocks that deform at a ``time`` [s]: where their nodes have gone, and how they move.
 
     ``displacement`` (b, n) [m] is the elastic part, ``velocity`` (b, n) [m/s] its rate, ``rigid_velocity``
     (b, m) [kg^½ m/s] the rate of the rigid part, ``memory`` that of the material.
     """
+
+    @property
+    def time(self) -> float: ...  # noqa: D102
 
     @property
     def displacement(self) -> FloatArray: ...  # noqa: D102
@@ -103,7 +106,9 @@ class Deformable[S: Deformed](Meshed[S]):
         alike = type(other) is type(self) and np.array_equal(other.free_dofs, self.free_dofs)
         if not alike or other.operators is not self.operators or other.kind != self.kind:
             return
-        self._factors, self.constitution = other._factors, other.constitution
+        self._factors = other._factors
+        if self.constitution.warming is None and other.constitution.warming is None:
+            self.constitution = other.constitution
         for name in ("_recovery", "_estimate"):
             if name in other.__dict__:
                 self.__dict__[name] = other.__dict__[name]

@@ -136,6 +136,7 @@ class ElasticGroup(Deformable[ElasticState]):
         else:
             rate = (h * theta + inertia * beta) * start
             right = h * force - h * self.constitution.forces(state, state, theta, rate)
+            right += h * theta * self.constitution.expanding(state, h)
             if inertia and alpha:
                 right -= inertia * h * alpha * (start @ operators.mass)
             if change.any():

@@ -14,6 +14,7 @@ from masonry_fem.fem.clamp import Faces
 from masonry_fem.fem.constitution import Constitution, LinearElasticity
 from masonry_fem.fem.corotational import CorotationalGroup
 from masonry_fem.fem.elastic import ElasticGroup
+from masonry_fem.fem.expansion import Change, ThermoElasticity, Warming
 from masonry_fem.fem.inelastic import Inelasticity
 from masonry_fem.fem.material import ElasticMaterial, Plane
 from masonry_fem.fem.promotion import Promotion
@@ -50,6 +51,7 @@ def elastic_groups(
     before: Sequence[Group] = (),
     turns: bool = False,
     kind: str = "elastic",
+    warming: Mapping[int, Sequence[Change]] | None = None,
 ) -> tuple[Group, ...]:
     """Groups of the elastic blocks of an assembly, in the order of their first blocks.
 
@@ -64,6 +66,7 @@ def elastic_groups(
         mesh and material is used again.
     turns : Whether elastic blocks that nothing clamps turn without bound; else kinematics are small.
     kind : Name of their fidelity.
+    warming : Strains by temperature, by block.
 
     Raises
     ------
@@ -80,7 +83,8 @@ def elastic_groups(
     operators = _operators(assembly, kinds, plane, lumped, before)
     groups = []
     for alike, members in kinds.items():
-        own = _constitution(operators[alike.stuff], assembly.blocks[members[0]].name)
+        warm = Warming.of([(warming or {}).get(block, ()) for block in members])
+        own = _constitution(operators[alike.stuff], assembly.blocks[members[0]].name, warm)
         group = _group(assembly, alike, members, operators[alike.stuff], own, clamped, turns, kind)
         for known in before:
             group.share(known)
@@ -106,12 +110,13 @@ def _operators(
     return {stuff: own for stuff, own in found.items() if own is not None} | dict(zip(new, made, strict=True))
 
 
-def _constitution(operators: ShapeOperators, name: str) -> Constitution:
+def _constitution(operators: ShapeOperators, name: str, warming: Warming | None) -> Constitution:
     """The stresses of blocks of which the first has a name."""
     if operators.material.law is None:
-        return LinearElasticity(operators)
+        return LinearElasticity(operators) if warming is None else ThermoElasticity(operators, warming)
     try:
-        return Promotion(operators) if operators.material.promote_at else Inelasticity(operators)
+        kind = Promotion if operators.material.promote_at else Inelasticity
+        return kind(operators, warming)
     except LawError as error:
         raise SceneError(f"block '{name}': {error}") from error
 

@@ -24,6 +24,7 @@ from scipy import sparse
 
 from masonry_fem.fem.assemble import ShapeOperators
 from masonry_fem.fem.constitution import Constitution, FloatArray, Memory, Strained, dot
+from masonry_fem.fem.expansion import Warming, less, pushing
 from masonry_fem.fem.material_law import Isotropic
 from masonry_fem.fem.strains import Strains
 
@@ -34,6 +35,7 @@ class Inelasticity(Constitution):
     Parameters
     ----------
     operators : Mesh, stiffness and mass, of a material with a law.
+    warming : Strains of the blocks by temperature; None: there are none.
 
     Raises
     ------
@@ -42,11 +44,11 @@ class Inelasticity(Constitution):
 
     nonlinear = True
 
-    def __init__(self, operators: ShapeOperators) -> None:
+    def __init__(self, operators: ShapeOperators, warming: Warming | None = None) -> None:
         material = operators.material
         assert material.law is not None  # the fidelity sees to it
         self._operators, self._law = operators, material.law
-        self.law = material.law.name
+        self.law, self.warming = material.law.name, warming
         self._elastic = Isotropic.of(material.young, material.poisson)
         self._law.refuse(self._elastic, self.strains.band.ravel())
 
@@ -61,17 +63,23 @@ class Inelasticity(Constitution):
         internal = self._law.initial(count * m * p).reshape(count, m, p, -1)
         none = np.zeros(count)
         nobody = np.zeros(0, dtype=np.int64)
-        stress = np.zeros((count, m, p, 6))
-        return Memory(internal, stress, none, none, none, nobody, np.zeros((0, m, p, 6, 6)))
+        stress, stored = np.zeros((count, m, p, 6)), none
+        if self.warming is not None:
+            strain = less(stress, self.warming.strain(0.0))
+            stress = strain @ self._moduli
+            stored = 0.5 * self.strains.integral((stress * strain).sum(axis=-1))
+        return Memory(internal, stress, stored, none, none, nobody, np.zeros((0, m, p, 6, 6)))
 
     @override
     def followed(self, before: Strained, displacement: FloatArray, time: float) -> Memory:
-        b, (m, p) = len(displacement), self.strains.weight.shape
-        start, end = (
-            self.strains.at_points(field).reshape(-1, 6) for field in (before.displacement, displacement)
-        )
-        committed = remembered(before).internal.reshape(b * m * p, -1)
-        made = self._law.update(self._elastic, start, end, committed, np.tile(self.strains.band.ravel(), b))
+        start = self._strain(before.displacement, before.time)
+        return self._yielded(start, self._strain(displacement, time), remembered(before).internal)
+
+    def _yielded(self, start: FloatArray, end: FloatArray, internal: FloatArray) -> Memory:
+        """The memory after a step between strains (b, m, p, 6) with internal variables (b, m, p, k)."""
+        b, m, p = internal.shape[:3]
+        committed, band = internal.reshape(b * m * p, -1), np.tile(self.strains.band.ravel(), b)
+        made = self._law.update(self._elastic, start.reshape(-1, 6), end.reshape(-1, 6), committed, band)
 
         def summed(density: FloatArray) -> FloatArray:
             return self.strains.integral(density.reshape(b, m, p))
@@ -103,8 +111,39 @@ class Inelasticity(Constitution):
     def lost(self, before: Strained, after: Strained, theta: float) -> tuple[FloatArray, FloatArray]:
         """Stresses of the end work ``excess`` more than is stored and lost, σ_θ (1 − θ) Δσ : Δε less."""
         own, stretch = remembered(after), after.displacement - before.displacement
-        grown = dot(self.strains.forces(own.stress - remembered(before).stress), stretch)
+        change = own.stress - remembered(before).stress
+        grown = dot(self.strains.forces(change), stretch)
+        if self.warming is not None:
+            grown -= self._pressed(change) * self.warming.change(before, after)
         return own.excess - (1 - theta) * grown, own.dissipated
+
+    @override
+    def expanding(self, state: Strained, step: float) -> FloatArray | float:
+        if self.warming is None:
+            return 0.0
+        change = self.warming.strain(state.time + step) - self.warming.strain(state.time)
+        return change[:, None] * pushing(self.strains, self._moduli)
+
+    @override
+    def heat(self, before: Strained, after: Strained, theta: float) -> FloatArray | float:
+        if self.warming is None:
+            return 0.0
+        mean = (1 - theta) * remembered(before).stress + theta * remembered(after).stress
+        return -self._pressed(mean) * self.warming.change(before, after)
+
+    def _pressed(self, stress: FloatArray) -> FloatArray:
+        """∫ σ : 1 of stresses (b, m, p, 6), shape (b,) [J]."""
+        return self.strains.integral(stress[..., :3].sum(axis=-1))
+
+    def _strain(self, displacement: FloatArray, time: float) -> FloatArray:
+        """Strains that make stress, of displacements (b, n) at a time [s], shape (b, m, p, 6)."""
+        strain = self.strains.at_points(displacement)
+        return strain if self.warming is None else less(strain, self.warming.strain(time))
+
+    @property
+    def _moduli(self) -> FloatArray:
+        """Stress of a strain in the elastic stone, as its stiffness has it, shape (6, 6) [Pa]."""
+        return self._operators.material.moduli(self._operators.plane)
 
     @override
     def stored(self, state: Strained) -> FloatArray:

@@ -12,6 +12,7 @@ from masonry_fem.errors import SceneError
 from masonry_fem.fem.material_law import MaterialLaw
 
 Plane = Literal["strain", "stress"] | None
+_COMPONENT = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])  # of (xx, yy, zz, xy, yz, xz)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,14 +65,20 @@ class ElasticMaterial:
             return E * nu / (1 - nu**2), mu
         return E * nu / ((1 + nu) * (1 - 2 * nu)), mu
 
+    def moduli(self, plane: Plane) -> NDArray[np.float64]:
+        """Stress (xx, yy, zz, xy, yz, xz) of strains with angles, shape (6, 6) [Pa].
+
+        In plane stress that of σ_zz = 0, whose ε_zz follows.
+        """
+        lam, mu = self.lame(plane)
+        axes = 2 if plane == "stress" else 3
+        matrix = np.zeros((6, 6))
+        matrix[:axes, :axes] = lam
+        matrix[range(axes), range(axes)] += 2 * mu
+        matrix[[3, 4, 5], [3, 4, 5]] = mu
+        return matrix
+
     def stress_matrix(self, dimension: int, plane: Plane) -> NDArray[np.float64]:
         """Stress (xx, yy, zz, xy, yz, xz) of a displacement gradient, shape (6, d, d): σ = D : ∇u."""
-        lam, mu = self.lame(plane if dimension == 2 else None)
-        matrix = np.zeros((6, dimension, dimension))
-        for row, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))):
-            if i == j and not (i >= dimension and plane == "stress"):
-                matrix[row] += lam * np.eye(dimension)
-            if max(i, j) < dimension:
-                matrix[row, i, j] += mu
-                matrix[row, j, i] += mu
-        return matrix
+        place = _COMPONENT[:dimension, :dimension]
+        return self.moduli(plane if dimension == 2 else None)[:, place]

@@ -67,9 +67,12 @@ class PlaneStress(MaterialLaw):
     ) -> Response:
         matrix, before = elastic.matrix, committed[:, :-1]
         start, strain = start.copy(), strain.copy()
-        start[:, 2] = committed[:, -1]
+        narrowing = -matrix[2, 0] / matrix[2, 2]
+        # what has no memory yet was elastic until now, and may have been strained
+        fresh = (committed == self.initial(len(start))).all(axis=1)
+        start[:, 2] = np.where(fresh, narrowing * start[:, :2].sum(axis=1), committed[:, -1])
         # as if the step were elastic
-        strain[:, 2] = start[:, 2] - matrix[2, 0] / matrix[2, 2] * (strain - start)[:, :2].sum(axis=1)
+        strain[:, 2] = start[:, 2] + narrowing * (strain - start)[:, :2].sum(axis=1)
         size = np.broadcast_to(size, (len(strain),))
         made = self.law.update(elastic, start, strain, before, size)
         small = ROUNDING * matrix.max() * np.maximum(np.abs(strain), np.abs(start)).max(axis=1)

@@ -11,8 +11,7 @@ its start on, when the stone is fresh: the results are those of ``Inelasticity``
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
-from functools import cached_property
+from dataclasses import dataclass, fields
 from typing import override
 
 import numpy as np
@@ -20,9 +19,6 @@ import numpy as np
 from masonry_fem.fem.constitution import FloatArray, IntArray, Memory, Strained
 from masonry_fem.fem.inelastic import Inelasticity, remembered
 from masonry_fem.fem.material_law import BoolArray
-
-_PLANE, _SPACE = (0, 1, 3), (0, 1, 2, 3, 4, 5)
-_PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,15 +62,16 @@ class Promotion(Inelasticity):
 
     @override
     def followed(self, before: Strained, displacement: FloatArray, time: float) -> Waiting:
-        strain = self.strains.at_points(displacement)
+        strain = self._strain(displacement, time)
         since = _since(before).copy()
         asleep = np.flatnonzero(np.isinf(since))
         since[asleep[self._near(strain[asleep])]] = time
         awake = np.flatnonzero(np.isfinite(since))
-        linear = self._linear(before, displacement, strain)
+        start = self._strain(before.displacement, before.time)
+        linear = self._linear(remembered(before), start, strain)
         if not len(awake):
             return _waiting(linear, since)
-        own = super().followed(_some(before, awake), displacement[awake], time)
+        own = self._yielded(start[awake], strain[awake], remembered(before).internal[awake])
         return _waiting(_merged(linear, own, awake), since)
 
     def _near(self, strain: FloatArray) -> BoolArray:
@@ -86,10 +83,9 @@ class Promotion(Inelasticity):
         near: BoolArray = beyond.reshape(b, len(band)).any(axis=1)
         return near
 
-    def _linear(self, before: Strained, displacement: FloatArray, strain: FloatArray) -> Memory:
-        """The memory of elastic stones: none but stress and energy."""
-        stress, old = strain @ self._moduli, remembered(before)
-        stretch = strain - self.strains.at_points(before.displacement)
+    def _linear(self, old: Memory, start: FloatArray, strain: FloatArray) -> Memory:
+        """The memory of elastic stones: none but stress and energy; by strains of start and end."""
+        stress, stretch = strain @ self._moduli, strain - start
         work = 0.5 * np.einsum("bmpi,bmpi->bmp", stress, strain)
         excess = 0.5 * np.einsum("bmpi,bmpi->bmp", stretch @ self._moduli, stretch)
         nothing = np.zeros(len(strain))
@@ -104,16 +100,6 @@ class Promotion(Inelasticity):
             none,
         )
 
-    @cached_property
-    def _moduli(self) -> FloatArray:
-        """Stress of a strain in the elastic stone, as its stiffness has it, shape (6, 6) [Pa]."""
-        own = self._operators
-        d, moduli = own.mesh.dimension, np.zeros((6, 6))
-        by_gradient = own.material.stress_matrix(d, own.plane)
-        for component in _PLANE if d == 2 else _SPACE:
-            moduli[component] = by_gradient[(slice(None), *_PAIRS[component])]
-        return moduli
-
 
 def _since(state: Strained) -> FloatArray:
     memory = state.memory
@@ -124,22 +110,6 @@ def _since(state: Strained) -> FloatArray:
 def _waiting(memory: Memory, since: FloatArray) -> Waiting:
     own = {field.name: getattr(memory, field.name) for field in fields(Memory)}
     return Waiting(**own, since=since)
-
-
-@dataclass(frozen=True, slots=True)
-class _Some:
-    """Some blocks of a state."""
-
-    displacement: FloatArray
-    memory: Memory | None
-
-
-def _some(state: Strained, blocks: IntArray) -> _Some:
-    """Of a state that a step begins from: what yields in the step before it does not matter."""
-    own = remembered(state)
-    return _Some(
-        state.displacement[blocks], replace(own, internal=own.internal[blocks], stress=own.stress[blocks])
-    )
 
 
 def _merged(linear: Memory, own: Memory, blocks: IntArray) -> Memory:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING, ClassVar, Literal
 
@@ -37,6 +37,7 @@ class Given:
     plane : What 2D means. lumped : Diagonal instead of consistent mass.
     turns : Whether equations are to follow stones that turn; else they are those of the reference.
     law : Makes the law by which the stone of a material yields, of those that have one.
+    warming : Strains by temperature, each with its factor in time, by block; of blocks that deform only.
     before : Groups that the same fidelity made of the same scene with other meshes, to use again what fits.
     """
 
@@ -48,6 +49,7 @@ class Given:
     turns: bool
     law: Callable[[Material], MaterialLaw]
     before: tuple[BodyGroup, ...] = ()
+    warming: Mapping[int, Sequence[tuple[float, Callable[[float], float]]]] = field(default_factory=dict)
 
 
 class Fidelity:

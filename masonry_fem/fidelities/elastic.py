@@ -58,5 +58,6 @@ class Elastic(Fidelity):
         before = cast("tuple[Group, ...]", given.before)
         assert cls.name is not None
         return elastic_groups(
-            given.assembly, materials, given.clamps, given.plane, given.lumped, before, given.turns, cls.name
-        )
+            given.assembly, materials, given.clamps, given.plane, given.lumped, before, given.turns, cls.name,
+            given.warming,
+        )  # fmt: skip

@@ -1,8 +1,8 @@
 """Energy: where the energy of one step went, each part from what has it.
 
-Bodies tell the work of loads, of moving clamps, of damping and of the θ-scheme; contacts what friction and
-impacts took; joint laws what they store and dissipate. Nothing is found as the rest of a sum, so that what is
-missing shows as the step's ``energy_error``.
+Bodies tell the work of loads, of moving clamps, of heat, of damping and of the θ-scheme; contacts what
+friction and impacts took; joint laws what they store and dissipate. Nothing is found as the rest of a sum, so
+that what is missing shows as the step's ``energy_error``.
 """
 
 from __future__ import annotations
@@ -55,8 +55,8 @@ def energies(model: Model, coupling: Coupling, made: Increment, after: Stored) -
 
     A step satisfies, to rounding, and where stones yield to the tolerance of their balance,
 
-        Δ stored = external + support − friction − impacts − joint losses − material losses − damping
-                   − numerical
+        Δ stored = external + support + heat − friction − impacts − joint losses − material losses
+                   − damping − numerical
 
     Parameters
     ----------
@@ -88,7 +88,8 @@ def energies(model: Model, coupling: Coupling, made: Increment, after: Stored) -
     terms["friction_dissipation"] += float(aside[~hits].sum())
     terms["impact_normal"] += float(jolt[:, 0].sum())
     terms["numerical_dissipation"] += float((made.impulse * (end - straight)).sum())
-    missing = after.total - before.total - terms["external_work"] - terms["support_work"]
+    given = terms["external_work"] + terms["support_work"] + terms["heat_work"]
+    missing = after.total - before.total - given
     return terms | {
         "kinetic_before": before.kinetic,
         "strain_before": before.strain,
@@ -99,9 +100,9 @@ def energies(model: Model, coupling: Coupling, made: Increment, after: Stored) -
 
 
 def _bodies(model: Model, made: Increment) -> dict[str, float]:
-    """Work of loads, of supports and clamped faces that move, damping, yielding and what θ > ½ takes."""
+    """Work of loads, supports and clamped faces that move, and heat; damping, yielding, what θ > ½ takes."""
     theta = made.scheme.theta
-    external = support = damping = numerical = yielded = 0.0
+    external = support = damping = numerical = yielded = heat = 0.0
     for group, before, after, force, push, nodal, end in zip(
         model.groups, made.before.bodies, made.after.bodies, made.forces, made.rigid_impulse,
         made.nodal_impulse, made.rigid, strict=True,
@@ -117,12 +118,14 @@ def _bodies(model: Model, made: Increment) -> dict[str, float]:
         damping += float(spent.damping.sum())
         numerical += float(spent.numerical.sum())
         yielded += float(np.sum(spent.dissipation))
+        heat += float(np.sum(spent.heat))
     return {
         "external_work": external,
         "support_work": support,
         "damping_dissipation": damping,
         "numerical_dissipation": numerical,
         "material_dissipation": yielded,
+        "heat_work": heat,
     }
 
 

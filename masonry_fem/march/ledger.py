@@ -1,6 +1,6 @@
 """Ledger: where the energy of a march went, summed over its steps.
 
-    start + external + support + unaccounted = stored at the end + everything lost
+    start + external + support + heat + unaccounted = stored at the end + everything lost
 
 ``summary.json`` has it as ``energy``.
 """
@@ -24,6 +24,7 @@ class Ledger:
     kinetic, strain, joints : What is stored now, in motion, in stones and in cohesive joints.
     contact_work : Of the reactions on relative motion.
     external_work, support_work : Of loads, and of supports and clamped faces that move.
+    heat_work : Of temperature, on stones that expand under stress.
     friction_dissipation : Lost by sliding. impact_normal, impact_tangential : Where points hit.
     joint_dissipation, joint_viscosity : Lost to the damage of joints and to its delay.
     material_dissipation : Lost as stones yield.
@@ -41,6 +42,7 @@ class Ledger:
     contact_work: float = 0.0
     external_work: float = 0.0
     support_work: float = 0.0
+    heat_work: float = 0.0
     friction_dissipation: float = 0.0
     impact_normal: float = 0.0
     impact_tangential: float = 0.0
@@ -69,6 +71,7 @@ class Ledger:
             contact_work=self.contact_work + report.contact_work,
             external_work=self.external_work + report.external_work,
             support_work=self.support_work + report.support_work,
+            heat_work=self.heat_work + report.heat_work,
             friction_dissipation=self.friction_dissipation + report.friction_dissipation,
             impact_normal=self.impact_normal + report.impact_normal,
             impact_tangential=self.impact_tangential + report.impact_tangential,

@@ -24,6 +24,7 @@ class StepReport:
     kinetic_energy, strain_energy : At the end of the step [J]; no kinetic energy in statics.
     kinetic_before, strain_before, joint_energy_before : What the step began with [J].
     external_work, support_work : Work of the loads, and of moving supports and clamped faces in the step [J].
+    heat_work : Work of temperature on stones that expand under stress in the step [J].
     contact_work : Work of the reactions on the relative motion [J].
     friction_dissipation : Energy spent by sliding in the step [J].
     impact_normal, impact_tangential : What points that hit lost across the faces and along them [J]; in
@@ -97,6 +98,7 @@ class StepReport:
     adhesion_loss: float = 0.0
     joint_change: float = 0.0
     material_dissipation: float = 0.0
+    heat_work: float = 0.0
     unsettled: str = ""
 
     def inertial_share(self, step: float) -> float:

@@ -14,6 +14,7 @@ from masonry_fem.records.record import (
     ForceVector,
     Frequency,
     Instant,
+    Kelvin,
     LineForceVector,
     Point,
     Radians,
@@ -169,6 +170,24 @@ class LineForce(Spec, frozen=True, kw_only=True):
     time: TimeFunction | None = None
 
 
+class Temperature(Spec, frozen=True, kw_only=True):
+    """A change of temperature of whole blocks since they had no stress; several on a block add up.
+
+    Blocks expand by their material's ``thermal_expansion``. Rigid ones cannot, and are refused.
+
+    Attributes
+    ----------
+    on : selector of blocks; supports among them stay as they are
+    change : the change of temperature where the factor ``time`` is 1
+    time : factor as a function of time; by default it grows from 0 to 1 over the analysis. In statics, time
+        is the load factor from 0 to 1
+    """
+
+    on: BlockSelector
+    change: Kelvin
+    time: TimeFunction | None = None
+
+
 class Loads(Spec, frozen=True, kw_only=True):
     """What acts on the blocks.
 
@@ -180,6 +199,7 @@ class Loads(Spec, frozen=True, kw_only=True):
     tractions : forces per area on faces
     points : forces at points
     lines : forces per length along segments
+    temperatures : changes of temperature of blocks
     """
 
     gravity: AccelerationVector | None = None
@@ -188,3 +208,4 @@ class Loads(Spec, frozen=True, kw_only=True):
     tractions: tuple[Traction, ...] = ()
     points: tuple[PointForce, ...] = ()
     lines: tuple[LineForce, ...] = ()
+    temperatures: tuple[Temperature, ...] = ()

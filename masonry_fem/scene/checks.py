@@ -185,12 +185,14 @@ def _analysis(scene: Scene) -> None:
     analysis = scene.analysis
     for key, expected in analysis.faults():
         raise wrong(("analysis", key), getattr(analysis, key), expected)
-    for index, support in enumerate(scene.supports):
-        if analysis.steers and support.motion is not None:
-            expected = (
-                f"none with analysis.kind = '{analysis.__struct_config__.tag}': its loads move the blocks"
-            )
-            raise wrong(("supports", index, "motion"), support.motion, f"{expected}; push by a load instead")
+    if analysis.steers:
+        none = f"none with analysis.kind = '{analysis.__struct_config__.tag}': its loads move the blocks"
+        for index, support in enumerate(scene.supports):
+            if support.motion is not None:
+                raise wrong(("supports", index, "motion"), support.motion, f"{none}; push by a load instead")
+        if scene.loads.temperatures:
+            heated = scene.loads.temperatures[0].on
+            raise wrong(("loads", "temperatures", 0, "on"), heated, f"{none}; heat them in statics")
     tolerance = getattr(analysis, "tolerance", None)
     if tolerance is not None and scene.solver.aim > tolerance:
         # contacts that are solved no better never pass for at rest: the march would end as if blocks slid
@@ -260,6 +262,6 @@ def _doubts(scene: Scene) -> Iterator[str]:
 def _driven(scene: Scene) -> bool:
     """Whether loads, initial velocities or supports that move make the blocks do anything."""
     loads = scene.loads
-    pushed = loads.accelerations or loads.tractions or loads.points or loads.lines or scene.initial
+    pushed = loads.accelerations or loads.tractions or loads.points or loads.lines or loads.temperatures
     moved = any(support.motion is not None for support in scene.supports)
-    return loads.gravity is not None or bool(pushed) or moved
+    return loads.gravity is not None or bool(pushed or scene.initial) or moved

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Union
 from msgspec import Meta
 
 from masonry_fem.fem.material_kinds import MaterialRecord, material_kinds
-from masonry_fem.records.record import Density, Pressure, Spec
+from masonry_fem.records.record import Density, Expansion, Pressure, Spec
 from masonry_fem.scene.laws import PythonMaterial
 
 if TYPE_CHECKING:
@@ -37,6 +37,7 @@ class Material(Spec, frozen=True, kw_only=True):
     density : mass density
     young : Young's modulus; needed by elastic and inelastic blocks
     poisson : Poisson's ratio
+    thermal_expansion : strain by each kelvin, the same in all directions; needed where temperatures change
     damping : Rayleigh damping
     inelastic : how the stone yields, chosen by ``law``; needed by inelastic blocks, those of fidelity
         ``auto`` without it stay elastic, rigid and elastic ones ignore it
@@ -46,6 +47,7 @@ class Material(Spec, frozen=True, kw_only=True):
     density: Density
     young: Pressure | None = None
     poisson: Annotated[float, Meta(gt=-1, lt=0.5)] = 0.2
+    thermal_expansion: Expansion | None = None
     damping: Damping = Damping()
     inelastic: AnyMaterialLaw | None = None
     promote_at: Annotated[float, Meta(gt=0, le=1)] = 0.9

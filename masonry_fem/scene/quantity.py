@@ -29,16 +29,19 @@ NOUNS = {
     "N/m": "a force per length",
     "1/s": "a rate",
     "B": "an amount of memory",
+    "K": "a change of temperature",
+    "1/K": "an expansion by temperature",
 }
 COMMON_UNITS = (
     "Pa", "kPa", "MPa", "GPa", "N/mm^2", "m", "cm", "mm", "km", "s", "ms", "min", "Hz", "N", "kN", "MN",
     "kN/m", "N/m", "kg/m^3", "g/cm^3", "t/m^3", "m/s", "mm/s", "m/s^2", "mm/s^2", "deg", "rad", "rad/s",
-    "MB", "GB",
+    "MB", "GB", "K", "degC", "1/K",
 )  # fmt: skip
 # "++" and "*+" do not backtrack; otherwise a long text that is no quantity would take minutes
 _NUMBER_AND_UNIT = re.compile(r"([+-]?(?:\d++\.?\d*+|\.\d++)(?:[eE][+-]?\d++)?)\s*+(.*)")
 _UNIT = r"[^\W\d]+(?:(?:\^|\*\*) ?-?\d|[²³])?"  # letters, and one digit of an exponent
 _UNITS = re.compile(rf" *(?:1 ?/ ?)?(?:{_UNIT}(?: ?[*/·] ?| |(?= *$)))* *|%")
+_SCALE = re.compile("deg[CF]|celsius|fahrenheit")
 _EXPONENT = re.compile(r"(?<=[A-Za-z])([23])(?![\w.])")  # kg/m3 is how many write kg/m^3
 
 
@@ -71,6 +74,8 @@ def si_value(text: str, unit: str | None) -> float:
         raise QuantityError(f"; give it a unit ('{text.strip()} {unit}') or write it without quotes")
     if not _UNITS.fullmatch(re.sub(r"[()\s]+", " ", written)):  # the library evaluates any expression
         raise QuantityError(f"; '{written}' is no known unit{nearest(written, COMMON_UNITS)}")
+    if _SCALE.fullmatch(written):  # of changes, which have no zero of their own
+        written = f"delta_{written}"
     registry = _registry()
     try:
         quantity = registry.Quantity(number, registry.parse_units(written))

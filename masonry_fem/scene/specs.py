@@ -43,6 +43,7 @@ from masonry_fem.scene.actions import (
     Sine,
     Support,
     Table,
+    Temperature,
     TimeFunction,
     Traction,
 )
@@ -101,6 +102,7 @@ __all__ = [
     "Structure",
     "Support",
     "Table",
+    "Temperature",
     "TimeFunction",
     "Traction",
     "law_record",

@@ -24,6 +24,9 @@ from masonry_fem.scene.quantity import COMMON_UNITS, NOUNS, QuantityError, si_va
         ("2400 kg/m3", "kg/m^3", 2400.0),
         ("3 kN/m2", "Pa", 3000.0),
         ("20 %", None, 0.2),
+        ("20 degC", "K", 20.0),  # changes of temperature, which have no zero of their own
+        ("18 degF", "K", 10.0),
+        ("8e-6 1/K", "1/K", 8e-6),
         ("0.5", None, 0.5),
         (" +.5 ms ", "s", 5e-4),
     ],

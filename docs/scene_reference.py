@@ -77,6 +77,7 @@ TABLES: dict[type[Spec], str] = {
     specs.Scene: "Top level",
     specs.MeshSettings: "`mesh`, also in a structure",
     specs.Material: "`[materials.NAME]`",
+    specs.Orthotropy: "`[materials.NAME.orthotropic]`",
     specs.Damping: "`[materials.NAME.damping]`",
     **{
         kind.record: f'`[materials.NAME.inelastic]`, `law = "{name}"`'

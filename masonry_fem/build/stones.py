@@ -189,7 +189,7 @@ def _check_materials(
     scene: specs.Scene, assembly: Assembly, fidelity: list[str | None], material: tuple[str, ...]
 ) -> None:
     for block, (own, name) in enumerate(zip(fidelity, material, strict=True)):
-        if deforms(own) and scene.materials[name].young is None:
+        if deforms(own) and not scene.materials[name].stiff:
             raise SceneError(
                 f"materials.{name}.young is missing: block '{assembly.blocks[block].name}' is {own} and "
                 "needs Young's modulus in Pa; give it, or set fidelity = 'rigid'"

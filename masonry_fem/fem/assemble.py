@@ -22,6 +22,7 @@ from masonry_fem.errors import GeometryError
 from masonry_fem.fem import _compat
 from masonry_fem.fem.lagrange import basix_name, fine_quadrature, lagrange, order, stiffness_degree
 from masonry_fem.fem.material import ElasticMaterial, Plane
+from masonry_fem.fem.strains import Strains
 from masonry_fem.solid.mesh import Mesh
 
 FloatArray = NDArray[np.float64]
@@ -76,10 +77,19 @@ def assemble_shapes(
         members = [index for index, mesh in enumerate(meshes) if mesh.cell == cell]
         own = plane if meshes[members[0]].dimension == 2 else None
         pairs = _assemble_kind([meshes[i] for i in members], [materials[i] for i in members], own)
-        for index, (stiffness, consistent) in zip(members, pairs, strict=True):
-            mass = lumped_mass(meshes[index], materials[index].density) if lumped else consistent
-            made[index] = ShapeOperators(meshes[index], materials[index], own, stiffness, mass)
+        for index, (isotropic, consistent) in zip(members, pairs, strict=True):
+            mesh, stone = meshes[index], materials[index]
+            mass = lumped_mass(mesh, stone.density) if lumped else consistent
+            stiffness = isotropic if stone.orthotropic is None else _by_moduli(mesh, stone.moduli(own))
+            made[index] = ShapeOperators(mesh, stone, own, stiffness, mass)
     return [made[index] for index in range(len(meshes))]
+
+
+def _by_moduli(mesh: Mesh, moduli: FloatArray) -> sparse.csr_array:
+    """Stiffness of moduli that are no two numbers, (6, 6) [Pa], at the same points as DOLFINx's."""
+    strains = Strains.of(mesh)
+    everywhere = np.broadcast_to(moduli, (*strains.weight.shape, 6, 6))
+    return _cut(strains.stiffness(everywhere), 0, mesh.points.size)
 
 
 def _check(mesh: Mesh, index: int) -> None:

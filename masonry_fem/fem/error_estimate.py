@@ -85,9 +85,13 @@ class ErrorEstimate:
 
 def energy_density(stress: FloatArray, material: ElasticMaterial) -> FloatArray:
     """σ : C⁻¹ : σ of stresses (..., 6) [J/m³]; plane cases bring their own σ_zz."""
+    density: FloatArray
+    if material.orthotropic is not None:
+        density = ((stress @ np.linalg.inv(material.orthotropic.matrix)) * stress).sum(axis=-1)
+        return density
     trace = stress[..., :3].sum(axis=-1)
     square = np.square(stress[..., :3]).sum(axis=-1) + 2 * np.square(stress[..., 3:]).sum(axis=-1)
-    density: FloatArray = ((1 + material.poisson) * square - material.poisson * trace**2) / material.young
+    density = ((1 + material.poisson) * square - material.poisson * trace**2) / material.young
     return density
 
 

@@ -157,6 +157,8 @@ def _kind(assembly: Assembly, block: int, material: ElasticMaterial, clamps: Seq
     # components are world axes: if only some of them are held, the mesh is rotated into the world's axes
     partial = any(components != everything for _, components in held)
     turned = partial and not np.array_equal(stone.pose.rotation, np.eye(assembly.dimension))
+    if turned and material.orthotropic is not None:
+        material = replace(material, orthotropic=material.orthotropic.turned(stone.pose.rotation))
     turn = np.rint(stone.pose.rotation / SAME_TURN).astype(np.int64).tobytes() if turned else b""
     return _Kind(stone.shape, material, held, turn)
 

@@ -1,4 +1,4 @@
-"""ElasticMaterial: isotropic linear elasticity with Rayleigh damping, and a law of yielding, SI units."""
+"""ElasticMaterial: linear elasticity with Rayleigh damping, and a law of yielding, SI units."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from masonry_fem.errors import SceneError
 from masonry_fem.fem.material_law import MaterialLaw
+from masonry_fem.fem.orthotropic import Orthotropic
 
 Plane = Literal["strain", "stress"] | None
 _COMPONENT = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])  # of (xx, yy, zz, xy, yz, xz)
@@ -23,6 +24,7 @@ class ElasticMaterial:
     ----------
     young : Young's modulus [Pa].
     poisson : Poisson's ratio, −1 < ν < ½.
+    orthotropic : In place of both, of stone with axes of its own.
     density : Mass density [kg/m³].
     mass_damping : α of C = α M + β K [1/s].
     stiffness_damping : β of C = α M + β K [s].
@@ -42,6 +44,7 @@ class ElasticMaterial:
     stiffness_damping: float = 0.0
     law: MaterialLaw | None = None
     promote_at: float = 0.0
+    orthotropic: Orthotropic | None = None
 
     def __post_init__(self) -> None:
         checks = (
@@ -70,6 +73,9 @@ class ElasticMaterial:
 
         In plane stress that of σ_zz = 0, whose ε_zz follows.
         """
+        if self.orthotropic is not None:
+            matrix = self.orthotropic.matrix
+            return matrix - np.outer(matrix[2], matrix[2]) / matrix[2, 2] if plane == "stress" else matrix
         lam, mu = self.lame(plane)
         axes = 2 if plane == "stress" else 3
         matrix = np.zeros((6, 6))

@@ -5,12 +5,27 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, cast
 
+import numpy as np
+
 from masonry_fem.fidelities import Fidelity, Given
 from masonry_fem.host import installation
 
 if TYPE_CHECKING:
     from masonry_fem.fem.groups import Group
     from masonry_fem.fem.material_law import MaterialLaw
+    from masonry_fem.fem.orthotropic import Orthotropic
+    from masonry_fem.scene.material import Orthotropy
+
+
+def orthotropic(stone: Orthotropy, rotation: np.ndarray) -> Orthotropic:
+    """The elasticity of a stone that stands turned by ``rotation``, shape (d, d), in axes of its shape."""
+    from masonry_fem.bodies.rotation import exponential  # noqa: PLC0415
+    from masonry_fem.fem.orthotropic import Orthotropic  # noqa: PLC0415
+
+    axis = np.array((0.0, 0.0, 1.0) if stone.axis is None else stone.axis)
+    turn = exponential(np.radians(stone.angle) * axis / np.linalg.norm(axis))
+    own = Orthotropic(stone.young, stone.poisson, stone.shear).turned(turn)
+    return own.turned(rotation.T) if stone.frame == "world" else own
 
 
 class Elastic(Fidelity):
@@ -49,11 +64,15 @@ class Elastic(Fidelity):
 
         materials = {}
         for block, stone in given.materials.items():
-            assert stone.young is not None  # checked when the stones were laid
             damping, law = stone.damping, None if laws is None else laws.get(block)
+            own, young = None, stone.young
+            if stone.orthotropic is not None:
+                rotation = given.assembly.blocks[block].pose.rotation
+                own, young = orthotropic(stone.orthotropic, rotation), max(stone.orthotropic.young)
+            assert young is not None  # checked when the stones were laid
             materials[block] = ElasticMaterial(
-                stone.young, stone.poisson, stone.density, damping.mass, damping.stiffness,
-                law, stone.promote_at if promote and law is not None else 0.0,
+                young, stone.poisson, stone.density, damping.mass, damping.stiffness,
+                law, stone.promote_at if promote and law is not None else 0.0, own,
             )  # fmt: skip
         before = cast("tuple[Group, ...]", given.before)
         assert cls.name is not None

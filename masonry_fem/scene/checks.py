@@ -112,6 +112,18 @@ def _materials(scene: Scene) -> None:
                 known = f"one of the materials {listed(scene.materials)}" if scene.materials else "a material"
                 raise wrong((key, index, "material"), name, known, nearest(name, scene.materials))
 
+    for name, stone in scene.materials.items():
+        if stone.orthotropic is None:
+            continue
+        for other in ("young", "inelastic"):
+            if (given := getattr(stone, other)) is not None:
+                expected = "none beside 'orthotropic'"
+                raise wrong(
+                    ("materials", name, other), given, f"{expected}, which is elastic and has its own"
+                )
+        for key, expected in stone.orthotropic.faults(scene.dimension):
+            raise wrong(("materials", name, "orthotropic", key), getattr(stone.orthotropic, key), expected)
+
 
 def _fidelities(scene: Scene) -> None:
     """Elastic blocks need a stiffness; those that an override may make rigid are left to the build."""
@@ -126,7 +138,7 @@ def _fidelities(scene: Scene) -> None:
 
 
 def _young(scene: Scene, material: str, users: str) -> None:
-    if scene.materials[material].young is None:
+    if not scene.materials[material].stiff:
         cure = "give it (a pressure > 0 in Pa) or make them fidelity = 'rigid'"
         raise MisfitError(
             ("materials", material), f"{{path}} lacks the key 'young' that {braced(users)} need; {cure}"

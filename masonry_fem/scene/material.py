@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Union
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Annotated, Literal, Union
 
 from msgspec import Meta
 
 from masonry_fem.fem.material_kinds import MaterialRecord, material_kinds
-from masonry_fem.records.record import Density, Expansion, Pressure, Spec
+from masonry_fem.fem.orthotropic import unstable
+from masonry_fem.records.record import Axis, Degrees, Density, Expansion, Pressure, Spec
 from masonry_fem.scene.laws import PythonMaterial
 
 if TYPE_CHECKING:
@@ -29,14 +31,48 @@ class Damping(Spec, frozen=True, kw_only=True):
     stiffness: Annotated[float, Meta(ge=0, extra={"unit": "s"})] = 0.0
 
 
+class Orthotropy(Spec, frozen=True, kw_only=True):
+    """Linear elasticity of bedded stone, brickwork or timber, with three axes of its own.
+
+    Axes 1, 2, 3 are x, y, z, turned by `angle` about `axis`. Poisson's ratio ν_ij is how much j is narrowed
+    by a unit stretch along i, ν_ij/E_i = ν_ji/E_j.
+
+    Attributes
+    ----------
+    young : E_1, E_2, E_3
+    poisson : ν_12, ν_23, ν_13
+    shear : shear moduli G_12, G_23, G_13
+    angle : angle by which the axes are turned about `axis`
+    axis : axis of that turn; z by default
+    frame : whether x, y, z are those of each stone as its structure makes it, or of the world at the start
+    """
+
+    young: tuple[Pressure, Pressure, Pressure]
+    poisson: tuple[float, float, float]
+    shear: tuple[Pressure, Pressure, Pressure]
+    angle: Degrees = 0.0
+    axis: Axis | None = None
+    frame: Literal["stone", "world"] = "stone"
+
+    def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
+        """What contradicts mechanics or the scene's dimension: the key and what is expected of it."""
+        if dimension == 2 and self.axis is not None:
+            yield "axis", "no axis in a 2D scene (the angle is about z)"
+        if self.axis is not None and not any(self.axis):
+            yield "axis", "an axis that is not zero"
+        if fault := unstable(self.young, self.poisson):
+            yield "poisson", f"ratios of a material that keeps its energy: {fault}"
+
+
 class Material(Spec, frozen=True, kw_only=True):
-    """Isotropic stone: linear-elastic, and with a law of its own where blocks are inelastic.
+    """Stone: linear-elastic and mostly isotropic, with a law of its own where blocks are inelastic.
 
     Attributes
     ----------
     density : mass density
     young : Young's modulus; needed by elastic and inelastic blocks
     poisson : Poisson's ratio
+    orthotropic : elasticity with axes of its own, in place of `young` and `poisson`
     thermal_expansion : strain by each kelvin, the same in all directions; needed where temperatures change
     damping : Rayleigh damping
     inelastic : how the stone yields, chosen by ``law``; needed by inelastic blocks, those of fidelity
@@ -49,5 +85,11 @@ class Material(Spec, frozen=True, kw_only=True):
     poisson: Annotated[float, Meta(gt=-1, lt=0.5)] = 0.2
     thermal_expansion: Expansion | None = None
     damping: Damping = Damping()
+    orthotropic: Orthotropy | None = None
     inelastic: AnyMaterialLaw | None = None
     promote_at: Annotated[float, Meta(gt=0, le=1)] = 0.9
+
+    @property
+    def stiff(self) -> bool:
+        """Whether it has a stiffness, as blocks that deform need it."""
+        return self.young is not None or self.orthotropic is not None

@@ -57,7 +57,7 @@ from masonry_fem.scene.laws import (
     Scatter,
     law_record,
 )
-from masonry_fem.scene.material import Damping, Material
+from masonry_fem.scene.material import Damping, Material, Orthotropy
 from masonry_fem.scene.output import Cut, Output, Probe
 from masonry_fem.scene.solver import Solver
 from masonry_fem.structures import kinds
@@ -85,6 +85,7 @@ __all__ = [
     "Mortar",
     "Motion",
     "Opening",
+    "Orthotropy",
     "Output",
     "Override",
     "PointForce",

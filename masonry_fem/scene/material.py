@@ -21,10 +21,14 @@ else:  # what ``inelastic`` may be, told from the files there
 class Damping(Spec, frozen=True, kw_only=True):
     """Rayleigh damping: the damping matrix is C = α M + β K; of rigid blocks C = α M.
 
+    With β alone stone is the solid of Kelvin and Voigt, whose stress is C : (ε + β ε̇): it creeps to its
+    elastic strain in some 3 β. In statics, which has no rates, there is no damping. Stresses in results are
+    those without it.
+
     Attributes
     ----------
     mass : α, the factor of the mass matrix M
-    stiffness : β, the factor of the stiffness matrix K
+    stiffness : β, the factor of the stiffness matrix K; viscosity over modulus
     """
 
     mass: Annotated[float, Meta(ge=0, extra={"unit": "1/s"})] = 0.0

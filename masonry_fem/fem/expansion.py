@@ -142,5 +142,10 @@ def pushing(strains: Strains, moduli: FloatArray) -> FloatArray:
 
 
 def less(strain: FloatArray, grown: FloatArray) -> FloatArray:
-    """Strains (b, m, p, 6) without what temperature gives, e (b,), in all directions, (b, m, p, 6)."""
+    """Strains without what temperature gives, shape (b, m, p, 6).
+
+    Parameters
+    ----------
+    strain : At Gauss points, shape (b, m, p, 6). grown : Strain e of each block by temperature, shape (b,).
+    """
     return strain - grown[:, None, None, None] * UNIT

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from masonry_fem.scene.material import Orthotropy
 
 
-def orthotropic(stone: Orthotropy, rotation: np.ndarray) -> Orthotropic:
+def _orthotropic(stone: Orthotropy, rotation: np.ndarray) -> Orthotropic:
     """The elasticity of a stone that stands turned by ``rotation``, shape (d, d), in axes of its shape."""
     from masonry_fem.bodies.rotation import exponential  # noqa: PLC0415
     from masonry_fem.fem.orthotropic import Orthotropic  # noqa: PLC0415
@@ -68,7 +68,7 @@ class Elastic(Fidelity):
             own, young = None, stone.young
             if stone.orthotropic is not None:
                 rotation = given.assembly.blocks[block].pose.rotation
-                own, young = orthotropic(stone.orthotropic, rotation), max(stone.orthotropic.young)
+                own, young = _orthotropic(stone.orthotropic, rotation), max(stone.orthotropic.young)
             assert young is not None  # checked when the stones were laid
             materials[block] = ElasticMaterial(
                 young, stone.poisson, stone.density, damping.mass, damping.stiffness,

@@ -59,6 +59,9 @@ DEMOS: dict[str, tuple[dict[str, object], dict[str, str]]] = {
     "shear_wall": ({}, {"shear_wall": "shear_wall", "shear_wall_cracked": "fine/overview"}),
     "tower": ({}, {"tower": "von_mises", "tower_cut": "cut_front_vertical"}),
     "rubble_wall": ({}, {"rubble_wall": "falls/deformed", "rubble_wall_tilted": "tilted/deformed"}),
+    "spreading_arch": ({}, {"spreading_arch": "overview", "spreading_arch_mechanism": "mechanism"}),
+    "rocking_column": ({}, {"rocking_column": "rocking_column"}),
+    "crushed_pillar": ({}, {"crushed_pillar": "stone_plastic_strain"}),
 }
 
 

@@ -30,6 +30,9 @@ BED, CRUSHED, DILATION = "bed", "crushed", "dilation"
 SCATTER = "scatter_"  # and the parameter
 CANDIDATE, ANTAGONIST = "candidate", "antagonist"
 TANGENTS, LOCAL, ARMS = ("tangent_1", "tangent_2"), "reaction_local", ("arm_candidate", "arm_antagonist")
+PROMOTED = "inelastic"  # of fidelity ``auto``: whether a stone has its law by now
+# of cells; what else they have is what material laws measure
+CELLS = (BLOCK, GROUP, FIDELITY, MATERIAL, STRESS, VON_MISES, PRINCIPAL, *DIRECTIONS, STRESS_ERROR, PROMOTED)
 
 
 def point_arrays(grid: Grid, model: Model, state: SystemState) -> Arrays:

@@ -22,6 +22,7 @@ from masonry_fem.output.arrows import add_arrows, interface_resultants, legend_s
 from masonry_fem.output.backdrop import GHOST, draw_pale, title_of
 from masonry_fem.output.error_picture import draw_error
 from masonry_fem.output.joint_map import draw_opening, draw_sliding
+from masonry_fem.output.material_picture import draw_measure, measures_of
 from masonry_fem.output.overview import draw_overview
 from masonry_fem.output.render import Stage, View
 from masonry_fem.output.scenery import DeformedShape, Scenery
@@ -67,6 +68,9 @@ def draw_all(scenery: Scenery, directory: Path, amplification: float | None = No
         paths.append(draw_principal(scenery, directory / "principal_stresses.png"))
         if fields.STRESS_ERROR in scenery.blocks.cell_data:
             paths.append(draw_error(scenery, directory / "stress_error.png"))
+        for measure in measures_of(scenery.blocks):
+            told = directory / f"stone_{measure}.png"
+            paths.append(draw_measure(scenery, measure, told, amplification))
         if scenery.contacts is not None:
             paths.append(draw_overview(scenery, directory / "overview.png", amplification))
     if scenery.contacts is not None:

@@ -9,14 +9,17 @@ from demos import (
     arch,
     arch_inset,
     bouncing,
+    crushed_pillar,
     cyclic_joint,
     dome,
     floor_rotation,
     keystone,
     low_wall,
+    rocking_column,
     settlement,
     shear_wall,
     slope,
+    spreading_arch,
     window_bay,
 )
 from masonry_fem.analyses.inspect import check_scene
@@ -181,6 +184,32 @@ def test_wall_parts_where_its_ground_does(tmp_path):
     assert wall.pier == pytest.approx((0.04, 0.04), abs=1e-5)
     assert wall.widest == pytest.approx(0.04, rel=1e-3)
     assert wall.turn == pytest.approx(0.04 / 1.5, rel=0.02)  # over the lintel's clear bearing
+
+
+def test_arch_of_elastic_stones_falls_where_a_rigid_one_does():
+    arch = spreading_arch.main(divisions=(1, 2), steps=20)
+    assert arch.outcome == "no_equilibrium"
+    assert arch.stands < arch.falls
+    assert 0.5 * (arch.stands + arch.falls) == pytest.approx(spreading_arch.EXACT, rel=0.01)
+    assert set(arch.hinges) == {"arch.v05 / arch.v04", "arch.v11 / arch.v10", "arch.v17 / arch.v16"}
+
+
+def test_column_rocks_as_housners_block(tmp_path):
+    column = rocking_column.main(out=tmp_path, step=2e-3, duration=0.9)
+    assert column.exact_upright == pytest.approx(0.493803, abs=1e-6)  # validation A1.6
+    assert column.exact_rise == pytest.approx(0.386714, abs=1e-5)
+    assert column.upright == pytest.approx(column.exact_upright, abs=2e-3)
+    assert column.rise == pytest.approx(column.exact_rise, rel=0.03)
+    assert (tmp_path / "rocking_column.png").stat().st_size > 10_000
+
+
+def test_soft_drum_alone_is_crushed():
+    pillar = crushed_pillar.main(divisions=(4, 4), steps=6)
+    assert pillar.outcome == "equilibrium"
+    assert pillar.inelastic == ("soft",)
+    assert pillar.floor == pytest.approx(pillar.force + pillar.weight, rel=1e-9)
+    assert 1.5 * crushed_pillar.FREE < pillar.force < 2 * crushed_pillar.FREE
+    assert pillar.strain > 5e-3
 
 
 def checked_bay(fidelity):

@@ -19,6 +19,7 @@ from demos import (
     settlement,
     shear_wall,
     slope,
+    split_stone,
     spreading_arch,
     window_bay,
 )
@@ -210,6 +211,18 @@ def test_soft_drum_alone_is_crushed():
     assert pillar.floor == pytest.approx(pillar.force + pillar.weight, rel=1e-9)
     assert 1.5 * crushed_pillar.FREE < pillar.force < 2 * crushed_pillar.FREE
     assert pillar.strain > 5e-3
+
+
+@pytest.mark.slow
+def test_stone_is_split_between_its_strips():
+    stone = split_stone.main()
+    assert stone.outcome == "finished"
+    assert split_stone.DISC < stone.first < 1.3 * split_stone.DISC
+    assert stone.greatest < 1.05 * stone.first
+    assert stone.damage > 0.99
+    # at least a crack of three quarters of the height, and no second one
+    assert 0.75 * 0.2 * 110 < stone.taken < 1.5 * 0.2 * 110
+    assert stone.wider > 5e-5
 
 
 def checked_bay(fidelity):

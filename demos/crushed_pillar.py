@@ -2,18 +2,19 @@
 ========================
 
 Geometry and material
-    Three drums of 50 × 40 cm between a floor and a platen, friction 0.6 in their beds; plane strain. The outer
-    ones are limestone; the middle one is tuff, which yields by Mohr and Coulomb's law: c = 1.5 MPa, φ = 30°,
-    dilatancy 10°. All are of fidelity ``auto``: elastic until they come near to their strength.
+    Three drums of 50 × 40 cm between a floor and a platen, friction 0.6 in their beds; plane strain. The
+    outer ones are limestone; the middle one is tuff, which yields by Mohr and Coulomb's law: c = 1.5
+    MPa, φ = 30°, dilatancy 10°. All are of fidelity ``auto``: elastic until they come near to their
+    strength.
 Load
     The platen comes down by 3 mm in 15 steps of true statics.
 What to look at
-    Only the tuff becomes inelastic, and the summary says when. It is crushed along four bands that start in
-    its corners and cross in the middle, bulges sideways, and pulls its stiff neighbours apart, which would
-    split if they could crack. Between the bands wedges of tuff remain that hardly yield.
+    Only the tuff becomes inelastic, and the summary says when. It is crushed along four bands that start
+    in its corners and cross in the middle, bulges sideways, and pulls its stiff neighbours apart, which
+    would split if they could crack. Between the bands wedges of tuff remain that hardly yield.
 Reference
-    With beds that do not hold it sideways the tuff bears 2 c cos φ/(1 − sin φ) = 5.2 MPa, 2.60 MN/m in all.
-    Held by friction it bears 1.75 times as much, 4.54 MN/m at 3 mm, and still a little more beyond.
+    With beds that do not hold it sideways the tuff bears 2 c cos φ/(1 − sin φ) = 5.2 MPa, 2.60 MN/m in
+    all. Held by friction it bears 1.75 times as much, 4.54 MN/m at 3 mm, and still a little more beyond.
 Cost
     5 seconds.
 
@@ -78,6 +79,7 @@ def main(*, out: Path | None = None, divisions: tuple[int, int] = (10, 8), steps
 if __name__ == "__main__":
     pillar = main(out=Path("results/crushed_pillar"))
     print(
-        f"{pillar.outcome}: the pillar bears {pillar.force / 1e6:.2f} MN/m, {pillar.force / FREE:.2f} times what "
-        f"the tuff would without friction; {', '.join(pillar.inelastic)} yields, by {pillar.strain:.3f} at most"
+        f"{pillar.outcome}: the pillar bears {pillar.force / 1e6:.2f} MN/m, {pillar.force / FREE:.2f} times "
+        f"what the tuff would without friction; {', '.join(pillar.inelastic)} yields, by "
+        f"{pillar.strain:.3f} at most"
     )

@@ -4,15 +4,15 @@
 Geometry and material
     A column of 0.5 m × 2 m on a floor, elastic, 10 GPa, that does not slide.
 Load
-    It is tilted to half the angle at which it would stand on its edge, and let go. Dynamics for 2.2 s in steps
-    of 1 ms, θ = 1; what hits does not rebound.
+    It is tilted to half the angle at which it would stand on its edge, and let go. Dynamics for 2.2 s in
+    steps of 1 ms, θ = 1; what hits does not rebound.
 What to look at
-    The column turns about its left edge, hits the floor, goes on about its right edge, and loses a part of its
-    speed in each impact. An elastic stone rocks as a rigid one does: what an impact leaves of vibrations in it
-    is damped by θ = 1 within a few steps.
+    The column turns about its left edge, hits the floor, goes on about its right edge, and loses a part
+    of its speed in each impact. An elastic stone rocks as a rigid one does: what an impact leaves of
+    vibrations in it is damped by θ = 1 within a few steps.
 Reference
-    Housner (1963): a rigid block is upright after 0.4938 s and keeps 0.9118 of its angular velocity, with
-    which it tilts to 0.387 of the angle at which it stands on its edge.
+    Housner (1963): a rigid block is upright after 0.4938 s and keeps 0.9118 of its angular velocity,
+    with which it tilts to 0.387 of the angle at which it stands on its edge.
 Cost
     30 seconds.
 

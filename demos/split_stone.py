@@ -2,18 +2,18 @@
 ===================
 
 Geometry and material
-    A prism of sandstone, H = 20 cm wide and high, between two steel strips of b = 4 cm; plane strain. It cracks
-    by the law ``brittle_damage``: tensile strength 3.7 MPa, fracture energy 110 J/m².
+    A prism of sandstone, H = 20 cm wide and high, between two steel strips of b = 4 cm; plane strain. It
+    cracks by the law ``brittle_damage``: tensile strength 3.7 MPa, fracture energy 110 J/m².
 Load
-    The force P on the upper strip grows by 1 MN/m in 1.5 ms. Dynamics in steps of 10 µs, θ = 1: a crack that
-    runs sets more energy free than it takes, so that no state of rest follows the peak.
+    The force P on the upper strip grows by 1 MN/m in 1.5 ms. Dynamics in steps of 10 µs, θ = 1: a crack
+    that runs sets more energy free than it takes, so that no state of rest follows the peak.
 What to look at
-    The strips squeeze the stone and pull its middle apart. Within some 50 µs it cracks from strip to strip and
-    parts in two halves; below the strips remains a core.
+    The strips squeeze the stone and pull its middle apart. Within some 50 µs it cracks from strip to
+    strip and parts in two halves; below the strips remains a core.
 Reference
-    A disc of diameter H under line loads has the tension 2 P/(π H) along its middle line, and would split at
-    1.16 MN/m. Strips spread the load, and rigid ones press most with their edges: the stone splits later,
-    here at 1.40 MN/m with 15 elements along H.
+    A disc of diameter H under line loads has the tension 2 P/(π H) along its middle line, and would
+    split at 1.16 MN/m. Strips spread the load, and rigid ones press most with their edges: the stone
+    splits later, here at 1.40 MN/m with 15 elements along H.
 Cost
     20 seconds.
 
@@ -90,6 +90,6 @@ def main(*, out: Path | None = None, cells: int = 15, step: float = 1e-5) -> Spl
 if __name__ == "__main__":
     stone = main(out=Path("results/split_stone"))
     print(
-        f"{stone.outcome}: the stone cracks at {stone.first / 1e6:.2f} MN/m (a disc at {DISC / 1e6:.2f}); its "
-        f"cracks take {stone.taken:.0f} J/m, and it is {1e3 * stone.wider:.2f} mm wider"
+        f"{stone.outcome}: the stone cracks at {stone.first / 1e6:.2f} MN/m (a disc at {DISC / 1e6:.2f}); "
+        f"its cracks take {stone.taken:.0f} J/m, and it is {1e3 * stone.wider:.2f} mm wider"
     )

@@ -4,18 +4,19 @@
 Geometry and material
     Semicircle of 20 elastic voussoirs, 10 GPa, mean radius R = 3 m, thickness 0.15 R, dry, μ = 0.8.
 Load
-    Weight. Then the springings part in true statics, in 40 load steps that are shorter near the end, until
-    nothing balances any more.
+    Weight. Then the springings part in true statics, in 40 load steps that are shorter near the end,
+    until nothing balances any more.
 What to look at
-    Stones turn with the parts of the arch that they belong to, each in a frame of its own. Three hinges form:
-    at the crown, where the joint opens below, and at both haunches, where it opens above. The thrust begins
-    near its least value and grows as the crown sinks and the line of thrust flattens. In the last state that
-    stands the line of thrust has come to the outer edge of the springings, and the mechanism shows how the arch
-    goes on from there. The stones are squeezed where they turn on each other.
+    Stones turn with the parts of the arch that they belong to, each in a frame of its own. Three hinges
+    form: at the crown, where the joint opens below, and at both haunches, where it opens above. The
+    thrust begins near its least value and grows as the crown sinks and the line of thrust flattens. In
+    the last state that stands the line of thrust has come to the outer edge of the springings, and the
+    mechanism shows how the arch goes on from there. The stones are squeezed where they turn on each
+    other.
 Reference
-    Rigid voussoirs that do not slide fall at a spread of 0.1079 R: the closed chain of three hinges, with the
-    haunch hinges in the ninth joints from the springings, at 54° from the crown. Elastic ones of this size
-    fall within a few per cent of it.
+    Rigid voussoirs that do not slide fall at a spread of 0.1079 R: the closed chain of three hinges,
+    with the haunch hinges in the ninth joints from the springings, at 54° from the crown. Elastic ones
+    of this size fall within a few per cent of it.
 Cost
     10 seconds.
 

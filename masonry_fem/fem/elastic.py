@@ -127,11 +127,14 @@ class ElasticGroup(Deformable[ElasticState]):
         operators, material, held = self.operators, self.operators.material, self.holds.dofs
         alpha, beta = material.mass_damping, material.stiffness_damping
         start = state.velocity if inertia else np.zeros_like(state.velocity)
-        c_m, c_k = coefficients(operators, scheme)
+        c_m = coefficients(operators, scheme)[0]
         before = state.displacement[:, held], start[:, held]
         change = self.clamping.velocity(state.time, *before, scheme) - start[:, held]
         if guess is not None:
             left = self.balance.residual(state, guess, force, scheme)
+            missing = start[:, held] + change - guess.velocity[:, held]
+            if missing.any():  # the guess is where the step begins
+                left += self._pushed(missing, guess, scheme)
             elastic = guess.velocity - self.compliant(left, guess, scheme)
         else:
             rate = (h * theta + inertia * beta) * start
@@ -140,9 +143,7 @@ class ElasticGroup(Deformable[ElasticState]):
             if inertia and alpha:
                 right -= inertia * h * alpha * (start @ operators.mass)
             if change.any():
-                lifted = np.zeros_like(start)
-                lifted[:, held] = change
-                right -= c_m * (lifted @ operators.mass) + c_k * (lifted @ operators.stiffness)
+                right -= self._pushed(change, None, scheme)
             elastic = start + self.factor(scheme).apply(right)
         elastic[:, held] = start[:, held] + change
         momentum = state.rigid_velocity + start[:, held] @ self._pull
@@ -152,6 +153,16 @@ class ElasticGroup(Deformable[ElasticState]):
         mass = np.full_like(state.rigid_velocity, c_m)
         mass[:, self.modes.count :] = 1.0  # modes that clamps forbid are placeholders that stay at rest
         return Free(state.rigid_velocity, impulse, mass, elastic, guess=guess)
+
+    def _pushed(self, change: FloatArray, guess: ElasticState | None, scheme: Scheme) -> FloatArray:
+        """Impulses that held dofs give to all nodes as their velocities change by (b, held), shape (b, n)."""
+        operators, (c_m, c_k) = self.operators, coefficients(self.operators, scheme)
+        moved = self.no_force()
+        moved[:, self.holds.dofs] = change
+        inert, stiff = moved @ operators.mass, moved @ operators.stiffness
+        for body, factor in self.tangents(guess, scheme).items():
+            stiff[body] = factor.stiffness @ moved[body]
+        return c_m * inert + c_k * stiff
 
     def advance(
         self,

@@ -3,9 +3,10 @@
     constitution = Inelasticity(operators)              # of a material with a law
     made = constitution.followed(state, displacement, time)   # from the committed state on, in every round
 
-A step is Newton-Raphson on the blocks. The first round is elastic from the start of the step on. Each further
-one is linearised at the end that the round before came to, its guess, whose stresses σ(q⁺) and tangents are
-those of the law in a step from the committed state:
+A step is Newton-Raphson on the blocks. The first round goes on from the start of the step with the tangents
+of the step before, where there is inertia with the elastic ones. Each further one is linearised at the end
+that the round before came to, its guess, whose stresses σ(q⁺) and tangents are those of the law in a step
+from the committed state:
 
     u_el⁺ = u_el,guess + (M̂_t⁻¹)_el [Gᵀ p − ℛ(u_guess)],       M̂_t = M̂ + h²θ² (K_t − K)
 

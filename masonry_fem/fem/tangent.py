@@ -91,6 +91,7 @@ class TangentCompliance(Compliance):
         c_k = coefficients(operators, scheme)[1]
         share = (1 - SOFTEST) * (scheme.step * scheme.theta) ** 2 / c_k
         effective = sparse.csr_array(operators.stiffness + share * (tangent - operators.stiffness))
+        self.stiffness = effective  # that has the tangent's place in M̂
         super().__init__(replace(operators, stiffness=effective), modes, free, scheme)
 
     @override

@@ -124,11 +124,12 @@ class Rounds:
         ----------
         place : Of the contacts.
         last : The round before; None: this is the first.
-        ends : States that nonlinear blocks are linearised at; None: those that the last round led to.
+        ends : States that nonlinear blocks are linearised at; None: those that the last round led to, in the
+            first one that where the step begins.
         """
         self.clock.lap("step")
         if ends is None:
-            ends = (None,) * len(self.model.groups) if last is None else last.bodies
+            ends = self._first_ends() if last is None else last.bodies
         made = self._solved(place, last, ends)
         if not self.nonlinear:
             return made
@@ -138,6 +139,18 @@ class Rounds:
             made.loading.end, len(made.residuals) + 1, made.solution.linear_solves, left[0],
         )  # fmt: skip
         return replace(made, residuals=(*made.residuals, left[0]))
+
+    def _first_ends(self) -> tuple[Any, ...]:
+        """What the first round is linearised at: what yielded in the step before goes on yielding.
+
+        With inertia blocks are elastic from the start of the step on, as they go on moving without forces.
+        """
+        if self.scheme.inertia:
+            return (None,) * len(self.model.groups)
+        return tuple(
+            group.scale_velocity(own, 0.0) if group.nonlinear else own
+            for group, own in zip(self.model.groups, self.state.bodies, strict=True)
+        )
 
     def loaded(self, end: float) -> Loading:
         """What acts in a step that ends at a time [s], in statics at a load factor."""

@@ -38,15 +38,10 @@ class SteeredRounds(Rounds):
 
     @override
     def _solved(self, place: Place, last: Round | None, ends: tuple[Any, ...]) -> Round:
-        """The round with the load factor that takes the control there.
-
-        The first one goes on with the tangents of the step before.
-        """
+        """The round with the load factor that takes the control there."""
         state, scheme = self.state, self.scheme
         factor, slope = state.time, 0.0
-        if last is None:
-            ends = state.bodies
-        else:
+        if last is not None:
             factor, slope = last.loading.end, last.slope
         asked = MISSED * scheme.step * self._control.distance
         made = self._under(self.loaded(factor), place, last, ends)

@@ -50,6 +50,7 @@ Names of blocks begin with the name of their structure, here `wall`, `arch` and 
 | staircase | `stair.s3` (step 3) | `stair.steps`, `stair.wall` | `stair.below2`, `stair.above2` (wall stones below and above the built-in end of step 2) |
 | rubble | `rubble.s07` (from below) | | |
 | arches | `arch.v06` (from the left) | `arch.keystone`, `arch.springers` (the stones at both ends) | `arch.springing_left`, `arch.springing_right` |
+| arch bridge | as an arch, and `bridge.fill` | as of an arch | `bridge.abutment_left`, `bridge.abutment_right` |
 | barrel vault | `vault.c2.s3` (course 2 from the left, stone 3) | `vault.keystone` (the course at the crown), `vault.springers` | `vault.springing_left`, `vault.springing_right` |
 | flying buttress | `flyer.v01` (from the foot) | | `flyer.foot`, `flyer.head` |
 | portal | as an arch, and `portal.left.c1` (pier, course) | | `portal.ground_left`, `portal.ground_right` |
@@ -63,6 +64,7 @@ A selector of blocks is a shell pattern of names of blocks or groups (`wall.c5.*
 |---|---|---|
 | boxes | `left`, `right`, `front`, `back`, `bottom`, `top` | `bed`, `head`; `collar` between the wythes of a wall |
 | voussoirs | `start` (the left joint), `end` (the right one), `intrados`, `extrados`, `front`, `back` | `radial`, also between a portal's pier and its arch; or `vertical` with `cut`; in vaults `radial` and `head`; at both ends of flying buttresses `head` |
+| fill of an arch bridge | `road`, `strip` (a part of the road), `left`, `right`, `base`, `front`, `back` | `fill`, with voussoirs and abutments |
 | stones of domes and drums | `intrados`, `extrados`, `lower`, `upper`, `left`, `right` | `bed`, `meridian` |
 | drums of a column | `bottom`, `top`, `side` | `bed` |
 | rubble | those in the sides of the box, as of a box | `rubble` |

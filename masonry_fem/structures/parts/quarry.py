@@ -38,6 +38,7 @@ class Quarry:
     ----------
     name : The structure's. dimension : 2 or 3. depth : Along y in 3D [m]. straight : Chords for curves.
     origin : Where the arch's plane has its origin in the world, shape (d,) [m].
+    extrados : Joint label of the stones' extrados.
     """
 
     name: str
@@ -47,6 +48,7 @@ class Quarry:
     straight: bool = False
     shapes: list[Shape] = field(default_factory=list)
     blocks: list[Block] = field(default_factory=list)
+    extrados: str = ""
 
     def lay(self, name: str, stone: Voussoir, groups: tuple[str, ...]) -> None:
         """Add a stone."""
@@ -78,11 +80,11 @@ class Quarry:
     def _number(
         self, noun: str, outline: FloatArray, low: int, parts: int, labels: tuple[str, str]
     ) -> int:  # fmt: skip
-        made = wedge(outline, low, labels, self.depth, self.dimension)
+        made = wedge(outline, low, (*labels, self.extrados), self.depth, self.dimension)
         for number, known in enumerate(self.shapes):
             if _alike(known, made, parts):
                 return number
-        rails = _rails(len(outline), low, self.dimension)
+        rails = rails_of(len(outline), low, self.dimension)
         self.shapes.append(Shape(f"{self.name}.{noun}{len(self.shapes) + 1}", made, rails=rails, parts=parts))
         return len(self.shapes) - 1
 
@@ -151,7 +153,7 @@ def lay_springings(quarry: Quarry, stones: Sequence[Voussoir]) -> None:
 
 
 def wedge(
-    outline: FloatArray, low: int, labels: tuple[str, str], depth: float, dimension: int, sides: str = ""
+    outline: FloatArray, low: int, labels: tuple[str, ...], depth: float, dimension: int, sides: str = ""
 ) -> Polytope:
     """The solid of a voussoir.
 
@@ -159,18 +161,25 @@ def wedge(
     ----------
     outline : Corners in counter-clockwise order, the intrados first, shape (n, 2) [m].
     low : Number of corners on the intrados.
-    labels : Joint labels of the faces ``start`` (left) and ``end`` (right).
+    labels : Joint labels of the faces ``start`` (left), ``end`` (right) and, if it has one, ``extrados``.
     depth : Along y in 3D [m].
     dimension : 2 or 3.
     sides : Joint label of the faces ``front`` and ``back``.
     """
     names = ["intrados"] * (low - 1) + ["end"] + ["extrados"] * (len(outline) - low - 1) + ["start"]
-    of_name = {"start": labels[0], "end": labels[1]}
+    of_name = dict(zip(("start", "end", "extrados"), labels, strict=False))
     return prism(outline, names, [of_name.get(name, "") for name in names], depth, dimension, sides)
 
 
-def _rails(n: int, low: int, dimension: int) -> tuple[tuple[int, ...], ...]:
-    """Vertices along the stone: intrados and extrados, in 3D of the front, then of the back."""
+def rails_of(n: int, low: int, dimension: int) -> tuple[tuple[int, ...], ...]:
+    """Vertices along a prism from left to right: those below and above, in 3D of the front, then of the back.
+
+    Parameters
+    ----------
+    n : Corners of its outline in counter-clockwise order, the lower ones first.
+    low : Number of the lower ones.
+    dimension : 2 or 3.
+    """
     rails = (tuple(range(low)), tuple(range(n - 1, low - 1, -1)))
     if dimension == 2:
         return rails

@@ -39,6 +39,14 @@ DEMOS: dict[str, tuple[dict[str, object], dict[str, str]]] = {
         },
     ),
     "arch_inset": ({}, {"arch_inset": "arch_inset"}),
+    "arch_bridge": (
+        {"variants": ("elastic", "rigid")},
+        {
+            "arch_bridge": "arch_bridge",
+            "arch_bridge_deformed": "rigid/deformed",
+            "arch_bridge_stress": "elastic/von_mises",
+        },
+    ),
     "dome": ({}, {"dome": "deformed"}),
     "dome_section": ({}, {"dome_section": "von_mises", "dome_section_cut": "cut_meridian_von_mises"}),
     "dome_on_piers": ({}, {"dome_on_piers_dry": "dry/deformed", "dome_on_piers": "overview"}),

@@ -16,6 +16,7 @@ factors of their own (``tangent``); the others share the elastic one.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from typing import override
@@ -153,7 +154,8 @@ class Inelasticity(Constitution):
     @override
     def shown(self, state: Strained) -> Mapping[str, FloatArray]:
         internal = remembered(state).internal
-        flat, shape = internal.reshape(-1, internal.shape[-1]), internal.shape[:-1]
+        shape = internal.shape[:-1]
+        flat = internal.reshape(math.prod(shape), internal.shape[-1])  # which may be 0
         return {name: values.reshape(shape) for name, values in self._law.measures(flat).items()}
 
     @override

@@ -38,7 +38,7 @@ from benchmarks.fuzz_bases import FOREIGN, HELD, LAW, QUAKE, ROOT, SMALL, files,
 from benchmarks.mutation import mutated_file, mutated_scene
 
 LIMIT = 30.0  # CPU time after which a case counts as long [s]
-PATIENCE = 20.0  # for Ctrl-C to end it [s]
+PATIENCE = 20.0  # CPU time for Ctrl-C to end it [s]
 BATCH = 400  # cases of a worker
 RUN_SCENES, RUN_FILES = 0.04, 0.10  # shares that are run, not only checked
 BESIDE = {"record csv": ("quake.csv", "sliding"), "law py": ("law.py", "yielding")}  # file of which scene
@@ -216,6 +216,16 @@ def _awaited(process: subprocess.Popen[Any], stream: int) -> bool:
     return True
 
 
+def _ends(process: subprocess.Popen[Any], limit: float) -> bool:
+    """Whether it ends by itself within so much more CPU time, or ten times as long."""
+    begun, wall = _used(process), time.monotonic()
+    while process.poll() is None:
+        if _used(process) - begun > limit or time.monotonic() - wall > 10 * limit:
+            return False
+        time.sleep(0.1)
+    return True
+
+
 def _as_users_do(case: Case) -> dict[str, Any]:
     """Run a case in a process of its own; Ctrl-C after the limit, the end after some more."""
     before = set(case.folder.rglob("*"))
@@ -229,15 +239,11 @@ def _as_users_do(case: Case) -> dict[str, Any]:
             env=_environment() | {"TMPDIR": str(case.folder / "tmp")},
             start_new_session=True,
         )
-        begun, hung = time.monotonic(), False
-        while process.poll() is None and _used(process) < LIMIT and time.monotonic() - begun < 10 * LIMIT:
-            time.sleep(0.1)
-        if process.poll() is None:
+        begun = time.monotonic()
+        hung = not _ends(process, LIMIT)
+        if hung:
             process.send_signal(signal.SIGINT)
-            try:
-                process.wait(PATIENCE * 3)
-            except subprocess.TimeoutExpired:
-                hung = True
+            hung = not _ends(process, PATIENCE)
         _kill(process)
         said.seek(0)
         words = said.read().decode(errors="replace")[-20_000:]

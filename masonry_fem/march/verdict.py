@@ -83,6 +83,12 @@ def _unsolved(end: End) -> str:
             f"{stopped}, which is rounding: no tolerance below it can be met here. Loosen the tolerance "
             f"({end.settings.tolerance:g})."
         )
+    if report.quality.error <= report.rounding:
+        return (
+            f"{stopped}, of which rounding alone may make up to {report.rounding:.1e}: blocks are too thin, "
+            "or stiffnesses or masses lie too far apart, to be told better. Make thin layers joints with "
+            "[joints.mortar], and blocks that hardly deform rigid."
+        )
     message = f"{stopped}. {report.outcome.sentence} {report.outcome.advice(end.settings)}"
     if made.problem.rigid and (made.problem.free_velocity[:, 0] < 0).any():
         message += (

@@ -247,6 +247,16 @@ def test_an_answer_that_misses_the_aim_by_rounding_is_one_unless_the_tolerance_w
     assert not caplog.text
 
 
+def test_a_layer_too_thin_for_its_numbers_is_told_so_and_not_to_take_more_steps() -> None:
+    """0.03 mm under half a metre: alone it bends 1e13 times as far as it is compressed."""
+    slab = LAYER.replace("0.22, 0.1,", "0.5, 0.25,")
+    result = solve_scene(loads(slab.format(solver="", thickness=3e-5, upper=0.06003, top=0.12003)))
+    assert result.outcome == "no_convergence"
+    assert result.march.report.quality.error <= result.march.report.rounding
+    assert "of which rounding alone may make up to" in result.message
+    assert "load_steps" not in result.message
+
+
 @pytest.mark.slow
 def test_a_wall_with_mortar_goes_on_to_its_mechanism_past_steps_that_rounding_spoils() -> None:
     result = solve_scene(loads(OUT_OF_PLANE))

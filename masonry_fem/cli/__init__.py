@@ -38,6 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     asked = os.environ.get("PETSC_OPTIONS", "").split()
     if "-no_signal_handler" not in asked:
         os.environ["PETSC_OPTIONS"] = " ".join([*asked, "-no_signal_handler"])
+    os.environ.setdefault("UCX_DEBUG_SIGNO", "0")  # MPI's transport would take SIGHUP for a wish to debug it
     logging.basicConfig(format="%(levelname)s: %(message)s")
     told = logging.DEBUG if options.debug else logging.INFO if options.verbose else logging.WARNING
     logging.getLogger("masonry_fem").setLevel(told)

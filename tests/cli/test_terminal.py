@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import textwrap
 import time
 from types import SimpleNamespace
 
@@ -13,6 +14,7 @@ import pytest
 from masonry_fem import cli
 from masonry_fem.cli import console, exit_codes
 from masonry_fem.cli.signals import answered
+from masonry_fem.nscd.mumps import petsc
 
 SCENE = """
 title = "Gewölbe μ = ½ – σ₁"
@@ -99,6 +101,31 @@ def test_signals_end_as_an_interrupt_does(number, monkeypatch, capsys):
     finally:
         signal.signal(number, before)
     assert capsys.readouterr().err == f"masonry-fem: interrupted by {signal.Signals(number).name}\n"
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP], ids=lambda number: number.name)
+def test_signals_end_a_run_whose_libraries_would_answer_them(number):
+    """PETSc answers SIGTERM with a report of its crash; MPI's transport takes SIGHUP, and the run goes on."""
+    if petsc() is None:
+        pytest.skip("without PETSc nothing answers them")
+    script = f"""
+        import os, signal, time
+        from types import SimpleNamespace
+        from masonry_fem import cli
+        def command(options):
+            from masonry_fem.nscd.mumps import petsc
+            petsc()
+            os.kill(os.getpid(), {int(number)})
+            time.sleep(1)
+        signal.signal({int(number)}, signal.SIG_DFL)
+        options = SimpleNamespace(command=command, debug=False, verbose=False)
+        cli.parser = lambda: SimpleNamespace(parse_args=lambda _: options)
+        raise SystemExit(cli.main([]))
+    """
+    words = [sys.executable, "-c", textwrap.dedent(script)]
+    process = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert process.returncode == 128 + number
+    assert process.stderr == f"masonry-fem: interrupted by {number.name}\n"
 
 
 def test_a_command_that_keeps_what_it_knows_has_the_signals_code(monkeypatch):

@@ -13,7 +13,8 @@ Load
 What to look at
     ``deformed.png``: hinges below the load, right of the crown, near the left springing and in the right
     haunch. The right part of the barrel moves into the fill, whose passive pressure holds it: without the
-    strength of the fill half the load is enough. ``von_mises.png``: the barrel's stress stays below 2.8 MPa.
+    strength of the fill half the load is enough. ``stone_plastic_strain.png``: the soil is also pushed out
+    beside the strip. ``von_mises.png``: the barrel's stress stays below 2.8 MPa.
 Reference
     The test: 228 kN, a mechanism of four hinges (Page 1987, TRRL research report 110). Limit analysis with
     the fill as a load only, which spreads the strip's pressure by 1 in 2: 123 kN.
@@ -24,7 +25,7 @@ Cost
 
 .. image:: /images/arch_bridge_deformed.png
 
-.. image:: /images/arch_bridge_stress.png
+.. image:: /images/arch_bridge_plastic.png
 
 .. literalinclude:: arch_bridge.toml
    :language: toml

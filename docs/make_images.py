@@ -44,7 +44,7 @@ DEMOS: dict[str, tuple[dict[str, object], dict[str, str]]] = {
         {
             "arch_bridge": "arch_bridge",
             "arch_bridge_deformed": "rigid/deformed",
-            "arch_bridge_stress": "elastic/von_mises",
+            "arch_bridge_plastic": "elastic/stone_plastic_strain",
         },
     ),
     "dome": ({}, {"dome": "deformed"}),

@@ -45,24 +45,22 @@ def bridge(dimension: int = 2, **keys) -> Assembly:
     return build_structure(spec(**keys), dimension, Path(), MeshSettings())
 
 
-def solve(
-    structure: ArchBridgeStructure, soil: Material, divisions=(1, 4), loads=(), fidelity="inelastic", **keys
-):
+def solve(structure: ArchBridgeStructure, soil: Material, mesh: MeshSettings, loads=(), dimension=2):
     """Rigid stones under fill between smooth walls."""
-    mesh = MeshSettings(element="Q2", divisions=divisions)
-    given = {
-        "dimension": 2,
-        "fidelity": "rigid",
-        "materials": {"brick": BRICK, "soil": soil},
-        "structures": (structure,),
-        "overrides": (Override(blocks="bridge.fill", material="soil", fidelity=fidelity, mesh=mesh),),
-        "supports": tuple(Support(on=f"bridge.fill/{end}", components=("x",)) for end in ("left", "right")),
-        "joints": (Joint(friction=0.7),),
-        "loads": Loads(gravity=(0.0, -G), tractions=loads),
-        "analysis": Statics(),
-        "solver": Solver(tolerance=1e-8),
-    }
-    result = solve_scene(check(Scene(**(given | keys))))
+    walls = {"left": "x", "right": "x"} | ({"front": "y", "back": "y"} if dimension == 3 else {})
+    scene = Scene(
+        dimension=dimension,
+        fidelity="rigid",
+        materials={"brick": BRICK, "soil": soil},
+        structures=(structure,),
+        overrides=(Override(blocks="bridge.fill", material="soil", fidelity="inelastic", mesh=mesh),),
+        supports=tuple(Support(on=f"bridge.fill/{face}", components=(axis,)) for face, axis in walls.items()),
+        joints=(Joint(friction=0.7),),
+        loads=Loads(gravity=(*(0.0,) * (dimension - 1), -G), tractions=loads),
+        analysis=Statics(),
+        solver=Solver(tolerance=1e-8),
+    )
+    result = solve_scene(check(scene))
     assert result.outcome == "equilibrium", result.march.message
     return result
 
@@ -134,33 +132,35 @@ def test_impossible_bridges_are_refused() -> None:
             check(Scene(**scene, structures=(spec(**keys),)))
 
 
-def test_a_bridge_carries_its_weight_and_a_load_on_the_strip_evenly() -> None:
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_a_bridge_carries_its_weight_and_a_load_on_the_strip_evenly(dimension: int) -> None:
     """Symmetric: load in the middle of the road."""
-    structure = spec(strip=(-0.4, 0.4), approach=1.5)
-    pressure = Traction(on="bridge.fill/strip", vector=(0.0, -20e3))
-    result = solve(structure, soil(0.3), loads=(pressure,))
-    made = build_structure(structure, 2, Path(), MeshSettings())
+    structure = spec(strip=(-0.4, 0.4), approach=1.5, voussoirs=16)
+    pressure = Traction(on="bridge.fill/strip", vector=(*(0.0,) * (dimension - 1), -20e3))
+    mesh = MeshSettings(element="Q1", divisions=(1, 2, 3)[3 - dimension :])
+    result = solve(structure, soil(0.3), mesh, (pressure,), dimension)
+    made = build_structure(structure, dimension, Path(), MeshSettings())
     *stones, fill = (
         made.solid(number).mass_properties().volume
         for number, block in enumerate(made.blocks)
         if not block.support
     )
-    weight = G * (BRICK.density * sum(stones) + 2000.0 * fill) + 20e3 * 0.8
-    left, right = (
-        np.array(result.summary.supports[f"bridge.abutment_{end}"].force) for end in ("left", "right")
-    )
-    ends = [result.summary.supports[f"bridge.fill/{end}"].force for end in ("left", "right")]
-    assert left[1] + right[1] == pytest.approx(weight, rel=1e-8)
-    assert left == pytest.approx(right * [-1, 1], rel=1e-5)
-    assert ends[0][0] == pytest.approx(-ends[1][0], rel=1e-5)
-    assert left[0] + right[0] + ends[0][0] + ends[1][0] == pytest.approx(0.0, abs=1e-6 * weight)
+    strip = 0.8 * (structure.depth if dimension == 3 else 1.0)
+    weight = G * (BRICK.density * sum(stones) + 2000.0 * fill) + 20e3 * strip
+    given = result.summary.supports
+    left, right = (np.array(given[f"bridge.abutment_{end}"].force) for end in ("left", "right"))
+    ends = [given[f"bridge.fill/{end}"].force[0] for end in ("left", "right")]
+    assert left[-1] + right[-1] == pytest.approx(weight, rel=1e-8)
+    assert left[[0, -1]] == pytest.approx(right[[0, -1]] * [-1, 1], rel=1e-5)
+    assert ends[0] == pytest.approx(-ends[1], rel=1e-5)
+    assert left[0] + right[0] + sum(ends) == pytest.approx(0.0, abs=1e-6 * weight)
 
 
 @pytest.mark.parametrize(("poisson", "at_rest"), [(0.35, True), (0.05, False)])
 def test_the_ends_get_the_pressure_of_earth_at_rest_or_active(poisson: float, at_rest: bool) -> None:
     """Far from the barrel ε_x = 0: K₀ = ν/(1 − ν). Where Rankine's K_a is more, soil yields to that."""
     structure = spec(span=2.0, rise=0.2, cover=0.5, voussoirs=8, approach=2.5)
-    result = solve(structure, soil(poisson, cohesion=200.0), divisions=(1, 4))
+    result = solve(structure, soil(poisson, cohesion=200.0), MeshSettings(element="Q2", divisions=(1, 4)))
     height = 0.5 + (structure.radius + 0.15) * (1 - np.cos(structure.half))
     vertical = 2000.0 * G * height
     active = np.tan(np.pi / 4 - np.radians(35.0) / 2) ** 2

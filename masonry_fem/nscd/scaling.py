@@ -39,6 +39,21 @@ def contact_scale(problem: ContactProblem, *, fold: bool = True) -> FloatArray:
     return scale
 
 
+def whole_scale(problem: ContactProblem) -> FloatArray:
+    """w_i = ‖W_ii‖₂ of elastic and rigid part together, unit mass in statics, (c,) [1/kg].
+
+    Parameters
+    ----------
+    problem : The contact problem, with cohesion folded in.
+    """
+    own = diagonal_blocks(problem.compliance, problem.count, problem.dimension)
+    own = own + rigid_diagonal(problem)
+    if problem.cohesion_stiffness is not None:
+        own = folded(own, problem.cohesion_stiffness)
+    scale = _norm(own)
+    return np.where(scale > 0, scale, scale[scale > 0].mean() if scale.any() else 1.0)
+
+
 def free_speed(problem: ContactProblem) -> float:
     """Largest ‖q + B (U_0 + M_r⁻¹ f_r)‖, with unit mass where M_r = 0 [m/s].
 

@@ -187,6 +187,12 @@ def _searching_newton(case: Case) -> Method:
     return ProximalNewton(full_steps=0)
 
 
+def _moving_newton(case: Case) -> Method:
+    from masonry_fem.nscd.methods.newton import ProximalNewton  # noqa: PLC0415
+
+    return ProximalNewton(moving=True)
+
+
 def _firm_newton(weight: float) -> Callable[[Case], Method]:
     def make(case: Case) -> Method:
         from masonry_fem.nscd.methods.newton import ProximalNewton  # noqa: PLC0415
@@ -240,6 +246,7 @@ TURNS = (
         _newton,
         BRIEF,
     ),
+    Turn("moving newton", lambda at: at.elastic and not at.static, _moving_newton, NEWTON_STEPS),
     # what moves, rigid blocks show at a fifth of the cost
     Turn("rigid twin", lambda at: at.falls and not at.rigid, _newton, twin=1.0),
     Turn("newton", lambda at: at.falls, _newton),

@@ -149,6 +149,35 @@ def test_a3_7_stones_that_yield_turn_as_elastic_ones_do() -> None:
     assert max(one.summary.certificate.energy_balance for one in results) <= 1e-9
 
 
+def test_newton_finds_the_steps_of_an_elastic_arch_that_falls() -> None:
+    """It is too thin to stand. Its stones hinge and fly: what masses decide, all of W scales."""
+    scene = Scene(
+        dimension=2,
+        fidelity="elastic",
+        materials={"stone": stiff(1e10)},
+        mesh=MeshSettings(divisions=(2, 2)),
+        structures=(
+            ArchStructure(
+                name="arch", material="stone", radius=1.0, thickness=0.06, voussoirs=9, straight=True
+            ),
+        ),
+        joints=(Joint(friction=0.6),),
+        loads=Loads(gravity=(0, -G)),
+        analysis=Dynamics(step=2e-3, duration=0.12, theta=1.0),
+    )
+    methods, speeds = [], []
+
+    class Watch:
+        def record(self, model, state, report) -> None:
+            methods.append(report.method)
+            speeds.append(report.speed)
+
+    checked = check(scene)
+    march(build(checked, Path()).model, checked.analysis, SolverSettings(), observers=(Watch(),))
+    assert speeds[-1] > 0.2  # it falls
+    assert set(methods) <= {"newton", "newton+newton"}
+
+
 # A6.6: a springing that sinks
 
 

@@ -27,7 +27,7 @@ from masonry_fem.nscd.linear import Library
 from masonry_fem.nscd.outcome import Outcome
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import Quality, rounding
-from masonry_fem.nscd.scaling import contact_scale
+from masonry_fem.nscd.scaling import contact_scale, whole_scale
 from masonry_fem.nscd.settings import ACCEPTABLE, SolverSettings, Start
 from masonry_fem.nscd.solvers.escape import Escape
 from masonry_fem.nscd.solvers.flips import Flips
@@ -58,6 +58,8 @@ class ProximalNewton:
         steps, through larger residuals.
     round_steps : Newton steps after which a round is given up.
     patience : Rounds without progress after which it is stalled.
+    moving : Contacts are scaled by all of W, as befits blocks that fly, fall and hinge: scaled by W_el alone,
+        what their masses decide changes from step to step. Where blocks press on each other it takes longer.
     iterations : Newton steps in all.
     library : Linear factor, see ``linear``.
     """
@@ -71,6 +73,7 @@ class ProximalNewton:
     full_steps: int = 5
     round_steps: int = 40
     patience: int = 20
+    moving: bool = False
     iterations: int = 400
     library: Library = "auto"
 
@@ -117,11 +120,11 @@ class NewtonRun:
 
     def __init__(self, problem: ContactProblem, settings: ProximalNewton, start: Start | None) -> None:
         self.problem, self.settings = problem, settings
-        self.scale = newton_scale(problem)
+        self.scale = whole_scale(problem) if settings.moving else newton_scale(problem)
         self.proximal = proximal_scale(problem, self.scale)
         # where stiff cohesion bonds elastic blocks, they give way as they would without a joint
-        whole = self.scale if problem.cohesion_stiffness is None else newton_scale(problem, fold=False)
-        self.system = NewtonSystem(problem, whole, settings.library)
+        unfolded = self.scale if problem.cohesion_stiffness is None else newton_scale(problem, fold=False)
+        self.system = NewtonSystem(problem, unfolded, settings.library)
         self.static = problem.rigid_mass <= 0
         weight, decrease, least = _usual_weights(problem)
         self.least_weight = least if settings.least_weight is None else settings.least_weight

@@ -23,6 +23,7 @@ from masonry_fem.scene.specs import (
     Support,
     Table,
     Temperature,
+    law_record,
     material_record,
 )
 from masonry_fem.structures.arch import ArchStructure
@@ -254,3 +255,25 @@ def test_only_some_stones_of_a_scene_are_heated():
     result = bar((), structures=tuple(blocks), supports=tuple(held), probes=probes, loads=heat)
     np.testing.assert_allclose(result.march.report.probes["b1"], STRAIN * np.array([1.0, 0.5]), rtol=1e-9)
     np.testing.assert_array_equal(result.march.report.probes["b0"], 0.0)
+
+
+def test_two_strips_that_are_bonded_bend_as_bimetal_does():
+    """Timoshenko (1925): strips of one thickness and modulus bend by κ = 3/2 Δε/t, t that of both."""
+    length, thick = 2.0, 0.1
+    mesh = MeshSettings(element="Q2", divisions=(20, 1))
+    blocks = tuple(
+        BlockStructure(name=f"s{i}", material="m", size=(length, thick), position=(0, thick * i), mesh=mesh)
+        for i in range(2)
+    )
+    held = (*(Support(on=f"s{i}/left", components=("x",)) for i in range(2)), Support(on="s0/left"))
+    bond = Joint(law=law_record("mohr_coulomb", cohesion=1e12), friction=1.0)
+    result = bar(
+        (), structures=blocks, supports=held, joints=(bond,),
+        probes=(Probe(name="tip", block="s0", point=(length, thick)),),
+        loads=Loads(temperatures=(Temperature(on="s0", change=CHANGE),)),
+    )  # fmt: skip
+    assert result.outcome == "equilibrium"
+    moved = result.march.report.probes["tip"]
+    curvature = 1.5 * STRAIN / (2 * thick)
+    assert moved[1] == pytest.approx(curvature * length**2 / 2, rel=1e-2)
+    assert moved[0] == pytest.approx(STRAIN / 2 * length, rel=1e-2)  # where they meet both have half of it

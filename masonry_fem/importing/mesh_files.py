@@ -309,14 +309,15 @@ def _upright(cells: IntArray, points: FloatArray, kind: str, name: str) -> IntAr
     corner = points[cells[:, : corner_count(kind)]]
     edges = {"triangle": (1, 2), "quad": (1, 3), "tetra": (1, 2, 3), "hexahedron": (1, 3, 4)}[linear]
     volume = np.linalg.det(corner[:, list(edges)] - corner[:, :1])
-    if (volume > 0).all():
+    folded = (np.diff(np.sort(cells, axis=1)) == 0).any(axis=1)  # a node stands in them twice
+    if (volume > 0).all() and not folded.any():
         return cells
-    if (volume < 0).all():
+    if (volume < 0).all() and not folded.any():
         return cells[:, turned(kind)]
-    bad = int((volume <= 0).sum())
+    bad = int(((volume <= 0) | folded).sum())
     raise GeometryError(
-        f"block '{name}': {bad} of {len(cells)} elements are inverted or flat, expected positive volumes; "
-        "mesh it again with consistent orientation"
+        f"block '{name}': {bad} of {len(cells)} elements are inverted, flat or folded, expected positive "
+        "volumes; mesh it again with consistent orientation"
     )
 
 

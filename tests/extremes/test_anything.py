@@ -107,13 +107,14 @@ def blocks_of(path: Path, **keys: Any) -> None:
         (np.where(CUBE == 1, np.inf, CUBE), CELL, 0, "a point that is no number"),
         (CUBE * 1e300, CELL, 0, "is 1e.300 m large"),
         (CUBE * 1e-300, CELL, 0, "is 1e-300 m large"),
-        (CUBE, CELL * 0, 0, "inverted or flat"),
+        (CUBE, CELL * 0, 0, "inverted, flat or folded"),
+        (CUBE, np.array([[0, 1, 2, 3, 4, 4, 6, 1]]), 0, "1 of 1 elements are inverted, flat or folded"),
         (CUBE, np.concatenate([CELL, CELL]), 0, "stands in the file twice"),
         (CUBE, CELL, np.inf, "is not one whole number a cell"),
         (CUBE, CELL, np.nan, "is not one whole number a cell"),
         (CUBE, CELL, 1e300, "is not one whole number a cell"),
     ],
-    ids=range(11),
+    ids=range(12),
 )
 def test_elements(
     tmp_path: Path, ending: str, points: np.ndarray, cells: np.ndarray, field: float, said: str

@@ -29,12 +29,17 @@ from masonry_fem.scene.specs import (
     Loads,
     Material,
     MeshSettings,
+    Motion,
+    Probe,
     Scene,
     Solver,
     Statics,
     Structure,
+    Support,
+    Table,
 )
 from masonry_fem.structures.arch import ArchStructure
+from masonry_fem.structures.block import BlockStructure
 from masonry_fem.structures.wall import WallStructure
 
 G = 9.81
@@ -134,6 +139,33 @@ def elastic_arch() -> Row:
     return solved(scene(arch(11, 0.3, 0.3), mesh=MeshSettings(divisions=(8, 8, 8)), analysis=Statics()))
 
 
+def falling_arch() -> Row:
+    """An elastic arch whose springings part until it falls to the ground, 1.3 m below its crown."""
+    slowly = Table(points=((0.0, 0.0), (0.5, 1.0)))
+    parted = tuple(
+        Support(on=f"arch.springing_{side}", motion=Motion(displacement=(way, 0.0), time=slowly))
+        for side, way in (("left", -0.1), ("right", 0.1))
+    )
+    ring = ArchStructure(
+        name="arch", material="stone", radius=1.0, thickness=0.15, voussoirs=21, straight=True
+    )
+    ground = BlockStructure(
+        name="ground", material="stone", size=(4.0, 0.2), position=(-2.0, -0.5), support=True
+    )
+    given = scene(
+        ring,
+        dimension=2,
+        structures=(ring, ground),
+        supports=parted,
+        mesh=MeshSettings(divisions=(2, 2)),
+        loads=Loads(gravity=(0.0, -G)),
+        probes=(Probe(name="crown", block="arch.v11", point=(0.0, 1.0)),),
+        analysis=Dynamics(step=2e-3, duration=1.6, theta=1.0),
+    )
+    result = solve_scene(check(given))
+    return told(result) | {"fallen": -float(result.summary.probes["crown"][1])}
+
+
 def elastic_wall(count: int, analysis: Statics | Dynamics) -> Row:
     return solved(scene(wall(count, count), mesh=MeshSettings(size=0.1), analysis=analysis))
 
@@ -202,6 +234,7 @@ CASES: dict[str, Callable[[], Row]] = {
     "rigid wall 20x20": lambda: rigid_march(wall(20, 20), LMGC90, 50),
     "rigid wall 32x32": lambda: rigid_march(wall(32, 32), LMGC90, 50),
     "elastic arch 11, 8x8x8": elastic_arch,
+    "elastic arch 21, its fall": falling_arch,
     "elastic wall 5x5, statics": lambda: elastic_wall(5, Statics()),
     "elastic wall 10x10, statics": lambda: elastic_wall(10, Statics()),
     "elastic wall 20x20, one step": lambda: elastic_wall(20, STEP),

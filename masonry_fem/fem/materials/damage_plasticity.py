@@ -49,8 +49,8 @@ from masonry_fem.fem.materials.parts.slip import sine_cosine, slip_planes
 
 ROUNDING = 1e-12  # of stress: what is outside by less is inside
 ROUNDS = 80  # of Newton's method and bisection for λ
-BROKEN = 20.0  # λ h f_t/G_f beyond which the strength falls no further: e⁻²⁰ of it is none
-SURE = 1e-10  # as far outside no end was found
+BROKEN = 16.0  # λ h f_t/G_f beyond which the strength falls no further: e⁻¹⁶ of it is none
+SURE = 1e-7  # as far outside no end was found
 NEAR = 1e-13  # of λ: what rounding leaves of its equation is less
 CRACK, DAMAGE = 7, 8  # λ, and 1 − 1/(1 + ω), after the variables of Plastic
 # how many axes are in tension, and which planes slip; σ1 = σ2 where the first two do, σ2 = σ3 where the first
@@ -228,7 +228,7 @@ class DamagePlasticity(Plastic):
             pulled = np.maximum(held.stress, 0.0)
             change = held.stress[:, 0] - opened * np.einsum("qj,qj->q", held.moduli[:, 0], pulled) / young
             slope = (1 + speed * here) / strength * change - 1
-            moved = here - over / np.where(slope < 0, slope, np.inf)
+            moved = np.where(slope < 0, here - over / np.where(slope < 0, slope, 1.0), -1.0)
             there = np.abs(moved - here) <= NEAR * here
             between = there | ((moved > low[left]) & (moved < high[left]))
             crack[left] = np.where(between, moved, 0.5 * (low[left] + high[left]))
@@ -254,19 +254,14 @@ class DamagePlasticity(Plastic):
                 rate = np.matmul(np.linalg.inv(n @ stiff @ m.T), over)[:, :, 0]
             flow = rate @ m
             stress = stress - np.matmul(stiff, flow[:, :, None])[:, :, 0]
-            outside = (
-                np.maximum(
-                    np.maximum(
-                        (-stress[:, :pulled]).max(axis=1, initial=0),
-                        stress[:, pulled:].max(axis=1, initial=0),
-                    ),
-                    np.maximum(
-                        (stress @ normals.T - bound).max(axis=1),
-                        (-rate).max(axis=1, initial=0) * elastic.shear,
-                    ),
-                )
-                / scale[left]
-            )
+            # cracks by what they have opened: the stress that is left of them may be less than rounding
+            opening = (1 + opened[left, None]) * stress[:, :pulled]
+            outside = np.maximum.reduce([
+                (-opening).max(axis=1, initial=0),
+                stress[:, pulled:].max(axis=1, initial=0),
+                (stress @ normals.T - bound).max(axis=1),
+                (-rate).max(axis=1, initial=0) * elastic.shear,
+            ]) / scale[left]  # fmt: skip
             better = outside < made.outside[left]
             new = Held(stress, flow, sliding(stiff, n, m), outside, np.full(len(left), number))
             made = made.replaced(left[better], new.of(better))

@@ -38,12 +38,12 @@ def test_a_bar_in_tension_softens_by_its_crack(poisson):
 
 @pytest.mark.parametrize("poisson", RATIOS)
 def test_a_crack_takes_the_fracture_energy(poisson):
-    """Whatever the steps are: all of it but what stress below e⁻²⁰ f_t would."""
+    """Whatever the steps are: all of it but what stress below e⁻¹⁶ f_t would."""
     point = bar(poisson)
     for strain in np.linspace(0, 1.0, 21)[1:] ** 2 * 40 / RATE:
         point.squeezed(strain)
-    assert point.dissipated * WIDTH == pytest.approx(ENERGY, rel=1e-7)
-    assert point.law.measures(point.internal)["damage"][0] > 1 - 1e-10
+    assert point.dissipated * WIDTH == pytest.approx(ENERGY, rel=1e-5)
+    assert point.law.measures(point.internal)["damage"][0] > 1 - 1e-7
 
 
 @pytest.mark.parametrize("poisson", RATIOS)
@@ -109,7 +109,7 @@ def test_tension_beside_pressure(share):
 def test_tension_along_two_axes_cracks_both():
     """σ = f_t along both, each with its crack: (1 − ν) s/E + λ = ε, and twice the energy."""
     point = bar()
-    for share in (0.0, 0.1, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0):
+    for share in (0.0, 0.1, 0.5, 1.0, 2.0, 4.0, 8.0, 12.0):
         crack = share / RATE
         tension = TENSION * np.exp(-RATE * crack)
         strain = 0.8 * tension / YOUNG + crack
@@ -117,6 +117,14 @@ def test_tension_along_two_axes_cracks_both():
         np.testing.assert_allclose(point.stress[:3], [tension, tension, 0], rtol=1e-8, atol=1e-8 * TENSION)
         taken = 2 * ENERGY * (1 - np.exp(-share) * (1 + share / 2))  # but for what can be given back
         assert point.dissipated * WIDTH == pytest.approx(taken, rel=1e-8, abs=1e-12)
+
+
+def test_a_crack_that_is_wholly_open_closes_and_is_crushed():
+    """What it still bears is less than rounding of what the closed stone does."""
+    point = bar()
+    point.squeezed(50 / RATE)
+    assert point.squeezed(-2 * PRESSURE / YOUNG) == pytest.approx(-PRESSURE, rel=1e-8)
+    assert point.squeezed(-PRESSURE / YOUNG) == pytest.approx(0.0, abs=1e-3)  # as long as half of it was flow
 
 
 def test_an_open_crack_and_crushing_along_it_at_once():

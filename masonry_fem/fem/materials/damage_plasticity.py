@@ -22,7 +22,9 @@ bears f_c, and where strain goes on in tension nothing flows. Strains are the de
 energy ½ σ : C⁻¹ : σ + ω/(2E) Σ⟨σ_i⟩², by which all energy is accounted for.
 
 Steps are implicit. At a given ω stresses are linear in strains as long as the same axes are in tension and
-the same planes slip: which do is found by trying. The λ at which σ1 = s is the root of one equation.
+the same planes slip: which do is found by trying. The λ at which σ1 = s is the root of one equation. Where
+stone cracks and slips at once that root is the only one if h is below some third of the widest band; in wider
+ones the stress may jump there, as in any snap-back, and rounds of a step are slow.
 
 References
 ----------

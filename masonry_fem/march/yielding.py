@@ -51,20 +51,22 @@ def settled_stresses(rounds: Rounds, made: Round) -> Round:
     ----------
     rounds : The step. made : Its first round.
     """
-    at, least, idle = _Guess.of(made), np.inf, 0
+    at: _Guess | None = None
+    least, idle = np.inf, 0
     while made.solution.solved and len(made.residuals) < MOST:
         left = made.residuals[-1]
         idle, least = 0 if left <= 0.5 * least else idle + 1, min(left, least)
         if left <= NEWTON_TOLERANCE or idle > PATIENCE:
             break
-        at = _nearest(rounds, at, _Guess.of(made))
+        end = _Guess.of(made)
+        at = end if at is None else _nearest(rounds, at, end)
         made = rounds.solved(rounds.start, made, at.bodies)
     return made
 
 
 def _nearest(rounds: Rounds, start: _Guess, end: _Guess) -> _Guess:
     """The end of a round, or the point on the way there whose stresses leave least of balance."""
-    if start is end or end.left <= SUFFICIENT * start.left:
+    if end.left <= SUFFICIENT * start.left:
         return end
     best = end
     for share in SHARES:

@@ -28,6 +28,7 @@ from masonry_fem.march.place import Place
 from masonry_fem.march.rounds import NEWTON_TOLERANCE, Round, Rounds
 
 MISSED = 1e-8  # of a step's part of the distance
+ROUNDING = 1e-12  # of the distance: a way that no load has made
 MOST = 12  # load factors that a round tries
 
 
@@ -52,8 +53,11 @@ class SteeredRounds(Rounds):
             change = -missed / slope if slope else scheme.step
             following = self._under(self.loaded(factor + change), place, last, ends)
             gone = self._missed(following)
-            slope, missed = (gone - missed) / change, gone
+            moved = abs(gone - missed) > ROUNDING * self._control.distance
+            slope, missed = (gone - missed) / change if moved else 0.0, gone
             made, factor = following, factor + change
+            if not moved:
+                break
         return replace(made, slope=slope, missed=abs(missed) / asked)
 
     @override

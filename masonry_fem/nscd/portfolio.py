@@ -27,7 +27,7 @@ from masonry_fem.nscd.residuals import Quality, assess, rounding
 from masonry_fem.nscd.rest import brought_to_rest, holding_impulses
 from masonry_fem.nscd.settings import ACCEPTABLE, SolverSettings, Start
 from masonry_fem.nscd.threads import one_thread
-from masonry_fem.nscd.turns import NEAR, Case, Turn, turns
+from masonry_fem.nscd.turns import Case, Turn, turns
 from masonry_fem.nscd.unstressed import from_no_stress
 
 FloatArray = NDArray[np.float64]
@@ -98,7 +98,7 @@ def _without_end(case: Case, made: Solution) -> Solution:
     problem, settings = case.problem, case.settings
     if _limited(made, settings):
         return made
-    if _falls(case, made):
+    if case.falls:
         return _falling(case, made)
     if settings.method != "auto":
         return _near_enough(problem, made, settings) if made.outcome is Outcome.STALLED else made
@@ -109,11 +109,6 @@ def _without_end(case: Case, made: Solution) -> Solution:
     if not case.static or _rounded(problem, made, settings):
         return made
     return _doubted(problem, settings, made) if made.solved else _without_proof(case, made)
-
-
-def _falls(case: Case, made: Solution) -> bool:
-    """True where nothing balances the loads, as far as is known; a state that does so shows more."""
-    return made.quality.error > NEAR and case.falls
 
 
 def _falling(case: Case, made: Solution) -> Solution:
@@ -180,7 +175,7 @@ def _choose(case: Case) -> Solution:
     began = time.monotonic()
     total: Solution | None = None
     for turn in turns(case):
-        if total is not None and (_falls(case, total) or case.at_limit):
+        if total is not None and case.proven:
             break
         if total is not None and _good_enough(turn, total, settings):
             continue

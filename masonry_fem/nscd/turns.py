@@ -94,6 +94,11 @@ class Case:
         return self.static and self.elastic and not self.few and not self.falls and at_limit(self.problem)
 
     @property
+    def proven(self) -> bool:
+        """True where a proof makes more turns needless: a mechanism, not only that no balance was found."""
+        return (self.falls and self.loads.motion is not None) or self.at_limit
+
+    @property
     def swept(self) -> bool:
         """True where sweeps are worth a try: few contacts, of blocks with inertia that do not couple them."""
         return not self.static and (self.plain or (self.few and not self._coupled))

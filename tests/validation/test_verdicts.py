@@ -199,7 +199,7 @@ def test_an_arch_whose_springings_part_too_far_falls_whatever_its_friction(frict
     """Hinges that are wide open could carry its weight where friction is large; nothing leads there."""
     result = solve_scene(loads(SPREAD.format(friction=friction)))
     assert result.outcome == "no_equilibrium"
-    assert 0.85 <= result.march.last.before.time < 0.855
+    assert result.summary.steps == 18
     assert "can balance the loads" not in result.message
     way = upwards(result)
     assert way["arch.v05"] == pytest.approx(way["arch.v06"], rel=1e-2)

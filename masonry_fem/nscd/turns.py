@@ -95,7 +95,7 @@ class Case:
 
     @property
     def proven(self) -> bool:
-        """True where a proof makes more turns needless: a mechanism, not only that no balance was found."""
+        """True where a proof makes further turns needless: a mechanism, not only that no balance was found."""
         return (self.falls and self.loads.motion is not None) or self.at_limit
 
     @property

@@ -95,8 +95,8 @@ class Case:
 
     @property
     def proven(self) -> bool:
-        """True where a proof makes further turns needless: a mechanism, not only that no balance was found."""
-        return (self.falls and self.loads.motion is not None) or self.at_limit
+        """True where a proof makes further turns needless."""
+        return self.falls or self.at_limit
 
     @property
     def swept(self) -> bool:

@@ -47,8 +47,7 @@ HELD_STEPS = 60
 WEIGHTS = (1e-2, 1e-1, 1e-3)
 # Newton steps that polish: what takes more seldom ends.
 POLISH = 25
-# Error below which paths and patience cost more than they bring: 240 steps bring a wall that slides from
-# 5.5e-9 to 3.5e-10.
+# Error below which following a path costs more than it brings.
 NEAR = 1e-8
 
 
@@ -168,12 +167,6 @@ def _searching_newton(case: Case) -> Method:
     return ProximalNewton(full_steps=0)
 
 
-def _patient_newton(case: Case) -> Method:
-    from masonry_fem.nscd.methods.newton import ProximalNewton  # noqa: PLC0415
-
-    return ProximalNewton(weight=2e-3, adaptive=True, accuracy=0.3, round_steps=10, patience=60)
-
-
 def _moving_newton(case: Case) -> Method:
     from masonry_fem.nscd.methods.newton import ProximalNewton  # noqa: PLC0415
 
@@ -253,5 +246,4 @@ TURNS = (
         for weight in WEIGHTS
     ),
     Turn("path", lambda at: not at.plain and at.followable, _path, origin="best", above=NEAR),
-    Turn("patient newton", lambda at: not at.plain, _in_plane(_patient_newton), origin="best", above=NEAR),
 )

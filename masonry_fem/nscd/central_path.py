@@ -104,32 +104,27 @@ class CentralPath:
 
     def follow(self, gap: float | None, tolerance: float, steps: int) -> Misses:
         """Move to a fixed gap x · z [rel.], or to its end where ``gap`` is None."""
-        aim = gap or 0.0
         if not self.started:
-            self._start(gap or INSIDE)
-        misses = self._misses(aim)
+            self._start(INSIDE if gap is None else gap)
+        misses = self._misses(0.0 if gap is None else gap)
         track: list[float] = []
         for _ in range(steps):
-            left = max(misses.equations, 1e-3 * misses.stationarity, misses.gap)
+            left = max(misses.equations, 1e-3 * misses.stationarity, misses.gap if gap is None else 0.0)
             track.append(left)
             stuck = len(track) > PATIENCE and left > SLOW * track[-1 - PATIENCE]
             if left <= tolerance or stuck or not np.isfinite(left):
                 break
-            if not self._moved(gap, misses):
+            try:
+                with np.errstate(all="ignore"):
+                    moved = self._step(None if gap is None else gap * self.typical_gap)
+                    if misses.stationarity < NEARLY:
+                        self._pull_back()
+            except np.linalg.LinAlgError:
+                moved = False
+            if not moved:
                 break
-            misses = self._misses(aim)
+            misses = self._misses(0.0 if gap is None else gap)
         return misses
-
-    def _moved(self, gap: float | None, misses: Misses) -> bool:
-        """A step towards a gap, or the end; False where the numbers allow none."""
-        try:
-            with np.errstate(all="ignore"):
-                moved = self._step(None if gap is None else gap * self.typical_gap)
-                if misses.stationarity < NEARLY:
-                    self._pull_back()
-        except np.linalg.LinAlgError:
-            return False
-        return moved
 
     def finish(self, tolerance: float, steps: int) -> None:
         """Move to the end, in stages where multipliers of elastic velocities must follow."""

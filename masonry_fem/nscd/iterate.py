@@ -113,7 +113,7 @@ def iterate(
 
     Returns
     -------
-    The best state that was offered, and why it ended.
+    The best state that was offered, and why it ended. A mechanism is shown by the last state instead.
     """
     cpu, wall = time.process_time(), time.monotonic()
     limit = method.iterations if settings.max_iterations is None else settings.max_iterations
@@ -140,13 +140,17 @@ def iterate(
         if outcome is not None:
             break
         offer = run.step(quality, settings)
+    # a mechanism is shown by the last velocities, not by those that balance best
+    chosen = offer if outcome is Outcome.NO_EQUILIBRIUM else None
+    impulse = best.impulse if chosen is None else chosen.impulse.copy()
+    rigid_velocity = best.rigid_velocity if chosen is None else chosen.rigid_velocity.copy()
     assert best.quality is not None  # offered at least once
     return Solution(
-        impulse=best.impulse,
-        velocity=problem.velocity(best.impulse, best.rigid_velocity),
-        rigid_velocity=best.rigid_velocity,
+        impulse=impulse,
+        velocity=problem.velocity(impulse, rigid_velocity),
+        rigid_velocity=rigid_velocity,
         outcome=outcome,
-        quality=best.quality,
+        quality=best.quality if chosen is None else quality,
         iterations=made,
         linear_solves=solves,
         seconds=time.process_time() - cpu,

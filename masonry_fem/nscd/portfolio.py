@@ -96,17 +96,17 @@ def _solve(problem: ContactProblem, settings: SolverSettings, start: Start | Non
 def _without_end(case: Case, made: Solution) -> Solution:
     """What can be said where no method has come to an end."""
     problem, settings = case.problem, case.settings
-    if _limited(made, settings):
-        return made
     if case.falls:
         return _falling(case, made)
     if settings.method != "auto":
         return _near_enough(problem, made, settings) if made.outcome is Outcome.STALLED else made
+    if _limited(made, settings):
+        return made
     if case.at_limit:
         motion = weakened(problem).motion
         return made if motion is None else _proven(problem, settings, made, motion, Outcome.AT_LIMIT)
     made = _near_enough(problem, made, settings)
-    if not case.static or _rounded(problem, made, settings):
+    if not case.static or _rounded(made, _rounding(problem, made, settings)):
         return made
     return _doubted(problem, settings, made) if made.solved else _without_proof(case, made)
 
@@ -161,10 +161,10 @@ def _near_enough(problem: ContactProblem, made: Solution, settings: SolverSettin
     stand for it mean nothing; beside the speed of free fall that may be an error of 1e-7.
     """
     pushed = float(np.maximum(-problem.free_velocity[:, 0], 0.0).max(initial=0.0))
-    bound = _rounding(problem, made, settings).max_penetration
-    follows = pushed <= bound or made.quality.max_penetration <= FOLLOWED * pushed
+    bounds = _rounding(problem, made, settings)
+    follows = pushed <= bounds.max_penetration or made.quality.max_penetration <= FOLLOWED * pushed
     # a tolerance that was set is held to; but of rigid blocks there is no other model that rounds less
-    near = made.quality.error <= settings.acceptable or (problem.rigid and _rounded(problem, made, settings))
+    near = made.quality.error <= settings.acceptable or (problem.rigid and _rounded(made, bounds))
     return replace(made, outcome=Outcome.INEXACT if near and follows else Outcome.STALLED)
 
 
@@ -174,33 +174,25 @@ def _choose(case: Case) -> Solution:
     began = time.monotonic()
     total: Solution | None = None
     for turn in turns(case):
-        if total is not None and case.proven:
-            break
-        if total is not None and _good_enough(turn, total, settings):
+        if total is not None and settings.acceptable > 0 and total.quality.error <= turn.above:
             continue
         own = _share(turn, settings, 0 if total is None else total.iterations, time.monotonic() - began)
-        if own is None:
+        if own is None or (total is not None and case.proven):
             break
         method = _with_linear(turn.make(case), settings)
         made = iterate(problem, method, own, _origin(turn, problem, total, case.start))
         total = made if total is None else _joined(total, made)
         if total.outcome in _ENDED:
             break
-        if _rounded(problem, total, settings):
+        if total.quality.error <= ACCEPTABLE and _rounded(total, _rounding(problem, total, settings)):
             return _near_enough(problem, total, settings)
     assert total is not None  # there is always a first turn
     return total
 
 
-def _good_enough(turn: Turn, made: Solution, settings: SolverSettings) -> bool:
-    """True where a state is too near for a turn to be worth its time, and no tolerance was set."""
-    return settings.acceptable > 0 and made.quality.error <= turn.above
-
-
-def _rounded(problem: ContactProblem, made: Solution, settings: SolverSettings) -> bool:
+def _rounded(made: Solution, bounds: Quality) -> bool:
     """True where an error that is small is no more than rounding makes: no other method would do better."""
-    error = made.quality.error
-    return error <= ACCEPTABLE and error <= _rounding(problem, made, settings).error
+    return made.quality.error <= min(ACCEPTABLE, bounds.error)
 
 
 def _rounding(problem: ContactProblem, made: Solution, settings: SolverSettings) -> Quality:

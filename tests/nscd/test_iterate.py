@@ -127,6 +127,12 @@ def test_a_state_that_nothing_improves_is_an_answer_where_its_error_is_acceptabl
     assert not made.converged
 
 
+def test_a_mechanism_is_shown_by_the_last_state():
+    solution = iterate(PROBLEM, Scripted(0.9, 0.5, 5.0, verdict=Outcome.NO_EQUILIBRIUM), SolverSettings())
+    assert solution.impulse[0, 0] == 5.0
+    assert solution.quality.error > 0.1
+
+
 @pytest.mark.parametrize("name", names())
 def test_listed_methods_obey(name):
     solution = iterate(PROBLEM, make_method(name), SolverSettings(tolerance=1e-9))

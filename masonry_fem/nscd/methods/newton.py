@@ -48,6 +48,8 @@ class ProximalNewton:
     weight : First α, relative to each contact's scale w; None: by the kind of problem.
     decrease : Factor on α after each round; None: by the kind of problem.
     least_weight : Smallest α; None: by the kind of problem.
+    adaptive : α follows what rounds cost instead: lower after few steps, higher after many. For states
+        near a solution at the limit of friction everywhere, where a fixed path of α cycles.
     accuracy : A round ends at ‖F‖ ≤ accuracy · e ‖p‖, e the natural map at its centre. Loose: where
         joints slide, each new weight changes hundreds of statuses, and exact rounds are wasted.
     static_mass : First ε, relative to the compliance that B sees.
@@ -64,6 +66,7 @@ class ProximalNewton:
     weight: float | None = None
     decrease: float | None = None
     least_weight: float | None = None
+    adaptive: bool = False
     accuracy: float = 0.5
     static_mass: float = 1e-6
     full_steps: int = 5
@@ -285,7 +288,7 @@ class NewtonRun:
         if self.crawling >= _CRAWL:
             # statuses are settled, and what is left falls only as fast as α lets it
             self.least_weight, self.crawling = max(0.1 * self.least_weight, _LEAST), 0
-        self.weight = max(self.weight * self.decrease, self.least_weight)
+        self.weight = self._next_weight(before.steps)
         progress = self.error
         if self.static.any():
             progress = max(progress, self._soften(before))
@@ -293,6 +296,13 @@ class NewtonRun:
         self.idle = 0 if progress < 0.8 * self.best else self.idle + 1
         self.best = min(self.best, progress)
         return Outcome.STALLED if self.idle >= self.settings.patience else None
+
+    def _next_weight(self, steps: int) -> float:
+        """α of the round after one that took so many steps."""
+        if not self.settings.adaptive:
+            return max(self.weight * self.decrease, self.least_weight)
+        factor = 0.5 if steps <= _CHEAP else 1.0 if steps <= _DEAR else 2.0
+        return min(max(factor * self.weight, _LEAST), 1.0)
 
     def _soften(self, before: _Round) -> float:
         """The unbalanced impulse ε (U − U_k) relative to the loads; lowers ε where it falls slowly."""
@@ -341,6 +351,7 @@ _LEAST = 1e-9
 # Newton steps, and the error reached, of a round after which a tenth of ε will do
 _EASY = 4
 _CLOSE = 1e-3
+_CHEAP, _DEAR = 2, 4  # steps of a round up to which an adaptive α falls, above which it rises
 _SETTLED = 2  # steps of a round before its contacts' swinging means anything
 _RESTING = 2  # steps that leave the error as it is
 _FIRM = 1e-2  # ε from which a mechanism moves slowly enough to be followed

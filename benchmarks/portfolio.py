@@ -33,6 +33,7 @@ from masonry_fem.nscd.iterate import Method
 from masonry_fem.nscd.methods import newton
 from masonry_fem.nscd.methods.interior_point import InteriorPoint
 from masonry_fem.nscd.solvers import body_solver
+from masonry_fem.nscd.solvers.escape import Escape
 from masonry_fem.nscd.solvers.flips import Flips
 from masonry_fem.nscd.turns import Turn
 
@@ -142,6 +143,7 @@ def _parts() -> list[Switch]:
     return [
         Switch("plane form", kind, turns, "plane_form", nothing, _found),
         Switch("flips of rough contacts", kind, Flips, "swinging", no_swing, _some),
+        Switch("escape", kind, Escape, "watch", never, _some),
         Switch("krylov iterations", kind, body_solver.BodySolver, "iterates", never, _some),
         Switch("guesses kept as they are", kind, looping, "_holds", never, _some),
         Switch("brought to rest", kind, solving, "brought_to_rest", as_made, _changed),

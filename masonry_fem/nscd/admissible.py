@@ -110,7 +110,7 @@ def admissible_impulses(
         return replace(best, unbalanced=float(size > 0))
     # larger impulses leave more than the tolerance as rounding of their products with B
     largest = tolerance / np.finfo(float).eps * size / float(abs(rigid_map).max())
-    twin, transposed = driven(problem), rigid_map.T.tocsr()
+    twin, transposed = _twin(problem), rigid_map.T.tocsr()
     run, settings = InteriorPoint(sliding=np.inf).init(twin, None), SolverSettings(tolerance=1e-15)
     offer, static = run.guess(), problem.rigid_mass <= 0
     for _ in range(iterations):
@@ -225,8 +225,8 @@ def closed_part(problem: ContactProblem, contacts: np.ndarray) -> ContactProblem
     )
 
 
-def driven(problem: ContactProblem) -> ContactProblem:
-    """What the loads do at once to rigid blocks at rest of unit mass, of which only the static modes move."""
+def _twin(problem: ContactProblem) -> ContactProblem:
+    """Rigid blocks of unit mass at rest, of which only the static modes move."""
     static = problem.rigid_mass <= 0
     moves = np.concatenate([static, np.zeros((1, static.shape[1]), dtype=bool)])[problem.bodies]
     compliance = problem.compliance

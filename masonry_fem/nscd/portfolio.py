@@ -1,22 +1,25 @@
 """Portfolio: the one public way into the contact solver, and the choice of a method.
 
 "auto" takes turns (``turns``): methods one after another, each from the best state so far, until one
-converges. Only a proof ends the turns early or makes a verdict of no equilibrium, whatever the method: that
-no impulses can balance the loads, be it at all contacts, or at those that are closed or close within the
-step. A state that none of the turns improves, and that is near enough, is an answer of the accuracy it has.
+converges. Only a proof ends the turns early or makes a verdict of no equilibrium: that no impulses can
+balance the loads, be it at all contacts, or at those that are closed or close within the step. A state that
+none of the turns improves, and that is near enough, is an answer of the accuracy it has.
 """
 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
 
 from masonry_fem.errors import ProblemError
-from masonry_fem.nscd.admissible import admissible_impulses, driven, falling, weakened
+from masonry_fem.nscd.admissible import Admissible, admissible_impulses, falling, weakened
 from masonry_fem.nscd.cohesion import onto_cones
 from masonry_fem.nscd.in_plane import InPlane
 from masonry_fem.nscd.iterate import Iterate, Method, iterate
@@ -47,8 +50,6 @@ _ENDED = {
     Outcome.NO_EQUILIBRIUM,
     Outcome.AT_LIMIT,
 }
-# How exactly the motion of what falls is sought: far below the speeds that count as rest.
-SHOWN, NEARLY = 1e-6, 1e-4
 # Share of what pushes contacts together that they may be in each other by.
 FOLLOWED = 1e-2
 
@@ -85,44 +86,34 @@ def _solve(problem: ContactProblem, settings: SolverSettings, start: Start | Non
     if problem.count == 0:
         return iterate(problem, _Free(), settings, start)
 
-    case = Case(problem, settings, start)
-    if settings.method == "auto":
-        made = _choose(case)
-    else:
-        made = iterate(problem, _with_linear(make_method(settings.method), settings), settings, start)
-    return made if made.outcome in _ENDED else _without_end(case, made)
+    @cache
+    def loads() -> Admissible:
+        return admissible_impulses(problem)
 
-
-def _without_end(case: Case, made: Solution) -> Solution:
-    """What can be said where no method has come to an end."""
-    problem, settings = case.problem, case.settings
-    if case.falls:
-        return _falling(case, made)
     if settings.method != "auto":
+        method = _with_linear(make_method(settings.method), settings)
+        made = _judged(iterate(problem, method, settings, start), loads)
         return _near_enough(problem, made, settings) if made.outcome is Outcome.STALLED else made
+    made = _choose(problem, settings, start, loads)
+    return made if made.outcome in _ENDED else _without_end(problem, settings, made, loads)
+
+
+def _without_end(
+    problem: ContactProblem, settings: SolverSettings, made: Solution, loads: Callable[[], Admissible]
+) -> Solution:
+    """What can be said where the turns are used up."""
+    static = bool((problem.rigid_mass <= 0).any())
+    if static and loads().falls:
+        motion = loads().motion
+        return made if motion is None else _proven(problem, settings, made, motion)
     if _limited(made, settings):
         return made
-    if case.at_limit:
-        motion = weakened(problem).motion
-        return made if motion is None else _proven(problem, settings, made, motion, Outcome.AT_LIMIT)
     made = _near_enough(problem, made, settings)
-    if not case.static or _rounded(made, _rounding(problem, made, settings)):
+    if not static or _rounded(made, _rounding(problem, made, settings)):
         return made
-    return _doubted(problem, settings, made) if made.solved else _without_proof(case, made)
-
-
-def _falling(case: Case, made: Solution) -> Solution:
-    """The verdict that nothing balances the loads, with the motion that they drive blocks into at once."""
-    settings = replace(case.settings, method="auto", tolerance=SHOWN, acceptable=NEARLY, max_iterations=None)
-    first = _solve(driven(case.problem), settings, None)
-    told = replace(
-        made,
-        impulse=first.impulse,
-        iterations=made.iterations + first.iterations,
-        linear_solves=made.linear_solves + first.linear_solves,
-        seconds=made.seconds + first.seconds,
-    )
-    return _proven(case.problem, settings, told, first.rigid_velocity)
+    if made.solved:
+        return _doubted(problem, settings, made)
+    return _without_proof(problem, settings, made, loads)
 
 
 def _doubted(problem: ContactProblem, settings: SolverSettings, made: Solution) -> Solution:
@@ -137,13 +128,14 @@ def _doubted(problem: ContactProblem, settings: SolverSettings, made: Solution) 
     return made if slipping is None else _proven(problem, settings, made, slipping, Outcome.AT_LIMIT)
 
 
-def _without_proof(case: Case, made: Solution) -> Solution:
+def _without_proof(
+    problem: ContactProblem, settings: SolverSettings, made: Solution, loads: Callable[[], Admissible]
+) -> Solution:
     """What can be said of static bodies that no turn has found a state of, and that not all contacts fail."""
-    problem, settings = case.problem, case.settings
     motion = falling(problem, made.impulse)
     if motion is not None:
         return _proven(problem, settings, made, motion)
-    if not case.loads.stands:
+    if not loads().stands:
         return made
     made = replace(made, outcome=Outcome.UNDECIDED)
     return made if problem.rigid or problem.cohesive else _unstressed(problem, settings, made)
@@ -168,19 +160,23 @@ def _near_enough(problem: ContactProblem, made: Solution, settings: SolverSettin
     return replace(made, outcome=Outcome.INEXACT if near and follows else Outcome.STALLED)
 
 
-def _choose(case: Case) -> Solution:
-    """Turns until one converges, or a proof makes more of them needless; the best of their states."""
-    problem, settings = case.problem, case.settings
+def _choose(
+    problem: ContactProblem,
+    settings: SolverSettings,
+    start: Start | None,
+    loads: Callable[[], Admissible],
+) -> Solution:
+    """Turns until one converges; the best of their states."""
     began = time.monotonic()
     total: Solution | None = None
+    case = Case(problem, settings, start, loads)
     for turn in turns(case):
         if total is not None and settings.acceptable > 0 and total.quality.error <= turn.above:
             continue
         own = _share(turn, settings, 0 if total is None else total.iterations, time.monotonic() - began)
-        if own is None or (total is not None and case.proven):
+        if own is None:
             break
-        method = _with_linear(turn.make(case), settings)
-        made = iterate(problem, method, own, _origin(turn, problem, total, case.start))
+        made = _judged(_made(turn, case, own, _origin(turn, problem, total, start)), loads)
         total = made if total is None else _joined(total, made)
         if total.outcome in _ENDED:
             break
@@ -212,6 +208,23 @@ def _share(turn: Turn, settings: SolverSettings, iterations: int, seconds: float
     return replace(settings, max_iterations=most, time_limit=limit)
 
 
+def _made(turn: Turn, case: Case, settings: SolverSettings, start: Start | None) -> Solution:
+    """What a turn's method makes of the problem."""
+    problem, method = case.problem, _with_linear(turn.make(case), settings)
+    if turn.twin is None:
+        return iterate(problem, method, settings, start)
+    nothing = sparse.bsr_array(problem.compliance.shape, blocksize=problem.compliance.blocksize)
+    twin = replace(problem, compliance=nothing, friction=turn.twin * problem.friction)
+    made = iterate(twin, method, settings, start)
+    velocity = problem.velocity(made.impulse, made.rigid_velocity)
+    quality = assess(problem, made.impulse, made.rigid_velocity, least_impulse=settings.least_impulse)
+    # a verdict holds for both, convergence does not
+    outcome = Outcome.STALLED if made.solved else made.outcome
+    if turn.twin < 1 and outcome is Outcome.NO_EQUILIBRIUM:
+        outcome = Outcome.AT_LIMIT
+    return replace(made, velocity=velocity, quality=quality, outcome=outcome)
+
+
 def _with_linear(method: Method, settings: SolverSettings) -> Method:
     """The method, its linear systems solved as the settings say, where it has any."""
     if isinstance(method, InPlane):
@@ -240,6 +253,13 @@ def _origin(turn: Turn, problem: ContactProblem, state: Solution | None, start: 
     return Start(onto_cones(problem, state.impulse, state.velocity), state.rigid_velocity)
 
 
+def _judged(made: Solution, loads: Callable[[], Admissible]) -> Solution:
+    """The solution, its verdict withdrawn where nothing proves that the loads cannot be balanced."""
+    if made.outcome is Outcome.NO_EQUILIBRIUM and not loads().falls:
+        return replace(made, outcome=Outcome.UNDECIDED)
+    return made
+
+
 def _proven(
     problem: ContactProblem,
     settings: SolverSettings,
@@ -265,8 +285,10 @@ def _joined(first: Solution, second: Solution) -> Solution:
         "method": f"{first.method}+{second.method}",
         "history": np.concatenate([first.history, second.history + effort]),
     }
-    if second.quality.error <= first.quality.error:
+    if second.outcome.moves or second.quality.error <= first.quality.error:
         return replace(second, **counted)
+    if first.outcome is Outcome.UNDECIDED:
+        return replace(first, **counted)
     return replace(first, outcome=second.outcome, **counted)
 
 

@@ -1,13 +1,13 @@
 """Turn: one method's go at a problem; "auto" is the list ``TURNS``, of which a problem takes what suits it.
 
-- Static problems and elastic blocks: a few Newton steps, which is all that most need. Where it is then proven
-  that nothing can balance the loads, no turn follows. Else rigid blocks at rest, elastic ones from the
-  impulses of that rest, and what is done for many rigid blocks.
+- Static problems and elastic blocks: a few Newton steps, which is all that most need; where it is proven that
+  nothing can balance the loads, or could with a little less friction, as many as show what moves; else rigid
+  blocks at rest, elastic ones from the impulses of that rest, and what is done for many rigid blocks.
 - Many rigid blocks: the interior-point method, which nothing stops but rounding, sweeps that mend what
   is local in its result, and Newton to polish it. It cannot start from the step before: there a few
   Newton steps from the bonded state come first, which is all that sticking walls need.
-- What is left goes to Newton with other weights, where it is small, and to the following of a path where
-  rigid blocks move in a plane.
+- What is left goes to pivoting, where the problem is plane and small, to Newton with other weights,
+  where it is small, and to the following of a path where rigid blocks move in a plane.
 - Other problems are swept first, as long as the contraction seen promises an end.
 """
 
@@ -20,7 +20,7 @@ from typing import Literal
 
 import numpy as np
 
-from masonry_fem.nscd.admissible import Admissible, admissible_impulses, at_limit
+from masonry_fem.nscd.admissible import Admissible, at_limit
 from masonry_fem.nscd.in_plane import InPlane
 from masonry_fem.nscd.iterate import Method
 from masonry_fem.nscd.methods import make_method
@@ -45,6 +45,8 @@ NEWTON_STEPS = 120
 HELD_STEPS = 60
 # Proximal weights to try on few contacts: which leads out of a cycle differs from problem to problem.
 WEIGHTS = (1e-2, 1e-1, 1e-3)
+# Share of friction with which a structure at its limit moves fast enough to be seen.
+WEAK = 0.97
 # Error below which patience costs more than it brings: 240 steps bring a wall that slides from 5.5e-9 to
 # 3.5e-10.
 NEAR = 1e-8
@@ -59,10 +61,17 @@ class Case:
     ----------
     problem : What to solve. settings : How well.
     start : The caller's first guess.
+    loads : Tells whether any impulses balance the loads.
     """
 
-    def __init__(self, problem: ContactProblem, settings: SolverSettings, start: Start | None) -> None:
-        self.problem, self.settings, self.start = problem, settings, start
+    def __init__(
+        self,
+        problem: ContactProblem,
+        settings: SolverSettings,
+        start: Start | None,
+        loads: Callable[[], Admissible],
+    ) -> None:
+        self.problem, self.settings, self.start, self.loads = problem, settings, start, loads
         self.rigid, self.plain = problem.rigid, not problem.body_count
         self.elastic = not self.rigid and not self.plain
         self.few = problem.count < MANY
@@ -79,14 +88,9 @@ class Case:
         return self.start is not None and self.start.impulse is not None
 
     @cached_property
-    def loads(self) -> Admissible:
-        """Whether any impulses balance the loads."""
-        return admissible_impulses(self.problem)
-
-    @cached_property
     def falls(self) -> bool:
         """True where it is proven that nothing can balance the loads."""
-        return self.static and self.loads.falls
+        return self.static and self.loads().falls
 
     @cached_property
     def at_limit(self) -> bool:
@@ -94,9 +98,9 @@ class Case:
         return self.static and self.elastic and not self.few and not self.falls and at_limit(self.problem)
 
     @property
-    def proven(self) -> bool:
-        """True where a proof makes further turns needless."""
-        return self.falls or self.at_limit
+    def open(self) -> bool:
+        """True where nothing is proven yet."""
+        return not self.falls and not self.at_limit
 
     @property
     def swept(self) -> bool:
@@ -109,6 +113,13 @@ class Case:
         compliance = self.problem.compliance
         row = np.repeat(np.arange(self.problem.count), np.diff(compliance.indptr))
         return bool(compliance.data[compliance.indices != row].any())
+
+    @property
+    def small_plane(self) -> bool:
+        """True where pivoting can take the problem."""
+        from masonry_fem.nscd.methods.pivoting import MOST_CONTACTS  # noqa: PLC0415
+
+        return self.problem.dimension == 2 and self.problem.count <= MOST_CONTACTS
 
     @property
     def followable(self) -> bool:
@@ -136,6 +147,7 @@ class Turn:
     origin : What it starts from: "given" (the caller's first guess), "best" (the best state so far), "held"
         (impulses that balance the loads, see ``rest``), "close" (the best state where that is close to a
         solution, else none) or "cold".
+    twin : Share of friction of the rigid twin that is asked instead, which shows what moves.
     above : Error down to which it is worth its time, where no tolerance was set.
     """
 
@@ -144,6 +156,7 @@ class Turn:
     make: Callable[[Case], Method]
     iterations: int | None = None
     origin: Literal["given", "best", "close", "held", "cold"] = "given"
+    twin: float | None = None
     above: float = 0.0
 
 
@@ -189,6 +202,12 @@ def _firm_newton(weight: float) -> Callable[[Case], Method]:
     return make
 
 
+def _pivoting(case: Case) -> Method:
+    from masonry_fem.nscd.methods.pivoting import Pivoting  # noqa: PLC0415
+
+    return Pivoting(shows=False)  # its turn comes where it is not proven that anything moves
+
+
 def _interior_point(case: Case) -> Method:
     from masonry_fem.nscd.methods.interior_point import InteriorPoint  # noqa: PLC0415
 
@@ -228,17 +247,21 @@ TURNS = (
         BRIEF,
     ),
     Turn("moving newton", lambda at: at.elastic and not at.static, _moving_newton, NEWTON_STEPS),
-    Turn("rest", lambda at: at.static and at.rigid, lambda at: Rest()),
+    # what moves, rigid blocks show at a fifth of the cost
+    Turn("rigid twin", lambda at: at.falls and not at.rigid, _newton, twin=1.0),
+    Turn("newton", lambda at: at.falls, _newton),
+    Turn("weaker twin", lambda at: at.at_limit, _newton, twin=WEAK),
+    Turn("rest", lambda at: at.static and at.open and at.rigid, lambda at: Rest()),
     Turn(
         "newton from held impulses",
-        lambda at: at.static and not at.rigid and not at.problem.cohesive,
+        lambda at: at.static and at.open and not at.rigid and not at.problem.cohesive,
         _newton,
         HELD_STEPS,
         "held",
     ),
     Turn("first sweeps", lambda at: at.swept, _sweeps(HORIZON)),
     Turn("newton after sweeps", lambda at: at.swept, _newton, NEWTON_STEPS, "close"),
-    Turn("interior point", lambda at: not at.plain, _in_plane(_interior_point), origin="cold"),
+    Turn("interior point", lambda at: at.open and not at.plain, _in_plane(_interior_point), origin="cold"),
     # where the interior point meets a fold of its path the error is local: sweeps get across
     Turn(
         "sweeps after the interior point",
@@ -246,21 +269,22 @@ TURNS = (
         _in_plane(_sweeps(ENDING)),
         origin="best",
     ),
-    Turn("polish", lambda at: not at.plain, _in_plane(_newton), POLISH, "best"),
-    Turn("searching newton", lambda at: at.few and at.elastic, _searching_newton, NEWTON_STEPS),
+    Turn("polish", lambda at: at.open and not at.plain, _in_plane(_newton), POLISH, "best"),
+    Turn("pivoting", lambda at: at.open and at.small_plane, _pivoting, origin="cold"),
+    Turn("searching newton", lambda at: at.open and at.few and at.elastic, _searching_newton, NEWTON_STEPS),
     *(
         Turn(
             "firm newton",
-            lambda at: at.few and not at.plain,
+            lambda at: at.open and at.few and not at.plain,
             _firm_newton(weight),
             NEWTON_STEPS,
         )
         for weight in WEIGHTS
     ),
-    Turn("path", lambda at: not at.plain and at.followable, _path, origin="best", above=NEAR),
+    Turn("path", lambda at: at.open and not at.plain and at.followable, _path, origin="best", above=NEAR),
     Turn(
         "patient newton",
-        lambda at: not at.plain,
+        lambda at: at.open and not at.plain,
         _in_plane(_patient_newton),
         origin="best",
         above=NEAR,

@@ -10,12 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from masonry_fem.errors import ProblemError
-from masonry_fem.nscd import ContactProblem, SolverSettings, assess
-from masonry_fem.nscd.iterate import iterate
-from masonry_fem.nscd.methods.nsgs import GaussSeidel
+from masonry_fem.nscd import ContactProblem, SolverSettings, assess, solve
 from tests.nscd import walls
 from tests.nscd.enumeration import enumerate_solutions
-from tests.nscd.pivoting import Pivoting
 from tests.nscd.plane import plane_problem, plane_wall, soft
 
 
@@ -41,8 +38,8 @@ def test_a_rod_that_must_stop():
     (found,) = enumerate_solutions(problem)
     assert found.status == ("stick",)
     np.testing.assert_allclose(found.impulse, [[3.085, -4.03]])
-    for method in (Pivoting(), GaussSeidel()):
-        made = iterate(problem, method, SolverSettings(tolerance=1e-10))
+    for method in ("pivoting", "nsgs"):
+        made = solve(problem, SolverSettings(method=method, tolerance=1e-10))
         np.testing.assert_allclose(made.impulse, found.impulse, rtol=1e-6)
 
 
@@ -90,7 +87,7 @@ def test_little_friction_on_regular_problems_is_unique_and_found(count, seed, fr
         np.eye(2 * count) + root @ root.T, generator.normal(size=(count, 2)), friction
     )
     (found,) = enumerate_solutions(problem)
-    made = iterate(problem, Pivoting(), SolverSettings(tolerance=1e-10))
+    made = solve(problem, SolverSettings(method="pivoting", tolerance=1e-10))
     np.testing.assert_allclose(made.impulse, found.impulse, atol=1e-8)
 
 

@@ -11,7 +11,6 @@ from scipy import sparse
 from masonry_fem.nscd.iterate import iterate
 from masonry_fem.nscd.methods.newton import ProximalNewton
 from masonry_fem.nscd.outcome import Outcome
-from masonry_fem.nscd.portfolio import solve
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.settings import SolverSettings, Start
 from tests.nscd import walls
@@ -21,11 +20,6 @@ TIGHT = SolverSettings(tolerance=1e-11)
 
 def newton(problem, settings=TIGHT, start=None):
     return iterate(problem, ProximalNewton(), settings, start)
-
-
-def judged(problem):
-    """What Newton's method makes of a problem, with a verdict where it comes to no end."""
-    return solve(problem, replace(TIGHT, method="newton"))
 
 
 def micrometres(structure, problem, solution, block, point):
@@ -104,9 +98,10 @@ def test_initial_gaps_change_nothing_but_the_gap():
 def test_overloaded_cube_is_told_to_tip(horizontal):
     """A10.3: no equilibrium, and U turns the upper cube about its toe (+x, y axis)."""
     problem = walls.cubes(4, horizontal).problem()
-    found = judged(problem)
+    found = newton(problem)
     assert found.outcome is Outcome.NO_EQUILIBRIUM
     mechanism = problem.contact_velocity(found.rigid_velocity).reshape(5, 5, 3)
+    assert abs(np.linalg.norm(found.rigid_velocity) - 1) < 1e-9
     opening = mechanism[:, :, 0] / mechanism[0, 0, 0]
     np.testing.assert_allclose(opening, np.linspace(1, 0, 5)[:, None] * np.ones(5), atol=1e-5)
 
@@ -117,7 +112,7 @@ def test_block_on_a_slope_slides_or_stands(friction):
     block = [((0.0, 0.0, 0.0), (1.0, 1.0, 0.5))]
     down = 9.81 * np.array([0.5, 0.0, -1.0]) / np.sqrt(1.25)
     problem = walls.rigid_boxes(block, [(0, -1, 2)], friction=friction, acceleration=down, inertia=0.0)
-    found = judged(problem)
+    found = newton(problem)
     if friction > 0.5:
         assert found.outcome is Outcome.CONVERGED
         np.testing.assert_allclose(
@@ -192,21 +187,12 @@ def test_misleading_first_guess_is_left(slender_arch):
     np.testing.assert_allclose(warm.impulse, cold.impulse, atol=1e-7 * np.abs(cold.impulse).max())
 
 
-@pytest.mark.parametrize(
-    ("share", "outcome"),
-    [
-        (0.95, Outcome.CONVERGED),
-        (0.99999, Outcome.CONVERGED),
-        (1.00001, Outcome.STALLED),  # 8e-6 of the loads is missing: too little for a proof
-        (1.0001, Outcome.NO_EQUILIBRIUM),
-        (1.05, Outcome.NO_EQUILIBRIUM),
-    ],
-)
-def test_verdicts_hold_near_the_limit(share, outcome):
+@pytest.mark.parametrize("share", [0.95, 0.99999, 1.00001, 1.05])
+def test_verdicts_hold_near_the_limit(share):
     """A10.3's cube tips where the shear on its top exceeds half of what presses it down."""
     limit = 0.5 * (1e6 + walls.DENSITY * 9.81)
-    found = judged(walls.cubes(4, share * limit).problem())
-    assert found.outcome is outcome
+    found = newton(walls.cubes(4, share * limit).problem())
+    assert found.outcome is (Outcome.CONVERGED if share < 1 else Outcome.NO_EQUILIBRIUM)
 
 
 def test_two_runs_agree_bit_for_bit():

@@ -17,10 +17,7 @@ if TYPE_CHECKING:
 
 
 # Methods of earlier versions, and what to write instead.
-GONE = {
-    name: f"'{name}' is gone, and 'auto' solves what it solved; write 'auto', or leave method out"
-    for name in ("admm", "pivoting")
-}
+GONE = {"admm": "'admm' is gone, and 'auto' solves what it solved; write 'auto', or leave method out"}
 
 
 def names() -> tuple[str, ...]:

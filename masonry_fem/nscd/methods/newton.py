@@ -6,8 +6,8 @@ Newton steps, the problem regularised about a centre (p_k, U_k)
     v + α w (p − p_k) instead of v,        M_r (U − U_0) + ε (U − U_k) instead of M_r (U − U_0)
 
 and moves the centre there, with a smaller α. The second term acts only where M_r = 0: it keeps the
-matrix regular whatever the active set. Where no equilibrium exists its impulse stays from round to round,
-whatever ε, and U runs off: the method then stalls, and whoever asked it looks for a proof (``admissible``).
+matrix regular whatever the active set, and it is what decides that no equilibrium exists: then the
+unbalanced impulse stays from round to round, whatever ε, and U runs off along the mechanism.
 
 The first step of a cold start is the *bonded* one: all contacts closed and sticking.
 
@@ -29,6 +29,7 @@ from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import Quality, rounding
 from masonry_fem.nscd.scaling import contact_scale, whole_scale
 from masonry_fem.nscd.settings import ACCEPTABLE, SolverSettings, Start
+from masonry_fem.nscd.solvers.escape import Escape
 from masonry_fem.nscd.solvers.flips import Flips
 from masonry_fem.nscd.solvers.linearisation import Linearisation, bonded_contacts, linearise, slipping
 from masonry_fem.nscd.solvers.newton_system import NewtonSystem, block_rows
@@ -138,7 +139,7 @@ class NewtonRun:
         self.solved_before: FloatArray | None = None  # v that the first impulses belong to
         self.error = 1.0  # natural map at the last centre
         self.softens = True  # ε may fall again after it had to rise
-        self.unbalanced = np.inf  # what ε bore of the loads in the last round
+        self.escape = Escape()
         self.best, self.idle, self.crawling = np.inf, 0, 0
         self.least, self.resting = np.inf, 0  # least error, and how many steps stayed at it
         if start is not None and start.impulse is not None:
@@ -191,9 +192,10 @@ class NewtonRun:
         return self.least <= rounding(self.problem, self.impulse, self.rigid_velocity).error
 
     def _offer(self, verdict: Outcome | None, solves: int) -> Iterate:
-        return Iterate(
-            self.impulse, self.rigid_velocity, iterations=solves, linear_solves=solves, verdict=verdict
-        )
+        velocity = self.rigid_velocity
+        if verdict is Outcome.NO_EQUILIBRIUM:
+            velocity = self.escape.mechanism
+        return Iterate(self.impulse, velocity, iterations=solves, linear_solves=solves, verdict=verdict)
 
     # one Newton step
 
@@ -291,11 +293,14 @@ class NewtonRun:
         self.weight = self._next_weight(before.steps)
         progress = self.error
         if self.static.any():
-            progress = max(progress, self._soften(before))
+            progress = max(progress, self._watch_equilibrium(before))
+            if self.escape.sure:
+                return Outcome.NO_EQUILIBRIUM
         self.round = self._new_round()
         self.idle = 0 if progress < 0.8 * self.best else self.idle + 1
         self.best = min(self.best, progress)
-        return Outcome.STALLED if self.idle >= self.settings.patience else None
+        stuck = self.idle >= self.settings.patience and not self.escape.rounds
+        return Outcome.STALLED if stuck else None
 
     def _next_weight(self, steps: int) -> float:
         """α of the round after one that took so many steps."""
@@ -304,18 +309,22 @@ class NewtonRun:
         factor = 0.5 if steps <= _CHEAP else 1.0 if steps <= _DEAR else 2.0
         return min(max(factor * self.weight, _LEAST), 1.0)
 
-    def _soften(self, before: _Round) -> float:
-        """The unbalanced impulse ε (U − U_k) relative to the loads; lowers ε where it falls slowly."""
-        left = before.mass * (self.rigid_velocity - before.rigid_velocity)
+    def _watch_equilibrium(self, before: _Round) -> float:
+        """The unbalanced impulse ε (U − U_k) relative to the loads; counts the rounds it did not fall in."""
+        travelled = self.rigid_velocity - before.rigid_velocity
+        left = before.mass * travelled
         loads = max(
             float(np.linalg.norm(self.problem.rigid_impulse)),
             float(np.linalg.norm(self.problem.side_impulse(self.impulse))),
         )
         relative = float(np.linalg.norm(left)) / loads if loads > 0 else 0.0
-        slow, self.unbalanced = relative > 0.1 * self.unbalanced, relative
+        slow = relative > 0.1 * self.escape.last
         easy = before.steps <= _EASY and self.error < _CLOSE
+        if self.escape.watch(relative, travelled):
+            # firm rounds show a mechanism in few steps, weak ones tell it from slow progress
+            self.static_mass *= 0.1
         # ε U is all that is left of balance; a long chain has modes far softer than the first ε
-        if slow and easy and self.softens:
+        elif slow and easy and self.softens:
             self.static_mass *= 0.1
         return relative
 

@@ -1,4 +1,4 @@
-"""Pivoting: an oracle of small plane problems, which it solves exactly, as linear complementarity problems.
+"""Pivoting: small plane problems solved exactly, as a linear complementarity problem.
 
 In 2D Coulomb's cone has two edges, and with p_T = β⁺ − β⁻ and the sliding speed λ
 
@@ -9,7 +9,9 @@ balance as two inequalities. The matrix is copositive where W is positive semi-d
 Lemke's method finds a solution of every step whose blocks have inertia and can be at rest (Anitescu
 and Potra 1997). Otherwise it may end on a secondary ray, which does not prove that there is none:
 bodies wedged by prescribed motions, statics without an equilibrium, or statics of blocks that only
-the friction of a self-stress holds.
+the friction of a self-stress holds. In statics neither a ray nor where it begins is a mechanism: on the ray a
+block may slide that friction would let tip only. What moves is shown by a step from rest of the same bodies
+with unit masses.
 
 Where cohesion has a stiffness, it is eliminated first: W, B and M become those by p̃ (``_fold``).
 
@@ -18,7 +20,7 @@ Where cohesion has a stiffness, it is eliminated first: W, B and M become those 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,12 +29,12 @@ from scipy.linalg import lapack
 
 from masonry_fem.errors import ProblemError
 from masonry_fem.nscd.iterate import Iterate
+from masonry_fem.nscd.lemke import Lemke
 from masonry_fem.nscd.outcome import Outcome
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import Quality
 from masonry_fem.nscd.scaling import contact_scale
 from masonry_fem.nscd.settings import SolverSettings, Start
-from tests.nscd.lemke import Lemke
 
 FloatArray = NDArray[np.float64]
 
@@ -50,9 +52,11 @@ class Pivoting:
     Attributes
     ----------
     iterations : Pivots in all.
+    shows : Whether it looks for what moves where a static problem ends on a ray, which takes as long again.
     """
 
     iterations: int = 20_000
+    shows: bool = True
 
     @property
     def name(self) -> str:
@@ -68,18 +72,29 @@ class Pivoting:
         """
         if problem.dimension != 2:
             raise ProblemError(
-                "pivoting got a problem in 3D, expected one in 2D, where the friction cone has two edges"
+                "method 'pivoting' got a problem in 3D, expected one in 2D, where the friction cone has two "
+                "edges; use 'auto' or 'newton'"
             )
         if problem.count > MOST_CONTACTS:
-            raise ProblemError(f"pivoting got {problem.count} contacts, expected at most {MOST_CONTACTS}")
-        return PivotingRun(problem, start)
+            raise ProblemError(
+                f"method 'pivoting' got {problem.count} contacts, expected at most {MOST_CONTACTS}; "
+                "use 'auto' or 'newton'"
+            )
+        return PivotingRun(problem, start, shows=self.shows)
+
+
+method = Pivoting  # of ``[solver]``
 
 
 class PivotingRun:
     """Working memory of the method on one problem."""
 
-    def __init__(self, problem: ContactProblem, start: Start | None) -> None:
-        self.problem, self.start = problem, start
+    def __init__(self, problem: ContactProblem, start: Start | None, *, shows: bool = True) -> None:
+        self.problem, self.start, self.shows = problem, start, shows
+        self.lost: Iterate | None = None  # where the ray of a static problem begins
+        self._open(problem)
+
+    def _open(self, problem: ContactProblem) -> None:
         self.table = ComplementarityTable(problem)
         self.tableau = Lemke(self.table.M, self.table.q)
 
@@ -102,9 +117,35 @@ class PivotingRun:
         made = tableau.pivots - before
         if tableau.verdict == "solved":
             impulse, velocity = self.table.resolve(tableau.chosen)
-            return Iterate(impulse, velocity, iterations=made, linear_solves=1, verdict=Outcome.STALLED)
-        verdict = Outcome.STALLED if tableau.verdict == "ray" else None
-        return Iterate(*self.table.unpack(tableau.state()), iterations=made, verdict=verdict)
+            offer = Iterate(impulse, velocity, iterations=made, linear_solves=1, verdict=Outcome.STALLED)
+            if self.lost is None:
+                return offer
+            return replace(offer, impulse=self.lost.impulse, verdict=Outcome.NO_EQUILIBRIUM)
+        ended = tableau.verdict == "ray"
+        if self.lost is not None:
+            return replace(self.lost, iterations=made, verdict=Outcome.NO_EQUILIBRIUM if ended else None)
+        offer = Iterate(*self.table.unpack(tableau.state()), iterations=made)
+        return self._after_ray(offer) if ended else offer
+
+    def _after_ray(self, offer: Iterate) -> Iterate:
+        """The verdict of a ray; in statics first the search for what moves."""
+        if not (self.problem.rigid_mass <= 0).any():
+            return replace(offer, verdict=Outcome.STALLED)
+        if not self.shows:
+            return replace(offer, verdict=Outcome.NO_EQUILIBRIUM)
+        self.lost = offer
+        self._open(_driven(self.problem))
+        return offer
+
+
+def _driven(problem: ContactProblem) -> ContactProblem:
+    """The problem with unit masses, at rest before the step, for what has none."""
+    static = problem.rigid_mass <= 0
+    return replace(
+        problem,
+        rigid_mass=np.where(static, 1.0, problem.rigid_mass),
+        rigid_velocity=np.where(static, 0.0, problem.rigid_velocity),
+    )
 
 
 class ComplementarityTable:

@@ -80,9 +80,7 @@ def turned(rounds: Rounds, first: Round) -> Turned:
         exact = count > 1 or not rounds.rough
         if (rest <= 1 and exact) or idle > PATIENCE or count > MOST:
             break  # holds, or as far as rounding lets it go, or round in circles
-        # where a rough round turns nothing the place is right already, and only its solution is not
-        at = made.place if rest <= 1 else places.following(made, there)
-        following = rounds.solved(at, made)
+        following = rounds.solved(places.following(made, there), made)
         if not following.solution.solved:
             return _lost(rounds, following)
         made = following

@@ -10,7 +10,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -104,18 +104,6 @@ class Rounds:
     def nonlinear(self) -> bool:
         """Whether some blocks are."""
         return any(group.nonlinear for group in self.model.groups)
-
-    @property
-    def rough(self) -> bool:
-        """Whether the first round is not the last: elastic blocks that turn in statics always do a little."""
-        turns = any(group.turns and group.deforms for group in self.model.groups)
-        given = self.scheme.inertia == 0 and not self.model.fixed and self.model.control is None
-        return turns and given and not self.nonlinear
-
-    @property
-    def roughly(self) -> Self:
-        """The same with the root of the tolerance: where a round leads is not exact but to second order."""
-        return replace(self, settings=replace(self.settings, tolerance=np.sqrt(self.settings.tolerance)))
 
     def solved(self, place: Place, last: Round | None, ends: tuple[Any, ...] | None = None) -> Round:
         """The contact problem at a place, from where the last round ended.

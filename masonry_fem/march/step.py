@@ -148,11 +148,9 @@ def step(
 
 def _first(rounds: Rounds) -> Round:
     """The round that is linearised where the step begins; more only where blocks are not linear."""
-    if rounds.nonlinear:
-        return settled_stresses(rounds, rounds.solved(rounds.start, None))
-    if rounds.rough:
-        return rounds.roughly.solved(rounds.start, None)
     made, last = rounds.solved(rounds.start, None), np.inf
+    if rounds.nonlinear:
+        return settled_stresses(rounds, made)
     for _ in range(MOST):
         if made.solution.outcome.moves:
             break

@@ -77,8 +77,7 @@ def turned(rounds: Rounds, first: Round) -> Turned:
             rest = max(rest, made.residuals[-1] / NEWTON_TOLERANCE)
         idle, count = 0 if rest <= 0.5 * least else idle + 1, count + 1
         least = min(least, rest)
-        exact = count > 1 or not rounds.rough
-        if (rest <= 1 and exact) or idle > PATIENCE or count > MOST:
+        if rest <= 1 or idle > PATIENCE or count > MOST:
             break  # holds, or as far as rounding lets it go, or round in circles
         following = rounds.solved(places.following(made, there), made)
         if not following.solution.solved:

@@ -75,11 +75,11 @@ def turned(rounds: Rounds, first: Round) -> Turned:
         rest = max(left / asked, missed / nothing)
         if made.residuals:
             rest = max(rest, made.residuals[-1] / NEWTON_TOLERANCE)
-        idle, count = 0 if rest <= 0.5 * least else idle + 1, count + 1
+        nearer, idle, count = rest < least, 0 if rest <= 0.5 * least else idle + 1, count + 1
         least = min(least, rest)
         if rest <= 1 or idle > PATIENCE or count > MOST:
             break  # holds, or as far as rounding lets it go, or round in circles
-        following = rounds.solved(places.following(made, there), made)
+        following = rounds.solved(places.following(made, there, nearer=nearer), made)
         if not following.solution.solved:
             return _lost(rounds, following)
         made = following
@@ -162,21 +162,25 @@ class _Places:
         self._at: list[_Motion] = []
         self._to: list[_Motion] = []
 
-    def following(self, made: Round, there: Place) -> Place:
+    def following(self, made: Round, there: Place, *, nearer: bool) -> Place:
         """Where the next round is to be made.
 
-        At first that is where the first one led, then the combination of places that is nearest to leading to
-        itself.
+        That is where the first one led, then the combination of places that is nearest to leading to itself.
+        A round that came no nearer tells that its contacts are others than before: secants begin anew with it.
 
         Parameters
         ----------
-        made : The last round. there : Where it led.
+        made : The last round. there : Where it led. nearer : It left less of balance than all before.
         """
         to = _Motion.of(self._rounds, made.bodies)
         if not self._to:  # statics starts from rest
             self._at, self._to = [_Motion.combined(np.zeros(1), [to])], [to]
             return there
-        self._at = [*self._at[-DEPTH:], _Motion.of(self._rounds, made.place.bodies)]
+        at = _Motion.of(self._rounds, made.place.bodies)
+        if not nearer:
+            self._at, self._to = [at], [to]
+            return there
+        self._at = [*self._at[-DEPTH:], at]
         self._to = [*self._to[-DEPTH:], to]
         return self._reached(made, _Motion.combined(self._weights(), self._to))
 

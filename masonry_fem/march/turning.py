@@ -159,40 +159,39 @@ class _Places:
 
     def __init__(self, rounds: Rounds) -> None:
         self._rounds = rounds
-        self._at: list[_Motion] = []
+        self._solved = [index for index, group in enumerate(rounds.model.groups) if not group.prescribed]
         self._to: list[_Motion] = []
+        self._gone: list[FloatArray] = []  # how far each round led from its own place
+        self._closed = np.zeros(0, dtype=bool)
 
     def following(self, made: Round, there: Place, *, nearer: bool) -> Place:
         """Where the next round is to be made.
 
         That is where the first one led, then the combination of places that is nearest to leading to itself.
-        A round that came no nearer tells that its contacts are others than before: secants begin anew with it.
+        Secants begin anew with a round that came no nearer and closed other contacts than the one before.
 
         Parameters
         ----------
         made : The last round. there : Where it led. nearer : It left less of balance than all before.
         """
         to = _Motion.of(self._rounds, made.bodies)
-        if not self._to:  # statics starts from rest
-            self._at, self._to = [_Motion.combined(np.zeros(1), [to])], [to]
-            return there
-        at = _Motion.of(self._rounds, made.place.bodies)
-        if not nearer:
-            self._at, self._to = [at], [to]
-            return there
-        self._at = [*self._at[-DEPTH:], at]
-        self._to = [*self._to[-DEPTH:], to]
-        return self._reached(made, _Motion.combined(self._weights(), self._to))
+        gone = self._unknowns(to.rigid)
+        if self._to:  # the first round was made where statics is at rest
+            gone = gone - self._unknowns(_Motion.of(self._rounds, made.place.bodies).rigid)
+        closed = made.impulse.any(axis=1)
+        alone = not self._to or not (nearer or np.array_equal(closed, self._closed))
+        self._closed = closed
+        self._to = [to] if alone else [*self._to[-DEPTH:], to]
+        self._gone = [gone] if alone else [*self._gone[-DEPTH:], gone]
+        return there if alone else self._reached(made, _Motion.combined(self._weights(), self._to))
+
+    def _unknowns(self, rigid: tuple[FloatArray, ...]) -> FloatArray:
+        """Rigid velocities of the blocks that are free, in a row."""
+        return np.concatenate([rigid[index].ravel() for index in self._solved])
 
     def _weights(self) -> FloatArray:
         """Shares, of sum 1, of the rounds so far, by which the distances that they went cancel best."""
-        solved = [index for index, group in enumerate(self._rounds.model.groups) if not group.prescribed]
-        gone = np.array(
-            [
-                np.concatenate([(to.rigid[index] - at.rigid[index]).ravel() for index in solved])
-                for to, at in zip(self._to, self._at, strict=True)
-            ]
-        )
+        gone = np.array(self._gone)
         shares = np.linalg.lstsq((gone[1:] - gone[:-1]).T, gone[-1], rcond=None)[0]
         weights = np.zeros(len(gone))
         weights[-1] = 1.0

@@ -173,7 +173,8 @@ def _choose(
     for turn in turns(case):
         if total is not None and settings.acceptable > 0 and total.quality.error <= turn.above:
             continue
-        own = _share(turn, settings, 0 if total is None else total.iterations, time.monotonic() - began)
+        spent = 0 if total is None else total.iterations
+        own = _share(turn.most(case), settings, spent, time.monotonic() - began)
         if own is None:
             break
         made = _judged(_made(turn, case, own, _origin(turn, problem, total, start)), loads)
@@ -195,9 +196,11 @@ def _rounding(problem: ContactProblem, made: Solution, settings: SolverSettings)
     return rounding(problem, made.impulse, made.rigid_velocity, least_impulse=settings.least_impulse)
 
 
-def _share(turn: Turn, settings: SolverSettings, iterations: int, seconds: float) -> SolverSettings | None:
-    """What is left of the limits for a turn; None where the iterations are used up."""
-    most, limit = turn.iterations, settings.time_limit
+def _share(
+    most: int | None, settings: SolverSettings, iterations: int, seconds: float
+) -> SolverSettings | None:
+    """What is left of the limits for a turn of so many; None where the iterations are used up."""
+    limit = settings.time_limit
     if settings.max_iterations is not None:
         left = settings.max_iterations - iterations
         if left <= 0:

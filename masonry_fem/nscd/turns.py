@@ -39,6 +39,9 @@ MANY = 500
 ENDING = 1_500
 # Newton steps in which blocks show whether they stick: then they are enough.
 BRIEF = 10
+# Newton steps of elastic blocks from the round before: where contacts hardly hold, few blocks that turned a
+# little may take so many; from anywhere else it takes more.
+LED_STEPS = 40
 # Newton steps on few rigid blocks before the interior point takes over.
 NEWTON_STEPS = 120
 # Newton steps of elastic blocks from what would hold them if they were rigid: chains take fifty.
@@ -86,6 +89,11 @@ class Case:
     def warm(self) -> bool:
         """True where the caller knows of impulses."""
         return self.start is not None and self.start.impulse is not None
+
+    @property
+    def led(self) -> bool:
+        """True for elastic blocks of which the caller knows how they moved in a problem nearly like this."""
+        return self.elastic and self.static and self.start is not None and self.start.velocity is not None
 
     @cached_property
     def falls(self) -> bool:
@@ -143,7 +151,7 @@ class Turn:
     name : What tables call it.
     when : Tells whether a problem takes it.
     make : Makes the method.
-    iterations : Its limit; None: its own.
+    iterations : Its limit, or what tells it of a problem; None: its own.
     origin : What it starts from: "given" (the caller's first guess), "best" (the best state so far), "held"
         (impulses that balance the loads, see ``rest``), "close" (the best state where that is close to a
         solution, else none) or "cold".
@@ -154,10 +162,14 @@ class Turn:
     name: str
     when: Callable[[Case], bool]
     make: Callable[[Case], Method]
-    iterations: int | None = None
+    iterations: int | Callable[[Case], int] | None = None
     origin: Literal["given", "best", "close", "held", "cold"] = "given"
     twin: float | None = None
     above: float = 0.0
+
+    def most(self, case: Case) -> int | None:
+        """Its limit of iterations on a problem."""
+        return self.iterations(case) if callable(self.iterations) else self.iterations
 
 
 def turns(case: Case) -> Iterator[Turn]:
@@ -244,7 +256,7 @@ TURNS = (
         "first newton steps",
         lambda at: at.static or at.elastic or (at.warm and not at.plain and not at.few),
         _newton,
-        BRIEF,
+        lambda at: LED_STEPS if at.led else BRIEF,
     ),
     Turn("moving newton", lambda at: at.elastic and not at.static, _moving_newton, NEWTON_STEPS),
     # what moves, rigid blocks show at a fifth of the cost

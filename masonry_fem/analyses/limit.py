@@ -194,6 +194,12 @@ def _notes(scene: specs.Scene, built: Built, problem: LimitProblem) -> Iterable[
     """What was left out or taken otherwise than the scene says."""
     if built.stones.deforming:
         yield "elastic blocks count as rigid"
+    if yielding := built.stones.yielding:
+        first = built.stones.assembly.blocks[yielding[0]].name
+        yield (
+            f"{len(yielding)} inelastic blocks, first '{first}', count as rigid and neither yield nor crack: "
+            "what is carried here may crush or split them, and nothing spreads in them; give fill as a load"
+        )
     if problem.strength.cohesive:
         yield "joints keep their cohesion however far they move"
     idle = int((~problem.active).sum())

@@ -67,6 +67,11 @@ class Stones:
         """Numbers of the blocks that deform."""
         return [block for block, own in enumerate(self.fidelity) if deforms(own)]
 
+    @property
+    def yielding(self) -> list[int]:
+        """Numbers of the blocks whose material may yield or crack."""
+        return [block for block in self.deforming if fidelity_of(self.fidelity[block]).yields]
+
 
 def block_names(assembly: Assembly) -> list[tuple[str, ...]]:
     """What a selector is matched against, by block: its name and its groups."""

@@ -234,6 +234,24 @@ gravity = [0, -9.81]
     assert held["x"] == pytest.approx([0.0, 0.0], abs=1e-8 * own)
 
 
+def test_what_may_yield_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "pier.toml"
+    path.write_text("""
+dimension = 2
+materials.stone.density = 2400
+materials.stone.young = "10 GPa"
+materials.stone.inelastic = { law = "drucker_prager", cohesion = "2 MPa", friction_angle = 35 }
+structures = [{ kind = "stack", name = "pier", material = "stone", size = [1.0, 0.5], count = 2 }]
+joints = [{ friction = 0.4 }]
+loads.gravity = [0, -9.81]
+[[overrides]]
+blocks = "pier.b2"
+fidelity = "inelastic"
+""")
+    (note,) = (note for note in analyse(load(path), tilt="x").notes if "inelastic" in note)
+    assert note.startswith("1 inelastic blocks, first 'pier.b2', count as rigid")
+
+
 # --- the command ------------------------------------------------------------------------------------
 
 

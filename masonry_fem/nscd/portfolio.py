@@ -152,7 +152,8 @@ def _near_enough(problem: ContactProblem, made: Solution, settings: SolverSettin
     Where supports close in on rigid blocks that have no way out, no state follows them, and the impulses that
     stand for it mean nothing; beside the speed of free fall that may be an error of 1e-7.
     """
-    pushed = float(np.maximum(-problem.free_velocity[:, 0], 0.0).max(initial=0.0))
+    firm = problem.compliance.diagonal().reshape(problem.count, -1)[:, 0] == 0  # nothing gives way there
+    pushed = float(np.maximum(-problem.free_velocity[firm, 0], 0.0).max(initial=0.0))
     bounds = _rounding(problem, made, settings)
     follows = pushed <= bounds.max_penetration or made.quality.max_penetration <= FOLLOWED * pushed
     # a tolerance that was set is held to; but of rigid blocks there is no other model that rounds less

@@ -70,7 +70,9 @@ class Stones:
     @property
     def yielding(self) -> list[int]:
         """Numbers of the blocks whose material may yield or crack."""
-        return [block for block in self.deforming if fidelity_of(self.fidelity[block]).yields]
+        return [
+            block for block, own in enumerate(self.fidelity) if own is not None and fidelity_of(own).yields
+        ]
 
 
 def block_names(assembly: Assembly) -> list[tuple[str, ...]]:

@@ -46,13 +46,18 @@ class Turned:
 
     Attributes
     ----------
-    made : The last round. place : Where it led, and where its impulses balance.
+    made : The round that came nearest. place : Where it led, and where its impulses balance.
     strayed : Impulses balance where the step begins, and none were found that do where it leads.
     """
 
     made: Round
     place: Place
     strayed: bool
+
+    def counting(self, last: Round) -> Self:
+        """The same with the efforts of all rounds, up to the ``last`` one."""
+        spent = {name: getattr(last.solution, name) for name in ("iterations", "linear_solves", "seconds")}
+        return replace(self, made=replace(self.made, solution=replace(self.made.solution, **spent)))
 
 
 def turned(rounds: Rounds, first: Round) -> Turned:
@@ -62,7 +67,7 @@ def turned(rounds: Rounds, first: Round) -> Turned:
     ----------
     rounds : The step. first : Its first round.
     """
-    made, places, least, idle, count = first, _Places(rounds), np.inf, 0, 0
+    made, places, best, idle, count = first, _Places(rounds), None, 0, 0
     while True:
         there = reached(rounds.coupling, rounds.start, made.bodies, rounds.scheme.step)
         left, missed = _left(rounds, made, there)
@@ -75,16 +80,18 @@ def turned(rounds: Rounds, first: Round) -> Turned:
         rest = max(left / asked, missed / nothing)
         if made.residuals:
             rest = max(rest, made.residuals[-1] / NEWTON_TOLERANCE)
+        strayed = max(left, missed) > BALANCED or not rounds.settled(made)
+        least = np.inf if best is None else best[0]
         nearer, idle, count = rest < least, 0 if rest <= 0.5 * least else idle + 1, count + 1
-        least = min(least, rest)
+        if best is None or nearer:
+            best = rest, Turned(made, there, strayed)
         if rest <= 1 or idle > PATIENCE or count > MOST:
             break  # holds, or as far as rounding lets it go, or round in circles
         following = rounds.solved(places.following(made, there, nearer=nearer), made)
         if not following.solution.solved:
             return _lost(rounds, following)
         made = following
-    strayed = max(left, missed) > BALANCED or not rounds.settled(made)
-    return Turned(made, there, strayed)
+    return best[1].counting(made)
 
 
 def _left(rounds: Rounds, made: Round, there: Place) -> tuple[float, float]:

@@ -175,7 +175,7 @@ class NewtonRun:
         # the tolerance bounds the same in velocities, too, which may lie a thousand times above
         worse = max(quality.natural_map, quality.natural_map_velocity)
         share = quality.natural_map / worse if 0 < worse < np.inf else 1.0
-        if residual <= max(self.settings.accuracy * self.error, share * tolerance):
+        if residual <= max(self.settings.accuracy * self.error, 0.5 * share * tolerance):
             return self._close_round(tolerance)
         running_off = self.static.any() and np.linalg.norm(self.rigid_velocity) > 1e3 * self.bonded_size
         if running_off and self.static_mass < _FIRM and self._restart():

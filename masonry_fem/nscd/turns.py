@@ -39,8 +39,8 @@ MANY = 500
 ENDING = 1_500
 # Newton steps in which blocks show whether they stick: then they are enough.
 BRIEF = 10
-# Newton steps of elastic blocks from the round before: where contacts hardly hold, few blocks that turned a
-# little may take so many; from anywhere else it takes more.
+# Newton steps of elastic blocks from the round before: a tower whose sliding corners have turned a little
+# takes 25, and more than 60 from the impulses that would hold rigid blocks.
 LED_STEPS = 40
 # Newton steps on few rigid blocks before the interior point takes over.
 NEWTON_STEPS = 120

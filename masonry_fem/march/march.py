@@ -107,16 +107,24 @@ def march(
     ledger, clock = Ledger(), Clock()
     troubles, witness = Troubles(), Witness(model, start.bodies)
     size = extents(model.assembly)
+    balanced: tuple[Model, Increment, StepReport] | None = None
+    failed = None
+    verdict: Verdict | None
     for here, step in increments(coupling, strategy, start, settings, clock, witness.lookout):
         coupling, model = here, here.model
         static = step.scheme.inertia == 0
         made = acted(model, step, size)
         report = measure(model, coupling, made)
+        if keep == report.step and kept is not None:
+            kept.append((model, made))
+        if report.unsettled and balanced is not None:  # results are those of the last balance
+            verdict, failed = "no_convergence", (model, made, report)
+            model, made, report = balanced
+            break
+        balanced = model, made, report
         witness.see(model, made.after)
         clock.lap("measure")
         ledger = ledger.add(report)
-        if keep == report.step and kept is not None:
-            kept.append((model, made))
         for observer in observers:
             observer.record(model, made.after, report)
         clock.lap("output")
@@ -144,7 +152,7 @@ def march(
         _tell_written(witness, _with_cure(buried, model, static=static, buried=True), made.scheme.step)
         _tell_drift(drift(model, made, report, reached), made.scheme.step)
     troubles.tell_overlaps(made, report, model.length, start.gap)
-    end = End(model, made, report, settings, ledger, objection)
+    end = End(*(failed or (model, made, report)), settings, ledger, objection)
     return March(
         verdict, sentence(verdict, end), made.after, report, model, made, ledger, clock.phases,
         end.moving(verdict), tuple(troubles.abrupt), witness,

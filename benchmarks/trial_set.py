@@ -1,4 +1,4 @@
-"""Trial set: some 380 contact problems of masonry, which tell what each part of the contact solver is worth.
+"""Trial set: some 400 contact problems of masonry, which tell what each part of the contact solver is worth.
 
 python -m benchmarks.trial_set --cache DIR                 # make those that the folder has not yet
 python -m benchmarks.trial_set --cache DIR --size tiny     # one of each family, the smallest

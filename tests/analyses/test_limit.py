@@ -249,7 +249,7 @@ blocks = "pier.b2"
 fidelity = "inelastic"
 """)
     (note,) = (note for note in analyse(load(path), tilt="x").notes if "inelastic" in note)
-    assert note.startswith("1 inelastic blocks, first 'pier.b2', count as rigid")
+    assert note.startswith("inelastic blocks (1, first 'pier.b2') count as rigid")
 
 
 # --- the command ------------------------------------------------------------------------------------

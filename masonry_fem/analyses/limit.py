@@ -197,7 +197,7 @@ def _notes(scene: specs.Scene, built: Built, problem: LimitProblem) -> Iterable[
     if yielding := built.stones.yielding:
         first = built.stones.assembly.blocks[yielding[0]].name
         yield (
-            f"inelastic blocks ({len(yielding)}, first '{first}') count as rigid and neither yield nor "
+            f"inelastic blocks ({len(yielding)}, first '{first}') count as rigid and do not yield or "
             "crack: what is carried here may crush or split them, and nothing spreads in them; give fill as a load"
         )
     if problem.strength.cohesive:

@@ -197,8 +197,8 @@ def _notes(scene: specs.Scene, built: Built, problem: LimitProblem) -> Iterable[
     if yielding := built.stones.yielding:
         first = built.stones.assembly.blocks[yielding[0]].name
         yield (
-            f"inelastic blocks ({len(yielding)}, first '{first}') count as rigid and do not yield or "
-            "crack: what is carried here may crush or split them, and nothing spreads in them; give fill as a load"
+            f"inelastic blocks ({len(yielding)}, first '{first}') count as rigid and do not yield or crack: "
+            "what is carried here may crush or split them, and nothing spreads in them; give fill as a load"
         )
     if problem.strength.cohesive:
         yield "joints keep their cohesion however far they move"

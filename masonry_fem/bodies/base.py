@@ -259,6 +259,10 @@ class Moves(Protocol):
         """
         ...
 
+    def generalised(self, state: State, force: FloatArray) -> FloatArray:
+        """Work of a force array by unit rigid velocities U where blocks are as in ``state``, shape (b, m)."""
+        ...
+
     def advance(
         self,
         state: State,

@@ -156,7 +156,7 @@ class RigidGroup(Undeformed):
             total[body, d:] = np.outer(arm, value).ravel()
         return total
 
-    def _generalised(self, state: RigidState, force: FloatArray) -> FloatArray:
+    def generalised(self, state: RigidState, force: FloatArray) -> FloatArray:
         """Φᵀ F of a force array, shape (b, m)."""
         d = self.dimension
         moments = self.moments(force, self.arms(state)[0])
@@ -179,7 +179,7 @@ class RigidGroup(Undeformed):
         damping = scheme.inertia * h * self.damping
         return Free(
             rigid_velocity=velocity,
-            rigid_impulse=h * self._generalised(at, force) - damping * velocity,
+            rigid_impulse=h * self.generalised(at, force) - damping * velocity,
             rigid_mass=scheme.inertia + scheme.theta * damping,
             elastic=None,
             origin=None if at is state else at,
@@ -292,7 +292,7 @@ class RigidGroup(Undeformed):
         damped = (1 - theta) * coasting + theta * after.velocity
         change = after.velocity - state.velocity
         gyroscopic = _dot(mean, coasting - state.velocity)
-        straight = h * _dot(self._generalised(state if inertia else after, force), mean)
+        straight = h * _dot(self.generalised(state if inertia else after, force), mean)
         turned = np.einsum("bki,bik->b", after.turned - state.turned, force[:, d:].reshape(-1, d, d))
         external = _dot(force[:, :d], after.shift - state.shift) + turned
         return StepEnergy(

@@ -195,7 +195,11 @@ class SupportGroup(Undeformed):
         pose = self._pose(state.time + scheme.step)
         mean = self._mean_velocity(state.shift, state.turned, pose, scheme.step)
         velocity = (mean - (1 - scheme.theta) * state.velocity) / scheme.theta
-        return Free(velocity, np.zeros_like(velocity), np.zeros_like(velocity), None)
+        return Free(velocity, self.generalised(state, force), np.zeros_like(velocity), None)
+
+    def generalised(self, state: SupportState, force: FloatArray) -> FloatArray:
+        """Nothing, shape (b, m): the motion is given, whatever acts."""
+        return np.zeros_like(state.velocity)
 
     def advance(
         self,

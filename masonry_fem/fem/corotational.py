@@ -196,10 +196,10 @@ class CorotationalGroup(Deformable[TurningState]):
         coasting = self._coasting(state, scheme)
         damping = scheme.inertia * scheme.step * self.operators.material.mass_damping
         mass = np.full_like(coasting, coefficients(self.operators, scheme)[0])
-        impulse = scheme.step * self._generalised(at, force) - damping * coasting
+        impulse = scheme.step * self.generalised(at, force) - damping * coasting
         return Free(coasting, impulse, mass, None)
 
-    def _generalised(self, at: TurningState, force: FloatArray) -> FloatArray:
+    def generalised(self, at: TurningState, force: FloatArray) -> FloatArray:
         """Work of nodal forces (b, n) by unit U, with the blocks as in ``at``, shape (b, m)."""
         shifts, spins = per_unit(self.modes)
         total = force.reshape(self.count, -1, self.dimension).sum(axis=1)
@@ -369,7 +369,7 @@ class CorotationalGroup(Deformable[TurningState]):
         coasting, at = self._coasting(state, scheme), state if inertia else after
         rigid = (1 - theta) * state.rigid_velocity + theta * after.rigid_velocity
         bending = (1 - theta) * state.velocity + theta * after.velocity
-        straight = h * (dot(self._generalised(at, force), rigid) + dot(self._own(at, force), bending))
+        straight = h * (dot(self.generalised(at, force), rigid) + dot(self._own(at, force), bending))
         way = self._moved(after) - self._moved(state)
         external = dot(force, way.reshape(force.shape))
         numerical, lost = self.constitution.lost(state, after, theta)

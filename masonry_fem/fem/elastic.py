@@ -148,11 +148,16 @@ class ElasticGroup(Deformable[ElasticState]):
         elastic[:, held] = start[:, held] + change
         momentum = state.rigid_velocity + start[:, held] @ self._pull
         impulse = (
-            h * (force @ self.modes.modes) - inertia * h * alpha * momentum - c_m * (change @ self._pull)
+            h * self.generalised(at, force) - inertia * h * alpha * momentum - c_m * (change @ self._pull)
         )
         mass = np.full_like(state.rigid_velocity, c_m)
         mass[:, self.modes.count :] = 1.0  # modes that clamps forbid are placeholders that stay at rest
         return Free(state.rigid_velocity, impulse, mass, elastic, guess=guess)
+
+    def generalised(self, state: ElasticState, force: FloatArray) -> FloatArray:
+        """Φᵀ F, shape (b, m), wherever the blocks are."""
+        work: FloatArray = force @ self.modes.modes
+        return work
 
     def _pushed(self, change: FloatArray, guess: ElasticState | None, scheme: Scheme) -> FloatArray:
         """Impulses that held dofs give to all nodes as their velocities change by (b, held), shape (b, n)."""

@@ -2,7 +2,7 @@
 
 place = begun(coupling, state.bodies)                     # where the step begins
 there = reached(coupling, start, bodies, scheme.step)     # where it has led
-turning(coupling, start, there, ..., place)               # what the way there leaves of balance
+turning(coupling, there, ..., place)                      # what the way there leaves of balance
 """
 
 from __future__ import annotations
@@ -92,7 +92,6 @@ def rounding(here: Placement) -> float:
 
 def turning(
     coupling: Coupling,
-    start: Place,
     there: Place,
     free: tuple[Free, ...],
     forces: tuple[FloatArray, ...],
@@ -100,7 +99,7 @@ def turning(
     impulse: FloatArray,
     place: Place,
 ) -> float:
-    """What impulses that balance at the start of a step leave of balance at its end.
+    """What impulses of statics that balance at one place leave of balance at another.
 
     Relative to the largest load of a block or impulse of a contact. Lever arms of the contacts turn, and so
     do those of loads on blocks that turn; in blocks that deform, impulses too.
@@ -108,8 +107,8 @@ def turning(
     Parameters
     ----------
     coupling : Body groups at c contacts.
-    start, there : Where the step begins and where it has led.
-    free : The step of each group without contact impulses, linearised at the start.
+    there : Where the step has led.
+    free : The step of each group without contact impulses, with the arms of loads at ``place``.
     forces : Mean external force on each group over the step.
     scheme : Length and weights of the step.
     impulse : Contact impulses, local frames, shape (c, d) [N s].
@@ -119,15 +118,13 @@ def turning(
     worst, scale = 0.0, float(np.linalg.norm(impulse, axis=1).max(initial=0.0))
     unbalanced = coupling.rigid_impulses(impulse, there.rigid_map - place.rigid_map)
     now, then = (coupling.nodal_impulses(impulse, at.contact) for at in (there, place))
-    rows = zip(
-        coupling.model.groups, start.bodies, there.bodies, free, forces, unbalanced, now, then, strict=True
-    )
-    for group, old, new, part, force, push, nodal, nodal_before in rows:
+    rows = zip(coupling.model.groups, there.bodies, free, forces, unbalanced, now, then, strict=True)
+    for group, new, part, force, push, nodal, nodal_before in rows:
         if group.prescribed:
             continue
         moments = np.zeros_like(push)
         if group.turns:
-            moments = group.free(old, new, force, scheme).rigid_impulse - part.rigid_impulse
+            moments = scheme.step * group.generalised(new, force) - part.rigid_impulse
         size = np.sqrt(group.mass) * np.linalg.norm(push + moments, axis=1)
         worst = max(worst, float(size.max(initial=0.0)))
         if nodal is not None and nodal_before is not None and group.turns:

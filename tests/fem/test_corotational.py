@@ -65,7 +65,7 @@ def test_internal_forces_balance_where_the_block_is(dimension: int) -> None:
     nodes[0, -1] = -nodes[0, 0]
     statics = Scheme(0.5, 1.0, 0.0)
     free = group.free(state, state, force, statics)
-    largest = np.abs(statics.step * np.abs(group._generalised(state, np.abs(force)))).max()
+    largest = np.abs(statics.step * np.abs(group.generalised(state, np.abs(force)))).max()
     np.testing.assert_allclose(free.rigid_impulse, 0.0, atol=1e-13 * largest)
 
 

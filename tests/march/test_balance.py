@@ -68,7 +68,7 @@ def test_turning_is_relative_to_the_largest_load_or_impulse(pressed: float, refe
     change = np.zeros_like(start.rigid_map)
     change[0, :, 0, 2] = 1e-3 / np.sqrt(1000.0)  # rigid modes are mass-orthonormal
     place = replace(start, rigid_map=start.rigid_map - change)
-    left = turning(coupling, start, start, free, forces, scheme, impulse, place)
+    left = turning(coupling, start, free, forces, scheme, impulse, place)
     assert left == pytest.approx(1e-3 * pressed / reference, rel=1e-12)
 
 
@@ -192,11 +192,11 @@ def test_arms_of_loads_turn_with_a_block_and_contacts_may_balance_that() -> None
         for group, own, force in zip(model.groups, start.bodies, forces, strict=True)
     )
     impulse, change = np.zeros((model.contacts.count, 2)), np.zeros_like(start.rigid_map)
-    left = turning(coupling, start, there, free, tuple(forces), scheme, impulse, start)
+    left = turning(coupling, there, free, tuple(forces), scheme, impulse, start)
     # arm (0.5, 0.5) turns to (0.5 (c − s), ...), under twice the weight in all
     assert left == pytest.approx(0.5 * (1 - c + s) / 2 / np.sqrt(1 / 6), rel=1e-6)
     moments = stones.free(start.bodies[1], turned, forces[1], scheme).rigid_impulse - free[1].rigid_impulse
     impulse[0, 0] = 1.0
     change[0, :, 0] = -moments[0]
     place = replace(start, rigid_map=start.rigid_map - change)
-    assert turning(coupling, start, there, free, tuple(forces), scheme, impulse, place) < 1e-12
+    assert turning(coupling, there, free, tuple(forces), scheme, impulse, place) < 1e-12

@@ -342,14 +342,20 @@ def table(cache: Path, size: Size, more: tuple[Path, ...], only: str, limit: flo
     base = baseline(problems, switches(), limit)
     worths: list[Worth] = []
     print(told(base, worths), flush=True)
+    save(out, base, worths)
     for part in track(parts, description="one part off"):
         worths.append(without(part, problems, base, limit))
         print(worths[-1], flush=True)
+        save(out, base, worths)
     print(told(base, worths))
-    if out:
-        rows = [asdict(row) | {"touched": sorted(row.touched)} for row in base]
-        found = {"rows": rows, "worths": [asdict(worth) for worth in worths]}
-        out.write_text(json.dumps(found, indent=1))
+
+
+def save(out: Path | None, base: Sequence[Row], worths: Sequence[Worth]) -> None:
+    """What is known so far, as JSON: a run of half an hour may be cut off."""
+    if out is None:
+        return
+    rows = [asdict(row) | {"touched": sorted(row.touched)} for row in base]
+    out.write_text(json.dumps({"rows": rows, "worths": [asdict(one) for one in worths]}, indent=1))
 
 
 if __name__ == "__main__":

@@ -41,6 +41,7 @@ from masonry_fem.nscd.turns import Turn
 solving = import_module("masonry_fem.nscd.portfolio")
 
 TOLERANCE = 1e-8
+DECIDED = {"converged", "no_equilibrium", "at_limit", "unstressed"}
 LIMIT = 40.0  # seconds a problem
 COHESION = "joints with cohesion"
 LED = "problems after others"
@@ -210,7 +211,7 @@ def baseline(given: Sequence[Trial], parts: Sequence[Switch], limit: float) -> l
         if trial.start is not None and trial.start.velocity is not None:
             seen.add(LED)
         if trial.right is None:  # nobody knows better
-            row.right = row.outcome in {"converged", "no_equilibrium", "at_limit", "unstressed"}
+            row.right = row.outcome in DECIDED
         row.touched = seen
         rows.append(row)
     return rows
@@ -227,7 +228,9 @@ def without(part: Switch, given: Sequence[Trial], base: Sequence[Row], limit: fl
         with switched_off(part):
             made = solved(trial, limit)
         cpu += made.seconds
-        right = made.outcome == row.outcome if trial.right is None and row.right else made.right
+        right = made.right
+        if trial.right is None:  # what all parts together say, if they decide
+            right = made.outcome == row.outcome if row.right else made.outcome in DECIDED
         if row.right and not right:
             lost.append(f"{trial.name}: {made.outcome}, {made.error:.0e}")
         elif right and not row.right:

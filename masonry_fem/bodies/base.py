@@ -160,6 +160,8 @@ class Actions:
     Attributes
     ----------
     load : Mean of the loads over the step. clamp : What clamped faces give.
+    held : Sizes of the forces that clamps give to nodes, summed up; unlike `clamp` it tells of forces that
+        cancel, shape (b,) [N].
     inertia : Change of momentum over the step and mass damping; 0 in statics.
     centre : Point of each block to take moments about, shape (b, d) [m].
     displaced : Moments of loads and clamps with the points of blocks that do not turn where these
@@ -168,6 +170,7 @@ class Actions:
 
     load: FloatArray
     clamp: FloatArray
+    held: FloatArray
     inertia: FloatArray
     centre: FloatArray
     displaced: FloatArray

@@ -153,7 +153,7 @@ class Undeformed(ABC):
         load, centre = self.resultant(force, there), self.arms(there)[1]
         taken = self.momentum_change(state, after, scheme)
         taken[:, d:] += moment(centre, taken[:, :d])
-        return Actions(load, np.zeros_like(load), taken, centre, load[:, d:])
+        return Actions(load, np.zeros_like(load), np.zeros(self.count), taken, centre, load[:, d:])
 
     @abstractmethod
     def momentum_change(self, state: Placed, after: Placed, scheme: Scheme) -> FloatArray:

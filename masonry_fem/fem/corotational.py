@@ -332,7 +332,7 @@ class CorotationalGroup(Deformable[TurningState]):
         centre = self._centres(there)
         taken = self._momentum_change(state, after, scheme)
         taken[:, d:] += moment(centre, taken[:, :d])
-        return Actions(load, np.zeros_like(load), taken, centre, load[:, d:])
+        return Actions(load, np.zeros_like(load), np.zeros(self.count), taken, centre, load[:, d:])
 
     def _centres(self, state: TurningState) -> FloatArray:
         """Centres of the frames, world axes, shape (b, d) [m]."""

@@ -265,7 +265,8 @@ class ElasticGroup(Deformable[ElasticState]):
         acting = np.einsum("bij,bnj->bni", self.rotation, (force + clamps).reshape(self.count, -1, d))
         moved = moment(self.positions(after).reshape(acting.shape), acting).sum(axis=1)
         centre = self.rotation @ self.modes.centroid + self.translation
-        return Actions(load, self.resultant(clamps), self.resultant(taken), centre, moved)
+        sizes = np.linalg.norm(clamps.reshape(acting.shape), axis=2).sum(axis=1)
+        return Actions(load, self.resultant(clamps), sizes, self.resultant(taken), centre, moved)
 
     def step_energy(
         self, state: ElasticState, after: ElasticState, force: FloatArray, nodal: FloatArray | None,

@@ -34,6 +34,7 @@ class Acting:
     Attributes
     ----------
     load, clamp, inertia : Loads, clamped faces, and what inertia takes, shape (b, m) [N, N m].
+    held : Sizes of the forces that clamps give to nodes, summed up, shape (b,) [N].
     contact : What contacts give, shape (b, m) [N, N m].
     displaced : Moments of loads and clamps where elastic blocks have gone to, shape (b, 1 or 3) [N m].
     centre : Point of each block to take moments about, shape (b, d) [m]. size : Its extent, (b,) [m].
@@ -45,6 +46,7 @@ class Acting:
 
     load: FloatArray
     clamp: FloatArray
+    held: FloatArray
     inertia: FloatArray
     contact: FloatArray
     displaced: FloatArray
@@ -85,7 +87,7 @@ def _acting(model: Model, made: Increment, size: FloatArray) -> Acting:
     count, d = len(size), model.assembly.dimension
     m = 3 if d == 2 else 6
     load, clamp, inertia = np.zeros((3, count, m))
-    displaced, centre = np.zeros((count, m - d)), np.zeros((count, d))
+    displaced, centre, held = np.zeros((count, m - d)), np.zeros((count, d)), np.zeros(count)
     solved, small = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
     rows = zip(
         model.groups, made.before.bodies, made.after.bodies, made.forces, made.nodal_impulse, strict=True
@@ -97,10 +99,14 @@ def _acting(model: Model, made: Increment, size: FloatArray) -> Acting:
             continue
         own = group.actions(start, end, force, nodal, made.scheme)
         load[group.blocks], clamp[group.blocks], inertia[group.blocks] = own.load, own.clamp, own.inertia
-        displaced[group.blocks], centre[group.blocks] = own.displaced, own.centre
+        displaced[group.blocks], centre[group.blocks], held[group.blocks] = (
+            own.displaced,
+            own.centre,
+            own.held,
+        )
     arms = np.where(small[model.contacts.blocks][:, :, None], model.contacts.points, made.here.arms)
     contact = contact_wrenches(model.contacts.blocks, arms, made.after.force, count)
-    return Acting(load, clamp, inertia, contact, displaced, centre, size, arms, solved, small)
+    return Acting(load, clamp, held, inertia, contact, displaced, centre, size, arms, solved, small)
 
 
 def contact_wrenches(blocks: IntArray, arms: FloatArray, force: FloatArray, count: int) -> FloatArray:
@@ -137,8 +143,9 @@ def imbalance(total: FloatArray, centre: FloatArray) -> FloatArray:
 def relative(left: FloatArray, acting: Acting, largest: float) -> FloatArray:
     """Size of what is left of each block's balance, relative to its load, shape (b,); 0 for supports.
 
-    A moment counts as the force that has this moment at an arm as long as the block. A block with less load
-    than the mean of the loaded blocks is compared with this mean.
+    A moment counts as the force that has this moment at an arm as long as the block. What clamps give counts
+    as load where it is more: a block that they squeeze may have no other. A block with less load than the
+    mean of the loaded blocks is compared with this mean.
 
     Parameters
     ----------
@@ -148,7 +155,7 @@ def relative(left: FloatArray, acting: Acting, largest: float) -> FloatArray:
     """
     d = acting.centre.shape[1]
     size = np.maximum(np.linalg.norm(left[:, :d], axis=1), np.linalg.norm(left[:, d:], axis=1) / acting.size)
-    load = np.linalg.norm(acting.load[:, :d], axis=1)
+    load = np.maximum(np.linalg.norm(acting.load[:, :d], axis=1), acting.held)
     loaded = load[acting.solved & (load > ROUNDING * largest)]
     typical = float(loaded.mean()) if len(loaded) else largest
     scale = np.maximum(load, typical if typical > 0 else 1.0)

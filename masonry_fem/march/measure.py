@@ -59,8 +59,8 @@ def measure(model: Model, coupling: Coupling, made: Increment) -> StepReport:
         rounding=0.0 if made.solution.rounding is None else made.solution.rounding.error,
         natural_map=quality.natural_map,
         max_penetration=float(np.maximum(_overlap(state), 0.0)[state.status != OPEN].max(initial=0.0)),
-        block_balance=_balance(model, made, made.forces, made.scheme),
-        static_balance=_static_balance(model, made),
+        block_balance=_balance(model, made, made.forces, made.scheme, acting.held),
+        static_balance=_static_balance(model, made, acting.held),
         global_balance=_global_balance(acting, supports),
         support_resultants=supports,
         applied=applied,
@@ -154,13 +154,16 @@ def _global_balance(acting: Acting, supports: dict[str, FloatArray]) -> float:
     return float(np.linalg.norm(left)) / scale if scale > 0 else 0.0
 
 
-def _static_balance(model: Model, made: Increment) -> float:
+def _static_balance(model: Model, made: Increment, held: FloatArray) -> float:
     """Distance of the reached state to a static equilibrium, relative to a block's load."""
     forces = external_forces(model, made.after.time)
-    return _balance(model, made, forces, Scheme(made.scheme.step, 1.0, 0.0))
+    return _balance(model, made, forces, Scheme(made.scheme.step, 1.0, 0.0), held)
 
 
-def _balance(model: Model, made: Increment, forces: tuple[FloatArray, ...], scheme: Scheme) -> float:
+def _balance(
+    model: Model, made: Increment, forces: tuple[FloatArray, ...], scheme: Scheme, held: FloatArray
+) -> float:
+    """Worst balance of a block, relative to its load, or to what clamps give it where that is more."""
     d = model.assembly.dimension
     residuals, weights = [np.zeros(1)], [np.zeros(1)]
     for index, group in enumerate(model.groups):
@@ -175,7 +178,8 @@ def _balance(model: Model, made: Increment, forces: tuple[FloatArray, ...], sche
             made.nodal_impulse[index],
             scheme,
         )
-        load = scheme.step * np.linalg.norm(group.resultant(forces[index])[:, :d], axis=1)
+        load = np.linalg.norm(group.resultant(forces[index])[:, :d], axis=1)
+        load = scheme.step * np.maximum(load, held[group.blocks])
         # where nothing loads blocks but contacts (supports that move, joints that pull), by those
         pushed = load if load.any() else np.full(len(load), float(np.abs(made.impulse).max(initial=0.0)))
         residuals.append(np.abs(residual))

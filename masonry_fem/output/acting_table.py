@@ -29,11 +29,11 @@ def acting_table(model: Model, acting: Acting) -> bytes:
     d = model.assembly.dimension
     axes, wrench = AXES[d], WRENCH[3 if d == 2 else 6]
     kind = {block: group.kind for group in model.groups for block in group.blocks.tolist()}
-    head = ["block", "name", "kind", "size", *(f"centre_{axis}" for axis in axes)]
+    head = ["block", "name", "kind", "size", "held", *(f"centre_{axis}" for axis in axes)]
     head += [f"{name}_{part}" for name in ("load", "clamp", "inertia") for part in wrench]
     head += [f"displaced_{part}" for part in wrench[d:]]
     numbers = np.column_stack(
-        [acting.size, acting.centre, acting.load, acting.clamp, acting.inertia, acting.displaced]
+        [acting.size, acting.held, acting.centre, acting.load, acting.clamp, acting.inertia, acting.displaced]
     )
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")

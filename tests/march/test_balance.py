@@ -30,8 +30,8 @@ def acting(load: list[float], solved: list[bool]) -> Acting:
     forces[:, 1] = load
     nothing = np.zeros_like(forces)
     return Acting(
-        forces, nothing, nothing, nothing, nothing, np.zeros((count, 2)), np.full(count, 2.0),
-        np.zeros((0, 2, 2)), np.array(solved), np.zeros(count, dtype=bool),
+        forces, nothing, np.zeros(count), nothing, nothing, nothing, np.zeros((count, 2)),
+        np.full(count, 2.0), np.zeros((0, 2, 2)), np.array(solved), np.zeros(count, dtype=bool),
     )  # fmt: skip
 
 

@@ -21,6 +21,7 @@ from masonry_fem.errors import SceneError
 from masonry_fem.fem.material import Plane
 from masonry_fem.fem.material_law import FloatArray
 from masonry_fem.march.equilibrium.dynamics import Dynamics
+from masonry_fem.records.remark import gathered
 from masonry_fem.scene.reading import check, loads
 from masonry_fem.scene.specs import (
     Joint,
@@ -250,6 +251,25 @@ def test_a_load_that_is_too_much_is_told_with_the_stone_its_law_and_the_load():
     assert 1 / 1.7 - 1 / 96 <= reached <= 1 / 1.7
     carried = sum(float(held.force[-1]) for held in result.summary.supports.values())  # in what is written
     assert carried == pytest.approx(1.7 * STRENGTH * reached, rel=1e-8)
+
+
+@pytest.mark.parametrize("fidelity", ["elastic", "inelastic"])
+def test_a_block_that_clamps_alone_squeeze_is_judged_by_their_forces(fidelity):
+    """Two opposite faces are pushed together: no load, no contact that carries, and clamps that cancel."""
+    scene = squeezed(fidelity=fidelity)
+    squeeze = Motion(displacement=(0.0, 0.0, -4e-3), time=RAMP)
+    clamps = (Support(on="s.b2/bottom"), Support(on="s.b2/top", motion=squeeze))
+    with gathered() as remarks:
+        result = ran(msgspec.structs.replace(scene, supports=(*clamps, Support(on="s.b1"))))
+    assert result.march.outcome == "equilibrium"
+    assert not any(one.code == "imbalance" for one in remarks)
+    certificate = result.summary.certificate
+    assert max(certificate.block_balance, certificate.written.balance.value) < 1e-9
+    given = result.summary.supports["s.b2/top"].force[-1]
+    if fidelity == "elastic":  # sides are held at the clamped faces only: stiffer than a free bar
+        assert 1.0 < -given / (1e10 * 4e-3) < 1.0 / (1 - 2 * 0.2**2 / 0.8)
+    else:
+        assert STRENGTH < -given < 1e10 * 4e-3
 
 
 def test_stones_of_every_fidelity_in_one_stack():

@@ -89,6 +89,9 @@ ROOMS = {
             (PIER + "class B(A, tag='b'): ...", r"FILE has 2 classes of a structure \(A, B\).*of its own"),
             (PIER.replace(', tag="a"', ""), r'FILE: A has no name.*write class A\(Structure, .*tag="name"\)'),
             (PIER, r"FILE has no function build.*write def build\(spec: A, "),
+            (PIER.replace('tag="a"', "tag=3"), r'FILE: A has the name 3, which is no text.*tag="name"'),
+            (PIER.replace("...", "size: list"), r"FILE: A gives no table .*'size' is a list.*give it one"),
+            (PIER.replace("...", "size: 'Lenght'"), r"FILE: A gives no table .*'Lenght' is not defined"),
             (PIER.replace('"a"', '"wall"'), r"FILE and .*wall\.py both have the name 'wall'.*; rename one"),
         ),
     ),
@@ -102,7 +105,7 @@ ROOMS = {
             (GLUE.replace('name = "glue"', ""), r"FILE: Glue has no name.*write name: ClassVar\[str\] = "),
             (GLUE.replace("Glue(Elastic)", "Glue(Law)"), "Glue lacks adhesive_reaction, reduce, stored"),
             (GLUE.replace('"glue"', '"elastic"'), r"FILE and .*elastic\.py both have the name 'elastic'"),
-            (GLUE, r"FILE: Glue gives no table .*'age' is a complex.*expected a dataclass whose parameters"),
+            (GLUE, r"FILE: Glue gives no table .*'age' is a complex.*expected keys of types such as Length"),
         ),
     ),
     "material": Room(

@@ -27,8 +27,8 @@ CLOSED = 1e-6  # of a block's size: a gap that is none
 DIGITS = 4
 SHOWN = 4  # joints that are named
 
-COHESIVE = "joints with a law of their own may hold blocks without any thrust: it is not asked of them"
-MIXED = "as rigid stones it would not be, and how those that are elastic brace the others is not asked"
+COHESIVE = "joints with a law of their own may hold blocks without any thrust, so this is not examined"
+MIXED = "as rigid stones it would not be, and how elastic ones brace the others is not examined"
 UNTOLD = "no state from a start without stress was found, nor that there is none"
 
 

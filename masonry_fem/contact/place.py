@@ -19,6 +19,7 @@ from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
 ROUNDING = 1e-12  # of a block's size: a gap below it is zero
+AREAS = 1e-6  # of an interface's area: what the areas of its points may sum to beside it
 
 
 def place(
@@ -44,7 +45,7 @@ def place(
     GeometryError
         For an unknown rule, an inset or density out of range, or ``nodes`` where no side is meshed.
     ExtensionError
-        For a rule of a user's own that gives no ``Spots``, or arrays of other shapes.
+        For a rule of a user's own that gives no ``Spots``, arrays of other shapes, or another area.
     """
     surfaces = surfaces_of(assembly) if surfaces is None else surfaces
     spots = _spots(assembly, surfaces, interfaces, rules)
@@ -53,6 +54,8 @@ def place(
     patches = [spot.patch for spot in spots]
     of = np.repeat(np.arange(len(spots)), [len(spot.area) for spot in spots])
     frame = np.array([patch.frame for patch in patches])[of]
+    area = np.concatenate([spot.area for spot in spots])
+    _check_areas(np.bincount(of, area, len(spots)), interfaces, rules)
     flat = np.concatenate([spot.points for spot in spots])
     middle = np.array([patch.origin for patch in patches])[of] + np.einsum("cp,cpd->cd", flat, frame[:, 1:])
     heights = _heights(patches, of, middle, frame[:, 0])
@@ -65,7 +68,7 @@ def place(
         facets=np.concatenate([spot.facets for spot in spots]),
         frame=frame,
         gap=gap,
-        area=np.concatenate([spot.area for spot in spots]),
+        area=area,
         key=_keys(assembly, interfaces, of),
     )
 
@@ -98,6 +101,16 @@ def _by_rule(patch: Patch, rule: Rule) -> Spots:
             f"{expected}: a row for each of its points, in the plane of patch.polygon"
         )
     return spots
+
+
+def _check_areas(total: FloatArray, interfaces: Sequence[Interface], rules: Sequence[Rule]) -> None:
+    """Refuse areas of a rule that do not sum to the interfaces': stresses would be wrong."""
+    whole = np.array([interface.area for interface in interfaces])
+    for i in np.flatnonzero(np.abs(total - whole) > AREAS * whole)[:1]:
+        raise ExtensionError(
+            f"placement rule '{rules[i].name}' gives areas that sum to {total[i]:g} on interface {i}, "
+            f"expected {whole[i]:g}, the area of the interface (patch.interface.area); correct them"
+        )
 
 
 def _check(number: int, rule: Rule) -> None:

@@ -15,11 +15,9 @@ from typing import Any, cast
 
 import msgspec
 
-from masonry_fem.errors import ExtensionError
 from masonry_fem.fem import materials
 from masonry_fem.fem.material_law import MaterialLaw
-from masonry_fem.joints.parameters import keys_of
-from masonry_fem.records import docstring
+from masonry_fem.joints.parameters import table_of
 from masonry_fem.records.discovery import Found, discovered
 from masonry_fem.records.record import Spec
 
@@ -72,16 +70,5 @@ def _name(law: type[MaterialLaw]) -> str | None:
 
 
 def _kind(name: str, found: Found) -> MaterialKind:
-    law = found.kind
-    try:
-        record = msgspec.defstruct(
-            law.__name__, keys_of(law), bases=(MaterialRecord,), module=law.__module__, frozen=True,
-            kw_only=True, tag=name, namespace={"__doc__": docstring.whole(law)},
-        )  # fmt: skip
-        msgspec.inspect.type_info(record)
-    except (TypeError, NameError) as error:
-        raise ExtensionError(
-            f"{found.file}: {law.__name__} gives no table of a scene file ({error}), expected a dataclass "
-            "whose parameters have types such as float, Annotated[float, Meta(...)] or Literal; give them one"
-        ) from error
-    return MaterialKind(cast("type[MaterialRecord]", record), law, found.file)
+    record = table_of(found.kind, name, MaterialRecord, found.file)
+    return MaterialKind(cast("type[MaterialRecord]", record), found.kind, found.file)

@@ -13,13 +13,9 @@ from dataclasses import dataclass
 from functools import cache
 from typing import cast
 
-import msgspec
-
-from masonry_fem.errors import ExtensionError
 from masonry_fem.joints import laws
 from masonry_fem.joints.law import Law
-from masonry_fem.joints.parameters import keys_of
-from masonry_fem.records import docstring
+from masonry_fem.joints.parameters import table_of
 from masonry_fem.records.discovery import Found, discovered
 from masonry_fem.records.record import Spec
 
@@ -62,21 +58,5 @@ def _name(law: type[Law]) -> str | None:
 
 
 def _kind(name: str, found: Found) -> Kind:
-    law = found.kind
-    try:
-        record = msgspec.defstruct(
-            law.__name__, keys_of(law), bases=(LawRecord,), module=law.__module__, frozen=True, kw_only=True,
-            tag=name, namespace={"__doc__": docstring.whole(law)},
-        )  # fmt: skip
-        told = msgspec.inspect.type_info(record)
-        assert isinstance(told, msgspec.inspect.StructType)
-        for key in told.fields:
-            if isinstance(key.type, msgspec.inspect.CustomType):
-                raise TypeError(f"'{key.name}' is a {key.type.cls.__name__}")
-    except (TypeError, NameError) as error:
-        raise ExtensionError(
-            f"{found.file}: {law.__name__} gives no table of a scene file ({error}), expected a dataclass "
-            "whose parameters have types such as Strength, float or Literal; give them one of "
-            "masonry_fem.joints.parameters"
-        ) from error
-    return Kind(cast("type[LawRecord]", record), law, found.file)
+    record = table_of(found.kind, name, LawRecord, found.file)
+    return Kind(cast("type[LawRecord]", record), found.kind, found.file)

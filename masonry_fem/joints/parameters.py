@@ -3,7 +3,7 @@
     cohesion: Cohesion                        # >= 0, in Pa; one for all contact points, or one each
     plateau: Annotated[float, Meta(ge=0, lt=1)] = 0.5
 
-From these follow what a law refuses (``check_ranges``) and what a scene file may say of it (``keys_of``).
+From these follow what a law refuses (``check_ranges``) and what a scene file may say of it (``table_of``).
 """
 
 from __future__ import annotations
@@ -16,10 +16,12 @@ from types import UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
-from msgspec import Meta
+from msgspec import Meta, Struct, defstruct
 from numpy.typing import NDArray
 
-from masonry_fem.errors import LawError
+from masonry_fem.errors import ExtensionError, LawError
+from masonry_fem.records import docstring
+from masonry_fem.records.discovery import check_keys
 
 FloatArray = NDArray[np.float64]
 Parameter = float | FloatArray  # one for all contact points, or one each, shape (c,)
@@ -97,6 +99,33 @@ def keys_of(law: type) -> list[tuple[str, Any] | tuple[str, Any, Any]]:
         for name, hint in parameters(law).items()
         if name not in GIVEN
     ]
+
+
+def table_of(law: type, name: str, base: type[Struct], file: str) -> type[Struct]:
+    """The record of what a scene file says of a law: its parameters as keys, its docstring as meanings.
+
+    Parameters
+    ----------
+    law : Class of the law. name : In scene files. base : Of the record.
+    file : Where the law stands, for messages.
+
+    Raises
+    ------
+    ExtensionError : The class is no dataclass, or has a parameter that no scene file can fill.
+    """
+    try:
+        record = defstruct(
+            law.__name__, keys_of(law), bases=(base,), module=law.__module__, frozen=True, kw_only=True,
+            tag=name, namespace={"__doc__": docstring.whole(law)},
+        )  # fmt: skip
+    except (TypeError, NameError) as error:
+        raise ExtensionError(
+            f"{file}: {law.__name__} gives no table of a scene file ({error}), expected a dataclass whose "
+            "parameters have types such as Strength, float or Literal; give them one of "
+            "masonry_fem/joints/parameters.py"
+        ) from error
+    check_keys(record, file)
+    return record
 
 
 def spreads(law: type, name: str) -> bool:

@@ -19,6 +19,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from masonry_fem.errors import LawError
+
 FloatArray = NDArray[np.float64]
 
 
@@ -35,6 +37,10 @@ class Reduction:
         shape (c, d) [1/kg].
     shift : Velocity added to the free velocity [m/s], shape (c, d).
     closure : Gap at which the faces touch, 0 but for beds, rough and worn joints [m], shape (c,).
+
+    Raises
+    ------
+    LawError : An array has another shape: NumPy might stretch it to one that fits, with other forces.
     """
 
     offset: FloatArray
@@ -43,6 +49,16 @@ class Reduction:
     compliance: FloatArray
     shift: FloatArray
     closure: FloatArray
+
+    def __post_init__(self) -> None:
+        c, d = self.offset.shape
+        shapes = (c, d), (c, d, d), (c,), (c, d), (c, d), (c,)
+        for name, shape in zip(self.__slots__, shapes, strict=True):
+            if (found := getattr(self, name).shape) != shape:
+                raise LawError(
+                    f"a joint law's Reduction has {name} of the shape {found}, expected {shape} for "
+                    f"offset of the shape {(c, d)}; correct the law's reduce"
+                )
 
     @classmethod
     def dry(cls, friction: FloatArray, dimension: int) -> Reduction:

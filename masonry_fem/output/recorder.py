@@ -155,7 +155,13 @@ class Recorders:
                     self._guard(member, "record", last.model, last.state, last.report)
         paths: list[Path] = []
         for member in list(self._members):
-            paths.extend(self._guard(member, "close", summary) or [])
+            made = self._guard(member, "close", summary) or []
+            if isinstance(made, list | tuple):
+                paths.extend(map(Path, made))
+            else:
+                logger.error(
+                    "%s gives %r in close, expected a list of its files", type(member).__name__, made
+                )
         return paths
 
     def _guard(self, member: Recorder, method: str, *arguments: Any) -> Any:

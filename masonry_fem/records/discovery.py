@@ -13,8 +13,10 @@ from dataclasses import dataclass
 from importlib import import_module
 from inspect import get_annotations
 from pkgutil import iter_modules
-from types import ModuleType
-from typing import Any
+from types import ModuleType, NoneType, UnionType
+from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
+
+from msgspec import Struct
 
 from masonry_fem.errors import ExtensionError
 
@@ -92,9 +94,10 @@ def discovered(
         module = import_module(f"{package}.{file}")
         one = Found(_only(module, base, noun), module)
         name = name_of(one.kind)
-        if name is None:
+        if not isinstance(name, str):
+            fault = "no name" if name is None else f"the name {name!r}, which is no text"
             raise ExtensionError(
-                f"{one.file}: {one.kind.__name__} has no name, expected the one that scene files call it by; "
+                f"{one.file}: {one.kind.__name__} has {fault}, expected the one that scene files call it by; "
                 + naming.format(kind=one.kind.__name__, base=base.__name__)
             )
         if name in found:
@@ -109,8 +112,50 @@ def discovered(
                 f"{one.file}: {one.kind.__name__} lacks {', '.join(lacking)}, expected all that "
                 f"{base.__name__} asks for; write it"
             )
+        if issubclass(one.kind, Struct):
+            check_keys(one.kind, one.file)
         found[name] = one
     return found
+
+
+def check_keys(record: type[Struct], file: str) -> None:
+    """Refuse a record with a key that no scene file can fill.
+
+    Parameters
+    ----------
+    record : What a scene says of a thing. file : Where the thing stands, for messages.
+
+    Raises
+    ------
+    ExtensionError : The type of a key is not known, or is none of those that TOML has values of.
+    """
+    try:
+        hints = get_type_hints(record, include_extras=True)
+        fault = next((f"'{key}' is a {_word(hints[key])}" for key in record.__struct_fields__
+                      if not _fillable(hints[key])), "")  # fmt: skip
+    except (NameError, TypeError) as error:
+        fault = str(error)
+    if fault:
+        raise ExtensionError(
+            f"{file}: {record.__name__} gives no table of a scene file ({fault}), expected keys of types "
+            "such as Length (masonry_fem/records/record.py), float, str, bool, Literal or tuple[float, ...]; "
+            "give it one"
+        )
+
+
+def _fillable(hint: Any) -> bool:
+    """Whether TOML has values of a type."""
+    origin, parts = get_origin(hint), get_args(hint)
+    if origin is Annotated:
+        return _fillable(parts[0])
+    if origin in {Union, UnionType, tuple, dict}:
+        return all(part is Ellipsis or _fillable(part) for part in parts)
+    plain = hint in {float, int, str, bool, NoneType}
+    return plain or origin is Literal or (isinstance(hint, type) and issubclass(hint, Struct))
+
+
+def _word(hint: Any) -> str:
+    return hint.__name__ if isinstance(hint, type) else str(hint)
 
 
 def _owed(member: Any) -> bool:

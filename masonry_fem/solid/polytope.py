@@ -15,6 +15,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from masonry_fem.errors import GeometryError
 from masonry_fem.solid.pose import FloatArray, Pose
 
 BOX_FACES = ("left", "right", "front", "back", "bottom", "top")
@@ -67,7 +68,16 @@ class Polytope:
         """Axis-aligned box (rectangle in 2D) with faces left/right/(front/back)/bottom/top.
 
         Left and right are joint faces labelled ``head``, bottom and top ``bed``.
+
+        Raises
+        ------
+        GeometryError : The corners have not two or three coordinates each.
         """
+        if len(low) != len(high) or len(low) not in (2, 3):
+            raise GeometryError(
+                f"a box from {[*map(float, low)]} to {[*map(float, high)]}, expected corners of two or three "
+                "coordinates each; correct the structure that makes it"
+            )
         (a, b), d = (np.array(low, float), np.array(high, float)), len(low)
         if d == 2:
             corners = np.array([[a[0], a[1]], [b[0], a[1]], [b[0], b[1]], [a[0], b[1]]])

@@ -14,10 +14,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from masonry_fem.errors import GeometryError, SceneError
+from masonry_fem.errors import ExtensionError, GeometryError, SceneError
 from masonry_fem.records.discovery import Found, discovered, function
 from masonry_fem.records.mesh_settings import MeshSettings
 from masonry_fem.records.reading_limits import Reading
@@ -58,8 +59,27 @@ def _kind(found: Found) -> Kind:
 
 def build_structure(spec: Structure, dimension: int, base: Path, mesh: MeshSettings) -> Assembly:
     """The blocks of one structure; ``base`` is the folder of its files, ``mesh`` for files to mesh."""
-    build = kinds()[str(spec.__struct_config__.tag)].build
-    return build(spec, dimension) if spec.source is None else build(spec, dimension, base, mesh)
+    kind = kinds()[str(spec.__struct_config__.tag)]
+    made = kind.build(spec, dimension) if spec.source is None else kind.build(spec, dimension, base, mesh)
+    if fault := _fault(made, dimension):
+        raise ExtensionError(f"{kind.file}: build gives {fault}; correct it")
+    return made
+
+
+def _fault(made: Any, dimension: int) -> str:
+    """What is wrong with what a ``build`` has made, and what was expected; empty where nothing is."""
+    if not isinstance(made, Assembly):
+        return f"a {type(made).__name__}, expected an Assembly"
+    for shape in made.shapes:
+        if shape.solid.dimension != dimension:
+            return f"the {shape.solid.dimension}D shape '{shape.name}', expected one in {dimension}D"
+    for block in made.blocks:
+        if not 0 <= block.shape < len(made.shapes):
+            return f"block '{block.name}' the shape {block.shape}, expected 0 to {len(made.shapes) - 1}"
+        if block.pose.translation.shape != (dimension,):
+            place = block.pose.translation
+            return f"block '{block.name}' the place {place.tolist()}, expected {dimension} coordinates"
+    return ""
 
 
 def build_structures(

@@ -465,6 +465,10 @@ def test_mesh_helper_has_outward_facets():
             lambda spots: replace(spots, area=spots.area[:1]),
             r"shapes .*, expected \(\(4, 2\), \(4,\), \(4, 2\)\)",
         ),
+        (
+            lambda spots: replace(spots, area=1.1 * spots.area),
+            r"'corners' gives areas that sum to .* on interface 0, expected .*patch\.interface\.area",
+        ),
     ],
 )
 def test_what_a_rule_gives_back_is_checked(made, sentence, monkeypatch):

@@ -1,9 +1,12 @@
 """Folding a law into the contact's own block, among several contacts that share blocks."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from masonry_fem.joints import Assignment, Bed, MohrCoulomb
+from masonry_fem.errors import LawError
+from masonry_fem.joints import Assignment, Bed, MohrCoulomb, Reduction
 from masonry_fem.nscd import graphs
 from masonry_fem.nscd.local import solve_contact
 from tests.joints.samples import SAMPLES
@@ -71,3 +74,9 @@ def test_dense_fold_is_the_local_one_for_a_single_contact():
     folded, _ = reduction.fold(W, np.zeros((1, 3)), STEP)
     full = W[0] + np.diag(reduction.compliance[0])
     assert folded[0] == pytest.approx(np.linalg.inv(np.linalg.inv(full) + STEP * reduction.stiffness[0]))
+
+
+def test_an_array_that_numpy_would_stretch_is_refused():
+    dry = Reduction.dry(np.zeros(2), 2)
+    with pytest.raises(LawError, match=r"stiffness of the shape \(2, 2\), expected \(2, 2, 2\).*reduce"):
+        replace(dry, stiffness=np.ones((2, 2)))

@@ -1,6 +1,7 @@
 """Outputs that scenes ask for: a file in the folder is a key of ``[output]``, wherever such keys matter."""
 
 import os
+import re
 import subprocess
 import sys
 
@@ -80,6 +81,28 @@ def test_a_scene_has_it(said, tmp_path):
     assert "weights.txt" in (tmp_path / "out/.masonry-fem/run").read_text(encoding="utf-8")
 
 
+def test_the_output_of_the_guide_tells_the_speed(said, tmp_path, repository, monkeypatch):
+    """Blocks that friction 0.3 does not hold slide from the start: speed (0.5 − 0.3) g t."""
+    page = (repository / "docs/add_a_part.md").read_text(encoding="utf-8")
+    (file,) = re.findall(r"`[\w/]*/sliding_speed\.py`:\n\n```python\n(.*?)```", page, re.S)
+    sliding = (
+        SCENE.replace("[0.0, -10.0]", "[5.0, -10.0]")
+        + """
+joints = [{ friction = 0.3 }]
+analysis = { kind = "dynamics", step = 0.01, duration = 0.05 }
+"""
+    )
+    monkeypatch.setattr(sys.modules[__name__], "SCENE", sliding)
+    done = said(COMMAND, file, key="weights")
+    assert done.returncode == 0, done.stderr
+    header, *lines = (tmp_path / "out/sliding_speed.csv").read_text(encoding="utf-8").splitlines()
+    assert header == "time [s],speed [m/s]"
+    for line in lines:
+        time, speed = map(float, line.split(","))
+        assert speed == pytest.approx(2.0 * time, rel=1e-6, abs=1e-9)
+    assert float(lines[-1].split(",")[0]) == pytest.approx(0.05)
+
+
 def test_the_reference_has_it(said):
     done = said(REFERENCE, FILE)
     assert "| `weights` | true or false | `false` | Weights of the blocks |" in done.stdout, done.stderr
@@ -96,3 +119,9 @@ def test_what_a_file_lacks_is_said(said):
     done = said(COMMAND, "")
     assert done.returncode == 1
     assert "weights.py has no function recorder, expected one that makes the output 'weights'" in done.stderr
+
+
+def test_what_a_recorder_lacks_is_said(said):
+    done = said(COMMAND, FILE.replace("def close", "def closed").replace("dense = False", ""))
+    assert done.returncode == 1
+    assert "weights.py: recorder gives a Weights, which lacks dense, close, expected" in done.stderr

@@ -50,6 +50,13 @@ def test_a_failing_recorder_is_left_out(report, caplog):
     assert caplog.text.count("left out") == 1
 
 
+def test_files_that_are_no_list_are_not_taken_apart(report, caplog):
+    wrong = Listener()
+    wrong.close = lambda summary: "speeds.csv"
+    assert Recorders([wrong]).close({}) == []
+    assert "Listener gives 'speeds.csv' in close, expected a list of its files" in caplog.text
+
+
 @pytest.mark.parametrize("error", [InstallationError("no EGL"), KeyboardInterrupt()])
 def test_what_a_user_must_hear_passes(report, error):
     recorders = Recorders([Listener(error=error)])

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from masonry_fem.errors import GeometryError
 from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import Pose
 
@@ -29,6 +30,12 @@ def test_rectangle(a: float, b: float) -> None:
     made = Polytope.box((0.0, 0.0), (a, b)).mass_properties()
     assert made.volume == pytest.approx(a * b)
     assert made.inertia[0, 0] == pytest.approx(a * b * (a * a + b * b) / 12)
+
+
+@pytest.mark.parametrize("high", [(1.0, 1.0), (1.0,) * 4])
+def test_corners_of_a_box_have_as_many_coordinates(high) -> None:
+    with pytest.raises(GeometryError, match=r"a box from \[0.0, 0.0, 0.0\] to .*expected corners"):
+        Polytope.box((0.0,) * 3, high)
 
 
 def test_tetrahedron() -> None:

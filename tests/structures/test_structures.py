@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from masonry_fem.contact.detection import detect
-from masonry_fem.errors import GeometryError, SceneError
+from masonry_fem.errors import ExtensionError, GeometryError, SceneError
 from masonry_fem.scene.specs import MeshSettings
 from masonry_fem.solid.assembly import Assembly
-from masonry_fem.structures import assemble, build_structure
+from masonry_fem.structures import assemble, build_structure, kinds
 from masonry_fem.structures.arch import ArchStructure
 from masonry_fem.structures.block import BlockStructure
 from masonry_fem.structures.stack import StackStructure
@@ -149,3 +150,20 @@ def test_names_are_unique() -> None:
     one = built(BlockStructure(name="a", material="s", size=(1.0, 1.0)), 2)
     with pytest.raises(SceneError, match="'a'"):
         assemble([one, one])
+
+
+@pytest.mark.parametrize(
+    ("made", "fault"),
+    [
+        (lambda good: None, "a NoneType, expected an Assembly"),
+        (lambda good: replace(good, shapes=good.shapes[:1]), r"block '.*' the shape 2, expected 0 to 0"),
+        (lambda good: built(wall(brick=(0.5, 0.25)), 2), r"the 2D shape '.*', expected one in 3D"),
+    ],
+)
+def test_what_a_build_gives_is_checked(made, fault, monkeypatch) -> None:
+    kind = kinds()["wall"]
+    given = made(built(wall(), 3))
+    wrong = {"wall": replace(kind, build=lambda *asked: given)}
+    monkeypatch.setattr("masonry_fem.structures.kinds", lambda: wrong)
+    with pytest.raises(ExtensionError, match=rf"\.py: build gives {fault}"):
+        built(wall(), 3)

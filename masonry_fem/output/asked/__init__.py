@@ -14,6 +14,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from masonry_fem.errors import ExtensionError
 from masonry_fem.records import discovery
 
 if TYPE_CHECKING:
@@ -38,9 +39,18 @@ def recorders(request: Request) -> Iterator[Recorder]:
 
     Raises
     ------
-    ExtensionError : A file that is asked for has no function ``recorder``.
+    ExtensionError : A file that is asked for has no function ``recorder``, or what that makes is no recorder.
     """
     for key in names():
         if getattr(request.asked, key):
             signature = "recorder(request: Request) -> Recorder"
-            yield discovery.function(f"{__name__}.{key}", signature, f"makes the output '{key}'")(request)
+            make = discovery.function(f"{__name__}.{key}", signature, f"makes the output '{key}'")
+            made = make(request)
+            lacking = [owed for owed in ("dense", "start", "record", "close") if not hasattr(made, owed)]
+            if lacking:
+                raise ExtensionError(
+                    f"{make.__code__.co_filename}: recorder gives a {type(made).__name__}, which lacks "
+                    f"{', '.join(lacking)}, expected all that Recorder asks for "
+                    "(masonry_fem/output/recorder.py); write it"
+                )
+            yield made

@@ -28,6 +28,7 @@ from masonry_fem.limit import collapse_multiplier
 from masonry_fem.march.mechanism import Mechanism, mechanism_of_step
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
+from masonry_fem.records.arguments import check_share
 from masonry_fem.records.remark import Remark, gathered
 from masonry_fem.results.collapse import CollapseTold, Trial, write_collapse
 from masonry_fem.scene import check, specs
@@ -63,16 +64,16 @@ class CollapseResult:
         """A short table."""
         return repr(self.summary)
 
-    def write(self, directory: Path, *, pictures: bool = True) -> list[Path]:
+    def write(self, directory: str | Path, *, pictures: bool = True) -> list[Path]:
         """Write ``collapse.json``, ``trials.csv`` and ``mechanism.png`` to a folder."""
         return write_collapse(
-            directory, self.summary, self.model, self.state, self.mechanism, pictures=pictures
+            Path(directory), self.summary, self.model, self.state, self.mechanism, pictures=pictures
         )
 
 
 def collapse(
     scene: specs.Scene,
-    base: Path = Path(),
+    base: str | Path = Path(),
     *,
     tilt: str | None = None,
     acceleration: str | None = None,
@@ -102,8 +103,8 @@ def collapse(
     ------
     MasonryError : The scene cannot be built, or nothing in it is so named.
     """
-    if not 0 < tolerance < 1:
-        raise MasonryError(f"tolerance is {tolerance:g}, expected one between 0 and 1, as 0.01")
+    check_share("tolerance", tolerance)
+    base = Path(base)
     scene = check(scene, base=base)
     built = build(scene, base)
     push = Push.of(scene, built.model, growth_of, tilt=tilt, acceleration=acceleration, dead=dead)

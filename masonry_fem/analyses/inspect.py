@@ -42,7 +42,7 @@ class Inspection(Told, frozen=True, kw_only=True):
     estimated_memory_mb: float
 
 
-def check_scene(scene: specs.Scene, base: Path = Path()) -> Inspection:
+def check_scene(scene: specs.Scene, base: str | Path = Path()) -> Inspection:
     """Build a scene without solving it.
 
     Parameters
@@ -53,7 +53,7 @@ def check_scene(scene: specs.Scene, base: Path = Path()) -> Inspection:
     ------
     SceneError : It contradicts itself, or a file of it cannot be read.
     """
-    built = build(check(scene, base=base), base, solved=False)
+    built = build(check(scene, base=base), Path(base), solved=False)
     points = np.bincount(built.model.contacts.blocks.ravel(), minlength=len(built.stones.fidelity))
     memory, present = memory_of_run(built.stones, points) / 1e6, psutil.virtual_memory().total / 1e6
     if memory > present:
@@ -76,7 +76,7 @@ def check_scene(scene: specs.Scene, base: Path = Path()) -> Inspection:
     )
 
 
-def write_mesh(scene: specs.Scene, out: Path, base: Path = Path()) -> list[Path]:
+def write_mesh(scene: specs.Scene, out: str | Path, base: str | Path = Path()) -> list[Path]:
     """Write and picture the mesh and the detected interfaces, without solving.
 
     Parameters
@@ -90,6 +90,7 @@ def write_mesh(scene: specs.Scene, out: Path, base: Path = Path()) -> list[Path]
     """
     from masonry_fem.output.mesh_picture import write_mesh_files  # noqa: PLC0415
 
+    out, base = Path(out), Path(base)
     built = build(check(scene, base=base), base, solved=False)
     with Folder(out, "mesh"):
         return write_mesh_files(built.model, out, scene.title)

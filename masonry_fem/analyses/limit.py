@@ -50,7 +50,7 @@ class Growth:
 
 
 def analyse(
-    scene: specs.Scene, base: Path = Path(), *, dead: Sequence[str] = (), tilt: str | None = None
+    scene: specs.Scene, base: str | Path = Path(), *, dead: Sequence[str] = (), tilt: str | None = None
 ) -> LimitAnalysis:
     """Build a scene and ask the three questions of its blocks.
 
@@ -65,7 +65,7 @@ def analyse(
     MasonryError : The scene cannot be built, a joint has no constant strength, or nothing is so named.
     """
     scene = check(scene, base=base)
-    return cross_check(scene, build(scene, base, solved=False), dead=dead, tilt=tilt)
+    return cross_check(scene, build(scene, Path(base), solved=False), dead=dead, tilt=tilt)
 
 
 def cross_check(
@@ -166,7 +166,7 @@ def _growing(names: Iterable[str], dead: Sequence[str]) -> list[str]:
 def _tilted(scene: specs.Scene, model: Model, tilt: str) -> list[Any]:
     """Force of an acceleration of g along an axis, by body group."""
     axes = list("xy"[: scene.dimension - 1])
-    if tilt.removeprefix("-") not in axes:
+    if str(tilt).removeprefix("-") not in axes:
         expected = ", ".join(f"{axis}, -{axis}" for axis in axes)
         raise MasonryError(
             f"a tilt or an acceleration along '{tilt}', expected one of {expected} in a "

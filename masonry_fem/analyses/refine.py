@@ -28,6 +28,7 @@ from masonry_fem.march.clock import Clock
 from masonry_fem.march.march import March
 from masonry_fem.output.folder import OWN, Folder
 from masonry_fem.output.stress_error import block_errors, unjudged
+from masonry_fem.records.arguments import check_share
 from masonry_fem.records.told import write
 from masonry_fem.results.refinement import RefinementTold, Round
 from masonry_fem.results.summarise import size
@@ -59,8 +60,8 @@ class Refinement:
 
 def refine(
     scene: specs.Scene,
-    out: Path,
-    base: Path = Path(),
+    out: str | Path,
+    base: str | Path = Path(),
     *,
     target: float = 0.05,
     most_rounds: int = 10,
@@ -81,8 +82,8 @@ def refine(
     ------
     MasonryError : No block is elastic, the target is not between 0 and 1, or the scene cannot be built.
     """
-    if not 0 < target < 1:
-        raise MasonryError(f"the error to refine to is {target:g}, expected one between 0 and 1, as 5%")
+    out, base = Path(out), Path(base)
+    check_share("the error to refine to", target)
     search = _Search(check(scene, base=base), base, Limits(target, most_rounds, most_unknowns))
     with Folder(out, "run", title=scene.title, clears=("view",)):
         files = _rounds(search, out, quiet, tell)

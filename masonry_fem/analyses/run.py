@@ -79,7 +79,9 @@ class RunResult:
         return repr(self.summary)
 
 
-def solve_scene(scene: specs.Scene, base: Path = Path(), observers: Sequence[Observer] = ()) -> RunResult:
+def solve_scene(
+    scene: specs.Scene, base: str | Path = Path(), observers: Sequence[Observer] = ()
+) -> RunResult:
     """Solve a scene without writing anything.
 
     Parameters
@@ -92,6 +94,7 @@ def solve_scene(scene: specs.Scene, base: Path = Path(), observers: Sequence[Obs
     ------
     MasonryError : Where the scene cannot be built.
     """
+    base = Path(base)
     with gathered() as remarks:
         scene = check(scene, base=base)
         built = build(scene, base)
@@ -101,9 +104,9 @@ def solve_scene(scene: specs.Scene, base: Path = Path(), observers: Sequence[Obs
 
 def run(
     scene: specs.Scene,
-    out: Path,
+    out: str | Path,
     *,
-    base: Path = Path(),
+    base: str | Path = Path(),
     save_contact: int | None = None,
     quiet: bool = True,
     before: Built | None = None,
@@ -124,6 +127,7 @@ def run(
     ------
     MasonryError : Where the scene cannot be built or has no such step; nothing is written then.
     """
+    out, base = Path(out), Path(base)
     with gathered() as remarks:
         scene = check(scene, base=base)
         _check_step(save_contact, scene.analysis.steps)
@@ -263,9 +267,9 @@ def _determinacy(scene: specs.Scene, made: March) -> tuple[ForceDeterminacy | No
 
 
 def _check_step(save_contact: int | None, steps: int) -> None:
-    if save_contact is not None and not 1 <= save_contact <= steps:
+    if save_contact is not None and save_contact not in range(1, steps + 1):
         expected = "1, the only step" if steps == 1 else f"a step from 1 to {steps}"
-        raise MasonryError(f"step to save is {save_contact}, expected {expected} of this analysis")
+        raise MasonryError(f"step to save is {save_contact!r}, expected {expected} of this analysis")
 
 
 def _recorders(scene: specs.Scene, built: Built, out: Path, quiet: bool) -> Recorders:

@@ -22,7 +22,7 @@ from masonry_fem.output.sheet import STRESS_COLOURS
 logger = logging.getLogger(__name__)
 
 
-def view(directory: Path, png: Path | None = None) -> list[Path]:
+def view(directory: str | Path, png: str | Path | None = None) -> list[Path]:
     """Open the last recorded step of a results folder.
 
     Parameters
@@ -39,15 +39,16 @@ def view(directory: Path, png: Path | None = None) -> list[Path]:
     SceneError : The folder holds no field files.
     InstallationError : This machine has no screen, or cannot draw at all.
     """
+    directory = Path(directory)
     installation.require_extra("pictures", f"'{directory}' cannot be shown")
-    if said := unfinished(Path(directory)):
+    if said := unfinished(directory):
         logger.warning("%s", said)
     scenery = read_scenery(directory)
     if png is not None:
         if lack := installation.why_no_pictures():
             raise InstallationError(lack)
-        with Folder(png, "view"):
-            return draw_all(scenery, Path(png))
+        with Folder(png := Path(png), "view"):
+            return draw_all(scenery, png)
     if sys.platform.startswith("linux") and not (
         os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     ):
@@ -58,7 +59,7 @@ def view(directory: Path, png: Path | None = None) -> list[Path]:
     return []
 
 
-def read_scenery(directory: Path) -> Scenery:
+def read_scenery(directory: str | Path) -> Scenery:
     """What pictures show, from the last step in a results folder."""
     directory = Path(directory)
     blocks = _read(last_file(directory / "blocks.pvd"))

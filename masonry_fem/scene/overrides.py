@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from masonry_fem.errors import SceneError
+from masonry_fem.records.arguments import texts
 from masonry_fem.scene.lines import KeyPath
 from masonry_fem.scene.misfit import listed, nearest
 
@@ -31,7 +32,9 @@ def apply(tree: dict[str, Any], overrides: Iterable[str]) -> dict[KeyPath, str]:
     SceneError : An override has no ``=``, or its key leads through something that does not exist.
     """
     changed: dict[KeyPath, str] = {}
-    for text in overrides:
+    for text in texts(overrides):
+        if not isinstance(text, str):
+            raise SceneError(f"override {text!r}, expected a text key=value, as 'analysis.step=1e-3'")
         key, equals, value = text.partition("=")
         parts = [part.strip() for part in key.split(".")]
         if not equals or not all(parts):

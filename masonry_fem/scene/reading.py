@@ -105,8 +105,10 @@ def check(scene: Scene, *, base: str | Path = ".", source: str = "scene") -> Sce
 
     Raises
     ------
-    SceneError : The scene describes something impossible.
+    SceneError : It is no Scene, or describes something impossible.
     """
+    if not isinstance(scene, Scene):
+        raise SceneError(f"scene is {scene!r:.60}, expected a Scene; read a file with masonry_fem.load")
     checked = _scene(plain(scene), _Origin(source), Path(base))
     completed = with_conditions(checked, Path(base))
     if completed is not checked:

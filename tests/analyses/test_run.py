@@ -61,6 +61,19 @@ def test_run_writes_what_it_names(tmp_path):
     assert kept["certificate"]["block_balance"] < 1e-9
 
 
+def test_folders_may_be_texts(tmp_path):
+    out = tmp_path / "out"
+    assert out / "summary.json" in run(scene(), str(out), base=str(tmp_path)).files
+    assert solve_scene(scene(), str(tmp_path)).outcome == "finished"
+    assert check_scene(scene(), str(tmp_path)).blocks == 3
+    assert all(file.parent == out for file in write_mesh(scene(), str(out), str(tmp_path)))
+
+
+def test_what_is_no_scene_is_refused(tmp_path):
+    with pytest.raises(SceneError, match=r"scene is 'arch.toml', expected a Scene; .*masonry_fem\.load"):
+        run("arch.toml", tmp_path)
+
+
 @pytest.mark.parametrize("step", [0, -1, 6])
 def test_a_step_that_there_is_not_cannot_be_saved(tmp_path, step):
     with pytest.raises(MasonryError, match=f"step to save is {step}, expected a step from 1 to 5"):

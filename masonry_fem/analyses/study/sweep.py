@@ -26,6 +26,7 @@ from masonry_fem.analyses.study.target import Target, targets
 from masonry_fem.analyses.study.variation import Variation, variations
 from masonry_fem.errors import MasonryError, SceneError
 from masonry_fem.output.folder import Folder, make_folder
+from masonry_fem.records.arguments import check_share, texts
 from masonry_fem.results.study import Recommendation
 from masonry_fem.scene import Scene, dumps, loads
 
@@ -81,7 +82,7 @@ class Study:
                 return row
         raise MasonryError(f"no cell has {wanted}")
 
-    def write(self, directory: Path | None = None, *, pictures: bool = True) -> list[Path]:
+    def write(self, directory: str | Path | None = None, *, pictures: bool = True) -> list[Path]:
         """Write ``study.csv``, ``study.json`` and ``pareto.png``; returns their paths."""
         return write_study(self, self.folder if directory is None else Path(directory), pictures=pictures)
 
@@ -90,8 +91,8 @@ def study(
     scene: Scene | str | Path,
     vary: Mapping[str, Sequence[Any]] | Iterable[str],
     *,
-    base: Path | None = None,
-    out: Path | None = None,
+    base: str | Path | None = None,
+    out: str | Path | None = None,
     overrides: Sequence[str] = (),
     reference: Any = None,
     quantities: Sequence[str] = (),
@@ -123,8 +124,8 @@ def study(
     ------
     MasonryError : Unknown keys, no values, or too many cells.
     """
-    if not 0 < accuracy < 1:
-        raise MasonryError(f"accuracy is {accuracy:g}, expected one between 0 and 1, as 0.01 for 1 %")
+    check_share("accuracy", accuracy)
+    overrides, quantities = texts(overrides), texts(quantities)
     varied = variations(vary)
     text, source, base, name = _scene_text(scene, base)
     wanted = Reference.of(reference, varied)
@@ -149,16 +150,16 @@ def study(
     )
 
 
-def _scene_text(scene: Scene | str | Path, base: Path | None) -> tuple[str, str, Path, str]:
+def _scene_text(scene: Scene | str | Path, base: str | Path | None) -> tuple[str, str, Path, str]:
     """Text of a scene, what messages call it, the folder of its paths, and a name for its results."""
     if isinstance(scene, Scene):
-        return dumps(scene), "scene", base or Path(), "scene"
+        return dumps(scene), "scene", Path(base or "."), "scene"
     path = Path(scene)
     try:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise SceneError(f"{path}: cannot be read ({error}); expected a TOML file") from error
-    return text, str(path), base or path.parent, path.stem
+    return text, str(path), Path(base or path.parent), path.stem
 
 
 def _computed(

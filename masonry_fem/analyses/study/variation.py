@@ -16,6 +16,7 @@ from typing import Any
 
 from masonry_fem.analyses.study.setting import Setting, fineness, setting_of
 from masonry_fem.errors import MasonryError
+from masonry_fem.records.arguments import texts
 from masonry_fem.scene.overrides import parsed
 
 PAIRS = {"[": "]", "{": "}", "(": ")"}
@@ -108,7 +109,7 @@ def variations(given: Iterable[str] | Mapping[str, Sequence[Any]]) -> tuple[Vari
     if isinstance(given, Mapping):
         made = tuple(Variation(key, _several(key, values)) for key, values in given.items())
     else:
-        made = tuple(Variation.parse(text) for text in given)
+        made = tuple(Variation.parse(text) for text in texts(given))
     if not made:
         raise MasonryError("a study varies at least one key: give --vary, for example mesh.size=0.2,0.1")
     keys = [one.key for one in made]

@@ -155,8 +155,12 @@ def relative(left: FloatArray, acting: Acting, largest: float) -> FloatArray:
     """
     d = acting.centre.shape[1]
     size = np.maximum(np.linalg.norm(left[:, :d], axis=1), np.linalg.norm(left[:, d:], axis=1) / acting.size)
-    load = np.maximum(np.linalg.norm(acting.load[:, :d], axis=1), acting.held)
-    loaded = load[acting.solved & (load > ROUNDING * largest)]
-    typical = float(loaded.mean()) if len(loaded) else largest
+    load = np.linalg.norm(acting.load[:, :d], axis=1)
+    loaded = acting.solved & (load > ROUNDING * largest)
+    load = np.maximum(load, acting.held)
+    # supports that move may be all that loads: what they give counts beside what contacts bear
+    typical = (
+        float(load[loaded].mean()) if loaded.any() else max(largest, float(acting.held.max(initial=0.0)))
+    )
     scale = np.maximum(load, typical if typical > 0 else 1.0)
     return np.where(acting.solved, size / scale, 0.0)

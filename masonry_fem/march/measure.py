@@ -178,10 +178,10 @@ def _balance(
             made.nodal_impulse[index],
             scheme,
         )
-        load = np.linalg.norm(group.resultant(forces[index])[:, :d], axis=1)
-        load = scheme.step * np.maximum(load, held[group.blocks])
+        load = scheme.step * np.linalg.norm(group.resultant(forces[index])[:, :d], axis=1)
         # where nothing loads blocks but contacts (supports that move, joints that pull), by those
-        pushed = load if load.any() else np.full(len(load), float(np.abs(made.impulse).max(initial=0.0)))
+        least = 0.0 if load.any() else float(np.abs(made.impulse).max(initial=0.0))
+        pushed = np.maximum(np.maximum(load, scheme.step * held[group.blocks]), least)
         residuals.append(np.abs(residual))
         weights.append(pushed)
     residual, weight = np.concatenate(residuals), np.concatenate(weights)

@@ -109,7 +109,7 @@ def _without_end(
     if _limited(made, settings):
         return made
     made = _near_enough(problem, made, settings)
-    if not static or _rounded(made, _rounding(problem, made, settings)):
+    if not static or _rounded(problem, made, settings):
         return made
     if made.solved:
         return _doubted(problem, settings, made)
@@ -157,7 +157,7 @@ def _near_enough(problem: ContactProblem, made: Solution, settings: SolverSettin
     bounds = _rounding(problem, made, settings)
     follows = pushed <= bounds.max_penetration or made.quality.max_penetration <= FOLLOWED * pushed
     # a tolerance that was set is held to; but of rigid blocks there is no other model that rounds less
-    near = made.quality.error <= settings.acceptable or (problem.rigid and _rounded(made, bounds))
+    near = made.quality.error <= settings.acceptable or (problem.rigid and _rounded(problem, made, settings))
     return replace(made, outcome=Outcome.INEXACT if near and follows else Outcome.STALLED)
 
 
@@ -182,15 +182,17 @@ def _choose(
         total = made if total is None else _joined(total, made)
         if total.outcome in _ENDED:
             break
-        if total.quality.error <= ACCEPTABLE and _rounded(total, _rounding(problem, total, settings)):
+        if _rounded(problem, total, settings):
             return _near_enough(problem, total, settings)
     assert total is not None  # there is always a first turn
     return total
 
 
-def _rounded(made: Solution, bounds: Quality) -> bool:
+def _rounded(problem: ContactProblem, made: Solution, settings: SolverSettings) -> bool:
     """True where an error that is small is no more than rounding makes: no other method would do better."""
-    return made.quality.error <= min(ACCEPTABLE, bounds.error)
+    if made.quality.error > ACCEPTABLE:
+        return False
+    return made.quality.within(_rounding(problem, made, settings), settings.tolerance)
 
 
 def _rounding(problem: ContactProblem, made: Solution, settings: SolverSettings) -> Quality:

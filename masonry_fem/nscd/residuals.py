@@ -59,8 +59,16 @@ class Quality:
     @property
     def error(self) -> float:
         """What the tolerance bounds: the worst of the unit-free measures (inf where not finite)."""
-        measures = (self.natural_map, self.natural_map_velocity, self.block_balance)
-        return max(measures) if np.isfinite(sum(measures)) else np.inf
+        return max(self._bounded) if np.isfinite(sum(self._bounded)) else np.inf
+
+    @property
+    def _bounded(self) -> tuple[float, float, float]:
+        return self.natural_map, self.natural_map_velocity, self.block_balance
+
+    def within(self, bounds: Quality, tolerance: float) -> bool:
+        """True where each of these measures is within the tolerance, or within its own bound."""
+        pairs = zip(self._bounded, bounds._bounded, strict=True)
+        return all(measure <= max(bound, tolerance) for measure, bound in pairs)
 
 
 def assess(

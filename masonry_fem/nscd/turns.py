@@ -3,9 +3,9 @@
 - Static problems and elastic blocks: a few Newton steps, which is all that most need; where it is proven that
   nothing can balance the loads, or could with a little less friction, as many as show what moves; else rigid
   blocks at rest, elastic ones from the impulses of that rest, and what is done for many rigid blocks.
-- Many rigid blocks: the interior-point method, which nothing stops but rounding, sweeps that mend what
-  is local in its result, and Newton to polish it. It cannot start from the step before: there a few
-  Newton steps from the bonded state come first, which is all that sticking walls need.
+- Many rigid blocks: the interior-point method, which nothing stops but rounding, and sweeps that mend what
+  is local in its result. It cannot start from the step before: there a few Newton steps from the bonded
+  state come first, which is all that sticking walls need.
 - What is left goes to pivoting, where the problem is plane and small, to Newton with other weights,
   where it is small, and to the following of a path where rigid blocks move in a plane.
 - Other problems are swept first, as long as the contraction seen promises an end.
@@ -29,14 +29,12 @@ from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.rest import Rest
 from masonry_fem.nscd.settings import SolverSettings, Start
 
-# Sweeps that may precede Newton: where more are foreseen after PATIENCE of them, it takes over.
-# One Newton step costs as much as 500 to 1000 sweeps; rigid walls need more of either.
-HORIZON = 20_000
+# Sweeps that are tried: where more are foreseen after PATIENCE of them, the next turn takes over. One Newton
+# step costs as much as 500 to 1000 sweeps.
+SWEEPS = 1_500
 PATIENCE = 300
 # Rigid contacts from which sweeps from cold are not worth a try.
 MANY = 500
-# Sweeps after the interior point, where PATIENCE of them foretell an end.
-ENDING = 1_500
 # Newton steps in which blocks show whether they stick: then they are enough.
 BRIEF = 10
 # Newton steps of elastic blocks from the round before: a tower whose sliding corners have turned a little
@@ -53,8 +51,6 @@ WEAK = 0.97
 # Error below which patience costs more than it brings: 240 steps bring a wall that slides from 5.5e-9 to
 # 3.5e-10.
 NEAR = 1e-8
-# Newton steps that polish: what takes more seldom ends.
-POLISH = 25
 
 
 class Case:
@@ -223,16 +219,13 @@ def _pivoting(case: Case) -> Method:
 def _interior_point(case: Case) -> Method:
     from masonry_fem.nscd.methods.interior_point import InteriorPoint  # noqa: PLC0415
 
-    return InteriorPoint(align=0.0)  # Newton polishes
+    return InteriorPoint(align=0.0)  # what comes after it mends the angle
 
 
-def _sweeps(most: int) -> Callable[[Case], Method]:
-    def make(case: Case) -> Method:
-        from masonry_fem.nscd.methods.nsgs import GaussSeidel  # noqa: PLC0415 - Numba is slow to import
+def _sweeps(case: Case) -> Method:
+    from masonry_fem.nscd.methods.nsgs import GaussSeidel  # noqa: PLC0415 - Numba is slow to import
 
-        return GaussSeidel(iterations=most, patience=PATIENCE, horizon=most)
-
-    return make
+    return GaussSeidel(iterations=SWEEPS, patience=PATIENCE, horizon=SWEEPS)
 
 
 def _path(case: Case) -> Method:
@@ -271,17 +264,16 @@ TURNS = (
         HELD_STEPS,
         "held",
     ),
-    Turn("first sweeps", lambda at: at.swept, _sweeps(HORIZON)),
+    Turn("first sweeps", lambda at: at.swept, _sweeps),
     Turn("newton after sweeps", lambda at: at.swept, _newton, NEWTON_STEPS, "close"),
     Turn("interior point", lambda at: at.open and not at.plain, _in_plane(_interior_point), origin="cold"),
     # where the interior point meets a fold of its path the error is local: sweeps get across
     Turn(
         "sweeps after the interior point",
         lambda at: at.rigid and not at.plain and not at.static,
-        _in_plane(_sweeps(ENDING)),
+        _in_plane(_sweeps),
         origin="best",
     ),
-    Turn("polish", lambda at: at.open and not at.plain, _in_plane(_newton), POLISH, "best"),
     Turn("pivoting", lambda at: at.open and at.small_plane, _pivoting, origin="cold"),
     Turn("searching newton", lambda at: at.open and at.few and at.elastic, _searching_newton, NEWTON_STEPS),
     *(

@@ -157,7 +157,7 @@ class NewtonRun:
 
     def step(self, quality: Quality, settings: SolverSettings) -> Iterate:
         """One Newton step; a round that is solved moves the centre."""
-        if self._rounded(quality):
+        if self._rounded(quality, settings.tolerance):
             return self._offer(Outcome.STALLED, solves=0)
         try:
             with np.errstate(all="ignore"):  # a breakdown is seen in the numbers below
@@ -182,14 +182,14 @@ class NewtonRun:
             return None
         return self._give_up_round() if self.round.steps >= self.settings.round_steps else None
 
-    def _rounded(self, quality: Quality) -> bool:
+    def _rounded(self, quality: Quality, tolerance: float) -> bool:
         """True where steps leave an error as it is that rounding alone may make."""
         rests = 0.5 * self.least <= quality.error <= 10.0 * self.least
         self.resting = self.resting + 1 if rests else 0
         self.least = min(self.least, quality.error)
         if self.resting < _RESTING or self.least > ACCEPTABLE:
             return False
-        return self.least <= rounding(self.problem, self.impulse, self.rigid_velocity).error
+        return quality.within(rounding(self.problem, self.impulse, self.rigid_velocity), tolerance)
 
     def _offer(self, verdict: Outcome | None, solves: int) -> Iterate:
         velocity = self.rigid_velocity

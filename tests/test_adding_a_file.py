@@ -78,6 +78,11 @@ class Wet(Fidelity):
     'Stones in water.'
     name = "wet"
 """
+LAZY = """
+class Lazy:
+    name, iterations = "other", 10
+method = Lazy
+"""
 ROOMS = {
     "structure": Room(
         "masonry_fem.structures", "add_a_structure", "cairn",
@@ -158,7 +163,10 @@ ROOMS = {
         'solver = { method = "uzawa" }',
         '"pivoting", "uzawa"',
         "nscd/test_iterate.py", "masonry_fem.nscd.methods:make_method",
-        (("", r"FILE has no function method, expected one that makes the.*write def method\(\) -> Method"),),
+        (
+            ("", r"FILE has no function method, expected one that makes the.*write def method\(\) -> Method"),
+            (LAZY, r"FILE: what method\(\) makes, a Lazy, lacks name = 'faulty1' and init\(.*; write it"),
+        ),
     ),
 }  # fmt: skip
 # a folder is looked into at the first scene: a further place stands for a file that was put there

@@ -23,6 +23,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from masonry_fem.errors import ExtensionError
 from masonry_fem.nscd.cohesion import shifted_start, without_offset
 from masonry_fem.nscd.outcome import Outcome, Solution
 from masonry_fem.nscd.problem import ContactProblem
@@ -99,6 +100,22 @@ class _Best:
             self.impulse, self.rigid_velocity = iterate.impulse.copy(), iterate.rigid_velocity.copy()
 
 
+def _checked(run: Run) -> Run:
+    """The run, unless it is none.
+
+    Raises
+    ------
+    ExtensionError : It lacks what a run owes.
+    """
+    for owed in ("guess()", "step(quality, settings)"):
+        if not callable(getattr(run, owed.partition("(")[0], None)):
+            raise ExtensionError(
+                f"{type(run).__module__}: {type(run).__name__}, which init makes, lacks {owed}; write it as "
+                "masonry_fem.nscd.iterate.Run has it"
+            )
+    return run
+
+
 def iterate(
     problem: ContactProblem, method: Method, settings: SolverSettings, start: Start | None = None
 ) -> Solution:
@@ -122,7 +139,7 @@ def iterate(
     if kept is not None:
         run: Run = _Kept(kept)
     else:
-        run = method.init(without_offset(problem), shifted_start(problem, start))
+        run = _checked(method.init(without_offset(problem), shifted_start(problem, start)))
         if problem.cohesion_offset is not None:
             run = _Unshifted(run, problem.cohesion_offset)
     best, history = _Best(), []

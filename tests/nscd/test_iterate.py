@@ -5,7 +5,7 @@ from importlib import import_module
 import numpy as np
 import pytest
 
-from masonry_fem.errors import ProblemError
+from masonry_fem.errors import ExtensionError, ProblemError
 from masonry_fem.nscd import ContactProblem, Outcome, SolverSettings, Start, solve
 from masonry_fem.nscd.iterate import Iterate, iterate
 from masonry_fem.nscd.methods import make_method, names
@@ -126,6 +126,25 @@ def test_a_state_that_nothing_improves_is_an_answer_where_its_error_is_acceptabl
     assert made.outcome is outcome
     assert made.solved == (outcome is Outcome.INEXACT)
     assert not made.converged
+
+
+class Idle:
+    """A method whose run makes no step."""
+
+    name, iterations = "idle", 1
+
+    def init(self, problem, start):
+        return self
+
+    def guess(self):
+        return Iterate(np.zeros((1, 3)), np.zeros((0, 6)))
+
+
+def test_a_run_that_makes_no_step_is_named():
+    with pytest.raises(
+        ExtensionError, match=r"Idle, which init makes, lacks step\(quality, settings\); write"
+    ):
+        iterate(PROBLEM, Idle(), SolverSettings())
 
 
 def test_a_mechanism_is_shown_by_the_last_state():

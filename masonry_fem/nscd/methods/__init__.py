@@ -30,7 +30,7 @@ def make_method(name: str) -> Method:
 
     Raises
     ------
-    ExtensionError : Its file has no ``method``.
+    ExtensionError : Its file has no ``method``, or what that makes is none.
     """
     module = import_module(f"{__name__}.{name}")
     make = getattr(module, "method", None)
@@ -40,4 +40,14 @@ def make_method(name: str) -> Method:
             "default settings; write def method() -> Method"
         )
     made: Method = make()
+    owed = {
+        f"name = {name!r}": getattr(made, "name", None) == name,
+        "iterations, a whole number": isinstance(getattr(made, "iterations", None), int),
+        "init(problem, start)": callable(getattr(made, "init", None)),
+    }
+    if lacking := [what for what, there in owed.items() if not there]:
+        raise ExtensionError(
+            f"{module.__file__}: what method() makes, a {type(made).__name__}, lacks "
+            f"{' and '.join(lacking)}; write it as masonry_fem.nscd.iterate.Method has it"
+        )
     return made

@@ -66,7 +66,12 @@ class Quality:
         return self.natural_map, self.natural_map_velocity, self.block_balance
 
     def within(self, bounds: Quality, tolerance: float) -> bool:
-        """True where each of these measures is within the tolerance, or within its own bound."""
+        """True where each of these measures is within the tolerance, or within its own bound.
+
+        Parameters
+        ----------
+        bounds : A bound of each measure. tolerance : What is near enough.
+        """
         pairs = zip(self._bounded, bounds._bounded, strict=True)
         return all(measure <= max(bound, tolerance) for measure, bound in pairs)
 

@@ -4,8 +4,8 @@
   nothing can balance the loads, or could with a little less friction, as many as show what moves; else rigid
   blocks at rest, elastic ones from the impulses of that rest, and what is done for many rigid blocks.
 - Many rigid blocks: the interior-point method, which nothing stops but rounding, and sweeps that mend what
-  is local in its result. It cannot start from the step before: there a few Newton steps from the bonded
-  state come first, which is all that sticking walls need.
+  is local in its result, and Newton to polish it. It cannot start from the step before: there a few
+  Newton steps from the bonded state come first, which is all that sticking walls need.
 - What is left goes to pivoting, where the problem is plane and small, to Newton with other weights,
   where it is small, and to the following of a path where rigid blocks move in a plane.
 - Other problems are swept first, as long as the contraction seen promises an end.
@@ -51,6 +51,8 @@ WEAK = 0.97
 # Error below which patience costs more than it brings: 240 steps bring a wall that slides from 5.5e-9 to
 # 3.5e-10.
 NEAR = 1e-8
+# Newton steps that polish: what takes more seldom ends.
+POLISH = 25
 
 
 class Case:
@@ -219,7 +221,7 @@ def _pivoting(case: Case) -> Method:
 def _interior_point(case: Case) -> Method:
     from masonry_fem.nscd.methods.interior_point import InteriorPoint  # noqa: PLC0415
 
-    return InteriorPoint(align=0.0)  # what comes after it mends the angle
+    return InteriorPoint(align=0.0)  # Newton polishes
 
 
 def _sweeps(case: Case) -> Method:
@@ -274,6 +276,7 @@ TURNS = (
         _in_plane(_sweeps),
         origin="best",
     ),
+    Turn("polish", lambda at: at.open and not at.plain, _in_plane(_newton), POLISH, "best"),
     Turn("pivoting", lambda at: at.open and at.small_plane, _pivoting, origin="cold"),
     Turn("searching newton", lambda at: at.open and at.few and at.elastic, _searching_newton, NEWTON_STEPS),
     *(

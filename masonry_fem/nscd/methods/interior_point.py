@@ -65,7 +65,7 @@ class InteriorPoint:
     smoothing : ε of the friction term, relative to τ over the first impulse.
     sliding : The friction term is left out until the mean work of friction is so many times τ.
     align : Error below which steps that only align friction with sliding may come between the others,
-        among elastic blocks; 0 where Newton comes after it, which is quicker.
+        among elastic blocks; 0 where Newton will polish, which is quicker.
     to_boundary : Share of the way to the cones' boundary that a step goes where contacts slide.
     slow, patience : It is stalled where ``patience`` steps left more than ``slow`` of the error, of τ
         and of what v̂ misses; three times as many at errors above 1e-3, six where springs hold blocks

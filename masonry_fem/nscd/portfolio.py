@@ -192,7 +192,7 @@ def _rounded(problem: ContactProblem, made: Solution, settings: SolverSettings) 
     """True where an error that is small is no more than rounding makes: no other method would do better."""
     if made.quality.error > ACCEPTABLE:
         return False
-    return made.quality.within(_rounding(problem, made, settings), settings.tolerance)
+    return made.quality.bounded_by(_rounding(problem, made, settings), settings.tolerance)
 
 
 def _rounding(problem: ContactProblem, made: Solution, settings: SolverSettings) -> Quality:

@@ -59,20 +59,20 @@ class Quality:
     @property
     def error(self) -> float:
         """What the tolerance bounds: the worst of the unit-free measures (inf where not finite)."""
-        return max(self._bounded) if np.isfinite(sum(self._bounded)) else np.inf
+        return max(self._measures) if np.isfinite(sum(self._measures)) else np.inf
 
     @property
-    def _bounded(self) -> tuple[float, float, float]:
+    def _measures(self) -> tuple[float, float, float]:
         return self.natural_map, self.natural_map_velocity, self.block_balance
 
-    def within(self, bounds: Quality, tolerance: float) -> bool:
+    def bounded_by(self, bounds: Quality, tolerance: float) -> bool:
         """True where each of these measures is within the tolerance, or within its own bound.
 
         Parameters
         ----------
         bounds : A bound of each measure. tolerance : What is near enough.
         """
-        pairs = zip(self._bounded, bounds._bounded, strict=True)
+        pairs = zip(self._measures, bounds._measures, strict=True)
         return all(measure <= max(bound, tolerance) for measure, bound in pairs)
 
 

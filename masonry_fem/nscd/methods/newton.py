@@ -189,7 +189,7 @@ class NewtonRun:
         self.least = min(self.least, quality.error)
         if self.resting < _RESTING or self.least > ACCEPTABLE:
             return False
-        return quality.within(rounding(self.problem, self.impulse, self.rigid_velocity), tolerance)
+        return quality.bounded_by(rounding(self.problem, self.impulse, self.rigid_velocity), tolerance)
 
     def _offer(self, verdict: Outcome | None, solves: int) -> Iterate:
         velocity = self.rigid_velocity

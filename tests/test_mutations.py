@@ -89,6 +89,7 @@ def test_a_statement_is_all_its_lines_or_only_its_head(tool, line, expected):
     assert tool._statement(SOURCE, line) == expected
 
 
+@pytest.mark.slow
 def test_the_tests_that_come_to_a_line_are_asked(repository, tmp_path):
     """A project of one file: each change is seen by its own test, and the last makes no difference."""
     for name, text in {

@@ -137,6 +137,7 @@ def test_the_first_state_keeps_the_loads_that_stay(pier: Path) -> None:
     assert within(again, 0.4 * WEIGHT / 1000 - 2)
 
 
+@pytest.mark.slow
 def test_motions_of_supports_are_made_before_loads_grow(tmp_path: Path) -> None:
     """An arch whose springings have parted falls earlier: less than a rigid one, by some per cent."""
     path = tmp_path / "arch.toml"

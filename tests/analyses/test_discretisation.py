@@ -45,6 +45,7 @@ def cubes(n, shear):
     ).summary.errors
 
 
+@pytest.mark.slow
 def test_a_joint_that_sticks_is_the_same_by_any_points():
     """Equal linear meshes: nodes that touch everywhere make all Gauss points touch."""
     found = cubes(3, 0.1e6).contact

@@ -58,6 +58,7 @@ def test_bouncing_block_without_restitution_rests_at_once(tmp_path):
     assert (tmp_path / "bouncing.png").stat().st_size > 5000
 
 
+@pytest.mark.slow
 def test_low_wall_swings_in_dynamics_and_settles_in_statics():
     found = low_wall.main(step=4e-4)
     assert found.outcome == "equilibrium"
@@ -131,6 +132,7 @@ def test_cyclic_joint_loses_strength_once_and_burns_the_area_of_its_loops(tmp_pa
     assert (tmp_path / "cyclic_joint.png").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_shear_wall_stiffens_as_it_is_held_in_height(tmp_path):
     """The first 0.5 mm; the whole curve is validation A7.12."""
     (wall,) = shear_wall.main(out=tmp_path, variants=("coarse",), steps=10, end=0.5e-3)
@@ -144,6 +146,7 @@ def test_shear_wall_stiffens_as_it_is_held_in_height(tmp_path):
     assert (tmp_path / "shear_wall.png").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_every_demo_has_a_text_a_scene_and_a_picture(repository):
     """Script, command-line example and docs page in one."""
     scripts = sorted((repository / "demos").glob("*.py"))
@@ -195,6 +198,7 @@ def test_arch_of_elastic_stones_falls_where_a_rigid_one_does():
     assert set(arch.hinges) == {"arch.v05 / arch.v04", "arch.v11 / arch.v10", "arch.v17 / arch.v16"}
 
 
+@pytest.mark.slow
 def test_column_rocks_as_housners_block(tmp_path):
     column = rocking_column.main(out=tmp_path, step=2e-3, duration=0.9)
     assert column.exact_upright == pytest.approx(0.493803, abs=1e-6)  # validation A1.6

@@ -7,6 +7,7 @@ import pytest
 from demos import dome_on_piers
 
 
+@pytest.mark.slow
 def test_cohesion_or_a_tambour_holds_what_falls_dry():
     dry, strong, weak, tambour = dome_on_piers.main(rings=6)
     assert dry.outcome == "no_equilibrium"

@@ -7,6 +7,7 @@ import pytest
 from demos import rubble_wall
 
 
+@pytest.mark.slow
 def test_friction_decides_whether_rubble_stands():
     rough, smooth, slippery = rubble_wall.main(stones=36, frictions=(0.6, 0.4, 0.15))
     for one in (rough, smooth):

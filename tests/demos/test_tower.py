@@ -7,6 +7,7 @@ import pytest
 from demos import tower
 
 
+@pytest.mark.slow
 def test_foot_bears_weight_over_area():
     found = tower.main()
     assert found.outcome == "equilibrium"

@@ -151,6 +151,7 @@ def stretched(**analysis):
     return solve_scene(check(msgspec.structs.replace(scene, joints=joints)))
 
 
+@pytest.mark.slow
 def test_a_snap_back_is_told_and_narrowed_down_by_substeps(caplog):
     """The joint breaks at 2/3 of the path; the step around it is divided, the others are not."""
     whole, divided = stretched(load_steps=10), stretched(load_steps=10, substeps=100)  # halves: 64
@@ -211,6 +212,7 @@ def test_a_joint_with_restitution_bounces_once_its_cohesion_is_gone():
     assert dry[landed + 5 :].max() == pytest.approx(0.64 * 0.05, rel=0.05)
 
 
+@pytest.mark.slow
 def test_cohesion_holds_across_a_gap_in_the_velocity_form():
     """Springs let the joint open and stay in force though the contact is open: it swings."""
     law = specs.law_record("elastic", normal_stiffness=1e7, tangential_stiffness=1e7)
@@ -259,6 +261,7 @@ def parts_of_the_energy(steps: int) -> dict[str, float]:
     return energy | {"given": given}
 
 
+@pytest.mark.slow
 def test_the_parts_of_the_energy_are_its_work():
     """Nothing is in no item, and what the laws cannot name vanishes as steps shorten."""
     missing = [abs(one["unaccounted"]) / one["given"] for one in map(parts_of_the_energy, (30, 120, 480))]

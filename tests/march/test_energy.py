@@ -168,6 +168,7 @@ SPRINGS = specs.law_record(
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("keys", "gap"),
     [

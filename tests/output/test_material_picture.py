@@ -48,6 +48,7 @@ def squeezed(closing: float) -> Scene:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not can_render(), reason="neither EGL nor OSMesa here")
 def test_what_has_yielded_is_drawn(tmp_path):
     from matplotlib.image import imread
@@ -61,6 +62,7 @@ def test_what_has_yielded_is_drawn(tmp_path):
     assert path.name in [one.name for one in again]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not can_render(), reason="neither EGL nor OSMesa here")
 def test_nothing_is_drawn_where_nothing_has(tmp_path):
     run(squeezed(1e-4), tmp_path)

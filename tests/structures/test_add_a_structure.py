@@ -51,6 +51,7 @@ def test_a_scene_has_it(said):
     assert re.search(r"^interfaces +3 *$", text, re.M)
 
 
+@pytest.mark.slow
 def test_it_stands(said, folder):
     said(COMMAND, arguments=["run", "cairn.toml", "--out", "out"])
     summary = json.loads((folder / "out/summary.json").read_text(encoding="utf-8"))

@@ -189,6 +189,7 @@ def weight_of(made: Assembly) -> float:
     return DENSITY * G * float(sum(parts))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fidelity", ["rigid", "elastic"])
 def test_a_dome_on_four_piers_with_a_tambour_stands(fidelity: str) -> None:
     """Each pier carries a quarter of the weight, and as much thrust as its opposite."""

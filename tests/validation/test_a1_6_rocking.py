@@ -79,6 +79,7 @@ class Impact:
         self.next_share = np.abs(tilt[last:]).max() / ALPHA
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("share", "time", "speed", "next_share"),
     [
@@ -109,6 +110,7 @@ def test_a1_6_loss_is_met_to_first_order() -> None:
     assert [impact.time for impact in impacts] == pytest.approx([0.175589] * 4, rel=5e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("h", [1e-2, 1e-4])
 def test_a9_8_rocking_with_coarse_and_fine_steps(h: float) -> None:
     """A1.6 at steps a hundred times apart: the time to the first impact within a step and 0.5 %."""

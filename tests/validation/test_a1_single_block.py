@@ -174,6 +174,7 @@ def test_a1_7_uplift_or_sliding_under_base_acceleration() -> None:
     assert moves(0.2 * 1.005, 0.2)
 
 
+@pytest.mark.slow
 def test_a1_5_bounces_end_at_zeno_s_time() -> None:
     """e = 0.8 from 1 m: infinitely many bounces in 4.063713 s; found to 2 %."""
     scene = drop(0.8, duration=4.6, gap=1.0)
@@ -183,6 +184,7 @@ def test_a1_5_bounces_end_at_zeno_s_time() -> None:
     assert moving[-1] == pytest.approx(4.063713, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a1_5_hundred_elastic_bounces_do_not_grow() -> None:
     """e = 1: the block goes on bouncing to its first height, which no bounce exceeds by 1 %."""
     scene = drop(1.0, duration=9.1, gap=0.01)

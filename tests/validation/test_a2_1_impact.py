@@ -68,6 +68,7 @@ def test_a2_1_energy_loss_halves_with_the_elements() -> None:
     assert losses[0] / losses[1] == pytest.approx(2.0, rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("n", "kept"), [(50, 0.74407), (100, 0.81905), (200, 0.87206)])
 def test_a2_1_implicit_scheme(n: int, kept: float) -> None:
     """θ = 1: energy left at t = 1.6 s of an independent one-dimensional script; the waves go on decaying.

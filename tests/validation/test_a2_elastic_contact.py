@@ -45,6 +45,7 @@ def column(analysis, n: int = 60) -> tuple[Tape, RunResult]:
     )[:2]
 
 
+@pytest.mark.slow
 def test_a2_4_ground_resultant_is_a_triangular_wave() -> None:
     """From 0 to 2W and back with period 4L/c; θ = ½ does not damp it."""
     h = 3.0 / 60 / WAVE / 2

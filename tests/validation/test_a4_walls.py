@@ -248,6 +248,7 @@ def test_a4_8_dry_shear_wall_under_a_beam_that_turns(friction: float) -> None:
     assert dry_shear_wall(friction, 1.02 * limit, 0.495, Statics()) == "no_equilibrium"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [0.4, 0.75, 2.0])
 def test_a4_8_dry_shear_wall_under_a_level_beam(friction: float) -> None:
     """V/N = min(μ, L/H): what holds the beam level presses it at the corner behind, where it lifts."""

@@ -35,6 +35,7 @@ def test_a5_2_membrane_stresses() -> None:
     assert crossing == pytest.approx(51.83, abs=0.3)
 
 
+@pytest.mark.slow
 def test_a5_2_a_whole_dome_is_as_its_lune() -> None:
     """24 slices of 12 rings, all bonded: alike in each slice, and a membrane between eye and base."""
     scene = Scene(

@@ -137,6 +137,7 @@ def test_the_stresses_in_the_middle_of_an_elastic_disc(tmp_path):
     assert (off[0] > 2 * off[1]).all(), off
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("radius", "columns", "way", "steps"), [(0.1, 2, 6e-6, 12), (0.2, 2, 1e-5, 20), (0.4, 3, 2e-5, 20)]
 )

@@ -126,6 +126,7 @@ def pressed(folder: Path, drawing: str, depth: float, friction: float, way: floa
     return result.march.report.time
 
 
+@pytest.mark.slow
 def test_graded_elements_come_to_prandtls_bearing_capacity(tmp_path):
     """Within 0.5 % from above, where 40 by 24 equal elements are 4.1 % off."""
     over = []
@@ -136,6 +137,7 @@ def test_graded_elements_come_to_prandtls_bearing_capacity(tmp_path):
     assert np.log2(over[0] / over[1]) > 1.0, over
 
 
+@pytest.mark.slow
 def test_graded_elements_come_to_the_bearing_capacity_of_soil_with_friction(tmp_path):
     """N_c = cot φ (e^(π tan φ) tan²(45° + φ/2) − 1), associated flow, within 1.5 % from above."""
     slope = np.tan(np.radians(30.0))

@@ -151,16 +151,17 @@ def relative(left: FloatArray, acting: Acting, largest: float) -> FloatArray:
     ----------
     left : What is left of balance, shape (b, m) [N, N m], from ``imbalance``.
     acting : What acts on the blocks.
-    largest : Largest contact force [N]; the scale where no block is loaded.
+    largest : Largest contact force [N]; where no block is loaded, it or what clamps give is the scale,
+        whichever is more.
     """
     d = acting.centre.shape[1]
     size = np.maximum(np.linalg.norm(left[:, :d], axis=1), np.linalg.norm(left[:, d:], axis=1) / acting.size)
     load = np.linalg.norm(acting.load[:, :d], axis=1)
     loaded = acting.solved & (load > ROUNDING * largest)
     load = np.maximum(load, acting.held)
-    # supports that move may be all that loads: what they give counts beside what contacts bear
-    typical = (
-        float(load[loaded].mean()) if loaded.any() else max(largest, float(acting.held.max(initial=0.0)))
-    )
+    if loaded.any():
+        typical = float(load[loaded].mean())
+    else:  # moving supports and clamps are all that loads
+        typical = max(largest, float(acting.held.max(initial=0.0)))
     scale = np.maximum(load, typical if typical > 0 else 1.0)
     return np.where(acting.solved, size / scale, 0.0)

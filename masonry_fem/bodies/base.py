@@ -20,6 +20,7 @@ from typing import Any, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -56,6 +57,8 @@ class Sides:
     point : Material point in world coordinates of the reference configuration [m], (k, d).
     facet : Mesh facet that carries the point, −1 where the shape has no mesh, shape (k,).
     frame : Contact frames in the reference configuration, rows (n, t1[, t2]), (k, d, d).
+    means : Of contacts that are means over a part of the interface, the weights of the mesh nodes, shape (k,
+        nodes or more); rows of points are empty. None where all are points.
     """
 
     contact: IntArray
@@ -64,6 +67,7 @@ class Sides:
     point: FloatArray
     facet: IntArray
     frame: FloatArray
+    means: sparse.csr_array | None = None
 
 
 @dataclass(frozen=True, slots=True)

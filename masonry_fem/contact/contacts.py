@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -42,6 +43,8 @@ class Interface:
 class Contacts:
     """c contact points in the reference configuration, world coordinates.
 
+    A contact that is a mean over a part of the interface stands at the mean of its points.
+
     Attributes
     ----------
     blocks : Candidate and antagonist block of each contact, shape (c, 2); exchanged against the
@@ -55,6 +58,8 @@ class Contacts:
     gap : Signed distance [m], shape (c,).
     area : Tributary area [m²; m in 2D]; sums to the interface's area, shape (c,).
     key : Identity that persists between steps and runs, shape (c,).
+    means : Of contacts that are means, the weights of the mesh nodes of each side, rows 2 i + side, shape
+        (2c, nodes of the largest mesh); rows of points are empty. None where all are points.
     """
 
     blocks: IntArray
@@ -65,6 +70,7 @@ class Contacts:
     gap: FloatArray
     area: FloatArray
     key: IntArray
+    means: sparse.csr_array | None = None
 
     @property
     def count(self) -> int:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from hashlib import blake2b
 
 import numpy as np
+from scipy import sparse
 
 from masonry_fem.contact.contacts import Contacts, Interface
 from masonry_fem.contact.kinematics import height, local_frames
@@ -19,6 +20,7 @@ from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
 ROUNDING = 1e-12  # of a block's size: a gap below it is zero
+NO_WEIGHT = 1e-13  # of a node in a mean: rounding
 AREAS = 1e-6  # of an interface's area: what the areas of its points may sum to beside it
 
 
@@ -70,7 +72,24 @@ def place(
         gap=gap,
         area=area,
         key=_keys(assembly, interfaces, of),
+        means=_means(assembly, spots),
     )
+
+
+def _means(assembly: Assembly, spots: list[Spots]) -> sparse.csr_array | None:
+    """Weights of the nodes that carry contacts which are means, shape (2c, nodes of the largest mesh)."""
+    first = 2 * np.cumsum([0, *(len(spot.area) for spot in spots)])
+    found = [(start, spot.means) for start, spot in zip(first, spots, strict=False) if spot.means is not None]
+    if not found:
+        return None
+    row = np.concatenate([start + means.row for start, means in found])
+    node = np.concatenate([means.node for _, means in found])
+    weight = np.concatenate([means.weight for _, means in found])
+    width = max(len(shape.mesh.points) for shape in assembly.shapes if shape.mesh is not None)
+    means = sparse.csr_array(sparse.coo_array((weight, (row, node)), shape=(int(first[-1]), width)))
+    means.data[np.abs(means.data) < NO_WEIGHT] = 0.0
+    means.eliminate_zeros()
+    return means
 
 
 def _spots(

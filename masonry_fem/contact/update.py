@@ -13,6 +13,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy import sparse
 
 from masonry_fem.contact.contacts import Contacts, Interface
 from masonry_fem.solid.assembly import Assembly
@@ -120,7 +121,18 @@ def joined(
         gap=np.concatenate([before.gap, after.gap]),
         area=np.concatenate([before.area, after.area]),
         key=np.concatenate([before.key, after.key]),
+        means=_stacked(before, after),
     )
+
+
+def _stacked(before: Contacts, after: Contacts) -> sparse.csr_array | None:
+    """Weights of the nodes of two sets of contacts."""
+    if before.means is None and after.means is None:
+        return None
+    width = max(one.means.shape[1] for one in (before, after) if one.means is not None)
+    parts = [sparse.csr_array((2 * one.count, width)) if one.means is None else one.means
+             for one in (before, after)]  # fmt: skip
+    return sparse.csr_array(sparse.vstack(parts))
 
 
 def chosen(
@@ -145,4 +157,5 @@ def chosen(
         gap=contacts.gap[own],
         area=contacts.area[own],
         key=contacts.key[own],
+        means=None if contacts.means is None else contacts.means[np.repeat(own, 2)],
     )

@@ -6,6 +6,7 @@ points have the same places in it share one W_el = G (M̂⁻¹)_el Gᵀ, which i
 
 from __future__ import annotations
 
+import itertools
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -18,11 +19,12 @@ from masonry_fem.bodies.base import FloatArray, IntArray, Scheme, Sides
 from masonry_fem.fem.condense import coefficients
 from masonry_fem.fem.locate import on_facets
 from masonry_fem.fem.meshed import ElasticState
+from masonry_fem.solid.mesh import Mesh
 
 if TYPE_CHECKING:
     from masonry_fem.fem.deformable import Deformable, Deformed
 
-ALIKE = 1e-11  # of a block's size: equal points differ by this much, as poses have rounding errors
+ALIKE = 1e-11  # equal weights and frames differ by this much, as poses have rounding errors
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,8 +42,7 @@ class ElasticAttachment[S: Deformed](ABC):
     Attributes
     ----------
     group : The blocks. sides : Which contacts touch them, and where.
-    nodes : Nodes of the facet that carries each point, shape (k, f).
-    weights : Its shape functions there, shape (k, f).
+    carried : Weight of each node of the mesh in the motion of each contact, shape (k, nodes).
     carriers : All nodes that carry contacts, of any block, ascending.
     arms : The points from the centroids, shape axes, shape (k, d) [m].
     members : Side numbers of each block that has sides, in the order of ``bodies``.
@@ -51,8 +52,7 @@ class ElasticAttachment[S: Deformed](ABC):
 
     group: Deformable[S]
     sides: Sides
-    nodes: IntArray
-    weights: FloatArray
+    carried: sparse.csr_array
     carriers: IntArray
     arms: FloatArray
     members: list[IntArray]
@@ -66,31 +66,24 @@ class ElasticAttachment[S: Deformed](ABC):
         """Attach a group to sides."""
         count = len(sides.body)
         local = group.to_shape(sides.body, sides.point)
-        nodes, weights = on_facets(group.mesh, sides.facet, local)
+        carried = _carried(group.mesh, sides, local)
         order = np.argsort(sides.body, kind="stable")
         bodies, start = np.unique(sides.body[order], return_index=True)
         members = np.split(order, start[1:]) if count else []
-        digits = _digits(local / float(np.ptp(group.mesh.points, axis=0).max()))
-        known: dict[bytes, int] = {}
-        pattern = [
-            known.setdefault(nodes[rows].tobytes() + digits[rows].tobytes(), len(known)) for rows in members
-        ]
         total = len(group.mesh.points)
-        columns = sides.body[:, None] * total + nodes
-        pointers = np.arange(count + 1) * nodes.shape[1]
+        columns = carried.indices + np.repeat(sides.body * total, np.diff(carried.indptr))
         interpolation = sparse.csr_array(
-            (weights.ravel(), columns.ravel(), pointers), shape=(count, group.count * total)
+            (carried.data, columns, carried.indptr), shape=(count, group.count * total)
         )
         return cls(
             group,
             sides,
-            nodes,
-            weights,
-            np.unique(nodes),
+            carried,
+            np.unique(carried.indices).astype(np.int64),
             local - group.modes.centroid,
             members,
             bodies,
-            np.array(pattern, dtype=np.int64),
+            _patterns(carried[order], start),
             interpolation,
         )
 
@@ -173,12 +166,10 @@ class ElasticAttachment[S: Deformed](ABC):
     ) -> FloatArray:
         """G C Gᵀ of one block's sides, C being the surface block."""
         d = self.group.dimension
-        place = np.searchsorted(self.carriers, self.nodes[rows])
-        count, functions = place.shape
-        entries = self.weights[rows][:, None, :, None] * local[:, :, None, :]  # (s, i, f, j)
-        columns = np.broadcast_to((place[:, None, :, None] * d) + np.arange(d), entries.shape)
-        pointers = np.arange(count * d + 1) * (functions * d)
-        G = sparse.csr_array((entries.ravel(), columns.ravel(), pointers), shape=(count * d, len(surface)))
+        own = self.carried[rows]
+        place = np.searchsorted(self.carriers, own.indices)
+        blocks = own.data[:, None, None] * np.repeat(local, np.diff(own.indptr), axis=0)
+        G = sparse.bsr_array((blocks, place, own.indptr), shape=(len(rows) * d, len(surface)))
         half = G @ surface
         matrix: FloatArray = (G @ half.T).T
         if symmetric:  # to rounding it is
@@ -200,7 +191,8 @@ class SmallAttachment(ElasticAttachment[ElasticState]):
 
     def __post_init__(self) -> None:
         modes, d = self.group.modes.modes, self.group.dimension
-        self.modes = np.einsum("kf,kfdm->kdm", self.weights, modes.reshape(-1, d, modes.shape[1])[self.nodes])
+        of_nodes = modes.reshape(-1, d * modes.shape[1])
+        self.modes = (self.carried @ of_nodes).reshape(-1, d, modes.shape[1])
 
     def displacements(self, state: ElasticState) -> FloatArray:
         """How far the material points have gone, shape (k, d) [m]."""
@@ -218,6 +210,31 @@ class SmallAttachment(ElasticAttachment[ElasticState]):
         """B = G Φ at the material points, shape (k, d, m); ``points`` makes no difference here."""
         turned: FloatArray = self._local(frames) @ self.modes
         return turned
+
+
+def _carried(mesh: Mesh, sides: Sides, local: FloatArray) -> sparse.csr_array:
+    """Weights of the mesh nodes in the motion of points at ``local`` (k, d) or of means, (k, nodes)."""
+    many = np.zeros(len(local), dtype=bool) if sides.means is None else np.diff(sides.means.indptr) > 0
+    nodes, weights = on_facets(mesh, sides.facet[~many], local[~many])
+    shape = (len(local), len(mesh.points))
+    pointers = np.append(0, np.cumsum(np.where(many, 0, nodes.shape[1])))
+    points = sparse.csr_array((weights.ravel(), nodes.ravel(), pointers), shape=shape)
+    if sides.means is None:
+        return points
+    return points + sparse.csr_array((sides.means.data, sides.means.indices, sides.means.indptr), shape=shape)
+
+
+def _patterns(carried: sparse.csr_array, start: IntArray) -> IntArray:
+    """Numbers of equal runs of rows, the runs beginning at ``start`` (b,); shape (b,)."""
+    digits, ends = _digits(carried.data), np.append(start, carried.shape[0])
+    known: dict[bytes, int] = {}
+    pattern = []
+    for first, last in itertools.pairwise(ends.tolist()):
+        entries = slice(carried.indptr[first], carried.indptr[last])
+        rows = carried.indptr[first : last + 1] - carried.indptr[first]
+        key = rows.tobytes() + carried.indices[entries].tobytes() + digits[entries].tobytes()
+        pattern.append(known.setdefault(key, len(known)))
+    return np.array(pattern, dtype=np.int64)
 
 
 def _digits(values: FloatArray) -> IntArray:

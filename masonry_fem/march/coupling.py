@@ -249,6 +249,7 @@ def connect(model: Model) -> Coupling:
             point=contacts.points[contact, side],
             facet=contacts.facets[contact, side],
             frame=contacts.frame[contact],
+            means=None if contacts.means is None else contacts.means[2 * contact + side],
         )
         soft[contact] |= group.deforms
         sides.append(own)

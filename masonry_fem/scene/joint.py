@@ -41,7 +41,7 @@ class Joint(Spec, frozen=True, kw_only=True):
     form : ``gap`` demands that blocks do not penetrate at the end of a step; ``velocity`` is an impact law
     placement : where the contact points lie: at the ``nodes`` of the finer mesh (default where a block is
         elastic), at the ``corners`` of the common face (default between rigid blocks), or at its ``gauss``
-        points
+        points; ``weighted`` has a mean for each node of the finer mesh, exact between any two meshes
     inset : for ``corners``: the points lie at this share of the half-thickness, 1 being the edge
     density : for ``gauss``: number of subdivisions of the face
     interface : pattern of the joint's label: ``bed``, ``head``, ``radial``, a file's surface group

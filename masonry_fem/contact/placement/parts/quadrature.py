@@ -36,6 +36,7 @@ def quadrature(
     degree: int,
     quadratic: bool,
     density: int,
+    order: int | None = None,
 ) -> tuple[FloatArray, FloatArray, IntArray]:
     """Points and weights that integrate products of shape functions of both sides over a polygon.
 
@@ -47,15 +48,19 @@ def quadrature(
     degree : Of the rule for triangles, 2 or 4.
     quadratic : Whether facets are of second order.
     density : Subdivisions of each piece along its sides.
+    order : Gauss points in a direction, whatever the facets: polynomials of degree 2 order − 2 are exact.
 
     Returns
     -------
     Points (m, p), weights (m,) and rows of the facets of both sides (m, 2).
     """
+    tensor = _gauss(order or (3 if quadratic else 2))
     if polygon.shape[1] == 1:
-        return _lines(polygon, candidate, antagonist, 3 if quadratic else 2, density)
-    tensor = _gauss(3 if quadratic else 2)
-    barycentric, weight = (_DEGREE2, np.full(3, 1 / 3)) if degree == 2 else (_DEGREE4, _DEGREE4_WEIGHT)
+        return _lines(polygon, candidate, antagonist, tensor, density)
+    if order:
+        barycentric, weight = _collapsed(order)
+    else:
+        barycentric, weight = (_DEGREE2, np.full(3, 1 / 3)) if degree == 2 else (_DEGREE4, _DEGREE4_WEIGHT)
     return _areas(polygon, candidate, antagonist, tensor[0], tensor[1], barycentric, weight, density)  # type: ignore[no-any-return]
 
 
@@ -66,8 +71,21 @@ def _gauss(order: int) -> tuple[FloatArray, FloatArray]:
     return local, weight
 
 
+@cache
+def _collapsed(order: int) -> tuple[FloatArray, FloatArray]:
+    """Barycentric points and weights of a triangle: Gauss points of a square, one side drawn to a corner."""
+    local, weight = _gauss(order)
+    u, v = (grid.ravel() for grid in np.meshgrid(0.5 * (1 + local), 0.5 * (1 + local), indexing="ij"))
+    points = np.stack([u, (1 - u) * v, (1 - u) * (1 - v)], axis=1)
+    return points, 0.5 * (1 - u) * np.outer(weight, weight).ravel()
+
+
 def _lines(
-    polygon: FloatArray, candidate: FloatArray, antagonist: FloatArray, order: int, density: int
+    polygon: FloatArray,
+    candidate: FloatArray,
+    antagonist: FloatArray,
+    gauss: tuple[FloatArray, FloatArray],
+    density: int,
 ) -> tuple[FloatArray, FloatArray, IntArray]:
     """Gauss points of the common intervals (2D)."""
     low = np.maximum(candidate.min(axis=(1, 2))[:, None], antagonist.min(axis=(1, 2)))
@@ -75,7 +93,7 @@ def _lines(
     low, high = np.maximum(low, polygon.min()), np.minimum(high, polygon.max())
     rows = np.argwhere(high - low > SLIVER * np.ptp(polygon))
     low, high = low[*rows.T], high[*rows.T]
-    local, weight = _gauss(order)
+    local, weight = gauss
     part = ((np.arange(density)[:, None] + 0.5 * (1 + local)) / density).ravel()
     length = (high - low)[:, None]
     points = (low[:, None] + length * part).reshape(-1, 1)

@@ -30,6 +30,22 @@ class Rule:
 
 
 @dataclass(frozen=True, slots=True)
+class Means:
+    """Weights of mesh nodes whose mean motion is that of a contact, one entry a row; equal ones add.
+
+    Attributes
+    ----------
+    row : 2 i + side for contact i, side 0 being the candidate, shape (k,).
+    node : Node of that side's mesh, shape (k,).
+    weight : Its weight; those of a row sum to one, shape (k,).
+    """
+
+    row: IntArray
+    node: IntArray
+    weight: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
 class Spots:
     """Contact points that a rule placed on a patch (m of them).
 
@@ -40,9 +56,11 @@ class Spots:
     area : Tributary areas, shape (m,) [m²; m in 2D].
     facets : Mesh facets of candidate and antagonist that carry them, −1 where a side is unmeshed,
         shape (m, 2).
+    means : For contacts that are no points: how meshed sides carry them, instead of a facet.
     """
 
     patch: Patch
     points: FloatArray
     area: FloatArray
     facets: IntArray
+    means: Means | None = None

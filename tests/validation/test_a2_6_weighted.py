@@ -1,0 +1,171 @@
+"""A2.6 with weighted contacts: the patch test for any two meshes, with no more contacts than nodes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from masonry_fem.analyses.run import RunResult
+from masonry_fem.scene.specs import Contact, Joint, Loads, Material, MeshSettings, Solver, Statics, Traction
+from masonry_fem.structures.block import BlockStructure
+from masonry_fem.structures.file import FileStructure
+from tests.validation.patch import P, pair, pressed, worst_stress
+from tests.validation.scenes import solved
+from tests.validation.test_a2_6_patch import cube
+
+EXACT = 1e-9  # of p
+
+
+def assert_balanced(result: RunResult) -> None:
+    """Contacts, loads and supports: force and moment of each block, and of all."""
+    assert result.outcome == "equilibrium"
+    measures = result.summary.certificate
+    assert max(measures.block_balance, measures.global_balance) < 1e-12
+
+
+@pytest.mark.parametrize("ratio", [(2, 3), (3, 4), (4, 6), pytest.param((8, 11), marks=pytest.mark.slow)])
+@pytest.mark.parametrize("d", [2, 3])
+def test_uniform_pressure(d: int, ratio: tuple[int, int]) -> None:
+    """Two cubes, 14.6 % wrong with ``nodes`` in 3D; one contact for each node of the finer face."""
+    result, error = pressed(d, *ratio, placement="weighted")
+    assert error < EXACT
+    assert_balanced(result)
+    assert result.built.model.contacts.count == (max(ratio) + 1) ** (d - 1)
+    assert result.summary.solver.linear_solves <= 6
+
+
+@pytest.mark.parametrize("two", ["P1", "Q1", "P2", "Q2"])
+@pytest.mark.parametrize("one", ["P1", "Q1", "P2", "Q2"])
+@pytest.mark.parametrize("d", [2, 3])
+def test_all_kinds_of_elements(d: int, one: str, two: str) -> None:
+    result, error = pressed(d, 2, 3, "weighted", elements=(one, two))
+    assert error < EXACT
+    assert_balanced(result)
+
+
+@pytest.mark.parametrize(
+    ("one", "two"), [("skew", "skewer"), ("tetrahedra", "skew"), ("skewer", "tetrahedra")]
+)
+def test_edges_that_are_not_parallel(tmp_path: Path, one: str, two: str) -> None:
+    files = []
+    for z, (name, grid) in enumerate((("lower", one), ("upper", two))):
+        element = "P1" if grid == "tetrahedra" else "Q1"
+        mesh = MeshSettings(element=element, size=0.7 if element == "P1" else None)
+        path = cube(tmp_path / f"{name}.geo", grid, float(z))
+        files.append(FileStructure(name=name, material=name, path=str(path), trusted=True, mesh=mesh))
+    result, error = pair(3, tuple(files), ("lower.stone", "upper.stone"), "weighted")
+    assert error < EXACT
+    assert_balanced(result)
+
+
+AXIS = np.array([1.0, 2.0, -0.7])
+TURN = Rotation.from_rotvec(np.radians(37.0) * AXIS / np.linalg.norm(AXIS)).as_matrix()
+
+
+def turned(*vector: float) -> tuple[float, ...]:
+    return tuple((TURN @ vector).tolist())
+
+
+def box(name: str, size: tuple[float, ...], place: tuple[float, ...], **keys: Any) -> BlockStructure:
+    """A box of the turned world."""
+    return BlockStructure(
+        name=name,
+        material="stone",
+        size=size,
+        position=turned(*place),
+        rotation=37.0,
+        axis=tuple(AXIS),
+        **keys,
+    )
+
+
+def error_of(result: RunResult, stress: np.ndarray) -> float:
+    """Largest |σ − σ_exact| / p over all Gauss points; the exact one in the axes of the turned world."""
+    exact = (TURN @ stress @ TURN.T)[[0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]]
+    fields = [
+        group.stress(state)
+        for group, state in zip(result.built.model.groups, result.march.state.bodies, strict=True)
+    ]
+    return max(float(np.abs(field.gauss - exact).max()) / P for field in fields if field is not None)
+
+
+STONE = {"stone": Material(density=1000.0, young=1e10, poisson=0.2)}
+
+
+def test_facets_partly_covered_under_an_oblique_load() -> None:
+    """Two blocks on three, no joint above another, turned by 37°: uniform stress, bed joints bear τ = .1 p.
+
+    The sides get the pressure ν p/(1 − ν) that keeps the stone from widening, so that it sticks to the floor;
+    head joints bear it together with τ, which is less than μ times as much.
+    """
+    shear, side = 0.1 * P, 0.25 * P
+    courses = {
+        "low": (0.0, [(0.0, 0.31, (1, 2, 2)), (0.31, 0.77, (2, 3, 2)), (0.77, 1.0, (1, 2, 3))]),
+        "top": (1.0, [(0.0, 0.58, (3, 3, 2)), (0.58, 1.0, (2, 4, 2))]),
+    }
+    blocks, tractions = [box("floor", (1.4, 1.4, 0.5), (-0.2, -0.2, -0.5), support=True)], []
+    for row, (z, course) in courses.items():
+        for i, (start, end, cells) in enumerate(course):
+            name = f"{row}{i}"
+            size, mesh = (end - start, 1.0, 1.0), MeshSettings(divisions=cells)
+            blocks.append(box(name, size, (start, 0.0, z), mesh=mesh))
+            tractions.append(Traction(on=f"{name}/front", vector=turned(0, side, 0)))
+            tractions.append(Traction(on=f"{name}/back", vector=turned(0, -side, 0)))
+        tractions.append(Traction(on=f"{row}0/left", vector=turned(side, 0, -shear)))
+        tractions.append(Traction(on=f"{row}{len(course) - 1}/right", vector=turned(-side, 0, shear)))
+    tractions += [Traction(on=f"top{i}/top", vector=turned(shear, 0, -P)) for i in (0, 1)]
+    result = solved(
+        materials=STONE,
+        structures=tuple(blocks),
+        loads=Loads(tractions=tuple(tractions)),
+        joints=(Joint(friction=0.6, placement="weighted"),),
+        contact=Contact(update="fixed"),  # the shear strain turns frames by 1e-5
+        analysis=Statics(),
+        solver=Solver(tolerance=1e-12),
+    )
+    assert_balanced(result)
+    assert error_of(result, np.array([[-side, 0, shear], [0, -side, 0], [shear, 0, -P]])) < EXACT
+
+
+@pytest.mark.parametrize("cells", [(2, 3), (3, 4)])
+def test_turned_on_a_rigid_floor(cells: tuple[int, int]) -> None:
+    """Rigid on elastic on elastic: nothing but the floor holds the blocks, which may widen."""
+    meshes = [MeshSettings(divisions=(n, n, n)) for n in cells]
+    result = solved(
+        materials=STONE,
+        structures=(
+            box("floor", (1.4, 1.4, 0.5), (-0.2, -0.2, -0.5), support=True),
+            box("lower", (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), mesh=meshes[0]),
+            box("upper", (1.0, 1.0, 1.0), (0.0, 0.0, 1.0), mesh=meshes[1]),
+        ),
+        joints=(Joint(friction=0.0, placement="weighted"),),
+        loads=Loads(tractions=(Traction(on="upper/top", vector=turned(0, 0, -P)),)),
+        analysis=Statics(),
+        solver=Solver(tolerance=1e-12),
+    )
+    assert_balanced(result)
+    assert worst_stress(result, TURN[:, 2]) < EXACT
+
+
+def test_a_floor_that_bears_half_a_facet() -> None:
+    """Two rigid floors meet under the middle of a facet: the elastic stone's weights are cut there."""
+    floors = tuple(
+        box(f"floor{i}", (width, 1.0, 0.5), (start, 0.0, -0.5), support=True)
+        for i, (start, width) in enumerate(((0.0, 0.55), (0.55, 0.45)))
+    )
+    result = solved(
+        materials=STONE,
+        structures=(
+            *floors,
+            box("stone", (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), mesh=MeshSettings(divisions=(3, 2, 2))),
+        ),
+        joints=(Joint(friction=0.0, placement="weighted"),),
+        loads=Loads(tractions=(Traction(on="stone/top", vector=turned(0, 0, -P)),)),
+        analysis=Statics(),
+    )
+    assert_balanced(result)
+    assert error_of(result, np.diag([0.0, 0.0, -P])) < EXACT

@@ -161,7 +161,7 @@ ROOMS = {
         "masonry_fem.nscd.methods", "add_a_part", "uzawa",
         STACK + 'analysis = { kind = "dynamics", step = 0.01, duration = 0.02 }\n'
         'solver = { method = "uzawa" }',
-        '"pivoting", "uzawa"',
+        '"nsgs", "uzawa"',
         "nscd/test_iterate.py", "masonry_fem.nscd.methods:make_method",
         (
             ("", r"FILE has no function method, expected one that makes the.*write def method\(\) -> Method"),

@@ -6,8 +6,8 @@
 - Many rigid blocks: the interior-point method, which nothing stops but rounding, and sweeps that mend what
   is local in its result, and Newton to polish it. It cannot start from the step before: there a few
   Newton steps from the bonded state come first, which is all that sticking walls need.
-- What is left goes to pivoting, where the problem is plane and small, to Newton with other weights,
-  where it is small, and to the following of a path where rigid blocks move in a plane.
+- What is left goes to Newton with other weights, where it is small, and to the following of a path where
+  rigid blocks move in a plane.
 - Other problems are swept first, as long as the contraction seen promises an end.
 """
 
@@ -121,13 +121,6 @@ class Case:
         return bool(compliance.data[compliance.indices != row].any())
 
     @property
-    def small_plane(self) -> bool:
-        """True where pivoting can take the problem."""
-        from masonry_fem.nscd.methods.pivoting import MOST_CONTACTS  # noqa: PLC0415
-
-        return self.problem.dimension == 2 and self.problem.count <= MOST_CONTACTS
-
-    @property
     def followable(self) -> bool:
         """True where a path can be followed: rigid blocks that move in a plane."""
         from masonry_fem.nscd.solvers.path import followable  # noqa: PLC0415 - Numba is slow to import
@@ -212,12 +205,6 @@ def _firm_newton(weight: float) -> Callable[[Case], Method]:
     return make
 
 
-def _pivoting(case: Case) -> Method:
-    from masonry_fem.nscd.methods.pivoting import Pivoting  # noqa: PLC0415
-
-    return Pivoting(shows=False)  # its turn comes where it is not proven that anything moves
-
-
 def _interior_point(case: Case) -> Method:
     from masonry_fem.nscd.methods.interior_point import InteriorPoint  # noqa: PLC0415
 
@@ -277,7 +264,6 @@ TURNS = (
         origin="best",
     ),
     Turn("polish", lambda at: at.open and not at.plain, _in_plane(_newton), POLISH, "best"),
-    Turn("pivoting", lambda at: at.open and at.small_plane, _pivoting, origin="cold"),
     Turn("searching newton", lambda at: at.open and at.few and at.elastic, _searching_newton, NEWTON_STEPS),
     *(
         Turn(

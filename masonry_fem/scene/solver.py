@@ -26,8 +26,8 @@ class Solver(Spec, frozen=True, kw_only=True):
 
     Attributes
     ----------
-    method : sweeps by nonlinear Gauss-Seidel (``nsgs``), proximal Newton, interior point or pivoting
-        (plane scenes of up to 400 contacts); ``auto`` chooses by the problem
+    method : sweeps by nonlinear Gauss-Seidel (``nsgs``), proximal Newton or interior point;
+        ``auto`` chooses by the problem
     tolerance : bound on the relative contact error
     max_iterations : largest number of sweeps or Newton steps
     time_limit : wall-clock time for the contact problem of one step

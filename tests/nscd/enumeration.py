@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from scipy.optimize import linprog
 
 from masonry_fem.errors import ProblemError
-from masonry_fem.nscd.methods.pivoting import ComplementarityTable
 from masonry_fem.nscd.problem import ContactProblem
+from tests.nscd.pivoting import ComplementarityTable
 
 FloatArray = NDArray[np.float64]
 

@@ -50,8 +50,6 @@ def test_who_has_a_turn():
     warm = Start(impulse=np.zeros_like(wall.free_velocity))
     assert names(wall, start=warm)[:2] == ["newton", "interior_point"]
     assert names(walls.rigid_wall(3, 3))[0] == "nsgs"
-    assert "pivoting" not in names(walls.rigid_wall(3, 3))
-    assert "pivoting" in names(plane.plane_wall(3, 3))
 
 
 def test_nothing_but_the_motion_is_sought_where_no_impulses_can_balance_the_loads():

@@ -221,8 +221,8 @@ BAD = [
     (
         "[loads]",
         "[solver]\nmethod = 'admm'\n[loads]",
-        "line 13: solver.method is 'admm', expected one of 'auto', 'interior_point', 'newton', 'nsgs', "
-        "'pivoting'; 'admm' is gone, and 'auto' solves what it solved; write 'auto', or leave method out",
+        "line 13: solver.method is 'admm', expected one of 'auto', 'interior_point', 'newton', "
+        "'nsgs'; 'admm' is gone, and 'auto' solves what it solved; write 'auto', or leave method out",
     ),
     (
         "[loads]",

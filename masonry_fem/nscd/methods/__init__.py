@@ -17,7 +17,10 @@ if TYPE_CHECKING:
 
 
 # Methods of earlier versions, and what to write instead.
-GONE = {"admm": "'admm' is gone, and 'auto' solves what it solved; write 'auto', or leave method out"}
+GONE = {
+    name: f"'{name}' is gone, and 'auto' solves what it solved; write 'auto', or leave method out"
+    for name in ("admm", "pivoting")
+}
 
 
 def names() -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""Pivoting: small plane problems solved exactly, as a linear complementarity problem.
+"""Pivoting: small plane problems solved to rounding, as linear complementarity problems; an oracle.
 
 In 2D Coulomb's cone has two edges, and with p_T = β⁺ − β⁻ and the sliding speed λ
 
@@ -9,143 +9,34 @@ balance as two inequalities. The matrix is copositive where W is positive semi-d
 Lemke's method finds a solution of every step whose blocks have inertia and can be at rest (Anitescu
 and Potra 1997). Otherwise it may end on a secondary ray, which does not prove that there is none:
 bodies wedged by prescribed motions, statics without an equilibrium, or statics of blocks that only
-the friction of a self-stress holds. In statics neither a ray nor where it begins is a mechanism: on the ray a
-block may slide that friction would let tip only. What moves is shown by a step from rest of the same bodies
-with unit masses.
+the friction of a self-stress holds.
 
 Where cohesion has a stiffness, it is eliminated first: W, B and M become those by p̃ (``_fold``).
-
-    solution = iterate(problem, Pivoting(), settings)
 """
 
 from __future__ import annotations
-
-from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 from scipy.linalg import lapack
 
-from masonry_fem.errors import ProblemError
-from masonry_fem.nscd.iterate import Iterate
-from masonry_fem.nscd.lemke import Lemke
-from masonry_fem.nscd.outcome import Outcome
 from masonry_fem.nscd.problem import ContactProblem
-from masonry_fem.nscd.residuals import Quality
 from masonry_fem.nscd.scaling import contact_scale
-from masonry_fem.nscd.settings import SolverSettings, Start
+from tests.nscd.lemke import Lemke
 
 FloatArray = NDArray[np.float64]
 
-# Dense tableaux grow with the square, pivots with the number of contacts.
-MOST_CONTACTS = 400
 REFINEMENTS = 2
-# Pivots between two looks at the clock.
-BATCH = 50
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Pivoting:
-    """Settings of the pivoting method.
-
-    Attributes
-    ----------
-    iterations : Pivots in all.
-    shows : Whether it looks for what moves where a static problem ends on a ray, which takes as long again.
-    """
-
-    iterations: int = 20_000
-    shows: bool = True
-
-    @property
-    def name(self) -> str:
-        """Its name in settings and reports."""
-        return "pivoting"
-
-    def init(self, problem: ContactProblem, start: Start | None) -> PivotingRun:
-        """A run on a problem; a first guess is only looked at, the way starts from rest.
-
-        Raises
-        ------
-        ProblemError : The problem is in 3D, or too large.
-        """
-        if problem.dimension != 2:
-            raise ProblemError(
-                "method 'pivoting' got a problem in 3D, expected one in 2D, where the friction cone has two "
-                "edges; use 'auto' or 'newton'"
-            )
-        if problem.count > MOST_CONTACTS:
-            raise ProblemError(
-                f"method 'pivoting' got {problem.count} contacts, expected at most {MOST_CONTACTS}; "
-                "use 'auto' or 'newton'"
-            )
-        return PivotingRun(problem, start, shows=self.shows)
-
-
-method = Pivoting  # of ``[solver]``
-
-
-class PivotingRun:
-    """Working memory of the method on one problem."""
-
-    def __init__(self, problem: ContactProblem, start: Start | None, *, shows: bool = True) -> None:
-        self.problem, self.start, self.shows = problem, start, shows
-        self.lost: Iterate | None = None  # where the ray of a static problem begins
-        self._open(problem)
-
-    def _open(self, problem: ContactProblem) -> None:
-        self.table = ComplementarityTable(problem)
-        self.tableau = Lemke(self.table.M, self.table.q)
-
-    def guess(self) -> Iterate:
-        """The first guess that was given, or no impulses."""
-        if self.start is not None and self.start.impulse is not None:
-            given = self.start.impulse
-            return Iterate(given, self.problem.balanced_velocity(given), iterations=0)
-        free = self.problem.free_rigid_velocity()
-        return Iterate(np.zeros_like(self.problem.free_velocity), free, iterations=0)
-
-    def step(self, quality: Quality, settings: SolverSettings) -> Iterate:
-        """A batch of pivots; the last one offers the solution."""
-        tableau = self.tableau
-        before = tableau.pivots
-        for _ in range(BATCH):
-            if tableau.verdict is not None:
-                break
-            tableau.pivot()
-        made = tableau.pivots - before
-        if tableau.verdict == "solved":
-            impulse, velocity = self.table.resolve(tableau.chosen)
-            offer = Iterate(impulse, velocity, iterations=made, linear_solves=1, verdict=Outcome.STALLED)
-            if self.lost is None:
-                return offer
-            return replace(offer, impulse=self.lost.impulse, verdict=Outcome.NO_EQUILIBRIUM)
-        ended = tableau.verdict == "ray"
-        if self.lost is not None:
-            return replace(self.lost, iterations=made, verdict=Outcome.NO_EQUILIBRIUM if ended else None)
-        offer = Iterate(*self.table.unpack(tableau.state()), iterations=made)
-        return self._after_ray(offer) if ended else offer
-
-    def _after_ray(self, offer: Iterate) -> Iterate:
-        """The verdict of a ray; in statics first the search for what moves."""
-        if not (self.problem.rigid_mass <= 0).any():
-            return replace(offer, verdict=Outcome.STALLED)
-        if not self.shows:
-            return replace(offer, verdict=Outcome.NO_EQUILIBRIUM)
-        self.lost = offer
-        self._open(_driven(self.problem))
-        return offer
-
-
-def _driven(problem: ContactProblem) -> ContactProblem:
-    """The problem with unit masses, at rest before the step, for what has none."""
-    static = problem.rigid_mass <= 0
-    return replace(
-        problem,
-        rigid_mass=np.where(static, 1.0, problem.rigid_mass),
-        rigid_velocity=np.where(static, 0.0, problem.rigid_velocity),
-    )
+def pivoted(problem: ContactProblem) -> tuple[FloatArray, FloatArray] | None:
+    """Impulses (c, 2) and rigid velocities (b, 3) of a plane problem; None where the way ends on a ray."""
+    table = ComplementarityTable(problem)
+    tableau = Lemke(table.M, table.q)
+    while tableau.verdict is None:
+        tableau.pivot()
+    return table.resolve(tableau.chosen) if tableau.verdict == "solved" else None
 
 
 class ComplementarityTable:
@@ -218,12 +109,6 @@ class ComplementarityTable:
         motion = np.zeros(k)
         motion[moves] = unknown[span.shape[1] :]
         return self._in_units(span @ unknown[: span.shape[1]], motion)
-
-    def unpack(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Impulses (c, 2) and rigid velocities (b, m) of a z."""
-        c, k = self.problem.count, len(self.parts[3])
-        pressed = np.stack([z[:c], z[c : 2 * c] - z[2 * c : 3 * c]], axis=1)
-        return self._in_units(pressed.ravel(), z[4 * c : 4 * c + k] - z[4 * c + k :])
 
     def _in_units(self, pressed: FloatArray, motion: FloatArray) -> tuple[FloatArray, FloatArray]:
         """P (c, 2) and U (b, m) of the table's p̃ (2 c,) and U (k,)."""

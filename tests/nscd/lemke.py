@@ -95,14 +95,6 @@ class Lemke:
             z[chosen] = np.linalg.lstsq(self.M[np.ix_(rows, chosen)], -self.q[rows])[0]
         return z
 
-    def state(self) -> FloatArray:
-        """The z of the tableau as it stands, shape (n,)."""
-        n = len(self.q)
-        z = np.zeros(n)
-        inside = (self.basic >= n) & (self.basic < 2 * n)
-        z[self.basic[inside] - n] = self.right[inside]
-        return z
-
     def _first(self) -> int:
         """Row of the most negative q: the artificial variable takes its place."""
         low = np.flatnonzero(self.right <= self.right.min() + SAME)

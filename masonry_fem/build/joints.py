@@ -68,6 +68,26 @@ def joint_of_interfaces(
     return found
 
 
+def touching(
+    scene: specs.Scene, stones: Stones, interfaces: tuple[Interface, ...], tell: bool = True
+) -> tuple[Interface, ...]:
+    """The interfaces at which blocks are in contact: those whose joint does not say that there is none.
+
+    Parameters
+    ----------
+    scene : Has the joint records. stones : Its blocks.
+    interfaces : Where blocks touch, or come near each other.
+    tell : Warn of records that hold for no interface.
+
+    Raises
+    ------
+    SceneError : No record matches an interface.
+    """
+    records = joint_of_interfaces(scene, stones, interfaces, tell)
+    pairs = zip(interfaces, records, strict=True)
+    return tuple(one for one, record in pairs if scene.joints[record].contact != "none")
+
+
 def _tell_idle(scene: specs.Scene, idle: list[int], labels: set[str]) -> None:
     """Warn of joint records that no interface matches: a pattern with a slip of the pen leaves joints dry."""
     default = specs.Joint()
@@ -113,7 +133,7 @@ def contacts_and_joints(
     ------
     SceneError : No joint record matches an interface.
     """
-    chosen = joint_of_interfaces(scene, stones, interfaces)
+    chosen = joint_of_interfaces(scene, stones, interfaces, tell=False)
     foresee_points(scene, [scene.joints[joint].density for joint in chosen])
     contacts = place(stones.assembly, interfaces, rules_of(scene, stones, interfaces, chosen))
     return contacts, *joints_at(scene, interfaces, contacts, chosen, base)

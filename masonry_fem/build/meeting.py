@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from masonry_fem.build.joints import joint_of_interfaces, joints_at, rules_of
+from masonry_fem.build.joints import joint_of_interfaces, joints_at, rules_of, touching
 from masonry_fem.build.stones import Stones
 from masonry_fem.contact.contacts import Contacts, Interface
 from masonry_fem.contact.detection import default_reach, detect
@@ -71,10 +71,11 @@ class Meeting:
             np.linalg.norm(way, axis=1).max(initial=0.0)
         )
         placed = _moved(self.stones.assembly, motion, used)
-        fresh = self._faces(placed, used, pairs, far, angle)
+        stones = replace(self.stones, assembly=placed)
+        found = self._faces(placed, used, pairs, far, angle)
+        fresh = touching(self.scene, stones, found, tell=False)
         if not fresh:
             return model
-        stones = replace(self.stones, assembly=placed)
         records = joint_of_interfaces(self.scene, stones, fresh, tell=False)
         contacts = place(placed, fresh, rules_of(self.scene, stones, fresh, records), self._surfaces)
         fresh, contacts, records = self._new(model, motion, fresh, contacts, records)

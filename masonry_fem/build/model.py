@@ -14,7 +14,7 @@ from scipy import sparse
 from masonry_fem.bodies.base import BodyGroup
 from masonry_fem.bodies.support import SupportGroup
 from masonry_fem.build.foresight import foresee_blocks, foresee_memory, foresee_meshes, memory_of_run
-from masonry_fem.build.joints import contacts_and_joints
+from masonry_fem.build.joints import contacts_and_joints, touching
 from masonry_fem.build.loads import loads
 from masonry_fem.build.material_law import material_law
 from masonry_fem.build.meeting import Meeting
@@ -84,7 +84,7 @@ def build(scene: specs.Scene, base: Path, before: Built | None = None, *, solved
     reach = scene.contact.reach
     refuse_overlaps(stones, reach)
     interfaces = detect(stones.assembly, reach=reach, angle=scene.contact.angle)
-    interfaces = _between_free(stones, interfaces)
+    interfaces = touching(scene, stones, _between_free(stones, interfaces))
     _doubt_loose(stones, interfaces)
     _tell_gaps(stones, interfaces)
     contacts, laws, scatter = contacts_and_joints(scene, stones, interfaces, base)

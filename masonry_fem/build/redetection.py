@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from masonry_fem.bodies.base import Scheme
-from masonry_fem.build.joints import joint_of_interfaces, joints_at, rules_of
+from masonry_fem.build.joints import joint_of_interfaces, joints_at, rules_of, touching
 from masonry_fem.build.meeting import nearest_motions
 from masonry_fem.build.stones import Stones, typical_length
 from masonry_fem.contact.contacts import Interface
@@ -89,7 +89,8 @@ class Redetection:
             tuple(sorted(one.blocks)) for one, stays in zip(model.interfaces, keep, strict=True) if stays
         }
         paths = self._paths(model, bodies, time, scheme)
-        fresh = tuple(one for one in self._found(stones, paths) if self._is_fresh(one, rigid, bound))
+        found = tuple(one for one in self._found(stones, paths) if self._is_fresh(one, rigid, bound))
+        fresh = touching(self.scene, stones, found, tell=False)
         records = joint_of_interfaces(self.scene, stones, fresh, tell=False)
         contacts = place(stones.assembly, fresh, rules_of(self.scene, stones, fresh, records), self.surfaces)
         old = chosen(model.interfaces, model.contacts, keep)

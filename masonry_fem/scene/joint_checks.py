@@ -41,6 +41,9 @@ def joint_doubts(joint: Joint, place: str) -> Iterator[str]:
     joint : The record.
     place : Its key in the scene.
     """
+    given = [key for key in ("law", "mortar", "dilatancy", "scatter") if getattr(joint, key) is not None]
+    if joint.contact == "none" and given:
+        yield f"{place}.{given[0]} has no effect where contact = 'none'; drop one of the two"
     residual = getattr(joint.law, "residual_friction", None)
     if residual is not None and residual > joint.coefficient:
         yield (

@@ -72,6 +72,7 @@ def joint_step(
         rigid_mass=coupling.gather(free, "rigid_mass"),
         rigid_impulse=coupling.gather(free, "rigid_impulse"),
         rigid_velocity=coupling.gather(free, "rigid_velocity"),
+        structure=coupling.structure,
     )
     return JointStep(
         active=active,

@@ -19,6 +19,7 @@ from scipy import sparse
 from masonry_fem.bodies.base import Attachment, FloatArray, Free, IntArray, Scheme, Sides
 from masonry_fem.march.model import Model
 from masonry_fem.nscd.blocks import assemble_blocks
+from masonry_fem.nscd.structure import Structure
 
 ROUNDING = 16 * np.finfo(float).eps  # of the largest coordinate: a gap below it is none
 SIGN = np.array([1.0, -1.0])  # candidate, antagonist: v = v_candidate − v_antagonist
@@ -77,6 +78,7 @@ class Coupling:
     first_body : Number of each group's first rigid body among the solved ones; −1 for supports.
     bodies : Rigid bodies at the two sides of each contact, −1 for supports, shape (c, 2).
     soft : Contacts of which a side deforms, shape (c,).
+    structure : What the contact solver keeps from round to round and step to step.
     """
 
     model: Model
@@ -85,6 +87,7 @@ class Coupling:
     first_body: tuple[int, ...]
     bodies: IntArray
     soft: NDArray[np.bool_]
+    structure: Structure = field(default_factory=Structure, repr=False)
     _cached: _Cached = field(default_factory=_Cached, repr=False)
 
     def placement(self, states: tuple[Any, ...]) -> Placement:

@@ -110,7 +110,7 @@ def load_problem(path: str | Path) -> ContactProblem:
 
 def _own(arrays: dict[str, NDArray[Any]]) -> ContactProblem:
     bodies = _whole(arrays, "bodies")
-    parts = {name: _real(arrays, name) for name in ARRAYS if name != "bodies"}
+    parts: dict[str, Any] = {name: _real(arrays, name) for name in ARRAYS if name != "bodies"}
     parts |= {name: _real(arrays, name) for name in COHESION if name in arrays}
     c, d = parts["free_velocity"].shape
     compliance = sparse.bsr_array(_blocks(arrays, "compliance"), shape=(c * d, c * d)) if c else _empty()

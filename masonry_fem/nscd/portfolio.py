@@ -29,6 +29,7 @@ from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import Quality, assess, rounding
 from masonry_fem.nscd.rest import brought_to_rest, holding_impulses
 from masonry_fem.nscd.settings import ACCEPTABLE, SolverSettings, Start
+from masonry_fem.nscd.solvers.chord import continued
 from masonry_fem.nscd.threads import one_thread
 from masonry_fem.nscd.turns import Case, Turn, turns
 from masonry_fem.nscd.unstressed import from_no_stress
@@ -85,6 +86,7 @@ def solve(
 def _solve(problem: ContactProblem, settings: SolverSettings, start: Start | None) -> Solution:
     if problem.count == 0:
         return iterate(problem, _Free(), settings, start)
+    start = continued(problem, start, settings)
 
     @cache
     def loads() -> Admissible:

@@ -17,7 +17,7 @@ the blocks, and the second line holds for the *contact part* p̃ = p + p_adh.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -25,6 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
 from masonry_fem.errors import ProblemError
+from masonry_fem.nscd.structure import Structure
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -56,6 +57,8 @@ class ContactProblem:
         component is positive where the joint pulls its sides together.
     cohesion_stiffness : Derivative S of p_adh by the velocity [kg], shape (c, d, d); None: none. Its
         symmetric part should not be negative: softening is for the law to iterate on.
+    structure : What solvers keep for further problems of these contacts; None: nothing. No part of the
+        problem: it is neither compared nor written.
 
     Raises
     ------
@@ -76,6 +79,7 @@ class ContactProblem:
     rigid_velocity: FloatArray
     cohesion_offset: FloatArray | None = None
     cohesion_stiffness: FloatArray | None = None
+    structure: Structure | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         _check(self)

@@ -34,3 +34,51 @@ def add_dense(
                 for j in range(d):
                     there, back = matrix[a * d + i, b * d + j], matrix[b * d + j, a * d + i]
                     data[at, i, j] += 0.5 * (there + back) if symmetric else there
+
+
+@njit(cache=True)
+def put_blocks(
+    values: NDArray[np.float64],
+    first: NDArray[np.int64],
+    length: NDArray[np.int64],
+    blocks: NDArray[np.float64],
+) -> None:
+    """Write dense blocks into the values of a sparse matrix whose rows are stored one after another.
+
+    Parameters
+    ----------
+    values : Those of the matrix.
+    first : Where each block's first entry stands in them, shape (k,).
+    length : Stored entries of its rows, shape (k,).
+    blocks : Shape (k, height, width).
+    """
+    for k in range(len(first)):
+        for i in range(blocks.shape[1]):
+            at = first[k] + i * length[k]
+            for j in range(blocks.shape[2]):
+                values[at + j] = blocks[k, i, j]
+
+
+@njit(cache=True)
+def put_columns(
+    indices: NDArray[np.int32],
+    first: NDArray[np.int64],
+    length: NDArray[np.int64],
+    columns: NDArray[np.int64],
+    height: int,
+    width: int,
+) -> None:
+    """Write the columns of dense blocks into the indices of a sparse matrix.
+
+    Parameters
+    ----------
+    indices : Those of the matrix.
+    first, length : As for ``put_blocks``, shape (k,).
+    columns : Of the blocks' first entries, shape (k,).
+    height, width : Size of the blocks.
+    """
+    for k in range(len(first)):
+        for i in range(height):
+            at = first[k] + i * length[k]
+            for j in range(width):
+                indices[at + j] = columns[k] + j

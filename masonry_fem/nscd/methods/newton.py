@@ -29,10 +29,11 @@ from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import Quality, rounding
 from masonry_fem.nscd.scaling import contact_scale, whole_scale
 from masonry_fem.nscd.settings import ACCEPTABLE, SolverSettings, Start
+from masonry_fem.nscd.solvers.elastic_matrix import block_rows
 from masonry_fem.nscd.solvers.escape import Escape
 from masonry_fem.nscd.solvers.flips import Flips
 from masonry_fem.nscd.solvers.linearisation import Linearisation, bonded_contacts, linearise, slipping
-from masonry_fem.nscd.solvers.newton_system import NewtonSystem, block_rows
+from masonry_fem.nscd.solvers.newton_system import NewtonSystem
 
 FloatArray = NDArray[np.float64]
 

@@ -22,7 +22,8 @@ from masonry_fem.nscd.linear import Factorised, Library, Solve, factorise, libra
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
 from masonry_fem.nscd.solvers.body_solver import BodySolver
-from masonry_fem.nscd.solvers.matrix_entries import MatrixEntries, MatrixPattern
+from masonry_fem.nscd.solvers.elastic_matrix import ElasticMatrix, Terms, block_rows
+from masonry_fem.nscd.structure import Structure
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -45,9 +46,8 @@ class NewtonSystem:
         self.library = library
         self.unit = float(scale.mean()) if len(scale) else 1.0  # impulses are solved for as unit · p
         compliance = problem.compliance
-        self.rows = block_rows(compliance)
         self.elastic = np.zeros(problem.count, dtype=bool)
-        self.elastic[self.rows] = True
+        self.elastic[block_rows(compliance)] = True
         self.contact, self.side = np.nonzero(problem.bodies >= 0)
         self.body = problem.bodies[self.contact, self.side]
         self.map = problem.rigid_map[self.contact, self.side]
@@ -55,7 +55,7 @@ class NewtonSystem:
         np.add.at(total, self.body, (self.map**2).sum(axis=1))
         self.column = np.sqrt(np.where(total > 0, total, 1.0))  # lengths of the columns of B, (b, m)
         self.scaled_map = self.map / self.column[self.body][:, None, :]
-        self._pattern: MatrixPattern | None = None  # of the last matrix with elastic contacts
+        self.structure = Structure() if problem.structure is None else problem.structure
 
     @cached_property
     def body_matrix(self) -> BodyMatrix:
@@ -111,50 +111,32 @@ class NewtonSystem:
         total, same = by_velocity, plain
         if stiffness is not None:
             total, same = by_velocity + own @ stiffness, plain & ~stiffness.any(axis=(1, 2))
-        entries = self._entries(own, total, same, kept, coupled)
-        if self._pattern is None or not self._pattern.fits(kept, coupled):
-            self._pattern = MatrixPattern(kept, coupled, entries)
-        solve = self._pattern.factorise(entries, self.library)
-        return NewtonFactor(self, kept, gone, factors, by_velocity[gone], own, solve, springs)
+        self.structure.factor = None  # two at a time would take twice the memory
+        matrix = self._matrix(kept, coupled)
+        terms = Terms(own, total, same, closed, self.scaled_map, coupled, self.unit)
+        solve = matrix.factorise(self.problem, terms, self.library)
+        made = NewtonFactor(
+            self, kept, gone, factors, by_velocity[gone], own, solve, springs, matrix.contacts, terms
+        )
+        self.structure.factor = made
+        return made
+
+    def _matrix(self, kept: IntArray, coupled: sparse.bsr_array) -> ElasticMatrix:
+        """One with rows for these contacts."""
+        last = self.structure.matrix
+        if last is None:
+            made = ElasticMatrix(self.problem, kept, coupled)
+        elif last.serves(self.problem, kept):
+            return last
+        else:
+            made = last.widened(self.problem, kept, coupled)
+        self.structure.matrix = made
+        return made
 
     def _bodies_factorised(self, blocks: sparse.bsr_array) -> Solve:
         """The factor's solver of a matrix of the bodies alone."""
         library = library_for(blocks.shape[0], self.library, fills=self.body_solver.cost.fills)
         return factorise(blocks.tocsr(), library)
-
-    def _entries(
-        self,
-        own: FloatArray,
-        by_velocity: FloatArray,
-        plain: Mask,
-        kept: IntArray,
-        coupled: sparse.bsr_array,
-    ) -> MatrixEntries:
-        """Rows of elastic contacts, and below them those of the bodies."""
-        d, m = self.problem.dimension, coupled.blocksize[0]
-        first = len(kept) * d
-        entries = MatrixEntries(first + coupled.shape[0])
-        place = np.full(self.problem.count, -1)
-        place[kept] = np.arange(len(kept))
-        compliance = self.problem.compliance
-        inside = (place[self.rows] >= 0) & (place[compliance.indices] >= 0)
-        rows, columns = self.rows[inside], compliance.indices[inside]
-        blocks = compliance.data[inside] / self.unit
-        turned = np.flatnonzero(~plain[rows])
-        blocks[turned] = by_velocity[rows[turned]] @ blocks[turned]
-        diagonal = np.flatnonzero(rows == columns)
-        blocks[diagonal] += own[rows[diagonal]] / self.unit
-        entries.add(d * place[rows], d * place[columns], blocks)
-        alone = np.setdiff1d(kept, rows[diagonal], assume_unique=True)  # coupled to others only
-        entries.add(d * place[alone], d * place[alone], own[alone] / self.unit)
-        sides = np.flatnonzero(place[self.contact] >= 0)
-        at, body, map_ = place[self.contact[sides]], self.body[sides], self.scaled_map[sides]
-        entries.add(d * at, first + m * body, by_velocity[self.contact[sides]] @ map_)
-        entries.add(first + m * body, d * at, map_.transpose(0, 2, 1))
-        entries.add(
-            first + m * block_rows(coupled), first + m * coupled.indices.astype(np.int64), coupled.data
-        )
-        return entries
 
 
 class NewtonFactor:
@@ -173,6 +155,8 @@ class NewtonFactor:
     own : D, the derivative by impulses, shape (c, d, d).
     answer : Solves with the factor.
     stiffness : S of the contacts that are gone; None where no joint coheres.
+    rows : Contacts that have rows in the matrix, those that are kept among them; None: no others.
+    terms : What the matrix was made of; None where no contact is kept.
     """
 
     def __init__(
@@ -185,7 +169,10 @@ class NewtonFactor:
         own: FloatArray,
         answer: Solve,
         stiffness: FloatArray | None = None,
+        rows: IntArray | None = None,
+        terms: Terms | None = None,
     ) -> None:
+        self.rows, self.terms = kept if rows is None else rows, terms
         self.stiffness = stiffness  # of the contacts that are gone
         self.system, self.kept, self.gone = system, kept, gone
         self.inverse, self.by_velocity, self.own, self.answer = inverse, by_velocity, own, answer
@@ -203,7 +190,7 @@ class NewtonFactor:
             shape (c, d).
         """
         system, kept, gone = self.system, self.kept, self.gone
-        problem, count, d = system.problem, len(self.kept), force.shape[1]
+        problem, rows = system.problem, self.rows
         missing = force[gone]
         step = np.zeros_like(force)
         step[gone] = -self._inverted(missing)
@@ -211,10 +198,13 @@ class NewtonFactor:
             step[gone] += given[gone]
             force = force - (self.own @ given[:, :, None])[:, :, 0]
         balance = balance + problem.body_impulse(step)
-        rhs = np.concatenate([-force[kept].ravel(), (-system.unit * balance / system.column).ravel()])
+        asked = np.zeros_like(force)
+        asked[kept] = -force[kept]
+        rhs = np.concatenate([asked[rows].ravel(), (-system.unit * balance / system.column).ravel()])
         answer = self.answer(rhs)
-        step[kept] = answer[: count * d].reshape(count, d) / system.unit
-        motion = answer[count * d :].reshape(balance.shape) / system.column
+        contacts, bodies = np.split(answer, [rows.size * force.shape[1]])
+        step[kept] = contacts.reshape(-1, force.shape[1])[np.searchsorted(rows, kept)] / system.unit
+        motion = bodies.reshape(balance.shape) / system.column
         moved = problem.contact_velocity(motion)[gone]
         # what D⁻¹ is applied to is small where D⁻¹ is large: first the sum, then the product
         missing = missing + (self.by_velocity @ moved[:, :, None])[:, :, 0]
@@ -245,9 +235,3 @@ def _inverse(
         return last @ first, (first, last)
     inverse = np.linalg.inv(own) if own_inverse is None else own_inverse[gone]
     return inverse, (inverse,)
-
-
-def block_rows(matrix: sparse.bsr_array) -> IntArray:
-    """Block row of each stored block, shape (stored,)."""
-    rows: IntArray = np.repeat(np.arange(len(matrix.indptr) - 1, dtype=np.int64), np.diff(matrix.indptr))
-    return rows

@@ -1,0 +1,157 @@
+"""ElasticMatrix: the matrix of a Newton step with elastic contacts: their rows, and below them the bodies'.
+
+Its pattern is that of some contacts, and is kept with the factor's order of elimination while these are
+enough: from step to step of Newton's method, and from problem to problem of one ``Structure``. Contacts
+that are open have a row of their own then, with 1 on the diagonal and nothing beside it.
+
+    matrix = ElasticMatrix(problem, contacts, coupled)
+    solve = matrix.factorise(values, "auto")
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from masonry_fem.nscd.linear import Library, Solve, factorise, library_for
+from masonry_fem.nscd.mumps import Mumps
+from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.solvers.block_pattern import BlockPattern, Family
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+# Contacts of a matrix, over those that are closed, up to which it serves. Factors cost as the cube of the
+# contacts of a block; a new pattern costs a third of a factor with some thousand rows, less of larger ones.
+SPARE = 1.05
+
+
+@dataclass(frozen=True, slots=True)
+class Terms:
+    """What a step has at each contact, and between bodies.
+
+    Attributes
+    ----------
+    own : D, derivative by the contact's own impulse, shape (c, d, d).
+    by_velocity : Derivative by its velocity, shape (c, d, d).
+    plain : Contacts whose ``by_velocity`` is the identity, shape (c,).
+    closed : Contacts that take part, shape (c,).
+    maps : B of the sides of contacts, shape (k, d, m).
+    coupled : Matrix of the bodies.
+    unit : Impulses are solved for as unit · p.
+    """
+
+    own: FloatArray
+    by_velocity: FloatArray
+    plain: Mask
+    closed: Mask
+    maps: FloatArray
+    coupled: sparse.bsr_array
+    unit: float
+
+
+class ElasticMatrix:
+    """Where the entries of a matrix go, and the factor's order.
+
+    Parameters
+    ----------
+    problem : Whose contacts are coupled.
+    contacts : Those that have rows, ascending.
+    coupled : Matrix of its bodies, of which the pattern counts.
+    """
+
+    def __init__(self, problem: ContactProblem, contacts: IntArray, coupled: sparse.bsr_array) -> None:
+        compliance, d, m = problem.compliance, problem.dimension, coupled.blocksize[0]
+        self.contacts = contacts
+        self.mumps: Mumps | None = None
+        self._seen = _seen(problem)
+        place = np.full(problem.count, -1)
+        place[contacts] = np.arange(len(contacts))
+        rows, columns = block_rows(compliance), compliance.indices.astype(np.int64)
+        self._inside = np.flatnonzero((place[rows] >= 0) & (place[columns] >= 0))
+        self._rows, self._columns = rows[self._inside], columns[self._inside]
+        self._diagonal = np.flatnonzero(self._rows == self._columns)
+        # coupled to others only
+        self._alone = np.setdiff1d(contacts, self._rows[self._diagonal], assume_unique=True)
+        contact, side = np.nonzero(problem.bodies >= 0)
+        self._sides = np.flatnonzero(place[contact] >= 0)
+        self._contact = contact[self._sides]
+        at, body = d * place[self._contact], problem.bodies[self._contact, side[self._sides]]
+        first = len(contacts) * d
+        self._pattern = BlockPattern(
+            first + coupled.shape[0],
+            [
+                Family(d * place[self._rows], d * place[self._columns], d, d),
+                Family(d * place[self._alone], d * place[self._alone], d, d),
+                Family(at, first + m * body, d, m),
+                Family(first + m * body, at, m, d),
+                Family(first + m * block_rows(coupled), first + m * coupled.indices.astype(np.int64), m, m),
+            ],
+        )
+
+    def serves(self, problem: ContactProblem, closed: IntArray) -> bool:
+        """Whether it has rows for these contacts of a problem, and not many more.
+
+        Parameters
+        ----------
+        problem : The contact problem. closed : Its elastic contacts that take part.
+        """
+        enough = np.isin(closed, self.contacts, assume_unique=True).all()
+        return bool(enough and len(self.contacts) <= SPARE * len(closed)) and self.couples(problem)
+
+    def couples(self, problem: ContactProblem) -> bool:
+        """Whether the contacts of a problem are coupled as those that the pattern was made for."""
+        return all(map(np.array_equal, self._seen, _seen(problem)))
+
+    def widened(self, problem: ContactProblem, closed: IntArray, coupled: sparse.bsr_array) -> Self:
+        """One that serves, with the contacts of this one, too, where these are not many more.
+
+        Parameters
+        ----------
+        problem, closed : As for ``serves``. coupled : Matrix of the bodies.
+        """
+        both = np.union1d(closed, self.contacts) if self.couples(problem) else closed
+        return type(self)(problem, both if len(both) <= SPARE * len(closed) else closed, coupled)
+
+    def factorise(self, problem: ContactProblem, terms: Terms, library: Library) -> Solve:
+        """The factor's solver of the matrix of a step."""
+        matrix = self._pattern.filled(self._blocks(problem, terms))
+        library = library_for(matrix.shape[0], library, fills=True)
+        if library == "mumps" and self.mumps is None:
+            self.mumps = Mumps(matrix)
+        return factorise(matrix, library, self.mumps)
+
+    def _blocks(self, problem: ContactProblem, terms: Terms) -> list[FloatArray]:
+        """Values, family by family."""
+        rows, diagonal, contact, closed = self._rows, self._diagonal, self._contact, terms.closed
+        identity = np.eye(problem.dimension)
+        own = np.where(closed[:, None, None], terms.own / terms.unit, identity)
+        coupling = problem.compliance.data[self._inside] / terms.unit
+        turned = np.flatnonzero(~terms.plain[rows])
+        coupling[turned] = terms.by_velocity[rows[turned]] @ coupling[turned]
+        coupling[~(closed[rows] & closed[self._columns])] = 0.0
+        coupling[diagonal] += own[rows[diagonal]]
+        maps = np.where(closed[contact][:, None, None], terms.maps[self._sides], 0.0)
+        return [
+            coupling,
+            own[self._alone],
+            terms.by_velocity[contact] @ maps,
+            maps.transpose(0, 2, 1),
+            terms.coupled.data,
+        ]
+
+
+def _seen(problem: ContactProblem) -> tuple[NDArray[np.integer], ...]:
+    """What decides which contacts and bodies are coupled."""
+    return problem.compliance.indptr, problem.compliance.indices, problem.bodies, np.array(problem.body_count)
+
+
+def block_rows(matrix: sparse.bsr_array) -> IntArray:
+    """Block row of each stored block, shape (stored,)."""
+    rows: IntArray = np.repeat(np.arange(len(matrix.indptr) - 1, dtype=np.int64), np.diff(matrix.indptr))
+    return rows

@@ -10,7 +10,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -104,6 +104,11 @@ class Rounds:
     def nonlinear(self) -> bool:
         """Whether some blocks are."""
         return any(group.nonlinear for group in self.model.groups)
+
+    def roughly(self, error: float) -> Self:
+        """The same rounds with contacts solved to an error, or to the tolerance where that is larger."""
+        settings = replace(self.settings, tolerance=max(error, self.settings.tolerance))
+        return replace(self, settings=settings)
 
     def solved(self, place: Place, last: Round | None, ends: tuple[Any, ...] | None = None) -> Round:
         """The contact problem at a place, from where the last round ended.

@@ -25,7 +25,7 @@ from masonry_fem.march.place import Place, begun, relative_velocity
 from masonry_fem.march.rounds import NEWTON_TOLERANCE, Round, Rounds
 from masonry_fem.march.state import STICK, SystemState
 from masonry_fem.march.steering import SteeredRounds
-from masonry_fem.march.turning import turned
+from masonry_fem.march.turning import turned, turned_roughly
 from masonry_fem.march.yielding import settled_stresses
 from masonry_fem.nscd import ContactProblem, Solution, SolverSettings
 
@@ -137,10 +137,14 @@ def step(
     own = Clock() if clock is None else clock
     kind = Rounds if model.control is None else SteeredRounds
     rounds = kind(model, coupling, state, scheme, settings, end, own, begun(coupling, state.bodies))
+    turns = scheme.inertia == 0 and not model.fixed
+    found = turned_roughly(rounds) if turns else None
+    if found is not None:
+        return _ended(rounds, found.made, found.place)
     first = _first(rounds)
     if not rounds.settled(first):
         return replace(_ended(rounds, first, rounds.start), strayed=True)
-    if scheme.inertia == 0 and first.solution.solved and not model.fixed:
+    if turns and first.solution.solved:
         found = turned(rounds, first)
         return replace(_ended(rounds, found.made, found.place), strayed=found.strayed)
     return _ended(rounds, first, rounds.start)

@@ -2,6 +2,7 @@
 
 rounds = Rounds(model, coupling, state, scheme, ...)
 turned(rounds, rounds.solved(rounds.start, None))   # the last round, where it leads, and what is left there
+turned_roughly(rounds)                              # the same, sooner; None where it is not found so
 
 A round solves the contacts at a place and leads to another; the step ends at the place that leads to itself.
 Dead loads and impulses have a *geometric* stiffness on blocks that turn and bend. By as much as that is of
@@ -11,8 +12,15 @@ So this change is taken from the rounds, as secants: combinations of the places 
 combinations of where these led, to first order, and the next round is made where the combination leads that
 comes nearest to itself.
 
+Contacts of a round need to be solved no more exactly than its place is known. Between blocks that deform
+impulses are unique, and the first rounds solve them roughly: the first to ``ROUGH``, the others to a share of
+what the last one left of balance, and the last to the tolerance. Where that leads to no end, or nothing
+balances, all rounds are made again to the tolerance, and what these say counts.
+
 References
 ----------
+R. S. Dembo, S. C. Eisenstat, T. Steihaug, "Inexact Newton methods", SIAM Journal on Numerical Analysis 19
+(1982).
 H. F. Walker, P. Ni, "Anderson acceleration for fixed-point iterations", SIAM Journal on Numerical Analysis 49
 (2011).
 """
@@ -38,6 +46,8 @@ PATIENCE = 4  # rounds that bring forces no nearer to balance
 DEPTH = 5  # earlier rounds that the next place is made of
 BALANCED = 1e-6  # of the largest load or impulse: what rounds that come no nearer may leave
 ROUNDING = 1e-12  # of the model's length: a way that is none
+ROUGH = 1e-3  # error of the contacts in a first round
+SHARE = 1e-2  # of what a round leaves of balance: error of the contacts in the next one
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,14 +70,32 @@ class Turned:
         return replace(self, made=replace(self.made, solution=replace(self.made.solution, **spent)))
 
 
-def turned(rounds: Rounds, first: Round) -> Turned:
+def turned_roughly(rounds: Rounds) -> Turned | None:
+    """Rounds of which only the last is exact; None where impulses are not unique, or were not found so.
+
+    Parameters
+    ----------
+    rounds : The step.
+    """
+    if rounds.nonlinear or not rounds.model.laws.dry or not rounds.coupling.soft.all():
+        return None
+    first = rounds.roughly(ROUGH).solved(rounds.start, None)
+    if not first.solution.solved or not rounds.settled(first):
+        return None
+    found = turned(rounds, first, ROUGH)
+    return None if found.strayed or not found.made.solution.solved else found
+
+
+def turned(rounds: Rounds, first: Round, error: float = 0.0) -> Turned:
     """Rounds until impulses balance where the step ends, or come no nearer.
 
     Parameters
     ----------
     rounds : The step. first : Its first round.
+    error : That the contacts of the first round were solved to, where that is more than the tolerance.
     """
     made, places, best, idle, count = first, _Places(rounds), None, 0, 0
+    tolerance = rounds.settings.tolerance
     while True:
         there = reached(rounds.coupling, rounds.start, made.bodies, rounds.scheme.step)
         left, missed = _left(rounds, made, there)
@@ -76,18 +104,20 @@ def turned(rounds: Rounds, first: Round) -> Turned:
             made.loading.end, count + 1, made.solution.linear_solves, left,
         )  # fmt: skip
         nothing = max(ROUNDING, rounding(there.contact) / rounds.model.length)
-        asked = max(rounds.settings.tolerance, made.solution.quality.block_balance)
-        rest = max(left / asked, missed / nothing)
+        asked = max(tolerance, made.solution.quality.block_balance)
+        exact = error <= tolerance
+        rest = max(left / asked, missed / nothing) if exact else max(left, error) / tolerance
         if made.residuals:
             rest = max(rest, made.residuals[-1] / NEWTON_TOLERANCE)
-        strayed = max(left, missed) > BALANCED or not rounds.settled(made)
+        strayed = max(left, missed) > BALANCED or not rounds.settled(made) or not exact
         least = np.inf if best is None else best[0]
         nearer, idle, count = rest < least, 0 if rest <= 0.5 * least else idle + 1, count + 1
         if best is None or nearer:
             best = rest, Turned(made, there, strayed)
         if rest <= 1 or idle > PATIENCE or count > MOST:
             break  # holds, or as far as rounding lets it go, or round in circles
-        following = rounds.solved(places.following(made, there, nearer=nearer), made)
+        error = max(tolerance, min(error, SHARE * left))
+        following = rounds.roughly(error).solved(places.following(made, there, nearer=nearer), made)
         if not following.solution.solved:
             return _lost(rounds, following)
         made = following

@@ -77,7 +77,8 @@ def turned_roughly(rounds: Rounds) -> Turned | None:
     ----------
     rounds : The step.
     """
-    if rounds.nonlinear or not rounds.model.laws.dry or not rounds.coupling.soft.all():
+    soft = rounds.coupling.soft
+    if rounds.nonlinear or not rounds.model.laws.dry or not (soft.any() and soft.all()):
         return None
     first = rounds.roughly(ROUGH).solved(rounds.start, None)
     if not first.solution.solved or not rounds.settled(first):

@@ -201,10 +201,10 @@ def joints_at(
 
 
 def _rule(joint: specs.Joint, stones: Stones, interface: Interface) -> Rule:
-    """The placement rule of an interface; nodes where a side is meshed, else corners."""
+    """The placement rule of an interface."""
     shapes = (stones.assembly.blocks[block].shape for block in interface.blocks)
     meshed = any(stones.assembly.shapes[shape].mesh is not None for shape in shapes)
-    name = joint.placement or ("nodes" if meshed else "corners")
+    name = joint.placement or "auto"
     if name == "nodes" and not meshed:
         name = "corners"  # a rigid pair of a scene whose elastic joints use nodes
     return Rule(name=name, inset=joint.inset, density=joint.density)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from hashlib import blake2b
 
 import numpy as np
@@ -99,10 +100,17 @@ def _spots(
     for rule in dict.fromkeys(rules):  # looks into the folder of rules: not for each of many interfaces
         _check(rules.index(rule), rule)
     normals = np.array([interface.normal for interface in interfaces]).reshape(-1, assembly.dimension)
-    return [
-        _by_rule(Patch.of(assembly, surfaces, interface, frame), rule)
-        for interface, rule, frame in zip(interfaces, rules, local_frames(normals), strict=True)
-    ]
+    known: dict[tuple[object, ...], tuple[Spots, bool]] = {}
+    spots = []
+    for interface, rule, frame in zip(interfaces, rules, local_frames(normals), strict=True):
+        patch = Patch.of(assembly, surfaces, interface, frame)
+        key = (rule, *patch.shape)
+        if key not in known:  # walls have hundreds of congruent patches of each kind
+            made = _by_rule(patch, rule)
+            known[key] = made, made.patch.sides[0] is not patch.sides[0]
+        made, exchanged = known[key]
+        spots.append(replace(made, patch=patch.exchanged() if exchanged else patch))
+    return spots
 
 
 def _by_rule(patch: Patch, rule: Rule) -> Spots:

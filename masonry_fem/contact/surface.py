@@ -35,6 +35,7 @@ class FaceMesh:
     points : Where they are, shape (n, d) [m].
     carrier : For each of them the first facet (row of ``facets``) that has it, shape (n,).
     rows : Nodes of the facets as rows of ``nodes``, shape (f, nodes of a facet).
+    distortion : By how much the Jacobian of its quadrilaterals varies at most, relative to its mean.
     """
 
     facets: IntArray
@@ -43,6 +44,7 @@ class FaceMesh:
     points: FloatArray
     carrier: IntArray
     rows: IntArray
+    distortion: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,7 +197,19 @@ def _face_mesh(mesh: Mesh, face: int) -> FaceMesh:
     nodes, at, rows = np.unique(connectivity, return_index=True, return_inverse=True)
     carrier = at // connectivity.shape[1] if len(facets) else at
     corners = mesh.points[connectivity[:, : CORNERS_OF[mesh.facet]]]
-    return FaceMesh(facets, corners, nodes, mesh.points[nodes], carrier, rows.reshape(connectivity.shape))
+    rows = rows.reshape(connectivity.shape)
+    return FaceMesh(facets, corners, nodes, mesh.points[nodes], carrier, rows, _distortion(corners))
+
+
+def _distortion(corners: FloatArray) -> float:
+    """By how much the Jacobian of quadrilaterals (f, 4, 3) varies about its mean; 0 for other facets."""
+    if corners.shape[1:] != (4, 3) or not len(corners):
+        return 0.0
+    edges = np.roll(corners, -1, axis=1) - corners
+    jacobian = np.cross(np.roll(edges, 1, axis=1), edges)
+    mean = jacobian.mean(axis=1, keepdims=True)
+    away = np.linalg.norm(jacobian - mean, axis=2) / np.linalg.norm(mean, axis=2)
+    return float(away.max())
 
 
 def _areas(pieces: FloatArray) -> FloatArray:

@@ -41,9 +41,10 @@ class Joint(Spec, frozen=True, kw_only=True):
     contact : ``unilateral``: the blocks press on each other and rub; ``none``: they do not touch there, as at head
         joints that were left open, and nothing else of this entry matters
     form : ``gap`` demands that blocks do not penetrate at the end of a step; ``velocity`` is an impact law
-    placement : where the contact points lie: at the ``nodes`` of the finer mesh (default where a block is
-        elastic), at the ``corners`` of the common face (default between rigid blocks), or at its ``gauss``
-        points; ``weighted`` has a mean for each node of the finer mesh, exact between any two meshes
+    placement : where the contact points lie: at the ``nodes`` of the finer mesh, at the ``corners`` of the
+        common face, or at its ``gauss`` points; ``weighted`` has a mean for each node of the finer mesh, and
+        is exact between any two meshes. By default (``auto``) it is ``weighted`` between meshes that do not
+        match, ``nodes`` where they do or only one side is elastic, and ``corners`` between rigid blocks
     inset : for ``corners``: the points lie at this share of the half-thickness, 1 being the edge
     density : for ``gauss``: number of subdivisions of the face
     interface : pattern of the joint's label: ``bed``, ``head``, ``radial``, a file's surface group

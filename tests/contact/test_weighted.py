@@ -12,7 +12,7 @@ from masonry_fem.contact.place import place
 from masonry_fem.contact.placement import Rule
 from masonry_fem.contact.placement.parts.quadrature import quadrature
 from masonry_fem.contact.update import chosen, joined
-from tests.contact.blocks import box_shape, moved, pair, turning, turning_2d
+from tests.contact.blocks import box_shape, moved, pair, turning, turning_2d, wall
 from tests.contact.test_placement import meshed_pair
 
 RATIOS = [(2, 3), (3, 4), (4, 6), (8, 11)]
@@ -186,6 +186,47 @@ def test_rigid_pairs_have_corners():
     _, contacts = placed(assembly)
     assert contacts.count == 4
     assert contacts.means is None
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "how", "rule"),
+    [
+        ((3, 3, 3), (3, 3, 3), {}, "nodes"),
+        ((2, 2, 2), (2, 2, 2), {"order": (2, 2)}, "nodes"),
+        ((2, 2, 2), (2, 2, 2), {"shift": (0.5, 0.0)}, "nodes"),  # whole facets on whole facets
+        ((2, 2, 2), (2, 2, 2), {"shift": (0.3, 0.0)}, "weighted"),
+        ((3, 3, 3), (3, 3, 2), {"triangles": (True, False)}, "weighted"),
+        ((2, 2, 2), (2, 2, 2), {"order": (1, 2)}, "weighted"),
+        ((2, 3, 3), (3, 3, 3), {}, "weighted"),
+        (None, (3, 3, 3), {"shift": (0.3, 0.0)}, "nodes"),
+        (None, None, {}, "corners"),
+    ],
+)
+def test_auto_takes_weighted_contacts_where_meshes_do_not_match(lower, upper, how, rule):
+    assembly = meshed_pair(lower, upper, **how)
+    (_, chosen_one), (_, expected) = placed(assembly, "auto"), placed(assembly, rule)
+    assert np.array_equal(chosen_one.points, expected.points)
+    assert (chosen_one.means is None) == (rule != "weighted")
+
+
+def test_congruent_patches_are_placed_once_and_alike():
+    """The bricks of a wall: each contact where a patch of its own would have it, whichever side is finer."""
+    bricks = wall(3, 3, cells=(4, 2, 2))
+    other = box_shape("other", (0.5, 0.25, 0.25), (5, 3, 2))
+    blocks = tuple(
+        replace(block, shape=3) if block.shape == 0 and number % 2 else block
+        for number, block in enumerate(bricks.blocks)
+    )
+    assembly = replace(bricks, shapes=(*bricks.shapes, other), blocks=blocks)
+    interfaces = detect(assembly)
+    for name in ("nodes", "weighted"):
+        together = place(assembly, interfaces, [Rule(name)] * len(interfaces))
+        for number, interface in enumerate(interfaces):
+            alone = place(assembly, [interface], [Rule(name)])
+            own = together.interface == number
+            assert np.array_equal(together.blocks[own], alone.blocks)
+            np.testing.assert_allclose(together.points[own], alone.points, atol=1e-12)
+            np.testing.assert_allclose(together.area[own], alone.area, rtol=1e-11)
 
 
 def test_contacts_of_both_kinds_are_chosen_and_joined():

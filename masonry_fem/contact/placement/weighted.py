@@ -100,22 +100,13 @@ def _order(patch: Patch) -> int:
     meshed = [(number, side.mesh.facet) for number, side in enumerate(patch.sides) if side.mesh]
     weights = max(DEGREE[LINEAR.get(kind, kind)] for _, kind in meshed)
     order = (weights + max(DEGREE[kind] for _, kind in meshed) + 3) // 2
-    varies = max(_distortion(patch.facet_polygons(number)) for number, _ in meshed)
+    varies = max(patch.sides[number].facets.distortion for number, _ in meshed)
     if varies >= 1:
         return MOST
     if varies > ROUNDING:
         base = 1 / varies + math.sqrt(1 / varies**2 - 1)
         order = max(order, math.ceil(-math.log(EXACT) / (2 * math.log(base))))
     return min(order, MOST)
-
-
-def _distortion(facets: FloatArray) -> float:
-    """By how much the Jacobian of quadrilaterals varies, relative to its mean; 0 for other facets."""
-    if facets.shape[1:] != (4, 2):
-        return 0.0
-    after, before = np.roll(facets, -1, axis=1) - facets, np.roll(facets, 1, axis=1) - facets
-    jacobian = after[..., 0] * before[..., 1] - after[..., 1] * before[..., 0]
-    return float(np.abs(jacobian / jacobian.mean(axis=1, keepdims=True) - 1).max())
 
 
 def _vertices(side: Side, rows: IntArray) -> IntArray:
@@ -145,22 +136,11 @@ def _dual(
     mass = np.zeros((len(used), *products.shape[1:]))
     np.add.at(mass, facet[first], products)
     integral = mass.sum(axis=2)
-    whole = integral.sum(axis=1) >= (1 - WHOLE) * _areas(patch.facet_polygons(number)[used])
+    whole = integral.sum(axis=1) >= (1 - WHOLE) * patch.facet_areas(number)[used]
     change = np.tile(np.eye(linear.shape[1]), (len(used), 1, 1))
     change[whole] = integral[whole, :, None] * np.linalg.inv(mass[whole])
     weights: FloatArray = np.einsum("mij,mj->mi", change[facet], linear)
     return weights
-
-
-def _areas(polygons: FloatArray) -> FloatArray:
-    """Areas of facets in the plane, lengths in 2D, shape (f,)."""
-    if polygons.shape[2] == 1:
-        doubled = 2 * (polygons[:, 1, 0] - polygons[:, 0, 0])
-    else:
-        x, y = np.moveaxis(polygons - polygons[:, :1], 2, 0)
-        doubled = (x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1)).sum(axis=1)
-    areas: FloatArray = 0.5 * np.abs(doubled)
-    return areas
 
 
 def _contacts(side: Side, vertices: IntArray, share: FloatArray) -> IntArray:

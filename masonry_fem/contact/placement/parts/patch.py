@@ -17,6 +17,7 @@ from masonry_fem.solid.assembly import Assembly
 from masonry_fem.solid.mesh import IntArray, Mesh
 from masonry_fem.solid.pose import FloatArray, Pose
 
+ROUNDING = 1e-12  # of its size: patches that differ by less are congruent
 TOLERANCE = 1e-6  # of the patch's size: how far outside a node still is on its edge
 
 
@@ -83,6 +84,18 @@ class Patch:
         return Patch(self.interface, (self.sides[1], self.sides[0]), frame, self.origin, polygon)
 
     @property
+    def shape(self) -> tuple[object, ...]:
+        """What congruent patches have in common, to rounding: faces, and how they lie on each other."""
+        across, size = self.frame[1:], self.size or 1.0
+        numbers = [self.polygon.ravel() / size]
+        for side in self.sides:
+            numbers.append((across @ side.pose.rotation).ravel())
+            numbers.append(across @ (side.pose.translation - self.origin) / size)
+        faces = [(id(side.surface), side.face) for side in self.sides]
+        digits = np.rint(np.concatenate(numbers) / ROUNDING) + 0.0  # no −0
+        return (*faces, self.interface.label, self.interface.area == 0, digits.tobytes())
+
+    @property
     def size(self) -> float:
         """Largest extent of the polygon [m]."""
         return float((self.polygon.max(axis=0) - self.polygon.min(axis=0)).max())
@@ -102,6 +115,15 @@ class Patch:
         polygons = self.flat(side, self.sides[side].facets.corners)
         # a candidate's facets look against the normal
         return np.ascontiguousarray(polygons[:, ::-1] if side == 0 else polygons)
+
+    def facet_areas(self, side: int) -> FloatArray:
+        """Areas of one side's mesh facets in the plane, shape (f,) [m²; m in 2D]."""
+        polygons = self.facet_polygons(side)
+        if polygons.shape[2] == 1:
+            return np.abs(polygons[:, 1, 0] - polygons[:, 0, 0])
+        x, y = np.moveaxis(polygons - polygons[:, :1], 2, 0)
+        areas: FloatArray = 0.5 * (x[:, :-1] * y[:, 1:] - y[:, :-1] * x[:, 1:]).sum(axis=1)
+        return areas
 
     def facets_at(self, points: FloatArray) -> IntArray:
         """Mesh facets of both sides that carry plane points, −1 where unmeshed, shape (m, 2)."""

@@ -38,8 +38,8 @@ class Joint(Spec, frozen=True, kw_only=True):
     dynamic_friction : μ of a point that slides; equal to ``friction`` by default
     restitution : Newton's coefficient e of the normal velocity; only with ``form = "velocity"``
     tangential_restitution : the same for the tangential velocity
-    contact : ``unilateral``: the blocks press on each other and rub; ``none``: they do not touch there, as at head
-        joints that were left open, and nothing else of this entry matters
+    contact : ``unilateral``: the blocks press on each other and rub; ``none``: they do not touch there, as at
+        head joints that were left open, and nothing else of this entry matters
     form : ``gap`` demands that blocks do not penetrate at the end of a step; ``velocity`` is an impact law
     placement : where the contact points lie: at the ``nodes`` of the finer mesh, at the ``corners`` of the
         common face, or at its ``gauss`` points; ``weighted`` has a mean for each node of the finer mesh, and

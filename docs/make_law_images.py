@@ -68,6 +68,7 @@ SPECIMENS: dict[str, Specimen] = {
     "trapezoidal": Specimen((*BASIC, variants_panel("plateau", (0.0, 0.3, 0.6, 0.9), "Plateau", "plateau"))),
     "exponential": Specimen(BASIC, opening=400e-6, slide=2000e-6),
     "mortar": Specimen((press_panel, *BASIC), opening=50e-6, slide=100e-6),
+    "closure": Specimen((press_panel, shear_panel), opening=0.0, slide=100e-6),
     "dilatancy": Specimen((lift_panel, shear_panel, confined_panel), opening=0.0, slide=3000e-6),
 }  # fmt: skip
 

@@ -93,6 +93,7 @@ TABLES: dict[type[Spec], str] = {
     **{kind.record: f'`[joints.law]`, `kind = "{name}"`' for name, kind in laws().items()},
     specs.PythonLaw: '`[joints.law]`, `kind = "python"`',
     specs.Mortar: "`[joints.mortar]`",
+    specs.Closure: "`[joints.closure]`",
     specs.Dilatancy: "`[joints.dilatancy]`",
     specs.Scatter: "`[joints.scatter]`",
     specs.Support: "`[[supports]]`",
@@ -147,7 +148,8 @@ def law_pages() -> Iterator[tuple[Path, str]]:
     """Each page of docs/laws that has keys, and its text with these keys."""
     joint = ("friction", "dynamic_friction", "restitution", "tangential_restitution", "form")
     tables = {name: table(kind.record) for name, kind in laws().items()}
-    tables |= {"mortar": table(specs.Mortar), "dilatancy": table(specs.Dilatancy)}
+    tables |= {"mortar": table(specs.Mortar), "closure": table(specs.Closure)}
+    tables |= {"dilatancy": table(specs.Dilatancy)}
     tables["dry"] = table(specs.Joint, joint)
     for name, keys in tables.items():
         path = PAGE.with_name("laws") / f"{name}.md"

@@ -12,7 +12,11 @@ from masonry_fem.joints import kinds, probe
 FRICTION, UNDER = 0.75, (0.1e6, 0.3e6, 0.5e6)
 FOLDER = Path(__file__).parents[1] / "docs/laws"
 LAWS = {name: kind for name, kind in kinds().items() if (FOLDER / f"{name}.md").is_file()}
-PAGES = {name: name for name in ("dry", *LAWS)} | {"bed": "mortar", "rough": "dilatancy"}
+PAGES = {name: name for name in ("dry", *LAWS)} | {
+    "bed": "mortar",
+    "closure": "closure",
+    "rough": "dilatancy",
+}
 SOFTENING = ("monerie_acary", "bilinear", "trapezoidal", "exponential")
 TENSION = {  # strength by the formulas of the page [Pa]
     "constant_threshold": 0.25e6, "mohr_coulomb": 0.25e6, "elastic_brittle": 0.25e6, "mortar": 0.25e6,
@@ -20,7 +24,8 @@ TENSION = {  # strength by the formulas of the page [Pa]
 }  # fmt: skip
 COHESION = {  # shear strength without pressure [Pa]
     "dry": 0.0, "constant_threshold": FRICTION * 0.25e6, "mohr_coulomb": 0.35e6, "elastic_brittle": 0.35e6,
-    "mortar": 0.35e6, "dilatancy": 0.0, "fremond_cangemi": np.sqrt(2.0 * 3e10), "elastic": 36e9 * 100e-6,
+    "mortar": 0.35e6, "closure": 0.0, "dilatancy": 0.0,
+    "fremond_cangemi": np.sqrt(2.0 * 3e10), "elastic": 36e9 * 100e-6,
     **dict.fromkeys(SOFTENING, 0.35e6),
 }  # fmt: skip
 LAYER = 0.74e9 / 0.01 / 1.2  # E/((1 + ν) t) of the mortar's page

@@ -1,9 +1,9 @@
 """From joint records to the laws of contact points.
 
 A joint is built from the faces outwards: what holds them together (dry contact, cohesion), what their
-sliding does (dilatancy), and the layer of mortar in series with all of it.
+sliding does (dilatancy), how their asperities close, and the layer of mortar in series with all of it.
 
-    Bed(Rough(MohrCoulomb(...)))
+    Bed(Closure(Rough(MohrCoulomb(...))))
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from masonry_fem.joints.assignment import Assignment
 from masonry_fem.joints.kinds import kinds
 from masonry_fem.joints.law import Law, Place
 from masonry_fem.joints.laws.parts.bed import Bed
+from masonry_fem.joints.laws.parts.closure import Closure
 from masonry_fem.joints.laws.parts.dry import Dry
 from masonry_fem.joints.laws.parts.kinetic import Kinetic
 from masonry_fem.joints.laws.parts.rigid_brittle import RigidBrittle
@@ -88,7 +89,11 @@ def joint_laws(
     parts: list[tuple[Law, NDArray[np.int64]]] = []
     for index in np.unique(record).tolist():
         joint, key = scene.joints[index], f"joints.{index}"
-        alone = bare if joint.mortar is None else bare & _on_points(contacts, interfaces)
+        alone = (
+            bare
+            if joint.mortar is None and joint.closure is None
+            else bare & _on_points(contacts, interfaces)
+        )
         points = np.flatnonzero((record == index) & ~alone)
         if joint.dry or not len(points):
             continue
@@ -174,7 +179,7 @@ def _tell_apart(
 
 
 def _law(part: _Part) -> Law:
-    """Faces, roughness and bed of a joint."""
+    """Faces, roughness, asperities and bed of a joint."""
     joint, rough = part.joint, part.joint.dilatancy
     law = _faces(part)
     dynamic = None if joint.dynamic_friction is None else joint.dynamic_friction * part.rubbing
@@ -184,15 +189,23 @@ def _law(part: _Part) -> Law:
         # a joint that drew a low friction is less rough: more would create energy
         tangent = rough.tangent * np.minimum(1.0, part.rubbing)
         law = _made(f"{part.key}.dilatancy", Rough, law, tangent, rough.bound)
+    if joint.closure is not None:
+        law = _made(f"{part.key}.closure", Closure, law, **_layer(part, "closure", joint.closure))
     return law if joint.mortar is None else _bedded(part, law, joint.mortar)
 
 
 def _bedded(part: _Part, law: Law, mortar: specs.Mortar) -> Law:
     """The law on its bed of mortar."""
-    given = {name: value for name, value in msgspec.structs.asdict(mortar).items() if value is not None}
-    factor = {name.removeprefix("mortar."): value for name, value in part.factor.items() if "." in name}
     make = Bed if mortar.thickness is None else Bed.of_mortar
-    return _made(f"{part.key}.mortar", make, law, **scattered(given, factor))
+    return _made(f"{part.key}.mortar", make, law, **_layer(part, "mortar", mortar))
+
+
+def _layer(part: _Part, name: str, record: msgspec.Struct) -> dict[str, Any]:
+    """Parameters of a layer in series, those that scatter by contact point."""
+    given = {key: value for key, value in msgspec.structs.asdict(record).items() if value is not None}
+    own = f"{name}."
+    factor = {key.removeprefix(own): value for key, value in part.factor.items() if key.startswith(own)}
+    return scattered(given, factor)
 
 
 def _faces(part: _Part) -> Law:
@@ -233,7 +246,9 @@ def _made(key: str, make: Callable[..., Law], *law: Any, **values: Any) -> Law:
 
 def _check(part: _Part) -> None:
     joint = part.joint
-    beside = next((name for name in ("mortar", "dilatancy") if getattr(joint, name) is not None), None)
+    beside = next(
+        (name for name in ("mortar", "closure", "dilatancy") if getattr(joint, name) is not None), None
+    )
     if joint.form != "gap" and beside is not None:
         raise SceneError(
             f"{part.key}.form is {joint.form!r} beside a {beside}, expected 'gap'; leave it out, or "

@@ -8,6 +8,7 @@ by step.
 """
 
 from masonry_fem.joints.assignment import Assignment
+from masonry_fem.joints.closure_fit import fit_closure
 from masonry_fem.joints.conformance import violations
 from masonry_fem.joints.kinds import kinds
 from masonry_fem.joints.law import Law, rub, spread
@@ -21,6 +22,7 @@ from masonry_fem.joints.laws.mohr_coulomb import MohrCoulomb
 from masonry_fem.joints.laws.monerie_acary import MonerieAcary
 from masonry_fem.joints.laws.parts.adhesive import Adhesive, Evolution
 from masonry_fem.joints.laws.parts.bed import Bed
+from masonry_fem.joints.laws.parts.closure import Closure
 from masonry_fem.joints.laws.parts.dry import Dry
 from masonry_fem.joints.laws.parts.kinetic import Kinetic
 from masonry_fem.joints.laws.parts.rigid_brittle import RigidBrittle
@@ -37,6 +39,7 @@ __all__ = [
     "Assignment",
     "Bed",
     "Bilinear",
+    "Closure",
     "ConstantThreshold",
     "Dry",
     "Elastic",
@@ -55,6 +58,7 @@ __all__ = [
     "Rough",
     "Softening",
     "Trapezoidal",
+    "fit_closure",
     "kinds",
     "linearise",
     "probe",

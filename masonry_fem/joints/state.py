@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 # what a step's iteration has to bring to rest; dry joints hand it on as it is
-SETTLING = ("broken", "crushing", "adhesion", "obliquity", "opening", "dilation", "own")
+SETTLING = ("broken", "crushing", "adhesion", "obliquity", "opening", "dilation", "compacted", "own")
 
 FloatArray = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -40,6 +40,10 @@ class JointState:
     pressed : Pressure on a bed that crushes [Pa], shape (c,).
     following : Shear that comes with more of that pressure, dτ/dσ, shape (c,).
     bedded : Deformation of the bed at the start of the step under way [m], shape (c, d).
+    closing : Deformation of asperities that close, in series, part of the jump [m], shape (c, d).
+    closed : The same at the start of the step under way [m], shape (c, d).
+    settled : Part of ``closing`` that stays without a reaction [m], shape (c, d).
+    compacted : Greatest pressure that these have borne [Pa], shape (c,).
     jump : Displacement jump that the cohesion feels (without bed) [m], shape (c, d).
     slip : Length of the path slid over in frictional sliding [m], shape (c,).
     sliding : True where the contact slid at the end of the last committed step, shape (c,).
@@ -63,6 +67,10 @@ class JointState:
     pressed: FloatArray
     following: FloatArray
     bedded: FloatArray
+    closing: FloatArray
+    closed: FloatArray
+    settled: FloatArray
+    compacted: FloatArray
     jump: FloatArray
     slip: FloatArray
     sliding: Mask
@@ -89,6 +97,10 @@ class JointState:
             pressed=np.zeros(count),
             following=np.zeros(count),
             bedded=np.zeros((count, dimension)),
+            closing=np.zeros((count, dimension)),
+            closed=np.zeros((count, dimension)),
+            settled=np.zeros((count, dimension)),
+            compacted=np.zeros(count),
             jump=np.zeros((count, dimension)),
             slip=np.zeros(count),
             sliding=np.zeros(count, dtype=bool),
@@ -123,12 +135,18 @@ class JointState:
         deformation[:, 0] += self.crushed
         return deformation
 
+    @property
+    def given_way(self) -> FloatArray:
+        """Deformation of all that lies in series with the faces, bed and asperities [m], shape (c, d)."""
+        return self.bed + self.closing
+
     def committed(self) -> JointState:
         """The state at the start of the next step."""
         return replace(
             self,
             sliding=self.slides,
             bedded=self.bed,
+            closed=self.closing,
             crushing=np.zeros(self.count, dtype=bool),
             raised=self.dilation,
         )
@@ -161,8 +179,8 @@ class JointState:
         """Largest difference that a step's iteration has to bring down.
 
         Adhesion, rupture, crushing and its obliquity count as they are, openings relative to the largest
-        jump, a law's own numbers relative to the largest of their column. A bed's deformation does not
-        count: it follows from the reaction, no reduction hangs on it.
+        jump, greatest pressures and a law's own numbers relative to the largest of their kind. What a layer
+        in series gives way does not count: it follows from the reaction, no reduction hangs on it.
         """
         if not self.count or all(getattr(self, name) is getattr(other, name) for name in SETTLING):
             return 0.0
@@ -178,6 +196,8 @@ class JointState:
             mine, yours = getattr(self, name), getattr(other, name)
             size = max(float(np.abs(mine).max()), float(np.abs(self.jump).max()))
             changes.append(float(np.abs(mine - yours).max()) / size if size else 0.0)
+        hardest = float(np.maximum(self.compacted, other.compacted).max())
+        changes += [float(np.abs(self.compacted - other.compacted).max()) / hardest] if hardest else []
         largest = np.abs(self.own).max(axis=0)
         moved = np.abs(self.own - other.own).max(axis=0)
         changes += np.divide(moved, largest, out=moved.copy(), where=largest > 0).tolist()

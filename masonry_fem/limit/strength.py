@@ -18,6 +18,7 @@ from masonry_fem.errors import LawError
 from masonry_fem.joints.assignment import Assignment
 from masonry_fem.joints.law import Law, layers_of
 from masonry_fem.joints.laws.parts.bed import Bed
+from masonry_fem.joints.laws.parts.closure import Closure
 from masonry_fem.joints.laws.parts.dry import Dry
 from masonry_fem.joints.laws.parts.kinetic import Kinetic
 from masonry_fem.joints.laws.parts.rigid_brittle import RigidBrittle
@@ -27,7 +28,7 @@ from masonry_fem.nscd.graphs import lengths
 
 FloatArray = NDArray[np.float64]
 
-LAYERS = (Bed, Rough, Kinetic)  # laws around another law that do not change its strength
+LAYERS = (Bed, Closure, Rough, Kinetic)  # laws around another law that do not change its strength
 
 
 @dataclass(frozen=True, slots=True)

@@ -138,7 +138,7 @@ def _joints(model: Model, made: Increment) -> dict[str, float]:
     """
     laws, area, h = model.laws, model.contacts.area, made.scheme.step
     before, after = made.before.joints, made.after.joints
-    bed, lift = after.bed - before.bed, after.dilation - before.dilation
+    bed, lift = after.given_way - before.given_way, after.dilation - before.dilation
     faces = made.after.velocity - bed / h
     pressed = made.impulse.copy()
     pressed[made.contacts] = made.problem.contact_part(made.solution.impulse, made.solution.velocity)

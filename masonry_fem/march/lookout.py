@@ -111,7 +111,7 @@ class Lookout:
     def _beds(self, model: Model, state: SystemState) -> FloatArray:
         """Most that beds at each block give way, shape (b,) [m]."""
         most = np.zeros(len(model.assembly.blocks))
-        given = -np.minimum(state.joints.bed[:, 0] + state.joints.dilation, 0.0)
+        given = -np.minimum(state.joints.given_way[:, 0] + state.joints.dilation, 0.0)
         np.maximum.at(most, model.contacts.blocks.ravel(), np.repeat(given, 2))
         return most
 

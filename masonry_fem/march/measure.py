@@ -103,9 +103,9 @@ def _unsettled(model: Model, made: Increment) -> str:
 def _overlap(state: SystemState) -> FloatArray:
     """How far the faces at each contact point are past touching [m], shape (c,).
 
-    Mortar gives way and rough faces stand apart before they do.
+    Mortar and asperities give way and rough faces stand apart before they do.
     """
-    touching: FloatArray = state.joints.bed[:, 0] + state.joints.dilation
+    touching: FloatArray = state.joints.given_way[:, 0] + state.joints.dilation
     return touching - state.gap
 
 

@@ -26,7 +26,7 @@ BLOCK, GROUP, FIDELITY, MATERIAL = "block", "group", "fidelity", "material"
 REACTION, TRACTION, NORMAL, STATUS = "reaction", "traction", "normal", "status"
 GAP, SLIP, INTERFACE, AREA = "gap", "relative_velocity", "interface", "area"
 ADHESION, JUMP = "adhesion", "jump"
-BED, CRUSHED, DILATION = "bed", "crushed", "dilation"
+BED, CRUSHED, DILATION, CLOSURE = "bed", "crushed", "dilation", "closure"
 SCATTER = "scatter_"  # and the parameter
 CANDIDATE, ANTAGONIST = "candidate", "antagonist"
 TANGENTS, LOCAL, ARMS = ("tangent_1", "tangent_2"), "reaction_local", ("arm_candidate", "arm_antagonist")
@@ -122,7 +122,8 @@ def joint_arrays(model: Model, state: SystemState) -> Arrays:
     """States of joint laws, in world axes; {} if all joints are dry.
 
     The intensity of adhesion β (NaN in dry joints) and the jump [m]; with mortar what its bed gives way and
-    the part of it that is crushed [m], ≤ 0; with dilatancy the opening by sliding [m].
+    the part of it that is crushed [m], ≤ 0; with closure by how much asperities have closed [m]; with
+    dilatancy the opening by sliding [m].
     """
     joints = state.joints
     if model.laws.dry:
@@ -136,6 +137,8 @@ def joint_arrays(model: Model, state: SystemState) -> Arrays:
     layers = {law.name for part, _ in model.laws.parts for law in layers_of(part)}
     if "bed" in layers:
         arrays |= {BED: world(joints.bed), CRUSHED: joints.crushed}
+    if "closure" in layers:
+        arrays |= {CLOSURE: -joints.closing[:, 0]}
     return arrays | ({DILATION: joints.dilation} if "rough" in layers else {})
 
 

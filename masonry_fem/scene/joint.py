@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Literal
 
 from masonry_fem.contact.placement import names as placements
 from masonry_fem.records.record import BlockSelector, Count, Fraction, Inclination, NonNegative, Spec, Unit
-from masonry_fem.scene.laws import AnyLaw, Dilatancy, Mortar, Scatter
+from masonry_fem.scene.laws import AnyLaw, Closure, Dilatancy, Mortar, Scatter
 
 if TYPE_CHECKING:
     PlacementName = str
@@ -33,6 +33,7 @@ class Joint(Spec, frozen=True, kw_only=True):
     friction : Coulomb's μ; with ``no slip`` the joint can open but never slides
     law : cohesive law, chosen by ``kind``; without it the joint is dry
     mortar : elastic layer in series with the contact; none by default
+    closure : asperities that close under pressure, in series with the contact; none by default
     dilatancy : opening that sliding causes; none by default
     scatter : properties that vary from joint to joint; none by default
     dynamic_friction : μ of a point that slides; equal to ``friction`` by default
@@ -55,6 +56,7 @@ class Joint(Spec, frozen=True, kw_only=True):
     friction: NonNegative | Literal["no slip"] = 0.6
     law: AnyLaw | None = None
     mortar: Mortar | None = None
+    closure: Closure | None = None
     dilatancy: Dilatancy | None = None
     scatter: Scatter | None = None
     dynamic_friction: NonNegative | None = None
@@ -77,4 +79,5 @@ class Joint(Spec, frozen=True, kw_only=True):
     @property
     def dry(self) -> bool:
         """True where contact and friction are all there is."""
-        return self.law is None and self.mortar is None and self.dilatancy is None
+        layers = self.law, self.mortar, self.closure, self.dilatancy
+        return all(layer is None for layer in layers)

@@ -41,7 +41,9 @@ def joint_doubts(joint: Joint, place: str) -> Iterator[str]:
     joint : The record.
     place : Its key in the scene.
     """
-    given = [key for key in ("law", "mortar", "dilatancy", "scatter") if getattr(joint, key) is not None]
+    given = [
+        key for key in ("law", "mortar", "closure", "dilatancy", "scatter") if getattr(joint, key) is not None
+    ]
     if joint.contact == "none" and given:
         yield f"{place}.{given[0]} has no effect where contact = 'none'; drop one of the two"
     residual = getattr(joint.law, "residual_friction", None)
@@ -126,9 +128,10 @@ def scattering_names(joint: Joint) -> Iterator[str]:
         # the residual friction scatters with the friction; exponents and shares shape a law and do not
         numbers = _numbers(msgspec.structs.asdict(joint.law))
         yield from (name for name in numbers if name != "residual_friction" and spreads(law, name))
-    if joint.mortar is not None:
-        numbers = _numbers(msgspec.structs.asdict(joint.mortar))
-        yield from (f"mortar.{name}" for name in numbers if name != "poisson")
+    for layer in ("mortar", "closure"):
+        if (record := getattr(joint, layer)) is not None:
+            numbers = _numbers(msgspec.structs.asdict(record))
+            yield from (f"{layer}.{name}" for name in numbers if name not in {"poisson", "shear_ratio"})
 
 
 def _numbers(values: Mapping[str, Any]) -> list[str]:

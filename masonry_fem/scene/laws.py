@@ -8,6 +8,10 @@
     thickness = "10 mm"
     young = "1.2 GPa"
 
+    [joints.closure]
+    normal_stiffness = "18 GPa/m"
+    greatest = "0.1 mm"
+
     [joints.dilatancy]
     tangent = 0.1
     bound = "1 mm"
@@ -127,6 +131,26 @@ class Mortar(Spec, frozen=True, kw_only=True):
     crushing: Pressure | None = None
     hardening: Stiffness | None = None
     shear_weight: NonNegative = 0.0
+
+
+class Closure(Spec, frozen=True, kw_only=True):
+    """Asperities of a dry joint that close under pressure: soft at first, stiffer the more they are pressed.
+
+    Under a pressure σ that the joint has not borne before, it closes by σ w_max/(k_0 w_max + σ), a hyperbola
+    (Goodman; Bandis et al. 1983). Unloaded and loaded again it is as stiff as it was at the greatest pressure
+    so far, and what remains of the closing stays. Walls of dry stones have a third or a quarter of the
+    stiffness of their stone.
+
+    Attributes
+    ----------
+    normal_stiffness : k_0, of the joint that was never pressed: pressure over closing
+    greatest : w_max, the closing that no pressure reaches
+    shear_ratio : stiffness in shear over that under pressure, until the joint slides
+    """
+
+    normal_stiffness: Stiffness
+    greatest: Length
+    shear_ratio: Annotated[float, Meta(gt=0)] = 0.4
 
 
 class Dilatancy(Spec, frozen=True, kw_only=True):

@@ -50,6 +50,7 @@ from masonry_fem.scene.actions import (
 from masonry_fem.scene.joint import Joint
 from masonry_fem.scene.laws import (
     AnyLaw,
+    Closure,
     Dilatancy,
     Mortar,
     PythonLaw,
@@ -68,6 +69,7 @@ __all__ = [
     "Analysis",
     "AnyLaw",
     "AnyStructure",
+    "Closure",
     "Contact",
     "Cut",
     "Damping",

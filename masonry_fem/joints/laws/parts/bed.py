@@ -115,7 +115,7 @@ class Bed(Law):
 
     @override
     def reduce(self, state: JointState, jump: FloatArray, area: FloatArray, step: float) -> Reduction:
-        area = _bearing(area)
+        area = bearing(area)
         # the trial state has moved on: ``bedded`` is the deformation at the start of the step
         inner = self.law.reduce(state, jump - state.bedded, area, step)
         compliance = 1.0 / (step**2 * self._stiffness(state, area))
@@ -138,7 +138,7 @@ class Bed(Law):
         self, state: JointState, trial: JointState, jump: FloatArray, reaction: FloatArray,
         velocity: FloatArray, area: FloatArray, step: float,
     ) -> JointState:  # fmt: skip
-        area = _bearing(area)
+        area = bearing(area)
         elastic = -reaction / self._stiffness(state, area)
         pressure = reaction[:, 0] / area
         obliquity = self._obliquity(reaction)
@@ -209,17 +209,17 @@ class Bed(Law):
 
     @override
     def adhesive_reaction(self, state: JointState, area: FloatArray) -> FloatArray:
-        return self.law.adhesive_reaction(state, _bearing(area))
+        return self.law.adhesive_reaction(state, bearing(area))
 
     @override
     def stored(self, state: JointState, area: FloatArray) -> FloatArray:
-        area = _bearing(area)
+        area = bearing(area)
         stretched = (self._stiffness(state, area) * state.elastic**2).sum(axis=1)
         energy: FloatArray = self.law.stored(state, area) + 0.5 * stretched
         return energy
 
 
-def _bearing(area: FloatArray) -> FloatArray:
+def bearing(area: FloatArray) -> FloatArray:
     """Areas that are all positive.
 
     Nothing of a face belongs to the corner nodes of quadratic triangles: they lie on no mortar and bear

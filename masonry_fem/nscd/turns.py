@@ -190,6 +190,13 @@ def _searching_newton(case: Case) -> Method:
     return ProximalNewton(full_steps=0)
 
 
+def _hinging_newton(case: Case) -> Method:
+    """The same for stiff blocks that hinge: contacts are scaled as these move, of which W_el says nothing."""
+    from masonry_fem.nscd.methods.newton import ProximalNewton  # noqa: PLC0415
+
+    return ProximalNewton(full_steps=0, moving=True)
+
+
 def _moving_newton(case: Case) -> Method:
     from masonry_fem.nscd.methods.newton import ProximalNewton  # noqa: PLC0415
 
@@ -265,6 +272,13 @@ TURNS = (
     ),
     Turn("polish", lambda at: at.open and not at.plain, _in_plane(_newton), POLISH, "best"),
     Turn("searching newton", lambda at: at.open and at.few and at.elastic, _searching_newton, NEWTON_STEPS),
+    Turn(
+        "hinging newton",
+        lambda at: at.static and at.open and at.few and at.elastic,
+        _hinging_newton,
+        NEWTON_STEPS,
+        "held",
+    ),
     *(
         Turn(
             "firm newton",

@@ -135,7 +135,7 @@ def contacts_and_joints(
     """
     chosen = joint_of_interfaces(scene, stones, interfaces, tell=False)
     foresee_points(scene, [scene.joints[joint].density for joint in chosen])
-    contacts = place(stones.assembly, interfaces, rules_of(scene, stones, interfaces, chosen))
+    contacts = place(stones.assembly, interfaces, rules_of(scene, stones, interfaces, chosen), tell=True)
     return contacts, *joints_at(scene, interfaces, contacts, chosen, base)
 
 

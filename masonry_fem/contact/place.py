@@ -16,6 +16,7 @@ from masonry_fem.contact.placement.parts.patch import Patch
 from masonry_fem.contact.placement.parts.rule import Rule, Spots
 from masonry_fem.contact.surface import Surface, surfaces_of, typical_size
 from masonry_fem.errors import ExtensionError, GeometryError
+from masonry_fem.records.remark import remark
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
@@ -30,6 +31,7 @@ def place(
     interfaces: Sequence[Interface],
     rules: Sequence[Rule],
     surfaces: tuple[Surface, ...] | None = None,
+    tell: bool = False,
 ) -> Contacts:
     """Contact points on interfaces.
 
@@ -42,6 +44,7 @@ def place(
     interfaces : Where they touch, from ``detect``.
     rules : A placement rule for each interface.
     surfaces : The surfaces of the assembly's shapes, if they are known (``surfaces_of``).
+    tell : Warn of joints whose meshes do not match and whose contacts are not exact.
 
     Raises
     ------
@@ -54,6 +57,8 @@ def place(
     spots = _spots(assembly, surfaces, interfaces, rules)
     if not spots:
         return _none(assembly.dimension)
+    if tell:
+        _tell_inexact(assembly, spots)
     patches = [spot.patch for spot in spots]
     of = np.repeat(np.arange(len(spots)), [len(spot.area) for spot in spots])
     frame = np.array([patch.frame for patch in patches])[of]
@@ -75,6 +80,22 @@ def place(
         key=_keys(assembly, interfaces, of),
         means=_means(assembly, spots),
     )
+
+
+def _tell_inexact(assembly: Assembly, spots: Sequence[Spots]) -> None:
+    """Warn of joints whose meshes do not match and whose contacts are not exact."""
+    found = [spot.patch for spot in spots if not spot.exact]
+    if found:
+        blocks = [assembly.blocks[side.block].name for side in found[0].sides]
+        remark(
+            "meshes_do_not_match",
+            f"at {len(found)} of {len(spots)} joints, such as that of '{blocks[0]}' and '{blocks[1]}', the "
+            "meshes do not match and the joint ends within facets of the finer one: stresses beside it may "
+            "be 15 % off; let facets end where joints do (an even number of elements along bricks in running "
+            "bond), or give the joint placement = 'weighted', which is exact and may take many more linear "
+            "solves",
+            *blocks,
+        )
 
 
 def _means(assembly: Assembly, spots: list[Spots]) -> sparse.csr_array | None:

@@ -113,30 +113,31 @@ def _without_end(
     made = _near_enough(problem, made, settings)
     if not static or _rounded(problem, made, settings):
         return made
-    if made.solved:
-        return _doubted(problem, settings, made)
-    return _without_proof(problem, settings, made, loads)
+    motion = None if made.solved else falling(problem, made.impulse)
+    if motion is not None:
+        return _proven(problem, settings, made, motion)
+    limited = _at_limit(problem, settings, made)
+    if limited is not None:
+        return limited
+    return made if made.solved else _without_proof(problem, settings, made, loads)
 
 
-def _doubted(problem: ContactProblem, settings: SolverSettings, made: Solution) -> Solution:
-    """A state of static bodies that is near enough, unless it is proven that friction fails to hold them.
+def _at_limit(problem: ContactProblem, settings: SolverSettings, made: Solution) -> Solution | None:
+    """The verdict of a proof that friction fails to hold static bodies, however near a state came; else None.
 
     What moves is told as for a little less friction: next to a limit many motions are possible. Where that
     holds, too, it is no limit of friction, and as little as is missing may be the rounding of coordinates.
     """
     if admissible_impulses(problem, MISSING, CLOSER_ITERATIONS).motion is None:
-        return made
+        return None
     slipping = weakened(problem).motion
-    return made if slipping is None else _proven(problem, settings, made, slipping, Outcome.AT_LIMIT)
+    return None if slipping is None else _proven(problem, settings, made, slipping, Outcome.AT_LIMIT)
 
 
 def _without_proof(
     problem: ContactProblem, settings: SolverSettings, made: Solution, loads: Callable[[], Admissible]
 ) -> Solution:
-    """What can be said of static bodies that no turn has found a state of, and that not all contacts fail."""
-    motion = falling(problem, made.impulse)
-    if motion is not None:
-        return _proven(problem, settings, made, motion)
+    """What can be said of static bodies that no turn has found a state of, and nothing proves to move."""
     if not loads().stands:
         return made
     made = replace(made, outcome=Outcome.UNDECIDED)

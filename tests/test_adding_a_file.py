@@ -293,6 +293,7 @@ def test_the_scene_of_the_guide_gives_what_it_says(said, tmp_path, repository):
     assert summary["supports"]["pile.ground"]["force"][1] == pytest.approx(23544.0, rel=1e-7)
 
 
+@pytest.mark.slow
 def test_the_body_of_the_guide_flies_as_it_says(said, tmp_path, repository):
     """At the top of its flight the rotation is left, slowed as the trapezoidal rule has it."""
     write_scene("rocking.toml", tmp_path, repository)

@@ -143,6 +143,7 @@ def test_a_block_that_nothing_touches(check: Check, tmp_path: Path) -> None:
     assert found["balance"] < 1e-12
 
 
+@pytest.mark.slow
 def test_a_wall_of_rigid_and_elastic_stones_with_a_clamp(check: Check, tmp_path: Path) -> None:
     wall = WallStructure(name="w", material="stone", brick=(0.5, 0.25, 0.25), courses=3, columns=3)
     scene = Scene(

@@ -38,6 +38,7 @@ def test_every_problem_of_the_set_has_a_file_of_its_own() -> None:
     assert {recipe.family for recipe in recipes("tiny")} == {r.family for r in every} - {"large walls"}
 
 
+@pytest.mark.slow
 def test_a_kept_problem_is_read_as_it_was_made(
     few: list[Recipe], given: list[Trial], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

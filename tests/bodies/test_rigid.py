@@ -54,6 +54,7 @@ def test_spin_about_a_principal_axis_is_exact(dimension):
     np.testing.assert_allclose(end.shift, start.shift, atol=1e-14)
 
 
+@pytest.mark.slow
 def test_tumbling_box_keeps_momentum_and_energy():
     """Spin near the middle axis (Dzhanibekov): it flips over; L stays exactly, energy does not drift."""
     group, h = RigidGroup(box(1.0, 2.0, 3.0, turn=(0.2, 0.5, -0.3)), [0], 2000.0), 0.01
@@ -124,6 +125,7 @@ def test_eccentric_force_starts_the_right_spin():
     np.testing.assert_allclose(60.0 * (after.shift - state.shift)[0], h**2 / 2 * pull)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_dead_load_is_conservative_through_large_turns(dimension):
     """A box on a string pull at a corner swings like a pendulum: kinetic energy = F · corner's path.

@@ -45,6 +45,7 @@ def test_slope_of_another_friction():
     assert found.distance == pytest.approx(found.exact, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_bouncing_block_comes_to_rest_at_a_finite_time():
     found = bouncing.main(step=4e-3)
     assert found.impact == pytest.approx(found.exact_impact, abs=4e-3)
@@ -113,6 +114,7 @@ def test_imported_arch_carries_what_was_drawn():
     assert found.certificate.natural_map < 1e-9
 
 
+@pytest.mark.slow
 def test_cyclic_joint_loses_strength_once_and_burns_the_area_of_its_loops(tmp_path):
     """Validation A7.13, from what the run has written."""
     weak, strong = cyclic_joint.main(out=tmp_path, pressures=(0.1e6, 0.5e6), steps=200)
@@ -164,6 +166,7 @@ def test_every_demo_has_a_text_a_scene_and_a_picture(repository):
     assert not orphans
 
 
+@pytest.mark.slow
 def test_dome_cracks_where_its_parallels_pull():
     whole, chained, loose = dome.main()
     assert whole.outcome == "equilibrium"
@@ -178,6 +181,7 @@ def test_dome_cracks_where_its_parallels_pull():
     assert loose.moving > 50
 
 
+@pytest.mark.slow
 def test_wall_parts_where_its_ground_does(tmp_path):
     wall = settlement.main(out=tmp_path)
     assert wall.outcome == "equilibrium"
@@ -248,6 +252,7 @@ def _spokes(face):
     return (np.append(face[k + 2] - face[k], 0.0) for k in (0, 1))
 
 
+@pytest.mark.slow
 def test_rigid_window_bay_from_a_survey_stands():
     bay = checked_bay("rigid")
     assert bay.shares.max() < 0.5

@@ -7,6 +7,7 @@ import pytest
 from demos import dome_section
 
 
+@pytest.mark.slow
 def test_dry_dome_cracks_and_leans_on_its_base():
     found = dome_section.main(rings=8, slices=16)
     assert found.outcome == "equilibrium"

@@ -131,6 +131,7 @@ def rigid_arch_thrust(voussoirs: int, thickness: float, spread: float, length: f
     return abs(result.summary.supports["arch.springing_left"].force[0]) / (force / length) / (2400 * G)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("system", list(UNITS)[1:])
 @pytest.mark.parametrize(("voussoirs", "thickness"), ARCHES)
 def test_a9_7_units_leave_the_bounds_of_the_thrust(voussoirs: int, thickness: float, system: str) -> None:
@@ -189,6 +190,7 @@ class Tape:
         self.pull.append(-float(report.support_resultants["base"][1]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("system", list(UNITS)[1:])
 def test_a9_7_units_leave_a_softening_joint(system: str) -> None:
     plain, other = series_bar(*UNITS["m, N, kg"]), series_bar(*UNITS[system])

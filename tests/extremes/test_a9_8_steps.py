@@ -23,6 +23,7 @@ from tests.extremes.scenes import (
 from tests.validation.scenes import G, attempted, solved
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("step", "outcome"),
     [(1e-12, "no_convergence"), (1e-6, "no_convergence"), (1e-3, "no_convergence"),
@@ -87,6 +88,7 @@ def test_a9_8_steps_of_a_picosecond(theta: float) -> None:
     assert result.march.ledger.imbalance < 1e-10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("h", "steps"), [(1e-12, 3), (1e-6, 3), (1.0, 3), (1e6, 1)])
 def test_a9_8_rigid_stack_at_any_step(h: float, steps: int) -> None:
     """Rigid blocks press with their weight from the first step on, however short or long it is.
@@ -107,6 +109,7 @@ STEPS = [1e-12, 1e-9, 1e-6, 1e-3, 1.0, 1e3]
 THETAS = [0.5, 0.75, 1.0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("theta", THETAS)
 @pytest.mark.parametrize("step", STEPS)
 def test_a9_8_rigid_wall_rests_at_any_step(step: float, theta: float) -> None:

@@ -56,6 +56,7 @@ def least_squares(problem: ContactProblem, settings: SolverSettings, start: Star
     return replace(ours, impulse=impulse, rigid_velocity=motion)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("contrast", CONTRASTS)
 @pytest.mark.parametrize(("d", "lower", "upper"), [(2, 2, 3), (2, 5, 7), (3, 2, 3), (3, 3, 2)])
 def test_a9_9_condensed_problem_bears_a_contrast(

@@ -18,6 +18,7 @@ def told(caplog: pytest.LogCaptureFixture, words: str) -> list[str]:
     return [message for message in messages if words in message]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("young", "strain"), [(1e3, ["82"]), (1e5, ["0.82"]), (1e6, ["0.082"]), (1e7, [])])
 def test_large_strain_is_told(young: float, strain: list[str], caplog: pytest.LogCaptureFixture) -> None:
     """Four cubes: the lowest one's mean strain is 3.5 ρ g L / E."""

@@ -33,6 +33,7 @@ def test_whatever_is_missed_is_told(making, repository):
     assert "**silent**" not in page
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["θ, sliding cube", "narrow joints", "distance from the origin"])
 def test_rows_are_what_the_program_gives(making, repository, name):
     """Range and outcome of a row measured again; those of quick scenes."""

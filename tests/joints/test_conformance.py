@@ -10,6 +10,7 @@ from masonry_fem.joints import Dry, Elastic, MohrCoulomb, violations
 from tests.joints.samples import ALL, STIFFNESS, label
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", ALL, ids=label)
 def test_nothing_is_found_in_the_laws_of_the_package(law):
     assert violations(law) == []

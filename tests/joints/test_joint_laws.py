@@ -204,6 +204,7 @@ def dropped(law, height, **keys):
     return np.array(seen)
 
 
+@pytest.mark.slow
 def test_a_joint_with_restitution_bounces_once_its_cohesion_is_gone():
     """Faces that meet for the first time in flight are not bonded: c = 0 and dry are the same."""
     dry, loose = (dropped(law, 0.05) for law in (None, specs.law_record("mohr_coulomb", cohesion=0.0)))

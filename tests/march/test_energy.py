@@ -69,6 +69,7 @@ def test_work_of_a_clamped_face_is_that_of_its_support():
     assert told.external_work == 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("restitution", [0.0, 0.5])
 def test_what_an_impact_takes_is_told_by_direction(restitution):
     """A plate thrown aside onto a floor that it sticks to: what it loses is told across and along the floor.
@@ -120,6 +121,7 @@ def test_velocities_that_are_set_to_zero_between_steps_are_damping():
     )
 
 
+@pytest.mark.slow
 def test_a_rocking_block_loses_what_housner_says_in_its_first_impact():
     """Let go at half its critical tilt: the fall of its centroid less (1 − r²) of it, r = 1 − 3/2 sin² α."""
     slope, half_diagonal = math.atan(0.25), math.hypot(0.25, 1.0)
@@ -146,6 +148,7 @@ def test_a_rocking_block_loses_what_housner_says_in_its_first_impact():
     assert abs(told.friction_dissipation) < 1e-3 * fall
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_a_shaken_stack_takes_the_work_that_its_support_gives(dimension: int):
     """A support that swings: its way in a step is not what its velocities at both ends say, to (ωh)²/12."""

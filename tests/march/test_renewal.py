@@ -154,6 +154,7 @@ def test_energy_of_a_fall_rises_by_no_more_than_the_steps_turn() -> None:
     assert rises[1] < 0.35 * rises[0]
 
 
+@pytest.mark.slow
 def test_small_motions_are_the_same_as_with_contacts_that_stay() -> None:
     """A block that rocks: the same path whether its contacts stay or are found anew each step."""
     paths = [
@@ -188,6 +189,7 @@ def test_a_block_tumbles_and_comes_to_rest_in_space() -> None:
     assert max(report.max_penetration for report in tape.reports) < 1e-6
 
 
+@pytest.mark.slow
 def test_a_corbel_slides_and_falls() -> None:
     """Three slabs of a stepped stack, the uppermost beyond balance: it falls to the ground."""
     tape, made = rigid(

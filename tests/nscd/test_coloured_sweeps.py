@@ -40,6 +40,7 @@ def with_cohesion(problem):
     return replace(problem, cohesion_stiffness=0.1 * root @ root.swapaxes(1, 2))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", walls())
 @pytest.mark.parametrize("relaxation", [1.0, 1.4])
 def test_threads_change_no_bit(name, relaxation):

@@ -123,6 +123,7 @@ def test_it_gives_the_same_bits_again():
     assert runs[0].iterations == runs[1].iterations
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("weight", "outcome"), [(1e-4, Outcome.MAX_ITERATIONS), (1e-6, Outcome.CONVERGED)])
 def test_a_cold_path_comes_back_and_counts_its_steps(weight, outcome):
     """It may run off backwards, where no kink stops it: once that took no steps, and no end."""

@@ -56,6 +56,7 @@ def test_files_have_it(refined):
     np.testing.assert_array_equal(found, expected)
 
 
+@pytest.mark.slow
 @draws
 def test_picture(refined, tmp_path):
     from matplotlib.image import imread

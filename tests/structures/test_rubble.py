@@ -182,6 +182,7 @@ def test_rigid_rubble_of_flat_stones_stands(dimension) -> None:
     assert result.summary.supports["r.ground"].force[-1] == pytest.approx(weight, rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("dimension", "count"), [(2, 12), (3, 5)])
 def test_elastic_rubble_carries_its_weight(dimension, count) -> None:
     result = solved(

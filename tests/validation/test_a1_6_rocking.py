@@ -99,6 +99,7 @@ def test_a1_6_housner_rocking(share: float, time: float, speed: float, next_shar
     assert impact.next_share == pytest.approx(next_share, rel=2e-2)
 
 
+@pytest.mark.slow
 def test_a1_6_loss_is_met_to_first_order() -> None:
     """At θ0 = 0.1 α: 3.2e-4 at h = 4e-3, and half of it for half the step."""
     steps = (2e-3, 1e-3, 5e-4, 2.5e-4)

@@ -114,6 +114,7 @@ def dropped(restitution: float, theta: float = 0.5, duration: float = 1.2, h: fl
     )
 
 
+@pytest.mark.slow
 def test_a1_5_restitution_second_apex() -> None:
     """Drop of 1 m, e = 0.8: the second apex is 0.64 m high, 0.36 s after the impact."""
     first = np.sqrt(2 / G)

@@ -43,6 +43,7 @@ def thrown_bar(n: int, theta: float, duration: float = 1.4, tolerance: float = 1
     return tape, float(np.linalg.norm(rigid) / np.sqrt(length))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("n", "kept", "rebound", "last"), [(50, 0.9859, 9.687, 1.1800), (100, 0.9929, 9.806, 1.1733)]
 )
@@ -63,6 +64,7 @@ def test_a2_1_bar_impact(n: int, kept: float, rebound: float, last: float) -> No
     assert np.diff(tape.energy).max() < 1e-8 * 500
 
 
+@pytest.mark.slow
 def test_a2_1_energy_loss_halves_with_the_elements() -> None:
     losses = [1 - thrown_bar(n, 0.5)[0].energy[-1] / 500 for n in (50, 100)]
     assert losses[0] / losses[1] == pytest.approx(2.0, rel=0.02)

@@ -240,6 +240,7 @@ def dry_shear_wall(friction: float, ratio: float, pressed_at: float, analysis) -
     return result.outcome
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [0.4, 0.75])
 def test_a4_8_dry_shear_wall_under_a_beam_that_turns(friction: float) -> None:
     """V/N = min(μ, L/2H) for a force at the top joint."""

@@ -83,6 +83,7 @@ def test_a5_4_without_cohesion_it_stands_on_a_base_that_holds() -> None:
     assert gap[angle < 35].max() < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("strength", "highest", "lowest"), [(100e3, 60, 72), (50e3, 41, 56), (20e3, 31, 52)])
 def test_a5_4_cracks_end_where_the_parallels_press(strength: float, highest: float, lowest: float) -> None:
     """The base spreads by 0.1 mm: cracks run up from it, the further the weaker the joints."""

@@ -135,6 +135,7 @@ def test_a3_7_elastic_arch_falls_where_the_rigid_one_does() -> None:
     assert parted(1.02, stiff(1e12)).outcome == "no_equilibrium"
 
 
+@pytest.mark.slow
 def test_a3_7_stones_that_yield_turn_as_elastic_ones_do() -> None:
     """Half the way to the fall: strong stones bear what elastic ones do, edges of weak ones are crushed."""
     stone, cells = stiff(1e9), (2, 4)

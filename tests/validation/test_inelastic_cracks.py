@@ -81,6 +81,7 @@ def test_a_bar_that_could_be_crushed_takes_it_in_its_crack():
     assert [told.measure for told in result.summary.stress.yielded] == ["damage"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("plane", ["strain", "stress"])
 def test_a_bar_of_mohr_and_coulomb_takes_it_too(plane):
     """Its strength falls along a straight line, to nothing where the two halves are 2 G_f/f_t apart."""

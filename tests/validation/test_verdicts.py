@@ -247,6 +247,7 @@ def test_an_answer_that_misses_the_aim_by_rounding_is_one_unless_the_tolerance_w
     assert not caplog.text
 
 
+@pytest.mark.slow
 def test_a_layer_too_thin_for_its_numbers_is_told_so_and_not_to_take_more_steps() -> None:
     """0.03 mm under half a metre: alone it bends 1e13 times as far as it is compressed."""
     slab = LAYER.replace("0.22, 0.1,", "0.5, 0.25,")
@@ -270,6 +271,7 @@ def cornered(share: float, young: float, fidelity: str = "elastic") -> RunResult
     return solve_scene(scene)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("share", "young"), [(0.99, 1e10), (0.995, 1e10), (0.995, 1e15)])
 def test_a_wall_that_tips_and_slides_just_below_its_limit_falls_unless_it_is_pre_stressed(
     share: float, young: float

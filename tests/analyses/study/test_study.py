@@ -59,6 +59,7 @@ def made(scene: Path):
     return result, told
 
 
+@pytest.mark.slow
 def test_every_combination_is_a_row(made) -> None:
     result, told = made
     assert len(result.rows) == 12

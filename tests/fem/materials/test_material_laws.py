@@ -122,6 +122,7 @@ def test_no_step_gives_energy_and_none_is_lost_without_a_name(path, scale, name)
         start, committed, stored = strain, made.internal, made.stored[0]
 
 
+@pytest.mark.slow
 def test_the_excess_of_a_path_falls_with_its_steps(law):
     """What the ends' stresses work too much is of second order in a step: of first order over a path."""
     path = 1.5e-3 * np.array([[1.0, -0.2, 0.1, 0.3, 0.0, 0.2], [-2.0, 0.5, -1.0, 0.1, 0.6, 0.0], [0.0] * 6])

@@ -71,6 +71,7 @@ def test_a_plate_is_the_solid_with_the_strain_that_is_remembered(law):
     assert (made.stress[:, 2] == 0).all()
 
 
+@pytest.mark.slow
 def test_tangent_is_the_derivative_of_the_stress(law):
     start, strain, committed = walked(law)
     made, h = law.update(STONE, start, strain, committed, SIZE), 1e-8

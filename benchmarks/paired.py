@@ -15,6 +15,7 @@ import os
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -109,21 +110,36 @@ CASES = {
 }
 
 
+def run(
+    checkout: Path, arguments: Sequence[str], folder: Path, limit: float | None = None
+) -> tuple[subprocess.CompletedProcess[bytes], float]:
+    """What the program of a checkout makes of a command line, with one thread, and its CPU time [s].
+
+    Parameters
+    ----------
+    checkout : Its folder. arguments : Of ``masonry-fem``.
+    folder : Where it runs.
+    limit : Wall-clock time after which it is given up, with ``subprocess.TimeoutExpired`` [s].
+    """
+    alone = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+    # without bytecode every run would compile the program's own sources anew, which no user pays for
+    alone |= {"PYTHONPATH": str(checkout), "PYTHONDONTWRITEBYTECODE": ""}
+    before = os.times()
+    done = subprocess.run(
+        [sys.executable, "-m", "masonry_fem.cli", *arguments],
+        cwd=folder, env=os.environ | alone, check=False, capture_output=True, timeout=limit,
+    )  # fmt: skip
+    after = os.times()
+    return done, after.children_user + after.children_system - before.children_user - before.children_system
+
+
 def cost(checkout: Path, text: str, folder: Path, *, check: bool) -> tuple[float, float]:
     """CPU time of a run, and of the solutions in it [s]."""
     scene, out = folder / "scene.toml", folder / "out"
     scene.write_text(text, encoding="utf-8")
     command = ["check", str(scene), "--yes"] if check else ["run", str(scene), "--out", str(out), "--quiet"]
-    alone = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-    # without bytecode every run would compile the program's own sources anew, which no user pays for
-    alone |= {"PYTHONPATH": str(checkout), "PYTHONDONTWRITEBYTECODE": ""}
-    before = os.times()
-    subprocess.run(
-        [sys.executable, "-m", "masonry_fem.cli", *command],
-        cwd=checkout, env=os.environ | alone, check=True, capture_output=True,
-    )  # fmt: skip
-    after = os.times()
-    taken = after.children_user + after.children_system - before.children_user - before.children_system
+    done, taken = run(checkout, command, folder)
+    done.check_returncode()
     if check:
         return taken, 0.0
     return taken, float(json.loads((out / "summary.json").read_text(encoding="utf-8"))["seconds"]["solve"])

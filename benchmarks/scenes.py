@@ -12,26 +12,26 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import subprocess
-import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
+
+from benchmarks.paired import run
 
 ENDED = {0: "ends", 1: "refused", 2: "no convergence", 3: "no equilibrium"}  # where no summary says more
 
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """How a scene ended, the largest measure of its last step's certificate, and its CPU time [s]."""
+    """How a scene ended, the larger of natural map and balance of a block, and its CPU time [s]."""
 
     outcome: str
     error: str
     seconds: float
 
 
-def run(checkout: Path, scene: Path, limit: float) -> Run:
+def ended(checkout: Path, scene: Path, limit: float) -> Run:
     """A scene file with a checkout, in a process of its own.
 
     Parameters
@@ -40,21 +40,13 @@ def run(checkout: Path, scene: Path, limit: float) -> Run:
     scene : The file.
     limit : Wall-clock time after which it is given up [s].
     """
-    alone = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-    alone |= {"PYTHONPATH": str(checkout), "PYTHONDONTWRITEBYTECODE": ""}
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "out"
         command = ["run", str(scene), "--out", str(out), "--quiet", "--set", "output.pictures=false"]
-        before = os.times()
         try:
-            done = subprocess.run(
-                [sys.executable, "-m", "masonry_fem.cli", *command],
-                cwd=folder, env=os.environ | alone, check=False, capture_output=True, timeout=limit,
-            )  # fmt: skip
+            done, seconds = run(checkout, command, Path(folder), limit)
         except subprocess.TimeoutExpired:
             return Run(f"not done in {limit:g} s", "", limit)
-        after = os.times()
-        seconds = after.children_user + after.children_system - before.children_user - before.children_system
         outcome, error = ENDED.get(done.returncode, f"exit code {done.returncode}"), ""
         if (summary := out / "summary.json").exists():
             told = json.loads(summary.read_text(encoding="utf-8"))
@@ -80,7 +72,7 @@ def main() -> None:
         both = [given.old.resolve(), given.new.resolve()]
         shared = all((checkout / scene).exists() for checkout in both)
         files = [checkout / scene if shared else scene.resolve() for checkout in both]
-        runs = [run(*pair, given.limit) for _ in range(2) for pair in zip(both, files, strict=True)]
+        runs = [ended(*pair, given.limit) for _ in range(2) for pair in zip(both, files, strict=True)]
         old, new = (min(runs[i::2], key=lambda made: made.seconds) for i in (0, 1))
         ratio = f"{new.seconds / old.seconds:.2f}"
         cells = [scene.stem, old.outcome, new.outcome, old.error, new.error]

@@ -70,8 +70,8 @@ def joint_of_interfaces(
 
 def touching(
     scene: specs.Scene, stones: Stones, interfaces: tuple[Interface, ...], tell: bool = True
-) -> tuple[Interface, ...]:
-    """The interfaces at which blocks are in contact: those whose joint does not say that there is none.
+) -> tuple[tuple[Interface, ...], list[int]]:
+    """The interfaces at which blocks are in contact, and the number of the joint record of each.
 
     Parameters
     ----------
@@ -83,9 +83,9 @@ def touching(
     ------
     SceneError : No record matches an interface.
     """
-    records = joint_of_interfaces(scene, stones, interfaces, tell)
-    pairs = zip(interfaces, records, strict=True)
-    return tuple(one for one, record in pairs if scene.joints[record].contact != "none")
+    chosen = joint_of_interfaces(scene, stones, interfaces, tell)
+    kept = [k for k, record in enumerate(chosen) if scene.joints[record].contact != "none"]
+    return tuple(interfaces[k] for k in kept), [chosen[k] for k in kept]
 
 
 def _tell_idle(scene: specs.Scene, idle: list[int], labels: set[str]) -> None:
@@ -119,7 +119,7 @@ def _joins(between: tuple[str, str], first: tuple[str, ...], second: tuple[str, 
 
 
 def contacts_and_joints(
-    scene: specs.Scene, stones: Stones, interfaces: tuple[Interface, ...], base: Path
+    scene: specs.Scene, stones: Stones, interfaces: tuple[Interface, ...], chosen: list[int], base: Path
 ) -> tuple[Contacts, Assignment, dict[str, np.ndarray]]:
     """Contact points on all interfaces, their laws, and by parameter the factors by which these scatter.
 
@@ -127,13 +127,9 @@ def contacts_and_joints(
     ----------
     scene : Has the joint records. stones : Its blocks.
     interfaces : Where blocks touch.
+    chosen : Number of the joint record of each interface.
     base : Folder that the paths in the scene are relative to.
-
-    Raises
-    ------
-    SceneError : No joint record matches an interface.
     """
-    chosen = joint_of_interfaces(scene, stones, interfaces, tell=False)
     foresee_points(scene, [scene.joints[joint].density for joint in chosen])
     contacts = place(stones.assembly, interfaces, rules_of(scene, stones, interfaces, chosen), tell=True)
     return contacts, *joints_at(scene, interfaces, contacts, chosen, base)

@@ -73,10 +73,9 @@ class Meeting:
         placed = _moved(self.stones.assembly, motion, used)
         stones = replace(self.stones, assembly=placed)
         found = self._faces(placed, used, pairs, far, angle)
-        fresh = touching(self.scene, stones, found, tell=False)
+        fresh, records = touching(self.scene, stones, found, tell=False)
         if not fresh:
             return model
-        records = joint_of_interfaces(self.scene, stones, fresh, tell=False)
         contacts = place(placed, fresh, rules_of(self.scene, stones, fresh, records), self._surfaces)
         fresh, contacts, records = self._new(model, motion, fresh, contacts, records)
         if not fresh:

@@ -84,10 +84,10 @@ def build(scene: specs.Scene, base: Path, before: Built | None = None, *, solved
     reach = scene.contact.reach
     refuse_overlaps(stones, reach)
     interfaces = detect(stones.assembly, reach=reach, angle=scene.contact.angle)
-    interfaces = touching(scene, stones, _between_free(stones, interfaces))
+    interfaces, chosen = touching(scene, stones, _between_free(stones, interfaces))
     _doubt_loose(stones, interfaces)
     _tell_gaps(stones, interfaces)
-    contacts, laws, scatter = contacts_and_joints(scene, stones, interfaces, base)
+    contacts, laws, scatter = contacts_and_joints(scene, stones, interfaces, chosen, base)
     clock.lap("detect")
     if solved:
         points = np.bincount(contacts.blocks.ravel(), minlength=len(stones.assembly.blocks))

@@ -90,8 +90,7 @@ class Redetection:
         }
         paths = self._paths(model, bodies, time, scheme)
         found = tuple(one for one in self._found(stones, paths) if self._is_fresh(one, rigid, bound))
-        fresh = touching(self.scene, stones, found, tell=False)
-        records = joint_of_interfaces(self.scene, stones, fresh, tell=False)
+        fresh, records = touching(self.scene, stones, found, tell=False)
         contacts = place(stones.assembly, fresh, rules_of(self.scene, stones, fresh, records), self.surfaces)
         old = chosen(model.interfaces, model.contacts, keep)
         records = joint_of_interfaces(self.scene, self.stones, old[0], tell=False) + records

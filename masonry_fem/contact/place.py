@@ -90,10 +90,9 @@ def _tell_inexact(assembly: Assembly, spots: Sequence[Spots]) -> None:
         remark(
             "meshes_do_not_match",
             f"at {len(found)} of {len(spots)} joints, such as that of '{blocks[0]}' and '{blocks[1]}', the "
-            "meshes do not match and the joint ends within facets of the finer one: stresses beside it may "
-            "be 15 % off; let facets end where joints do (an even number of elements along bricks in running "
-            "bond), or give the joint placement = 'weighted', which is exact and may take many more linear "
-            "solves",
+            "meshes do not match: stresses beside them may be 15 % off; mesh both blocks alike (an even "
+            "number of elements along bricks in running bond), or give the joints placement = 'weighted', "
+            "which is exact and may take ten times as many linear solves",
             *blocks,
         )
 

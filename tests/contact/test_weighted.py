@@ -12,15 +12,16 @@ from masonry_fem.contact.place import place
 from masonry_fem.contact.placement import Rule
 from masonry_fem.contact.placement.parts.quadrature import quadrature
 from masonry_fem.contact.update import chosen, joined
+from masonry_fem.records.remark import gathered
 from tests.contact.blocks import box_shape, moved, pair, turning, turning_2d, wall
 from tests.contact.test_placement import meshed_pair
 
 RATIOS = [(2, 3), (3, 4), (4, 6), (8, 11)]
 
 
-def placed(assembly, name="weighted"):
+def placed(assembly, name="weighted", tell=False):
     interfaces = detect(assembly)
-    return interfaces, place(assembly, interfaces, [Rule(name)] * len(interfaces))
+    return interfaces, place(assembly, interfaces, [Rule(name)] * len(interfaces), tell=tell)
 
 
 def carried(assembly, contacts, side):
@@ -189,24 +190,26 @@ def test_rigid_pairs_have_corners():
 
 
 @pytest.mark.parametrize(
-    ("lower", "upper", "how", "rule"),
+    ("lower", "upper", "how", "matches"),
     [
-        ((3, 3, 3), (3, 3, 3), {}, "nodes"),
-        ((2, 2, 2), (2, 2, 2), {"order": (2, 2)}, "nodes"),
-        ((2, 2, 2), (2, 2, 2), {"shift": (0.5, 0.0)}, "nodes"),  # whole facets on whole facets
-        ((2, 2, 2), (2, 2, 2), {"shift": (0.3, 0.0)}, "nodes"),  # cut
-        ((3, 3, 3), (3, 3, 2), {"triangles": (True, False)}, "weighted"),
-        ((2, 2, 2), (2, 2, 2), {"order": (1, 2)}, "weighted"),
-        ((2, 3, 3), (3, 3, 3), {}, "weighted"),
-        (None, (3, 3, 3), {"shift": (0.3, 0.0)}, "nodes"),
-        (None, None, {}, "corners"),
+        ((3, 3, 3), (3, 3, 3), {}, True),
+        ((2, 2, 2), (2, 2, 2), {"order": (2, 2)}, True),
+        ((2, 2, 2), (2, 2, 2), {"shift": (0.5, 0.0)}, True),  # whole facets on whole facets
+        ((2, 2, 2), (2, 2, 2), {"shift": (0.3, 0.0)}, False),  # cut
+        ((3, 3, 3), (3, 3, 2), {"triangles": (True, False)}, False),
+        ((2, 2, 2), (2, 2, 2), {"order": (1, 2)}, False),
+        ((2, 3, 3), (3, 3, 3), {}, False),
+        (None, (3, 3, 3), {"shift": (0.3, 0.0)}, True),
+        (None, None, {}, True),
     ],
 )
-def test_auto_takes_weighted_contacts_where_meshes_do_not_match(lower, upper, how, rule):
+def test_auto_has_nodes_and_tells_where_meshes_do_not_match(lower, upper, how, matches):
     assembly = meshed_pair(lower, upper, **how)
-    (_, chosen_one), (_, expected) = placed(assembly, "auto"), placed(assembly, rule)
+    rule = "corners" if upper is None else "nodes"
+    with gathered() as told:
+        (_, chosen_one), (_, expected) = placed(assembly, "auto", tell=True), placed(assembly, rule)
     assert np.array_equal(chosen_one.points, expected.points)
-    assert (chosen_one.means is None) == (rule != "weighted")
+    assert [one.code for one in told] == ([] if matches else ["meshes_do_not_match"])
 
 
 def test_congruent_patches_are_placed_once_and_alike():

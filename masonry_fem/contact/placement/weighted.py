@@ -69,7 +69,8 @@ def points(patch: Patch, rule: Rule) -> Spots:
     if patch.degenerate or not any(side.mesh for side in patch.sides):
         return corners.points(patch, Rule())
     placed, weight, _, rows = on_pieces(patch, (True, True), 1, _order(patch))
-    finer, vertices = _finer(patch, rows)
+    vertices = [_vertices(side, rows[:, number]) for number, side in enumerate(patch.sides)]
+    finer = int(len(np.unique(vertices[1])) > len(np.unique(vertices[0])))
     # of each piece the points follow one another
     first = np.flatnonzero(np.append(True, (rows[1:] != rows[:-1]).any(axis=1)))
     linear = _functions(patch, finer, rows[:, finer], placed, linear=True)
@@ -88,21 +89,6 @@ def points(patch: Patch, rule: Rule) -> Spots:
             means.append((row, np.broadcast_to(nodes[:, None], shape).ravel(), product.ravel()))
     joined = Means(*(np.concatenate(parts) for parts in zip(*means, strict=True)))
     return Spots(patch, np.stack(moment, axis=1) / area[:, None], area, np.full((len(area), 2), -1), joined)
-
-
-def ends_with_facets(patch: Patch) -> bool:
-    """Whether the interface ends where facets of the finer mesh do: each bears as a whole, or not at all."""
-    _, weight, _, rows = on_pieces(patch, (True, True), 1)
-    finer, _ = _finer(patch, rows)
-    used, facet = np.unique(rows[:, finer], return_inverse=True)
-    bears = np.bincount(facet, weight)
-    return bool((bears >= (1 - WHOLE) * patch.facet_areas(finer)[used]).all())
-
-
-def _finer(patch: Patch, rows: IntArray) -> tuple[int, list[IntArray]]:
-    """The side with more vertices in the interface, and the vertices of each side's facets, (m, v)."""
-    vertices = [_vertices(side, rows[:, number]) for number, side in enumerate(patch.sides)]
-    return int(len(np.unique(vertices[1])) > len(np.unique(vertices[0]))), vertices
 
 
 def _order(patch: Patch) -> int:

@@ -23,6 +23,7 @@ from masonry_fem.solid.pose import FloatArray
 
 ROUNDING = 1e-12  # of a block's size: a gap below it is zero
 NO_WEIGHT = 1e-13  # of a node in a mean: rounding
+MISPLACED = 0.01  # of a uniform pressure, at the wrong nodes: told from there on
 AREAS = 1e-6  # of an interface's area: what the areas of its points may sum to beside it
 
 
@@ -83,16 +84,18 @@ def place(
 
 
 def _tell_inexact(assembly: Assembly, spots: Sequence[Spots]) -> None:
-    """Warn of joints whose meshes do not match and whose contacts are not exact."""
-    found = [spot.patch for spot in spots if not spot.exact]
+    """Warn of joints whose meshes do not match, so that contacts bring a pressure to the wrong nodes."""
+    found = [spot for spot in spots if spot.error > MISPLACED]
     if found:
-        blocks = [assembly.blocks[side.block].name for side in found[0].sides]
+        worst = max(found, key=lambda spot: spot.error)
+        blocks = [assembly.blocks[side.block].name for side in worst.patch.sides]
         remark(
             "meshes_do_not_match",
-            f"at {len(found)} of {len(spots)} joints, such as that of '{blocks[0]}' and '{blocks[1]}', the "
-            "meshes do not match: stresses beside them may be 15 % off; mesh both blocks alike (an even "
-            "number of elements along bricks in running bond), or give the joints placement = 'weighted', "
-            "which is exact and may take ten times as many linear solves",
+            f"at {len(found)} of {len(spots)} joints, worst at that of '{blocks[0]}' and '{blocks[1]}', the "
+            f"meshes do not match: {worst.error:.0%} of a uniform pressure comes to the wrong nodes, and "
+            "stresses beside the joint may be wrong by three times that; mesh both blocks alike, or the one "
+            "with whole fractions of the other's elements, or give the joints placement = 'weighted', which "
+            "is exact and may take ten times as many linear solves",
             *blocks,
         )
 

@@ -197,9 +197,10 @@ def test_rigid_pairs_have_corners():
         ((2, 2, 2), (2, 2, 2), {"shift": (0.5, 0.0)}, True),  # whole facets on whole facets
         ((2, 2, 2), (2, 2, 2), {"shift": (0.3, 0.0)}, False),  # cut
         ((3, 3, 3), (3, 3, 2), {"triangles": (True, False)}, False),
-        ((2, 2, 2), (2, 2, 2), {"order": (1, 2)}, False),
+        ((2, 2, 2), (2, 2, 2), {"order": (1, 2)}, True),  # the linear nodes are among the others
+        ((2, 2, 2), (4, 4, 4), {}, True),  # of one mesh among those of the other
         ((2, 3, 3), (3, 3, 3), {}, False),
-        (None, (3, 3, 3), {"shift": (0.3, 0.0)}, True),
+        (None, (3, 3, 3), {"shift": (0.3, 0.0)}, True),  # cut: 0.2 %
         (None, None, {}, True),
     ],
 )

@@ -143,6 +143,7 @@ def test_a2_6_nodes_do_not_and_by_how_much(d: int, bound: float) -> None:
     assert 1e-3 < error < bound
 
 
+@pytest.mark.parametrize("ratio", [(3, 3), (2, 4), (2, 6)])
 @pytest.mark.parametrize("d", [2, 3])
-def test_a2_6_nodes_of_matching_meshes_are_exact(d: int) -> None:
-    assert pressed(d, 3, 3, "nodes")[1] < 1e-8
+def test_a2_6_nodes_of_matching_and_nested_meshes_are_exact(d: int, ratio: tuple[int, int]) -> None:
+    assert pressed(d, *ratio, "nodes")[1] < 1e-8

@@ -57,7 +57,7 @@ class Spots:
     facets : Mesh facets of candidate and antagonist that carry them, −1 where a side is unmeshed,
         shape (m, 2).
     means : For contacts that are no points: how meshed sides carry them, instead of a facet.
-    exact : Whether the rule thinks that they pass on a uniform pressure as it is.
+    error : What share of a uniform pressure they bring to the wrong nodes, where the rule measures it.
     """
 
     patch: Patch
@@ -65,4 +65,4 @@ class Spots:
     area: FloatArray
     facets: IntArray
     means: Means | None = None
-    exact: bool = True
+    error: float = 0.0

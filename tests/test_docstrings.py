@@ -38,10 +38,16 @@ def docstrings(repository):
     return module
 
 
+@pytest.fixture(scope="module")
+def undescribed(docstrings, repository):
+    """Room and place of what in the package does not say it."""
+    return docstrings.bare(repository / "masonry_fem")
+
+
 @pytest.mark.parametrize("room", DONE)
-def test_public_things_of_a_room_say_what_their_parameters_are(docstrings, repository, room):
+def test_public_things_of_a_room_say_what_their_parameters_are(undescribed, repository, room):
     assert (repository / "masonry_fem" / room).is_dir()
-    assert [line for where, line in docstrings.bare(repository / "masonry_fem") if where == room] == []
+    assert [line for where, line in undescribed if where == room] == []
 
 
 def test_what_others_use_and_does_not_say_it_is_found(docstrings, tmp_path):

@@ -106,6 +106,7 @@ def test_lost_energies_are_those_of_the_formulas(page, stated):
     assert lost == pytest.approx(DAMAGE[page], abs=0.006)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("page", "steepest", "at"),
     [

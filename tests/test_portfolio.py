@@ -52,6 +52,7 @@ def test_a_kept_problem_is_read_as_it_was_made(
     assert [trial.start is None for trial in read] == [True, True, False]
 
 
+@pytest.mark.slow
 def test_what_is_not_at_work_costs_nothing_and_what_all_hangs_on_loses_all(given: list[Trial]) -> None:
     base = baseline(given, switches(), 20.0)
     assert [row.right for row in base] == [True, True, True]

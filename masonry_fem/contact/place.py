@@ -23,7 +23,6 @@ from masonry_fem.solid.pose import FloatArray
 
 ROUNDING = 1e-12  # of a block's size: a gap below it is zero
 NO_WEIGHT = 1e-13  # of a node in a mean: rounding
-MISPLACED = 0.01  # of a uniform pressure, at the wrong nodes: told from there on
 AREAS = 1e-6  # of an interface's area: what the areas of its points may sum to beside it
 
 
@@ -60,11 +59,18 @@ def place(
         return _none(assembly.dimension)
     if tell:
         _tell_inexact(assembly, spots)
+    _check_areas(spots, interfaces, rules)
+    return _contacts(assembly, surfaces, interfaces, spots)
+
+
+def _contacts(
+    assembly: Assembly, surfaces: tuple[Surface, ...], interfaces: Sequence[Interface], spots: list[Spots]
+) -> Contacts:
+    """The points of all interfaces as contacts."""
     patches = [spot.patch for spot in spots]
     of = np.repeat(np.arange(len(spots)), [len(spot.area) for spot in spots])
     frame = np.array([patch.frame for patch in patches])[of]
     area = np.concatenate([spot.area for spot in spots])
-    _check_areas(np.bincount(of, area, len(spots)), interfaces, rules)
     flat = np.concatenate([spot.points for spot in spots])
     middle = np.array([patch.origin for patch in patches])[of] + np.einsum("cp,cpd->cd", flat, frame[:, 1:])
     heights = _heights(patches, of, middle, frame[:, 0])
@@ -84,18 +90,18 @@ def place(
 
 
 def _tell_inexact(assembly: Assembly, spots: Sequence[Spots]) -> None:
-    """Warn of joints whose meshes do not match, so that contacts bring a pressure to the wrong nodes."""
-    found = [spot for spot in spots if spot.error > MISPLACED]
+    """Warn of joints whose contacts bring a pressure to the wrong nodes."""
+    found = [spot for spot in spots if spot.error > 0]
     if found:
         worst = max(found, key=lambda spot: spot.error)
         blocks = [assembly.blocks[side.block].name for side in worst.patch.sides]
         remark(
             "meshes_do_not_match",
-            f"at {len(found)} of {len(spots)} joints, worst at that of '{blocks[0]}' and '{blocks[1]}', the "
-            f"meshes do not match: {worst.error:.0%} of a uniform pressure comes to the wrong nodes, and "
-            "stresses beside the joint may be wrong by three times that; mesh both blocks alike, or the one "
-            "with whole fractions of the other's elements, or give the joints placement = 'weighted', which "
-            "is exact and may take ten times as many linear solves",
+            f"at {len(found)} of {len(spots)} joints, worst at that of '{blocks[0]}' and '{blocks[1]}', "
+            f"elements of two kinds have the same corners: {worst.error:.0%} of a uniform pressure comes to "
+            "the wrong nodes, and stresses beside the joint may be wrong by three times that; mesh both "
+            "blocks with one kind, or give the joints placement = 'weighted', which is exact and may take "
+            "ten times as many linear solves",
             *blocks,
         )
 
@@ -153,8 +159,9 @@ def _by_rule(patch: Patch, rule: Rule) -> Spots:
     return spots
 
 
-def _check_areas(total: FloatArray, interfaces: Sequence[Interface], rules: Sequence[Rule]) -> None:
+def _check_areas(spots: list[Spots], interfaces: Sequence[Interface], rules: Sequence[Rule]) -> None:
     """Refuse areas of a rule that do not sum to the interfaces': stresses would be wrong."""
+    total = np.array([spot.area.sum() for spot in spots])
     whole = np.array([interface.area for interface in interfaces])
     for i in np.flatnonzero(np.abs(total - whole) > AREAS * whole)[:1]:
         raise ExtensionError(

@@ -77,12 +77,24 @@ def assemble_shapes(
         members = [index for index, mesh in enumerate(meshes) if mesh.cell == cell]
         own = plane if meshes[members[0]].dimension == 2 else None
         pairs = _assemble_kind([meshes[i] for i in members], [materials[i] for i in members], own)
-        for index, (isotropic, consistent) in zip(members, pairs, strict=True):
-            mesh, stone = meshes[index], materials[index]
-            mass = lumped_mass(mesh, stone.density) if lumped else consistent
-            stiffness = isotropic if stone.orthotropic is None else _by_moduli(mesh, stone.moduli(own))
-            made[index] = ShapeOperators(mesh, stone, own, stiffness, mass)
+        for index, pair in zip(members, pairs, strict=True):
+            made[index] = _operators(meshes[index], materials[index], own, *pair, lumped=lumped)
     return [made[index] for index in range(len(meshes))]
+
+
+def _operators(
+    mesh: Mesh,
+    stone: ElasticMaterial,
+    plane: Plane,
+    isotropic: sparse.csr_array,
+    consistent: sparse.csr_array,
+    *,
+    lumped: bool,
+) -> ShapeOperators:
+    """Operators of one shape from the stiffness of its E and ν and its consistent mass."""
+    mass = lumped_mass(mesh, stone.density) if lumped else consistent
+    stiffness = isotropic if stone.orthotropic is None else _by_moduli(mesh, stone.moduli(plane))
+    return ShapeOperators(mesh, stone, plane, stiffness, mass)
 
 
 def _by_moduli(mesh: Mesh, moduli: FloatArray) -> sparse.csr_array:

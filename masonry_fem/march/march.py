@@ -137,26 +137,41 @@ def march(
     else:
         verdict = _out_of_steps(model, strategy, start, made, report, settings)
     witness.end(model, made.after)
-    reached = _reached(report, settings)
-    bound = max(DOUBTFUL, 1e3 * reached)
-    still = within_tolerance(made, report, reached)
-    buried = witness.objection(math.inf, still, static=static)  # blocks that are in each other
-    objection = witness.objection(bound, still, static=static)
-    objection = _with_cure(objection, model, static=static, buried=objection == buried)
-    if verdict == "equilibrium" and objection:
-        verdict = "no_convergence"
     troubles.tell_steps(report, strategy, settings)
     tell_promoted(model, made.after)
-    if verdict in {"equilibrium", "finished"}:
-        _doubt(model, made, report, bound)
-        _tell_written(witness, _with_cure(buried, model, static=static, buried=True), made.scheme.step)
-        _tell_drift(drift(model, made, report, reached), made.scheme.step)
+    objection = _told(verdict, witness, model, made, report, settings, static=static)
+    if verdict == "equilibrium" and objection:
+        verdict = "no_convergence"
     troubles.tell_overlaps(made, report, model.length, start.gap)
     end = End(*(failed or (model, made, report)), settings, ledger, objection)
     return March(
         verdict, sentence(verdict, end), made.after, report, model, made, ledger, clock.phases,
         end.moving(verdict), tuple(troubles.abrupt), witness,
     )  # fmt: skip
+
+
+def _told(
+    verdict: Verdict,
+    witness: Witness,
+    model: Model,
+    made: Increment,
+    report: StepReport,
+    settings: SolverSettings,
+    *,
+    static: bool,
+) -> str:
+    """What speaks against an equilibrium, "" if nothing does; doubts about a good end are told."""
+    reached = _reached(report, settings)
+    bound = max(DOUBTFUL, 1e3 * reached)
+    still = within_tolerance(made, report, reached)
+    buried = witness.objection(math.inf, still, static=static)  # blocks that are in each other
+    objection = witness.objection(bound, still, static=static)
+    objection = _with_cure(objection, model, static=static, buried=objection == buried)
+    if verdict == "finished" or (verdict == "equilibrium" and not objection):
+        _doubt(model, made, report, bound)
+        _tell_written(witness, _with_cure(buried, model, static=static, buried=True), made.scheme.step)
+        _tell_drift(drift(model, made, report, reached), made.scheme.step)
+    return objection
 
 
 def _begun(model: Model, coupling: Coupling, bodies: tuple[Any, ...] | None) -> SystemState:

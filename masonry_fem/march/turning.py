@@ -104,12 +104,8 @@ def turned(rounds: Rounds, first: Round, error: float = 0.0) -> Turned:
             "t = %.6g, round %d: %d linear solves so far; where it leads %.1e of balance is left",
             made.loading.end, count + 1, made.solution.linear_solves, left,
         )  # fmt: skip
-        nothing = max(ROUNDING, rounding(there.contact) / rounds.model.length)
-        asked = max(tolerance, made.solution.quality.block_balance)
         exact = error <= tolerance
-        rest = max(left / asked, missed / nothing) if exact else max(left, error) / tolerance
-        if made.residuals:
-            rest = max(rest, made.residuals[-1] / NEWTON_TOLERANCE)
+        rest = _rest(rounds, made, there, left, missed) if exact else max(left, error) / tolerance
         strayed = max(left, missed) > BALANCED or not rounds.settled(made) or not exact
         least = np.inf if best is None else best[0]
         nearer, idle, count = rest < least, 0 if rest <= 0.5 * least else idle + 1, count + 1
@@ -123,6 +119,14 @@ def turned(rounds: Rounds, first: Round, error: float = 0.0) -> Turned:
             return _lost(rounds, following)
         made = following
     return best[1].counting(made)
+
+
+def _rest(rounds: Rounds, made: Round, there: Place, left: float, missed: float) -> float:
+    """What an exact round leaves open, over what may be left open: at most 1 where it holds."""
+    nothing = max(ROUNDING, rounding(there.contact) / rounds.model.length)
+    asked = max(rounds.settings.tolerance, made.solution.quality.block_balance)
+    yielding = made.residuals[-1] / NEWTON_TOLERANCE if made.residuals else 0.0
+    return max(left / asked, missed / nothing, yielding)
 
 
 def _left(rounds: Rounds, made: Round, there: Place) -> tuple[float, float]:

@@ -114,17 +114,21 @@ class CentralPath:
             stuck = len(track) > PATIENCE and left > SLOW * track[-1 - PATIENCE]
             if left <= tolerance or stuck or not np.isfinite(left):
                 break
-            try:
-                with np.errstate(all="ignore"):
-                    moved = self._step(None if gap is None else gap * self.typical_gap)
-                    if misses.stationarity < NEARLY:
-                        self._pull_back()
-            except np.linalg.LinAlgError:
-                moved = False
-            if not moved:
+            if not self._moved(gap, pull=misses.stationarity < NEARLY):
                 break
             misses = self._misses(0.0 if gap is None else gap)
         return misses
+
+    def _moved(self, gap: float | None, *, pull: bool) -> bool:
+        """Make one step; False where its equations have no solution."""
+        try:
+            with np.errstate(all="ignore"):
+                moved = self._step(None if gap is None else gap * self.typical_gap)
+                if pull:
+                    self._pull_back()
+        except np.linalg.LinAlgError:
+            return False
+        return moved
 
     def finish(self, tolerance: float, steps: int) -> None:
         """Move to the end, in stages where multipliers of elastic velocities must follow."""

@@ -135,13 +135,7 @@ def iterate(
     cpu, wall = time.process_time(), time.monotonic()
     limit = method.iterations if settings.max_iterations is None else settings.max_iterations
     scale = contact_scale(problem)
-    kept = next((at for at in _guesses(problem, start) if _holds(problem, at, scale, settings)), None)
-    if kept is not None:
-        run: Run = _Kept(kept)
-    else:
-        run = _checked(method.init(without_offset(problem), shifted_start(problem, start)))
-        if problem.cohesion_offset is not None:
-            run = _Unshifted(run, problem.cohesion_offset)
+    run = _begun(problem, method, settings, start, scale)
     best, history = _Best(), []
     made = solves = 0
     offer, outcome = run.guess(), None
@@ -174,6 +168,17 @@ def iterate(
         method=method.name,
         history=np.array(history, dtype=float).reshape(-1, 3),
     )
+
+
+def _begun(
+    problem: ContactProblem, method: Method, settings: SolverSettings, start: Start | None, scale: FloatArray
+) -> Run:
+    """A run of the method, or of a guess that is a solution already."""
+    kept = next((at for at in _guesses(problem, start) if _holds(problem, at, scale, settings)), None)
+    if kept is not None:
+        return _Kept(kept)
+    run = _checked(method.init(without_offset(problem), shifted_start(problem, start)))
+    return run if problem.cohesion_offset is None else _Unshifted(run, problem.cohesion_offset)
 
 
 def _guesses(problem: ContactProblem, start: Start | None) -> Iterator[Iterate]:

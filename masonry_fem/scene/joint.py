@@ -44,8 +44,8 @@ class Joint(Spec, frozen=True, kw_only=True):
     form : ``gap`` demands that blocks do not penetrate at the end of a step; ``velocity`` is an impact law
     placement : where the contact points lie: at the ``nodes`` of the finer mesh, at the ``corners`` of the
         common face, or at its ``gauss`` points; ``weighted`` has a mean for each node of the finer mesh, and
-        is exact between any two meshes. By default (``auto``) it is ``nodes`` where a block is elastic, with
-        a remark where meshes do not match, and ``corners`` between rigid blocks
+        is exact between any two meshes. By default (``auto``) it is ``nodes`` where that is exact, else
+        ``weighted``, and ``corners`` between rigid blocks
     inset : for ``corners``: the points lie at this share of the half-thickness, 1 being the edge
     density : for ``gauss``: number of subdivisions of the face
     interface : pattern of the joint's label: ``bed``, ``head``, ``radial``, a file's surface group

@@ -54,6 +54,7 @@ def test_a_joint_that_sticks_is_the_same_by_any_points():
         assert getattr(found, name) <= 1e-9
 
 
+@pytest.mark.slow
 def test_an_opening_heel_changes_less_the_finer_the_mesh():
     """Where it ends lies between nodes; the forces of the only support follow from the loads."""
     coarse, fine = cubes(2, 0.3e6).contact, cubes(4, 0.3e6).contact
@@ -117,6 +118,7 @@ def test_another_outcome_is_told():
     assert "With" not in found.note
 
 
+@pytest.mark.slow
 def test_time():
     """The ledger tells what θ > ½ takes; θ = ½ takes nothing, which is said, but for what blocks turn."""
     lossy, keeping, turning = (

@@ -61,6 +61,7 @@ def found(tmp_path_factory):
     return refine(wall(), out, target=0.08), out
 
 
+@pytest.mark.slow
 def test_the_error_asked_for_is_reached(found):
     result, out = found
     assert result.reached
@@ -184,6 +185,7 @@ def test_rigid_blocks_have_nothing_to_refine(tmp_path):
         refine(wall(), tmp_path, target=5.0)
 
 
+@pytest.mark.slow
 def test_what_cannot_be_judged_is_refined_first(tmp_path):
     """One linear element a brick says nothing of its error, however small it looks."""
     rounds = []
@@ -196,6 +198,7 @@ def test_what_cannot_be_judged_is_refined_first(tmp_path):
     assert result.result.summary.stress.error.unjudged == 0
 
 
+@pytest.mark.slow
 def test_elements_from_a_file_stay(tmp_path):
     structure = FileStructure(
         name="boxes", material="stone", path=two_boxes(tmp_path / "two.msh").name, supports=("lower",)

@@ -58,6 +58,7 @@ def test_arch_of_voussoirs(dimension):
         assert np.linalg.norm(plane.mean(axis=0)) == pytest.approx(1.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("build", [lambda d: wall(3, 3, d), lambda d: arch(7, d)])
 def test_rotated_and_translated_copies(build, dimension):

@@ -190,27 +190,33 @@ def test_rigid_pairs_have_corners():
 
 
 @pytest.mark.parametrize(
-    ("lower", "upper", "how", "matches"),
+    ("lower", "upper", "how", "rule"),
     [
-        ((3, 3, 3), (3, 3, 3), {}, True),
-        ((2, 2, 2), (2, 2, 2), {"order": (2, 2)}, True),
-        ((2, 2, 2), (2, 2, 2), {"shift": (0.5, 0.0)}, True),  # whole facets on whole facets
-        ((2, 2, 2), (2, 2, 2), {"shift": (0.3, 0.0)}, False),  # cut
-        ((3, 3, 3), (3, 3, 2), {"triangles": (True, False)}, False),
-        ((2, 2, 2), (2, 2, 2), {"order": (1, 2)}, True),  # the linear nodes are among the others
-        ((2, 2, 2), (4, 4, 4), {}, True),  # of one mesh among those of the other
-        ((2, 3, 3), (3, 3, 3), {}, False),
-        (None, (3, 3, 3), {"shift": (0.3, 0.0)}, True),  # cut: 0.2 %
-        (None, None, {}, True),
+        ((3, 3, 3), (3, 3, 3), {}, "nodes"),
+        ((2, 2, 2), (2, 2, 2), {"order": (2, 2)}, "nodes"),
+        ((2, 2, 2), (2, 2, 2), {"shift": (0.5, 0.0)}, "nodes"),  # whole facets on whole facets
+        ((2, 2, 2), (2, 2, 2), {"shift": (0.3, 0.0)}, "weighted"),  # cut
+        ((2, 2, 2), (2, 2, 2), {"order": (1, 2)}, "nodes"),  # the linear nodes are among the others
+        ((2, 2, 2), (4, 4, 4), {}, "nodes"),  # of one mesh among those of the other
+        ((2, 3, 3), (3, 3, 3), {}, "weighted"),
+        (None, (3, 3, 3), {"shift": (0.3, 0.0)}, "nodes"),
+        (None, None, {}, "corners"),
     ],
 )
-def test_auto_has_nodes_and_tells_where_meshes_do_not_match(lower, upper, how, matches):
+def test_auto_has_nodes_where_they_are_exact(lower, upper, how, rule):
     assembly = meshed_pair(lower, upper, **how)
-    rule = "corners" if upper is None else "nodes"
     with gathered() as told:
         (_, chosen_one), (_, expected) = placed(assembly, "auto", tell=True), placed(assembly, rule)
     assert np.array_equal(chosen_one.points, expected.points)
-    assert [one.code for one in told] == ([] if matches else ["meshes_do_not_match"])
+    assert told == []
+
+
+def test_auto_tells_where_facets_of_another_kind_have_the_same_corners():
+    assembly = meshed_pair((3, 3, 3), (3, 3, 2), triangles=(True, False))
+    with gathered() as told:
+        (_, chosen_one), (_, expected) = placed(assembly, "auto", tell=True), placed(assembly, "nodes")
+    assert np.array_equal(chosen_one.points, expected.points)
+    assert [one.code for one in told] == ["meshes_do_not_match"]
 
 
 def test_congruent_patches_are_placed_once_and_alike():

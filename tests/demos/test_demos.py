@@ -194,6 +194,7 @@ def test_wall_parts_where_its_ground_does(tmp_path):
     assert wall.turn == pytest.approx(0.04 / 1.5, rel=0.02)  # over the lintel's clear bearing
 
 
+@pytest.mark.slow
 def test_arch_of_elastic_stones_falls_where_a_rigid_one_does():
     arch = spreading_arch.main(divisions=(1, 2), steps=20)
     assert arch.outcome == "no_equilibrium"

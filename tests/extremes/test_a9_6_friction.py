@@ -50,6 +50,7 @@ def test_a9_6_a_rough_slope_holds_the_cube(analysis, fidelity, dimension: int, f
     assert max(certificate(result).values()) < EXACT
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", ROUGH)
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("fidelity", ["rigid", "elastic"])

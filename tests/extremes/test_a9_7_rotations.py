@@ -102,6 +102,7 @@ CASES = [
 ]  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "fidelity", "dimension", "angle"), CASES)
 def test_a9_7_turned_scenes_give_turned_results(name, fidelity, dimension: Dimension, angle: float) -> None:
     scene, rotation = SCENES[name](fidelity, dimension), rotation_of(dimension, angle)

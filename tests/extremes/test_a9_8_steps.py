@@ -132,6 +132,7 @@ def test_a9_8_elastic_wall_at_any_step(step: float, theta: float) -> None:
         assert wall_error(result) < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("theta", THETAS)
 @pytest.mark.parametrize("step", [1e-4, 1e-2, 1.0, 1e2, 1e3])
 def test_a9_8_sliding_goes_as_far_as_algebra_says(step: float, theta: float) -> None:
@@ -154,6 +155,7 @@ def test_a9_8_blocks_that_fall_into_each_other_are_told(caplog: pytest.LogCaptur
     assert any("blocks went into each other by up to 4.9 m" in text for text in told)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("analysis", ["large_step", "dynamics"])
 def test_a9_8_rest_that_is_none_is_told(analysis: str, caplog: pytest.LogCaptureFixture) -> None:
     """A step of 1e5 s: a speed of 1e-11 of what the weight gives in it goes a metre."""

@@ -74,6 +74,7 @@ def test_a9_9_solver_bears_a_contrast(contrast: float) -> None:
     assert error < 1e-8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tolerance", [1e-12, 1e-14])
 @pytest.mark.parametrize("contrast", CONTRASTS)
 @pytest.mark.parametrize(("d", "lower", "upper"), [(2, 5, 7), (3, 2, 3)])

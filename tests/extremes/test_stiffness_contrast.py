@@ -45,6 +45,7 @@ def test_column_of_any_stiffness(edge: float, young: float) -> None:
     assert column_error(result) < 1e-11
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pair", [[None, YOUNG], [YOUNG, None]])
 @pytest.mark.parametrize(("young", "error"), [(1e3, 1e-11), (1e10, 1e-10), (1e14, 1e-6), (1e18, 1e-2)])
 def test_column_of_rigid_and_elastic_cubes(pair: list[float | None], young: float, error: float) -> None:

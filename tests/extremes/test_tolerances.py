@@ -42,6 +42,7 @@ SCENES: dict[str, tuple[Callable[..., Scene], Callable[[RunResult], float]]] = {
 REACHED = [10.0**-power for power in (2, 3, 4, 6, 8, 10, 12)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tolerance", REACHED)
 @pytest.mark.parametrize("name", SCENES)
 def test_what_a_tolerance_leaves_is_in_the_certificate(name: str, tolerance: float) -> None:
@@ -56,6 +57,7 @@ def test_what_a_tolerance_leaves_is_in_the_certificate(name: str, tolerance: flo
     assert error(result) <= max(3 * told, 1e-13)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tolerance", [1e-13, 1e-14, 1e-15])
 @pytest.mark.parametrize("name", SCENES)
 def test_below_rounding_it_is_reached_or_told(name: str, tolerance: float) -> None:

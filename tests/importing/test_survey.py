@@ -107,6 +107,7 @@ def test_a_plane_wall_comes_back_in_the_plane(tmp_path: Path) -> None:
     assert volume(made) == pytest.approx(volume(wall), rel=1e-12)
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 10**6))
 @settings(max_examples=15, deadline=None)
 def test_noise_moves_joints_but_opens_none(tmp_path_factory: pytest.TempPathFactory, seed: int) -> None:

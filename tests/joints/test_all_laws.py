@@ -45,6 +45,7 @@ def test_losses_never_shrink_and_adhesion_never_heals(law, seed, dimension, pres
     assert history.settled.all()
 
 
+@pytest.mark.slow
 @every_law
 @fewer
 @given(seed=seeds, dimension=st.sampled_from([2, 3]), pressed=st.booleans())
@@ -61,6 +62,7 @@ def test_energy_is_not_created(law, seed, dimension, pressed):
         assert (np.abs(history.work() - spent) <= 3 * force * longest + 1e-12).all()
 
 
+@pytest.mark.slow
 @every_law
 @few
 @given(seed=seeds, angle=st.floats(0, 2 * np.pi), pressed=st.booleans())
@@ -140,6 +142,7 @@ def test_committed_state_is_left_alone(law):
         assert (getattr(state, name) == values).all(), name
 
 
+@pytest.mark.slow
 @every_law
 @fewer
 @given(seed=seeds)

@@ -20,6 +20,7 @@ LAWS = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LAWS)
 def test_loops_are_rectangles_without_recovery(name):
     law, peak = LAWS[name]

@@ -32,6 +32,7 @@ def test_tension_follows_the_hyperbola():
     assert history.dissipated == pytest.approx(ENERGY * (1 - history.adhesion), abs=1e-10)
 
 
+@pytest.mark.slow
 def test_area_below_the_curve_is_the_energy():
     path = opening(1.0, *np.geomspace(1, 1e3, 2001)[1:])
     history = probe(law(), path)
@@ -61,6 +62,7 @@ def viscous_run(V, last, steps, **changes):
     return x, history
 
 
+@pytest.mark.slow
 def test_viscous_tension():
     """A7.3, from the differential equation dβ/dx = −(β x² − 1)⁺/V."""
     x, history = viscous_run(0.1, 3.0, 1500)
@@ -103,6 +105,7 @@ def held(k, steps, end=1.0):
     return history.adhesion[-1]
 
 
+@pytest.mark.slow
 def test_viscous_held_opening():
     """A7.4, and first order in the step."""
     k = 1.5

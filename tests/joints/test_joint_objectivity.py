@@ -74,6 +74,7 @@ def upright(name):
     return sheared(JOINTS[name], 0.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", JOINTS)
 @settings(max_examples=2, deadline=None)
 @given(angle=st.floats(-170.0, 170.0).map(lambda angle: round(angle, 9)))

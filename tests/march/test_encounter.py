@@ -173,6 +173,7 @@ def test_joints_of_the_start_keep_what_they_drew(length: float | None) -> None:
     assert abs(end[-1] - start[0]) > 1e-3
 
 
+@pytest.mark.slow
 def test_a_thrown_block_bounces_off_a_wall_that_it_did_not_know() -> None:
     """Velocity form: 1 m/s over 0.5 m of nothing, then back with half of that."""
     ball = BlockStructure(name="ball", material="stone", size=(0.2, 0.2))
@@ -192,6 +193,7 @@ def test_a_thrown_block_bounces_off_a_wall_that_it_did_not_know() -> None:
     assert result.summary.probes["ball"][0] == pytest.approx(0.25, abs=4e-3)
 
 
+@pytest.mark.slow
 def test_a_block_that_lands_on_a_corner_comes_down_on_the_next() -> None:
     """On an elastic beam: they touch at one corner when the other one gets there, 0.3 m away."""
     result = solved(

@@ -96,6 +96,7 @@ def test_an_arch_has_one_thrust_whatever_the_number_of_steps(steps: int) -> None
     assert report.max_penetration < 1e-10
 
 
+@pytest.mark.slow
 def test_a_spread_too_far_brings_the_arch_down_where_small_steps_do() -> None:
     """One step of 0.25 m is divided until it is known to 1/32 where the arch falls."""
     fell = []
@@ -258,6 +259,7 @@ def test_where_nothing_turns_a_step_is_one_solve(
     assert sum(made) <= 4 * factors
 
 
+@pytest.mark.slow
 def test_rough_first_rounds_lead_where_exact_ones_do(monkeypatch: pytest.MonkeyPatch) -> None:
     """The same thrusts, balanced as well, by fewer factors."""
     made, found, factors = counted(monkeypatch), [], []

@@ -224,6 +224,7 @@ def test_reactions_go_over_from_old_contacts_to_new() -> None:
     assert work["redetect"] <= work["moving"]
 
 
+@pytest.mark.slow
 def test_mortar_holds_its_contacts_and_new_ones_have_none() -> None:
     """A block glued to a wall hangs there; one that falls on it is not glued to it."""
     glued = Joint(

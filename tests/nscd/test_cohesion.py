@@ -117,6 +117,7 @@ def defect(problem, solution):
 # one block
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("d", [2, 3])
 @pytest.mark.parametrize("mass", [0.0, 1.0])
 @pytest.mark.parametrize("compliance", [0.0, 1e-4])

@@ -66,6 +66,7 @@ def test_threads_change_no_bit(name, relaxation):
     assert made[0][1].any()
 
 
+@pytest.mark.slow
 def test_any_number_of_threads_gives_the_same_solution():
     problem = rigid_wall(12, 8, horizontal=0.3, friction=0.6)
     one, two, many = (nsgs(problem, threads=count, max_iterations=12) for count in (1, 2, 64))

@@ -98,6 +98,7 @@ def pushed(wall, share):
     return replace(problem, rigid_impulse=turned)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("share", "outcome"),
     [(0.29, Outcome.CONVERGED), (0.3, Outcome.AT_LIMIT), (0.31, Outcome.NO_EQUILIBRIUM)],

@@ -81,6 +81,7 @@ def test_a_scene_has_it(said, tmp_path):
     assert "weights.txt" in (tmp_path / "out/.masonry-fem/run").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_the_output_of_the_guide_tells_the_speed(said, tmp_path, repository, monkeypatch):
     """Blocks that friction 0.3 does not hold slide from the start: speed (0.5 − 0.3) g t."""
     page = (repository / "docs/add_a_part.md").read_text(encoding="utf-8")

@@ -346,6 +346,7 @@ def test_blocks_that_touch_nothing_have_an_empty_table(tmp_path):
     assert result.summary.joints is None
 
 
+@pytest.mark.slow
 def test_a_corner_that_stands_on_a_face_is_closed(tmp_path):
     floor = BlockStructure(
         name="floor", material="stone", size=(4.0, 0.2), position=(-2.0, -0.2), support=True

@@ -171,6 +171,7 @@ def test_maps_of_what_neither_opens_nor_slides(tmp_path):
         assert_whole(draw(scenery, tmp_path / "map.png"))
 
 
+@pytest.mark.slow
 @draws
 def test_a_results_folder_can_be_drawn_again_with_its_joints(tmp_path):
     from masonry_fem.output.view import view

@@ -44,6 +44,7 @@ def shares(path: Path) -> dict[str, float]:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_parts_and_sliding_joints_are_drawn(dimension: int, tmp_path: Path) -> None:
     found = collapse(wall(dimension, 0.3), acceleration="x", tolerance=0.05)
@@ -69,6 +70,7 @@ def test_a_run_without_equilibrium_tells_and_draws_its_mechanism(tmp_path: Path)
     assert tmp_path / "mechanism.png" in result.files
 
 
+@pytest.mark.slow
 def test_a_run_that_rests_has_none(tmp_path: Path) -> None:
     result = run(wall(2, 0.3, output=Output(fields=False)), tmp_path)
     assert result.summary.mechanism is None

@@ -124,6 +124,7 @@ def test_a1_5_restitution_second_apex() -> None:
     assert height == pytest.approx(0.64, rel=0.01)
 
 
+@pytest.mark.slow
 def test_a1_5_no_restitution_rests_in_one_step() -> None:
     result = dropped(0.0, duration=0.6)
     assert result.march.report.speed < 1e-10

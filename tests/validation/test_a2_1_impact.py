@@ -86,6 +86,7 @@ def test_a2_1_implicit_scheme(n: int, kept: float) -> None:
     assert np.diff(tape.energy).max() < 1e-8 * 500
 
 
+@pytest.mark.slow
 def test_a2_1_loose_tolerance_does_not_lose_the_contact() -> None:
     """The gap of a pressed contact drifts with the solver's error; the contact stays in the problem."""
     kept = [thrown_bar(50, 1.0, tolerance=tolerance)[0].energy[-1] for tolerance in (1e-6, 1e-12)]
@@ -95,6 +96,7 @@ def test_a2_1_loose_tolerance_does_not_lose_the_contact() -> None:
 # --- A2.2, A2.3: two bars, a stone bar -----------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a2_2_two_bars_exchange_their_velocities() -> None:
     """E = ρ = 1, L = 10, ±0.1: contact lasts 2L/c = 20 s at the pressure ρ c v = 0.1."""
     n, length = 100, 10.0
@@ -134,6 +136,7 @@ def test_a2_2_two_bars_exchange_their_velocities() -> None:
     assert tape.pressing.sum() * length / n == pytest.approx(2 * 0.1 * length, rel=0.01)
 
 
+@pytest.mark.slow
 def test_a2_3_stone_bar() -> None:
     """E = 10 GPa, ρ = 2400, L = 1 m, v = 0.1: σ = ρ c v = 489.9 kPa for 0.97980 ms."""
     n, speed = 100, np.sqrt(10e9 / 2400)

@@ -83,6 +83,7 @@ def cube(path: Path, grid: str, z: float) -> Path:
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("one", "two"), [("skew", "skewer"), ("tetrahedra", "skew"), ("skewer", "tetrahedra")]
 )

@@ -10,9 +10,20 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from masonry_fem.analyses.run import RunResult
-from masonry_fem.scene.specs import Contact, Joint, Loads, Material, MeshSettings, Solver, Statics, Traction
+from masonry_fem.scene.specs import (
+    Contact,
+    Joint,
+    Loads,
+    Material,
+    MeshSettings,
+    Override,
+    Solver,
+    Statics,
+    Traction,
+)
 from masonry_fem.structures.block import BlockStructure
 from masonry_fem.structures.file import FileStructure
+from masonry_fem.structures.wall import WallStructure
 from tests.validation.patch import P, pair, pressed, worst_stress
 from tests.validation.scenes import solved
 from tests.validation.test_a2_6_patch import cube
@@ -171,3 +182,33 @@ def test_a_floor_that_bears_half_a_facet() -> None:
     )
     assert_balanced(result)
     assert error_of(result, np.diag([0.0, 0.0, -P])) < EXACT
+
+
+@pytest.mark.parametrize(
+    ("courses", "divisions", "other"),
+    [(6, (3, 2, 2), None), pytest.param(10, (4, 2, 2), (5, 3, 2), marks=pytest.mark.slow)],
+)
+def test_walls_take_few_linear_solves(
+    courses: int, divisions: tuple[int, int, int], other: tuple[int, int, int] | None
+) -> None:
+    """Joints that end within facets, courses of other elements: over 200 with weights from outside."""
+    wall = WallStructure(
+        name="wall", material="stone", brick=(0.5, 0.25, 0.25), columns=courses, courses=courses
+    )
+    every_other = tuple(f"wall.c{course}.*" for course in range(2, courses + 1, 2))
+    result = solved(
+        fidelity="elastic",
+        materials={"stone": Material(density=2400.0, young=1e10, poisson=0.2)},
+        structures=(wall,),
+        mesh=MeshSettings(divisions=divisions),
+        overrides=tuple(
+            Override(blocks=blocks, mesh=MeshSettings(divisions=other)) for blocks in every_other if other
+        ),
+        joints=(Joint(friction=0.6),),
+        loads=Loads(gravity=(0.0, 0.0, -9.81)),
+        analysis=Statics(),
+    )
+    assert result.outcome == "equilibrium"
+    assert result.built.model.contacts.means is not None
+    assert result.summary.certificate.block_balance < 1e-9
+    assert result.summary.solver.linear_solves <= 10

@@ -160,6 +160,7 @@ def spread(thickness: float, share: float) -> RunResult:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("thickness", SPREAD)
 def test_a3_7_supports_that_spread(thickness: float) -> None:
     """Three hinges until the thrust reaches the springings: collapse within 1 % of the expected spread.

@@ -164,6 +164,7 @@ def test_a4_4_higher_friction(friction: float, limit: float) -> None:
     assert wall_rests(bond(6), 1.02 * limit, friction, Statics()) == "no_equilibrium"
 
 
+@pytest.mark.slow
 def test_a4_2_wall_of_ten_courses() -> None:
     """Rest up to 0.58000; published collapse at 0.563, and here some steps in time from 0.568 on move."""
     assert wall_rests(bond(10), 0.55, 0.65, ONE_STEP) == "equilibrium"

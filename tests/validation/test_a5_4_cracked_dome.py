@@ -66,6 +66,7 @@ def test_a5_4_weak_joints_crack_from_the_base_and_the_dome_falls() -> None:
     assert broken.max() == pytest.approx(90.0, abs=0.5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("thickness", [THIN, THICK])
 def test_a5_4_without_cohesion_and_ties_it_falls(thickness: float) -> None:
     assert lune(thickness=thickness, meridian=None).outcome == "no_equilibrium"

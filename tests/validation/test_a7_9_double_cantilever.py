@@ -173,6 +173,7 @@ def peeling(tmp_path_factory: pytest.TempPathFactory) -> Peeling:
     return peeled(tmp_path_factory.mktemp("peel"), BILINEAR, np.concatenate([before, growth]), 25, 0.28)
 
 
+@pytest.mark.slow
 def test_a7_9_arms_are_beams_before_the_crack_grows(peeling: Peeling) -> None:
     """Compliance of arms of length a + Δ; Δ is 1/λ and the arms' own thickness gives way too."""
     assert peeling.long_crack[0] == pytest.approx(NOTCH + SHIFT, rel=0.03)

@@ -66,6 +66,7 @@ def test_low_wall(size: float, finer: float) -> None:
     assert (blocks <= 1.4).all()
 
 
+@pytest.mark.slow
 def test_quadratic_bricks() -> None:
     """Two quadratic cells along a brick against three times as many in each direction."""
     coarse, fine = (

@@ -205,6 +205,7 @@ def test_the_energy_ledger_closes_and_tells_what_yielding_took():
     assert 0.1 * ledger.support_work < ledger.material_dissipation < ledger.support_work
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("theta", [0.5, 0.7, 1.0])
 def test_a_stone_crushed_in_dynamics(theta):
     scene = squeezed(closing=4e-3, friction=0.4, dilatancy_angle=10.0)

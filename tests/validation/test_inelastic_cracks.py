@@ -71,6 +71,7 @@ def test_a_crack_takes_the_fracture_energy_on_every_mesh(rows):
     assert told.mean == pytest.approx(1 / rows, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_a_bar_that_could_be_crushed_takes_it_in_its_crack():
     """Nothing is crushed in tension: all is the crack's, which takes what it does on any mesh."""
     strengths = {"compression_strength": 1e7, "friction_angle": 35.0, "dilatancy_angle": 10.0}
@@ -94,6 +95,7 @@ def test_a_bar_of_mohr_and_coulomb_takes_it_too(plane):
     assert told.mean == pytest.approx(told.greatest / 4, rel=1e-2)
 
 
+@pytest.mark.slow
 def test_the_force_of_a_bar_before_and_after_its_peak():
     """Elastic up to f_t; then all opening is in the row that cracks (of ``test_brittle_damage``)."""
     before, after = pulled(4, way=0.9e-4, steps=10), pulled(4)

@@ -153,6 +153,7 @@ def test_rough_plates_on_a_wide_block(keys, ratio):
     assert 2 * found[1] - found[0] == pytest.approx(exact, rel=5e-3)  # extrapolated at that order
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("keys", [CONE, PYRAMID])
 def test_rough_plates_on_a_high_block_with_friction(keys):
     """Twice as high as wide: bands at 60° pass between the plates, and the strength is the uniaxial one."""

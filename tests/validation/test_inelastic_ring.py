@@ -89,6 +89,7 @@ def widened(folder: File, sectors: int, law: str, way: float, steps: int) -> tup
     return solve_scene(check(scene, base=folder), base=folder, observers=[curve]), curve
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("law", "strength"), [("mohr_coulomb", C), ("drucker_prager", 2 * C / np.sqrt(3))])
 def test_the_limit_pressure_of_tresca_and_of_mises(tmp_path, law, strength):
     """From above, at second order, to 0.3 % on 8 by 8 elements."""

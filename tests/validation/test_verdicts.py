@@ -194,6 +194,7 @@ def upwards(result: RunResult) -> dict[str, float]:
     return {name: value / largest for name, value in found.items()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", ['"no slip"', 100, 10, 5, 1, 0.6])
 def test_an_arch_whose_springings_part_too_far_falls_whatever_its_friction(friction: float | str) -> None:
     """Hinges that are wide open could carry its weight where friction is large; nothing leads there."""
@@ -350,6 +351,7 @@ PARTED = """
     """
 
 
+@pytest.mark.slow
 def test_an_elastic_arch_whose_joints_open_widely_at_once_finds_its_rest() -> None:
     """Full Newton steps diverge there. Rigid blocks thrust with 672.8 N; with 665 N if they do not turn."""
     for update, thrust in (("moving", 672.5), ("fixed", 665.5)):

@@ -160,6 +160,7 @@ def test_nonsense_is_refused(scene: Path, vary: list[str], words: str, tmp_path:
     assert not list(tmp_path.glob("*"))
 
 
+@pytest.mark.slow
 def test_what_is_not_varied_is_said(scene: Path) -> None:
     made = study(scene, {"fidelity": ["rigid", "elastic"]}, out=scene.parent / "out", quantities=["supports"])
     (advice,) = made.recommendations
@@ -168,6 +169,7 @@ def test_what_is_not_varied_is_said(scene: Path) -> None:
     assert "not varied" in advice.words
 
 
+@pytest.mark.slow
 def test_a_scene_of_python_against_a_folder_of_results(scene: Path, tmp_path: Path) -> None:
     small = ["fidelity=rigid", "output.pictures=false", "output.fields=false"]
     folder = tmp_path / "run"
@@ -191,6 +193,7 @@ def test_a_scene_of_python_against_a_folder_of_results(scene: Path, tmp_path: Pa
     assert "the reference comes from outside" in made.notes[0]
 
 
+@pytest.mark.slow
 def test_cases_have_references_of_their_own(scene: Path, tmp_path: Path) -> None:
     made = study(
         scene,
@@ -205,6 +208,7 @@ def test_cases_have_references_of_their_own(scene: Path, tmp_path: Path) -> None
     assert made.recommendations[0].settings.keys() == {"solver.tolerance"}
 
 
+@pytest.mark.slow
 def test_cells_left_alone_have_no_picture_and_no_advice(scene: Path, tmp_path: Path) -> None:
     """The picture of a study before is taken away: it shows what is not in these files."""
     (tmp_path / "pareto.png").write_bytes(b"of before")

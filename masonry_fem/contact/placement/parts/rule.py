@@ -57,7 +57,7 @@ class Spots:
     facets : Mesh facets of candidate and antagonist that carry them, −1 where a side is unmeshed,
         shape (m, 2).
     means : For contacts that are no points: how meshed sides carry them, instead of a facet.
-    error : What share of a uniform pressure they bring to the wrong nodes, where the rule measures it.
+    error : Share of a uniform pressure that they bring to the wrong nodes, where the rule is to tell of it.
     """
 
     patch: Patch

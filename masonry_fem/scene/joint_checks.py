@@ -46,18 +46,23 @@ def joint_doubts(joint: Joint, place: str) -> Iterator[str]:
     ]
     if joint.contact == "none" and given:
         yield f"{place}.{given[0]} has no effect where contact = 'none'; drop one of the two"
-    for key, lasting, whose in (
-        (
-            "law.residual_friction",
-            getattr(joint.law, "residual_friction", None),
-            "friction {:g} of the sound joint",
-        ),
-        ("dynamic_friction", joint.dynamic_friction, "static {:g}"),
-    ):
-        if lasting is not None and lasting > joint.coefficient:
-            yield f"{place}.{key} {lasting:g} exceeds the {whose.format(joint.coefficient)}"
+    residual = getattr(joint.law, "residual_friction", None)
+    if residual is not None and residual > joint.coefficient:
+        yield (
+            f"{place}.law.residual_friction {residual:g} exceeds the friction {joint.coefficient:g} of "
+            "the sound joint"
+        )
+    if joint.dynamic_friction is not None and joint.dynamic_friction > joint.coefficient:
+        yield (
+            f"{place}.dynamic_friction {joint.dynamic_friction:g} exceeds the static {joint.coefficient:g}"
+        )
     if joint.form == "gap" and (joint.restitution or joint.tangential_restitution):
         yield f"{place}.restitution acts in the velocity form only; expected form = 'velocity'"
+    yield from _placement_doubts(joint, place)
+
+
+def _placement_doubts(joint: Joint, place: str) -> Iterator[str]:
+    """Keys that another placement has."""
     if joint.inset != 1 and joint.placement not in (None, "corners"):
         yield f"{place}.inset belongs to placement 'corners', not '{joint.placement}'"
     if joint.density != 1 and joint.placement != "gauss":

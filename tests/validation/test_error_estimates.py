@@ -15,7 +15,7 @@ import pytest
 
 from masonry_fem.analyses.run import RunResult
 from masonry_fem.output.stress_error import BlockErrors, block_errors
-from masonry_fem.scene.specs import Joint, Loads, MeshSettings, Traction
+from masonry_fem.scene.specs import Joint, Loads, MeshSettings, Override, Traction
 from masonry_fem.structures.arch import ArchStructure
 from masonry_fem.structures.wall import WallStructure
 from tests.validation.scenes import low_wall, solved
@@ -64,6 +64,27 @@ def test_low_wall(size: float, finer: float) -> None:
     assert 0.8 <= whole <= 1.15
     assert (blocks >= 0.7).all()
     assert (blocks <= 1.4).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("size", "other"), [(0.125, (3, 2, 2)), (0.125, (5, 3, 2)), (0.0625, (6, 4, 4)), (0.0625, (10, 6, 4))]
+)
+def test_low_wall_of_two_meshes(size: float, other: tuple[int, int, int]) -> None:
+    """A10.4, every other brick of each course meshed otherwise: hardly more error, and the estimate holds."""
+    fine = _reference(0.03125)
+    blocks = tuple(
+        f"wall.c{course}.b{brick}"
+        for course in range(1, 6)
+        for brick in (range(1, 6, 2) if course % 2 == 0 else range(2, 5, 2))
+    )
+    odd = tuple(Override(blocks=one, mesh=MeshSettings(divisions=other)) for one in blocks)
+    mixed, alike = low_wall(size, overrides=odd), low_wall(size)
+    assert mixed.built.model.contacts.means is not None
+    left = _errors(fine).square.sum()
+    errors = [np.sqrt(sum(true_squares(run, fine).values()) + left) for run in (mixed, alike)]
+    assert errors[0] <= 1.05 * errors[1]
+    assert 0.8 <= _effectivity(mixed, fine)[0] <= 1.15
 
 
 @pytest.mark.slow

@@ -13,9 +13,9 @@ The weights are dual, ∫ ψ_i L_j = δ_ij ∫ L_i, to the linear functions L_i 
 outside of the interface are moved to its rim: of linear elements the mean of u_s is that at the vertex, or at
 the rim. So joints bear up to their rims, and linear meshes that match have the contacts of ``nodes``. With
 weights from vertices outside there are more contacts along a cut than what both meshes can do there tells
-apart, and Newton's method takes 200 steps on a wall that takes 9. A facet that is moved out of shape keeps
-its vertices, and ψ_i = N_i there. A vertex that hardly reaches into the interface gives its weight to the
-nearest.
+apart, and Newton's method takes 200 steps on a wall that takes 9. A facet of which the moved vertices make
+nothing useful, as where a corner of the interface pokes into it, keeps its own, and ψ_i = N_i there. A vertex
+that hardly reaches into the interface gives its weight to the nearest.
 
 References
 ----------
@@ -39,7 +39,8 @@ from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
 LEAST = 1e-2  # of the largest area: a vertex with less gives it to its neighbours
-SHAPELY = 1e-2  # a facet's least corner over its largest, in the area that its two edges span
+SHAPELY = 1e-2  # a facet's least corner over its largest, by the area that its two edges span
+DISTINCT = 5e-2  # least eigenvalue of a facet's ∫ L_i L_j over √(∫ L_i ∫ L_j); 1/9 on a parallelogram
 EXACT = 1e-13  # relative error of the integrals on distorted quadrilaterals
 ROUNDING = 1e-12
 MOST = 16  # Gauss points in a direction
@@ -134,23 +135,25 @@ def _dual(
     mesh = patch.sides[number].mesh
     assert mesh is not None
     used, facet = np.unique(rows, return_inverse=True)
-    corners_at, shapely = _moved(patch, number, used)
-    linear = weights_at(KINDS[LINEAR.get(mesh.facet, mesh.facet)], corners_at[facet], at)
+    own, moved = _places(patch, number, used)
+    kind = KINDS[LINEAR.get(mesh.facet, mesh.facet)]
+    linear = weights_at(kind, moved[facet], at)
     products = np.add.reduceat((weight[:, None] * linear)[:, :, None] * linear[:, None], first)
     mass = np.zeros((len(used), *products.shape[1:]))
     np.add.at(mass, facet[first], products)
-    integral = mass.sum(axis=2)
-    shapely &= (integral > 0).all(axis=1)
+    integral, distinct = mass.sum(axis=2), _distinct(mass)
+    if not distinct.all():
+        linear = np.where(distinct[facet, None], linear, weights_at(kind, own[facet], at))
     change = np.tile(np.eye(linear.shape[1]), (len(used), 1, 1))
-    change[shapely] = integral[shapely, :, None] * np.linalg.inv(mass[shapely])
+    change[distinct] = integral[distinct, :, None] * np.linalg.inv(mass[distinct])
     weights: FloatArray = np.einsum("mij,mj->mi", change[facet], linear)
     return weights
 
 
-def _moved(patch: Patch, number: int, rows: IntArray) -> tuple[FloatArray, np.ndarray]:
-    """Vertices of facets, those outside of the interface moved to its rim, (f, v, d - 1).
+def _places(patch: Patch, number: int, rows: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Vertices of facets, and these with those outside of the interface moved to its rim, (f, v, d - 1) each.
 
-    Where a facet is out of shape then, they are where they were; which are not, (f,).
+    Facets that are hardly convex then keep theirs.
     """
     side = patch.sides[number]
     vertices = _vertices(side, rows)
@@ -159,15 +162,31 @@ def _moved(patch: Patch, number: int, rows: IntArray) -> tuple[FloatArray, np.nd
     outside = np.setdiff1d(vertices, np.flatnonzero(patch.holds(places)))
     if len(outside):
         moved[outside] = patch.nearest(places[outside])
-    edges = np.roll(moved[vertices], -1, axis=1) - moved[vertices]
-    if edges.shape[2] == 1:
-        spanned = edges[:, :, 0] * [1.0, -1.0]
-    else:
-        ahead = np.roll(edges, -1, axis=1)
-        spanned = edges[:, :, 0] * ahead[:, :, 1] - edges[:, :, 1] * ahead[:, :, 0]
-    least, most = spanned.min(axis=1), spanned.max(axis=1)
-    shapely = np.where(most > 0, least >= SHAPELY * most, most <= SHAPELY * least) & (least != 0)
-    return np.where(shapely[:, None, None], moved[vertices], places[vertices]), shapely
+    own, moved = places[vertices], moved[vertices]
+    spanned = _spanned(moved) * np.sign(_spanned(own))
+    convex = spanned.min(axis=1) > SHAPELY * spanned.max(axis=1)
+    return own, np.where(convex[:, None, None], moved, own)
+
+
+def _spanned(corners_at: FloatArray) -> FloatArray:
+    """Twice the signed area of the triangle at each corner of facets; of lines their length, (f, v)."""
+    ahead = np.roll(corners_at, -1, axis=1) - corners_at
+    if corners_at.shape[2] == 1:
+        length: FloatArray = ahead[:, :1, 0]
+        return length
+    behind = np.roll(corners_at, 1, axis=1) - corners_at
+    area: FloatArray = ahead[:, :, 0] * behind[:, :, 1] - ahead[:, :, 1] * behind[:, :, 0]
+    return area
+
+
+def _distinct(mass: FloatArray) -> np.ndarray:
+    """Whether functions of matrices ∫ L_i L_j, (f, v, v), are positive in the mean and told apart, (f,)."""
+    integral = mass.sum(axis=2)
+    positive = np.isfinite(mass).all(axis=(1, 2)) & (integral > 0).all(axis=1)
+    size = np.sqrt(np.where(positive[:, None], integral, 1.0))
+    scaled = np.where(positive[:, None, None], mass, 0.0) / (size[:, :, None] * size[:, None])
+    distinct: np.ndarray = np.linalg.eigvalsh(scaled)[:, 0] >= DISTINCT
+    return distinct
 
 
 def _contacts(side: Side, vertices: IntArray, share: FloatArray) -> IntArray:

@@ -254,6 +254,7 @@ def test_scenes_commands_and_the_reference_have_it(room, start, said, tmp_path, 
     assert room.told in text.replace("'", '"')
 
 
+@pytest.mark.slow
 def test_the_tests_have_it(room, start, said, repository):
     text = said(start + TABLE.format(name=room.name, table=str(repository / "tests" / room.table)))
     assert re.search(rf"\[.*{room.name}.*\] PASSED", text)

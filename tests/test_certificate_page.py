@@ -96,6 +96,7 @@ def test_stones_lose_by_not_turning_what_is_told(
     assert found["overlap"] < 1e-5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fidelity", ["rigid", "elastic", "auto"])
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_stones_balance_where_they_are(check: Check, dimension: int, fidelity: str, tmp_path: Path) -> None:

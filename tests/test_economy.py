@@ -141,13 +141,13 @@ def test_dry_joints_are_one_law_and_solved_in_one_turn(monkeypatch):
     joints = (Joint(friction=0.6), Joint(interface="head", friction=0.4, dynamic_friction=0.3))
     dry = solve_scene(wall("rigid", joints=joints))
     laws = dry.built.model.laws
-    assert laws.dry
+    assert laws.all_plain
     assert len(laws.parts) == 1
     assert len(solved) == dry.march.report.step
     law = law_record(
         "fremond_cangemi", normal_stiffness=1e10, tangential_stiffness=1e10, energy=50.0, viscosity=0.0
     )
-    assert not solve_scene(wall("rigid", joints=(Joint(law=law),))).built.model.laws.dry
+    assert not solve_scene(wall("rigid", joints=(Joint(law=law),))).built.model.laws.all_plain
 
 
 # --- dimension ------------------------------------------------------------------------------------

@@ -25,8 +25,9 @@ from masonry_fem.analyses.trials import Trials, counted
 from masonry_fem.build import Built, build
 from masonry_fem.errors import MasonryError, ProblemError
 from masonry_fem.limit import collapse_multiplier
-from masonry_fem.march.mechanism import Mechanism, mechanism_of_step
+from masonry_fem.march.mechanism import Mechanism
 from masonry_fem.march.model import Model
+from masonry_fem.march.recognition import mechanism_of_step
 from masonry_fem.march.state import SystemState
 from masonry_fem.records.arguments import check_share
 from masonry_fem.records.remark import Remark, gathered
@@ -187,10 +188,9 @@ def _doubts(trials: Trials, bracket: Bracket, bound: float | None, tolerance: fl
 def _beside_limit(trials: Trials, bracket: Bracket, bound: float, tolerance: float) -> Iterator[str]:
     """How the bracket may lie apart from the ``bound`` of limit analysis."""
     if bracket.falls is not None and bracket.falls < bound * (1 - 2 * tolerance):
-        lasting = "" if trials.built.model.laws.dry else " and keep their strength"
         yield (
-            f"it falls below the {bound:.6g} of limit analysis, whose joints open as they slide{lasting}; "
-            "real joints do not, and between the two both rest and motion may be possible"
+            f"it falls below the {bound:.6g} of limit analysis, whose joints open as they slide and keep "
+            "their strength; real joints do not, and between the two both rest and motion may be possible"
         )
     if bracket.stands is not None and bracket.stands > bound * (1 + 2 * tolerance):
         yield f"it stands above the {bound:.6g} of limit analysis, as structures may that have moved far"

@@ -16,8 +16,9 @@ from masonry_fem.errors import MasonryError
 from masonry_fem.march.coupling import connect
 from masonry_fem.march.loads import external_forces
 from masonry_fem.march.march import March
-from masonry_fem.march.mechanism import Mechanism, mechanism_of_step
+from masonry_fem.march.mechanism import Mechanism
 from masonry_fem.march.motion import FloatArray
+from masonry_fem.march.recognition import mechanism_of_step
 from masonry_fem.nscd import Outcome
 from masonry_fem.nscd.unstressed import from_no_stress
 from masonry_fem.output.sheet import quantity
@@ -93,7 +94,7 @@ def started(made: March) -> Start | None:
     soft = np.diff(problem.compliance.indptr) > 0
     if soft.all():  # stresses come from deformation, or there are no contacts
         return Start(True)
-    if not made.model.laws.dry:
+    if not made.model.laws.all_plain:
         return Start(None, COHESIVE)
     step = made.last
     closed = step.after.gap[step.contacts] <= CLOSED * made.model.length

@@ -19,9 +19,9 @@ from masonry_fem.march.equilibrium.equilibrium import Equilibrium
 from masonry_fem.march.equilibrium.parts.onward import Onward
 from masonry_fem.march.equilibrium.statics import Statics
 from masonry_fem.march.march import March, march
-from masonry_fem.march.mechanism import OPEN
 from masonry_fem.march.model import Model
 from masonry_fem.march.motion import greatest_shift
+from masonry_fem.march.recognition import OPEN
 from masonry_fem.march.state import SystemState
 from masonry_fem.results.collapse import Trial
 from masonry_fem.scene import specs
@@ -99,7 +99,7 @@ class Trials:
         At the very limit statics may end anywhere along the mechanism: rigid blocks whose dry joints carry
         more loads do not move.
         """
-        if self.standing is None or not ended.model.laws.dry:
+        if self.standing is None or not ended.model.laws.all_plain:
             return True
         model, origin = ended.model, self.standing[0].state.bodies
         return greatest_shift(model, origin, ended.state.bodies) <= OPEN * model.length

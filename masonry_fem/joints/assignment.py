@@ -68,8 +68,8 @@ class Assignment(Law):
         return cls(((law, np.arange(count)),))
 
     @property
-    def dry(self) -> bool:
-        """True where contact with friction is all there is: no cohesion, springs, roughness or bed."""
+    def all_plain(self) -> bool:
+        """Whether all layers of all laws are plain: contact with friction, and nothing that it remembers."""
         return all(layer.plain for law, _ in self.parts for layer in layers_of(law))
 
     @property

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.bodies.rotation import spin_count
-from masonry_fem.march.mechanism import Mechanism, recognise
+from masonry_fem.march.mechanism import Mechanism
 from masonry_fem.march.motion import BlockMotion, PointMotion
+from masonry_fem.march.recognition import recognise
 
 if TYPE_CHECKING:
     from masonry_fem.limit.problem import LimitProblem

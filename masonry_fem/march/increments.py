@@ -89,7 +89,7 @@ def _parts(
     """
     met, made = meeting_step(coupling, state, scheme, settings, until, clock, lookout)
     found = made.solution.solved and made.joint_change == 0
-    doubtful = not coupling.model.laws.dry and (made.adhesion_loss > ABRUPT or not found)
+    doubtful = made.adhesion_loss > ABRUPT or not found
     divided = _halves(coupling, strategy, state, scheme, until, parts, settings, clock, lookout)
     if doubtful and parts[0] > 1:
         yield from divided

@@ -78,7 +78,7 @@ def turned_roughly(rounds: Rounds) -> Turned | None:
     rounds : The step.
     """
     soft = rounds.coupling.soft
-    if rounds.nonlinear or not rounds.model.laws.dry or not (soft.any() and soft.all()):
+    if rounds.nonlinear or not rounds.model.laws.all_plain or not (soft.any() and soft.all()):
         return None
     first = rounds.roughly(ROUGH).solved(rounds.start, None)
     if not first.solution.solved or not rounds.settled(first):

@@ -52,7 +52,7 @@ def sentence(verdict: Verdict, end: End) -> str:
     end : Where it did.
     """
     if verdict == "equilibrium":
-        return f"Equilibrium after {end.report.so_far}{_missing(end.ledger, end.model)}."
+        return f"Equilibrium after {end.report.so_far}{_missing(end.ledger)}."
     if verdict == "finished":
         return f"Reached {_when(end.report, end.made)} in {end.report.so_far}."
     if verdict == "no_equilibrium":
@@ -98,16 +98,14 @@ def _unsolved(end: End) -> str:
     return message
 
 
-def _missing(ledger: Ledger, model: Model) -> str:
+def _missing(ledger: Ledger) -> str:
     """What the energy ledger of an equilibrium leaves open, as the end of its sentence; "" if it closes."""
     if ledger.imbalance <= UNACCOUNTED:
         return ""
-    where = "what joints did between two steps is not known: smaller steps tell"
-    if model.laws.dry:
-        where = "the way there is not to be relied on; take smaller steps"
     return (
         f", but {ledger.imbalance:.1e} of the largest energy is missing from its ledger "
-        f"({ledger.unaccounted:.3g} J unaccounted for): {where}"
+        f"({ledger.unaccounted:.3g} J unaccounted for): what happened between "
+        "two steps is not known, smaller ones tell"
     )
 
 

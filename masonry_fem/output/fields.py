@@ -126,7 +126,7 @@ def joint_arrays(model: Model, state: SystemState) -> Arrays:
     dilatancy the opening by sliding [m].
     """
     joints = state.joints
-    if model.laws.dry:
+    if model.laws.all_plain:
         return {}
 
     def world(vectors: FloatArray) -> FloatArray:

@@ -74,7 +74,7 @@ def _mechanism(made: March) -> Falling | None:
     """How the blocks move where there is no equilibrium; None where there is."""
     if made.outcome != "no_equilibrium":
         return None
-    from masonry_fem.march.mechanism import mechanism_of_step  # noqa: PLC0415 - what stands needs none
+    from masonry_fem.march.recognition import mechanism_of_step  # noqa: PLC0415 - what stands needs none
 
     return mechanism_of_step(made.last, made.model).told()
 

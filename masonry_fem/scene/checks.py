@@ -265,8 +265,6 @@ def _doubts(scene: Scene) -> Iterator[str]:
         yield "nothing holds the blocks; expected a ground, springings or [[supports]]"
     if not scene.analysis.inertia and scene.initial:
         yield "true statics has no velocities: [[initial]] has no effect"
-    if scene.analysis.parts > 1 and all(joint.dry for joint in scene.joints):
-        yield "analysis.substeps divides steps in which joints give way: dry ones do not, and all are dry"
     for index, joint in enumerate(scene.joints):
         yield from joint_doubts(joint, f"joints.{index}")
 

@@ -85,6 +85,7 @@ def test_small_gaps_and_overlaps_are_contacts(gap):
     assert interface.polygon[:, 2] == pytest.approx(gap / 2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gap", [1.1e-3, -1.1e-3])
 def test_beyond_the_reach_there_is_nothing(gap):
     assert detect(pair(BELOW, CUBE, gap)) == ()

@@ -18,6 +18,7 @@ TURN, SHIFT = turning(1.1), np.array([3.0, 2.0, -7.0])
 FLAT = 5.5  # degrees: faces below it touch as faces
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gap", GAPS)
 @pytest.mark.parametrize("touch", [on_corner, on_edges])
 def test_stones_that_touch_in_a_point(touch, gap):
@@ -60,6 +61,7 @@ def test_turned_copies_touch_alike(touch):
             assert away.min(axis=1) == pytest.approx(0, abs=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gap", GAPS)
 def test_prisms_of_random_outlines_share_the_common_polygon(gap, caplog):
     random = np.random.default_rng(0)

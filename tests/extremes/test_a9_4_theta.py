@@ -74,6 +74,7 @@ def test_a9_4_rest_stays_rest(fidelity, theta: float) -> None:
         assert wall_error(result) < 1e-8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
 def test_a9_4_bouncing_never_gains_energy(restitution: float) -> None:
     result = solve_scene(bouncing(1e-3, restitution))

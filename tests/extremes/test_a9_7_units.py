@@ -229,6 +229,7 @@ def hertz(folder: Path, length: float, mass: float) -> tuple[np.ndarray, np.ndar
     return contacts.points[:, 0, 0] / (half_width * length), force / contacts.area / (peak * stress)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("system", ["mm, N, t", "km, MN, Gg"])
 def test_a9_7_units_leave_a_pressed_cylinder(tmp_path: Path, system: str) -> None:
     """A drawing in metres, scaled: the same pressures to 1e-8 of the peak, and Hertz's to 5 %."""

@@ -140,6 +140,7 @@ def test_a9_8_sliding_goes_as_far_as_algebra_says(step: float, theta: float) -> 
     assert sliding_error(solve_scene(sliding_block(step, theta=theta)), step, theta=theta) < 1e-7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", STEPS)
 def test_a9_8_bounces_keep_their_energy(step: float) -> None:
     """e = 1 and θ = ½, whatever the step; where it is too long to meet the contact in time, it is told."""

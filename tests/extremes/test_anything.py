@@ -71,6 +71,7 @@ def test_overrides(override: str) -> None:
         loads(PIER, [override])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "key", ["structures.pier.size.0", "structures.pier.gap", "materials.stone.density", "loads.gravity.1"]
 )

@@ -39,6 +39,7 @@ def test_poisson_that_is_none(poisson: float) -> None:
         solve_scene(lifted(0.0, fidelity="elastic", materials=materials))
 
 
+@pytest.mark.slow
 def test_poisson_a_rounding_below_a_half() -> None:
     materials = {"stone": Material(density=1.0, young=1e10, poisson=float(np.nextafter(0.5, 0.0)))}
     with pytest.raises(

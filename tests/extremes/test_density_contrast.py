@@ -20,6 +20,7 @@ RATIOS = [1e-8, 1e-4, 1e4, 1e8]
 STIFF = 1e18  # Pa: else stones of 1e11 kg/m³ are pressed flat
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", RATIOS)
 @pytest.mark.parametrize("count", [1, 2])
 @pytest.mark.parametrize("young", [None, STIFF], ids=["rigid", "elastic"])
@@ -55,6 +56,7 @@ def test_rigid_wall_of_light_and_heavy_bricks(alternate: str, ratio: float) -> N
         assert max(certificate(result).values()) < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("alternate", "ratio"),
     [("courses", 1e-3), ("courses", 1e4), ("courses", 1e8)]

@@ -25,6 +25,7 @@ def test_small_gaps_close_and_small_overlaps_are_held(gap: float, fidelity: str)
     assert max(certificate(result).values()) < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fidelity", ["rigid", "elastic"])
 @pytest.mark.parametrize("gap", [1e-12, 1e-6, *WIDE, 1.0, -1e-6, *(-gap for gap in WIDE)])
 def test_wide_reach_sees_a_block_from_afar_and_not_through_it(gap: float, fidelity: str) -> None:
@@ -144,6 +145,7 @@ def test_elastic_block_that_supports_crush(analysis: Statics | None, closing: fl
     assert max(certificate(result).values()) < 1e-10 * max(10.0, closing / 2e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["gap", "velocity"])
 @pytest.mark.parametrize("step", [pytest.param(1e-3, marks=pytest.mark.slow), 4e-3])
 @pytest.mark.parametrize("gap", [1e-6, 0.1, 1.0])

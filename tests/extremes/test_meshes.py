@@ -31,6 +31,7 @@ def test_patch_of_any_elements(one: str, two: str) -> None:
     assert max(certificate(result).values()) < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("element", ["P1", "Q1", "P2", "Q2"])
 def test_patch_in_space(element: str) -> None:
     one, many = (1, 1, 1), (4, 4, 2)

@@ -87,6 +87,7 @@ def test_free_flight_is_met_by_algebra(fidelity, theta: float) -> None:
         assert several.summary.probes[name] == pytest.approx([0, 0, -fallen], abs=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fidelity", FIDELITIES)
 @pytest.mark.parametrize("analysis", [Statics(), LARGE_STEP], ids=["statics", "large step"])
 def test_only_what_flies_is_named(analysis, fidelity) -> None:

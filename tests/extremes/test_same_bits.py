@@ -40,6 +40,7 @@ def bits(result: RunResult) -> list[bytes]:
     return [part.tobytes() for part in (state.reaction, state.velocity, state.gap, state.points, *forces)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES)
 def test_the_same_bits_twice(name: str) -> None:
     one, other = solve_scene(SCENES[name]()), solve_scene(SCENES[name]())

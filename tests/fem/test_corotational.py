@@ -29,6 +29,7 @@ def brick(dimension: int):
     return group
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_four_turns_of_a_free_stone(dimension: int) -> None:
     """Momentum and energy of a stone that tumbles; it starts bent, and vibrates on."""

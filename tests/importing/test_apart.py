@@ -118,6 +118,7 @@ def test_the_same_bits_as_in_this_process(repository: Path) -> None:
         assert one.solid.vertices.tobytes() == two.solid.vertices.tobytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("text", "limits", "said"), [
     (ENDLESS, 'time = "2 s"', "was not done within reading.time = 2 s"),
     ('SystemCall "sleep 600";\n', 'time = "2 s"', "was not done within reading.time = 2 s"),

@@ -75,6 +75,7 @@ def test_objective_in_the_tangent_plane(law, seed, angle, pressed):
     assert other.adhesion == pytest.approx(one.adhesion, rel=1e-9, abs=1e-12)
 
 
+@pytest.mark.slow
 @every_law
 @few
 @given(seed=seeds)

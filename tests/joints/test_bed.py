@@ -158,6 +158,7 @@ def test_shear_alone_does_not_crush():
     assert np.abs(history.state.crushed).max() < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lean", [0.2, 0.5, 1.0, 2.0], ids=lambda lean: f"slide/closing {lean:g}")
 @pytest.mark.parametrize("strength", [0.15e6, 2e6, 10e6], ids=lambda strength: f"{strength / 1e6:g} MPa")
 def test_crushing_beside_shear_settles_in_few_turns(strength, lean):

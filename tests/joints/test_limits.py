@@ -73,6 +73,7 @@ def test_every_law_with_a_page_has_its_limits(repository):
     assert {law.name for law in BARE} >= explained >= {"bilinear"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("put_on", PUT_ON)
 @pytest.mark.parametrize("law", BARE, ids=label)
 @few

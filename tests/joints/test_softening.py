@@ -68,6 +68,7 @@ def test_energy_of_a_mode(shape, angle, mixing):
     assert history.adhesion[1] == pytest.approx(1.0, abs=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize(("residual", "angle"), [(0.0, 0.0), (0.0, 0.5), (0.4, 0.5), (0.4, 0.0)])
 def test_book_keeping_is_the_area(shape, residual, angle):

@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 
 from masonry_fem.build import build
 from masonry_fem.march.coupling import connect
-from masonry_fem.march.mechanism import Mechanism, recognise
+from masonry_fem.march.mechanism import Mechanism
 from masonry_fem.march.model import Model
 from masonry_fem.march.motion import BlockMotion, PointMotion
+from masonry_fem.march.recognition import recognise
 from masonry_fem.scene import check
 from masonry_fem.scene.specs import Loads, Material, Scene
 from masonry_fem.structures.stack import StackStructure

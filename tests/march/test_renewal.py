@@ -119,6 +119,7 @@ def test_without_it_the_block_slides_on_in_the_air() -> None:
     assert corners(made, "mover")[:, 1].min() == pytest.approx(0.5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("every", [pytest.param(1, marks=pytest.mark.slow), 10])
 def test_a_tall_block_topples_and_lies_on_its_side(every: int) -> None:
     tape, made = rigid(

@@ -133,6 +133,7 @@ def test_stones_that_should_turn_are_told_by_what_it_does(
     assert written(rigid).turning.value == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("update", "cure"),
     [("moving", ""), ("fixed", "leave it out"), ("redetect", "")],

@@ -210,6 +210,7 @@ def test_little_cohesion_is_nearly_dry(family, d):
     assert other.velocity == pytest.approx(one.velocity, abs=1e-6 * np.abs(one.velocity).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", ["elastic statics", "elastic dynamics", "plain"])
 @pytest.mark.parametrize("times", [1e6, 1e9])
 def test_stiff_cohesion_is_bonded(family, times):
@@ -301,6 +302,7 @@ CYCLES = [("elastic dynamics", "newton", d) for d in (2, 3)]
 LOOSER = {"interior_point": 1e-6}  # it ends between that and 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("family", "method", "d"), [one for one in CASES if one not in CRAWLS + CYCLES])
 @pytest.mark.parametrize("seed", [1, 2])
 def test_contact_part_keeps_the_laws_and_bodies_balance(family, method, d, seed):

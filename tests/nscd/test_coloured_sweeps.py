@@ -147,6 +147,7 @@ def test_a_warm_start_is_kept():
     assert again.impulse == pytest.approx(solved.impulse, rel=1e-12)  # projected on the cones once more
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="forks are of Unix")
 def test_a_fork_makes_do_without_its_parents_threads(monkeypatch):
     """GNU's OpenMP ends a process that uses the threads of the one it was forked from."""

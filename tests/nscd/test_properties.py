@@ -92,6 +92,7 @@ def test_numbers_of_contacts_and_bodies_change_nothing(family, method, d, seed):
     same(problem, one, two.velocity[np.argsort(contacts)], two.rigid_velocity[np.argsort(bodies)])
 
 
+@pytest.mark.slow
 @every
 @seeds
 def test_problems_apart_do_not_meet(family, method, d, seed):
@@ -170,6 +171,7 @@ def test_all_friction(family, method, d, seed):
     assert rough.velocity[closed] == pytest.approx(0.0, abs=AGREES * free_speed(problem))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [10.0, 1e3, 1e6])
 @pytest.mark.parametrize("seed", [1, 4, 7])
 @pytest.mark.parametrize("family", ["elastic statics", "elastic dynamics"])

@@ -91,6 +91,7 @@ def test_crosses_of_principal_stresses_go_along_with_the_blocks(elastic, tmp_pat
     assert np.mean(np.abs(seen[0] - seen[1]).max(axis=-1) > 0.1) < 1e-3
 
 
+@pytest.mark.slow
 @draws
 @pytest.mark.parametrize("known", [True, False])
 def test_damage_is_drawn_where_there_is_cohesion(rigid, tmp_path, known):

@@ -348,7 +348,6 @@ def test_python_objects_get_the_same_messages(changes, expected):
         ('"10 GPa"', "10_000.0", "materials.stone.young is 10000 Pa, masonry has 1e+06 to 1e+12"),
         ('"2400 kg/m^3"', "2.4", "materials.stone.density is 2.4 kg/m^3, masonry has 200 to 12000"),
         ("[loads]", "[[initial]]\nblocks = 'a'\n[loads]", "has no effect"),
-        ("[loads]", "[analysis]\nkind = 'statics'\nsubsteps = 8\n[loads]", "and all are dry"),
         (
             "[loads]",
             "[[joints]]\nlaw = {kind = 'mohr_coulomb', cohesion = 1e5, residual_friction = 0.9}\n[loads]",

@@ -150,6 +150,7 @@ STRATEGIES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", STRATEGIES)
 def test_dynamic_strategies_end_where_statics_does(name: str) -> None:
     """The low wall by each strategy of the slides' 6.1: within 1 % of true statics."""

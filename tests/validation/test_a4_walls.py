@@ -103,6 +103,7 @@ WALL_1 = WallStructure(
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("young", [None, 1e9, 1e12, 1e15])
 def test_a9_9_collapse_of_wall_1_does_not_depend_on_its_stiffness(young: float | None) -> None:
     """Horizontal body force λ W: it stands at 0.98 and falls at 1.02 of λ = 0.64286.
@@ -212,6 +213,7 @@ def test_a4_6_two_bricks_wide() -> None:
     assert wall_rests(walls, 1.02 * 0.37114, 0.65, Statics()) == "no_equilibrium"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [10.0, "no slip"])
 @pytest.mark.parametrize("columns", [2, 3])
 def test_a4_6_without_slip_a_wall_is_a_monolith(columns: int, friction) -> None:

@@ -14,6 +14,7 @@ from masonry_fem.structures.dome import DomeStructure
 from tests.validation.domes import GAMMA, RADIUS, G, lune, meridian_points, thrust
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("thickness", "least"), [(0.25, 0.011693), (0.5, 0.019469), (0.75, 0.024265)], ids=["t5", "t10", "t15"]
 )

@@ -61,6 +61,7 @@ def hinges(found: CollapseResult | Collapse) -> dict[frozenset[str], np.ndarray]
     return {frozenset(joint.between): joint.at for joint in found.mechanism.of("hinge")}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [5.0, 0.6])
 @pytest.mark.parametrize(
     ("thickness", "voussoirs", "limit"),

@@ -57,6 +57,7 @@ def pulled(
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rows", [2, 8, pytest.param(16, marks=pytest.mark.slow)])
 def test_a_crack_takes_the_fracture_energy_on_every_mesh(rows):
     """To 1 %, which is of the load steps: all is taken in one row, and the ledger closes."""

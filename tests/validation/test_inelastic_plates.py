@@ -120,6 +120,7 @@ def test_the_slip_lines_are_those_of_the_literature():
     assert fans(np.pi / 4, 80) == pytest.approx((width, pressure), rel=2e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dilatancy", [0.0, 10.0, PHI])
 @pytest.mark.parametrize("keys", [CONE, PYRAMID])
 def test_smooth_plates_leave_the_strength_of_plane_strain(keys, dilatancy):
@@ -137,6 +138,7 @@ def test_smooth_plates_leave_the_strength_of_plane_strain(keys, dilatancy):
     assert found == pytest.approx(strength, rel=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("keys", "ratio"), [(CONE, 2), (PYRAMID, 2), (PYRAMID, 3)])
 def test_rough_plates_on_a_wide_block(keys, ratio):
     """From above at first order, as stone sticks to the plates in a wedge along which the velocity jumps."""

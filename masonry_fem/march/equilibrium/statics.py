@@ -16,12 +16,13 @@ if TYPE_CHECKING:
 class Statics(Strategy, frozen=True, kw_only=True, tag="statics"):
     """True statics: no inertia; the loads are applied in equal steps.
 
-    A step in which joints yield or break is halved again and again, into at most ``substeps`` parts.
+    A step in which joints yield or break, or whose contacts are not solved, is halved again and again, into at
+    most ``substeps`` parts.
 
     Attributes
     ----------
     load_steps : number of equal steps from no load to the full load
-    substeps : largest number of parts that a step is divided into; needs joints with a ``law``
+    substeps : largest number of parts that a step is divided into
 
     Examples
     --------

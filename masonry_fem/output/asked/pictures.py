@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from masonry_fem.march.mechanism import mechanism_of_step
 from masonry_fem.march.model import Model
+from masonry_fem.march.recognition import mechanism_of_step
 from masonry_fem.march.state import SystemState
 from masonry_fem.output.cut import Plane, draw_cut
 from masonry_fem.output.mechanism_picture import draw_mechanism

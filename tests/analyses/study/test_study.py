@@ -71,6 +71,7 @@ def test_every_combination_is_a_row(made) -> None:
     assert told[-1][:2] == (6, 6)
 
 
+@pytest.mark.slow
 def test_a_row_tells_costs_and_certificate(made) -> None:
     row = made[0].row(mesh__size="0.25", fidelity="elastic", solver__tolerance="1e-08")
     assert row.cpu > 0
@@ -81,6 +82,7 @@ def test_a_row_tells_costs_and_certificate(made) -> None:
     assert row.certificate["natural_map"] < 1e-8
 
 
+@pytest.mark.slow
 def test_resultants_need_no_elements(made) -> None:
     result = made[0]
     advice = {one.target: one for one in result.recommendations}
@@ -92,6 +94,7 @@ def test_resultants_need_no_elements(made) -> None:
     assert "stress.means" not in rigid.quantities
 
 
+@pytest.mark.slow
 def test_two_meshes_do_not_tell_an_order(made) -> None:
     result = made[0]
     advice = next(one for one in result.recommendations if one.target == "stress.max")
@@ -101,6 +104,7 @@ def test_two_meshes_do_not_tell_an_order(made) -> None:
     assert (seen.order, seen.words) == (None, "2 levels")
 
 
+@pytest.mark.slow
 def test_a_second_call_computes_what_is_missing(made, scene: Path) -> None:
     folder = scene.parent / "out"
     files = sorted((folder / "cells").glob("*.json"))
@@ -117,6 +121,7 @@ def test_a_second_call_computes_what_is_missing(made, scene: Path) -> None:
     assert {file: file.stat().st_mtime_ns for file in stamps} == stamps
 
 
+@pytest.mark.slow
 def test_files(made, tmp_path: Path) -> None:
     result = made[0]
     table, told, picture = result.write(tmp_path)
@@ -131,6 +136,7 @@ def test_files(made, tmp_path: Path) -> None:
     assert picture.read_bytes()[:4] == b"\x89PNG"
 
 
+@pytest.mark.slow
 def test_command(scene: Path, capsys) -> None:
     line = ["study", str(scene), "--vary", "solver.tolerance=1e-3,1e-8", "--vary", "fidelity=rigid,elastic"]
     folder = scene.parent / "out"  # its cells are known

@@ -29,6 +29,7 @@ def test_a_bar_in_tension_softens_exponentially(poisson):
         assert stress == pytest.approx(expected, rel=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("poisson", RATIOS)
 def test_a_crack_takes_the_fracture_energy(poisson):
     """Over the width of its band: to second order in the steps of the path."""

@@ -149,6 +149,7 @@ def test_a_bar_in_tension_softens_along_a_straight_line(residual):
     assert sum(1.001 * residual * CUT < stress < 0.999 * CUT for stress in stresses) >= 5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("psi", [None, 10.0, 0.0])
 @pytest.mark.parametrize("confinement", [0.0, 1e6])
 def test_a_column_under_pressure_softens_along_a_straight_line(psi, confinement):

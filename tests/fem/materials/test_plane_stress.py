@@ -182,6 +182,7 @@ def test_the_hexagon_of_mohr_and_coulomb(psi, cut):
     assert stress == pytest.approx(min(along, cut or np.inf), rel=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("psi", [None, 10.0, 0.0])
 def test_the_ellipse_of_drucker_and_prager(psi):
     """√J2 + η p = ξ c, with J2 = (σ_x² − σ_x σ_y + σ_y²)/3 + τ² and p = (σ_x + σ_y)/3."""

@@ -1,0 +1,194 @@
+"""Recognition: which mechanism the velocities of blocks are.
+
+    found = mechanism_of_step(march.last, march.model)
+
+Blocks that a closed joint connects move as one part. A joint is a *hinge* where some point of it rests and
+others part, it *slides* where a point moves along the joint without leaving it, and else it *opens*.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from masonry_fem.bodies.rotation import lever
+from masonry_fem.march.macroblocks import ALIKE, macroblocks
+from masonry_fem.march.mechanism import STRAIGHT, FloatArray, IntArray, Joint, Mechanism, Part
+from masonry_fem.march.model import Model
+from masonry_fem.march.motion import BlockMotion, PointMotion
+from masonry_fem.march.step import Increment
+from masonry_fem.nscd.graphs import lengths
+
+# speeds that count as rest, over that of the fastest corner: a step is finite and solved to a tolerance
+RIGID, DEFORMED = 1e-3, 1e-2
+BLURRED = 0.05  # of a joint's fastest point: a hinge of blocks that deform is no point
+OPEN = 1e-3  # of the typical size: a contact point that stands further apart takes no part
+MANY = 12  # parts from which those that move nearly alike are told together
+
+
+def recognise(
+    model: Model,
+    motion: BlockMotion,
+    points: PointMotion,
+    *,
+    rest: float,
+    share: float = 0.0,
+    friction: FloatArray | float = 0.0,
+) -> Mechanism:
+    """The mechanism in the motion of all blocks of a model.
+
+    Parameters
+    ----------
+    model : Blocks and interfaces. motion : Of all its blocks, supports too. points : Of its contact points.
+    rest : Speed over that of the fastest corner below which something rests.
+    share : The same over the fastest point of a joint: hinges of deformable or displaced blocks are blurred.
+    friction : By how much what slides parts, over its slip: μ where joints are associated, else 0.
+    """
+    fastest = motion.fastest() or 1.0
+    motion = motion.scaled(1 / fastest)
+    contact = points.relative(motion, model.contacts.blocks)
+    how, resting = _ways(model, contact, points.active, friction, rest, share)
+    moves = motion.moves(rest)
+    part = [index for index in range(len(model.interfaces)) if how[index] not in ("closed", "apart")]
+    # along the structure: by the first of their blocks that is no support
+    part.sort(key=lambda index: sorted((motion.held[b], b) for b in model.interfaces[index].blocks))
+    joints = tuple(_joint(model, motion, points, index, how[index], resting) for index in part)
+    shown = np.flatnonzero(~motion.held | moves)
+    parts = _parts(model, motion, how, moves)
+    return Mechanism(
+        blocks=shown,
+        centre=motion.centre[shown],
+        velocity=motion.velocity[shown],
+        spin=motion.spin[shown],
+        contact=np.where(points.active[:, None], contact, 0.0),
+        joints=joints,
+        parts=parts,
+        macroblocks=_macroblocks(model, motion, parts) if len(parts) > MANY else (),
+        speed=fastest,
+    )
+
+
+def mechanism_of_step(made: Increment, model: Model) -> Mechanism:
+    """How blocks move at the end of a step, shown where they were at its start.
+
+    Blocks that deform are taken with their mean rigid motion, and what counts as rest is larger for them.
+
+    Parameters
+    ----------
+    made : The step.
+    model : The structure, as the step was made with it.
+    """
+    points = PointMotion(made.here.points, made.here.frame, made.here.gap <= OPEN * model.length)
+    deforms = any(group.deforms for group in model.groups)
+    rest = DEFORMED if deforms else RIGID
+    return recognise(model, BlockMotion.of_step(made, model), points, rest=rest, share=BLURRED)
+
+
+def _ways(
+    model: Model,
+    contact: FloatArray,
+    active: NDArray[np.bool_],
+    friction: FloatArray | float,
+    rest: float,
+    share: float,
+) -> tuple[list[str], NDArray[np.bool_]]:
+    """What each interface does: ``closed``, ``hinge``, ``slides``, ``opens``, or ``apart``; points that rest.
+
+    Those that stood open, ``apart``, are no joints; of a hinge all points but one may.
+    """
+    count, number = len(model.interfaces), model.contacts.interface
+    slip, speed = lengths(contact[:, 1:]), lengths(contact)
+    most = np.zeros(count)
+    np.maximum.at(most, number, speed)
+    small = np.maximum(rest, share * most[number])
+    resting = active & (speed <= small)
+    sheared = active & (slip > small) & (contact[:, 0] - friction * slip <= small)
+    rests, slides, touches = (np.zeros(count, dtype=bool) for _ in range(3))
+    np.logical_or.at(rests, number, resting)
+    np.logical_or.at(slides, number, sheared)
+    np.logical_or.at(touches, number, active)
+    found = np.full(count, "opens", dtype=object)
+    found[rests] = "hinge"
+    # where no point rests and one slides; a hinge may slide a little at its other end
+    found[slides & (~rests if share else True)] = "slides"
+    found[most <= rest] = "closed"
+    found[~touches] = "apart"
+    return [str(way) for way in found], resting
+
+
+def _joint(
+    model: Model,
+    motion: BlockMotion,
+    points: PointMotion,
+    index: int,
+    how: str,
+    resting: NDArray[np.bool_],
+) -> Joint:
+    """Place and relative motion of an interface."""
+    interface = model.interfaces[index]
+    own = np.flatnonzero(model.contacts.interface == index)
+    chosen = own[resting[own]] if how == "hinge" else own
+    at = points.at[chosen].mean(axis=0)
+    first, second = interface.blocks
+    slip = motion.at(np.array([first]), at[None])[0] - motion.at(np.array([second]), at[None])[0]
+    names = tuple(model.assembly.blocks[block].name for block in interface.blocks)
+    turn = motion.spin[first] - motion.spin[second]
+    return Joint(index, interface.blocks, (names[0], names[1]), interface.label, how, at, turn, slip)
+
+
+def _parts(model: Model, motion: BlockMotion, how: list[str], moves: NDArray[np.bool_]) -> tuple[Part, ...]:
+    """The moving blocks, joined where the joint between them stays closed."""
+    names = [block.name for block in model.assembly.blocks]
+    pairs = np.array(
+        [interface.blocks for index, interface in enumerate(model.interfaces) if how[index] == "closed"],
+        dtype=int,
+    ).reshape(-1, 2)
+    links = sparse.coo_array(
+        (np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(names), len(names))
+    )
+    _, part = sparse.csgraph.connected_components(links, directed=False)
+    standing = np.isin(part, part[motion.held & ~moves])  # what is one with a support that rests
+    members: dict[int, list[int]] = {}
+    for block in np.flatnonzero(moves & ~standing).tolist():
+        members.setdefault(int(part[block]), []).append(block)
+    return tuple(_part(names, motion, np.array(numbers)) for numbers in members.values())
+
+
+def _part(names: list[str], motion: BlockMotion, numbers: IntArray) -> Part:
+    at = motion.centre[numbers].mean(axis=0)
+    velocity = motion.at(numbers, np.broadcast_to(at, (len(numbers), len(at)))).mean(axis=0)
+    return _moving(names, motion, numbers, at, velocity, motion.spin[numbers].mean(axis=0))
+
+
+def _moving(
+    names: list[str], motion: BlockMotion, numbers: IntArray, at: FloatArray, velocity: FloatArray,
+    spin: FloatArray, straight: float = STRAIGHT,
+) -> Part:  # fmt: skip
+    """The part of some blocks with a velocity ``at`` a point, and its pole where it is not ``straight``."""
+    pole = None
+    if len(at) == 2:
+        corners = np.concatenate([motion.corners[block] for block in numbers.tolist()]) - at
+        turning = float(abs(spin[0]) * np.linalg.norm(corners, axis=1).max())
+        if turning > straight * float(np.linalg.norm(velocity)):
+            pole = at + np.array([-velocity[1], velocity[0]]) / spin[0]
+    who = tuple(names[block] for block in numbers.tolist())
+    return Part(tuple(numbers.tolist()), who, at, velocity, spin, pole)
+
+
+def _macroblocks(model: Model, motion: BlockMotion, parts: Sequence[Part]) -> tuple[Part, ...]:
+    """The parts in groups that move nearly as one."""
+    names = [block.name for block in model.assembly.blocks]
+    numbers = np.array(sorted(number for part in parts for number in part.numbers))
+    corners = [motion.corners[number] for number in numbers.tolist()]
+    owner = np.repeat(np.arange(len(numbers)), [len(own) for own in corners])
+    points = np.concatenate(corners)
+    found = macroblocks(points, motion.at(numbers[owner], points), owner)
+    made = []
+    for group, (velocity, spin) in enumerate(zip(found.velocity, found.spin, strict=True)):
+        own = numbers[found.member == group]
+        at = motion.centre[own].mean(axis=0)
+        made.append(_moving(names, motion, own, at, velocity + lever(at) @ spin, spin, ALIKE))
+    return tuple(made)

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 class Statics(Strategy, frozen=True, kw_only=True, tag="statics"):
     """True statics: no inertia; the loads are applied in equal steps.
 
-    A step in which joints yield or break, or whose contacts are not solved, is halved again and again, into at
-    most ``substeps`` parts.
+    A step in which joints yield or break, or whose contacts are not solved, is halved again and again, into
+    at most ``substeps`` parts.
 
     Attributes
     ----------

@@ -11,6 +11,9 @@ def test_one_version(repository):
     citation = (repository / "CITATION.cff").read_text(encoding="utf-8")
     assert package["version"] == masonry_fem.__version__
     assert re.findall(r"^version: (.+)$", citation, re.MULTILINE) == [masonry_fem.__version__]
+    changes = (repository / "CHANGELOG.md").read_text(encoding="utf-8")
+    sections = re.findall(r"^## \[(.+?)\]", changes, re.MULTILINE)
+    assert sections[:2] == ["Unreleased", masonry_fem.__version__]
 
 
 def test_pages_for_the_host_lead_somewhere(repository):

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import masonry_fem
-from masonry_fem.cli import check, collapse, contact, info, limit, mesh, run, study, view
+from masonry_fem.cli import check, collapse, compile, contact, info, limit, mesh, run, study, view
 from masonry_fem.cli.console import complain, speak_readably
 from masonry_fem.cli.exit_codes import BAD_INPUT, INTERRUPTED, PIPE_CLOSED, WORDS
 from masonry_fem.cli.grammar import Parser, parents
@@ -27,7 +27,7 @@ from masonry_fem.errors import MasonryError
 __all__ = ["main", "parser"]
 
 ROOM = str(Path(masonry_fem.__file__).parent)
-COMMANDS = (run, check, limit, collapse, study, mesh, view, contact, info)
+COMMANDS = (run, check, limit, collapse, study, mesh, view, contact, compile, info)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -42,6 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     logging.basicConfig(format="%(levelname)s: %(message)s")
     told = logging.DEBUG if options.debug else logging.INFO if options.verbose else logging.WARNING
     logging.getLogger("masonry_fem").setLevel(told)
+    logging.getLogger("masonry_fem.host.compiled").setLevel(logging.INFO)  # nobody waits without knowing why
     with answered() as received:
         code = _answer(options)
     return 128 + received.number if code == INTERRUPTED else code

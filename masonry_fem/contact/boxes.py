@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from masonry_fem.host.compiled import compiled
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
@@ -35,7 +35,7 @@ def near_pairs(low: FloatArray, high: FloatArray, reach: float) -> IntArray:
     return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
 
 
-@njit(cache=True)
+@compiled
 def _sweep(low: FloatArray, high: FloatArray, order: IntArray, axis: int, reach: float) -> IntArray:
     count, d = low.shape
     found = np.empty((max(16, 8 * count), 2), dtype=np.int64)

@@ -7,15 +7,15 @@ count as touching; the result has neither double nor collinear corners.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from masonry_fem.host.compiled import compiled
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
 STRAIGHT = 1e-9  # sine of a turn below which three corners are on a line
 
 
-@njit(cache=True)
+@compiled
 def clip(subject: FloatArray, window: FloatArray, tolerance: float) -> FloatArray:
     """Common part of two convex polygons, shape (k, 2); k = 0 where they have none.
 
@@ -59,7 +59,7 @@ def clip(subject: FloatArray, window: FloatArray, tolerance: float) -> FloatArra
     return tidy(now[:count], tolerance)  # type: ignore[no-any-return]
 
 
-@njit(cache=True)
+@compiled
 def tidy(polygon: FloatArray, tolerance: float) -> FloatArray:
     """The polygon without corners that coincide or lie on a straight side."""
     kept = np.empty_like(polygon)
@@ -85,7 +85,7 @@ def tidy(polygon: FloatArray, tolerance: float) -> FloatArray:
     return result[:left] if left >= 3 else result[:0]
 
 
-@njit(cache=True)
+@compiled
 def polygon_area(polygon: FloatArray) -> float:
     """Area of a polygon, positive where it runs counter-clockwise."""
     total = 0.0
@@ -96,7 +96,7 @@ def polygon_area(polygon: FloatArray) -> float:
     return total
 
 
-@njit(cache=True)
+@compiled
 def depths(polygon: FloatArray, points: FloatArray) -> FloatArray:
     """Distances of points from the nearest side of a convex polygon, negative outside it, shape (m,) [m].
 
@@ -124,7 +124,7 @@ def depths(polygon: FloatArray, points: FloatArray) -> FloatArray:
     return result
 
 
-@njit(cache=True)
+@compiled
 def locate(polygons: FloatArray, points: FloatArray, tolerance: float) -> IntArray:
     """Which polygon holds each point, or the nearest one where none does, shape (m,).
 
@@ -171,7 +171,8 @@ def common_parts(
     Corners in the planes, padded (m, k, d - 1) [m]; how many are real (m,); areas, in 2D lengths (m,).
     """
     if at.shape[2] == 3:
-        return _common_polygons(at, count, candidate, antagonist, origin, basis, tolerance)  # type: ignore[no-any-return]
+        frames = np.ascontiguousarray(basis)  # one layout, or all of it is compiled twice
+        return _common_polygons(at, count, candidate, antagonist, origin, frames, tolerance)  # type: ignore[no-any-return]
     along = [
         np.einsum("mkd,md->mk", at[rows] - origin[:, None], basis[:, 0]) for rows in (candidate, antagonist)
     ]
@@ -180,7 +181,7 @@ def common_parts(
     return np.stack([low, high], axis=1)[:, :, None], np.where(high > low, 2, 0), np.maximum(high - low, 0.0)
 
 
-@njit(cache=True)
+@compiled
 def _common_polygons(
     at: FloatArray,
     count: IntArray,

@@ -9,8 +9,8 @@ touch.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from masonry_fem.host.compiled import compiled
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import FloatArray
@@ -31,7 +31,7 @@ def edges_of(solid: Polytope) -> IntArray:
     return np.array(rows, dtype=np.int64).reshape(-1, 4)
 
 
-@njit(cache=True)
+@compiled
 def crossings(
     vertices: FloatArray,
     normal: FloatArray,
@@ -95,7 +95,7 @@ def crossings(
     return found, apart, axis, points
 
 
-@njit(cache=True)
+@compiled
 def _arcs_cross(
     u: FloatArray, w: FloatArray, n1: FloatArray, n2: FloatArray, o1: FloatArray, o2: FloatArray
 ) -> bool:
@@ -112,7 +112,7 @@ def _arcs_cross(
     return result
 
 
-@njit(cache=True)
+@compiled
 def _inside(
     p: FloatArray, u: FloatArray, q: FloatArray, w: FloatArray, margin: float, points: FloatArray
 ) -> bool:

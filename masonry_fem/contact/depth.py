@@ -13,7 +13,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from masonry_fem.contact.ball import ball_in_both
@@ -22,6 +21,7 @@ from masonry_fem.contact.clipping import common_parts
 from masonry_fem.contact.facing import facing_rows
 from masonry_fem.contact.kinematics import height, local_frames
 from masonry_fem.contact.skin import Skin
+from masonry_fem.host.compiled import compiled
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
@@ -87,7 +87,7 @@ def overlaps(skin: Skin, points: FloatArray) -> Overlaps:
     return Overlaps(pairs[deep], depth[deep] - skin.hollow[pairs[deep]].sum(axis=1))
 
 
-@njit(cache=True)
+@compiled
 def _by_axes(
     points: FloatArray,
     nodes: IntArray,
@@ -113,7 +113,7 @@ def _by_axes(
     return result
 
 
-@njit(cache=True)
+@compiled
 def _along_normals(
     points: FloatArray,
     nodes: IntArray,
@@ -132,7 +132,7 @@ def _along_normals(
     return least
 
 
-@njit(cache=True)
+@compiled
 def _across_edges(
     points: FloatArray,
     nodes: IntArray,
@@ -160,7 +160,7 @@ def _across_edges(
     return least
 
 
-@njit(cache=True)
+@compiled
 def _along(points: FloatArray, nodes: IntArray, one: int, two: int, axis: FloatArray) -> float:
     """Overlap of two blocks' shadows on an axis [m]."""
     ends = np.empty((2, 2))

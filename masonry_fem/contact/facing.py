@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from masonry_fem.contact.posed import Posed, clearances
 from masonry_fem.contact.surface import PosedFaces
+from masonry_fem.host.compiled import compiled
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
@@ -59,7 +59,7 @@ def facing(faces: PosedFaces, pairs: IntArray, far: float, angle: float) -> tupl
     return rows[:, 0], rows[:, 1]
 
 
-@njit(cache=True)
+@compiled
 def facing_rows(
     normal: FloatArray,
     low: FloatArray,

@@ -9,8 +9,8 @@ weights sum to one and reproduce linear fields; a point off the facet is project
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from masonry_fem.host.compiled import compiled
 from masonry_fem.solid.mesh import IntArray, Mesh
 from masonry_fem.solid.pose import FloatArray
 
@@ -44,7 +44,7 @@ def weights(mesh: Mesh, facets: IntArray, points: FloatArray) -> FloatArray:
     return found
 
 
-@njit(cache=True)
+@compiled
 def weights_at(kind: int, nodes: FloatArray, points: FloatArray) -> FloatArray:
     """Shape functions of facets at points, shape (k, n).
 
@@ -60,7 +60,7 @@ def weights_at(kind: int, nodes: FloatArray, points: FloatArray) -> FloatArray:
     return result
 
 
-@njit(cache=True)
+@compiled
 def _inverse(kind: int, nodes: FloatArray, point: FloatArray) -> FloatArray:
     """Local coordinates of the facet point nearest to ``point``, by Gauss-Newton, shape (2,)."""
     local = np.zeros(2)
@@ -93,7 +93,7 @@ def _inverse(kind: int, nodes: FloatArray, point: FloatArray) -> FloatArray:
     return local
 
 
-@njit(cache=True)
+@compiled
 def _quadratic(t: float) -> tuple[FloatArray, FloatArray]:
     """Quadratic polynomials of the nodes −1, 0, 1 and their slopes."""
     return (
@@ -102,7 +102,7 @@ def _quadratic(t: float) -> tuple[FloatArray, FloatArray]:
     )
 
 
-@njit(cache=True)
+@compiled
 def _shape(kind: int, local: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Shape functions (n,) and their slopes (2, n) at local coordinates."""
     x, y = local[0], local[1]

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from masonry_fem.contact.crossing import edges_of
 from masonry_fem.contact.surface import Surface
+from masonry_fem.host.compiled import compiled
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.polytope import Polytope
@@ -96,7 +96,7 @@ def _padded(arrays: list[FloatArray]) -> tuple[FloatArray, IntArray]:
     ), count
 
 
-@njit(cache=True)
+@compiled
 def clearances(
     vertices: FloatArray,
     count: IntArray,

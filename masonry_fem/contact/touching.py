@@ -9,13 +9,13 @@ normal does, the edges cross (``crossing``).
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from masonry_fem.contact.clipping import depths
 from masonry_fem.contact.contacts import Interface
 from masonry_fem.contact.crossing import crossings
 from masonry_fem.contact.kinematics import local_frames
 from masonry_fem.contact.posed import Posed
+from masonry_fem.host.compiled import compiled
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
@@ -160,7 +160,7 @@ def _part_inside(window: FloatArray, flat: FloatArray, feature: FloatArray, marg
     return part
 
 
-@njit(cache=True)
+@compiled
 def _features(
     vertices: FloatArray,
     count: IntArray,
@@ -206,7 +206,7 @@ def _features(
     return result, apart
 
 
-@njit(cache=True)
+@compiled
 def _heights(corners: FloatArray, on_face: FloatArray, normal: FloatArray) -> FloatArray:
     """Heights of corners above a face, shape (v,) [m]."""
     heights = np.zeros(len(corners))
@@ -216,14 +216,14 @@ def _heights(corners: FloatArray, on_face: FloatArray, normal: FloatArray) -> Fl
     return heights
 
 
-@njit(cache=True)
+@compiled
 def _other_end(heights: FloatArray, low: IntArray, reach: float, level: float) -> int:
     """A second corner within reach, which makes an edge if all others are clearly higher; −1: none."""
     edge = heights[low[1]] <= reach and heights[low[2]] > heights[low[1]] + level
     return low[1] if edge else -1
 
 
-@njit(cache=True)
+@compiled
 def _three_lowest(heights: FloatArray) -> IntArray:
     """Indices of the three smallest values, ascending; the first of equals comes first."""
     low = np.zeros(3, dtype=np.int64)

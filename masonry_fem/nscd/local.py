@@ -25,8 +25,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
+
+from masonry_fem.host.compiled import compiled
 
 FloatArray = NDArray[np.float64]
 Vector = tuple[float, float, float]
@@ -72,7 +73,7 @@ def reduce_blocks(blocks: FloatArray) -> FloatArray:
     )
 
 
-@njit(cache=True)
+@compiled
 def slip(
     local: FloatArray, friction: float, alone: float, c1: float, c2: float, guess: float
 ) -> tuple[float, float, float, float]:
@@ -128,7 +129,7 @@ def slip(
     return pn, p1 * onto, p2 * onto, lam
 
 
-@njit(cache=True, inline="always")
+@compiled(inline="always")
 def solve_local(
     local: FloatArray, friction: float, bn: float, b1: float, b2: float, guess: float, axes: Axes
 ) -> tuple[float, float, float, float]:
@@ -162,7 +163,7 @@ def solve_local(
     return slipping
 
 
-@njit(cache=True, inline="always")
+@compiled(inline="always")
 def times(blocks: FloatArray, i: int, xn: float, x1: float, x2: float, axes: Axes) -> Vector:
     """Product of a block and a vector.
 
@@ -183,7 +184,7 @@ def times(blocks: FloatArray, i: int, xn: float, x1: float, x2: float, axes: Axe
     return yn, y1, y2
 
 
-@njit(cache=True, forceinline=True)
+@compiled(forceinline=True)
 def answer(
     local: FloatArray, friction: float, bn: float, b1: float, b2: float, guess: float, law: Law, i: int,
     axes: Axes,
@@ -211,7 +212,7 @@ def answer(
     return pn - sn, p1 - s1, p2 - s2, lam
 
 
-@njit(cache=True, forceinline=True)
+@compiled(forceinline=True)
 def pressed(
     pn: float, p1: float, p2: float, vn: float, v1: float, v2: float, law: Law, i: int, axes: Axes
 ) -> Vector:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from masonry_fem.host.compiled import compiled
 
-@njit(cache=True)
+
+@compiled
 def add_dense(
     indptr: NDArray[np.int32],
     indices: NDArray[np.int32],
@@ -36,7 +37,7 @@ def add_dense(
                     data[at, i, j] += 0.5 * (there + back) if symmetric else there
 
 
-@njit(cache=True)
+@compiled
 def put_blocks(
     values: NDArray[np.float64],
     first: NDArray[np.int64],
@@ -59,7 +60,7 @@ def put_blocks(
                 values[at + j] = blocks[k, i, j]
 
 
-@njit(cache=True)
+@compiled
 def put_columns(
     indices: NDArray[np.int32],
     first: NDArray[np.int64],

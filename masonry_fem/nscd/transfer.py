@@ -6,14 +6,15 @@ A solver makes several of each every step, and B's blocks are too small for BLAS
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from masonry_fem.host.compiled import compiled
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
-@njit(cache=True)
+@compiled
 def to_contacts(bodies: IntArray, maps: FloatArray, motion: FloatArray) -> FloatArray:
     """B U of body velocities, shape (c, d).
 
@@ -38,7 +39,7 @@ def to_contacts(bodies: IntArray, maps: FloatArray, motion: FloatArray) -> Float
     return velocity
 
 
-@njit(cache=True)
+@compiled
 def to_bodies(bodies: IntArray, maps: FloatArray, impulse: FloatArray, count: int) -> FloatArray:
     """Bᵀ p of contact impulses, shape (b, m).
 

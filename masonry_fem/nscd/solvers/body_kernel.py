@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from masonry_fem.host.compiled import compiled
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
-@njit(cache=True)
+@compiled
 def couple(
     contacts: IntArray, bodies: IntArray, maps: FloatArray, slope: FloatArray, slots: IntArray,
     blocks: FloatArray,

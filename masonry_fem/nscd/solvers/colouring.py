@@ -14,9 +14,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy import sparse
+
+from masonry_fem.host.compiled import compiled
 
 IntArray = NDArray[np.int64]
 
@@ -113,7 +114,7 @@ def _starts(sizes: IntArray) -> IntArray:
     return np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
 
 
-@njit(cache=True)
+@compiled
 def _greedy(
     visits: IntArray, hub_start: IntArray, hubs: IntArray, member_start: IntArray, members: IntArray
 ) -> IntArray:

@@ -11,9 +11,9 @@ factor that is there already. Where the determinant changes its sign, the path t
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from masonry_fem.host.compiled import compiled
 from masonry_fem.nscd.solvers.normal_map import Piece
 
 FloatArray = NDArray[np.float64]
@@ -105,7 +105,7 @@ def _slope(status: int, friction: float) -> FloatArray:
     return np.array([[1.0, 0.0], [friction if status == PLUS else -friction, 0.0]])
 
 
-@njit(cache=True)
+@compiled
 def statuses(x: FloatArray, friction: FloatArray) -> IntArray:
     """Who is open, sticks, or slides which way, shape (c,)."""
     status = np.zeros(len(x), np.int64)
@@ -120,7 +120,7 @@ def statuses(x: FloatArray, friction: FloatArray) -> IntArray:
     return status
 
 
-@njit(cache=True)
+@compiled
 def next_kink(
     x: FloatArray, direction: FloatArray, status: IntArray, friction: FloatArray
 ) -> tuple[float, int, int]:

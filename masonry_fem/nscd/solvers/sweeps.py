@@ -38,28 +38,29 @@ from types import FunctionType
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 from numpy.typing import NDArray
 
+from masonry_fem.host.compiled import compiled
 from masonry_fem.nscd.local import Axes, Law, Vector, answer, pressed, times
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
-@njit(cache=True, inline="always")
+@compiled(inline="always")
 def _row(vectors: FloatArray, i: int, axes: Axes) -> Vector:
     """A contact's vector."""
     return vectors[i, 0], vectors[i, 1], vectors[i, 2] if len(axes) == 3 else 0.0
 
 
-@njit(cache=True, inline="always")
+@compiled(inline="always")
 def _length(x1: float, x2: float, axes: Axes) -> float:
     """Length of a tangential vector."""
     return math.sqrt(x1 * x1 + x2 * x2) if len(axes) == 3 else abs(x1)
 
 
-@njit(cache=True, forceinline=True)
+@compiled(forceinline=True)
 def _velocity(
     axes: Axes, bodies: Any, maps: Any, motion: Any, pointer: Any, other: Any, blocks: Any, free: FloatArray,
     impulse: FloatArray, i: int,
@@ -86,7 +87,7 @@ def _velocity(
     return vn, v1, v2
 
 
-@njit(cache=True, forceinline=True)
+@compiled(forceinline=True)
 def _move(axes: Axes, bodies: Any, maps: Any, motion: Any, i: int, pn: float, p1: float, p2: float) -> None:
     """Give an impulse at contact ``i`` to the motions of its bodies."""
     if bodies is not None:
@@ -100,7 +101,7 @@ def _move(axes: Axes, bodies: Any, maps: Any, motion: Any, i: int, pn: float, p1
                     motion[body, m] += given
 
 
-@njit(cache=True, inline="always")
+@compiled(inline="always")
 def _onto_cone(mu: float, xn: float, x1: float, x2: float, axes: Axes) -> Vector:
     """P_K of one impulse."""
     size = _length(x1, x2, axes)
@@ -114,7 +115,7 @@ def _onto_cone(mu: float, xn: float, x1: float, x2: float, axes: Axes) -> Vector
     return xn, x1, x2
 
 
-@njit(cache=True, inline="always")
+@compiled(inline="always")
 def _visit(first: int, last: int, turn: int, relaxation: float, axes: Axes, law: Law, data: Any) -> None:
     """Visit the contacts of a group."""
     bodies, maps, motion, pointer, other, blocks, own, local, _, friction, free, impulse, slip = data
@@ -141,7 +142,7 @@ def _visit(first: int, last: int, turn: int, relaxation: float, axes: Axes, law:
             _move(axes, bodies, maps, motion, i, qn, q1, q2)
 
 
-@njit(cache=True, inline="always")
+@compiled(inline="always")
 def _judge(
     first: int, last: int, axes: Axes, law: Law, data: Any
 ) -> tuple[float, float, float, float, float]:
@@ -169,7 +170,7 @@ def _judge(
     return square, size, worst, caused, fastest
 
 
-@njit(cache=True)
+@compiled
 def _error(sums: FloatArray, speed: float) -> float:
     """``Quality.error`` without the bodies' balance, from the groups' judgements, shape (g, 5).
 
@@ -220,5 +221,5 @@ def kernel(*, parallel: bool) -> Callable[..., tuple[int, float]]:
     # Numba's cache on disk tells kernels apart by their names
     source.__qualname__ = "parallel" if parallel else "alone"
     source.__module__ = __name__
-    compiled: Callable[..., tuple[int, float]] = njit(cache=True, parallel=parallel)(source)
-    return compiled
+    sweeps: Callable[..., tuple[int, float]] = compiled(parallel=parallel)(source)
+    return sweeps

@@ -11,9 +11,9 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from numba import njit
 
 from masonry_fem.contact.clipping import clip, polygon_area
+from masonry_fem.host.compiled import compiled
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
@@ -101,7 +101,7 @@ def _lines(
     return points, weights, np.repeat(rows, len(part), axis=0)
 
 
-@njit(cache=True)
+@compiled
 def _areas(
     polygon: FloatArray,
     candidate: FloatArray,
@@ -142,7 +142,7 @@ def _areas(
     return points[:total], weights[:total], owner[:total]
 
 
-@njit(cache=True)
+@compiled
 def _pieces(
     polygon: FloatArray, candidate: FloatArray, antagonist: FloatArray, tolerance: float
 ) -> tuple[FloatArray, IntArray, IntArray]:
@@ -178,7 +178,7 @@ def _pieces(
     return pieces[:total], found[:total, 2], found[:total, :2]
 
 
-@njit(cache=True)
+@compiled
 def _apart(first: FloatArray, second: FloatArray) -> bool:
     """Whether the bounding boxes of two polygons have nothing in common."""
     for axis in range(2):
@@ -194,7 +194,7 @@ def _apart(first: FloatArray, second: FloatArray) -> bool:
     return False
 
 
-@njit(cache=True)
+@compiled
 def _on_parallelogram(
     piece: FloatArray,
     gauss: FloatArray,
@@ -219,7 +219,7 @@ def _on_parallelogram(
     return total
 
 
-@njit(cache=True)
+@compiled
 def _on_triangle(
     triangle: FloatArray,
     barycentric: FloatArray,

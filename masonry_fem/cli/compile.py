@@ -1,0 +1,37 @@
+"""Command ``compile``: compile for this processor what scenes would otherwise wait for."""
+# ruff: noqa: PLC0415
+
+from __future__ import annotations
+
+import argparse
+import logging
+
+from masonry_fem.cli.console import complain
+from masonry_fem.cli.grammar import Commands, Parents
+
+
+def compile_all(options: argparse.Namespace) -> int:
+    """Solve small scenes that use all compiled code."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from masonry_fem.analyses.rehearsal import SCENES, rehearse
+
+    if not options.verbose:  # what these scenes warn of concerns nobody
+        for name in ("masonry_fem", "masonry_fem.host.compiled"):
+            logging.getLogger(name).setLevel(logging.ERROR)
+    if not options.quiet:
+        complain("compiling for this processor; the first time this takes one to two minutes")
+    with Progress(console=Console(stderr=True), transient=True, disable=options.quiet) as bar:
+        task = bar.add_task("", total=len(SCENES))
+        for name in rehearse():
+            bar.update(task, advance=1, description=name)
+    return 0
+
+
+def add(commands: Commands, parents: Parents) -> None:
+    """What can be written after the command."""
+    own = commands.add_parser(
+        "compile", parents=[parents.common], help="compile what the first scenes would wait for"
+    )
+    own.set_defaults(command=compile_all)

@@ -64,10 +64,12 @@ def without_code(page):
 
 
 def anchors(page):
-    """Places of a page that links can name."""
+    """Places of a page that links can name: in docs, headings of two levels (``myst_heading_anchors``)."""
     text = without_code(page)
+    levels = "#{1,2}" if (ROOT / "docs") in page.resolve().parents else "#+"
     plain = [
-        re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", line) for line in re.findall(r"^#+ (.*)$", text, re.MULTILINE)
+        re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", line)
+        for line in re.findall(rf"^{levels} (.*)$", text, re.MULTILINE)
     ]
     headings = [re.sub(r"[^\w\- ]", "", line.strip().lower()).replace(" ", "-") for line in plain]
     return {*headings, *re.findall(r'id="([^"]+)"', text)}

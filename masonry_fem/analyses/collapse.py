@@ -36,7 +36,7 @@ from masonry_fem.scene import check, specs
 
 logger = logging.getLogger(__name__)
 
-AT_LIMIT = "No equilibrium to rely on"  # how the message of such a march begins
+AT_LIMIT = "The loads are at the limit"  # how the message of such a march begins
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,9 +178,9 @@ def _doubts(trials: Trials, bracket: Bracket, bound: float | None, tolerance: fl
             f"count neither as standing nor as falling; the last: {said}"
         )
     if trials.struck:
-        yield f"{counted(trials.struck, 'trial')} that statics left open, steps in time from rest decided"
+        yield (f"{counted(trials.struck, 'trial')} that statics could not decide: dynamics from rest decided")
     if any(trial.message.startswith(AT_LIMIT) for trial in trials.made if trial.verdict == "falls"):
-        yield "a trial whose loads are at the limit, beyond that of 0.1 % less friction, counts as falling"
+        yield "a trial at the limit, without equilibrium if friction is 0.1 % less, counts as falling"
     if bound is not None:
         yield from _beside_limit(trials, bracket, bound, tolerance)
 

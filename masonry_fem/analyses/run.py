@@ -238,8 +238,8 @@ def _compared(summary: Summary) -> LimitAnalysis | None:
     from masonry_fem.results.limit import outside  # noqa: PLC0415 - as above
 
     note = (
-        "the run found an equilibrium all the same, of blocks where they came to rest: this is of "
-        "rigid blocks where they stood at the start"
+        "the run found an equilibrium all the same: that is for blocks where they came to rest, limit "
+        "analysis for rigid blocks where they stood at the start"
     )
     return structs.replace(
         told,

@@ -101,7 +101,7 @@ def _tell_idle(scene: specs.Scene, idle: list[int], labels: set[str]) -> None:
         near = "" if joint.interface in labels else nearest(joint.interface, sorted(labels))
         remark(
             "idle_joint",
-            f"joints.{index} ({', '.join(given)}) holds for none of the joints, whose labels are "
+            f"joints.{index} ({', '.join(given)}) matches none of the joints, whose labels are "
             f"{listed(sorted(labels))}{near}; correct it, or drop it",
         )
 

@@ -16,5 +16,5 @@ WORDS = (
     "1 bad input, or a file that cannot be read or written, 2 no convergence (collapse: undecided; "
     "--refine-to: not reached; study: no cell solved), 3 no equilibrium (collapse: falls at the start), "
     "129, 130, 143 ended by SIGHUP, Ctrl-C, SIGTERM, with what was written so far readable, "
-    "141 who read the output closed it."
+    "141 the reader of the output closed it."
 )

@@ -80,10 +80,10 @@ class Troubles:
             remark(
                 "inexact",
                 f"{len(self.inexact)} of {report.so_far} ended at an error of up to "
-                f"{max(self.inexact):.1e}, from where no method came much nearer to the "
-                f"{settings.tolerance:g} aimed at; rounding of the arithmetic alone may make up to "
-                f"{self.rounding:.1e} of it, rounded coordinates of a file may make more. Compare the error "
-                "with what you need, and set solver.tolerance where it is to be met at any cost",
+                f"{max(self.inexact):.1e}, and no method came much nearer to the goal "
+                f"of {settings.tolerance:g}. Up to {self.rounding:.1e} of it may be rounding, more where the "
+                "coordinates of a file are rounded. If the error is too large for you, set solver.tolerance: "
+                "the run then fails where that is not met",
             )
         if self.unsettled:
             remark(
@@ -97,8 +97,8 @@ class Troubles:
             finest = 2 ** (strategy.parts.bit_length() - 1)  # steps are halved
             even = (
                 f", even in 1/{finest} of a load step: the structure snaps back, or the joints "
-                "are brittle; the path goes on from the next equilibrium, dynamics tells what happens "
-                "between"
+                "are brittle; the run goes on from the next equilibrium; dynamics shows what happens "
+                "in between"
             )
             unknown = (
                 ": what happens between two steps is not known, the structure may snap back; "

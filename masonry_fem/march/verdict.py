@@ -86,14 +86,14 @@ def _unsolved(end: End) -> str:
     if report.quality.error <= report.rounding:
         return (
             f"{stopped}, of which rounding alone may make up to {report.rounding:.1e}: blocks are too thin, "
-            "or stiffnesses or masses lie too far apart, to be told better. Make thin layers joints with "
-            "[joints.mortar], and blocks that hardly deform rigid."
+            "or their stiffnesses or masses differ too much, for a more accurate result. Make thin layers "
+            "joints with [joints.mortar], and blocks that hardly deform rigid."
         )
     message = f"{stopped}. {report.outcome.sentence} {report.outcome.advice(end.settings)}"
     if made.problem.rigid and (made.problem.free_velocity[:, 0] < 0).any():
         message += (
-            " Supports push, or overlaps are driven apart: rigid blocks between them that have no way "
-            "out have no motion either; make them elastic, or make room."
+            " A moving support, or an overlap, squeezes rigid blocks that cannot get out of the way, so that "
+            "no motion fulfils the laws of contact; make these blocks elastic, or leave a gap."
         )
     return message
 
@@ -104,8 +104,8 @@ def _missing(ledger: Ledger) -> str:
         return ""
     return (
         f", but {ledger.imbalance:.1e} of the largest energy is missing from its ledger "
-        f"({ledger.unaccounted:.3g} J unaccounted for): what happened between "
-        "two steps is not known, smaller ones tell"
+        f"({ledger.unaccounted:.3g} J unaccounted for): the steps are too "
+        "long to show where it went; take smaller ones"
     )
 
 
@@ -132,8 +132,9 @@ def _restless(report: StepReport, made: Increment, model: Model) -> str:
         others = f" and {len(names) - 4} more" if len(names) > 4 else ""
         what = f"{', '.join(names[:4])}{others} still {'moves' if len(names) == 1 else 'move'}"
     return (
-        f"Not at rest after {report.so_far}: forces that balance the loads exist, yet {what} (at "
-        f"{report.inertial_share(made.scheme.step):.1e} of the speed that the loads give in a step). Allow "
+        f"Not at rest after {report.so_far}: contact forces could balance the loads, but {what} (at "
+        f"{report.inertial_share(made.scheme.step):.1e} of the speed that the loads would give a free block "
+        "in one step). Allow "
         "more steps (analysis.max_steps), longer ones or more damping; where speeds no longer fall, tighten "
         "solver.tolerance or loosen analysis.tolerance."
     )
@@ -156,7 +157,7 @@ def _no_equilibrium(report: StepReport, moving: tuple[tuple[str, float, str], ..
     cure = "see what should hold them (supports, friction, joints), or run dynamics to watch the motion"
     start = "No equilibrium"
     if report.outcome is Outcome.AT_LIMIT:
-        start = "No equilibrium to rely on: the loads are at the limit, beyond that of 0.1 % less friction"
+        start = "The loads are at the limit, with 0.1 % less friction there would be no equilibrium"
     if report.outcome is Outcome.UNSTRESSED:
         start = "No equilibrium from a start without stress"
     return f"{start} (step {report.step}): {'; '.join(parts)}; {cure}."

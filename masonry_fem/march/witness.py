@@ -83,13 +83,16 @@ class Witness:
         left = self.balance if static else self._last
         if left.value > bound:
             name, step = left.blocks[0], left.step
-            return f"the written forces leave {left.value:.2g} of its load on '{name}' (step {step})"
+            return (
+                f"in step {step} block '{name}' is out of balance by {left.value:.2g} of its load, "
+                "computed from the written forces"
+            )
         if self.overlap.share <= OVERLAP or drift >= self.overlap.value:
             return ""
         first, second = self.overlap.blocks
         return (
-            f"'{first}' and '{second}' are in each other by {self.overlap.value:.3g} m (step "
-            f"{self.overlap.step}), which no contact between them has kept from happening"
+            f"'{first}' and '{second}' overlap by {self.overlap.value:.3g} m (step "
+            f"{self.overlap.step}): no contact between them prevented it"
         )
 
     def see(self, model: Model, state: SystemState) -> None:

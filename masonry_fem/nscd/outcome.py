@@ -62,10 +62,10 @@ _SENTENCES = {
     " balance the loads: a part slides, tips or falls.",
     Outcome.AT_LIMIT: "The loads are at the limit: with 0.1 % less friction no impulses balance them,"
     " and the blocks, as they deform, find no rest at any finite slip.",
-    Outcome.UNSTRESSED: "Impulses within the friction cones balance the loads, but nothing that the loads do"
-    " brings them about: from a start without stress the blocks run off.",
-    Outcome.UNDECIDED: "Impulses within the friction cones can balance the loads, yet no state of sticking"
-    " and sliding that does was found.",
+    Outcome.UNSTRESSED: "Impulses within the friction cones balance the loads, but the loads alone do not"
+    " lead to them: from a start without stress the blocks move away.",
+    Outcome.UNDECIDED: "Impulses within the friction cones can balance the loads, but the solver found no"
+    " state of sticking and sliding contacts that does.",
     Outcome.FAILED: "The numbers broke down (not finite, or a singular linear system).",
 }
 

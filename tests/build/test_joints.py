@@ -106,17 +106,17 @@ def test_angles_that_are_none(value, words):
     [
         (
             {"interface": "beds"},
-            r"joints.3 (interface = 'beds') holds for none of the joints, whose labels are 'bed', 'head'; "
+            r"joints.3 (interface = 'beds') matches none of the joints, whose labels are 'bed', 'head'; "
             r"did you mean 'bed'?",
         ),
-        ({"between": ("tower.*", "*")}, "joints.3 (between = ('tower.*', '*')) holds for none"),
-        ({"inclination": (40.0, 50.0)}, "joints.3 (inclination = (40.0, 50.0)) holds for none"),
+        ({"between": ("tower.*", "*")}, "joints.3 (between = ('tower.*', '*')) matches none"),
+        ({"inclination": (40.0, 50.0)}, "joints.3 (inclination = (40.0, 50.0)) matches none"),
     ],
 )
 def test_a_record_that_holds_nowhere_is_told(keys, told, caplog):
     joints = (*BY_ANGLE, specs.Joint(friction=0.4, **keys))
     with caplog.at_level(logging.WARNING):
         build(check(wall(2)), Path())
-        assert "holds for none" not in caplog.text  # overruled by later ones is no reason
+        assert "matches none" not in caplog.text  # overruled by later ones is no reason
         build(check(wall(2, joints=joints)), Path())
     assert told in caplog.text

@@ -97,7 +97,7 @@ def test_fixed_contacts_stay_those_of_the_start_and_the_overlap_is_told() -> Non
     q, bending, shear = DENSITY * G * THICK, YOUNG * THICK**3 / 12, 5 / 6 * YOUNG / 2 * THICK
     sag = q * LENGTH**4 / (8 * bending) + q * LENGTH**2 / (2 * shear)
     assert told.value == pytest.approx(sag - 3e-3, rel=0.01)
-    assert "'arm' and 'below' are in each other" in result.message
+    assert "'arm' and 'below' overlap" in result.message
 
 
 def test_a_scene_that_does_not_move_far_looks_for_nothing(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -153,5 +153,5 @@ def test_a_block_that_falls_over_into_the_ground_is_told_with_what_helps(
     )
     assert result.outcome == "finished"
     assert (written(result).overlap.value > 0.01) == bool(cure)
-    assert ("'s.ground' and 's.b1' are in each other" in caplog.text) == bool(cure)
+    assert ("'s.ground' and 's.b1' overlap" in caplog.text) == bool(cure)
     assert cure in caplog.text

@@ -158,7 +158,7 @@ def _what_lacks(
     if math.isfinite(best.bound):
         first = f"the best of this study, {settled(best.settings)}, is within {percent(best.bound)}"
     else:
-        first = f"how far {settled(best.settings)} is off is not known"
+        first = f"the error of {settled(best.settings)} is not known"
     if 1 <= best.bound < math.inf:
         first += ", which is no less than its own size"
     left = [
@@ -168,7 +168,7 @@ def _what_lacks(
         for key, order in made.orders[name].items()
     ]
     if not left:
-        return f"{first}; vary what is finer"
+        return f"{first}; add finer values"
     most, key, order = max(left, key=lambda one: one[0])
     cure = {
         SINGLE: f"of {key} one value was solved: solve another",
@@ -183,4 +183,4 @@ def _what_lacks(
         most
     ):  # the truth is given: what is left is no part of the bound
         return f"{first}; {words}"
-    return f"{first}, of which {percent(most)} is what {key} may still leave; {words}"
+    return f"{first}, of which {percent(most)} may come from {key}; {words}"

@@ -17,6 +17,8 @@ import numpy as np
 
 from masonry_fem.analyses.run import RunResult, solve_scene
 from masonry_fem.build import build
+from masonry_fem.contact.place import place
+from masonry_fem.contact.placement import Rule
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
 from masonry_fem.nscd import SolverSettings, load_problem, solve
@@ -30,6 +32,7 @@ from masonry_fem.scene.specs import (
     Material,
     MeshSettings,
     Motion,
+    Override,
     Probe,
     Scene,
     Solver,
@@ -191,6 +194,33 @@ def elastic_build(count: int) -> Row:
     }
 
 
+def weighted_wall(count: int) -> Row:
+    """Contacts placed on the joints of a wall whose courses have elements of two kinds, by ``auto``."""
+    every_other = tuple(f"wall.c{course}.*" for course in range(2, count + 1, 2))
+    given = check(
+        scene(
+            wall(count, count, (0.5, 0.25, 0.25)),
+            mesh=MeshSettings(divisions=(4, 2, 2)),
+            overrides=tuple(
+                Override(blocks=blocks, mesh=MeshSettings(divisions=(5, 3, 2))) for blocks in every_other
+            ),
+        )
+    )
+    model = build(given, Path()).model
+    rules = [Rule("auto")] * len(model.interfaces)
+    start = time.process_time()
+    contacts = place(model.assembly, model.interfaces, rules)
+    placed = time.process_time() - start
+    weighted = 0 if contacts.means is None else int((np.diff(contacts.means.indptr)[::2] > 0).sum())
+    return {
+        "outcome": f"{len(model.interfaces)} interfaces, {weighted} weighted contacts",
+        "contacts": contacts.count,
+        "seconds": {"place": placed},
+        "place_s": placed,
+        "memory_mb": peak_memory(),
+    }
+
+
 def kernel() -> Row:
     """Microseconds a contact and sweep of NSGS on the public problems: long runs less short ones."""
     here = Path(__file__).resolve().parents[1]
@@ -239,6 +269,7 @@ CASES: dict[str, Callable[[], Row]] = {
     "elastic wall 10x10, statics": lambda: elastic_wall(10, Statics()),
     "elastic wall 20x20, one step": lambda: elastic_wall(20, STEP),
     "elastic wall 40x40, built": lambda: elastic_build(40),
+    "weighted wall 58x58, placed": lambda: weighted_wall(58),
     "NSGS kernel": kernel,
 }
 

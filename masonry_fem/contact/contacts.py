@@ -54,7 +54,7 @@ class Contacts:
         interface's where the placement rule needs the finer mesh on the candidate.
     interface : Index of the interface each belongs to, shape (c,).
     points : Material point on the candidate and on the antagonist [m], shape (c, 2, d); they
-        differ by ``gap`` along the normal.
+        differ by ``gap`` along the normal, on round faces by ``gap + bulge`` and, by less, across it.
     facets : Mesh facet of the shape of each side that carries the point, −1 where that shape has
         no mesh, shape (c, 2).
     frame : Local frames, rows (n, t1[, t2]), right-handed, n towards the candidate, (c, d, d).
@@ -63,6 +63,8 @@ class Contacts:
     key : Identity that persists between steps and runs, shape (c,).
     means : Of contacts that are means, the weights of the mesh nodes of each side, rows 2 i + side, shape
         (2c, nodes of the largest mesh); rows of points are empty. None where all are points.
+    bulge : By how much nearer round faces are at contacts that are means than their facets: what the points
+        differ by along the normal, less ``gap``, shape (c,) [m]. None where it is nought.
     """
 
     blocks: IntArray
@@ -74,6 +76,7 @@ class Contacts:
     area: FloatArray
     key: IntArray
     means: sparse.csr_array | None = None
+    bulge: FloatArray | None = None
 
     @property
     def count(self) -> int:

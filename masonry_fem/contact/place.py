@@ -11,10 +11,11 @@ from scipy import sparse
 
 from masonry_fem.contact.contacts import Contacts, Interface
 from masonry_fem.contact.kinematics import height, local_frames
-from masonry_fem.contact.placement import names, points_of
+from masonry_fem.contact.placement import names, points_of, together_of
 from masonry_fem.contact.placement.parts.patch import Patch
 from masonry_fem.contact.placement.parts.rule import Rule, Spots
 from masonry_fem.contact.surface import Surface, surfaces_of, typical_size
+from masonry_fem.contact.update import picked
 from masonry_fem.errors import ExtensionError, GeometryError
 from masonry_fem.records.remark import remark
 from masonry_fem.solid.assembly import Assembly
@@ -23,7 +24,10 @@ from masonry_fem.solid.pose import FloatArray
 
 ROUNDING = 1e-12  # of a block's size: a gap below it is zero
 NO_WEIGHT = 1e-13  # of a node in a mean: rounding
+ROUGH = 1e-3  # of a contact's width: by how much facets may miss a round face untold
 AREAS = 1e-6  # of an interface's area: what the areas of its points may sum to beside it
+
+type Placed = tuple[Spots, IntArray]  # points, and the numbers of the interfaces that they are on
 
 
 def place(
@@ -54,19 +58,22 @@ def place(
         For a rule of a user's own that gives no ``Spots``, arrays of other shapes, or another area.
     """
     surfaces = surfaces_of(assembly) if surfaces is None else surfaces
-    spots = _spots(assembly, surfaces, interfaces, rules)
-    if not spots:
+    placed = _placed(assembly, surfaces, interfaces, rules)
+    if not placed:
         return _none(assembly.dimension)
     if tell:
-        _tell_inexact(assembly, spots)
-    _check_areas(spots, interfaces, rules)
-    return _contacts(assembly, surfaces, interfaces, spots)
+        _tell_inexact(assembly, [spot for spot, _ in placed])
+        _tell_round(assembly, [spot for spot, _ in placed])
+    _check_areas(placed, interfaces, rules)
+    contacts = _contacts(assembly, surfaces, placed)
+    if (np.diff(contacts.interface) < 0).any():
+        contacts = picked(contacts, np.argsort(contacts.interface, kind="stable"))
+    return replace(contacts, key=_keys(assembly, interfaces, contacts.interface))
 
 
-def _contacts(
-    assembly: Assembly, surfaces: tuple[Surface, ...], interfaces: Sequence[Interface], spots: list[Spots]
-) -> Contacts:
-    """The points of all interfaces as contacts."""
+def _contacts(assembly: Assembly, surfaces: tuple[Surface, ...], placed: Sequence[Placed]) -> Contacts:
+    """The points of all interfaces as contacts, still without their identities."""
+    spots = [spot for spot, _ in placed]
     patches = [spot.patch for spot in spots]
     of = np.repeat(np.arange(len(spots)), [len(spot.area) for spot in spots])
     frame = np.array([patch.frame for patch in patches])[of]
@@ -75,17 +82,30 @@ def _contacts(
     middle = np.array([patch.origin for patch in patches])[of] + np.einsum("cp,cpd->cd", flat, frame[:, 1:])
     heights = _heights(patches, of, middle, frame[:, 0])
     gap = heights[:, 0] - heights[:, 1]
+    points = middle[:, None] + heights[:, :, None] * frame[:, :1]
+    interface = np.array([rows[0] for _, rows in placed])[of]
+    bulge = None
+    rounds = [(k, spot.round) for k, spot in enumerate(spots) if spot.round is not None]
+    if rounds:
+        own = np.isin(of, [k for k, _ in rounds])
+        interface[own] = np.concatenate([placed[k][1][one.patch] for k, one in rounds])
+        frame[own] = np.concatenate([one.frame for _, one in rounds])
+        points[own] = np.concatenate([one.points for _, one in rounds])
+        bulge = np.zeros(len(of))
+        bulge[own] = np.concatenate([one.bulge for _, one in rounds])
+        gap[own] = np.einsum("cd,cd->c", points[own, 0] - points[own, 1], frame[own, 0]) - bulge[own]
     gap[np.abs(gap) < ROUNDING * typical_size(assembly, surfaces)] = 0.0
     return Contacts(
         blocks=np.array([[side.block for side in patch.sides] for patch in patches])[of],
-        interface=of,
-        points=middle[:, None] + heights[:, :, None] * frame[:, :1],
+        interface=interface,
+        points=points,
         facets=np.concatenate([spot.facets for spot in spots]),
         frame=frame,
         gap=gap,
         area=area,
-        key=_keys(assembly, interfaces, of),
+        key=np.zeros(len(of), dtype=np.int64),
         means=_means(assembly, spots),
+        bulge=bulge,
     )
 
 
@@ -106,6 +126,26 @@ def _tell_inexact(assembly: Assembly, spots: Sequence[Spots]) -> None:
         )
 
 
+def _tell_round(assembly: Assembly, spots: Sequence[Spots]) -> None:
+    """Say where the facets of two round faces do not coincide: by themselves they are apart or overlap."""
+    width = 1.0 / (assembly.dimension - 1)
+    found = [
+        (spot.round.rise, spot.patch)
+        for spot in spots
+        if spot.round is not None and spot.round.rise > ROUGH * spot.area.max() ** width
+    ]
+    if found:
+        rise, patch = max(found, key=lambda one: one[0])
+        blocks = [assembly.blocks[side.block].name for side in patch.sides]
+        remark(
+            "round_faces",
+            f"round faces touch in {len(found)} places, worst between '{blocks[0]}' and '{blocks[1]}', in "
+            f"facets that do not coincide and miss the arcs by up to {rise:.2g} m: contacts take the "
+            "faces for as round as their facets turn; halve the elements to have a quarter of that",
+            *blocks,
+        )
+
+
 def _means(assembly: Assembly, spots: list[Spots]) -> sparse.csr_array | None:
     """Weights of the nodes that carry contacts which are means, shape (2c, nodes of the largest mesh)."""
     first = 2 * np.cumsum([0, *(len(spot.area) for spot in spots)])
@@ -122,24 +162,52 @@ def _means(assembly: Assembly, spots: list[Spots]) -> sparse.csr_array | None:
     return means
 
 
-def _spots(
+def _placed(
     assembly: Assembly, surfaces: tuple[Surface, ...], interfaces: Sequence[Interface], rules: Sequence[Rule]
-) -> list[Spots]:
-    """The points of each interface by its rule."""
+) -> list[Placed]:
+    """The points of each interface, or of all that two round faces have in common, by its rule."""
     for rule in dict.fromkeys(rules):  # looks into the folder of rules: not for each of many interfaces
         _check(rules.index(rule), rule)
     normals = np.array([interface.normal for interface in interfaces]).reshape(-1, assembly.dimension)
+    frames = local_frames(normals)
+    groups = _round_groups(assembly, surfaces, interfaces, rules)
     known: dict[tuple[object, ...], tuple[Spots, bool]] = {}
-    spots = []
-    for interface, rule, frame in zip(interfaces, rules, local_frames(normals), strict=True):
-        patch = Patch.of(assembly, surfaces, interface, frame)
-        key = (rule, *patch.shape)
-        if key not in known:  # walls have hundreds of congruent patches of each kind
-            made = _by_rule(patch, rule)
-            known[key] = made, made.patch.sides[0] is not patch.sides[0]
-        made, exchanged = known[key]
-        spots.append(replace(made, patch=patch.exchanged() if exchanged else patch))
-    return spots
+    placed: list[Placed] = []
+    for rows in groups:
+        patches = [Patch.of(assembly, surfaces, interfaces[row], frames[row]) for row in rows]
+        together = together_of(rules[rows[0]].name)
+        if len(rows) > 1 and together is not None:
+            first = patches[0].sides[0].block
+            alike = [patch if patch.sides[0].block == first else patch.exchanged() for patch in patches]
+            spots = together(alike, rules[rows[0]])
+            placed += [(spots[0], rows)] if len(spots) == 1 else zip(spots, rows[:, None], strict=True)
+            continue
+        for row, patch in zip(rows.tolist(), patches, strict=True):
+            key = (rules[row], *patch.shape)
+            if key not in known:  # walls have hundreds of congruent patches of each kind
+                made = _by_rule(patch, rules[row])
+                known[key] = made, made.patch.sides[0] is not patch.sides[0]
+            made, exchanged = known[key]
+            placed.append((replace(made, patch=patch.exchanged() if exchanged else patch), np.array([row])))
+    return placed
+
+
+def _round_groups(
+    assembly: Assembly, surfaces: tuple[Surface, ...], interfaces: Sequence[Interface], rules: Sequence[Rule]
+) -> list[IntArray]:
+    """Interfaces, those together that two round faces have in common and whose rule places on whole faces."""
+    whole = {rule: together_of(rule.name) is not None for rule in dict.fromkeys(rules)}
+    groups: dict[object, list[int]] = {}
+    for number, (one, rule) in enumerate(zip(interfaces, rules, strict=True)):
+        key: object = number
+        if whole[rule] and one.area > 0:
+            sides = zip(one.blocks, one.faces, strict=True)
+            smooth = (
+                (block, int(surfaces[assembly.blocks[block].shape].smooth[face])) for block, face in sides
+            )
+            key = (*sorted(smooth), one.label, rule)
+        groups.setdefault(key, []).append(number)
+    return [np.array(rows) for rows in groups.values()]
 
 
 def _by_rule(patch: Patch, rule: Rule) -> Spots:
@@ -159,14 +227,15 @@ def _by_rule(patch: Patch, rule: Rule) -> Spots:
     return spots
 
 
-def _check_areas(spots: list[Spots], interfaces: Sequence[Interface], rules: Sequence[Rule]) -> None:
+def _check_areas(placed: Sequence[Placed], interfaces: Sequence[Interface], rules: Sequence[Rule]) -> None:
     """Refuse areas of a rule that do not sum to the interfaces': stresses would be wrong."""
-    total = np.array([spot.area.sum() for spot in spots])
-    whole = np.array([interface.area for interface in interfaces])
-    for i in np.flatnonzero(np.abs(total - whole) > AREAS * whole)[:1]:
+    total = np.array([spot.area.sum() for spot, _ in placed])
+    whole = np.array([sum(interfaces[row].area for row in rows) for _, rows in placed])
+    for k in np.flatnonzero(np.abs(total - whole) > AREAS * whole)[:1]:
+        i = int(placed[k][1][0])
         raise ExtensionError(
-            f"placement rule '{rules[i].name}' gives areas that sum to {total[i]:g} on interface {i}, "
-            f"expected {whole[i]:g}, the area of the interface (patch.interface.area); correct them"
+            f"placement rule '{rules[i].name}' gives areas that sum to {total[k]:g} on interface {i}, "
+            f"expected {whole[k]:g}, the area of the interface (patch.interface.area); correct them"
         )
 
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from masonry_fem.contact.interpolation import CORNERS_OF
 from masonry_fem.contact.kinematics import local_frames
+from masonry_fem.contact.smooth import smooth_faces
 from masonry_fem.solid.assembly import Assembly, Shape
 from masonry_fem.solid.mesh import IntArray, Mesh
 from masonry_fem.solid.polytope import Polytope
@@ -62,6 +63,7 @@ class Surface:
     normals : Outward unit normals of the faces, shape (f, d).
     areas : Areas of the pieces, shape (p,) [m²; m in 2D].
     depths : How far the solid reaches behind its faces, shape (f,) [m].
+    smooth : Number of the round face that each face is a part of, shape (f,).
     convex : True for a convex solid.
     face_meshes : Mesh facets by face; empty where there is no mesh.
     size : d-th root of the volume [m].
@@ -76,6 +78,7 @@ class Surface:
     normals: FloatArray
     areas: FloatArray
     depths: FloatArray
+    smooth: IntArray
     convex: bool
     face_meshes: tuple[FaceMesh, ...]
     size: float
@@ -107,6 +110,7 @@ class Surface:
             normals=normals,
             areas=_areas(padded),
             depths=_depths(solid, normals),
+            smooth=smooth_faces(solid, normals),
             convex=_is_convex(solid, normals),
             face_meshes=meshes,
             size=abs(solid.mass_properties().volume) ** (1 / solid.dimension),

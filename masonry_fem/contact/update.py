@@ -122,6 +122,16 @@ def joined(
         area=np.concatenate([before.area, after.area]),
         key=np.concatenate([before.key, after.key]),
         means=_stacked(before, after),
+        bulge=_bulges(before, after),
+    )
+
+
+def _bulges(before: Contacts, after: Contacts) -> FloatArray | None:
+    """What round faces have in front of their facets at two sets of contacts."""
+    if before.bulge is None and after.bulge is None:
+        return None
+    return np.concatenate(
+        [np.zeros(one.count) if one.bulge is None else one.bulge for one in (before, after)]
     )
 
 
@@ -147,15 +157,31 @@ def chosen(
     keep : True for those to keep, shape (i,).
     """
     number = np.cumsum(keep) - 1
-    own = keep[contacts.interface] if contacts.count else np.zeros(0, dtype=bool)
-    return tuple(one for one, stays in zip(interfaces, keep, strict=True) if stays), Contacts(
-        blocks=contacts.blocks[own],
-        interface=number[contacts.interface[own]],
-        points=contacts.points[own],
-        facets=contacts.facets[own],
-        frame=contacts.frame[own],
-        gap=contacts.gap[own],
-        area=contacts.area[own],
-        key=contacts.key[own],
-        means=None if contacts.means is None else contacts.means[np.repeat(own, 2)],
+    own = np.flatnonzero(keep[contacts.interface]) if contacts.count else np.zeros(0, dtype=np.int64)
+    some = picked(contacts, own)
+    return tuple(one for one, stays in zip(interfaces, keep, strict=True) if stays), replace(
+        some, interface=number[some.interface]
+    )
+
+
+def picked(contacts: Contacts, rows: IntArray) -> Contacts:
+    """Some of the contacts, in a given order.
+
+    Parameters
+    ----------
+    contacts : All of them.
+    rows : Which, shape (k,).
+    """
+    both = np.stack([2 * rows, 2 * rows + 1], axis=1).ravel()
+    return Contacts(
+        blocks=contacts.blocks[rows],
+        interface=contacts.interface[rows],
+        points=contacts.points[rows],
+        facets=contacts.facets[rows],
+        frame=contacts.frame[rows],
+        gap=contacts.gap[rows],
+        area=contacts.area[rows],
+        key=contacts.key[rows],
+        means=None if contacts.means is None else contacts.means[both],
+        bulge=None if contacts.bulge is None else contacts.bulge[rows],
     )

@@ -35,7 +35,7 @@ class Placement:
     points : Where the candidates' points are, shape (c, d) [m].
     arms : Where contacts act on candidates and antagonists, shape (c, 2, d) [m]: there, but on blocks that
         deform as far from it as faces that do not fit were apart at the start: their own points give way.
-    gap : Signed distance to the antagonist's face, shape (c,) [m].
+    gap : Signed distance to the antagonist's face, as round as contacts say, shape (c,) [m].
     offset : Candidate's point from the antagonist's, in the frames, shape (c, d) [m]: its derivative is
         the kinematic map G, however far blocks turn.
     seen : Frames at the k sides of each group as its blocks see them, turned back by what these have turned,
@@ -113,7 +113,7 @@ class Coupling:
         apart = contacts.points[:, 0] - contacts.points[:, 1]
         offset = np.einsum("cia,ca->ci", frame, apart + (moved[:, 0] - moved[:, 1]))
         points = contacts.points[:, 0] + moved[:, 0]
-        gap = offset[:, 0].copy()
+        gap = offset[:, 0] - (0.0 if contacts.bulge is None else contacts.bulge)
         # The difference of two coordinates is rounding below this. As data it would be gaps that
         # contradict each other, 1e-10 of an elastic displacement: 24 linear solves instead of 4.
         gap[np.abs(gap) <= ROUNDING * np.abs(points).max(initial=0.0)] = 0.0

@@ -39,10 +39,22 @@ def both_points(model: Model, state: SystemState) -> FloatArray:
 
 
 def first_contacts(model: Model) -> IntArray:
-    """First contact of each interface, shape (i,)."""
+    """First contact of each interface, shape (i,).
+
+    A facet of a round face may have none: contacts beside it bear what it bears. It takes the first between
+    the same two blocks.
+    """
     number = model.contacts.interface
-    first = np.zeros(len(model.interfaces), dtype=np.int64)
+    first = np.full(len(model.interfaces), -1)
     first[number[::-1]] = np.arange(len(number))[::-1]
+    bare = np.flatnonzero(first < 0)
+    if len(bare) and len(number):
+        pairs = np.sort(np.array([one.blocks for one in model.interfaces]), axis=1)
+        _, pair = np.unique(pairs, axis=0, return_inverse=True)
+        borne = np.flatnonzero(first >= 0)[::-1]
+        of_pair = np.zeros(pair.max() + 1, dtype=np.int64)
+        of_pair[pair[borne]] = first[borne]
+        first[bare] = of_pair[pair[bare]]
     return first
 
 
@@ -67,11 +79,13 @@ def moved_faces(model: Model, state: SystemState, faces: JointFaces, points: Flo
     number, count = model.contacts.interface, len(model.interfaces)
     first = first_contacts(model)
     turn = np.einsum("iab,iac->ibc", state.frame[first], model.contacts.frame[first])
-    many = np.maximum(np.bincount(number, minlength=count), 1)[:, None]
-    before = sum_by(model.contacts.points[:, 1], number, count) / many
+    many = np.bincount(number, minlength=count)[:, None]
     ahead = points[:, 0] - points[:, 1]
     ahead -= np.einsum("ca,ca->c", ahead, state.frame[:, 0])[:, None] * state.frame[:, 0]
-    shift = sum_by(points[:, 1] + ahead, number, count) / many
+    before, shift = (
+        np.where(many > 0, sum_by(at, number, count) / np.maximum(many, 1), at[first])
+        for at in (model.contacts.points[:, 1], points[:, 1] + ahead)
+    )
 
     def carried(points: FloatArray) -> FloatArray:
         arms = points - (before if points.ndim == 2 else before[:, None])
@@ -116,7 +130,7 @@ def nearest_contacts(model: Model, faces: JointFaces) -> IntArray:
     apart = 10.0 * float(np.ptp(faces.polygon, axis=(0, 1)).max(initial=0.0)) + 1.0
     tree = cKDTree(np.column_stack([points, apart * number]))
     count, corners, d = faces.polygon.shape
-    own = np.repeat(np.arange(count), corners)
+    own = np.repeat(number[first_contacts(model)], corners)
     _, nearest = tree.query(np.column_stack([faces.polygon.reshape(-1, d), apart * own]))
     result: IntArray = np.asarray(nearest, dtype=np.int64).reshape(count, corners)
     return result

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from masonry_fem.importing.outline import outline
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.mesh import Mesh
 from masonry_fem.solid.polytope import Polytope
@@ -177,3 +178,34 @@ def pair(lower, upper, gap=0.0, shift=(0.0, 0.0)):
         (lower, upper),
         (Block("lower", 0, Pose.identity(d)), Block("upper", 1, Pose.at(*shift[: d - 1], gap))),
     )
+
+
+def ring_shape(name, radii, cells, *, angle=np.pi / 2, width=1.0, order=1, triangles=False):
+    """A sector of a ring in straight facets, from the upright on; in 3D ``width`` long.
+
+    ``cells`` along the arc, in 3D along the width, and across. Corners of the facets are on the circles.
+    """
+    d = len(cells)
+    low, high = (0.0, *(0.0,) * (d - 2), radii[0]), (angle, *(width,) * (d - 2), radii[1])
+
+    def bent(points):
+        x, z = points[:, 0], points[:, -1]
+        return np.stack([z * np.sin(x), *points[:, 1:-1].T, z * np.cos(x)], axis=1)
+
+    mesh = grid_mesh(low, high, cells, order=order, warp=bent)
+    if triangles:
+        mesh = split_in_triangles(mesh)
+    names = [f"side{face}" for face in mesh.facet_face]
+    solid, face = outline(mesh.points, mesh.cell, mesh.facets, names, "")
+    return Shape(name, solid, Mesh(mesh.points, mesh.cell, mesh.cells, mesh.facets, face))
+
+
+def rings(inner, outer, *, radii=(0.8, 1.0, 1.2), shift=(), **how):
+    """Two sectors of rings, one in the other."""
+    shapes = (
+        ring_shape("inner", radii[:2], inner, **how),
+        ring_shape("outer", radii[1:], outer, **how),
+    )
+    d = len(inner)
+    at = Pose.at(*shift) if shift else Pose.identity(d)
+    return Assembly(d, shapes, (Block("inner", 0, Pose.identity(d)), Block("outer", 1, at)))

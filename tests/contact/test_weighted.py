@@ -12,7 +12,7 @@ from masonry_fem.contact.detection import detect
 from masonry_fem.contact.interpolation import weights
 from masonry_fem.contact.place import place
 from masonry_fem.contact.placement import Rule
-from masonry_fem.contact.placement.parts.quadrature import quadrature
+from masonry_fem.contact.placement.parts.quadrature import gauss_rule, on_polygon, triangle_rule
 from masonry_fem.contact.update import chosen, joined
 from masonry_fem.records.remark import gathered
 from tests.contact.blocks import box_shape, moved, pair, turning, turning_2d, wall
@@ -283,7 +283,8 @@ def test_gauss_points_of_an_order_integrate_its_polynomials(order):
         (np.array([[0.0, 0], [1, 0], [0, 1]]), beta),
         (np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]]), lambda i, j: 1 / ((i + 1) * (j + 1))),
     ):
-        points, weight, _ = quadrature(polygon, polygon[None], polygon[None], 2, False, 1, order)
+        rules = *gauss_rule(order), *triangle_rule(order)
+        points, weight, _ = on_polygon(polygon, polygon[None], polygon[None], *rules, 1)
         for i in range(2 * order - 1):
             j = 2 * order - 2 - i
             assert weight @ (points[:, 0] ** i * points[:, 1] ** j) == pytest.approx(exact(i, j), rel=1e-12)

@@ -26,7 +26,7 @@ def point_contact(force: float) -> tuple[float, float, float]:
 def half_discs(
     names: tuple[str, ...],
     half_width: float,
-    per_half_width: int,
+    per_half_width: int | tuple[int, ...],
     fine: float,
     halves: tuple[int, ...] = (-1, 1),
 ) -> str:
@@ -34,14 +34,14 @@ def half_discs(
 
     Each is named as given, its round side ``<name>_arc``, its flat side ``<name>_flat`` and, where only
     the right half is kept, the cut ``<name>_cut``. Elements are ``half_width / per_half_width`` long over
-    ``fine`` half widths of the arc.
+    ``fine`` half widths of the arc; a number for all, or one for each.
     """
-    size = half_width / per_half_width
     reach = fine * half_width
     angle = np.arcsin(reach / RADIUS)
-    count = int(np.ceil(fine * per_half_width)) + 1
+    elements = (per_half_width,) * len(names) if isinstance(per_half_width, int) else per_half_width
     lines, faces = [], []
-    for number, name in enumerate(names):
+    for number, (name, per) in enumerate(zip(names, elements, strict=True)):
+        size, count = half_width / per, int(np.ceil(fine * per)) + 1
         up, base = 1 - 2 * number, 100 * (number + 1)
         places = {
             1: (0.0, 0.0, size),
@@ -76,6 +76,27 @@ def half_discs(
             if curves:
                 faces.append(f'Physical Curve("{name}_{kind}") = {{{_listed(curves)}}};')
     return "\n".join([*lines, *faces]) + "\n"
+
+
+def foundation(half_width: float, per_half_width: int, fine: float) -> str:
+    """The right half of a block below the origin, as wide and as deep as the discs' radius, of such elements.
+
+    It is named ``ground``, its upper side ``ground_top``, the lower ``ground_base``, the cut ``ground_cut``.
+    """
+    size, r, reach = half_width / per_half_width, RADIUS, fine * half_width
+    coarse = r / 8
+    return f"""Point(901) = {{0, 0, 0, {size}}}; Point(902) = {{{reach}, 0, 0, {size}}};
+Point(903) = {{{r}, 0, 0, {coarse}}}; Point(904) = {{{r}, {-r}, 0, {coarse}}};
+Point(905) = {{0, {-r}, 0, {coarse}}}; Point(906) = {{0, {-2.5 * half_width}, 0, {1.5 * size}}};
+Line(901) = {{901, 902}}; Line(902) = {{902, 903}}; Line(903) = {{903, 904}}; Line(904) = {{904, 905}};
+Line(905) = {{905, 906}}; Line(906) = {{906, 901}};
+Transfinite Curve{{901}} = {int(np.ceil(fine * per_half_width)) + 1};
+Curve Loop(901) = {{-906, -905, -904, -903, -902, -901}}; Plane Surface(901) = {{901}};
+Physical Surface("ground") = {{901}};
+Physical Curve("ground_top") = {{901, 902}};
+Physical Curve("ground_base") = {{904}};
+Physical Curve("ground_cut") = {{905, 906}};
+"""
 
 
 def _listed(tags: list[int]) -> str:

@@ -20,7 +20,14 @@ from masonry_fem.scene.specs import (
 )
 from masonry_fem.structures.block import BlockStructure
 from masonry_fem.structures.file import FileStructure
-from tests.validation.discs import RADIUS, ball_octant, half_discs, line_contact, point_contact
+from tests.validation.discs import (
+    RADIUS,
+    ball_octant,
+    foundation,
+    half_discs,
+    line_contact,
+    point_contact,
+)
 from tests.validation.scenes import STONE
 
 
@@ -60,6 +67,46 @@ def test_a2_7_cylinder(tmp_path: Path, force: float, half_width: float, peak: fl
     assert np.abs(pressure - ellipse)[inside].max() < 0.03 * peak
     assert pressure[x < 0.3 * half_width].max() == pytest.approx(peak, rel=0.03)
     assert x[pressure > 1e-6 * peak].max() == pytest.approx(half_width, rel=0.1)  # to a mesh size
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("elements", [(30, 20), (20, 30)])
+@pytest.mark.parametrize("ground", ["flat", "round"])
+def test_a2_7_cylinder_on_another_mesh(tmp_path: Path, ground: str, elements: tuple[int, int]) -> None:
+    """Half a cylinder on elastic stone, flat or as round, in facets 3:2: contact is on whole faces."""
+    fine, flat = 1.6, ground == "flat"
+    # both give way: half the stiffness; of two round faces also half the radius
+    force, share = 1e5, 2.0 if flat else 1.0
+    half_width, peak = line_contact(force * share)
+    peak /= share
+    names = ("disc",) if flat else ("disc", "ground")
+    text = half_discs(names, half_width, elements[: len(names)], fine, halves=(1,))
+    (tmp_path / "two.geo").write_text(text + foundation(half_width, elements[1], fine) * flat)
+    base = "ground_base" if flat else "ground_flat"
+    scene = Scene(
+        dimension=2,
+        materials={"stone": STONE},
+        structures=(FileStructure(name="c", material="stone", path="two.geo", trusted=True),),
+        mesh=MeshSettings(element="P1"),
+        supports=(
+            Support(on="c.disc/disc_cut", components=("x",)),
+            Support(on="c.ground/ground_cut", components=("x",)),
+            Support(on=f"c.ground/{base}", components=("y",)),
+        ),
+        joints=(Joint(friction=0.0),),
+        contact=Contact(reach=(fine * half_width) ** 2 / RADIUS / share),
+        loads=Loads(tractions=(Traction(on="c.disc/disc_flat", vector=(0.0, -force / 2 / RADIUS)),)),
+    )
+    result = solve_scene(scene, tmp_path)
+    assert result.outcome == "equilibrium"
+    assert result.built.model.contacts.means is not None
+    x, pressure, total = by_place(result)
+    assert total.sum() == pytest.approx(force / 2, rel=1e-8)
+    ellipse = peak * np.sqrt(np.maximum(0.0, 1 - (x / half_width) ** 2))
+    inside = x < 0.95 * half_width
+    assert np.abs(pressure - ellipse)[inside].max() < 0.03 * peak
+    assert x[pressure > 1e-6 * peak].max() == pytest.approx(half_width, rel=0.1)
+    assert result.summary.solver.linear_solves <= 12
 
 
 def by_place(result: RunResult) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

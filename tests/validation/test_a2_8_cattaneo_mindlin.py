@@ -1,6 +1,7 @@
 """A2.8: Cattaneo's and Mindlin's cylinders, pressed and then sheared, against the closed form.
 
-Two equal half discs: round faces on both sides, and no coupling of pressure and shear.
+Two equal half discs: round faces on both sides, and no coupling of pressure and shear. Facets coincide, or 3
+of one disc face 2 of the other.
 """
 
 from __future__ import annotations
@@ -31,10 +32,10 @@ STEPS = 8
 
 
 class Tractions:
-    """Pressures and shears by place after each step [Pa], with the forces [N/m]."""
+    """Forces [N/m], places, pressures and shears there [Pa], and whether they stick, after each step."""
 
     def __init__(self) -> None:
-        self.steps: list[tuple[float, float, np.ndarray, np.ndarray, np.ndarray]] = []
+        self.steps: list[tuple[float, float, np.ndarray, np.ndarray, np.ndarray, np.ndarray]] = []
 
     def record(self, model: Any, state: Any, report: Any) -> None:
         on_candidate = np.einsum("cij,ci->cj", state.frame, state.reaction)
@@ -43,15 +44,27 @@ class Tractions:
         place, of = np.unique(np.round(model.contacts.points[:, 0, 0], 7), return_inverse=True)
         area = np.bincount(of, model.contacts.area)
         shear, normal = (np.bincount(of, on_upper[:, axis]) for axis in (0, 1))
-        self.steps.append((-shear.sum(), normal.sum(), place, normal / area, -shear / area))
+        pressed, sheared = state.reaction[:, 0], np.abs(state.reaction[:, 1])
+        sticks = (pressed > 0) & (sheared < FRICTION * pressed * (1 - 1e-6))
+        held = np.bincount(of, sticks) > 0
+        self.steps.append((-shear.sum(), normal.sum(), place, normal / area, -shear / area, held))
 
 
-@pytest.fixture(scope="module")
-def sheared(tmp_path_factory: pytest.TempPathFactory) -> Tractions:
+@pytest.fixture(
+    scope="module",
+    params=[
+        (20, 20),
+        pytest.param((30, 20), marks=pytest.mark.slow),
+        pytest.param((20, 30), marks=pytest.mark.slow),
+    ],
+    ids="{0[0]}:{0[1]}".format,
+)
+def sheared(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Tractions:
+    """Elements per half width of the contact on the upper and the lower disc: alike, and 3:2 either way."""
     folder = tmp_path_factory.mktemp("discs")
     half_width, _ = line_contact(1.6e5)  # about what PRESS gives
     fine = 1.3
-    (folder / "discs.geo").write_text(half_discs(("upper", "lower"), half_width, 20, fine))
+    (folder / "discs.geo").write_text(half_discs(("upper", "lower"), half_width, request.param, fine))
     down = Table(points=((0.0, 0.0), (0.5, 1.0), (1.0, 1.0)))
     aside = Table(points=((0.0, 0.0), (0.5, 0.0), (1.0, 1.0)))
     scene = Scene(
@@ -77,15 +90,19 @@ def sheared(tmp_path_factory: pytest.TempPathFactory) -> Tractions:
         analysis=Statics(load_steps=STEPS),
     )
     tape = Tractions()
-    assert solve_scene(scene, folder, observers=(tape,)).outcome == "equilibrium"
+    result = solve_scene(scene, folder, observers=(tape,))
+    assert result.outcome == "equilibrium"
+    assert (result.built.model.contacts.means is None) == (request.param[0] == request.param[1])
     return tape
 
 
-def test_a2_8_pressing_alone_gives_hertz(sheared: Tractions) -> None:
-    shear, force, place, pressure, tangential = sheared.steps[STEPS // 2 - 1]
+def test_a2_8_pressing_alone_gives_hertz(sheared: Tractions, request: pytest.FixtureRequest) -> None:
+    """Meshes that are mirror images rub nowhere; others do where the rim is in a step."""
+    mirrored = "20:20" in request.node.name
+    shear, force, place, pressure, tangential, _ = sheared.steps[STEPS // 2 - 1]
     half_width, peak = line_contact(force)
     assert abs(shear) < 1e-4 * force  # the two meshes are not quite mirror images
-    assert np.abs(tangential).max() < 0.01 * peak
+    assert np.abs(tangential).max() < (0.01 if mirrored else 0.02) * peak
     ellipse = peak * np.sqrt(np.maximum(0.0, 1 - (place / half_width) ** 2))
     inside = np.abs(place) < 0.95 * half_width
     assert np.abs(pressure - ellipse)[inside].max() < 0.03 * peak
@@ -94,10 +111,9 @@ def test_a2_8_pressing_alone_gives_hertz(sheared: Tractions) -> None:
 @pytest.mark.parametrize("step", range(STEPS // 2, STEPS))
 def test_a2_8_stick_zone(sheared: Tractions, step: int) -> None:
     """Half width c of the part that sticks: c/a = √(1 − Q/μP); the shear is Mindlin's."""
-    shear, force, place, pressure, tangential = sheared.steps[step]
+    shear, force, place, _, tangential, held = sheared.steps[step]
     half_width, peak = line_contact(force)
     stick = np.sqrt(1 - shear / (FRICTION * force))
-    held = (pressure > 0) & (tangential < FRICTION * pressure * (1 - 1e-6))
     spacing = np.diff(place).max() / half_width
     assert place[held].max() / half_width == pytest.approx(stick, abs=0.05 * stick + 0.5 * spacing)
     assert -place[held].min() / half_width == pytest.approx(stick, abs=0.05 * stick + 0.5 * spacing)

@@ -1,12 +1,14 @@
 """Placement: which points of an interface carry its contact, one file a rule.
 
 A file has a function ``points(patch, rule) -> Spots``; its name is that of the rule. Nothing else lists it.
+It may have ``together(patches, rule) -> list[Spots]`` for all patches that two round faces have in common.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
+from importlib import import_module
 from typing import TYPE_CHECKING
 
 from masonry_fem.contact.placement.parts.rule import Rule, Spots
@@ -15,7 +17,7 @@ from masonry_fem.records import discovery
 if TYPE_CHECKING:  # Numba is slow to import, and scenes that are only read need the names alone
     from masonry_fem.contact.placement.parts.patch import Patch
 
-__all__ = ["Rule", "Spots", "names", "points_of"]
+__all__ = ["Rule", "Spots", "names", "points_of", "together_of"]
 
 
 def names() -> tuple[str, ...]:
@@ -30,3 +32,9 @@ def points_of(name: str) -> Callable[[Patch, Rule], Spots]:
         f"{__name__}.{name}", "points(patch: Patch, rule: Rule) -> Spots", "places contact points"
     )
     return points
+
+
+@cache
+def together_of(name: str) -> Callable[[Sequence[Patch], Rule], list[Spots]] | None:
+    """What places the points of a rule on whole round faces; None where the rule has no such function."""
+    return getattr(import_module(f"{__name__}.{name}"), "together", None)

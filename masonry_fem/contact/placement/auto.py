@@ -8,17 +8,16 @@ tetrahedra, weighted ones take Newton's method ten times as many steps. Rigid fa
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from masonry_fem.contact.interpolation import CORNERS_OF, KINDS, weights_at
+from masonry_fem.contact.interpolation import KINDS, weights_at
 from masonry_fem.contact.placement import corners, nodes, weighted
-from masonry_fem.contact.placement.gauss import on_pieces
 from masonry_fem.contact.placement.parts.patch import Patch
+from masonry_fem.contact.placement.parts.pieces import Pieces
 from masonry_fem.contact.placement.parts.rule import Rule, Spots
-from masonry_fem.solid.mesh import IntArray
-from masonry_fem.solid.pose import FloatArray
 
 SAME = 1e-6  # of the interface's size: vertices nearer than that are one
 MISPLACED = (
@@ -40,54 +39,74 @@ def points(patch: Patch, rule: Rule) -> Spots:
     """
     if patch.degenerate or not any(side.mesh for side in patch.sides):
         return corners.points(patch, rule)
-    spots = nodes.points(patch, rule)
-    error = max(misplaced(spots, side) for side in (0, 1))
+    return together([patch], rule)[0]
+
+
+def together(patches: Sequence[Patch], rule: Rule) -> list[Spots]:
+    """The same on two round faces, where nodes are exact or not on all patches together.
+
+    Parameters
+    ----------
+    patches : The patches that the faces have in common, of some area, with the same candidate.
+    rule : As above.
+
+    Returns
+    -------
+    Contacts patch by patch, or in one on all of them.
+
+    Raises
+    ------
+    GeometryError : Mesh facets do not cover a patch.
+    """
+    if not any(side.mesh for side in patches[0].sides):
+        return [corners.points(patch, rule) for patch in patches]
+    pieces, spots = Pieces.of(patches), [nodes.points(patch, rule) for patch in patches]
+    error = max(misplaced(spots, pieces, side) for side in (0, 1))
     if error <= MISPLACED:
         return spots
-    return replace(spots, error=error) if _nested(patch) else weighted.points(patch, rule)
+    if _nested(pieces):
+        return [replace(one, error=error) for one in spots]
+    return [weighted.on_pieces(pieces)]
 
 
-def _nested(patch: Patch) -> bool:
-    """Whether the vertices that one mesh has in the interface are among those of the other."""
+def _nested(pieces: Pieces) -> bool:
+    """Whether the vertices that one mesh has in the patches are among those of the other."""
+    from scipy.spatial import KDTree  # noqa: PLC0415 - only joints whose meshes do not match need it
+
     within = []
-    for side, own in enumerate(patch.sides):
-        if own.mesh is None:
+    for side in (0, 1):
+        if pieces.mesh(side) is None:
             return False
-        vertices = np.unique(own.facets.rows[:, : CORNERS_OF[own.mesh.facet]])
-        places = patch.flat(side, own.facets.points[vertices])
-        within.append(places[patch.holds(places)])
+        vertices = np.unique(pieces.vertices(side))
+        within.append(pieces.nodes(side)[np.setdiff1d(vertices, pieces.to_rim(side)[0])])
     fewer, more = sorted(within, key=len)
     if len(fewer) == 0:
         return False
-    away = np.linalg.norm(fewer[:, None] - more, axis=2).min(axis=1)
-    return bool((away <= SAME * patch.size).all())
+    size = float(np.ptp(pieces.polygon, axis=1).max())
+    return bool(np.all(np.asarray(KDTree(more).query(fewer)[0]) <= SAME * size))
 
 
-def misplaced(spots: Spots, side: int) -> float:
+def misplaced(spots: Sequence[Spots], pieces: Pieces, side: int) -> float:
     """Share of a uniform pressure that contacts bring to other nodes of a side than its shape functions do.
 
     Parameters
     ----------
-    spots : Contacts that are points.
-    side : 0 for the candidate, 1 for the antagonist.
+    spots : Contacts that are points, one a patch.
+    pieces : Of these patches.
+    side : 0 for the candidate of the patches, 1 for the antagonist.
 
     Returns
     -------
     Σ |Σ_c a_c N_i(x_c) − ∫ N_i| / 2A over the nodes i; 0 on a side without a mesh.
     """
-    patch = spots.patch
-    if patch.sides[side].mesh is None:
+    mesh = pieces.mesh(side)
+    if mesh is None:
         return 0.0
-    placed, weight, facets, _ = on_pieces(patch, (side == 0, side == 1), 1)
-    exact = _nodal(patch, side, facets[:, side], placed, weight)
-    own = _nodal(patch, side, spots.facets[:, side], spots.points, spots.area)
-    return float(np.abs(own - exact).sum()) / (2 * patch.interface.area)
-
-
-def _nodal(patch: Patch, side: int, facets: IntArray, at: FloatArray, force: FloatArray) -> FloatArray:
-    """Forces of a side's nodes from forces at plane points on its mesh facets."""
-    mesh = patch.sides[side].mesh
-    assert mesh is not None
-    nodes_of = mesh.facets[facets]
-    share = force[:, None] * weights_at(KINDS[mesh.facet], patch.flat(side, mesh.points[nodes_of]), at)
-    return np.bincount(nodes_of.ravel(), share.ravel(), len(mesh.points))
+    share = pieces.weight[:, None] * pieces.functions(side)
+    away = np.bincount(mesh.facets[pieces.facets[:, side]].ravel(), share.ravel(), len(mesh.points))
+    for one in spots:
+        own = next(k for k in (0, 1) if one.patch.sides[k].block == pieces.patches[0].sides[side].block)
+        nodes_of = mesh.facets[one.facets[:, own]]
+        at = weights_at(KINDS[mesh.facet], one.patch.flat(own, mesh.points[nodes_of]), one.points)
+        np.add.at(away, nodes_of, -one.area[:, None] * at)
+    return float(np.abs(away).sum()) / (2 * pieces.area)

@@ -36,7 +36,7 @@ def points(patch: Patch, rule: Rule) -> Spots:
 
 
 def on_pieces(
-    patch: Patch, use: tuple[bool, bool], density: int, order: int | None = None
+    patch: Patch, use: tuple[bool, bool], density: int
 ) -> tuple[FloatArray, FloatArray, IntArray, IntArray]:
     """Quadrature points on the pieces that meshes cut out of an interface.
 
@@ -45,7 +45,6 @@ def on_pieces(
     patch : The interface.
     use : Whether to cut by the mesh of the candidate, and of the antagonist.
     density : Subdivisions of the face where no mesh cuts it.
-    order : Gauss points in a direction; None: as many as the rule ``gauss`` has.
 
     Returns
     -------
@@ -62,7 +61,7 @@ def on_pieces(
     degree = 2 if kinds <= {"triangle"} else 4
     quadratic = bool(kinds & {"line3", "triangle6", "quad9"})
     placed, area, rows = quadrature(
-        patch.polygon, polygons[0], polygons[1], degree, quadratic, 1 if any(meshed) else density, order
+        patch.polygon, polygons[0], polygons[1], degree, quadratic, 1 if any(meshed) else density
     )
     whole = patch.interface.area
     if not abs(area.sum() - whole) <= 0.01 * whole:

@@ -17,6 +17,11 @@ apart, and Newton's method takes 200 steps on a wall that takes 9. A facet of wh
 nothing useful, as where a corner of the interface pokes into it, keeps its own, and ψ_i = N_i there. A vertex
 that hardly reaches into the interface gives its weight to the nearest.
 
+On round faces Γ is all patches that the two have in common: weights reach over the edges between facets of
+either side, and the frame of a contact has the mean of the normals about it. Facets that do not coincide are
+apart and overlap by themselves, by e²/8R, which is far more than stone gives way. So the gap of a contact is
+the mean of what faces have between them that are as round as their facets turn.
+
 References
 ----------
 Wohlmuth, A mortar finite element method using dual spaces for the Lagrange multiplier, SIAM J. Numer. Anal.
@@ -26,34 +31,23 @@ linearization, Int. J. Numer. Meth. Engng 83 (2010).
 
 from __future__ import annotations
 
-import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from masonry_fem.contact.interpolation import CORNERS_OF, KINDS, weights_at
+from masonry_fem.contact.interpolation import CORNERS_OF
+from masonry_fem.contact.kinematics import local_frames
 from masonry_fem.contact.placement import corners
-from masonry_fem.contact.placement.gauss import on_pieces
-from masonry_fem.contact.placement.parts.patch import Patch, Side
-from masonry_fem.contact.placement.parts.rule import Means, Rule, Spots
+from masonry_fem.contact.placement.parts.patch import Patch
+from masonry_fem.contact.placement.parts.pieces import Pieces
+from masonry_fem.contact.placement.parts.rule import Means, Round, Rule, Spots
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
-LEAST = 1e-2  # of the largest area: a vertex with less gives it to its neighbours
+LEAST = 1e-2  # of its support: a vertex with less of it in the interface gives its area to its neighbours
 SHAPELY = 1e-2  # a facet's least corner over its largest, by the area that its two edges span
 DISTINCT = 5e-2  # least eigenvalue of a facet's ∫ L_i L_j over √(∫ L_i ∫ L_j); 1/9 on a parallelogram
-EXACT = 1e-13  # relative error of the integrals on distorted quadrilaterals
-ROUNDING = 1e-12
-MOST = 16  # Gauss points in a direction
-
-LINEAR = {"line3": "line", "triangle6": "triangle", "quad9": "quad"}
-DEGREE = {
-    "line": 1,
-    "triangle": 1,
-    "quad": 2,
-    "line3": 2,
-    "triangle6": 2,
-    "quad9": 4,
-}  # of polynomials in (x, y)
 
 
 def points(patch: Patch, rule: Rule) -> Spots:
@@ -72,98 +66,124 @@ def points(patch: Patch, rule: Rule) -> Spots:
     """
     if patch.degenerate or not any(side.mesh for side in patch.sides):
         return corners.points(patch, Rule())
-    placed, weight, _, rows = on_pieces(patch, (True, True), 1, _order(patch))
-    vertices = [_vertices(side, rows[:, number]) for number, side in enumerate(patch.sides)]
+    return on_pieces(Pieces.of([patch]))
+
+
+def together(patches: Sequence[Patch], rule: Rule) -> list[Spots]:
+    """The same on two round faces: supports reach over the edges between their facets.
+
+    Parameters
+    ----------
+    patches : The patches that the faces have in common, of some area, with the same candidate.
+    rule : Not used: this rule has no parameters.
+
+    Returns
+    -------
+    Contacts in one on all patches; where no side is meshed corners, patch by patch.
+
+    Raises
+    ------
+    GeometryError : Mesh facets do not cover a patch.
+    """
+    if not any(side.mesh for side in patches[0].sides):
+        return [corners.points(patch, Rule()) for patch in patches]
+    return [on_pieces(Pieces.of(patches))]
+
+
+def on_pieces(pieces: Pieces) -> Spots:
+    """The weighted contacts of one patch, or of those that two round faces have in common.
+
+    Parameters
+    ----------
+    pieces : Of the patches, at least one side meshed.
+    """
+    vertices = [pieces.vertices(side) for side in (0, 1)]
     finer = int(len(np.unique(vertices[1])) > len(np.unique(vertices[0])))
-    # of each piece the points follow one another
-    first = np.flatnonzero(np.append(True, (rows[1:] != rows[:-1]).any(axis=1)))
-    share = weight[:, None] * _dual(patch, finer, rows[:, finer], first, placed, weight)
-    contact = _contacts(patch.sides[finer], vertices[finer], share)
+    share = pieces.weight[:, None] * _dual(pieces, finer)
+    contact = _contacts(pieces, finer, vertices[finer], share)
     area = np.bincount(contact.ravel(), share.ravel())
-    moment = [np.bincount(contact.ravel(), (share * along[:, None]).ravel()) for along in placed.T]
+    first = pieces.first
     means = []
-    for number, side in enumerate(patch.sides):
-        if side.mesh is not None:
-            values = _functions(patch, number, rows[:, number], placed)
-            product = np.add.reduceat(share[:, :, None] * values[:, None], first) / area[contact[first], None]
-            nodes = side.mesh.facets[side.facets.facets[rows[first, number]]]
+    for side in (0, 1):
+        mesh = pieces.mesh(side)
+        if mesh is not None:
+            product = np.add.reduceat(share[:, :, None] * pieces.functions(side)[:, None], first)
+            product /= area[contact[first], None]
+            nodes = mesh.facets[pieces.facets[first, side]]
             shape = product.shape
-            row = np.broadcast_to(2 * contact[first][:, :, None] + number, shape).ravel()
+            row = np.broadcast_to(2 * contact[first][:, :, None] + side, shape).ravel()
             means.append((row, np.broadcast_to(nodes[:, None], shape).ravel(), product.ravel()))
     joined = Means(*(np.concatenate(parts) for parts in zip(*means, strict=True)))
-    return Spots(patch, np.stack(moment, axis=1) / area[:, None], area, np.full((len(area), 2), -1), joined)
+
+    def mean(values: FloatArray) -> FloatArray:
+        """Of what points have, (q, ...), over the parts of contacts, (c, ...)."""
+        columns = values.reshape(len(values), -1).T
+        sums = [np.bincount(contact.ravel(), (share * column[:, None]).ravel()) for column in columns]
+        return (np.stack(sums, axis=1) / area[:, None]).reshape(len(area), *values.shape[1:])
+
+    none = np.full((len(area), 2), -1)
+    found = Spots(pieces.patches[0], mean(pieces.at), area, none, joined)
+    if len(pieces.patches) == 1:
+        return found
+    return replace(found, round=_round(pieces, mean, _fullest(pieces, contact, share)))
 
 
-def _order(patch: Patch) -> int:
-    """Gauss points in a direction that integrate the products of the functions of both sides.
-
-    On a quadrilateral that is no parallelogram these are polynomials in its own coordinates only: where its
-    Jacobian varies by ±r they have poles, by which n Gauss points miss ρ^(−2n) with ρ = 1/r + √(1/r² − 1).
-    """
-    meshed = [(number, side.mesh.facet) for number, side in enumerate(patch.sides) if side.mesh]
-    weights = max(DEGREE[LINEAR.get(kind, kind)] for _, kind in meshed)
-    order = (weights + max(DEGREE[kind] for _, kind in meshed) + 3) // 2
-    varies = max(patch.sides[number].facets.distortion for number, _ in meshed)
-    if varies >= 1:
-        return MOST
-    if varies > ROUNDING:
-        base = 1 / varies + math.sqrt(1 / varies**2 - 1)
-        order = max(order, math.ceil(-math.log(EXACT) / (2 * math.log(base))))
-    return min(order, MOST)
+def _round(pieces: Pieces, mean: Callable[[FloatArray], FloatArray], patch: IntArray) -> Round:
+    """Where contacts on a round face are, from means over their parts."""
+    normal = mean(pieces.frame[pieces.patch, 0])
+    bulge = pieces.bulge(0) + pieces.bulge(1)
+    return Round(
+        patch=patch,
+        frame=local_frames(normal / np.linalg.norm(normal, axis=1)[:, None]),
+        points=np.stack([mean(pieces.on_side(side)) for side in (0, 1)], axis=1),
+        bulge=mean(bulge),
+        rise=float(bulge.max()),
+    )
 
 
-def _vertices(side: Side, rows: IntArray) -> IntArray:
-    """Vertices of one side's facets, rows of the nodes of its face, (m, v); none on an unmeshed side."""
-    if side.mesh is None:
-        return np.empty((len(rows), 0), dtype=np.int64)
-    return side.facets.rows[rows, : CORNERS_OF[side.mesh.facet]]
-
-
-def _functions(patch: Patch, number: int, rows: IntArray, at: FloatArray) -> FloatArray:
-    """Shape functions of one side's facets at plane points, (m, n)."""
-    side = patch.sides[number]
-    assert side.mesh is not None
-    nodes = patch.flat(number, side.facets.points)[side.facets.rows]
-    found: FloatArray = weights_at(KINDS[side.mesh.facet], nodes[rows], at)
+def _fullest(pieces: Pieces, contact: IntArray, share: FloatArray) -> IntArray:
+    """The patch that each contact has most of its area in, the first of equal ones."""
+    count = len(pieces.patches)
+    key, of = np.unique((contact * count + pieces.patch[:, None]).ravel(), return_inverse=True)
+    area = np.bincount(of, share.ravel())
+    order = np.lexsort([key, -area, key // count])
+    _, best = np.unique(key[order] // count, return_index=True)
+    found: IntArray = key[order[best]] % count
     return found
 
 
-def _dual(
-    patch: Patch, number: int, rows: IntArray, first: IntArray, at: FloatArray, weight: FloatArray
-) -> FloatArray:
-    """Weights of vertices at the points, (m, v): ∫ ψ_i L_j = δ_ij ∫ L_i, or N_i where it cannot be."""
-    mesh = patch.sides[number].mesh
-    assert mesh is not None
-    used, facet = np.unique(rows, return_inverse=True)
-    own, moved = _places(patch, number, used)
-    kind = KINDS[LINEAR.get(mesh.facet, mesh.facet)]
-    linear = weights_at(kind, moved[facet], at)
-    products = np.add.reduceat((weight[:, None] * linear)[:, :, None] * linear[:, None], first)
+def _dual(pieces: Pieces, side: int) -> FloatArray:
+    """Weights of vertices at the points, (q, v): ∫ ψ_i L_j = δ_ij ∫ L_i, or N_i where it cannot be."""
+    used, start, facet = np.unique(pieces.facets[:, side], return_index=True, return_inverse=True)
+    own, moved = _places(pieces, side, used, start)
+    linear = pieces.linear(side, moved[facet])
+    products = np.add.reduceat((pieces.weight[:, None] * linear)[:, :, None] * linear[:, None], pieces.first)
     mass = np.zeros((len(used), *products.shape[1:]))
-    np.add.at(mass, facet[first], products)
+    np.add.at(mass, facet[pieces.first], products)
     integral, distinct = mass.sum(axis=2), _distinct(mass)
     if not distinct.all():
-        linear = np.where(distinct[facet, None], linear, weights_at(kind, own[facet], at))
+        linear = np.where(distinct[facet, None], linear, pieces.linear(side, own[facet]))
     change = np.tile(np.eye(linear.shape[1]), (len(used), 1, 1))
     change[distinct] = integral[distinct, :, None] * np.linalg.inv(mass[distinct])
-    weights: FloatArray = np.einsum("mij,mj->mi", change[facet], linear)
+    weights: FloatArray = np.einsum("qij,qj->qi", change[facet], linear)
     return weights
 
 
-def _places(patch: Patch, number: int, rows: IntArray) -> tuple[FloatArray, FloatArray]:
-    """Vertices of facets, and these with those outside of the interface moved to its rim, (f, v, d - 1) each.
+def _places(pieces: Pieces, side: int, facets: IntArray, start: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Vertices of facets, and these with those outside of all patches moved to their rim, (f, v, d) each.
 
-    Facets that are hardly convex then keep theirs.
+    Facets that are hardly convex then keep theirs. ``start`` has a point of each facet.
     """
-    side = patch.sides[number]
-    vertices = _vertices(side, rows)
-    places = patch.flat(number, side.facets.points)
-    moved = places.copy()
-    outside = np.setdiff1d(vertices, np.flatnonzero(patch.holds(places)))
-    if len(outside):
-        moved[outside] = patch.nearest(places[outside])
-    own, moved = places[vertices], moved[vertices]
-    spanned = _spanned(moved) * np.sign(_spanned(own))
+    places = pieces.nodes(side)
+    mesh = pieces.mesh(side)
+    assert mesh is not None
+    vertices = mesh.facets[facets, : CORNERS_OF[mesh.facet]]
+    outside, rim = pieces.to_rim(side)
+    own = places[vertices]
+    places[outside] = rim
+    moved = places[vertices]
+    patch = pieces.patch[start]
+    spanned = _spanned(pieces.flat(moved, patch)) * np.sign(_spanned(pieces.flat(own, patch)))
     convex = spanned.min(axis=1) > SHAPELY * spanned.max(axis=1)
     return own, np.where(convex[:, None, None], moved, own)
 
@@ -189,19 +209,23 @@ def _distinct(mass: FloatArray) -> np.ndarray:
     return distinct
 
 
-def _contacts(side: Side, vertices: IntArray, share: FloatArray) -> IntArray:
-    """The contact that each vertex of facets gives its shares of the area to, shape (m, v).
+def _contacts(pieces: Pieces, side: int, vertices: IntArray, share: FloatArray) -> IntArray:
+    """The contact that each vertex of facets gives its shares of the area to, shape (q, v).
 
-    That is its own one, but the nearest where hardly any of its support lies in the interface.
+    That is its own one, but the nearest where hardly any of its support lies in the patches.
     """
+    mesh = pieces.mesh(side)
+    assert mesh is not None
     used, at = np.unique(vertices, return_inverse=True)
     at = at.reshape(vertices.shape)
     area = np.bincount(at.ravel(), share.ravel())
-    kept = area >= LEAST * area.max()
+    facet, start = np.unique(pieces.facets[:, side], return_index=True)
+    size = np.broadcast_to(pieces.sizes(side)[facet, None] / vertices.shape[1], at[start].shape)
+    support = np.bincount(at[start].ravel(), size.ravel())
+    kept = area >= LEAST * np.minimum(support, area.max())
     if kept.all():
         return at
-    places = side.facets.points[used]
+    places = mesh.points[used]
     to = np.cumsum(kept) - 1
-    for lost in np.flatnonzero(~kept):
-        to[lost] = np.linalg.norm(places[kept] - places[lost], axis=1).argmin()
+    to[~kept] = np.linalg.norm(places[~kept, None] - places[kept], axis=2).argmin(axis=1)
     return to[at]

@@ -36,7 +36,6 @@ def quadrature(
     degree: int,
     quadratic: bool,
     density: int,
-    order: int | None = None,
 ) -> tuple[FloatArray, FloatArray, IntArray]:
     """Points and weights that integrate products of shape functions of both sides over a polygon.
 
@@ -48,33 +47,29 @@ def quadrature(
     degree : Of the rule for triangles, 2 or 4.
     quadratic : Whether facets are of second order.
     density : Subdivisions of each piece along its sides.
-    order : Gauss points in a direction, whatever the facets: polynomials of degree 2 order − 2 are exact.
 
     Returns
     -------
     Points (m, p), weights (m,) and rows of the facets of both sides (m, 2).
     """
-    tensor = _gauss(order or (3 if quadratic else 2))
+    tensor = gauss_rule(3 if quadratic else 2)
     if polygon.shape[1] == 1:
         return _lines(polygon, candidate, antagonist, tensor, density)
-    if order:
-        barycentric, weight = _collapsed(order)
-    else:
-        barycentric, weight = (_DEGREE2, np.full(3, 1 / 3)) if degree == 2 else (_DEGREE4, _DEGREE4_WEIGHT)
-    return _areas(polygon, candidate, antagonist, tensor[0], tensor[1], barycentric, weight, density)  # type: ignore[no-any-return]
+    barycentric, weight = (_DEGREE2, np.full(3, 1 / 3)) if degree == 2 else (_DEGREE4, _DEGREE4_WEIGHT)
+    return on_polygon(polygon, candidate, antagonist, tensor[0], tensor[1], barycentric, weight, density)  # type: ignore[no-any-return]
 
 
 @cache
-def _gauss(order: int) -> tuple[FloatArray, FloatArray]:
+def gauss_rule(order: int) -> tuple[FloatArray, FloatArray]:
     """Gauss points and weights on [-1, 1]; NumPy computes them anew each time."""
     local, weight = np.polynomial.legendre.leggauss(order)
     return local, weight
 
 
 @cache
-def _collapsed(order: int) -> tuple[FloatArray, FloatArray]:
+def triangle_rule(order: int) -> tuple[FloatArray, FloatArray]:
     """Barycentric points and weights of a triangle: Gauss points of a square, one side drawn to a corner."""
-    local, weight = _gauss(order)
+    local, weight = gauss_rule(order)
     u, v = (grid.ravel() for grid in np.meshgrid(0.5 * (1 + local), 0.5 * (1 + local), indexing="ij"))
     points = np.stack([u, (1 - u) * v, (1 - u) * (1 - v)], axis=1)
     return points, 0.5 * (1 - u) * np.outer(weight, weight).ravel()
@@ -102,7 +97,7 @@ def _lines(
 
 
 @compiled
-def _areas(
+def on_polygon(
     polygon: FloatArray,
     candidate: FloatArray,
     antagonist: FloatArray,
@@ -112,7 +107,19 @@ def _areas(
     weight: FloatArray,
     density: int,
 ) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Quadrature points of all pieces (3D)."""
+    """The compiled loop of ``quadrature`` over the pieces of a polygon (3D).
+
+    Parameters
+    ----------
+    polygon, candidate, antagonist : As for ``quadrature``.
+    gauss, gauss_weight : Gauss points of [-1, 1] and their weights, which sum to 2, shape (g,) each.
+    barycentric, weight : Points of a triangle, and weights that sum to 1, shapes (t, 3) and (t,).
+    density : Subdivisions of each piece along its sides.
+
+    Returns
+    -------
+    Points (m, 2), weights (m,) and rows of the facets of both sides (m, 2).
+    """
     size = np.sqrt(polygon_area(polygon))
     pieces, corners, rows = _pieces(polygon, candidate, antagonist, 1e-9 * size)
     each = max(len(gauss) ** 2, len(weight) * max(pieces.shape[1] - 2, 1)) * density * density

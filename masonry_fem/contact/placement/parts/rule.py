@@ -46,6 +46,26 @@ class Means:
 
 
 @dataclass(frozen=True, slots=True)
+class Round:
+    """What m contacts on a round face have of their own, where others have it of the plane of their patch.
+
+    Attributes
+    ----------
+    patch : The patch, among those that the two faces have in common, that each has most of its area in, (m,).
+    frame : Rows (n, t1[, t2]), n being the mean normal, shape (m, d, d).
+    points : Mean points of candidate and antagonist, world coordinates, shape (m, 2, d) [m].
+    bulge : By how much nearer the faces are in the mean than their facets, shape (m,) [m].
+    rise : The largest such distance at a point [m].
+    """
+
+    patch: IntArray
+    frame: FloatArray
+    points: FloatArray
+    bulge: FloatArray
+    rise: float
+
+
+@dataclass(frozen=True, slots=True)
 class Spots:
     """Contact points that a rule placed on a patch (m of them).
 
@@ -58,6 +78,7 @@ class Spots:
         shape (m, 2).
     means : For contacts that are no points: how meshed sides carry them, instead of a facet.
     error : Share of a uniform pressure that they bring to the wrong nodes, where the rule is to tell of it.
+    round : For contacts on all patches that two round faces have in common; ``patch`` is the first of these.
     """
 
     patch: Patch
@@ -66,3 +87,4 @@ class Spots:
     facets: IntArray
     means: Means | None = None
     error: float = 0.0
+    round: Round | None = None

@@ -1,0 +1,156 @@
+"""Cuts: Gauss points on the pieces that the facets of both sides cut out of many lines or polygons at once.
+
+As ``quadrature``, which has one polygon in whose plane the facets are given.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from masonry_fem.contact.placement.parts.quadrature import (
+    SLIVER,
+    gauss_rule,
+    on_polygon,
+    triangle_rule,
+)
+from masonry_fem.host.compiled import compiled
+from masonry_fem.solid.mesh import IntArray
+from masonry_fem.solid.pose import FloatArray
+
+
+def gauss_lines(
+    polygon: FloatArray,
+    origin: FloatArray,
+    along: FloatArray,
+    facets: Sequence[FloatArray],
+    ranges: Sequence[IntArray],
+    order: int,
+) -> tuple[IntArray, FloatArray, FloatArray, IntArray]:
+    """Gauss points of the common intervals of many lines and the facets of both sides (2D).
+
+    Parameters
+    ----------
+    polygon : Ends of the lines, shape (k, 2, 1) [m].
+    origin, along : Origins and unit vectors of the lines, shape (k, 2) each [m].
+    facets : World coordinates of the facets of candidate and antagonist, shape (f, 2, 2) each [m].
+    ranges : First facet of each line and the one after its last, shape (k, 2) each; −1 where the side has
+        none and the line is one facet.
+    order : Gauss points of each interval.
+
+    Returns
+    -------
+    Line (q,), place on it (q, 1), weight (q,) and facets of both sides (q, 2) of the points.
+    """
+    count = [np.where(own[:, 0] < 0, 1, own[:, 1] - own[:, 0]) for own in ranges]
+    both = count[0] * count[1]
+    line = np.repeat(np.arange(len(polygon)), both)
+    number = np.arange(len(line)) - np.repeat(np.cumsum(both) - both, both)
+    low, high = polygon.min(axis=(1, 2))[line], polygon.max(axis=(1, 2))[line]
+    least = SLIVER * (high - low)
+    rows = np.full((len(line), 2), -1)
+    for side, own in enumerate((number // count[1][line], number % count[1][line])):
+        if len(facets[side]):
+            rows[:, side] = ranges[side][line, 0] + own
+            ends = facets[side][rows[:, side]] - origin[line, None]
+            ends = np.einsum("nkd,nd->nk", ends, along[line])
+            low, high = np.maximum(low, ends.min(axis=1)), np.minimum(high, ends.max(axis=1))
+    kept = high - low > least
+    line, rows, low, high = line[kept], rows[kept], low[kept], high[kept]
+    local, weight = gauss_rule(order)
+    length = (high - low)[:, None]
+    return (
+        np.repeat(line, order),
+        (low[:, None] + length * (0.5 * (1 + local))).reshape(-1, 1),
+        (length * (0.5 * weight)).ravel(),
+        np.repeat(rows, order, axis=0),
+    )
+
+
+def gauss_planes(
+    polygon: FloatArray,
+    count: IntArray,
+    origin: FloatArray,
+    basis: FloatArray,
+    facets: Sequence[FloatArray],
+    ranges: Sequence[IntArray],
+    order: int,
+) -> tuple[IntArray, FloatArray, FloatArray, IntArray]:
+    """Gauss points of the common parts of many polygons and the facets of both sides (3D).
+
+    Parameters
+    ----------
+    polygon, count : Corners in the planes, padded, shape (k, n, 2) [m], and how many are real, shape (k,).
+    origin, basis : Origins, shape (k, 3) [m], and unit vectors of the planes, shape (k, 2, 3).
+    facets : World coordinates of the facets of candidate and antagonist, shape (f, v, 3) each [m].
+    ranges : First facet of each polygon and the one after its last, shape (k, 2) each; −1 where the side has
+        none and the polygon is one facet.
+    order : Gauss points in a direction: polynomials of degree 2 order − 2 are exact.
+
+    Returns
+    -------
+    Polygon (q,), place in its plane (q, 2), weight (q,) and facets of both sides (q, 2) of the points.
+    """
+    tensor, collapsed = gauss_rule(order), triangle_rule(order)
+    return _many_areas(polygon, count, origin, basis, *facets, *ranges, *tensor, *collapsed)  # type: ignore[no-any-return]
+
+
+@compiled
+def _many_areas(
+    polygon: FloatArray,
+    count: IntArray,
+    origin: FloatArray,
+    basis: FloatArray,
+    candidate: FloatArray,
+    antagonist: FloatArray,
+    of_candidate: IntArray,
+    of_antagonist: IntArray,
+    gauss: FloatArray,
+    gauss_weight: FloatArray,
+    barycentric: FloatArray,
+    weight: FloatArray,
+) -> tuple[IntArray, FloatArray, FloatArray, IntArray]:
+    """The compiled loop over polygons."""
+    room, total = 64, 0
+    owner, at = np.empty(room, dtype=np.int64), np.empty((room, 2))
+    share, rows = np.empty(room), np.empty((room, 2), dtype=np.int64)
+    for k in range(len(polygon)):
+        own = polygon[k, : count[k]]
+        first, second = of_candidate[k, 0], of_antagonist[k, 0]
+        # a candidate's facets look against the normal
+        one = _in_plane(candidate[first : of_candidate[k, 1]], origin[k], basis[k], True)
+        two = _in_plane(antagonist[second : of_antagonist[k, 1]], origin[k], basis[k], False)
+        if first < 0:
+            one = own.copy().reshape(1, len(own), 2)
+        if second < 0:
+            two = own.copy().reshape(1, len(own), 2)
+        points, weights, of = on_polygon(own, one, two, gauss, gauss_weight, barycentric, weight, 1)
+        after = total + len(points)
+        if after > room:
+            more = max(after, 2 * room) - total
+            owner = np.concatenate((owner[:total], np.empty(more, dtype=np.int64)))
+            at = np.concatenate((at[:total], np.empty((more, 2))))
+            share = np.concatenate((share[:total], np.empty(more)))
+            rows = np.concatenate((rows[:total], np.empty((more, 2), dtype=np.int64)))
+            room = total + more
+        owner[total:after] = k
+        at[total:after], share[total:after] = points, weights
+        for i in range(len(points)):
+            rows[total + i, 0] = of[i, 0] + first if first >= 0 else -1
+            rows[total + i, 1] = of[i, 1] + second if second >= 0 else -1
+        total = after
+    return owner[:total], at[:total], share[:total], rows[:total]
+
+
+@compiled
+def _in_plane(facets: FloatArray, origin: FloatArray, basis: FloatArray, turned: bool) -> FloatArray:
+    """Plane coordinates of the corners of facets, in the other order where these are to be turned."""
+    corners = facets.shape[1]
+    flat = np.empty((len(facets), corners, 2))
+    for f in range(len(facets)):
+        for v in range(corners):
+            to = corners - 1 - v if turned else v
+            for p in range(2):
+                flat[f, to, p] = ((facets[f, v] - origin) * basis[p]).sum()
+    return flat

@@ -437,6 +437,17 @@ class Nonlinear(Protocol):
         """Size of the impulses of the blocks' stresses on their nodes, shape (b,) [N s]."""
         ...
 
+    def tangents(self, guess: State | None, scheme: Scheme) -> Mapping[int, object]:
+        """What stands for the tangents of the blocks that are not elastic in a guess, by block.
+
+        It is the same object as long as tangents stay, and empty where all blocks are elastic.
+        """
+        ...
+
+    def keeping(self, guess: State, other: State | None) -> State:
+        """A guess whose tangents are those of another state; the elastic ones where that is None."""
+        ...
+
     def promoted(self, state: State) -> FloatArray | None:
         """Time from which each block has not been elastic any more, ∞ while it is, shape (b,) [s].
 

@@ -54,6 +54,7 @@ def measure(model: Model, coupling: Coupling, made: Increment) -> StepReport:
         joint_energy=stored.joints,
         iterations=made.solution.iterations,
         linear_solves=made.solution.linear_solves,
+        rounds=len(made.residuals),
         method=made.solution.method,
         outcome=made.solution.outcome,
         quality=quality,

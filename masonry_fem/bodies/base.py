@@ -112,6 +112,8 @@ class StepEnergy:
         Of blocks that yield, the same of their stresses.
     dissipation : Lost as the material yields; 0 of blocks that do not.
     heat : Work of strains by temperature, −∫ σ : 1 Δe; 0 of blocks that have none.
+    confined : What those strains would store in blocks that are held, ∫ e 1 : C : e 1 / 2: where blocks are
+        free to expand, all of it cancels in the terms above but for rounding.
     """
 
     external: FloatArray
@@ -120,6 +122,7 @@ class StepEnergy:
     numerical: FloatArray
     dissipation: FloatArray | float = 0.0
     heat: FloatArray | float = 0.0
+    confined: FloatArray | float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,7 +170,7 @@ class Actions:
     ----------
     load : Mean of the loads over the step. clamp : What clamped faces give.
     held : Sizes of the forces that clamps give to nodes, summed up; unlike `clamp` it tells of forces that
-        cancel, shape (b,) [N].
+        cancel, and is never less than a small share of what would hold heated blocks, shape (b,) [N].
     inertia : Change of momentum over the step and mass damping; 0 in statics.
     centre : Point of each block to take moments about, shape (b, d) [m].
     displaced : Moments of loads and clamps with the points of blocks that do not turn where these
@@ -432,6 +435,17 @@ class Nonlinear(Protocol):
 
     def effort(self, after: State, scheme: Scheme) -> FloatArray:
         """Size of the impulses of the blocks' stresses on their nodes, shape (b,) [N s]."""
+        ...
+
+    def tangents(self, guess: State | None, scheme: Scheme) -> Mapping[int, object]:
+        """What stands for the tangents of the blocks that are not elastic in a guess, by block.
+
+        It is the same object as long as tangents stay, and empty where all blocks are elastic.
+        """
+        ...
+
+    def keeping(self, guess: State, other: State | None) -> State:
+        """A guess whose tangents are those of another state; the elastic ones where that is None."""
         ...
 
     def promoted(self, state: State) -> FloatArray | None:

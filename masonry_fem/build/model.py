@@ -113,6 +113,7 @@ def build(scene: specs.Scene, base: Path, before: Built | None = None, *, solved
         changing=_changing(scene, base),
         meet=_meet(scene, stones, base),
         reach=REACH * typical_length(stones.assembly) if reach is None else reach,
+        keeps_tangents=scene.solver.tangent == "initial",
     )
     scene.analysis.control(model.probes)  # refuses a name that no probe has
     bodies = _initial(scene, stones, groups)

@@ -104,7 +104,8 @@ class Balance:
             damping = own.material.mass_damping * self.mass_square(rigid, elastic)
             damping += own.material.stiffness_damping * dot(elastic @ own.stiffness, elastic)
         heat = self.constitution.heat(before, after, theta)
-        return StepEnergy(external, support, inertia * h * damping, numerical, lost, heat)
+        confined = self.constitution.confined(before, after).energy
+        return StepEnergy(external, support, inertia * h * damping, numerical, lost, heat, confined)
 
 
 def mean_velocity(before: ElasticState, after: ElasticState, theta: float) -> tuple[FloatArray, FloatArray]:

@@ -52,6 +52,21 @@ class Memory:
     moduli: FloatArray
 
 
+@dataclass(frozen=True, slots=True)
+class Confined:
+    """What it would take to hold strains by temperature at zero, in b blocks.
+
+    Where blocks are free to expand, forces and energies of this size cancel but for rounding.
+
+    Attributes
+    ----------
+    energy : That the blocks would store, shape (b,) [J]; or 0. force : On nodes, summed up, (b,) [N]; or 0.
+    """
+
+    energy: FloatArray | float = 0.0
+    force: FloatArray | float = 0.0
+
+
 class Strained(Protocol):
     """A state of b blocks as their material sees it: time [s], elastic displacements (b, n) [m], memory."""
 
@@ -107,6 +122,10 @@ class Constitution(ABC):
     def heat(self, before: Strained, after: Strained, theta: float) -> FloatArray | float:
         """Work of heat in a step, −∫ σ_θ : 1 Δe of strains e by temperature, shape (b,) [J]; or 0."""
         return 0.0
+
+    def confined(self, before: Strained, after: Strained) -> Confined:
+        """What it would take to hold the strains that temperature gives to stones."""
+        return Confined()
 
     @abstractmethod
     def stored(self, state: Strained) -> FloatArray:

@@ -383,8 +383,9 @@ class CorotationalGroup(Deformable[TurningState]):
             damping = alpha * (dot(rigid, damped) + dot(bending @ own.mass, bending))
             damping += beta * dot(bending @ own.stiffness, bending)
         support, heat = np.zeros(self.count), self.constitution.heat(state, after, theta)
+        confined = self.constitution.confined(state, after).energy
         return StepEnergy(
-            external, support, inertia * h * damping, numerical + external - straight, lost, heat
+            external, support, inertia * h * damping, numerical + external - straight, lost, heat, confined
         )
 
     def kinetic_energy(self, state: TurningState) -> FloatArray:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Protocol
+from types import MappingProxyType
+from typing import Any, Final, Protocol
 
 import numpy as np
 
@@ -22,6 +23,10 @@ from masonry_fem.fem.tangent import TangentCompliance
 from masonry_fem.solid.pose import Pose
 
 KEPT_FACTORS = 3  # a march alternates between few schemes
+# Of the forces that would hold what heated stones grow by: where these cancel 1e-12 of them is rounding,
+# and stresses balance to 1e-9 of this share.
+CANCELLED = 1e-3
+NONE_YIELDS: Final[Mapping[int, TangentCompliance]] = MappingProxyType({})
 
 
 class Deformed(Protocol):
@@ -49,11 +54,11 @@ class Deformed(Protocol):
 
 @dataclass(slots=True)
 class _Tangents:
-    """Factors of the blocks that yield in a guess, for a scheme."""
+    """Factors of the blocks that yield, for a scheme, and the moduli that they were made of."""
 
-    guess: Deformed
+    moduli: FloatArray
     key: tuple[float, float]
-    factors: dict[int, TangentCompliance]
+    factors: Mapping[int, TangentCompliance]
 
 
 class Deformable[S: Deformed](Meshed[S]):
@@ -136,24 +141,44 @@ class Deformable[S: Deformed](Meshed[S]):
             ) from error
 
     def tangents(self, guess: Deformed | None, scheme: Scheme) -> Mapping[int, TangentCompliance]:
-        """(M̂_t⁻¹)_el of the blocks that yield in ``guess``; {} where it is None, or none does.
+        """(M̂_t⁻¹)_el of the blocks that yield in ``guess``; none where it is None, or none does.
+
+        It is the same mapping as long as guesses have the same tangents.
 
         Parameters
         ----------
         guess : What the blocks are linearised at; None: they are elastic from the start of the step on.
         scheme : Coefficients of the step.
         """
-        if guess is None:
-            return {}
-        key, last = coefficients(self.operators, scheme), self._tangents
-        if last is None or last.guess is not guess or last.key != key:
+        if guess is None or guess.memory is None or not len(guess.memory.yielding):
+            return NONE_YIELDS
+        key, moduli, last = coefficients(self.operators, scheme), guess.memory.moduli, self._tangents
+        if last is None or last.moduli is not moduli or last.key != key:
             made = {
                 body: TangentCompliance(self.operators, tangent, self.modes, self.free_dofs, scheme)
                 for body, tangent in self.constitution.tangents(guess)
             }
             self.factorisations += len(made)
-            last = self._tangents = _Tangents(guess, key, made)
+            last = self._tangents = _Tangents(moduli, key, made)
         return last.factors
+
+    def keeping(self, guess: S, other: S | None) -> S:
+        """A guess whose tangents are those of another state; the elastic ones where that is None.
+
+        Parameters
+        ----------
+        guess : What stresses are those of. other : What tangents are those of.
+        """
+        own, source = guess.memory, None if other is None else other.memory
+        if own is None:
+            return guess
+        yielding, moduli = own.yielding[:0], own.moduli[:0]
+        if source is not None:
+            yielding, moduli = source.yielding, source.moduli
+        kept: S = replace(  # type: ignore[type-var]
+            guess, memory=replace(own, yielding=yielding, moduli=moduli)
+        )
+        return kept
 
     def compliant(self, nodal: FloatArray, guess: Deformed | None, scheme: Scheme) -> FloatArray:
         """(M̂_t⁻¹)_el of nodal impulses (b, n) [N s], shape (b, n) [m/s].
@@ -172,12 +197,15 @@ class Deformable[S: Deformed](Meshed[S]):
     def effort(self, after: Deformed, scheme: Scheme) -> FloatArray:
         """Size of the impulses that a block's stresses have on its nodes, shape (b,) [N s].
 
+        Where heated stones are free to expand none are left but for rounding of what would hold them.
+
         Parameters
         ----------
         after : State at the end of a step. scheme : Its coefficients.
         """
         forces = self.constitution.forces(after, after, scheme.theta)
-        size: FloatArray = scheme.step * np.linalg.norm(forces, axis=1)
+        least = CANCELLED * self.constitution.confined(after, after).force
+        size: FloatArray = scheme.step * np.maximum(np.linalg.norm(forces, axis=1), least)
         return size
 
     def promoted(self, state: S) -> FloatArray | None:

@@ -44,6 +44,10 @@ from masonry_fem.fem.meshed import ElasticState
 from masonry_fem.fem.modes import rigid_modes
 from masonry_fem.solid.pose import Pose
 
+# Of the forces that would hold what heated stones grow by: where these cancel 1e-12 of them is rounding,
+# and what is written is to balance to 1e-6 of this share.
+CANCELLED = 1e-6
+
 
 class ElasticGroup(Deformable[ElasticState]):
     """All blocks of one mesh, material and clamping, with small kinematics.
@@ -266,6 +270,8 @@ class ElasticGroup(Deformable[ElasticState]):
         moved = moment(self.positions(after).reshape(acting.shape), acting).sum(axis=1)
         centre = self.rotation @ self.modes.centroid + self.translation
         sizes = np.linalg.norm(clamps.reshape(acting.shape), axis=2).sum(axis=1)
+        # clamps of a stone that is free to expand give rounding of what would hold it
+        sizes = np.maximum(sizes, CANCELLED * self.constitution.confined(state, after).force)
         return Actions(load, self.resultant(clamps), sizes, self.resultant(taken), centre, moved)
 
     def step_energy(

@@ -18,7 +18,7 @@ from typing import Self, override
 import numpy as np
 
 from masonry_fem.fem.assemble import ShapeOperators
-from masonry_fem.fem.constitution import FloatArray, LinearElasticity, Strained, dot
+from masonry_fem.fem.constitution import Confined, FloatArray, LinearElasticity, Strained, dot
 from masonry_fem.fem.material_law import UNIT
 from masonry_fem.fem.strains import Strains
 
@@ -59,6 +59,20 @@ class Warming:
         """How much further blocks expand from one state to another, shape (b,)."""
         return self.strain(after.time) - self.strain(before.time)
 
+    def confined(self, before: Strained, after: Strained, strains: Strains, moduli: FloatArray) -> Confined:
+        """What it would take to hold the larger of the strains of two states.
+
+        Parameters
+        ----------
+        before, after : The states.
+        strains : Of the mesh.
+        moduli : C, shape (6, 6) [Pa].
+        """
+        largest = np.maximum(np.abs(self.strain(before.time)), np.abs(self.strain(after.time)))
+        push = pushing(strains, moduli).reshape(-1, strains.mesh.dimension)
+        force = largest * np.linalg.norm(push, axis=1).sum()
+        return Confined(0.5 * largest**2 * holding(strains, moduli), force)
+
 
 class ThermoElasticity(LinearElasticity):
     """Stresses that are linear in the strains that temperature does not give.
@@ -87,7 +101,7 @@ class ThermoElasticity(LinearElasticity):
     @cached_property
     def _held(self) -> float:
         """∫ 1 : C : 1, twice the energy of a unit strain that is held [J]."""
-        return float(UNIT @ self._moduli @ UNIT * self.strains.weight.sum())
+        return holding(self.strains, self._moduli)
 
     @override
     def forces(
@@ -114,6 +128,10 @@ class ThermoElasticity(LinearElasticity):
         return pressure * self.warming.change(before, after)
 
     @override
+    def confined(self, before: Strained, after: Strained) -> Confined:
+        return self.warming.confined(before, after, self.strains, self._moduli)
+
+    @override
     def stored(self, state: Strained) -> FloatArray:
         """½ ∫ (ε − e 1) : C : (ε − e 1)."""
         grown, bent = self.warming.strain(state.time), state.displacement
@@ -127,6 +145,16 @@ class ThermoElasticity(LinearElasticity):
     def _mean(self, before: Strained, after: Strained, theta: float) -> FloatArray:
         grown = self.warming.strain(before.time)
         return grown if after is before else (1 - theta) * grown + theta * self.warming.strain(after.time)
+
+
+def holding(strains: Strains, moduli: FloatArray) -> float:
+    """∫ 1 : C : 1, twice the energy of a unit strain that is held [J].
+
+    Parameters
+    ----------
+    strains : Of the mesh. moduli : C, shape (6, 6) [Pa].
+    """
+    return float(UNIT @ moduli @ UNIT * strains.weight.sum())
 
 
 def pushing(strains: Strains, moduli: FloatArray) -> FloatArray:

@@ -25,7 +25,7 @@ import numpy as np
 from scipy import sparse
 
 from masonry_fem.fem.assemble import ShapeOperators
-from masonry_fem.fem.constitution import Constitution, FloatArray, Memory, Strained, dot
+from masonry_fem.fem.constitution import Confined, Constitution, FloatArray, Memory, Strained, dot
 from masonry_fem.fem.expansion import Warming, less, pushing
 from masonry_fem.fem.material_law import Isotropic
 from masonry_fem.fem.strains import Strains
@@ -132,6 +132,12 @@ class Inelasticity(Constitution):
             return 0.0
         mean = (1 - theta) * remembered(before).stress + theta * remembered(after).stress
         return -self._pressed(mean) * self.warming.change(before, after)
+
+    @override
+    def confined(self, before: Strained, after: Strained) -> Confined:
+        if self.warming is None:
+            return Confined()
+        return self.warming.confined(before, after, self.strains, self._moduli)
 
     def _pressed(self, stress: FloatArray) -> FloatArray:
         """∫ σ : 1 of stresses (b, m, p, 6), shape (b,) [J]."""

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from masonry_fem.bodies.base import Attachment, FloatArray, Free, IntArray, Scheme, Sides
+from masonry_fem.bodies.base import Attachment, FloatArray, Free, IntArray, Scheme, Sides, nonlinear
 from masonry_fem.march.model import Model
 from masonry_fem.nscd.blocks import assemble_blocks
 from masonry_fem.nscd.structure import Structure
@@ -62,7 +62,7 @@ class _Cached:
     rigid_map: FloatArray | None = None
     scheme: Scheme | None = None
     seen: tuple[FloatArray | None, ...] = ()
-    guess: tuple[Any, ...] = ()
+    tangents: tuple[Any, ...] = ()
     matrix: sparse.bsr_array | None = None
 
 
@@ -184,14 +184,21 @@ class Coupling:
             from the start of the step on.
         """
         guess = (None,) * len(self.attachments) if guess is None else guess
+        tangents = tuple(
+            nonlinear(group).tangents(at, scheme) if group.nonlinear else None
+            for group, at in zip(self.model.groups, guess, strict=True)
+        )
         cached = self._cached
-        same = _same(cached.seen, here.seen) and cached.scheme == scheme and _same(cached.guess, guess)
+        same = _same(cached.seen, here.seen) and cached.scheme == scheme and _same(cached.tangents, tangents)
         if cached.matrix is None or not same:
-            cached.matrix = self._condense(here, scheme, guess)
-            cached.scheme, cached.seen, cached.guess = scheme, here.seen, guess
+            # stones that yield without associated flow have no symmetric tangent
+            cached.matrix = self._condense(here, scheme, guess, symmetric=not any(tangents))
+            cached.scheme, cached.seen, cached.tangents = scheme, here.seen, tangents
         return cached.matrix
 
-    def _condense(self, here: Placement, scheme: Scheme, guess: tuple[Any, ...]) -> sparse.bsr_array:
+    def _condense(
+        self, here: Placement, scheme: Scheme, guess: tuple[Any, ...], *, symmetric: bool
+    ) -> sparse.bsr_array:
         c, d = here.points.shape
         contributions: list[tuple[IntArray, FloatArray]] = []
         for sides, attachment, seen, at in zip(self.sides, self.attachments, here.seen, guess, strict=True):
@@ -200,8 +207,7 @@ class Coupling:
             for members, matrix in attachment.compliance(scheme, seen, at):
                 sign = np.repeat(SIGN[sides.side[members]], d)
                 contributions.append((sides.contact[members], sign[:, None] * matrix * sign))
-        # stones that yield without associated flow have no symmetric tangent
-        return assemble_blocks(c, d, contributions, symmetric=all(at is None for at in guess))
+        return assemble_blocks(c, d, contributions, symmetric=symmetric)
 
     def nodal_impulses(self, impulse: FloatArray, here: Placement) -> tuple[FloatArray | None, ...]:
         """Gᵀ p on the nodes of each group (None for rigid ones)."""

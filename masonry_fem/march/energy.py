@@ -51,7 +51,7 @@ def stored_energy(model: Model, state: SystemState, inertia: float) -> Stored:
 
 
 def energies(model: Model, coupling: Coupling, made: Increment, after: Stored) -> dict[str, float]:
-    """The energy terms of a step's report [J], by their names there.
+    """The energy terms of a step's report [J], by their names there, and ``confined`` of ``StepEnergy``.
 
     A step satisfies, to rounding, and where stones yield to the tolerance of their balance,
 
@@ -102,7 +102,7 @@ def energies(model: Model, coupling: Coupling, made: Increment, after: Stored) -
 def _bodies(model: Model, made: Increment) -> dict[str, float]:
     """Work of loads, supports and clamped faces that move, and heat; damping, yielding, what θ > ½ takes."""
     theta = made.scheme.theta
-    external = support = damping = numerical = yielded = heat = 0.0
+    external = support = damping = numerical = yielded = heat = confined = 0.0
     for group, before, after, force, push, nodal, end in zip(
         model.groups, made.before.bodies, made.after.bodies, made.forces, made.rigid_impulse,
         made.nodal_impulse, made.rigid, strict=True,
@@ -119,6 +119,7 @@ def _bodies(model: Model, made: Increment) -> dict[str, float]:
         numerical += float(spent.numerical.sum())
         yielded += float(np.sum(spent.dissipation))
         heat += float(np.sum(spent.heat))
+        confined += float(np.sum(spent.confined))
     return {
         "external_work": external,
         "support_work": support,
@@ -126,6 +127,7 @@ def _bodies(model: Model, made: Increment) -> dict[str, float]:
         "numerical_dissipation": numerical,
         "material_dissipation": yielded,
         "heat_work": heat,
+        "confined": confined,
     }
 
 

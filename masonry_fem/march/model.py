@@ -124,6 +124,7 @@ class Model:
     meet : What makes contacts of blocks that meet on the way; None: they go through each other.
     reach : Gap that is a contact at the start [m].
     control : What the load factor follows from; None: it is given.
+    keeps_tangents : Whether stones that yield keep the tangents of a step's first round in the further ones.
     changing : Time until which loads or supports change: rest before that is no end of a march [s].
     fixed : Whether frames and lever arms stay those of the start, too (small kinematics).
     """
@@ -144,3 +145,4 @@ class Model:
     meet: Meet | None = None
     reach: float = 0.0
     control: Control | None = None
+    keeps_tangents: bool = False

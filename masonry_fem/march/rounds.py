@@ -30,6 +30,8 @@ from masonry_fem.nscd import ContactProblem, Solution, SolverSettings, Start
 logger = logging.getLogger(__name__)
 
 NEWTON_TOLERANCE = 1e-9  # of a block's impulse, on the volume residual
+SHARE = 1e-2  # of what a round leaves of balance: error of the contacts in the next one
+KEPT = 0.5  # of the residual: what a round may leave of that of the last one where tangents are kept
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +58,7 @@ class Round:
     impulse : Of all contacts, (c, d) [N s]. nodal : Gᵀ p by group. bodies : States at the end.
     loading : What acts.
     residuals : What stresses of nonlinear blocks left of balance after each round so far.
+    tangents : States whose tangents nonlinear blocks had in it, by group.
     slope : Of a control over the load factor [m]. missed : By how much it missed its end, over what it may.
     """
 
@@ -73,6 +76,7 @@ class Round:
     velocity: FloatArray
     loading: Loading
     residuals: tuple[float, ...] = ()
+    tangents: tuple[Any, ...] = ()
     slope: float = 0.0
     missed: float = 0.0
 
@@ -123,15 +127,43 @@ class Rounds:
         self.clock.lap("step")
         if ends is None:
             ends = self._first_ends() if last is None else last.bodies
-        made = self._solved(place, last, ends)
         if not self.nonlinear:
-            return made
+            return self._solved(place, last, ends)
+        tangents, before = self._tangents(last, ends), self._factorisations
+        made = self._solved(place, last, self._with(tangents, ends))
         left = max(self.unbalanced(made.bodies, made.impulse, made.nodal, made.place, made.loading))
         logger.info(
-            "t = %.6g, round %d: %d linear solves so far; stresses leave %.1e of balance",
-            made.loading.end, len(made.residuals) + 1, made.solution.linear_solves, left[0],
+            "t = %.6g, round %d: %d linear solves so far; %d tangents condensed anew; "
+            "stresses leave %.1e of balance",
+            made.loading.end, len(made.residuals) + 1, made.solution.linear_solves,
+            self._factorisations - before, left[0],
         )  # fmt: skip
-        return replace(made, residuals=(*made.residuals, left[0]))
+        return replace(made, residuals=(*made.residuals, left[0]), tangents=tangents)
+
+    @property
+    def _factorisations(self) -> int:
+        """Of all nonlinear blocks so far."""
+        return sum(group.factorisations for group in self.model.groups if group.nonlinear)
+
+    def _tangents(self, last: Round | None, ends: tuple[Any, ...]) -> tuple[Any, ...]:
+        """States whose tangents the next round has: those of its ends, or of the last round.
+
+        Where the model keeps tangents, that is as long as they bring balance nearer at some rate.
+        """
+        if last is None or not self.model.keeps_tangents:
+            return ends
+        before = last.residuals[-2] if len(last.residuals) > 1 else np.inf
+        slow = last.residuals[-1] > max(KEPT * before, NEWTON_TOLERANCE)
+        return ends if slow else last.tangents
+
+    def _with(self, tangents: tuple[Any, ...], ends: tuple[Any, ...]) -> tuple[Any, ...]:
+        """What nonlinear blocks are linearised at, with the tangents of other states."""
+        if tangents is ends:
+            return ends
+        return tuple(
+            nonlinear(group).keeping(end, source) if group.nonlinear else end
+            for group, end, source in zip(self.model.groups, ends, tangents, strict=True)
+        )
 
     def _first_ends(self) -> tuple[Any, ...]:
         """What the first round is linearised at: what yielded in the step before goes on yielding.

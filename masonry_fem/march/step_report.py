@@ -34,6 +34,7 @@ class StepReport:
         θ > ½ in bodies, forces of the step's end in joints and in stones that yield.
     energy_error : Energy that appears in the step from nowhere, < 0 where it is lost without a name [J].
     iterations, linear_solves : Of the contact solver.
+    rounds : Iterations of Newton's method on stones that yield; 0 where all are linear.
     method : Contact solver that ran.
     outcome : Its outcome.
     quality : Its error measures. rounding : The error that rounding alone may make; 0 where the tolerance
@@ -100,6 +101,7 @@ class StepReport:
     material_dissipation: float = 0.0
     heat_work: float = 0.0
     unsettled: str = ""
+    rounds: int = 0
 
     def inertial_share(self, step: float) -> float:
         """Speed relative to what the loads give in one step from rest: 1 in free fall."""

@@ -36,7 +36,8 @@ import numpy as np
 
 from masonry_fem.bodies.base import FloatArray
 from masonry_fem.march.place import Place, reached, rounding, turning
-from masonry_fem.march.rounds import NEWTON_TOLERANCE, Round, Rounds
+from masonry_fem.march.rounds import NEWTON_TOLERANCE, SHARE, Round, Rounds
+from masonry_fem.march.yielding import settled_stresses
 from masonry_fem.nscd import Outcome
 
 logger = logging.getLogger(__name__)
@@ -47,7 +48,6 @@ DEPTH = 5  # earlier rounds that the next place is made of
 BALANCED = 1e-6  # of the largest load or impulse: what rounds that come no nearer may leave
 ROUNDING = 1e-12  # of the model's length: a way that is none
 ROUGH = 1e-3  # error of the contacts in a first round
-SHARE = 1e-2  # of what a round leaves of balance: error of the contacts in the next one
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,9 +78,12 @@ def turned_roughly(rounds: Rounds) -> Turned | None:
     rounds : The step.
     """
     soft = rounds.coupling.soft
-    if rounds.nonlinear or not rounds.model.laws.all_plain or not (soft.any() and soft.all()):
+    steered = rounds.model.control is not None
+    if steered or not rounds.model.laws.all_plain or not (soft.any() and soft.all()):
         return None
     first = rounds.roughly(ROUGH).solved(rounds.start, None)
+    if rounds.nonlinear:
+        first = settled_stresses(rounds, first, ROUGH)
     if not first.solution.solved or not rounds.settled(first):
         return None
     found = turned(rounds, first, ROUGH)

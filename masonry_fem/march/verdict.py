@@ -114,8 +114,8 @@ def _unsettled(report: StepReport, made: Increment) -> str:
     return (
         f"Step {report.step}, {_when(report, made)}: {report.unsettled}, "
         f"or the step is too long. What was reached before, at {made.before.time:.6g}, is the last state in "
-        "balance; take more and shorter steps, prescribe a displacement instead of a load, or run dynamics "
-        "to watch the collapse."
+        "balance; take more and shorter steps, prescribe a displacement instead of a load, let the load "
+        "follow from the opening of a crack (analysis.kind = 'path'), or run dynamics to watch the collapse."
     )
 
 

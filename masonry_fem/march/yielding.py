@@ -13,7 +13,7 @@ import numpy as np
 
 from masonry_fem.bodies.base import FloatArray, nonlinear
 from masonry_fem.march.place import Place
-from masonry_fem.march.rounds import NEWTON_TOLERANCE, Loading, Round, Rounds
+from masonry_fem.march.rounds import NEWTON_TOLERANCE, SHARE, Loading, Round, Rounds
 
 SUFFICIENT, SHARES = 0.9, (0.5, 0.25, 0.125, 0.0625)  # of a line search: less of the residual is left
 MOST, PATIENCE = 40, 8  # rounds in all, and rounds that bring stresses no nearer to balance
@@ -41,7 +41,7 @@ class _Guess:
         return cls(made.place, made.bodies, made.impulse, made.residuals[-1], made.loading)
 
 
-def settled_stresses(rounds: Rounds, made: Round) -> Round:
+def settled_stresses(rounds: Rounds, made: Round, error: float = 0.0) -> Round:
     """Rounds until the stresses of all nonlinear blocks balance, or come no nearer.
 
     Each is linearised where the last one led, or part of the way there if that is nearer to balance:
@@ -50,6 +50,8 @@ def settled_stresses(rounds: Rounds, made: Round) -> Round:
     Parameters
     ----------
     rounds : The step. made : Its first round.
+    error : That the contacts of the first round were solved to, where that is more than the tolerance; those
+        of the others are to ``SHARE`` of what the last one left, as long as that is less.
     """
     at: _Guess | None = None
     least, idle = np.inf, 0
@@ -60,7 +62,8 @@ def settled_stresses(rounds: Rounds, made: Round) -> Round:
             break
         end = _Guess.of(made)
         at = end if at is None else _nearest(rounds, at, end)
-        made = rounds.solved(rounds.start, made, at.bodies)
+        error = min(error, SHARE * left)
+        made = rounds.roughly(error).solved(rounds.start, made, at.bodies)
     return made
 
 

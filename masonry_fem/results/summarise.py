@@ -60,7 +60,10 @@ def summarise(scene: specs.Scene, built: Built, made: March, **others: Any) -> S
         moving=tuple(Mover(block=name, speed=speed, how=how) for name, speed, how in made.moving),
         energy=made.ledger,
         solver=SolverTold(
-            method=report.method, iterations=report.iterations, linear_solves=report.linear_solves
+            method=report.method,
+            iterations=report.iterations,
+            linear_solves=report.linear_solves,
+            rounds=report.rounds or None,
         ),
         seconds=seconds(built, made),
         peak_memory_mb=peak_memory(),

@@ -121,11 +121,13 @@ class SolverTold(Told, frozen=True, kw_only=True):
     ----------
     method : Contact solver that ran.
     iterations, linear_solves : How many it took.
+    rounds : Iterations of Newton's method on stones that yield; None where all are linear.
     """
 
     method: str
     iterations: int
     linear_solves: int
+    rounds: int | None = None
 
 
 class StartTold(Told, frozen=True, kw_only=True):

@@ -39,6 +39,9 @@ class Solver(Spec, frozen=True, kw_only=True):
     linear : how linear systems of rigid blocks are solved: ``direct`` by factorisation, ``krylov`` by
         iterations with multigrid (for thick masonry with tens of thousands of contacts), ``auto`` by
         whichever is expected to cost less; see [which contact solver](solvers.md)
+    tangent : of stones that yield, in Newton's iterations of a step: ``consistent``, anew in each, or
+        ``initial``, that of the first one, as long as each leaves at most half of what the last one left of
+        balance (modified Newton); see [stones that yield](method.md#stones-that-yield)
     """
 
     method: Annotated[MethodName, Meta(extra={"gone": GONE})] = "auto"
@@ -48,6 +51,7 @@ class Solver(Spec, frozen=True, kw_only=True):
     relaxation: Annotated[float, Meta(gt=0, lt=2)] = 1.0
     threads: Count | None = None
     linear: Literal["auto", "direct", "krylov"] = "auto"
+    tangent: Literal["consistent", "initial"] = "consistent"
 
     @property
     def aim(self) -> float:

@@ -94,7 +94,7 @@ def pairs(records: list[logging.LogRecord]) -> FloatArray:
 
     From 2e-5 on: there the 2e-6 of elastic stiffness in the tangent leave less than the square does.
     """
-    told = [record.args[1::2] for record in records if "stresses leave" in record.msg]
+    told = [record.args[1::3] for record in records if "stresses leave" in record.msg]
     found = [(a, b) for (i, a), (j, b) in pairwise(told) if j == i + 1 and 2e-5 < a < 0.1 and b < a]
     assert len(found) >= 4
     return np.array(found)

@@ -6,6 +6,8 @@ and alone: the crack takes G_f, whatever the mesh is.
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from masonry_fem.analyses.run import RunResult, solve_scene
@@ -30,31 +32,32 @@ STRENGTH, ENERGY, YOUNG = 1e6, 200.0, 10e9
 RAMP = Table(points=((0.0, 0.0), (0.05, 0.035), (0.65, 0.065), (1.0, 1.0)))
 
 
-def pulled(
+def torn(
     rows: int, energy: float = ENERGY, way: float = 2e-3, steps: int = 300, law: str = "brittle_damage",
     plane: Plane = "strain", **keys: float,
-) -> RunResult:  # fmt: skip
+) -> Scene:  # fmt: skip
     """A bar of so many square elements on each other, its top lifted by ``way`` [m]."""
     record = material_record(law, tension_strength=STRENGTH, fracture_energy=energy, **keys)
     stone = Material(density=2000.0, young=YOUNG, poisson=0.0, inelastic=record)
     mesh = MeshSettings(divisions=(1, rows))
-    return solve_scene(
-        check(
-            Scene(
-                dimension=2,
-                plane=plane,
-                fidelity="inelastic",
-                materials={"m": stone},
-                structures=(BlockStructure(name="bar", material="m", size=(1.0 / rows, 1.0), mesh=mesh),),
-                supports=(
-                    Support(on="bar/bottom"),
-                    Support(on="bar/top", motion=Motion(displacement=(0.0, way), time=RAMP)),
-                ),
-                loads=Loads(gravity=(0.0, -100.0)),
-                analysis=Statics(load_steps=steps),
-            )
-        )
+    return Scene(
+        dimension=2,
+        plane=plane,
+        fidelity="inelastic",
+        materials={"m": stone},
+        structures=(BlockStructure(name="bar", material="m", size=(1.0 / rows, 1.0), mesh=mesh),),
+        supports=(
+            Support(on="bar/bottom"),
+            Support(on="bar/top", motion=Motion(displacement=(0.0, way), time=RAMP)),
+        ),
+        loads=Loads(gravity=(0.0, -100.0)),
+        analysis=Statics(load_steps=steps),
     )
+
+
+def pulled(rows: int, **keys: Any) -> RunResult:
+    """What becomes of it."""
+    return solve_scene(check(torn(rows, **keys)))
 
 
 @pytest.mark.slow

@@ -28,6 +28,7 @@ from masonry_fem.scene.specs import (
 )
 from masonry_fem.structures.arch import ArchStructure
 from masonry_fem.structures.block import BlockStructure
+from masonry_fem.structures.stack import StackStructure
 
 YOUNG, POISSON, EXPANSION, CHANGE = 1e10, 0.2, 8e-6, 25.0
 STRAIN = EXPANSION * CHANGE
@@ -72,6 +73,30 @@ def test_what_is_free_expands_without_stress(d):
     moved = result.march.report.probes["far"]
     np.testing.assert_allclose(moved, STRAIN * np.array(SIZE[:d]), rtol=1e-9)
     assert abs(result.march.ledger.strain) <= 1e-9 * 0.5 * YOUNG * STRAIN**2
+    nothing_is_left_open(result)
+
+
+def nothing_is_left_open(result: RunResult) -> None:
+    """Forces and energies of a stone that nothing holds are rounding, and are no measure of each other."""
+    assert result.march.message == "Equilibrium after 2 steps."
+    assert not result.summary.remarks
+    certificate = result.summary.certificate
+    assert certificate.energy_balance <= 1e-9
+    assert max(certificate.block_balance, certificate.global_balance) <= 1e-7
+    assert certificate.written.balance.value <= 1e-7
+
+
+@pytest.mark.parametrize("fidelity", ["elastic", "inelastic"])
+@pytest.mark.parametrize("d", [2, 3])
+def test_heat_is_all_that_acts_on_a_stone_on_its_ground(d, fidelity):
+    law = material_record("drucker_prager", cohesion=1e6, friction_angle=30.0)
+    stone = Material(density=2000.0, young=YOUNG, poisson=POISSON, thermal_expansion=EXPANSION, inelastic=law)
+    stones = StackStructure(
+        name="s", material="m", size=SIZE[:d], count=2, mesh=MeshSettings(divisions=(2,) * d)
+    )
+    heat = Loads(temperatures=(Temperature(on="*", change=CHANGE),))
+    result = bar((), d, stone, fidelity=fidelity, structures=(stones,), probes=(), loads=heat)
+    nothing_is_left_open(result)
 
 
 def test_plane_strain_holds_what_goes_out_of_the_plane():

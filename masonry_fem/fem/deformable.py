@@ -104,7 +104,8 @@ class Deformable[S: Deformed](Meshed[S]):
 
     @cached_property
     def _estimate(self) -> ErrorEstimate:
-        return ErrorEstimate.of(self.operators.mesh, self.operators.material)
+        own = self.operators
+        return ErrorEstimate.of(own.mesh, own.material, own.plane)
 
     def share(self, other: Deformable[Any]) -> None:
         """Take over factors, and what stresses are read by, of a group with the same matrices and clamps."""
@@ -247,7 +248,7 @@ class Deformable[S: Deformed](Meshed[S]):
         return self._recovery.smoothed(stress, rotation)
 
     def stress_error(self, state: S) -> StressError:
-        """Zienkiewicz and Zhu's estimate of the error of these stresses, in the elastic norm."""
+        """Estimate of the error of these stresses, in the elastic norm: see ``error_estimate``."""
         stress = self.constitution.stress(state)
         squares = self._estimate.squares(
             self._recovery.gauss_stress(state.displacement) if stress is None else stress

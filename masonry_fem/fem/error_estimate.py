@@ -1,16 +1,23 @@
 """Error estimate: energy norm of the difference between recovered stress and the elements' own stress.
 
-    estimate = ErrorEstimate.of(mesh, material)
+    estimate = ErrorEstimate.of(mesh, material, plane)
     squares = estimate.squares(gauss)              # e² of each cell of each block, (b, m)
 
-e² = ∫ (σ* − σ_h) : C⁻¹ : (σ* − σ_h) with the recovered stress σ*. It is compared with the norm of the stress
-itself, ‖u_h‖² = ∫ σ_h : C⁻¹ : σ_h, which is twice the strain energy. All maps are linear and made once for
-each shape.
+With the recovered stress σ*,
+
+    e² = ∫ (σ* − σ_h) : C⁻¹ : (σ* − σ_h) + what σ* leaves of balance, as energy (``imbalance``)
+
+The second term is what σ* itself is wrong by: the joints' tractions that it does not meet, and the bending
+that linear elements are too stiff for.
+
+It is compared with the norm of the stress itself, ‖u_h‖² = ∫ σ_h : C⁻¹ : σ_h, which is twice the strain
+energy. All maps are linear and made once for each shape.
 
 References
 ----------
 Zienkiewicz, Zhu, A simple error estimator and adaptive procedure for practical engineering analysis, Int. J.
-Numer. Meth. Engng 24 (1987).
+Numer. Meth. Engng 24 (1987). Díez, Ródenas, Zienkiewicz, Equilibrated patch recovery error estimates: simple
+and accurate upper bounds of the error, Int. J. Numer. Meth. Engng 69 (2007), for the term of balance.
 """
 
 from __future__ import annotations
@@ -22,8 +29,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from masonry_fem.fem.imbalance import Imbalance
 from masonry_fem.fem.lagrange import lagrange, linear, order, quadrature, rule
-from masonry_fem.fem.material import ElasticMaterial
+from masonry_fem.fem.material import ElasticMaterial, Plane
 from masonry_fem.fem.recovery import superconvergent
 from masonry_fem.solid.mesh import Mesh
 
@@ -43,6 +51,7 @@ class ErrorEstimate:
     here : Gauss values to the same points, shape (m q, m p).
     volume : What each point stands for, shape (m, q) [m³; m² in 2D].
     material : For C⁻¹.
+    imbalance : What σ* leaves of balance.
     """
 
     nodal: sparse.csr_array
@@ -50,10 +59,18 @@ class ErrorEstimate:
     here: sparse.csr_array
     volume: FloatArray
     material: ElasticMaterial
+    imbalance: Imbalance
 
     @classmethod
-    def of(cls, mesh: Mesh, material: ElasticMaterial) -> Self:
-        """The maps of one shape."""
+    def of(cls, mesh: Mesh, material: ElasticMaterial, plane: Plane = None) -> Self:
+        """The maps of one shape.
+
+        Parameters
+        ----------
+        mesh : Its elements.
+        material : What it is made of.
+        plane : ``stress`` where σ_zz is 0; else strains out of the plane are.
+        """
         points, weights = comparison(mesh.cell)
         element, m, q = lagrange(mesh.cell), len(mesh.cells), len(points)
         jacobian = np.einsum("mkd,pkt->mpdt", mesh.points[mesh.cells], element.gradients(points))
@@ -63,7 +80,8 @@ class ErrorEstimate:
         there = sparse.csr_array((values.ravel(), (rows, columns)), shape=(m * q, len(mesh.points)))
         here = sparse.kron(sparse.eye_array(m), sparse.csr_array(_own(mesh.cell, points)))
         volume = np.linalg.det(jacobian) * weights
-        return cls(superconvergent(mesh), there, sparse.csr_array(here), volume, material)
+        imbalance = Imbalance.of(mesh, material.moduli(plane), points, jacobian, volume)
+        return cls(superconvergent(mesh), there, sparse.csr_array(here), volume, material, imbalance)
 
     def squares(self, gauss: FloatArray) -> FloatArray:
         """e² of each cell of b blocks from their stresses (b, m, p, 6), any axes, shape (b, m) [J]."""
@@ -75,11 +93,12 @@ class ErrorEstimate:
             flat = np.ascontiguousarray(part.reshape(len(part), -1, 6).transpose(1, 0, 2)).reshape(
                 -1, 6 * len(part)
             )
-            missing = self.there @ (self.nodal @ flat) - self.here @ flat
-            density = energy_density(missing.reshape(-1, len(part), 6), self.material)
+            missing = (self.there @ (self.nodal @ flat) - self.here @ flat).reshape(-1, len(part), 6)
+            density = energy_density(missing, self.material)
             result[first : first + portion] = np.einsum(
                 "mqb,mq->bm", density.reshape(*self.volume.shape, len(part)), self.volume
             )
+            result[first : first + portion] += self.imbalance.squares(missing)
         return result
 
 

@@ -1,7 +1,7 @@
 """True error of a run's stress: against a run on a much finer mesh of the same scene.
 
-∫ (σ_fine − σ_h) : C⁻¹ : (σ_fine − σ_h) over each block, at the fine mesh's Gauss points; for boxes, straight
-or curved.
+∫ (σ_fine − σ_h) : C⁻¹ : (σ_fine − σ_h) over each block, at the fine mesh's Gauss points; straight or
+curved.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from scipy.spatial import cKDTree
 
 from masonry_fem.analyses.run import RunResult
 from masonry_fem.fem.error_estimate import energy_density
-from masonry_fem.fem.lagrange import lagrange, quadrature
+from masonry_fem.fem.lagrange import is_simplex, lagrange, quadrature
 
-NEAR, NEWTON = 4, 6
+NEAR, NEWTON = 12, 6
 
 
 def true_squares(coarse: RunResult, fine: RunResult) -> dict[int, float]:
@@ -62,6 +62,8 @@ def _located(mesh: Any, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             jacobian = np.einsum("qkd,qkt->qdt", corners[tried], element.gradients(place))
             place = np.clip(place - np.linalg.solve(jacobian, miss[..., None])[..., 0], -2.0, 3.0)
         outside = np.maximum(-place, place - 1.0).max(axis=1)
+        if is_simplex(mesh.cell):
+            outside = np.maximum(outside, place.sum(axis=1) - 1.0)
         better = outside < best
         best[better], cell[better], local[better] = outside[better], tried[better], place[better]
     return cell, local

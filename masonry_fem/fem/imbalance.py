@@ -1,0 +1,139 @@
+"""Imbalance: by how much a recovered stress fails to balance what acts on a block, as energies.
+
+    imbalance = Imbalance.of(mesh, moduli, points, jacobian, volume)
+    imbalance.squares(missing)                   # of each cell of each block, (b, m)
+
+The elements' stress σ_h balances all that acts on the nodes, contacts and clamps too. What a recovered stress
+σ* fails to balance, r(v) = ∫ (σ_h − σ*) : ε(v) with displacements v of the elements, thus needs no loads:
+
+- of the linear functions L_i of corners, r is ∫ L_i (f + div σ*) within the block and ∮ L_i (t − σ* n) on its
+  surface, where t is what contacts give, 0 where a joint is open. Its energy is r² / D_i with the stiffness
+  D_i = ∫ ε(L_i) : C : ε(L_i) against moving one corner one way.
+- of the values that a polynomial p of degree 2 has at the nodes, r tells of bending: linear elements are too
+  stiff for it, all the more where they lock, and their smooth stress is too small as a whole. Its energy is
+  that of the polynomial w with ∫ ε(w) : C : ε(p) = r(p) for all p: of polynomials, which do not lock.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations_with_replacement
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from masonry_fem.fem.lagrange import lagrange, linear
+from masonry_fem.solid.mesh import Mesh
+
+FloatArray = NDArray[np.float64]
+
+_COMPONENT = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])  # of (xx, yy, zz, xy, yz, xz), by row and column
+DEGREE = 2  # of the polynomials over a block
+RIGID = 1e-10  # of the largest stiffness of a polynomial: those with less do not strain the block
+
+
+@dataclass(frozen=True, slots=True)
+class Imbalance:
+    """Maps from stresses at the m q points of a mesh to forces, and the energies of these.
+
+    Attributes
+    ----------
+    slopes : ∂_k L_i times the volume of each point, one matrix an axis, shapes (n, m q) [m²; m in 2D].
+    share : Part of each cell in D_i, over D_i², one matrix a component, shapes (m, n) [m/N; m²/N in 2D].
+    bends : ∂_k of the nodal values of polynomials times the volumes, shape (t, m q, d) [m²; m in 2D].
+    soft : A^(−½) of the polynomials' own stiffness A, shape (modes, t d) [(N m)^(−½)].
+    part : Of each cell in the volume, shape (m,).
+    """
+
+    slopes: tuple[sparse.csr_array, ...]
+    share: tuple[sparse.csr_array, ...]
+    bends: FloatArray
+    soft: FloatArray
+    part: FloatArray
+
+    @classmethod
+    def of(
+        cls, mesh: Mesh, moduli: FloatArray, points: FloatArray, jacobian: FloatArray, volume: FloatArray
+    ) -> Self:
+        """The maps of a mesh.
+
+        Parameters
+        ----------
+        mesh : Elements of a shape.
+        moduli : Stresses (xx, yy, zz, xy, yz, xz) of strains with angles, shape (6, 6) [Pa].
+        points : Reference points where stresses are compared, shape (q, d).
+        jacobian : There, shape (m, q, d, d).
+        volume : What they stand for, shape (m, q) [m³; m² in 2D].
+        """
+        d = mesh.dimension
+        place = _COMPONENT[:d, :d]
+        stiffness = moduli[place[:, :, None, None], place]  # C_ajbl
+        inverse = np.linalg.inv(jacobian)
+        slopes, share = _corners(mesh, stiffness, points, inverse, volume)
+        element = lagrange(mesh.cell)
+        at = np.einsum("qk,mkd->mqd", element.values(points), mesh.points[mesh.cells]).reshape(-1, d)
+        middle, size = mesh.points.mean(axis=0), float(np.ptp(mesh.points, axis=0).max())
+        values, _ = _polynomials((mesh.points - middle) / size)
+        slope = np.einsum("qkt,mqtd->mqkd", element.gradients(points), inverse)
+        bends = np.einsum("mqkd,tmk,mq->tmqd", slope, values[:, mesh.cells], volume, optimize=True)
+        _, exact = _polynomials((at - middle) / size)
+        exact /= size
+        A = np.einsum("tqj,ajbl,sql->tasb", exact * volume.reshape(-1, 1), stiffness, exact, optimize=True)
+        strength, modes = np.linalg.eigh(A.reshape(len(values) * d, -1))
+        real = strength > RIGID * strength[-1]
+        soft = (modes[:, real] / np.sqrt(strength[real])).T
+        part = volume.sum(axis=1) / float(volume.sum())
+        return cls(slopes, share, bends.reshape(len(values), -1, d), soft, part)
+
+    def squares(self, missing: FloatArray) -> FloatArray:
+        """Energies by cell of b blocks from σ* − σ_h at the points, (m q, b, 6) [Pa], shape (b, m) [J]."""
+        total = np.zeros((len(self.part), missing.shape[1]))
+        d, bending = len(self.slopes), []
+        for row, share in zip(_COMPONENT[:d, :d], self.share, strict=True):
+            force = sum(slope @ missing[..., k] for k, slope in zip(row, self.slopes, strict=True))
+            total += share @ np.square(force)
+            bending.append(np.tensordot(self.bends, missing[..., row], ((1, 2), (0, 2))))
+        whole = np.stack(bending, axis=1).reshape(self.soft.shape[1], -1)
+        total += self.part[:, None] * np.square(self.soft @ whole).sum(axis=0)
+        return total.T
+
+
+def _corners(
+    mesh: Mesh, stiffness: FloatArray, points: FloatArray, inverse: FloatArray, volume: FloatArray
+) -> tuple[tuple[sparse.csr_array, ...], tuple[sparse.csr_array, ...]]:
+    """``slopes`` and ``share`` of the linear functions of corners."""
+    simple = lagrange(linear(mesh.cell))
+    k, n, m = len(simple.nodes), len(mesh.points), len(mesh.cells)
+    corners = mesh.cells[:, :k]
+    slope = np.einsum("qkt,mqtd->mqkd", simple.gradients(points), inverse)
+    rows, columns = np.broadcast_to(corners[:, None], slope.shape[:3]).ravel(), np.arange(volume.size)
+    scaled = slope * volume[:, :, None, None]
+    slopes = tuple(
+        sparse.csr_array((along.ravel(), (rows, np.repeat(columns, k))), shape=(n, volume.size))
+        for along in np.moveaxis(scaled, 3, 0)
+    )
+    own = np.einsum("mqkj,ajal,mqkl->amk", scaled, stiffness, slope, optimize=True)
+    share = []
+    for part in own:
+        total = np.bincount(corners.ravel(), part.ravel(), n)
+        data = (part / total[corners] ** 2).ravel()
+        share.append(sparse.csr_array((data, (np.repeat(np.arange(m), k), corners.ravel())), shape=(m, n)))
+    return slopes, tuple(share)
+
+
+def _polynomials(places: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Monomials of degree 1 to ``DEGREE`` at places (p, d), shape (t, p), and their slopes (t, p, d)."""
+    d = places.shape[1]
+    powers = np.array(
+        [
+            np.bincount(np.array(axes), minlength=d)
+            for total in range(1, DEGREE + 1)
+            for axes in combinations_with_replacement(range(d), total)
+        ]
+    )
+    values = np.prod(places ** powers[:, None], axis=2)
+    lower = np.maximum(powers[:, None] - np.eye(d, dtype=int), 0)  # t, axis, d
+    slopes = powers[:, None] * np.prod(places[:, None] ** lower[:, None], axis=3)
+    return values, slopes

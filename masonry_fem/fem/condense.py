@@ -34,6 +34,7 @@ IntArray = NDArray[np.int64]
 
 DENSE_LIMIT = 1500  # dofs; below, a dense factor is as fast and needs no PETSc
 AT_ONCE = DENSE_LIMIT**2  # numbers in columns that are solved together; more are slower and fill memory
+FEWEST = 64  # columns that are: each portion reads all of the factor
 
 
 def coefficients(operators: ShapeOperators, scheme: Scheme) -> tuple[float, float]:
@@ -85,8 +86,8 @@ class Factor(ABC):
 
 
 def portions(count: int, total: int) -> Iterator[slice]:
-    """Columns 0 to ``count`` in portions of which each fits into ``AT_ONCE`` with ``total`` rows."""
-    width = max(1, AT_ONCE // total)
+    """Columns 0 to ``count`` in portions that fit into ``AT_ONCE`` with ``total`` rows, or of ``FEWEST``."""
+    width = max(FEWEST, AT_ONCE // total)
     return (slice(first, first + width) for first in range(0, count, width))
 
 
@@ -136,7 +137,7 @@ class SparseFactor(Factor):
         alone = petsc() is None
         self._factor = _SuperLU(effective) if alone else MumpsFactor(effective, definite=self.symmetric)
         added = np.concatenate([self._root * units(self._springs, self.size), self._momentum], axis=1)
-        self._moved = self._factor.solve(added)
+        self._moved = self._factor.answer(added)
         self._missing = self._seen(self._moved)
         self._missing[np.arange(count), np.arange(count)] -= 1.0
 
@@ -147,7 +148,7 @@ class SparseFactor(Factor):
     @override
     def solve(self, impulses: FloatArray) -> FloatArray:
         deflated = impulses - self._momentum @ (self._modes.T @ impulses)
-        answer = self._factor.solve(deflated)
+        answer = self._factor.answer(deflated)
         answer -= self._moved @ np.linalg.solve(self._missing, self._seen(answer))
         answer -= self._modes @ (self._momentum.T @ answer)
         return answer
@@ -164,7 +165,7 @@ class SparseFactor(Factor):
 
 def independent(modes: FloatArray) -> IntArray:
     """As many dofs as there are modes, in which no combination of these vanishes; far apart, shape (m,)."""
-    order: IntArray = linalg.qr(modes.T, mode="r", pivoting=True, check_finite=False)[1]
+    order = linalg.qr(modes.T, mode="r", pivoting=True, check_finite=False)[1]
     return np.sort(order[: modes.shape[1]]).astype(np.int64)
 
 
@@ -175,12 +176,12 @@ class _SuperLU:
         self._size = matrix.shape[0]
         self._factor = splu(sparse.csc_array(matrix))
 
-    def solve(self, columns: FloatArray) -> FloatArray:
+    def answer(self, columns: FloatArray) -> FloatArray:
         answer: FloatArray = self._factor.solve(columns)
         return answer
 
     def columns(self, dofs: IntArray) -> FloatArray:
-        return self.solve(units(dofs, self._size))
+        return self.answer(units(dofs, self._size))
 
 
 class Compliance:

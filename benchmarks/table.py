@@ -89,7 +89,6 @@ BARS = QUICK | {
     "one stone 20x20x20": Bar("-"),
     "one stone 20x20x20, one step": Bar("-"),
     "one stone 30x30x30": Bar("< 60 s, < 1 GB", stone_below(60.0, 1000)),
-    "one stone 50x50x50": Bar("< 3 GB", stone_below(np.inf, 3000)),
     "NSGS kernel": Bar("≤ 0.5 µs a contact and sweep", lambda row: row.get("median_us", 0.0) <= 0.5),
 }
 STARTS = {"import": ("-c", "import masonry_fem"), "--help": ("-m", "masonry_fem.cli", "--help")}

@@ -41,8 +41,8 @@ CONTROLS = {6: 0, 7: 0, 8: 0, 33: 1}
 SPACES = (50, 200, 1000, 5000)
 SHORT_OF_SPACE = {-8, -9}
 NO_MEMORY, NO_DISK = -13, -90
-# ICNTL of definite matrices: low ranks, but with CNTL(7) = 0 nothing is compressed. It works on panels, in half
-# the time, with the same digits.
+# ICNTL of definite matrices: low ranks, but with CNTL(7) = 0 nothing is compressed. It works on panels, in
+# half the time, with the same digits.
 PANELS = {35: 3}
 ON_DISK = {22: 1}
 LARGE = 50_000  # rows from which factors are written to disk: half of the time to read, a third of the memory
@@ -181,12 +181,13 @@ class MumpsFactor(Mumps):
     def __init__(self, matrix: sparse.csr_array, *, definite: bool) -> None:
         self._definite, self._size = definite, matrix.shape[0]
         self._controls = PANELS if definite else CONTROLS
-        if self._size < LARGE:
+        library = petsc()
+        if self._size < LARGE or library is None:
             self._made(matrix)
             return
         self._folder = tempfile.mkdtemp(prefix="masonry_fem-")
         self._controls = self._controls | ON_DISK
-        options, key = petsc().Options(), "mat_mumps_ooc_tmpdir"
+        options, key = library.Options(), "mat_mumps_ooc_tmpdir"
         options[key] = self._folder
         try:
             self._made(matrix)

@@ -29,8 +29,8 @@ Mask = NDArray[np.bool_]
 # Contacts of a matrix, over those that are closed, up to which it serves. Factors cost as the cube of the
 # contacts of a block; a new pattern costs a third of a factor with some thousand rows, less of larger ones.
 SPARE = 1.05
-# Share of entries from which a matrix is a dense one, of a single block's contacts: the sparse factor of it
-# takes three times the memory.
+# Share of entries from which a matrix is a dense one, of a single block's contacts: MUMPS
+# takes 240 MB for 2900 rows, the dense matrix is 67 MB.
 FULL = 0.5
 
 

@@ -221,6 +221,16 @@ def weighted_wall(count: int) -> Row:
     }
 
 
+def large_stone(divisions: int, analysis: Statics | Dynamics) -> Row:
+    """A cube of Q1 elements on rigid ground, so many elements a side."""
+    stone = BlockStructure(name="stone", material="stone", size=(1.0, 1.0, 1.0))
+    ground = BlockStructure(
+        name="ground", material="stone", size=(1.4, 1.4, 0.2), position=(-0.2, -0.2, -0.2), support=True
+    )
+    mesh = MeshSettings(divisions=(divisions, divisions, divisions))
+    return solved(scene(stone, structures=(stone, ground), mesh=mesh, analysis=analysis))
+
+
 def kernel() -> Row:
     """Microseconds a contact and sweep of NSGS on the public problems: long runs less short ones."""
     here = Path(__file__).resolve().parents[1]
@@ -270,6 +280,11 @@ CASES: dict[str, Callable[[], Row]] = {
     "elastic wall 20x20, one step": lambda: elastic_wall(20, STEP),
     "elastic wall 40x40, built": lambda: elastic_build(40),
     "weighted wall 58x58, placed": lambda: weighted_wall(58),
+    "one stone 10x10x10": lambda: large_stone(10, Statics()),
+    "one stone 20x20x20": lambda: large_stone(20, Statics()),
+    "one stone 20x20x20, one step": lambda: large_stone(20, STEP),
+    "one stone 30x30x30": lambda: large_stone(30, Statics()),
+    "one stone 50x50x50": lambda: large_stone(50, Statics()),
     "NSGS kernel": kernel,
 }
 

@@ -17,6 +17,7 @@ import psutil
 
 from masonry_fem.build.stones import Stones
 from masonry_fem.errors import SceneError
+from masonry_fem.nscd.mumps import LARGE
 from masonry_fem.scene import specs
 from masonry_fem.scene.misfit import shown
 from masonry_fem.solid.assembly import Shape
@@ -30,6 +31,7 @@ A_POINT = 13e3  # a contact point of rigid blocks: its row of the solver's facto
 COPIES = 4  # of the compliance of an elastic block's contact points, in factors of the contact system
 DENSE = 1500  # unknowns of a shape that is factorised densely
 FACTOR = {2: 4e3, 3: 400.0}  # a sparse factor and its matrices: times n log₂ n / 16 in 2D, n^(4/3) in 3D
+BESIDE = 120.0  # the same in 3D where the factor is on disk
 
 
 def foresee_blocks(scene: specs.Scene) -> None:
@@ -157,7 +159,7 @@ def factor_memory(unknowns: float, dimension: int) -> float:
         return 24.0 * unknowns**2
     if dimension == 2:
         return float(FACTOR[2] * unknowns * np.log2(unknowns) / 16)
-    return float(FACTOR[3] * unknowns ** (4 / 3))
+    return float((FACTOR[3] if unknowns < LARGE else BESIDE) * unknowns ** (4 / 3))
 
 
 def unknowns_of(shape: Shape, cells: float, settings: specs.MeshSettings) -> float:

@@ -146,6 +146,7 @@ def _assemble_kind(
     stiffness, mass = (
         sparse.csr_array(_compat.assemble(form))[place][:, place] for form in (stiffness_form, mass_form)
     )
+    mass.eliminate_zeros()  # between components: two thirds of it
     return [
         (_cut(stiffness, start * d, end * d), _cut(mass, start * d, end * d))
         for start, end in pairwise(first)

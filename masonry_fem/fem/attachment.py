@@ -172,8 +172,10 @@ class ElasticAttachment[S: Deformed](ABC):
         G = sparse.bsr_array((blocks, place, own.indptr), shape=(len(rows) * d, len(surface)))
         half = G @ surface
         matrix: FloatArray = (G @ half.T).T
+        del half  # as large as the others
         if symmetric:  # to rounding it is
-            matrix = 0.5 * (matrix + matrix.T)
+            matrix += matrix.T.copy()
+            matrix *= 0.5
         matrix.flags.writeable = False
         return matrix
 

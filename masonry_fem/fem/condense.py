@@ -15,7 +15,9 @@ Subtracting Φ Φᵀ/c_m from M̂⁻¹ would lose all digits in long steps, wher
 
 from __future__ import annotations
 
-from typing import ClassVar, Protocol
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from typing import ClassVar, override
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,13 +27,14 @@ from scipy.sparse.linalg import splu
 from masonry_fem.bodies.base import Scheme
 from masonry_fem.fem.assemble import ShapeOperators
 from masonry_fem.fem.modes import RigidModes
-from masonry_fem.nscd.mumps import Mumps, petsc
+from masonry_fem.nscd.mumps import MumpsFactor, petsc
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 DENSE_LIMIT = 1500  # dofs; below, a dense factor is as fast and needs no PETSc
 AT_ONCE = DENSE_LIMIT**2  # numbers in columns that are solved together; more are slower and fill memory
+FEWEST = 64  # columns that are: each portion reads all of the factor
 
 
 def coefficients(operators: ShapeOperators, scheme: Scheme) -> tuple[float, float]:
@@ -48,90 +51,137 @@ def coefficients(operators: ShapeOperators, scheme: Scheme) -> tuple[float, floa
     return c_m, c_k
 
 
-class Factor(Protocol):
-    """Something that applies (M̂⁻¹)_el on the free dofs."""
+class Factor(ABC):
+    """Something that applies (M̂⁻¹)_el on the n free dofs.
+
+    Parameters
+    ----------
+    effective : M̂, shape (n, n) [kg]; it is overwritten.
+    modes : Φ, those that clamps leave, shape (n, m) [kg^−½].
+    momentum : M Φ, shape (n, m).
+    sigma : Size of M̂ beside M.
+    """
 
     def __init__(
         self, effective: sparse.csr_array, modes: FloatArray, momentum: FloatArray, sigma: float
-    ) -> None: ...
+    ) -> None:
+        self.size = len(modes)
+        self._modes, self._momentum = modes, momentum
+        self._factorise(effective, sigma)
 
+    @abstractmethod
+    def _factorise(self, effective: sparse.csr_array, sigma: float) -> None:
+        """Make the factor."""
+
+    @abstractmethod
     def solve(self, impulses: FloatArray) -> FloatArray:
-        """(M̂⁻¹)_el r of columns (n_free, k)."""
-        ...
+        """(M̂⁻¹)_el r of columns (n, k)."""
+
+    def block(self, dofs: IntArray) -> FloatArray:
+        """Rows and columns of (M̂⁻¹)_el for c dofs, shape (c, c)."""
+        part: FloatArray = np.empty((len(dofs), len(dofs)))
+        for columns in portions(len(dofs), self.size):
+            part[:, columns] = self.solve(units(dofs[columns], self.size))[dofs]
+        return part
 
 
-class DenseFactor:
+def portions(count: int, total: int) -> Iterator[slice]:
+    """Columns 0 to ``count`` in portions that fit into ``AT_ONCE`` with ``total`` rows, or of ``FEWEST``."""
+    width = max(FEWEST, AT_ONCE // total)
+    return (slice(first, first + width) for first in range(0, count, width))
+
+
+def units(dofs: IntArray, total: int) -> FloatArray:
+    """Unit vectors as columns, shape (total, k)."""
+    columns = np.zeros((total, len(dofs)))
+    columns[dofs, np.arange(len(dofs))] = 1.0
+    return columns
+
+
+class DenseFactor(Factor):
     """Cholesky factor of M̂ + σ M Φ Φᵀ M, with the projection Π = I − Φ Φᵀ M on both sides."""
 
-    def __init__(self, effective: sparse.csr_array, modes: FloatArray, momentum: FloatArray, sigma: float):
-        self._modes, self._momentum = modes, momentum
-        matrix = effective.toarray() + sigma * (momentum @ momentum.T)
+    @override
+    def _factorise(self, effective: sparse.csr_array, sigma: float) -> None:
+        matrix = effective.toarray() + sigma * (self._momentum @ self._momentum.T)
         self._factor = linalg.cho_factor(matrix, lower=True, overwrite_a=True, check_finite=False)
 
+    @override
     def solve(self, impulses: FloatArray) -> FloatArray:
-        """(M̂⁻¹)_el r of columns (n_free, k)."""
         deflated = impulses - self._momentum @ (self._modes.T @ impulses)
         answer: FloatArray = linalg.cho_solve(self._factor, deflated, check_finite=False)
         answer -= self._modes @ (self._momentum.T @ answer)
         return answer
 
 
-class SparseFactor:
-    """LDLᵀ of the bordered matrix by MUMPS, or SciPy's LU where PETSc has no MUMPS."""
+class SparseFactor(Factor):
+    """Sparse factor of M̂ on m springs, A = M̂ + s E Eᵀ, and what the springs change.
 
-    def __init__(self, effective: sparse.csr_array, modes: FloatArray, momentum: FloatArray, sigma: float):
-        self._modes, self._momentum = modes, momentum
-        self._size = effective.shape[0]
-        matrix = bordered(effective, momentum)
-        self._backend = _SuperLU(matrix) if petsc() is None else _Mumps(matrix)
+    M̂ is singular in statics where a stone is free; a border M Φ would fill the factor, springs at m dofs fill
+    nothing. With U = [√s E, M Φ] and D = [1, 0] the solution of the bordered system is exactly
 
-    def solve(self, impulses: FloatArray) -> FloatArray:
-        """(M̂⁻¹)_el r of columns (n_free, k)."""
-        deflated = impulses - self._momentum @ (self._modes.T @ impulses)
-        padding = np.zeros((self._modes.shape[1], deflated.shape[1]))
-        answer = self._backend.solve(np.concatenate([deflated, padding]))[: self._size]
-        projected: FloatArray = answer - self._modes @ (self._momentum.T @ answer)
-        return projected
-
-
-def bordered(effective: sparse.csr_array, momentum: FloatArray) -> sparse.csr_array:
-    """M̂ with the border M Φ, whose solutions are M-orthogonal to the rigid modes.
-
-    Parameters
-    ----------
-    effective : M̂ on the free dofs, shape (n, n) [kg]. momentum : M Φ there, shape (n, m).
+        x = A⁻¹ (r + U w),    (Uᵀ A⁻¹ U − D) w = −Uᵀ A⁻¹ r
     """
-    if not momentum.shape[1]:
-        return effective
-    # the border is scaled like M̂, since pivots are chosen by magnitude
-    largest = float((momentum**2).sum(axis=0).max())
-    scale = float(effective.diagonal().max()) / np.sqrt(largest)
-    border = sparse.csr_array(scale * momentum)
-    nothing = sparse.csr_array((border.shape[1], border.shape[1]))
-    top, bottom = sparse.hstack([effective, border]), sparse.hstack([border.T, nothing])
-    return sparse.csr_array(sparse.vstack([top, bottom]))
+
+    symmetric: ClassVar[bool] = True
+
+    @override
+    def _factorise(self, effective: sparse.csr_array, sigma: float) -> None:
+        self._springs = independent(self._modes)
+        diagonal, count = effective.diagonal(), len(self._springs)
+        stiffness = float(diagonal.max())
+        self._root = np.sqrt(stiffness)
+        diagonal[self._springs] += stiffness
+        effective.setdiag(diagonal)
+        effective.sort_indices()
+        alone = petsc() is None
+        self._factor = _SuperLU(effective) if alone else MumpsFactor(effective, definite=self.symmetric)
+        added = np.concatenate([self._root * units(self._springs, self.size), self._momentum], axis=1)
+        self._moved = self._factor.answer(added)
+        self._missing = self._seen(self._moved)
+        self._missing[np.arange(count), np.arange(count)] -= 1.0
+
+    def _seen(self, columns: FloatArray) -> FloatArray:
+        """Uᵀ x of columns (n, k), shape (2 m, k)."""
+        return np.concatenate([self._root * columns[self._springs], self._momentum.T @ columns])
+
+    @override
+    def solve(self, impulses: FloatArray) -> FloatArray:
+        deflated = impulses - self._momentum @ (self._modes.T @ impulses)
+        answer = self._factor.answer(deflated)
+        answer -= self._moved @ np.linalg.solve(self._missing, self._seen(answer))
+        answer -= self._modes @ (self._momentum.T @ answer)
+        return answer
+
+    @override
+    def block(self, dofs: IntArray) -> FloatArray:
+        part, seen = np.empty((len(dofs), len(dofs))), np.empty((len(self._missing), len(dofs)))
+        for columns in portions(len(dofs), self.size):
+            answer = self._factor.columns(dofs[columns])
+            part[:, columns], seen[:, columns] = answer[dofs], self._seen(answer)
+        part -= self._moved[dofs] @ np.linalg.solve(self._missing, seen)
+        return part
+
+
+def independent(modes: FloatArray) -> IntArray:
+    """As many dofs as there are modes, in which no combination of these vanishes; far apart, shape (m,)."""
+    order = linalg.qr(modes.T, mode="r", pivoting=True, check_finite=False)[1]
+    return np.sort(order[: modes.shape[1]]).astype(np.int64)
 
 
 class _SuperLU:
+    """SciPy's LU, where PETSc has no MUMPS."""
+
     def __init__(self, matrix: sparse.csr_array) -> None:
+        self._size = matrix.shape[0]
         self._factor = splu(sparse.csc_array(matrix))
 
-    def solve(self, columns: FloatArray) -> FloatArray:
+    def answer(self, columns: FloatArray) -> FloatArray:
         answer: FloatArray = self._factor.solve(columns)
         return answer
 
-
-class _Mumps:
-    """MUMPS' factor of a symmetric matrix, with one step of refinement."""
-
-    def __init__(self, matrix: sparse.csr_array) -> None:
-        self._matrix = sparse.csr_array(matrix + sparse.csr_array(sparse.eye_array(matrix.shape[0]) * 0.0))
-        self._matrix.sort_indices()
-        self._factor = Mumps(self._matrix, symmetric=True)
-
-    def solve(self, columns: FloatArray) -> FloatArray:
-        answer = self._factor.solve(self._matrix, columns)
-        return answer + self._factor.solve(self._matrix, columns - self._matrix @ answer)
+    def columns(self, dofs: IntArray) -> FloatArray:
+        return self.answer(units(dofs, self._size))
 
 
 class Compliance:
@@ -159,7 +209,9 @@ class Compliance:
         c_m, c_k = coefficients(operators, scheme)
         self._total = operators.mass.shape[0]
         self._free: IntArray | slice = slice(None) if len(free) == self._total else free
-        whole = sparse.csr_array(c_m * operators.mass + c_k * operators.stiffness)
+        whole = sparse.csr_array(c_k * operators.stiffness)
+        if c_m:
+            whole = sparse.csr_array(c_m * operators.mass + whole)
         effective = whole if len(free) == self._total else sparse.csr_array(whole[free][:, free])
         sigma = float(whole.diagonal().sum() / operators.mass.diagonal().sum())
         dense = len(free) <= DENSE_LIMIT if dense is None else dense
@@ -167,6 +219,8 @@ class Compliance:
         # momentum on free dofs is M_ff Φ, as Φ vanishes elsewhere
         own = np.ascontiguousarray(modes.modes[self._free, : modes.count])
         momentum = np.ascontiguousarray(modes.momentum[self._free, : modes.count])
+        self._place = np.full(self._total, -1)
+        self._place[free] = np.arange(len(free))
         self._factor = kind(effective, own, momentum, sigma)
 
     def apply(self, impulses: FloatArray) -> FloatArray:
@@ -178,18 +232,17 @@ class Compliance:
     def block(self, dofs: IntArray) -> FloatArray:
         """Dense symmetric block of (M̂⁻¹)_el on some dofs, by solves with many columns."""
         part = self.columns(dofs)
-        return 0.5 * (part + part.T)
+        part += part.T.copy()
+        part *= 0.5
+        return part
 
     def columns(self, dofs: IntArray) -> FloatArray:
         """The same as the solves give it."""
-        part: FloatArray = np.empty((len(dofs), len(dofs)))
-        width = max(1, AT_ONCE // self._total)
-        for first in range(0, len(dofs), width):
-            columns = slice(first, first + width)
-            own = dofs[columns]
-            unit = np.zeros((self._total, len(own)))
-            unit[own, np.arange(len(own))] = 1.0
-            answer = np.zeros_like(unit)
-            answer[self._free] = self._factor.solve(unit[self._free])
-            part[:, columns] = answer[dofs]
+        place = self._place[dofs]
+        free = np.flatnonzero(place >= 0)
+        own = self._factor.block(place[free])
+        if len(free) == len(dofs):
+            return own
+        part: FloatArray = np.zeros((len(dofs), len(dofs)))
+        part[np.ix_(free, free)] = own
         return part

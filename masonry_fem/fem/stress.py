@@ -30,12 +30,16 @@ class StressRecovery:
 
     Attributes
     ----------
-    gauss : Displacements to stresses, rows (cell, point, component), shape (m p 6, n) [Pa/m].
+    mesh : Elements: m cells of k nodes, p points in each.
+    gradient : Of the shape functions, shape (m, p d, k) [1/m].
+    moduli : Gradient of displacements to stresses, shape (d², 6) [Pa].
     nodal : Values at Gauss points to values at nodes, shape (nodes, m p).
     weight : Volume of each Gauss point, shape (m, p) [m³; m² in 2D].
     """
 
-    gauss: sparse.csr_array
+    mesh: Mesh
+    gradient: FloatArray
+    moduli: FloatArray
     nodal: sparse.csr_array
     weight: FloatArray
 
@@ -45,11 +49,16 @@ class StressRecovery:
         points, weights = quadrature(mesh.cell)
         reference = lagrange(mesh.cell).gradients(points)
         jacobian = np.einsum("mkd,pkt->mpdt", mesh.points[mesh.cells], reference)
-        gradient = np.einsum("pkt,mptd->mpkd", reference, np.linalg.inv(jacobian))
+        gradient = np.einsum("pkt,mptd->mpdk", reference, np.linalg.inv(jacobian))
+        m, p, d, k = gradient.shape
         volume = np.linalg.det(jacobian) * weights
-        D = material.stress_matrix(mesh.dimension, plane)
+        D = material.stress_matrix(mesh.dimension, plane).transpose(2, 1, 0).reshape(d * d, 6)
         return cls(
-            _gather(np.einsum("sij,mpkj->mpski", D, gradient), mesh), _smoothing(mesh, points, volume), volume
+            mesh,
+            gradient.reshape(m, p * d, k),
+            np.ascontiguousarray(D),
+            _smoothing(mesh, points, volume),
+            volume,
         )
 
     def field(self, displacement: FloatArray, rotation: FloatArray) -> StressField:
@@ -66,17 +75,11 @@ class StressRecovery:
 
     def gauss_stress(self, displacement: FloatArray) -> FloatArray:
         """Stresses at the Gauss points for displacements (b, n), shape axes, (b, m, p, 6) [Pa]."""
-        local = np.ascontiguousarray((self.gauss @ displacement.T).T)
-        return local.reshape(len(displacement), *self.weight.shape, 6)
-
-
-def _gather(entries: FloatArray, mesh: Mesh) -> sparse.csr_array:
-    """Sparse rows from entries by (cell, point, component, node, direction)."""
-    m, p, s, k, d = entries.shape
-    columns = (mesh.cells[:, :, None] * d + np.arange(d)).reshape(m, 1, 1, k * d)
-    columns = np.broadcast_to(columns, (m, p, s, k * d)).ravel()
-    pointers = np.arange(m * p * s + 1) * (k * d)
-    return sparse.csr_array((entries.ravel(), columns, pointers), shape=(m * p * s, mesh.points.size))
+        b, (m, p), d = len(displacement), self.weight.shape, self.mesh.dimension
+        moved = displacement.reshape(b, -1, d)[:, self.mesh.cells]
+        stretch = (self.gradient @ moved).reshape(b, m, p, d * d)
+        stress: FloatArray = stretch @ self.moduli
+        return stress
 
 
 def _smoothing(mesh: Mesh, points: FloatArray, volume: FloatArray) -> sparse.csr_array:

@@ -20,11 +20,10 @@ from typing import override
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, sparse
-from scipy.sparse.linalg import splu
 
 from masonry_fem.bodies.base import Scheme
 from masonry_fem.fem.assemble import ShapeOperators
-from masonry_fem.fem.condense import Compliance, bordered, coefficients
+from masonry_fem.fem.condense import Compliance, Factor, SparseFactor, coefficients
 from masonry_fem.fem.modes import RigidModes
 
 FloatArray = NDArray[np.float64]
@@ -35,37 +34,26 @@ IntArray = NDArray[np.int64]
 SOFTEST = 2e-6
 
 
-class DenseLU:
+class DenseLU(Factor):
     """LU of M̂ + σ M Φ Φᵀ M, with the projections Π and Πᵀ on both sides."""
 
-    def __init__(self, effective: sparse.csr_array, modes: FloatArray, momentum: FloatArray, sigma: float):
-        self._modes, self._momentum = modes, momentum
-        matrix = effective.toarray() + sigma * (momentum @ momentum.T)
+    @override
+    def _factorise(self, effective: sparse.csr_array, sigma: float) -> None:
+        matrix = effective.toarray() + sigma * (self._momentum @ self._momentum.T)
         self._factor = linalg.lu_factor(matrix, overwrite_a=True, check_finite=False)
 
+    @override
     def solve(self, impulses: FloatArray) -> FloatArray:
-        """(M̂⁻¹)_el r of columns (n_free, k)."""
         deflated = impulses - self._momentum @ (self._modes.T @ impulses)
         answer: FloatArray = linalg.lu_solve(self._factor, deflated, check_finite=False)
         answer -= self._modes @ (self._momentum.T @ answer)
         return answer
 
 
-class SparseLU:
-    """LU of the bordered matrix by SuperLU."""
+class SparseLU(SparseFactor):
+    """The same by a sparse LU, on springs."""
 
-    def __init__(self, effective: sparse.csr_array, modes: FloatArray, momentum: FloatArray, sigma: float):
-        self._modes, self._momentum = modes, momentum
-        self._size = effective.shape[0]
-        self._factor = splu(sparse.csc_array(bordered(effective, momentum)))
-
-    def solve(self, impulses: FloatArray) -> FloatArray:
-        """(M̂⁻¹)_el r of columns (n_free, k)."""
-        deflated = impulses - self._momentum @ (self._modes.T @ impulses)
-        padding = np.zeros((self._modes.shape[1], deflated.shape[1]))
-        answer = self._factor.solve(np.concatenate([deflated, padding]))[: self._size]
-        projected: FloatArray = answer - self._modes @ (self._momentum.T @ answer)
-        return projected
+    symmetric = False
 
 
 class TangentCompliance(Compliance):

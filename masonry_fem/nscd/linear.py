@@ -119,7 +119,7 @@ class Factorised:
 
 
 def _dense(matrix: sparse.csr_array) -> tuple[Solve, Callable[[], int]]:
-    factor, pivots, info = linalg.lapack.dgetrf(np.asfortranarray(matrix.toarray()), overwrite_a=True)
+    factor, pivots, info = linalg.lapack.dgetrf(matrix.toarray(order="F"), overwrite_a=True)
     if info > 0:
         tiny = 1e-300 + 1e-16 * float(np.abs(matrix.data).max(initial=0.0))
         zero = np.nonzero(np.diagonal(factor) == 0)[0]

@@ -1,5 +1,6 @@
 """(M̂⁻¹)_el against the eigenmodes of the pencil (K, M), for any step, dense and sparse."""
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +14,7 @@ from masonry_fem.fem.clamp import holds
 from masonry_fem.fem.condense import Compliance, coefficients
 from masonry_fem.fem.material import ElasticMaterial
 from masonry_fem.fem.modes import rigid_modes
-from masonry_fem.nscd.mumps import petsc
+from masonry_fem.nscd.mumps import MumpsFactor, petsc
 from tests.fem.meshes import box_mesh
 
 STONE = ElasticMaterial(30e9, 0.2, 2400.0)
@@ -93,4 +94,52 @@ def test_mumps_is_used_where_it_is(operators):
         pytest.skip("PETSc without MUMPS")
     free, modes = setting(operators, "free")
     made = Compliance(operators, modes, free, SCHEMES[2], dense=False)
-    assert isinstance(made._factor._backend, condense._Mumps)
+    assert isinstance(made._factor._factor, MumpsFactor)
+
+
+@pytest.fixture(scope="module")
+def large():
+    """A free stone that is factorised sparsely, and the dofs of one of its faces."""
+    mesh = box_mesh("hexahedron", (12, 12, 12), (0, 0, 0), (1.0, 1.0, 1.0))
+    made = assemble_shapes([mesh], [STONE], None)[0]
+    modes = rigid_modes(mesh.points, made.mass, np.arange(mesh.points.size))
+    face = np.unique(mesh.facets[mesh.facet_face == 4])
+    return made, modes, (face[:, None] * 3 + np.arange(3)).ravel()
+
+
+@pytest.mark.parametrize("inertia", [0.0, 1.0])
+def test_block_of_a_large_shape_is_what_single_solutions_give(large, inertia):
+    made, modes, dofs = large
+    compliance = Compliance(made, modes, np.arange(len(modes.modes)), Scheme(1e-3, 1.0, inertia))
+    block, some = compliance.block(dofs), [0, 7, 200, len(dofs) - 1]
+    columns = compliance.apply(condense.units(dofs[some], len(modes.modes)).T)
+    np.testing.assert_allclose(columns[:, dofs], block[some], atol=1e-11 * np.abs(block).max())
+    # the equations themselves: M̂ x + M Φ λ = r, Φᵀ M x = 0
+    c_m, c_k = coefficients(made, Scheme(1e-3, 1.0, inertia))
+    left = c_m * (made.mass @ columns.T) + c_k * (made.stiffness @ columns.T)
+    left -= condense.units(dofs[some], len(left))
+    left -= modes.momentum @ (modes.modes.T @ left)
+    assert np.abs(left).max() <= 1e-11
+    size = np.abs(modes.momentum).sum(axis=0).max() * np.abs(columns).max()
+    assert np.abs(modes.momentum.T @ columns.T).max() <= 1e-13 * size
+
+
+def test_memory_of_a_large_shape(large, monkeypatch):
+    """No array of unknowns × contacts, and none of unknowns², is held or even made on the way."""
+    made, modes, dofs = large
+    width, unknowns = 8, len(modes.modes)
+    monkeypatch.setattr(condense, "AT_ONCE", 1)
+    monkeypatch.setattr(condense, "FEWEST", width)
+    tracemalloc.start()
+    try:
+        before = tracemalloc.get_traced_memory()[0]
+        compliance = Compliance(made, modes, np.arange(unknowns), Scheme(1.0, 1.0, 0.0))
+        held = tracemalloc.get_traced_memory()[0] - before
+        tracemalloc.reset_peak()
+        block = compliance.block(dofs)
+        peak = tracemalloc.get_traced_memory()[1] - before - held
+    finally:
+        tracemalloc.stop()
+    assert held <= 8 * 60 * unknowns  # the modes, and what springs move
+    most = 8 * 6 * width * unknowns + 3 * block.nbytes
+    assert peak <= most < 8 * unknowns * len(dofs)

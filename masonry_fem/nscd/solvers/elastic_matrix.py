@@ -29,6 +29,9 @@ Mask = NDArray[np.bool_]
 # Contacts of a matrix, over those that are closed, up to which it serves. Factors cost as the cube of the
 # contacts of a block; a new pattern costs a third of a factor with some thousand rows, less of larger ones.
 SPARE = 1.05
+# Share of entries from which a matrix is a dense one, of a single block's contacts: MUMPS
+# takes 240 MB for 2900 rows, the dense matrix is 67 MB.
+FULL = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,6 +124,8 @@ class ElasticMatrix:
     def factorise(self, problem: ContactProblem, terms: Terms, library: Library) -> Solve:
         """The factor's solver of the matrix of a step."""
         matrix = self._pattern.filled(self._blocks(problem, terms))
+        if library == "auto" and matrix.nnz > FULL * matrix.shape[0] ** 2:
+            library = "dense"
         library = library_for(matrix.shape[0], library, fills=True)
         if library == "mumps" and self.mumps is None:
             self.mumps = Mumps(matrix)

@@ -225,15 +225,15 @@ class NewtonRun:
         return replace(here, line=line, pressed=pressed)
 
     def _bond(self, factor: NewtonFactor, here: _Point, closed: _Point) -> _Point:
-        """The bonded state: with gaps closed, or bonded across them, whichever is nearer to a solution."""
-        gap = np.maximum(self.problem.free_velocity[:, 0], 0.0)
-        chosen = closed
+        """The bonded state with gaps closed; or with a bond across them, where that is far nearer."""
+        gap, chosen = np.maximum(self.problem.free_velocity[:, 0], 0.0), closed
         if gap.any():
             residual = here.line.residual.copy()
             residual[:, 0] -= here.line.rho * gap
             change, motion = self._solve(factor, here, residual)
             across = self._look(here.impulse + change, here.rigid_velocity + motion)
-            chosen = min(closed, across, key=lambda point: point.residual)
+            if across.residual < _NEARER * closed.residual:
+                chosen = across
         self.bonded = False
         if self.problem.cohesion_stiffness is None:  # which may give way farther than blocks do
             self.bonded_size = min(self.bonded_size, float(np.linalg.norm(chosen.rigid_velocity)))
@@ -388,6 +388,7 @@ _LEAST = 1e-9
 _EASY = 4
 _CLOSE = 1e-3
 _CHEAP, _DEAR = 2, 4  # steps of a round up to which an adaptive α falls, above which it rises
+_NEARER = 0.5  # share of the residual, so that gaps of rounding decide nothing
 _SETTLED = 2  # steps of a round before its contacts' swinging means anything
 _RESTING = 2  # steps that leave the error as it is
 _FIRM = 1e-2  # ε from which a mechanism moves slowly enough to be followed

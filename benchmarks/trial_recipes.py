@@ -110,6 +110,28 @@ def tower(courses: int, push: float) -> s.Scene:
     return msgspec.structs.replace(given, structures=(*walls, ground))
 
 
+def gaping_wall(columns: int, courses: int, gap: float) -> s.Scene:
+    """A running-bond wall of elastic bricks, each shorter by a gap [m], so that head joints are open."""
+    length, *rest = 0.4, 0.2, 0.2
+    rows = ([1.0] * columns, [0.5, *[1.0] * (columns - 1), 0.5])
+    bricks = tuple(
+        BlockStructure(
+            name=f"c{course}b{number}", material="stone", size=(own * length - gap, *rest),
+            position=(sum(row[:number]) * length, 0.0, course * rest[-1]),
+            mesh=s.MeshSettings(element="Q1", divisions=(int(4 * own), 2, 2)),
+        )
+        for course in range(courses)
+        for row in (rows[course % 2],)
+        for number, own in enumerate(row)
+    )  # fmt: skip
+    floor = BlockStructure(
+        name="floor", material="stone", size=(columns * length + 1.0, 2.0, 0.1),
+        position=(-0.5, -0.5, -0.1), support=True, fidelity="rigid",
+    )  # fmt: skip
+    joints = (s.Joint(friction=0.6, placement="nodes"),)
+    return msgspec.structs.replace(scene(floor, 0.6, "elastic", joints=joints), structures=(floor, *bricks))
+
+
 def spread_arch(friction: Any, share: float) -> s.Scene:
     """An arch whose springings move apart in twenty steps, to a share of what it falls at."""
     slowly = s.Table(points=((0.0, 0.0), (0.5, share - 0.1), (1.0, share)))
@@ -317,6 +339,16 @@ def _rounds() -> Iterator[Recipe]:
         yield Recipe("rounds", name, tower(courses, push), None, call, falls=False)
 
 
+def _gaping() -> Iterator[Recipe]:
+    """Head joints open at the start; joints of a dome that gape and slide where its stones have turned."""
+    for gap in (1e-7, 1e-6, 1e-5):
+        yield Recipe("open joints", f"6x4 gap {gap:g}", gaping_wall(6, 4, gap), None, falls=False)
+    push = s.Acceleration(vector=(0.1, 0.0, 0.0))
+    loads = s.Loads(gravity=(0.0, 0.0, -G), accelerations=(push,))
+    given = scene(dome(8, 16, 0.5), 0.7, "elastic", loads=loads, mesh=s.MeshSettings(divisions=(1, 1, 1)))
+    yield Recipe("open joints", "dome 8x16 pushed round 3", given, None, 3, falls=False)
+
+
 def _at_limit() -> Iterator[Recipe]:
     """Elastic walls so near to their limit that turning a little decides; the next round starts anew."""
     for share, call in product((1 - 3e-7, 1.0, 1 + 3e-7), (1, 2)):
@@ -398,6 +430,7 @@ FAMILIES = (
     _layers,
     _rough,
     _rounds,
+    _gaping,
     _at_limit,
     _falling,
     _demos,

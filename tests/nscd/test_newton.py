@@ -94,6 +94,21 @@ def test_initial_gaps_change_nothing_but_the_gap():
     np.testing.assert_allclose(top[1] - top[0], [0, 0, -2000], atol=1e-6)
 
 
+@pytest.mark.parametrize(("gap", "most"), [(1e-8, 14), (1e-6, 6), (1e-4, 6)])
+def test_open_head_joints_take_few_linear_solves(low_wall, gap, most):
+    """They are not drawn together first: a bond across a gap that bricks do not close is let go."""
+    heads = np.abs(np.array([frame[0, 0] for *_, frame in low_wall.pairs])) > 0.5
+    closed = low_wall.problem()
+    free = closed.free_velocity.copy()
+    free[heads, 0] += gap
+    found = newton(replace(closed, free_velocity=free))
+    assert found.outcome is Outcome.CONVERGED
+    assert found.linear_solves <= most
+    assert found.impulse[heads].any() == (gap < 1e-7)
+    floor = (closed.bodies < 0).any(axis=1)
+    assert abs(found.impulse[floor, 0].sum() - 14715) < 1e-6
+
+
 @pytest.mark.parametrize("horizontal", [0.55e6, 0.7e6])
 def test_overloaded_cube_is_told_to_tip(horizontal):
     """A10.3: no equilibrium, and U turns the upper cube about its toe (+x, y axis)."""

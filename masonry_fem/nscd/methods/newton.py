@@ -9,7 +9,7 @@ and moves the centre there, with a smaller α. The second term acts only where M
 matrix regular whatever the active set, and it is what decides that no equilibrium exists: then the
 unbalanced impulse stays from round to round, whatever ε, and U runs off along the mechanism.
 
-The first step of a cold start is the *bonded* one: all contacts closed and sticking.
+The first step of a cold start is the *bonded* one: all contacts stick, with gaps closed or across them.
 
     solution = iterate(problem, ProximalNewton(), settings)
 """
@@ -33,7 +33,7 @@ from masonry_fem.nscd.solvers.elastic_matrix import block_rows
 from masonry_fem.nscd.solvers.escape import Escape
 from masonry_fem.nscd.solvers.flips import Flips
 from masonry_fem.nscd.solvers.linearisation import Linearisation, bonded_contacts, linearise, slipping
-from masonry_fem.nscd.solvers.newton_system import NewtonSystem
+from masonry_fem.nscd.solvers.newton_system import NewtonFactor, NewtonSystem
 
 FloatArray = NDArray[np.float64]
 
@@ -204,14 +204,12 @@ class NewtonRun:
         here = self._look(self.impulse, self.rigid_velocity, bonded=self.bonded)
         if self.solved_before is not None:
             here, self.solved_before = self._led_on(here, self.solved_before), None
-        mass = self.problem.rigid_mass + self.round.mass
-        change, motion = self._solve(here, mass)
+        here = self._unswung(here)
+        factor = self._factor(here.line)
+        change, motion = self._solve(factor, here, here.line.residual)
         full = self._look(here.impulse + change, here.rigid_velocity + motion)
         if self.bonded:
-            self.bonded = False
-            if self.problem.cohesion_stiffness is None:  # which may give way farther than blocks do
-                self.bonded_size = min(self.bonded_size, float(np.linalg.norm(full.rigid_velocity)))
-            return full
+            return self._bond(factor, here, full)
         self.round.residuals.append(here.residual)
         if self.round.steps < self.settings.full_steps:
             return full
@@ -226,20 +224,48 @@ class NewtonRun:
         line = replace(line, residual=line.residual + line.rho[:, None] * change)
         return replace(here, line=line, pressed=pressed)
 
-    def _solve(self, here: _Point, mass: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Newton's change (dp, dU); open contacts lose their impulses exactly."""
-        line, problem = here.line, self.problem
-        swinging = self.flips.swinging(line, settled=self.round.steps >= _SETTLED)
-        if swinging.any():
-            stiffness = problem.cohesion_stiffness
-            line = slipping(line, swinging, here.pressed, here.velocity, problem.friction, stiffness)
-        step = np.where(line.open[:, None], -here.impulse, 0.0)
-        shift = (line.by_velocity @ problem.elastic_velocity(step)[:, :, None])[:, :, 0]
+    def _bond(self, factor: NewtonFactor, here: _Point, closed: _Point) -> _Point:
+        """The bonded state with gaps closed; or with a bond across them, where that is far nearer."""
+        gap, chosen = np.maximum(self.problem.free_velocity[:, 0], 0.0), closed
+        if gap.any():
+            residual = here.line.residual.copy()
+            residual[:, 0] -= here.line.rho * gap
+            change, motion = self._solve(factor, here, residual)
+            across = self._look(here.impulse + change, here.rigid_velocity + motion)
+            if across.residual < _NEARER * closed.residual:
+                chosen = across
+        self.bonded = False
+        if self.problem.cohesion_stiffness is None:  # which may give way farther than blocks do
+            self.bonded_size = min(self.bonded_size, float(np.linalg.norm(chosen.rigid_velocity)))
+        return chosen
+
+    def _unswung(self, here: _Point) -> _Point:
+        """The point with the contacts that swing between open and sticking taken for slipping."""
+        problem = self.problem
+        swinging = self.flips.swinging(here.line, settled=self.round.steps >= _SETTLED)
+        if not swinging.any():
+            return here
+        line = slipping(
+            here.line, swinging, here.pressed, here.velocity, problem.friction, problem.cohesion_stiffness
+        )
+        return replace(here, line=line)
+
+    def _factor(self, line: Linearisation) -> NewtonFactor:
+        """The factor of a step."""
         own = line.by_impulse / line.rho[:, None, None]
         own = own + (self.round.alpha * self.proximal)[:, None, None] * line.by_velocity
-        factor = self.system.factor(own, line.by_velocity, ~line.open, line.plain, mass)
+        mass = self.problem.rigid_mass + self.round.mass
+        return self.system.factor(own, line.by_velocity, ~line.open, line.plain, mass)
+
+    def _solve(
+        self, factor: NewtonFactor, here: _Point, residual: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Newton's change (dp, dU) that takes a residual away; open contacts lose their impulses exactly."""
+        line, problem = here.line, self.problem
+        step = np.where(line.open[:, None], -here.impulse, 0.0)
+        shift = (line.by_velocity @ problem.elastic_velocity(step)[:, :, None])[:, :, 0]
         change, motion = factor.solve(
-            line.residual / line.rho[:, None] + shift, here.balance + problem.body_impulse(step)
+            residual / line.rho[:, None] + shift, here.balance + problem.body_impulse(step)
         )
         return step + change, motion
 
@@ -362,6 +388,7 @@ _LEAST = 1e-9
 _EASY = 4
 _CLOSE = 1e-3
 _CHEAP, _DEAR = 2, 4  # steps of a round up to which an adaptive α falls, above which it rises
+_NEARER = 0.5  # share of the residual, so that gaps of rounding decide nothing
 _SETTLED = 2  # steps of a round before its contacts' swinging means anything
 _RESTING = 2  # steps that leave the error as it is
 _FIRM = 1e-2  # ε from which a mechanism moves slowly enough to be followed

@@ -74,39 +74,46 @@ def place(
 def _contacts(assembly: Assembly, surfaces: tuple[Surface, ...], placed: Sequence[Placed]) -> Contacts:
     """The points of all interfaces as contacts, still without their identities."""
     spots = [spot for spot, _ in placed]
-    patches = [spot.patch for spot in spots]
     of = np.repeat(np.arange(len(spots)), [len(spot.area) for spot in spots])
+    made = _on_round_faces(_on_planes(placed, of), placed, of)
+    small = np.abs(made.gap) < ROUNDING * typical_size(assembly, surfaces)
+    return replace(made, gap=np.where(small, 0.0, made.gap), means=_means(assembly, spots))
+
+
+def _on_planes(placed: Sequence[Placed], of: IntArray) -> Contacts:
+    """Contacts in the planes of their patches; ``of``: the spots that each is one of, shape (c,)."""
+    spots = [spot for spot, _ in placed]
+    patches = [spot.patch for spot in spots]
     frame = np.array([patch.frame for patch in patches])[of]
-    area = np.concatenate([spot.area for spot in spots])
     flat = np.concatenate([spot.points for spot in spots])
     middle = np.array([patch.origin for patch in patches])[of] + np.einsum("cp,cpd->cd", flat, frame[:, 1:])
     heights = _heights(patches, of, middle, frame[:, 0])
-    gap = heights[:, 0] - heights[:, 1]
-    points = middle[:, None] + heights[:, :, None] * frame[:, :1]
-    interface = np.array([rows[0] for _, rows in placed])[of]
-    bulge = None
-    rounds = [(k, spot.round) for k, spot in enumerate(spots) if spot.round is not None]
-    if rounds:
-        own = np.isin(of, [k for k, _ in rounds])
-        interface[own] = np.concatenate([placed[k][1][one.patch] for k, one in rounds])
-        frame[own] = np.concatenate([one.frame for _, one in rounds])
-        points[own] = np.concatenate([one.points for _, one in rounds])
-        bulge = np.zeros(len(of))
-        bulge[own] = np.concatenate([one.bulge for _, one in rounds])
-        gap[own] = np.einsum("cd,cd->c", points[own, 0] - points[own, 1], frame[own, 0]) - bulge[own]
-    gap[np.abs(gap) < ROUNDING * typical_size(assembly, surfaces)] = 0.0
     return Contacts(
         blocks=np.array([[side.block for side in patch.sides] for patch in patches])[of],
-        interface=interface,
-        points=points,
+        interface=np.array([rows[0] for _, rows in placed])[of],
+        points=middle[:, None] + heights[:, :, None] * frame[:, :1],
         facets=np.concatenate([spot.facets for spot in spots]),
         frame=frame,
-        gap=gap,
-        area=area,
+        gap=heights[:, 0] - heights[:, 1],
+        area=np.concatenate([spot.area for spot in spots]),
         key=np.zeros(len(of), dtype=np.int64),
-        means=_means(assembly, spots),
-        bulge=bulge,
     )
+
+
+def _on_round_faces(flat: Contacts, placed: Sequence[Placed], of: IntArray) -> Contacts:
+    """The same, with what contacts on round faces have of their own."""
+    rounds = [(spot.round, rows) for spot, rows in placed if spot.round is not None]
+    if not rounds:
+        return flat
+    own = np.array([spot.round is not None for spot, _ in placed])[of]
+    interface, frame, points = flat.interface.copy(), flat.frame.copy(), flat.points.copy()
+    bulge, gap = np.zeros(len(of)), flat.gap.copy()
+    interface[own] = np.concatenate([rows[one.patch] for one, rows in rounds])
+    frame[own] = np.concatenate([one.frame for one, _ in rounds])
+    points[own] = np.concatenate([one.points for one, _ in rounds])
+    bulge[own] = np.concatenate([one.bulge for one, _ in rounds])
+    gap[own] = np.einsum("cd,cd->c", points[own, 0] - points[own, 1], frame[own, 0]) - bulge[own]
+    return replace(flat, interface=interface, frame=frame, points=points, bulge=bulge, gap=gap)
 
 
 def _tell_inexact(assembly: Assembly, spots: Sequence[Spots]) -> None:
@@ -177,9 +184,7 @@ def _placed(
         patches = [Patch.of(assembly, surfaces, interfaces[row], frames[row]) for row in rows]
         together = together_of(rules[rows[0]].name)
         if len(rows) > 1 and together is not None:
-            first = patches[0].sides[0].block
-            alike = [patch if patch.sides[0].block == first else patch.exchanged() for patch in patches]
-            spots = together(alike, rules[rows[0]])
+            spots = together(_from_one_side(patches), rules[rows[0]])
             placed += [(spots[0], rows)] if len(spots) == 1 else zip(spots, rows[:, None], strict=True)
             continue
         for row, patch in zip(rows.tolist(), patches, strict=True):
@@ -190,6 +195,12 @@ def _placed(
             made, exchanged = known[key]
             placed.append((replace(made, patch=patch.exchanged() if exchanged else patch), np.array([row])))
     return placed
+
+
+def _from_one_side(patches: Sequence[Patch]) -> list[Patch]:
+    """Patches between the same two blocks, the same one being the candidate in all."""
+    first = patches[0].sides[0].block
+    return [patch if patch.sides[0].block == first else patch.exchanged() for patch in patches]
 
 
 def _round_groups(

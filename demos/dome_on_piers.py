@@ -99,7 +99,7 @@ def _dry(scene: Scene) -> Scene:
 
 def _read(name: str, scene: Scene, out: Path | None) -> DomeOnPiers:
     result: RunResult = solve(scene) if out is None else run(scene, out)
-    summary, dry = result.summary, result.built.model.laws.dry
+    summary, dry = result.summary, result.built.model.laws.all_plain
     weight = -float(summary.applied[2])
     feet = np.array([one.force for _, one in sorted(summary.supports.items())]) / weight
     admitted = None

@@ -92,7 +92,13 @@ def portions(count: int, total: int) -> Iterator[slice]:
 
 
 def units(dofs: IntArray, total: int) -> FloatArray:
-    """Unit vectors as columns, shape (total, k)."""
+    """Unit vectors as columns, shape (total, k).
+
+    Parameters
+    ----------
+    dofs : Where each has its 1, shape (k,).
+    total : Their length.
+    """
     columns = np.zeros((total, len(dofs)))
     columns[dofs, np.arange(len(dofs))] = 1.0
     return columns

@@ -121,7 +121,7 @@ def test_rigid_block_that_supports_crush(
     """There is no motion: statics and marches say so; where small errors are borne it does not fall."""
     statics = solve_scene(crushed(closing, analysis=Statics(load_steps=2)))
     assert statics.outcome == "no_convergence"
-    assert "make them elastic" in statics.message
+    assert "make these blocks elastic" in statics.message
     short = Dynamics(step=0.05, duration=0.1, theta=1.0)
     marched = solve_scene(crushed(closing, analysis=short))
     assert marched.outcome == outcome

@@ -59,19 +59,15 @@ class Warming:
         """How much further blocks expand from one state to another, shape (b,)."""
         return self.strain(after.time) - self.strain(before.time)
 
-    def confined(self, before: Strained, after: Strained, strains: Strains, moduli: FloatArray) -> Confined:
+    def confined(self, before: Strained, after: Strained, unit: Confined) -> Confined:
         """What it would take to hold the larger of the strains of two states.
 
         Parameters
         ----------
-        before, after : The states.
-        strains : Of the mesh.
-        moduli : C, shape (6, 6) [Pa].
+        before, after : The states. unit : What a unit strain takes.
         """
         largest = np.maximum(np.abs(self.strain(before.time)), np.abs(self.strain(after.time)))
-        push = pushing(strains, moduli).reshape(-1, strains.mesh.dimension)
-        force = largest * np.linalg.norm(push, axis=1).sum()
-        return Confined(0.5 * largest**2 * holding(strains, moduli), force)
+        return Confined(largest**2 * unit.energy, largest * unit.force)
 
 
 class ThermoElasticity(LinearElasticity):
@@ -101,7 +97,11 @@ class ThermoElasticity(LinearElasticity):
     @cached_property
     def _held(self) -> float:
         """∫ 1 : C : 1, twice the energy of a unit strain that is held [J]."""
-        return holding(self.strains, self._moduli)
+        return float(UNIT @ self._moduli @ UNIT * self.strains.weight.sum())
+
+    @cached_property
+    def _unit(self) -> Confined:
+        return held_unit(self.strains, self._moduli)
 
     @override
     def forces(
@@ -129,7 +129,7 @@ class ThermoElasticity(LinearElasticity):
 
     @override
     def confined(self, before: Strained, after: Strained) -> Confined:
-        return self.warming.confined(before, after, self.strains, self._moduli)
+        return self.warming.confined(before, after, self._unit)
 
     @override
     def stored(self, state: Strained) -> FloatArray:
@@ -147,14 +147,16 @@ class ThermoElasticity(LinearElasticity):
         return grown if after is before else (1 - theta) * grown + theta * self.warming.strain(after.time)
 
 
-def holding(strains: Strains, moduli: FloatArray) -> float:
-    """∫ 1 : C : 1, twice the energy of a unit strain that is held [J].
+def held_unit(strains: Strains, moduli: FloatArray) -> Confined:
+    """What it takes to hold a unit strain in one block.
 
     Parameters
     ----------
     strains : Of the mesh. moduli : C, shape (6, 6) [Pa].
     """
-    return float(UNIT @ moduli @ UNIT * strains.weight.sum())
+    push = pushing(strains, moduli).reshape(-1, strains.mesh.dimension)
+    energy = 0.5 * float(UNIT @ moduli @ UNIT * strains.weight.sum())
+    return Confined(energy, float(np.linalg.norm(push, axis=1).sum()))
 
 
 def pushing(strains: Strains, moduli: FloatArray) -> FloatArray:

@@ -26,7 +26,7 @@ from scipy import sparse
 
 from masonry_fem.fem.assemble import ShapeOperators
 from masonry_fem.fem.constitution import Confined, Constitution, FloatArray, Memory, Strained, dot
-from masonry_fem.fem.expansion import Warming, less, pushing
+from masonry_fem.fem.expansion import Warming, held_unit, less, pushing
 from masonry_fem.fem.material_law import Isotropic
 from masonry_fem.fem.strains import Strains
 
@@ -133,11 +133,15 @@ class Inelasticity(Constitution):
         mean = (1 - theta) * remembered(before).stress + theta * remembered(after).stress
         return -self._pressed(mean) * self.warming.change(before, after)
 
+    @cached_property
+    def _unit(self) -> Confined:
+        return held_unit(self.strains, self._moduli)
+
     @override
     def confined(self, before: Strained, after: Strained) -> Confined:
         if self.warming is None:
             return Confined()
-        return self.warming.confined(before, after, self.strains, self._moduli)
+        return self.warming.confined(before, after, self._unit)
 
     def _pressed(self, stress: FloatArray) -> FloatArray:
         """∫ σ : 1 of stresses (b, m, p, 6), shape (b,) [J]."""

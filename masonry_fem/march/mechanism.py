@@ -1,6 +1,6 @@
 """Mechanism: how blocks move as a structure falls: what moves as one, and which joints are hinges or slide.
 
-    found = mechanism_of_step(march.last, march.model)
+    found = mechanism_of_step(march.last, march.model)      # recognition finds it
     found.sentence()      # "9 blocks move in 3 parts; 4 hinges: arch.v01 / arch.v02, ..."
     found.words()         # part by part, joint by joint, with places
 

@@ -134,9 +134,8 @@ def _restless(report: StepReport, made: Increment, model: Model) -> str:
     return (
         f"Not at rest after {report.so_far}: contact forces could balance the loads, but {what} (at "
         f"{report.inertial_share(made.scheme.step):.1e} of the speed that the loads would give a free block "
-        "in one step). Allow "
-        "more steps (analysis.max_steps), longer ones or more damping; where speeds no longer fall, tighten "
-        "solver.tolerance or loosen analysis.tolerance."
+        "in one step). Allow more steps (analysis.max_steps), longer ones or more damping; where speeds no "
+        "longer fall, tighten solver.tolerance or loosen analysis.tolerance."
     )
 
 

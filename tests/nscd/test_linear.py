@@ -1,6 +1,8 @@
 """Linear factors: they agree with dense algebra, tell the determinant's sign, and serve a pattern."""
 
+import gc
 import sys
+import tempfile
 from functools import partial
 
 import numpy as np
@@ -12,7 +14,7 @@ from scipy import sparse
 from masonry_fem.errors import InstallationError
 from masonry_fem.nscd import linear, linear_cost, mumps
 from masonry_fem.nscd.linear import DENSE_BELOW, factorise, library_for
-from masonry_fem.nscd.mumps import Mumps
+from masonry_fem.nscd.mumps import Mumps, MumpsFactor
 from masonry_fem.nscd.scaling import contact_scale
 from masonry_fem.nscd.solvers.newton_system import NewtonSystem
 from tests.nscd.masses import rigid_mass
@@ -175,3 +177,24 @@ def test_missing_mumps_is_said(monkeypatch):
             factorise(sparse.csr_array(np.eye(2)), "mumps")
     finally:
         mumps.petsc.cache_clear()
+
+
+@needs_mumps
+@pytest.mark.parametrize("definite", [True, False])
+def test_a_factor_on_disk_answers_and_leaves_no_files(definite, monkeypatch, tmp_path):
+    monkeypatch.setattr(mumps, "LARGE", 10)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    rng = np.random.default_rng(1)
+    matrix = sparse.random_array((60, 60), density=0.1, rng=rng)
+    matrix = sparse.csr_array(matrix @ matrix.T if definite else matrix) + sparse.eye_array(60)
+    matrix = sparse.csr_array(matrix)
+    matrix.sort_indices()
+    dense, rhs = matrix.toarray(), rng.normal(size=(60, 3))
+    factor = MumpsFactor(matrix, definite=definite)
+    assert len(list(tmp_path.iterdir())) == 1
+    np.testing.assert_allclose(factor.answer(rhs), np.linalg.solve(dense, rhs), rtol=1e-9, atol=1e-11)
+    columns = np.array([3, 57])
+    np.testing.assert_allclose(factor.columns(columns), np.linalg.inv(dense)[:, columns], atol=1e-11)
+    del factor
+    gc.collect()
+    assert list(tmp_path.iterdir()) == []

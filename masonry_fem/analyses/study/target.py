@@ -75,6 +75,11 @@ def _unknown(pattern: str, comparisons: Sequence[Comparison]) -> MasonryError:
     """The error of a pattern that selects nothing, with what there is."""
     rows = (row for one in comparisons for row in one.rows)
     present = list(dict.fromkeys(name for row in rows for name in row.quantities))
+    if any(matches(name, pattern) for name in present):
+        return MasonryError(
+            f"--quantity {pattern}: the reference does not have it, so that nothing can be compared; "
+            "take one of the cells as the reference, or another quantity"
+        )
     known = listed(present) or "none, as no cell was solved"
     return MasonryError(f"--quantity {pattern}: no such quantity{nearest(pattern, present)}; known: {known}")
 

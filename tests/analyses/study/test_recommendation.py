@@ -211,6 +211,14 @@ def test_a_misspelt_quantity_is_told_those_that_are_there() -> None:
         targets(comparisons, ["thurst"])
 
 
+def test_a_quantity_that_the_reference_lacks_is_told_so() -> None:
+    vary = variations(["mesh.size=0.2,0.1"])
+    made = rows(vary, lambda h: 1 + h, lambda h: 1.0, "thrust.left")
+    comparisons = [compare(made, vary, Reference.of({"probes.top": 3.0}, vary), ["thrust.left"])]
+    with pytest.raises(MasonryError, match=r"--quantity thrust.left: the reference does not have it"):
+        targets(comparisons, ["thrust.left"])
+
+
 def test_numbers_for_what_no_cell_has_are_refused() -> None:
     vary = variations(["mesh.size=0.2,0.1"])
     made = rows(vary, lambda h: 1 + h, lambda h: 1.0)

@@ -14,7 +14,7 @@ shown*. Who reads a group asks for the one that it needs. What a group can do it
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
@@ -214,6 +214,12 @@ class Attachment(Protocol):
         ``guess`` is the state that nonlinear blocks are linearised at (the others ignore it); None: they are
         elastic from the start of the step on.
         """
+        ...
+
+    def product(
+        self, scheme: Scheme, seen: FloatArray, guess: State | None = None
+    ) -> Callable[[FloatArray], FloatArray]:
+        """The same as a function: velocities of the sides, (k, d), from impulses on them; stone by stone."""
         ...
 
     def spread(self, impulses: FloatArray, seen: FloatArray) -> FloatArray | None:

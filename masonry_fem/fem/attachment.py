@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Self
 
@@ -130,6 +130,34 @@ class ElasticAttachment[S: Deformed](ABC):
                 known[key] = self._condensed(rows, local[rows], surface)
             result.append((rows, known[key]))
         return result
+
+    def product(
+        self, scheme: Scheme, seen: FloatArray, guess: S | None = None
+    ) -> Callable[[FloatArray], FloatArray]:
+        """The same as a function: velocities of the sides, shape (k, d), from impulses on them.
+
+        It multiplies all stones at once by the dense block that those of one shape share.
+        """
+        d, count = self.group.dimension, self.group.count
+        surface, local = self._surface_block(scheme), self._local(seen)
+        own, back = self._own_surfaces(scheme, guess), local.transpose(0, 2, 1)
+        place = np.searchsorted(self.carriers, self.carried.indices)
+        columns = place + np.repeat(self.sides.body * len(self.carriers), np.diff(self.carried.indptr))
+        G = sparse.csr_array(
+            (self.carried.data, columns, self.carried.indptr),
+            shape=(len(self.sides.body), count * len(self.carriers)),
+        )
+        spread = G.T.tocsr()
+
+        def multiplied(impulse: FloatArray) -> FloatArray:
+            nodal = (spread @ (back @ impulse[:, :, None])[:, :, 0]).reshape(count, -1)
+            moved = nodal @ surface
+            for body, block in own.items():
+                moved[body] = block @ nodal[body]
+            velocity: FloatArray = (local @ (G @ moved.reshape(-1, d))[:, :, None])[:, :, 0]
+            return velocity
+
+        return multiplied
 
     # --- private ----------------------------------------------------------------------------------
 

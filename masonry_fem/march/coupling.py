@@ -9,6 +9,7 @@ It sorts the contact sides by group once; each step then runs over groups, never
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -19,9 +20,12 @@ from scipy import sparse
 from masonry_fem.bodies.base import Attachment, FloatArray, Free, IntArray, Scheme, Sides, nonlinear
 from masonry_fem.march.model import Model
 from masonry_fem.nscd.blocks import assemble_blocks
+from masonry_fem.nscd.compliance import Compliance
 from masonry_fem.nscd.structure import Structure
 
 ROUNDING = 16 * np.finfo(float).eps  # of the largest coordinate: a gap below it is none
+# Entries of W_el, in blocks, from which products are made stone by stone.
+MANY = 50_000
 SIGN = np.array([1.0, -1.0])  # candidate, antagonist: v = v_candidate − v_antagonist
 
 
@@ -193,8 +197,32 @@ class Coupling:
         if cached.matrix is None or not same:
             # stones that yield without associated flow have no symmetric tangent
             cached.matrix = self._condense(here, scheme, guess, symmetric=not any(tangents))
+            if cached.matrix.nnz > MANY:
+                cached.matrix = Compliance.of(cached.matrix, self._product(here, scheme, guess))
             cached.scheme, cached.seen, cached.tangents = scheme, here.seen, tangents
         return cached.matrix
+
+    def _product(
+        self, here: Placement, scheme: Scheme, guess: tuple[Any, ...]
+    ) -> Callable[[FloatArray], FloatArray]:
+        """W_el p of impulses (c d,), shape by shape."""
+        every = zip(self.sides, self.attachments, here.seen, guess, strict=True)
+        parts = [
+            (sides.contact, SIGN[sides.side, None], _one_side(sides), attachment.product(scheme, seen, at))
+            for sides, attachment, seen, at in every
+            if seen is not None
+        ]
+
+        def multiplied(impulse: FloatArray) -> FloatArray:
+            given = impulse.reshape(here.points.shape)
+            velocity = np.zeros_like(given)
+            for contact, sign, rows, product in parts:
+                own = sign * product(sign * given[contact])
+                for chosen in rows:
+                    velocity[contact[chosen]] += own[chosen]
+            return velocity.ravel()
+
+        return multiplied
 
     def _condense(
         self, here: Placement, scheme: Scheme, guess: tuple[Any, ...], *, symmetric: bool
@@ -268,6 +296,11 @@ def connect(model: Model) -> Coupling:
             bodies[contact, side] = solved + body
             solved += len(group.blocks)
     return Coupling(model, tuple(sides), tuple(attachments), tuple(first_body), bodies, soft)
+
+
+def _one_side(sides: Sides) -> list[IntArray]:
+    """Numbers of the sides that are candidates, and of those that are antagonists: each contact once."""
+    return [np.flatnonzero(sides.side == side) for side in (0, 1)]
 
 
 def _same(one: tuple[Any, ...], other: tuple[Any, ...]) -> bool:

@@ -38,6 +38,36 @@ def add_dense(
 
 
 @compiled
+def take_dense(
+    indptr: NDArray[np.int32],
+    indices: NDArray[np.int32],
+    data: NDArray[np.float64],
+    contacts: NDArray[np.int64],
+) -> NDArray[np.float64]:
+    """Dense matrices between the contacts of each of n sets, zero where nothing is stored, (n, k d, k d).
+
+    Parameters
+    ----------
+    indptr, indices, data : Block-sparse matrix, its columns sorted; ``data`` (stored, d, d).
+    contacts : The sets, shape (n, k).
+    """
+    n, k = contacts.shape
+    d = data.shape[1]
+    taken = np.zeros((n, k * d, k * d))
+    for number in range(n):
+        for a in range(k):
+            first, last = indptr[contacts[number, a]], indptr[contacts[number, a] + 1]
+            row = indices[first:last]
+            for b in range(k):
+                at = np.searchsorted(row, contacts[number, b])
+                if at < len(row) and row[at] == contacts[number, b]:
+                    for i in range(d):
+                        for j in range(d):
+                            taken[number, a * d + i, b * d + j] = data[first + at, i, j]
+    return taken
+
+
+@compiled
 def put_blocks(
     values: NDArray[np.float64],
     first: NDArray[np.int64],

@@ -56,7 +56,8 @@ class ProximalNewton:
         joints slide, each new weight changes hundreds of statuses, and exact rounds are wasted.
     static_mass : First ε, relative to the compliance that B sees.
     full_steps : Newton steps of a round without line search: the active set settles in few full
-        steps, through larger residuals.
+        steps, through larger residuals. None: 5, or none where steps are iterated, as many stones together
+        never settle so.
     round_steps : Newton steps after which a round is given up.
     patience : Rounds without progress after which it is stalled.
     moving : Contacts are scaled by all of W, as befits blocks that fly, fall and hinge: scaled by W_el alone,
@@ -71,7 +72,7 @@ class ProximalNewton:
     adaptive: bool = False
     accuracy: float = 0.5
     static_mass: float = 1e-6
-    full_steps: int = 5
+    full_steps: int | None = None
     round_steps: int = 40
     patience: int = 20
     moving: bool = False
@@ -127,7 +128,10 @@ class NewtonRun:
         unfolded = self.scale if problem.cohesion_stiffness is None else newton_scale(problem, fold=False)
         self.system = NewtonSystem(problem, unfolded, settings.library)
         self.static = problem.rigid_mass <= 0
-        weight, decrease, least = _usual_weights(problem)
+        iterates = self.system.iterates
+        weight, decrease, least = _usual_weights(problem, iterates)
+        usual = 0 if iterates else _FULL
+        self.full_steps = usual if settings.full_steps is None else settings.full_steps
         self.least_weight = least if settings.least_weight is None else settings.least_weight
         self.decrease = decrease if settings.decrease is None else settings.decrease
         self.bonded_size = np.inf  # of U after the bonded step
@@ -211,7 +215,7 @@ class NewtonRun:
         if self.bonded:
             return self._bond(factor, here, full)
         self.round.residuals.append(here.residual)
-        if self.round.steps < self.settings.full_steps:
+        if self.round.steps < self.full_steps:
             return full
         return self._search(here, change, motion, full)
 
@@ -388,13 +392,14 @@ _LEAST = 1e-9
 _EASY = 4
 _CLOSE = 1e-3
 _CHEAP, _DEAR = 2, 4  # steps of a round up to which an adaptive α falls, above which it rises
+_FULL = 5  # Newton steps of a round without line search
 _NEARER = 0.5  # share of the residual, so that gaps of rounding decide nothing
 _SETTLED = 2  # steps of a round before its contacts' swinging means anything
 _RESTING = 2  # steps that leave the error as it is
 _FIRM = 1e-2  # ε from which a mechanism moves slowly enough to be followed
 
 
-def _usual_weights(problem: ContactProblem) -> tuple[float, float, float]:
+def _usual_weights(problem: ContactProblem, iterates: bool) -> tuple[float, float, float]:
     """First α, its factor and its floor, as measured on each kind of problem.
 
     Elastic impulses are nearly unique and bear a small α at once. The impulses of rigid blocks are
@@ -405,6 +410,8 @@ def _usual_weights(problem: ContactProblem) -> tuple[float, float, float]:
     if not problem.body_count:
         return 1e-3, 0.3, 1e-7
     all_elastic = len(np.unique(block_rows(problem.compliance))) == problem.count
+    if iterates:
+        return 1e-2, 0.1, 1e-5
     return (1e-4, 0.1, 1e-5) if all_elastic else (1e-3, 0.3, 1e-5)
 
 

@@ -22,6 +22,7 @@ from masonry_fem.nscd.linear import Factorised, Library, Solve, factorise, libra
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
 from masonry_fem.nscd.solvers.body_solver import BodySolver
+from masonry_fem.nscd.solvers.elastic_krylov import Interfaces, Preconditioned, iteration_pays
 from masonry_fem.nscd.solvers.elastic_matrix import ElasticMatrix, Terms, block_rows
 from masonry_fem.nscd.structure import Structure
 
@@ -64,6 +65,18 @@ class NewtonSystem:
         scaled = np.zeros_like(problem.rigid_map)
         scaled[self.contact, self.side] = self.scaled_map
         return BodyMatrix(problem.bodies, scaled, problem.body_count)
+
+    @cached_property
+    def iterates(self) -> bool:
+        """True where steps with elastic contacts are solved by iteration in place of a factor."""
+        if self.library == "auto":
+            return iteration_pays(self.problem, self.elastic)
+        return self.library == "krylov" and bool(self.elastic.any())
+
+    @cached_property
+    def interfaces(self) -> Interfaces:
+        """Elastic contacts as the iteration's preconditioner sorts them."""
+        return Interfaces(self.problem, self.elastic)
 
     @cached_property
     def body_solver(self) -> BodySolver:
@@ -112,12 +125,16 @@ class NewtonSystem:
         if stiffness is not None:
             total, same = by_velocity + own @ stiffness, plain & ~stiffness.any(axis=(1, 2))
         self.structure.factor = None  # two at a time would take twice the memory
-        matrix = self._matrix(kept, coupled)
         terms = Terms(own, total, same, closed, self.scaled_map, coupled, self.unit)
+        parts = (self, kept, gone, factors, by_velocity[gone], own)
+        if self.iterates:
+            iteration = Preconditioned(
+                self.problem, self.interfaces, terms, kept, self.body_matrix, self._bodies_factorised
+            )
+            return NewtonFactor(*parts, iteration, springs, kept, terms)
+        matrix = self._matrix(kept, coupled)
         solve = matrix.factorise(self.problem, terms, self.library)
-        made = NewtonFactor(
-            self, kept, gone, factors, by_velocity[gone], own, solve, springs, matrix.contacts, terms
-        )
+        made = NewtonFactor(*parts, solve, springs, matrix.contacts, terms)
         self.structure.factor = made
         return made
 

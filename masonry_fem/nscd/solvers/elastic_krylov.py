@@ -1,0 +1,223 @@
+"""ElasticKrylov: a Newton step with elastic contacts by iteration, where its factor would fill.
+
+The matrix of a step (``newton_system``) is that of a wall of rigid stones whose joints are springs, but for
+what W_el couples through the stones from joint to joint. The *preconditioner* leaves that out: of W_el it has
+the blocks between the contacts of one interface, so that the contacts are solved for interface by interface,
+and a sparse matrix of the bodies' velocities is left, as that of a rigid wall. It takes the bodies' rows as
+they are, and so does all that is iterated on: what remains is a residual at contacts.
+
+    interfaces = Interfaces(problem, elastic)                     # once for a problem
+    solve = Preconditioned(problem, interfaces, terms, ...)       # once for a step
+
+How many iterations that takes depends on how finely stones are divided, hardly on how many there are.
+
+References
+----------
+C. Keller, N. I. M. Gould and A. J. Wathen, "Constraint preconditioning for indefinite linear systems", SIAM
+Journal on Matrix Analysis and Applications 21 (2000). Z. Dostál, D. Horák and R. Kučera, "Total FETI: an
+easier implementable variant of the FETI method for numerical solution of elliptic PDE", Communications in
+Numerical Methods in Engineering 22 (2006).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.linalg import LinearOperator, gmres
+
+from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
+from masonry_fem.nscd.solvers.elastic_matrix import Terms
+from masonry_fem.nscd.transfer import to_bodies, to_contacts
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+Solve = Callable[[FloatArray], FloatArray]
+
+# Elastic contacts from which iterations cost less than a factor, and contacts of one interface up to which
+# they do: its block is dense.
+CONTACTS = 600
+WIDEST = 400
+# Residual to reach, relative to that of the preconditioner's own solution. Newton's method takes as many
+# steps with a tenth of it, of twice as many iterations each.
+ACCURACY = 1e-3
+# Iterations after which a step is taken as it is: Newton's line search judges it.
+ITERATIONS = 150
+
+
+def iteration_pays(problem: ContactProblem, elastic: Mask) -> bool:
+    """True where iterations are expected to cost less than a factor: many contacts in many interfaces.
+
+    Parameters
+    ----------
+    problem : The contact problem. elastic : Contacts that have compliance, shape (c,).
+    """
+    if np.count_nonzero(elastic) < CONTACTS or not problem.body_count:
+        return False
+    return max(len(group[0]) for group in interfaces_by_size(problem, elastic)) <= WIDEST
+
+
+def interfaces_by_size(problem: ContactProblem, elastic: Mask) -> list[IntArray]:
+    """Elastic contacts by the pair of bodies that they join.
+
+    Parameters
+    ----------
+    problem : The contact problem. elastic : Contacts that have compliance, shape (c,).
+
+    Returns
+    -------
+    For each number k of contacts those of the n interfaces that have as many, shape (n, k).
+    """
+    contacts = np.flatnonzero(elastic)
+    pair = np.sort(problem.bodies[contacts], axis=1)
+    key = (pair[:, 0] + 1) * (problem.body_count + 1) + pair[:, 1] + 1
+    supports = key == 0  # contacts between supports: each is an interface of its own
+    key[supports] = -1 - np.arange(supports.sum())
+    order = np.argsort(key, kind="stable")
+    _, first, size = np.unique(key[order], return_index=True, return_counts=True)
+    return [contacts[order[first[size == k][:, None] + np.arange(k)]] for k in np.unique(size).tolist()]
+
+
+class Interfaces:
+    """Elastic contacts sorted by the pair of bodies that they join, interfaces of equal size together.
+
+    Parameters
+    ----------
+    problem : The contact problem.
+    elastic : Contacts that have compliance, shape (c,).
+
+    Attributes
+    ----------
+    groups : Contacts of the n interfaces with k of them, an array (n, k) for each k.
+    coupling : Blocks of W_el between them, an array (n, k d, k d) for each k.
+    """
+
+    def __init__(self, problem: ContactProblem, elastic: Mask) -> None:
+        from masonry_fem.nscd.scatter import take_dense  # noqa: PLC0415 - Numba is slow to import
+
+        self.groups = interfaces_by_size(problem, elastic)
+        W = problem.compliance
+        self.coupling = [take_dense(W.indptr, W.indices, W.data, group) for group in self.groups]
+
+
+class Preconditioned:
+    """The solver of one step.
+
+    Parameters
+    ----------
+    problem : The contact problem.
+    interfaces : Its elastic contacts.
+    terms : What the step has at each contact, and between bodies; ``maps`` by contact and side.
+    kept : Contacts that are unknowns, shape (k,).
+    body_matrix : Pattern of the bodies' matrix.
+    factorised : Makes the solver of a matrix of bodies.
+    accuracy : Residual to reach, relative to that of the preconditioner's own solution.
+    """
+
+    def __init__(
+        self,
+        problem: ContactProblem,
+        interfaces: Interfaces,
+        terms: Terms,
+        kept: IntArray,
+        body_matrix: BodyMatrix,
+        factorised: Callable[[sparse.bsr_array], Solve],
+        accuracy: float = ACCURACY,
+    ) -> None:
+        self.problem, self.interfaces, self.terms, self.kept = problem, interfaces, terms, kept
+        self.accuracy = accuracy
+        self.maps = np.where(terms.closed[:, None, None, None], body_matrix.maps, 0.0)
+        self.own = np.where(terms.closed[:, None, None], terms.own / terms.unit, np.eye(problem.dimension))
+        self.inverses = [
+            np.linalg.inv(self._block(group, W))
+            for group, W in zip(interfaces.groups, interfaces.coupling, strict=True)
+        ]
+        self.of_bodies = factorised(self._schur(body_matrix))
+
+    def _block(self, group: IntArray, coupling: FloatArray) -> FloatArray:
+        """A + Bc W_el within interfaces, shape (n, k d, k d); 1 where contacts are open."""
+        terms, (n, k), d = self.terms, group.shape, self.problem.dimension
+        closed = np.repeat(terms.closed[group], d, axis=1)
+        block = terms.by_velocity[group] @ coupling.reshape(n, k, d, k * d)
+        block = block.reshape(n, k * d, k * d) / terms.unit
+        block *= closed[:, :, None] & closed[:, None, :]
+        at = np.arange(k)
+        block.reshape(n, k, d, k, d)[:, at, :, at] += self.own[group].swapaxes(0, 1)
+        return block
+
+    def _schur(self, body_matrix: BodyMatrix) -> sparse.bsr_array:
+        """What is left between bodies where contacts are solved for interface by interface."""
+        terms, d, m = self.terms, self.problem.dimension, body_matrix.size
+        blocks = terms.coupled.data.copy()
+        for group, inverse in zip(self.interfaces.groups, self.inverses, strict=True):
+            n, k = group.shape
+            # sides in the order of the first contact's
+            swapped = self.problem.bodies[group, 0] != self.problem.bodies[group[:, :1], 0]
+            maps = self.maps[group]
+            maps[swapped] = maps[swapped][:, ::-1]
+            maps = maps.transpose(0, 1, 3, 2, 4).reshape(n, k, d, 2 * m)
+            pushed = (terms.by_velocity[group] @ maps).reshape(n, k * d, 2 * m)
+            given = maps.reshape(n, k * d, 2 * m).transpose(0, 2, 1) @ (inverse @ pushed)
+            slots = body_matrix.slots[group[:, 0]]
+            there = slots >= 0
+            given = given.reshape(n, 2, m, 2, m).swapaxes(2, 3)
+            np.subtract.at(blocks, slots[there], given[there])
+        coupled = terms.coupled
+        return sparse.bsr_array((blocks, coupled.indices, coupled.indptr), coupled.shape, blocksize=(m, m))
+
+    def __call__(self, rhs: FloatArray) -> FloatArray:
+        """The solution of a step, ordered as ``ElasticMatrix`` orders it, with rows for ``kept``."""
+        problem, kept, d = self.problem, self.kept, self.problem.dimension
+        size = len(kept) * d
+        bodies = rhs[size:].reshape(problem.body_count, -1)
+        x, motion = self._precondition(self._spread(rhs[:size]), bodies)
+        left = rhs[:size] - self._product(x, motion)[kept].ravel()
+        if left.any():
+            nothing = np.zeros_like(bodies)
+
+            def apply(y: FloatArray) -> FloatArray:
+                return self._product(*self._precondition(self._spread(y), nothing))[kept].ravel()
+
+            operator = LinearOperator((size, size), matvec=apply, dtype=float)
+            y = gmres(operator, left, rtol=self.accuracy, restart=ITERATIONS, maxiter=1)[0]
+            more, moved = self._precondition(self._spread(y), nothing)
+            x, motion = x + more, motion + moved
+        return np.concatenate([x[kept].ravel(), motion.ravel()])
+
+    def _spread(self, y: FloatArray) -> FloatArray:
+        """Values of the contacts that are unknowns, among all, shape (c, d)."""
+        force = np.zeros_like(self.problem.free_velocity)
+        force[self.kept] = y.reshape(-1, force.shape[1])
+        return force
+
+    def _within(self, force: FloatArray) -> FloatArray:
+        """Impulses of given rows, interface by interface, shape (c, d)."""
+        impulse = np.zeros_like(force)
+        for group, inverse in zip(self.interfaces.groups, self.inverses, strict=True):
+            impulse[group] = (inverse @ force[group].reshape(len(group), -1, 1)).reshape(*group.shape, -1)
+        return impulse
+
+    def _precondition(self, force: FloatArray, bodies: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Impulses and U of given rows, with W_el within interfaces only."""
+        given = to_bodies(self.problem.bodies, self.maps, self._within(force), len(bodies))
+        motion = self.of_bodies((bodies - given).ravel()).reshape(bodies.shape)
+        return self._within(force - self._turned(self._moved(motion))), motion
+
+    def _product(self, x: FloatArray, motion: FloatArray) -> FloatArray:
+        """The contacts' rows of the matrix times x and U, shape (c, d)."""
+        velocity = self.problem.elastic_velocity(np.where(self.terms.closed[:, None], x, 0.0))
+        velocity /= self.terms.unit
+        return self._turned(velocity + self._moved(motion)) + (self.own @ x[:, :, None])[:, :, 0]
+
+    def _moved(self, motion: FloatArray) -> FloatArray:
+        """B U at closed contacts."""
+        velocity: FloatArray = to_contacts(self.problem.bodies, self.maps, motion)
+        return velocity
+
+    def _turned(self, velocity: FloatArray) -> FloatArray:
+        force: FloatArray = (self.terms.by_velocity @ velocity[:, :, None])[:, :, 0]
+        return force

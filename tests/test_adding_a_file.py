@@ -241,6 +241,11 @@ def start(room, tmp_path, repository):
     return put(room, tmp_path, repository)
 
 
+@pytest.mark.parametrize(
+    "room",
+    [pytest.param(name, marks=() if name == "structure" else pytest.mark.slow) for name in ROOMS],
+    indirect=True,
+)
 def test_scenes_commands_and_the_reference_have_it(room, start, said, tmp_path, repository):
     (tmp_path / "scene.toml").write_text(room.keys + STONES, encoding="utf-8")
     wrong = room.keys.replace(f'"{room.name}"', f'"{room.name}s"')
@@ -285,6 +290,7 @@ def write_scene(name, folder, repository):
     (folder / name).write_text(scene, encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_the_scene_of_the_guide_gives_what_it_says(said, tmp_path, repository):
     write_scene("parts.toml", tmp_path, repository)
     starts = [put(ROOMS[name], tmp_path, repository) for name in ("strategy", "placement", "solver")]

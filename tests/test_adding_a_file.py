@@ -60,6 +60,15 @@ class Glue(Elastic):
     name = "glue"
     age: complex = 0j
 """
+TAPE = """
+from dataclasses import dataclass
+from masonry_fem.joints import RigidBrittle
+@dataclass(frozen=True)
+class Tape(RigidBrittle):
+    name = "tape"
+    critical_slip: float = 0.0
+    apex = tension = frictions = None
+"""
 SAND = """
 from dataclasses import dataclass
 from masonry_fem.fem.material_law import MaterialLaw
@@ -110,6 +119,7 @@ ROOMS = {
             (GLUE.replace('name = "glue"', ""), r"FILE: Glue has no name.*write name: ClassVar\[str\] = "),
             (GLUE.replace("Glue(Elastic)", "Glue(Law)"), "Glue lacks adhesive_reaction, reduce, stored"),
             (GLUE.replace('"glue"', '"elastic"'), r"FILE and .*elastic\.py both have the name 'elastic'"),
+            (TAPE, r"FILE: Tape has no parameter friction, critical_opening, expected those .*write them"),
             (GLUE, r"FILE: Glue gives no table .*'age' is a complex.*expected keys of types such as Length"),
         ),
     ),

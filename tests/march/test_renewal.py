@@ -273,6 +273,7 @@ def test_what_cannot_be_found_anew_is_refused() -> None:
         )
 
 
+@pytest.mark.slow
 def test_results_are_written_for_contacts_that_change(tmp_path: Any) -> None:
     made = run(
         Scene(

@@ -11,6 +11,7 @@ for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
 if "OPENBLAS_CORETYPE" in os.environ:
     os.environ.setdefault("OPENBLAS_L2_SIZE", "512")  # else some kernels crash, see tests/kernels.py
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # else each test that starts the program compiles all of it
 os.environ.setdefault("PYVISTA_OFF_SCREEN", "true")
 os.environ.setdefault("MPLBACKEND", "Agg")
 

@@ -46,7 +46,7 @@ def summary(folder, name, out):
     return json.loads((out / "summary.json").read_text(encoding="utf-8"))
 
 
-@pytest.mark.parametrize("script", ["look", "trust"])
+@pytest.mark.parametrize("script", [pytest.param("look", marks=pytest.mark.slow), "trust"])
 def test_a_script_prints_what_the_page_shows(folder, repository, script):
     env = {**os.environ, "PYTHONPATH": str(repository)}
     done = subprocess.run(

@@ -60,6 +60,15 @@ class Glue(Elastic):
     name = "glue"
     age: complex = 0j
 """
+TAPE = """
+from dataclasses import dataclass
+from masonry_fem.joints import RigidBrittle
+@dataclass(frozen=True)
+class Tape(RigidBrittle):
+    name = "tape"
+    critical_slip: float = 0.0
+    apex = tension = frictions = None
+"""
 SAND = """
 from dataclasses import dataclass
 from masonry_fem.fem.material_law import MaterialLaw
@@ -110,6 +119,7 @@ ROOMS = {
             (GLUE.replace('name = "glue"', ""), r"FILE: Glue has no name.*write name: ClassVar\[str\] = "),
             (GLUE.replace("Glue(Elastic)", "Glue(Law)"), "Glue lacks adhesive_reaction, reduce, stored"),
             (GLUE.replace('"glue"', '"elastic"'), r"FILE and .*elastic\.py both have the name 'elastic'"),
+            (TAPE, r"FILE: Tape has no parameter friction, critical_opening, expected those .*write them"),
             (GLUE, r"FILE: Glue gives no table .*'age' is a complex.*expected keys of types such as Length"),
         ),
     ),
@@ -241,6 +251,11 @@ def start(room, tmp_path, repository):
     return put(room, tmp_path, repository)
 
 
+@pytest.mark.parametrize(
+    "room",
+    [pytest.param(name, marks=() if name == "structure" else pytest.mark.slow) for name in ROOMS],
+    indirect=True,
+)
 def test_scenes_commands_and_the_reference_have_it(room, start, said, tmp_path, repository):
     (tmp_path / "scene.toml").write_text(room.keys + STONES, encoding="utf-8")
     wrong = room.keys.replace(f'"{room.name}"', f'"{room.name}s"')
@@ -285,6 +300,7 @@ def write_scene(name, folder, repository):
     (folder / name).write_text(scene, encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_the_scene_of_the_guide_gives_what_it_says(said, tmp_path, repository):
     write_scene("parts.toml", tmp_path, repository)
     starts = [put(ROOMS[name], tmp_path, repository) for name in ("strategy", "placement", "solver")]

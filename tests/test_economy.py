@@ -224,6 +224,7 @@ def test_a_rigid_run_loads_only_what_it_uses(tmp_path):
     assert not loaded & {"scipy.optimize", "scipy.spatial", *(f"masonry_fem.{name}" for name in own)}
 
 
+@pytest.mark.slow
 def test_an_elastic_run_of_boxes_loads_neither_gmsh_nor_pictures(tmp_path):
     libraries = {name.partition(".")[0] for name in modules("elastic", tmp_path)}
     assert "dolfinx" in libraries

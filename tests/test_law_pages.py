@@ -128,6 +128,7 @@ def test_a_softening_law_falls_as_steeply_as_its_page_says(page, steepest, at, m
     assert slope[int(at * (len(slope) - 1))] == pytest.approx(steepest, rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", ["mohr_coulomb", "monerie_acary"])
 def test_figures_are_fresh(page, maker):
     """Else run ``python docs/make_law_images.py``."""

@@ -224,35 +224,6 @@ class CorotationalGroup(Deformable[TurningState]):
 
         return np.concatenate([state.rigid_velocity[:, :d], settled_spin(before, following)], axis=1)
 
-    def advance(
-        self,
-        state: TurningState,
-        free: Free,
-        rigid_velocity: FloatArray,
-        nodal: FloatArray | None,
-        scheme: Scheme,
-    ) -> TurningState:
-        """The state at the end of the step: u by the θ rule in the frame, the frame by the exponential."""
-        assert free.elastic is not None
-        velocity = free.elastic
-        if nodal is not None:
-            velocity = velocity + self.compliant(nodal, free.guess, scheme)
-        return self._reached(state, free.origin, rigid_velocity, velocity, scheme)
-
-    def between(
-        self, state: TurningState, start: TurningState, end: TurningState, share: float, scheme: Scheme
-    ) -> TurningState:
-        """The state at the end of a step from ``state`` with velocities between those of two others.
-
-        Parameters
-        ----------
-        state : Where the step begins. start, end : Two guesses of where it ends.
-        share : Of the way from the first to the second. scheme : Coefficients of the step.
-        """
-        rigid = start.rigid_velocity + share * (end.rigid_velocity - start.rigid_velocity)
-        velocity = start.velocity + share * (end.velocity - start.velocity)
-        return self._reached(state, None, rigid, velocity, scheme)
-
     def _reached(
         self,
         state: TurningState,
@@ -261,7 +232,7 @@ class CorotationalGroup(Deformable[TurningState]):
         velocity: FloatArray,
         scheme: Scheme,
     ) -> TurningState:
-        """The state at the end of a step, its velocities given: U leads on from ``origin``, or the start."""
+        # u by the θ rule in the frame, the frame by the exponential
         h, theta, d = scheme.step, scheme.theta, self.dimension
         bent = state.displacement + h * ((1 - theta) * state.velocity + theta * velocity)
         time, (shifts, spins) = state.time + h, per_unit(self.modes)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -10,7 +11,7 @@ from typing import Any, Final, Protocol
 
 import numpy as np
 
-from masonry_fem.bodies.base import FloatArray, IntArray, Scheme, StressError, StressField
+from masonry_fem.bodies.base import FloatArray, Free, IntArray, Scheme, StressError, StressField
 from masonry_fem.errors import GeometryError
 from masonry_fem.fem.assemble import ShapeOperators
 from masonry_fem.fem.condense import Compliance, coefficients
@@ -194,6 +195,34 @@ class Deformable[S: Deformed](Meshed[S]):
         for body, factor in self.tangents(guess, scheme).items():
             answer[body] = factor.apply(nodal[body : body + 1])[0]
         return answer
+
+    def advance(
+        self, state: S, free: Free, rigid_velocity: FloatArray, nodal: FloatArray | None, scheme: Scheme
+    ) -> S:
+        """The state at the end of the step: u⁺ = Φ U⁺ + u_el,free + (M̂⁻¹)_el Gᵀ p, q⁺ by the θ rule."""
+        assert free.elastic is not None
+        velocity = free.elastic
+        if nodal is not None:
+            velocity = velocity + self.compliant(nodal, free.guess, scheme)
+        return self._reached(state, free.origin, rigid_velocity, velocity, scheme)
+
+    def between(self, state: S, start: S, end: S, share: float, scheme: Scheme) -> S:
+        """The state at the end of a step from ``state`` with velocities between those of two others.
+
+        Parameters
+        ----------
+        state : Where the step begins. start, end : Two guesses of where it ends.
+        share : Of the way from the first to the second. scheme : Coefficients of the step.
+        """
+        rigid = start.rigid_velocity + share * (end.rigid_velocity - start.rigid_velocity)
+        velocity = start.velocity + share * (end.velocity - start.velocity)
+        return self._reached(state, None, rigid, velocity, scheme)
+
+    @abstractmethod
+    def _reached(
+        self, state: S, origin: S | None, rigid_velocity: FloatArray, velocity: FloatArray, scheme: Scheme
+    ) -> S:
+        """The state at the end of a step, its velocities given: U leads on from ``origin``, or the start."""
 
     def effort(self, after: Deformed, scheme: Scheme) -> FloatArray:
         """Size of the impulses that a block's stresses have on its nodes, shape (b,) [N s].

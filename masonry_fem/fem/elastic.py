@@ -173,38 +173,14 @@ class ElasticGroup(Deformable[ElasticState]):
             stiff[body] = factor.stiffness @ moved[body]
         return c_m * inert + c_k * stiff
 
-    def advance(
+    def _reached(
         self,
         state: ElasticState,
-        free: Free,
+        origin: ElasticState | None,
         rigid_velocity: FloatArray,
-        nodal: FloatArray | None,
+        velocity: FloatArray,
         scheme: Scheme,
     ) -> ElasticState:
-        """The state at the end of the step: u⁺ = Φ U⁺ + u_el,free + (M̂⁻¹)_el Gᵀ p, q⁺ by the θ rule."""
-        assert free.elastic is not None
-        velocity = free.elastic
-        if nodal is not None:
-            velocity = velocity + self.compliant(nodal, free.guess, scheme)
-        return self._reached(state, rigid_velocity, velocity, scheme)
-
-    def between(
-        self, state: ElasticState, start: ElasticState, end: ElasticState, share: float, scheme: Scheme
-    ) -> ElasticState:
-        """The state at the end of a step from ``state`` with velocities between those of two others.
-
-        Parameters
-        ----------
-        state : Where the step begins. start, end : Two guesses of where it ends.
-        share : Of the way from the first to the second. scheme : Coefficients of the step.
-        """
-        rigid = start.rigid_velocity + share * (end.rigid_velocity - start.rigid_velocity)
-        return self._reached(state, rigid, start.velocity + share * (end.velocity - start.velocity), scheme)
-
-    def _reached(
-        self, state: ElasticState, rigid_velocity: FloatArray, velocity: FloatArray, scheme: Scheme
-    ) -> ElasticState:
-        """The state at the end of a step, its velocities given."""
         h, theta = scheme.step, scheme.theta
         displacement = state.displacement + h * ((1 - theta) * state.velocity + theta * velocity)
         return ElasticState(

@@ -11,11 +11,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
+from inspect import get_annotations
 from typing import cast
 
+from masonry_fem.errors import ExtensionError
 from masonry_fem.joints import laws
 from masonry_fem.joints.law import Law
-from masonry_fem.joints.parameters import table_of
+from masonry_fem.joints.parameters import parameters, table_of
 from masonry_fem.records.discovery import Found, discovered
 from masonry_fem.records.record import Spec
 
@@ -58,5 +60,12 @@ def _name(law: type[Law]) -> str | None:
 
 
 def _kind(name: str, found: Found) -> Kind:
-    record = table_of(found.kind, name, LawRecord, found.file)
-    return Kind(cast("type[LawRecord]", record), found.kind, found.file)
+    law = found.kind
+    record = table_of(law, name, LawRecord, found.file)
+    owed = dict.fromkeys(["friction", *(key for base in law.__mro__ for key in get_annotations(base))])
+    if lacking := [key for key in owed if key not in parameters(law) and not hasattr(law, key)]:
+        raise ExtensionError(
+            f"{found.file}: {law.__name__} has no parameter {', '.join(lacking)}, expected those of its base "
+            "classes and the friction, which the joint gives; write them, as in friction: Friction = 0.6"
+        )
+    return Kind(cast("type[LawRecord]", record), law, found.file)

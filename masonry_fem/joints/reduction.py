@@ -93,17 +93,6 @@ class Reduction:
         """r_adh, shape (c, d) [N]."""
         return self.offset + (self.stiffness @ own_velocity[:, :, None])[:, :, 0]
 
-    def snaps_back(self, blocks: FloatArray, step: float) -> NDArray[np.bool_]:
-        """Where a tangent softens more steeply than the surroundings give way: det(I + h w B) ≤ 0.
-
-        There no equilibrium lies near: the joint lets go at once, whatever the load step, and only
-        inertia or a new load path tells what follows. Arguments as for ``fold``; shape (c,).
-        """
-        d = blocks.shape[1]
-        w = blocks + self.compliance[:, :, None] * np.eye(d)
-        snaps: NDArray[np.bool_] = np.linalg.det(np.eye(d) + step * w @ self.stiffness) <= 0.0
-        return snaps
-
     def fold(
         self, blocks: FloatArray, free_velocity: FloatArray, step: float
     ) -> tuple[FloatArray, FloatArray]:

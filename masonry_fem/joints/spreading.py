@@ -44,11 +44,3 @@ def spread_damage(diagonal: FloatArray, coupling: Any, load: FloatArray, before:
             right = load[free] - matrix[free][:, kept] @ before[kept]
             after[free] = np.atleast_1d(spsolve(sparse.csc_array(matrix[free][:, free]), right))
     return np.clip(after, 0.0, before)
-
-
-def path_laplacian(spacing: float, count: int) -> sparse.csr_array:
-    """−Δ of a row of points with free ends [1/m²], shape (count, count)."""
-    ends = np.full(count, 2.0)
-    ends[[0, -1]] = 1.0
-    beside = sparse.diags_array(np.full(count - 1, -1.0), offsets=1)
-    return sparse.csr_array(sparse.diags_array(ends) + beside + beside.T) / spacing**2

@@ -64,6 +64,7 @@ def test_an_opening_heel_changes_less_the_finer_the_mesh():
     assert coarse.supports <= 1e-9
 
 
+@pytest.mark.slow
 def test_meshes_that_do_not_match_are_compared_too():
     finer = Override(blocks="wall.c4.b2", mesh=MeshSettings(size=0.0625))
     found = solve_scene(wall(overrides=(finer,), output=ASK)).summary.errors

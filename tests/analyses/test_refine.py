@@ -75,6 +75,7 @@ def test_the_error_asked_for_is_reached(found):
     assert all(path.exists() for path in result.files)
 
 
+@pytest.mark.slow
 def test_summary_has_the_table_of_rounds(found):
     result, out = found
     told = json.loads((out / "summary.json").read_text(encoding="utf-8"))["refinement"]
@@ -84,6 +85,7 @@ def test_summary_has_the_table_of_rounds(found):
     assert set(told["rounds"][0]) == {"round", "unknowns", "meshes", "made", "error", "refined", "seconds"}
 
 
+@pytest.mark.slow
 def test_refined_scene_runs_again_to_the_same_answer(found, tmp_path):
     result, out = found
     again = run(load(out / "refined.toml"), tmp_path, base=out)
@@ -114,6 +116,7 @@ def _true(coarse, fine) -> float:
     return float(np.sqrt(missing / errors.total))
 
 
+@pytest.mark.slow
 def test_what_is_not_refined_is_not_made_again(tmp_path):
     rounds = []
     seen = refine(wall(), tmp_path, target=0.115, tell=rounds.append)
@@ -126,6 +129,7 @@ def test_what_is_not_refined_is_not_made_again(tmp_path):
     assert seen.result.summary.factorisations == len(groups) - len(kept)
 
 
+@pytest.mark.slow
 def test_refinement_follows_the_load(found):
     result, _ = found
     sizes = {one.blocks: one.mesh.size for one in result.scene.overrides}
@@ -170,6 +174,7 @@ def test_interruption_leaves_the_last_whole_round(tmp_path, monkeypatch):
     assert (tmp_path / "round" / "notes").read_text(encoding="utf-8") == "keep"
 
 
+@pytest.mark.slow
 def test_pictures_are_of_the_last_round_only(tmp_path, monkeypatch):
     from masonry_fem.output.asked.pictures import Pictures
 

@@ -72,6 +72,7 @@ def test_tumbling_box_keeps_momentum_and_energy():
     assert along.min() < -0.9 * along.max() < 0  # it did flip
 
 
+@pytest.mark.slow
 def test_free_tumbling_converges_with_second_order():
     group = RigidGroup(box(1.0, 2.0, 3.0), [0], 2000.0)
     start = group.with_velocity(group.rest(), 0, np.zeros(3), np.array([1.0, 2.0, -1.5]))

@@ -31,8 +31,16 @@ output = { pictures = false, fields = false }
     ("settings", "title"),
     [
         ({"PYTHONIOENCODING": "ascii", "COLUMNS": "1"}, "Gewolbe mu = 12 - sigma1"),
-        ({"LC_ALL": "POSIX", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "COLUMNS": "0"}, "Gewolbe mu"),
-        ({"PYTHONIOENCODING": "latin-1", "COLUMNS": "none"}, "Gewölbe mu = ½ - sigma1"),
+        pytest.param(
+            {"LC_ALL": "POSIX", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "COLUMNS": "0"},
+            "Gewolbe mu",
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            {"PYTHONIOENCODING": "latin-1", "COLUMNS": "none"},
+            "Gewölbe mu = ½ - sigma1",
+            marks=pytest.mark.slow,
+        ),
     ],
     ids=["ascii", "POSIX", "latin-1"],
 )

@@ -21,7 +21,7 @@ Physical Volume("ell") = {o[1]};
 """
 
 
-@pytest.mark.parametrize("fidelity", ["elastic", "rigid"])
+@pytest.mark.parametrize("fidelity", [pytest.param("elastic", marks=pytest.mark.slow), "rigid"])
 def test_ell_with_a_cube_in_its_hollow(tmp_path: Path, fidelity: str) -> None:
     """Three faces meet the cube's, four triangles of the L's bottom the floor: all the weight goes down."""
     (tmp_path / "ell.geo").write_text(ELL)

@@ -53,6 +53,7 @@ def test_bouncing_block_comes_to_rest_at_a_finite_time():
     assert found.rest == pytest.approx(found.exact_rest, rel=0.02)
 
 
+@pytest.mark.slow
 def test_bouncing_block_without_restitution_rests_at_once(tmp_path):
     found = bouncing.main(out=tmp_path, step=4e-3, restitution=0.0, duration=0.6)
     assert found.rest == pytest.approx(found.exact_impact, abs=8e-3)
@@ -88,6 +89,7 @@ def test_arch_thrust_lies_where_limit_analysis_says():
     assert found.linear_solves <= 12
 
 
+@pytest.mark.slow
 def test_arch_falls_where_the_contact_points_lie_too_close(tmp_path):
     stands, still_stands, falls = arch_inset.main(out=tmp_path, duration=0.2)
     for one in (stands, still_stands):

@@ -7,6 +7,7 @@ import pytest
 from demos import flying_buttresses
 
 
+@pytest.mark.slow
 def test_flyers_hold_up_what_falls_alone():
     propped, alone = flying_buttresses.main(divisions=4)
     assert propped.outcome == "equilibrium"

@@ -69,6 +69,7 @@ def test_elastic_wall_of_light_and_heavy_bricks(alternate: str, ratio: float) ->
     assert max(certificate(result).values()) < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", [1e-4, 1e-5])
 def test_elastic_wall_under_bricks_without_weight(ratio: float) -> None:
     """Half bricks of 0.2 kg/m³ at the ends of a course ride on others that bulge."""

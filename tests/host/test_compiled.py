@@ -49,6 +49,7 @@ print("new:", sorted({f"{name}.{key}" for name, key, _ in known() - before}))
 """
 
 
+@pytest.mark.slow
 def test_it_is_said_once_and_kept(tmp_path, monkeypatch):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
     (tmp_path / "loop.py").write_text(LOOP)

@@ -7,8 +7,10 @@ import tomllib
 
 import pytest
 
+from masonry_fem.cli import main
 from masonry_fem.errors import InstallationError
 from masonry_fem.host import installation
+from masonry_fem.meshing.session import session
 
 WITHOUT = "import sys\nsys.modules.update(dict.fromkeys({names!r}))\n"
 WALL = """
@@ -45,6 +47,17 @@ def command(tmp_path, repository):
     return run
 
 
+@pytest.fixture
+def lacking(monkeypatch):
+    """Makes a library as if it were not installed, as far as those see who look before they import it."""
+
+    def without(name):
+        find = installation.find_spec
+        monkeypatch.setattr(installation, "find_spec", lambda one: None if one == name else find(one))
+
+    return without
+
+
 def scene_of(folder, structure=STACK, fidelity="rigid", pictures="true"):
     path = folder / "scene.toml"
     path.write_text(WALL.format(structure=structure, fidelity=fidelity, pictures=pictures))
@@ -64,18 +77,32 @@ def test_without_pictures_a_run_writes_all_else(command, tmp_path):
     written = {path.suffix for path in (tmp_path / "out").iterdir()}
     assert {".json", ".csv", ".pvd"} <= written
     assert ".png" not in written
-    done = command("view", tmp_path / "out", "--png", without=["pyvista", "vtkmodules"])
-    assert done.returncode == 1
-    assert "cannot be shown: pyvista is not installed; pip install 'masonry-fem[pictures]'" in done.stderr
 
 
+def test_a_folder_to_be_shown_says_what_to_install(lacking, tmp_path, capsys):
+    lacking("pyvista")
+    assert main(["view", str(tmp_path), "--png"]) == 1
+    told = "cannot be shown: pyvista is not installed; pip install 'masonry-fem[pictures]'"
+    assert told in capsys.readouterr().err
+
+
+@pytest.mark.slow
 def test_without_gmsh_a_rigid_run_ends_well(command, tmp_path):
     done = command("run", scene_of(tmp_path, pictures="false"), "--out", tmp_path / "out", without=["gmsh"])
     assert done.returncode == 0, done.stderr
     assert "gmsh" not in done.stderr
 
 
+def test_gmsh_that_is_not_installed_is_told(lacking):
+    lacking("gmsh")
+    told = r"read or meshed: gmsh is not installed; pip install 'masonry-fem\[gmsh\]'"
+    with pytest.raises(InstallationError, match=told), session("file 'vault.msh'"):
+        pass
+
+
+@pytest.mark.slow
 def test_a_file_for_gmsh_says_what_to_install(command, tmp_path):
+    """It is read in a process of its own."""
     (tmp_path / "keystone.msh").write_text("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n")
     done = command("check", scene_of(tmp_path, FILE, pictures="false"), without=["gmsh"])
     assert done.returncode == 1
@@ -101,8 +128,6 @@ def asked_for(repository):
 
 
 def test_gmsh_without_the_libraries_it_draws_with_is_told(monkeypatch):
-    from masonry_fem.meshing.session import session
-
     class Broken:
         def find_spec(self, name, path=None, target=None):
             if name == "gmsh":

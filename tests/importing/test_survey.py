@@ -419,6 +419,7 @@ def test_prisms_are_found_in_any_order_of_their_corners() -> None:
     assert prism_of(Polytope.box((0.0, 0.0), (1.0, 1.0))) is None
 
 
+@pytest.mark.slow
 def test_elastic_stones_of_a_survey_carry_their_weight(tmp_path: Path) -> None:
     """An L with a stone in its corner, on the ground."""
     text = "stone,vertex,x,y,z\n" + "".join(

@@ -66,7 +66,7 @@ def test_no_command_runs_a_program_unasked(
     assert not mark.exists()
 
 
-@pytest.mark.parametrize("ending", ["geo", "geo_unrolled"])
+@pytest.mark.parametrize("ending", [pytest.param("geo", marks=pytest.mark.slow), "geo_unrolled"])
 def test_trust_is_given_in_the_scene_or_on_the_command_line(
     ending: str, tmp_path: Path, mark: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -4,9 +4,9 @@ import tomllib
 
 import numpy as np
 from msgspec.inspect import type_info
+from scipy import sparse
 
 from masonry_fem.joints import Bed, Bilinear, Dry, FremondCangemi, Kinetic, MohrCoulomb, Rough, kinds
-from masonry_fem.joints.spreading import path_laplacian
 from masonry_fem.records.docstring import example
 from masonry_fem.scene.fitting import fitted
 
@@ -40,6 +40,15 @@ def sampled(name, kind):
 
 
 SAMPLES = [law for name, kind in kinds().items() for law in sampled(name, kind)]
+
+
+def path_laplacian(spacing, count):
+    """−Δ of a row of points with free ends [1/m²], shape (count, count)."""
+    ends = np.full(count, 2.0)
+    ends[[0, -1]] = 1.0
+    beside = sparse.diags_array(np.full(count - 1, -1.0), offsets=1)
+    return sparse.csr_array(sparse.diags_array(ends) + beside + beside.T) / spacing**2
+
 
 POINTS = 10  # of a path, and of the joint along which damage spreads
 SPREADING = STIFFNESS | {"energy": 20.0, "gradient": 1e-4, "laplacian": path_laplacian(2e-3, POINTS)}

@@ -76,6 +76,7 @@ def test_viscous_tension():
     assert x[r.argmax()] == pytest.approx(1.0029, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_viscous_work():
     """Up to 50 u0; beyond 8 u0 (β ≈ 1/64) in coarser steps."""
     b, V = 10.0, 0.1

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from masonry_fem.joints import FremondCangemi, probe
 from masonry_fem.joints.interface_laplacian import interface_laplacian
-from masonry_fem.joints.spreading import path_laplacian
+from tests.joints.samples import path_laplacian
 
 C, ENERGY = 1e10, 50.0
 U0 = np.sqrt(ENERGY / C)

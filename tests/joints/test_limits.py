@@ -23,8 +23,7 @@ from masonry_fem.joints import (
     probe,
     pull,
 )
-from masonry_fem.joints.spreading import path_laplacian
-from tests.joints.samples import POINTS, wander
+from tests.joints.samples import POINTS, path_laplacian, wander
 
 K = 1e12  # of the surroundings [N/m³]
 few = settings(max_examples=4, phases=[Phase.explicit, Phase.generate])  # of ten points each

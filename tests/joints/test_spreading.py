@@ -5,7 +5,7 @@ import pytest
 
 from masonry_fem.errors import LawError
 from masonry_fem.joints import FremondCangemi, probe
-from masonry_fem.joints.spreading import path_laplacian
+from tests.joints.samples import path_laplacian
 
 C, ENERGY = 1e10, 50.0
 U0 = np.sqrt(ENERGY / C)

@@ -222,7 +222,7 @@ def wall(friction: float, courses: int, angle: float) -> LimitProblem:
     return problem(scene(stones, joints=(Joint(friction=friction),)), accelerated(np.cos(a), np.sin(a)))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(
     friction=st.floats(0.1, 1.5),
     courses=st.integers(1, 4),

@@ -80,7 +80,8 @@ def energy(tape: Tape) -> np.ndarray:
     return kinetic - np.cumsum([report.external_work for report in tape.reports])
 
 
-@pytest.mark.parametrize(("step", "every"), [(4e-3, 2), pytest.param(1e-3, 5, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize(("step", "every"), [(4e-3, 2), (1e-3, 5)])
 def test_a_block_slides_off_a_table_and_lands_on_another(step: float, every: int) -> None:
     """Contacts vanish and appear; all the energy goes in friction and in the impact."""
     tape, made = rigid(
@@ -272,6 +273,7 @@ def test_what_cannot_be_found_anew_is_refused() -> None:
         )
 
 
+@pytest.mark.slow
 def test_results_are_written_for_contacts_that_change(tmp_path: Any) -> None:
     made = run(
         Scene(

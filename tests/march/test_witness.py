@@ -109,7 +109,7 @@ def springing(fidelity: str, move: float, update: str = "moving") -> RunResult:
     )
 
 
-@pytest.mark.parametrize("move", [0.001, 0.05])
+@pytest.mark.parametrize("move", [0.001, pytest.param(0.05, marks=pytest.mark.slow)])
 def test_elastic_voussoirs_that_turn_have_the_thrust_of_rigid_ones(move: float) -> None:
     elastic, rigid = springing("elastic", move), springing("rigid", move)
     thrusts = [abs(one.summary.supports["a.springing_left"].force[0]) for one in (elastic, rigid)]
@@ -118,7 +118,7 @@ def test_elastic_voussoirs_that_turn_have_the_thrust_of_rigid_ones(move: float) 
     assert written(elastic).turning.value == 0
 
 
-@pytest.mark.parametrize(("move", "told"), [(0.001, False), (0.05, True)])
+@pytest.mark.parametrize(("move", "told"), [(0.001, False), pytest.param(0.05, True, marks=pytest.mark.slow)])
 def test_stones_that_should_turn_are_told_by_what_it_does(
     move: float, told: bool, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -318,7 +318,10 @@ def test_contact_part_keeps_the_laws_and_bodies_balance(family, method, d, seed)
     assert balance <= 1.001 * tolerance
 
 
-@pytest.mark.parametrize(("family", "method", "d"), CRAWLS)
+@pytest.mark.parametrize(
+    ("family", "method", "d"),
+    [pytest.param(*one, marks=pytest.mark.slow if one[0] == "hyperstatic" else ()) for one in CRAWLS],
+)
 def test_what_sweeps_do_not_end_is_measured(family, method, d):
     rng = np.random.default_rng(1)
     problem = glued(FAMILIES[family](rng, d), rng)

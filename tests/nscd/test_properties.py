@@ -131,7 +131,8 @@ def test_a_solution_is_a_fixed_point(family, method, d, seed):
 
 
 @pytest.mark.parametrize(
-    ("method", "d", "seed"), [("nsgs", 2, 1), ("nsgs", 3, 1), ("newton", 2, 1), ("newton", 3, 0)]
+    ("method", "d", "seed"),
+    [("nsgs", 2, 1), ("nsgs", 3, 1), ("newton", 2, 1), pytest.param("newton", 3, 0, marks=pytest.mark.slow)],
 )
 def test_a_method_that_gives_up_says_so(method, d, seed):
     problem, _ = made("elastic dynamics", d, seed)

@@ -116,12 +116,14 @@ def test_what_no_file_makes_is_refused(said):
     assert "weights" in done.stderr
 
 
+@pytest.mark.slow
 def test_what_a_file_lacks_is_said(said):
     done = said(COMMAND, "")
     assert done.returncode == 1
     assert "weights.py has no function recorder, expected one that makes the output 'weights'" in done.stderr
 
 
+@pytest.mark.slow
 def test_what_a_recorder_lacks_is_said(said):
     done = said(COMMAND, FILE.replace("def close", "def closed").replace("dense = False", ""))
     assert done.returncode == 1

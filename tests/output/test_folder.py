@@ -11,9 +11,11 @@ from pathlib import Path
 
 import pytest
 
+from masonry_fem.analyses.run import run
 from masonry_fem.errors import OutputError
 from masonry_fem.host.atomic import write_atomic
 from masonry_fem.output.folder import Folder, listed, refuse_busy, unfinished, writer_of
+from masonry_fem.scene import load
 
 SCENE = """
 title = "pier"
@@ -190,15 +192,14 @@ def test_the_command_line_says_who_writes(holder, tmp_path):
 def test_a_file_without_room_is_one_sentence(tmp_path):
     """A limit on the size of files, which the system enforces as it does a full disk."""
     (tmp_path / "pier.toml").write_text(SCENE)
-    run = ("run", tmp_path / "pier.toml", "--out", tmp_path / "out")
-    assert command(*run).returncode == 0
+    run(load(tmp_path / "pier.toml"), tmp_path / "out")
     before = names(tmp_path / "out")
     assert "history.csv" in before
 
     def small():
         resource.setrlimit(resource.RLIMIT_FSIZE, (600, 600))
 
-    done = command(*run, preexec_fn=small)
+    done = command("run", tmp_path / "pier.toml", "--out", tmp_path / "out", preexec_fn=small)
     assert done.returncode == 1
     assert done.stderr.count("\n") == 1
     assert "cannot be written: File too large; free some space, or choose another place" in done.stderr

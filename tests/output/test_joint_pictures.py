@@ -244,6 +244,7 @@ def test_a_cut_along_joints_shows_the_blocks_behind():
         assert area_of(section) == pytest.approx(len(expected), rel=1e-5)
 
 
+@pytest.mark.slow
 @draws
 def test_pictures_of_cuts(cube: RunResult, tmp_path):
     plane = Plane("mid", (0.5, 0.5, 0.5), (0.0, -1.0, 0.0), ("von_mises", "vertical", "greatest", "least"))

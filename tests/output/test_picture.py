@@ -125,6 +125,7 @@ def test_a_structure_at_rest_without_forces_can_be_drawn(elastic, tmp_path):
     assert len(picture.draw_all(Scenery.of(model, state), tmp_path)) == 6
 
 
+@pytest.mark.slow
 @draws
 @pytest.mark.parametrize("dimension", [2], indirect=True)
 def test_a_results_folder_can_be_drawn_again(elastic, report, tmp_path):

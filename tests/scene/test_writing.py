@@ -84,7 +84,7 @@ SCENE = typing.cast(inspect.StructType, inspect.type_info(Scene))
 SCENES = st.sampled_from([2, 3]).flatmap(lambda dimension: tables(SCENE, dimension))
 
 
-@settings(suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large], max_examples=40)
+@settings(suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large], max_examples=20)
 @given(SCENES)
 def test_any_scene_survives_writing_and_reading(tree):
     fitting = fitted(tree, SCENE, (), tree["dimension"])

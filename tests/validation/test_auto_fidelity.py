@@ -183,6 +183,7 @@ def test_stones_without_a_law_stay_elastic_and_turn():
     assert np.array_equal(displacements(auto), displacements(elastic))
 
 
+@pytest.mark.slow
 def test_a_falling_stone_is_crushed_in_dynamics_as_an_inelastic_one():
     def scene(fidelity: str) -> Scene:
         made = column(fidelity, count=2)

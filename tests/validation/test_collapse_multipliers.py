@@ -156,7 +156,9 @@ def test_a4_1_wall_of_five_by_six() -> None:
     assert found.summary.limit_multiplier == pytest.approx(0.64286, abs=1e-5)
 
 
-@pytest.mark.parametrize(("height", "stands"), [(1.30, True), (1.35, False)])
+@pytest.mark.parametrize(
+    ("height", "stands"), [pytest.param(1.30, True, marks=pytest.mark.slow), (1.35, False)]
+)
 def test_a6_2_portal(height: float, stands: bool) -> None:
     """Piers of 0.3 carry the arch up to 1.3227 R: at 1.35 it falls without any push, about the outer toes."""
     portal = PortalStructure(

@@ -264,6 +264,7 @@ def bent(end_forces: dict[float, np.ndarray], count: int = 20) -> RunResult:
     )
 
 
+@pytest.mark.slow
 def test_force_that_bends_glued_stones_to_a_right_angle() -> None:
     """It is dead, and points down and back by 45 degrees; P L²/EI = 3.848."""
     direction = np.array([-1.0, -1.0]) / np.sqrt(2)

@@ -123,6 +123,7 @@ def pressed(
     return result, np.array(curve.rows)
 
 
+@pytest.mark.slow
 def test_the_stresses_in_the_middle_of_an_elastic_disc(tmp_path):
     """Tension and pressure, within 0.1 % on 32 rows of Q2 elements along the radius."""
     off = []

@@ -104,6 +104,7 @@ def test_the_limit_pressure_of_tresca_and_of_mises(tmp_path, law, strength):
     assert np.log2(over[0] / over[1]) > 1.8, over
 
 
+@pytest.mark.slow
 def test_the_elastic_plastic_ring(tmp_path):
     """Radius of the plastic zone, and displacement of the elastic one, at a pressure before the limit."""
     off = []

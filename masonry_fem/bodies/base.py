@@ -439,6 +439,11 @@ class Nonlinear(Protocol):
         """What they are made of, for reports: the law by which they yield."""
         ...
 
+    @property
+    def softens(self) -> bool:
+        """Whether their material loses strength as it is strained further."""
+        ...
+
     def effort(self, after: State, scheme: Scheme) -> FloatArray:
         """Size of the impulses of the blocks' stresses on their nodes, shape (b,) [N s]."""
         ...

@@ -45,6 +45,12 @@ class OwnMaterial(MaterialLaw):
         """Those of the law."""
         return self.law.variables
 
+    @property
+    @override
+    def softens(self) -> bool:
+        with self._blamed("softens"):
+            return bool(self.law.softens)
+
     @override
     def initial(self, count: int) -> FloatArray:
         with self._blamed("initial"):

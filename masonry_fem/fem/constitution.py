@@ -86,12 +86,13 @@ class Constitution(ABC):
     Attributes
     ----------
     nonlinear : Whether forces are not linear in displacements, so that steps take rounds.
-    law : Name of the law of its material, for reports.
+    law : Name of the law of its material, for reports. softens : Whether it loses strength.
     warming : Strains that temperature gives the blocks; None: none.
     """
 
     nonlinear: bool
     law: str
+    softens: bool = False
     warming: Warming | None = None
 
     @abstractmethod

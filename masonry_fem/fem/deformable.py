@@ -250,6 +250,11 @@ class Deformable[S: Deformed](Meshed[S]):
         """The law of their material, for reports."""
         return self.constitution.law
 
+    @property
+    def softens(self) -> bool:
+        """Whether their material loses strength as it is strained further."""
+        return self.constitution.softens
+
     def velocity_parts(self, state: S) -> tuple[FloatArray, FloatArray]:
         """The state's velocity as U (b, m) and u_el (b, n)."""
         return state.rigid_velocity, state.velocity

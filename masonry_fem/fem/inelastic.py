@@ -50,7 +50,7 @@ class Inelasticity(Constitution):
         material = operators.material
         assert material.law is not None  # the fidelity sees to it
         self._operators, self._law = operators, material.law
-        self.law, self.warming = material.law.name, warming
+        self.law, self.softens, self.warming = material.law.name, material.law.softens, warming
         self._elastic = Isotropic.of(material.young, material.poisson)
         self._law.refuse(self._elastic, self.strains.band.ravel())
 

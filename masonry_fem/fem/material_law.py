@@ -108,6 +108,11 @@ class MaterialLaw(ABC):
         """Refuse parameters out of their range."""
         check_ranges(self)
 
+    @property
+    def softens(self) -> bool:
+        """Whether it loses strength as it is strained further; a message on missing balance depends on it."""
+        return False
+
     def initial(self, count: int) -> FloatArray:
         """Internal variables of the fresh material at ``count`` points, shape (count, k)."""
         return np.zeros((count, self.variables))

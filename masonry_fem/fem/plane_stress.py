@@ -48,6 +48,11 @@ class PlaneStress(MaterialLaw):
         """Those of the law, and ε_zz."""
         return self.law.variables + 1
 
+    @property
+    @override
+    def softens(self) -> bool:
+        return self.law.softens
+
     @override
     def initial(self, count: int) -> FloatArray:
         return np.column_stack([self.law.initial(count), np.zeros(count)])

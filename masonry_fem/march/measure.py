@@ -96,9 +96,10 @@ def _unsettled(model: Model, made: Increment) -> str:
             f"no load factor was found that takes the control, a point of '{name}', to its place: the load "
             "does not move it"
         )
+    rounds = "1 round" if len(made.residuals) == 1 else f"{len(made.residuals)} rounds"
     return (
         f"the stresses of '{name}' ({nonlinear(group).material_name}) leave {made.residuals[-1]:.1e} of "
-        f"balance after {len(made.residuals)} rounds: it yields more than its neighbours can bear"
+        f"balance after {rounds}"
     )
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from masonry_fem.bodies.base import nonlinear
 from masonry_fem.march.ledger import Ledger
 from masonry_fem.march.measure import moving_blocks
 from masonry_fem.march.model import Model
@@ -54,11 +55,11 @@ def sentence(verdict: Verdict, end: End) -> str:
     if verdict == "equilibrium":
         return f"Equilibrium after {end.report.so_far}{_missing(end.ledger)}."
     if verdict == "finished":
-        return f"Reached {_when(end.report, end.made)} in {end.report.so_far}."
+        return f"Reached {_when(end.report.time, end.made)} in {end.report.so_far}."
     if verdict == "no_equilibrium":
         return _no_equilibrium(end.report, end.moving(verdict))
     if end.report.unsettled:
-        return _unsettled(end.report, end.made)
+        return _unsettled(end)
     return _open(end) if end.report.outcome.solved else _unsolved(end)
 
 
@@ -109,19 +110,59 @@ def _missing(ledger: Ledger) -> str:
     )
 
 
-def _unsettled(report: StepReport, made: Increment) -> str:
-    """Which stone yields without end, at what load, and what may be done."""
+def _unsettled(end: End) -> str:
+    """Which stone was not brought to balance, at what load, what was reached, and what may be done."""
+    report, made = end.report, end.made
+    if made.before.index == 0:
+        kept = "Nothing was in balance before, so that what is written is not in balance"
+    else:
+        kept = f"The last state in balance, at {_when(made.before.time, made)}, is what is written"
+    return f"Step {report.step}, {_when(report.time, made)}: {report.unsettled}. {kept}. {_onward(end)}"
+
+
+def _onward(end: End) -> str:
+    """Why stresses came to no balance, and what may be done."""
+    made, model = end.made, end.model
+    if model.control is not None:
+        return _along_path(made, model)
+    if made.scheme.inertia:
+        return "The stone yields too far in one step: take shorter steps."
+    (softens,) = (nonlinear(group).softens for group in model.groups if made.unsettled in group.blocks)
+    if softens:
+        why = (
+            "The stone loses strength as it cracks: past a peak, and where the structure snaps back, no "
+            "greater load has an equilibrium near by. Let the load follow from the opening of the crack "
+            "(analysis.kind = 'path'), prescribe a displacement instead of a load, or run dynamics to watch "
+            "the stone break"
+        )
+    else:
+        why = (
+            "The stone flows, and no load beyond its limit has an equilibrium. Prescribe a displacement "
+            "instead of a load to see what it bears at most, or run dynamics to watch it flow"
+        )
     return (
-        f"Step {report.step}, {_when(report, made)}: {report.unsettled}, "
-        f"or the step is too long. What was reached before, at {made.before.time:.6g}, is the last state in "
-        "balance; take more and shorter steps, prescribe a displacement instead of a load, let the load "
-        "follow from the opening of a crack (analysis.kind = 'path'), or run dynamics to watch the collapse."
+        f"{why}. If it should bear this load, take more load steps, and see whether strengths and loads have "
+        "the right units."
     )
 
 
-def _when(report: StepReport, made: Increment) -> str:
-    """The time at the end of a step, as it is called there."""
-    return f"load factor {report.time:.6g}" if made.scheme.inertia == 0 else f"t = {report.time:.6g} s"
+def _along_path(made: Increment, model: Model) -> str:
+    """What may be done where a path ends."""
+    if made.solution.outcome.moves or not any(group.deforms for group in model.groups):
+        return (
+            "Blocks move there as rigid bodies, and no load factor tells how far: a path cannot follow "
+            "mechanisms. Make rigid blocks elastic, hold those that part from the others, or run dynamics."
+        )
+    joints = "" if model.laws.all_plain else ", let joints be dry (paths cannot follow joints that soften)"
+    return (
+        f"Take more load steps{joints}, or let another displacement grow: one that the loads move and that "
+        "never goes back, as the opening of the crack that leads."
+    )
+
+
+def _when(time: float, made: Increment) -> str:
+    """A time [s] as it is called in a step: in statics it is the load factor."""
+    return f"load factor {time:.6g}" if made.scheme.inertia == 0 else f"t = {time:.6g} s"
 
 
 def _restless(report: StepReport, made: Increment, model: Model) -> str:

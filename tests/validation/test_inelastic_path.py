@@ -21,12 +21,14 @@ from masonry_fem.errors import SceneError
 from masonry_fem.march.equilibrium.path import Path
 from masonry_fem.scene.reading import check
 from masonry_fem.scene.specs import (
+    Joint,
     Loads,
     Material,
     MeshSettings,
     Motion,
     Probe,
     Scene,
+    Statics,
     Support,
     Table,
     Traction,
@@ -107,6 +109,30 @@ def test_a_control_that_no_load_moves_is_told():
     result, _ = followed(sideways)
     assert result.outcome == "no_convergence"
     assert "no load factor was found that takes the control, a point of 'bar', to its place" in result.message
+
+
+def test_a_peak_is_told_and_what_leads_past_it():
+    """In statics the load ends at the strength; nothing balances beyond."""
+    scene = hung()
+    pull = Traction(on="bar/top", vector=(0.0, 2 * STRENGTH))
+    loads = msgspec.structs.replace(scene.loads, tractions=(pull,))
+    result, _ = followed(msgspec.structs.replace(scene, loads=loads, analysis=Statics(load_steps=1)))
+    assert result.outcome == "no_convergence"
+    reached = result.march.state.time
+    peak = (STRENGTH + WEIGHT * ROW / 2) / (2 * STRENGTH)
+    assert peak - 1 / 32 <= reached <= peak
+    assert f"The last state in balance, at load factor {reached:.6g}, is what is written" in result.message
+    assert "past a peak" in result.message
+    assert "analysis.kind = 'path'" in result.message
+
+
+def test_a_path_of_rigid_blocks_is_told():
+    scene = hung(load_steps=1)
+    floor = BlockStructure(name="floor", material="m", size=(ROW, ROW), position=(0.0, -ROW), support=True)
+    stones = {"structures": (*scene.structures, floor), "supports": (), "joints": (Joint(friction=0.5),)}
+    result, _ = followed(msgspec.structs.replace(scene, fidelity="rigid", **stones))
+    assert result.outcome == "no_convergence"
+    assert "a path cannot follow mechanisms" in result.message
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from masonry_fem.analyses.run import RunResult, solve_scene
 from masonry_fem.errors import SceneError
 from masonry_fem.march.equilibrium.dynamics import Dynamics
 from masonry_fem.march.equilibrium.path import Path
+from masonry_fem.march.rounds import NEWTON_TOLERANCE
 from masonry_fem.scene.reading import check
 from masonry_fem.scene.specs import (
     Joint,
@@ -97,6 +99,26 @@ def test_heat_is_all_that_acts_on_a_stone_on_its_ground(d, fidelity):
     heat = Loads(temperatures=(Temperature(on="*", change=CHANGE),))
     result = bar((), d, stone, fidelity=fidelity, structures=(stones,), probes=(), loads=heat)
     nothing_is_left_open(result)
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_what_leaves_balance_beside_heat_is_seen(d):
+    """A node of a free stone is moved by 1e-9 of what the stone expands: rounds would go on."""
+    stone = yielding("drucker_prager", cohesion=1e6, friction_angle=30.0)
+    last = bar(("left", "bottom", "front")[:d], d, stone, fidelity="inelastic").march
+    (group,), made = last.model.groups, last.last
+    ((before,), (after,)), scheme = (made.before.bodies, made.after.bodies), made.scheme
+
+    def left(share: float) -> float:
+        velocity = after.velocity.copy()
+        velocity[:, -1] += share * STRAIN * SIZE[0] / scheme.step
+        moved = group.between(before, after, replace(after, velocity=velocity), 1.0, scheme)
+        still = np.zeros_like(moved.rigid_velocity)
+        found = group.imbalance(before, before, moved, group.no_force(), still, None, scheme)
+        return float((found / group.effort(moved, scheme)).max())
+
+    assert left(0.0) <= 1e-3 * NEWTON_TOLERANCE
+    assert left(1e-9) >= 10 * NEWTON_TOLERANCE
 
 
 def test_plane_strain_holds_what_goes_out_of_the_plane():

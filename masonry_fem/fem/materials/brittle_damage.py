@@ -64,6 +64,11 @@ class BrittleDamage(MaterialLaw):
     name: ClassVar[str] = "brittle_damage"
     variables: ClassVar[int] = 2  # greatest r so far (0: never above f_t) and d
 
+    @property
+    @override
+    def softens(self) -> bool:
+        return True
+
     @override
     def refuse(self, elastic: Isotropic, size: FloatArray) -> None:
         if elastic.poisson < 0:

@@ -99,6 +99,11 @@ class DamagePlasticity(Plastic):
     name: ClassVar[str] = "damage_plasticity"
     variables: ClassVar[int] = 9  # those of Plastic, λ, damage
 
+    @property
+    @override
+    def softens(self) -> bool:
+        return True
+
     def __post_init__(self) -> None:
         """Refuse parameters out of their range, a dilatancy above the friction, and too much tension."""
         super(DamagePlasticity, self).__post_init__()  # with slots the class is another

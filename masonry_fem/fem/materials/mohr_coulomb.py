@@ -119,8 +119,8 @@ class MohrCoulomb(Plastic):
             )
 
     @property
+    @override
     def softens(self) -> bool:
-        """Whether strength is lost."""
         return self.fracture_energy is not None or self.shear_fracture_energy is not None
 
     @property

@@ -49,8 +49,14 @@ def moment(arms: FloatArray, forces: FloatArray) -> FloatArray:
     arms : From the centre to where the forces act, shape (..., d) [m].
     forces : Forces, shape (..., d) [N].
     """
-    turned: FloatArray = np.einsum("...dr,...d->...r", lever(arms), forces)
-    return turned
+    from masonry_fem.bodies.motions import moments  # noqa: PLC0415 - Numba is slow to import
+
+    shape = np.broadcast_shapes(arms.shape, forces.shape)
+    rows = (
+        np.ascontiguousarray(np.broadcast_to(one, shape)).reshape(-1, shape[-1]) for one in (arms, forces)
+    )
+    turned: FloatArray = moments(*rows)
+    return turned.reshape(*shape[:-1], turned.shape[-1])
 
 
 def exponential(vectors: FloatArray) -> FloatArray:

@@ -16,7 +16,7 @@ import numpy as np
 
 from masonry_fem.bodies.base import FloatArray, Free, IntArray, Scheme, StepEnergy
 from masonry_fem.bodies.rotation import between, change, spin_count, turned_by
-from masonry_fem.bodies.undeformed import Placed, Undeformed, translation_and_spin
+from masonry_fem.bodies.undeformed import Placed, Undeformed
 from masonry_fem.errors import SceneError
 from masonry_fem.solid.assembly import Assembly
 
@@ -135,9 +135,9 @@ class SupportGroup(Undeformed):
         velocity = self._forward_velocity(0.0, DERIVATIVE_STEP)
         return SupportState(0.0, np.zeros_like(self.centres), turned, velocity)
 
-    def velocity_map(self, state: Placed, bodies: IntArray, points: FloatArray) -> FloatArray:
-        """Velocity at current points of ``bodies`` for unit U, world axes, shape (k, d, m)."""
-        return translation_and_spin(points - self.positions_of_centres(state)[bodies])
+    def spin_axes(self, state: Placed) -> tuple[FloatArray, FloatArray]:
+        """The world axes: velocities of a support are plain."""
+        return np.tile(np.eye(3), (self.count, 1, 1)), np.ones((self.count, self.freedoms))
 
     # --- the given motion -------------------------------------------------------------------------
 

@@ -70,17 +70,42 @@ def spun(
 @compiled
 def _turned_back(turn: FloatArray, vector: FloatArray, out: FloatArray) -> None:
     """Rᵀ x into ``out``, R being the rotation by a vector (3,) [rad] (Rodrigues)."""
-    angle = math.sqrt(turn[0] ** 2 + turn[1] ** 2 + turn[2] ** 2)
-    # sin(a)/a and (1 − cos a)/a² = ½ [sin(a/2)/(a/2)]², in which nothing cancels
-    sine = math.sin(angle) / angle if angle > 0 else 1.0
-    half = math.sin(0.5 * angle) / (0.5 * angle) if angle > 0 else 1.0
+    sine, versine = _shares(turn)
     x = turn[1] * vector[2] - turn[2] * vector[1]
     y = turn[2] * vector[0] - turn[0] * vector[2]
     z = turn[0] * vector[1] - turn[1] * vector[0]
-    versine = 0.5 * half * half
     out[0] = vector[0] - sine * x + versine * (turn[1] * z - turn[2] * y)
     out[1] = vector[1] - sine * y + versine * (turn[2] * x - turn[0] * z)
     out[2] = vector[2] - sine * z + versine * (turn[0] * y - turn[1] * x)
+
+
+@compiled
+def _shares(turn: FloatArray) -> tuple[float, float]:
+    """sin(a)/a and (1 − cos a)/a² of a rotation vector as long as a [rad]; nothing cancels in them."""
+    angle = math.sqrt(turn[0] ** 2 + turn[1] ** 2 + turn[2] ** 2)
+    if angle == 0:
+        return 1.0, 0.5
+    half = math.sin(0.5 * angle) / (0.5 * angle)
+    return math.sin(angle) / angle, 0.5 * half * half
+
+
+@compiled
+def turns(vectors: FloatArray) -> FloatArray:
+    """R − 1 of rotation vectors in 3D, shape (k, 3, 3) for (k, 3) [rad]."""
+    changed = np.empty((len(vectors), 3, 3))
+    axial = np.zeros((3, 3))
+    for row in range(len(vectors)):
+        vector = vectors[row]
+        sine, versine = _shares(vector)
+        axial[0, 1], axial[0, 2], axial[1, 2] = -vector[2], vector[1], -vector[0]
+        axial[1, 0], axial[2, 0], axial[2, 1] = vector[2], -vector[1], vector[0]
+        for i in range(3):
+            for j in range(3):
+                square = 0.0
+                for k in range(3):
+                    square += axial[i, k] * axial[k, j]
+                changed[row, i, j] = sine * axial[i, j] + versine * square
+    return changed
 
 
 @compiled
@@ -161,3 +186,57 @@ def moments(arms: FloatArray, forces: FloatArray) -> FloatArray:
             result[row, 1] = a[2] * f[0] - a[0] * f[2]
             result[row, 2] = a[0] * f[1] - a[1] * f[0]
     return result
+
+
+@compiled
+def turned_moments(force: FloatArray, rotation: FloatArray) -> FloatArray:
+    """Moments of force arrays about the centres of blocks that have turned, shape (b, 1 or 3) [N m].
+
+    Parameters
+    ----------
+    force : Force F and dyadic Σ r ⊗ f of arms in the reference, by block, shape (b, d + d²).
+    rotation : R of the blocks, shape (b, d, d).
+    """
+    b, d, _ = rotation.shape
+    result = np.empty((b, 1 if d == 2 else 3))
+    dyadic = np.empty((d, d))
+    for block in range(b):
+        for i in range(d):
+            for j in range(d):
+                dyadic[i, j] = 0.0
+                for k in range(d):
+                    dyadic[i, j] += rotation[block, i, k] * force[block, d + d * k + j]
+        if d == 2:
+            result[block, 0] = dyadic[0, 1] - dyadic[1, 0]
+        else:
+            result[block, 0] = dyadic[1, 2] - dyadic[2, 1]
+            result[block, 1] = dyadic[2, 0] - dyadic[0, 2]
+            result[block, 2] = dyadic[0, 1] - dyadic[1, 0]
+    return result
+
+
+@compiled
+def wrenches(blocks: IntArray, arms: FloatArray, force: FloatArray, count: int) -> FloatArray:
+    """Forces and moments about the origin that contacts give to each of ``count`` blocks, shape (b, m).
+
+    Parameters
+    ----------
+    blocks : Candidate and antagonist of each contact, shape (c, 2).
+    arms : Where the force acts on each of them, shape (c, 2, d) [m].
+    force : On the candidate, world axes; its opposite acts on the antagonist, shape (c, d) [N].
+    """
+    c, _, d = arms.shape
+    total = np.zeros((count, 3 if d == 2 else 6))
+    for contact in range(c):
+        f = force[contact]
+        for side in range(2):
+            own, a, sign = total[blocks[contact, side]], arms[contact, side], 1.0 - 2.0 * side
+            for axis in range(d):
+                own[axis] += sign * f[axis]
+            if d == 2:
+                own[2] += sign * (a[0] * f[1] - a[1] * f[0])
+            else:
+                own[3] += sign * (a[1] * f[2] - a[2] * f[1])
+                own[4] += sign * (a[2] * f[0] - a[0] * f[2])
+                own[5] += sign * (a[0] * f[1] - a[1] * f[0])
+    return total

@@ -20,6 +20,7 @@ import numpy as np
 from masonry_fem.bodies.base import FloatArray, Free, IntArray, Scheme, StepEnergy
 from masonry_fem.bodies.inertia import inertia_of
 from masonry_fem.bodies.rotation import (
+    IDENTITY,
     SPIN_ITERATIONS,
     SPIN_TOLERANCE,
     between,
@@ -49,7 +50,7 @@ class RigidState:
     @property
     def rotation(self) -> FloatArray:
         """R, shape (b, d, d)."""
-        rotation: FloatArray = np.eye(self.turned.shape[1]) + self.turned
+        rotation: FloatArray = IDENTITY[self.turned.shape[1]] + self.turned
         return rotation
 
 
@@ -112,6 +113,8 @@ class RigidGroup(Undeformed):
         self._scale: FloatArray = np.sqrt(np.concatenate([mass_columns, self.inertia], axis=1))
         self._radii: FloatArray = np.sqrt(self.inertia)
         self.turns = turns
+        # the last answer of _coasting_velocity with what it is for: a step and its measures ask five times
+        self._coasted: tuple[RigidState, Scheme, FloatArray] | None = None
 
     def rest(self) -> RigidState:
         """The state of reference: in place, at rest."""
@@ -198,13 +201,17 @@ class RigidGroup(Undeformed):
         d = self.dimension
         if d == 2 or scheme.inertia == 0:
             return state.velocity
+        if self._coasted is not None and self._coasted[0] is state and self._coasted[1] == scheme:
+            return self._coasted[2]
         from masonry_fem.bodies.motions import spun  # noqa: PLC0415 - Numba is slow to import
 
         axes = self._current_axes(state.rotation)
         start = np.ascontiguousarray(state.velocity[:, d:])
         h, theta = float(scheme.step), float(scheme.theta)
         spin = spun(axes, self._radii, start, h, theta, SPIN_ITERATIONS, SPIN_TOLERANCE)
-        return np.concatenate([state.velocity[:, :d], spin], axis=1)
+        velocity = np.concatenate([state.velocity[:, :d], spin], axis=1)
+        self._coasted = state, scheme, velocity
+        return velocity
 
     def _turn(self, state: RigidState, axes: FloatArray, spin: FloatArray, scheme: Scheme) -> FloatArray:
         """Rotation vector of a step that ends with scaled spins U_r, world axes, (b, 1 or 3) [rad]."""

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from masonry_fem.bodies.base import FloatArray, Free, IntArray, Scheme, StepEnergy
-from masonry_fem.bodies.rotation import between, change, spin_count, turned_by
+from masonry_fem.bodies.rotation import IDENTITY, between, change, spin_count, turned_by
 from masonry_fem.bodies.undeformed import Placed, Undeformed
 from masonry_fem.errors import SceneError
 from masonry_fem.solid.assembly import Assembly
@@ -77,7 +77,7 @@ class SupportState:
     @property
     def rotation(self) -> FloatArray:
         """R, shape (b, d, d)."""
-        rotation: FloatArray = np.eye(self.turned.shape[1]) + self.turned
+        rotation: FloatArray = IDENTITY[self.turned.shape[1]] + self.turned
         return rotation
 
 
@@ -167,6 +167,8 @@ class SupportGroup(Undeformed):
         self, shift: FloatArray, turned: FloatArray, pose: tuple[FloatArray, FloatArray], step: float
     ) -> FloatArray:
         """Constant U that carries a pose into another within a step, shape (b, m)."""
+        if not any(part.any() for part in (shift, turned, *pose)):  # held where it was
+            return np.zeros((self.count, self.freedoms))
         turn = turned_by(between(turned, pose[1]))
         mean: FloatArray = np.concatenate([pose[0] - shift, turn], axis=1) / step
         return mean

@@ -145,18 +145,21 @@ class Undeformed(ABC):
 
     def moments(self, force: FloatArray, rotation: FloatArray) -> FloatArray:
         """Moments of forces about the centres of blocks that have turned, shape (b, 1 or 3) [N m]."""
-        d = self.dimension
-        dyadic = rotation @ force[:, d:].reshape(-1, d, d)
-        turning = dyadic - np.swapaxes(dyadic, 1, 2)
-        if d == 2:
-            return turning[:, 0, 1, None]
-        return np.stack([turning[:, 1, 2], turning[:, 2, 0], turning[:, 0, 1]], axis=1)
+        from masonry_fem.bodies.motions import turned_moments  # noqa: PLC0415 - Numba is slow to import
+
+        turned: FloatArray = turned_moments(force, rotation)
+        return turned
 
     def arms(self, state: Placed | None) -> tuple[FloatArray, FloatArray]:
         """How lever arms have turned, (b, d, d), and where they begin, (b, d) [m]; None: in the reference."""
         if state is not None and self.turns:
             return state.rotation, self.positions_of_centres(state)
-        return np.broadcast_to(np.eye(self.dimension), (self.count, *2 * (self.dimension,))), self.centres
+        return self._unturned, self.centres
+
+    @cached_property
+    def _unturned(self) -> FloatArray:
+        """Rotations in the reference, shape (b, d, d)."""
+        return np.tile(np.eye(self.dimension), (self.count, 1, 1))
 
     def resultant(self, force: FloatArray, state: Placed | None = None) -> FloatArray:
         """Force and moment about the world origin, arms as in ``state``, shape (b, m) [N, N m]."""

@@ -8,6 +8,7 @@ The velocities are made anew from the problem, and no solver's word is taken for
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -59,7 +60,7 @@ class Quality:
     @property
     def error(self) -> float:
         """What the tolerance bounds: the worst of the unit-free measures (inf where not finite)."""
-        return max(self._measures) if np.isfinite(sum(self._measures)) else np.inf
+        return max(self._measures) if math.isfinite(sum(self._measures)) else math.inf
 
     @property
     def _measures(self) -> tuple[float, float, float]:

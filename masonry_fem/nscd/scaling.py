@@ -88,6 +88,8 @@ def diagonal_blocks(matrix: sparse.bsr_array, count: int, dimension: int) -> Flo
     count, dimension : c and d.
     """
     blocks = np.zeros((count, dimension, dimension))
+    if matrix.nnz == 0:
+        return blocks
     rows = np.repeat(np.arange(count), np.diff(matrix.indptr)) if count else np.zeros(0, dtype=np.int64)
     stored = np.flatnonzero(rows == matrix.indices)
     np.add.at(blocks, rows[stored], matrix.data[stored])

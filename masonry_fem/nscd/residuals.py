@@ -222,7 +222,7 @@ class _State:
             return 0.0
         from masonry_fem.nscd.transfer import largest_side  # noqa: PLC0415 - Numba is slow to import
 
-        sides = largest_side(self.problem.rigid_map, np.ascontiguousarray(self.impulse))
+        sides = float(largest_side(self.problem.rigid_map, np.ascontiguousarray(self.impulse)))
         return max(sides, *map(_longest, (self.given, self.problem.rigid_impulse, self.gained)))
 
 

@@ -43,7 +43,7 @@ def test_what_is_no_number_is_not_taken_for_small():
 def test_spectral_norms_are_largest_singular_values(dimension):
     blocks = np.random.default_rng(0).normal(size=(200, dimension, dimension))
     blocks[::3] = blocks[::3] @ blocks[::3].transpose(0, 2, 1)
-    blocks[:4] = 0.0, np.eye(dimension), np.ones((dimension, dimension)), 1e-170 * np.eye(dimension)
+    blocks[0], blocks[1], blocks[2], blocks[3] = 0.0, np.eye(dimension), 1.0, 1e-170 * np.eye(dimension)
     expected = np.linalg.norm(blocks, 2, axis=(1, 2))
     np.testing.assert_allclose(spectral_norms(blocks), expected, rtol=1e-13)
 

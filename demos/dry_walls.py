@@ -90,7 +90,7 @@ def main(
 def pushed(
     vertical: float, steps: int, folder: Path, changes: Sequence[str] = (), share: float = 0.42
 ) -> Curve:
-    """One wall, read from what its run has written; ``share`` is the last horizontal force over the vertical."""
+    """One wall, read from what its run has written; ``share``: last horizontal force over the vertical."""
     line = 1e3 * vertical / THICKNESS  # [N/m]
     settings = (
         f"loads.points.0.vector=[0.0, {-line}]",

@@ -3,7 +3,7 @@
 The tests of Vasconcelos (2005, walls WS) and Lourenço et al. (2005, walls SW): a constant vertical load on a
 beam that may turn, and a horizontal force at its half height. Nothing but balance, friction and unilateral
 contact decides such peaks, if stones neither crack nor are crushed. How stiff the walls are at first is what
-their joints give way, in closing and in shear: stones of ``demos/dry_walls.toml``, of granite and of sandstone.
+their joints give way, in closing and in shear: ``demos/dry_walls.toml``, of granite and of sandstone.
 """
 
 from __future__ import annotations
@@ -124,7 +124,7 @@ MEANS = [("WS", load, stiffness) for load, (_, stiffness) in dry_walls.MEASURED.
 
 @pytest.mark.parametrize(("kind", "load", "tested"), [*MEANS, ("SW", 30, 15.4), ("SW", 100, 14.3)])
 def test_first_stiffness_is_that_of_joints_that_close(tmp_path, kind, load, tested):
-    """One joint a stone: the closure is fitted to moduli under pressure, its share in shear once for all loads.
+    """The closure is fitted to moduli under pressure, its share in shear is one for all loads of a stone.
 
     ``tested`` is the mean of the measured ones [kN/mm].
     """

@@ -48,7 +48,12 @@ POINTS = Path(__file__).with_suffix(".csv")  # some of each measured envelope
 THICKNESS = 0.2
 # vertical load [kN] to the means of the measured peaks [kN] and first stiffnesses [kN/mm]
 MEASURED = {40: (16.3, 10.7), 100: (39.4, 16.1), 175: (66.5, 21.5), 250: (90.2, 22.1)}
-SHARES = {40: 0.42, 100: 0.42, 175: 0.308, 250: 0.308}  # last horizontal force over the load
+SHARES: dict[float, float] = {
+    40: 0.42,
+    100: 0.42,
+    175: 0.308,
+    250: 0.308,
+}  # last horizontal force over the load
 COLOURS = {40: "#8a8f98", 100: "#1f5fa8", 175: "#e07b1a", 250: "#a1282c"}
 
 

@@ -69,6 +69,7 @@ DEMOS: dict[str, tuple[dict[str, object], dict[str, str]]] = {
     "rubble_wall": ({}, {"rubble_wall": "falls/deformed", "rubble_wall_tilted": "tilted/deformed"}),
     "spreading_arch": ({}, {"spreading_arch": "overview", "spreading_arch_mechanism": "mechanism"}),
     "rocking_column": ({}, {"rocking_column": "rocking_column"}),
+    "dry_walls": ({}, {"dry_walls": "dry_walls"}),
     "split_stone": ({}, {"split_stone": "stone_damage"}),
     "crushed_pillar": ({}, {"crushed_pillar": "stone_plastic_strain"}),
 }

@@ -47,7 +47,7 @@ class Imbalance:
     part : Of each cell in the volume, shape (m,).
     """
 
-    slopes: tuple[sparse.csr_array, ...]
+    slopes: tuple[sparse.csc_array, ...]
     share: tuple[sparse.csr_array, ...]
     bends: FloatArray
     soft: FloatArray
@@ -102,19 +102,21 @@ class Imbalance:
 
 def _corners(
     mesh: Mesh, stiffness: FloatArray, points: FloatArray, inverse: FloatArray, volume: FloatArray
-) -> tuple[tuple[sparse.csr_array, ...], tuple[sparse.csr_array, ...]]:
+) -> tuple[tuple[sparse.csc_array, ...], tuple[sparse.csr_array, ...]]:
     """``slopes`` and ``share`` of the linear functions of corners."""
     simple = lagrange(linear(mesh.cell))
     k, n, m = len(simple.nodes), len(mesh.points), len(mesh.cells)
     corners = mesh.cells[:, :k]
     slope = np.einsum("qkt,mqtd->mqkd", simple.gradients(points), inverse)
-    rows, columns = np.broadcast_to(corners[:, None], slope.shape[:3]).ravel(), np.arange(volume.size)
     scaled = slope * volume[:, :, None, None]
+    # column by column: the k corners of a point's cell, one array of indices for all axes
+    rows = np.broadcast_to(corners[:, None].astype(np.int32), slope.shape[:3]).ravel()
+    start = np.arange(0, len(rows) + 1, k, dtype=np.int32)
     slopes = tuple(
-        sparse.csr_array((along.ravel(), (rows, np.repeat(columns, k))), shape=(n, volume.size))
+        sparse.csc_array((along.ravel(), rows, start), shape=(n, volume.size))
         for along in np.moveaxis(scaled, 3, 0)
     )
-    own = np.einsum("mqkj,ajal,mqkl->amk", scaled, stiffness, slope, optimize=True)
+    own = np.einsum("mkjl,ajal->amk", np.einsum("mqkj,mqkl->mkjl", scaled, slope), stiffness)
     share = []
     for part in own:
         total = np.bincount(corners.ravel(), part.ravel(), n)

@@ -2,7 +2,8 @@
 
 The tests of Vasconcelos (2005, walls WS) and Lourenço et al. (2005, walls SW): a constant vertical load on a
 beam that may turn, and a horizontal force at its half height. Nothing but balance, friction and unilateral
-contact decides such peaks, if stones neither crack nor are crushed.
+contact decides such peaks, if stones neither crack nor are crushed. How stiff the walls are at first is what
+their joints give way, in closing and in shear: ``demos/dry_walls.toml``, of granite and of sandstone.
 """
 
 from __future__ import annotations
@@ -14,7 +15,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from demos import dry_walls
 from masonry_fem.analyses.limit import analyse
+from masonry_fem.joints import fit_closure
 from masonry_fem.scene.reading import check
 from masonry_fem.scene.specs import Joint, Loads, Material, PointForce, Scene, Statics
 from masonry_fem.structures.block import BlockStructure
@@ -99,3 +102,36 @@ def test_what_a_light_load_bore_is_more_than_balance_allows(shared_data):
         assert 0.9 * about_toe[load] < peak("SW", load) < about_toe[load]
     assert np.mean(tested[30e3]) > 1.2 * about_toe[30e3]
     assert np.mean(tested[100e3]) / peak("SW", 100e3) == pytest.approx(0.87, abs=0.02)
+
+
+SANDSTONE = (  # in place of granite
+    "structures.wall.brick=[0.2, 0.1]",
+    "structures.wall.courses=9",
+    "structures.beam.size=[1.0, 0.2]",
+    "structures.beam.position=[0.0, 0.9]",
+    "loads.points.0.point=[0.5, 1.1]",
+    "loads.points.1.point=[0.5, 1.0]",
+    "probes.top.point=[0.5, 1.0]",
+    "materials.granite.young=15.5e9",
+    "materials.granite.density=2300",
+    "joints.0.friction=0.62",
+    "joints.0.closure.shear_ratio=0.4",
+)
+
+
+MEANS = [("WS", load, stiffness) for load, (_, stiffness) in dry_walls.MEASURED.items()]
+
+
+@pytest.mark.parametrize(("kind", "load", "tested"), [*MEANS, ("SW", 30, 15.4), ("SW", 100, 14.3)])
+def test_first_stiffness_is_that_of_joints_that_close(tmp_path, kind, load, tested):
+    """The closure is fitted to moduli under pressure, its share in shear is one for all loads of a stone.
+
+    ``tested`` is the mean of the measured ones [kN/mm].
+    """
+    changes: tuple[str, ...] = ()
+    if kind == "SW":
+        first, greatest = fit_closure([0.15e6, 0.5e6], [566e6, 756e6], 15.5e9, STONE["SW"])
+        closure = (f"normal_stiffness={first}", f"greatest={greatest}")
+        changes = (*SANDSTONE, *(f"joints.0.closure.{one}" for one in closure))
+    wall = dry_walls.pushed(load, 2, tmp_path, changes, share=0.06)
+    assert 1 / 1.5 < wall.stiffness / tested < 1.5

@@ -1,4 +1,4 @@
-"""Cuts: Gauss points on the pieces that the facets of both sides cut out of many lines or polygons at once.
+"""Cuts: Gauss points on the pieces that the facets of both sides cut out of many polygons at once.
 
 As ``quadrature``, which has one polygon in whose plane the facets are given.
 """
@@ -10,7 +10,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from masonry_fem.contact.placement.parts.quadrature import (
-    SLIVER,
     gauss_rule,
     on_polygon,
     triangle_rule,
@@ -18,54 +17,6 @@ from masonry_fem.contact.placement.parts.quadrature import (
 from masonry_fem.host.compiled import compiled
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
-
-
-def gauss_lines(
-    polygon: FloatArray,
-    origin: FloatArray,
-    along: FloatArray,
-    facets: Sequence[FloatArray],
-    ranges: Sequence[IntArray],
-    order: int,
-) -> tuple[IntArray, FloatArray, FloatArray, IntArray]:
-    """Gauss points of the common intervals of many lines and the facets of both sides (2D).
-
-    Parameters
-    ----------
-    polygon : Ends of the lines, shape (k, 2, 1) [m].
-    origin, along : Origins and unit vectors of the lines, shape (k, 2) each [m].
-    facets : World coordinates of the facets of candidate and antagonist, shape (f, 2, 2) each [m].
-    ranges : First facet of each line and the one after its last, shape (k, 2) each; −1 where the side has
-        none and the line is one facet.
-    order : Gauss points of each interval.
-
-    Returns
-    -------
-    Line (q,), place on it (q, 1), weight (q,) and facets of both sides (q, 2) of the points.
-    """
-    count = [np.where(own[:, 0] < 0, 1, own[:, 1] - own[:, 0]) for own in ranges]
-    both = count[0] * count[1]
-    line = np.repeat(np.arange(len(polygon)), both)
-    number = np.arange(len(line)) - np.repeat(np.cumsum(both) - both, both)
-    low, high = polygon.min(axis=(1, 2))[line], polygon.max(axis=(1, 2))[line]
-    least = SLIVER * (high - low)
-    rows = np.full((len(line), 2), -1)
-    for side, own in enumerate((number // count[1][line], number % count[1][line])):
-        if len(facets[side]):
-            rows[:, side] = ranges[side][line, 0] + own
-            ends = facets[side][rows[:, side]] - origin[line, None]
-            ends = np.einsum("nkd,nd->nk", ends, along[line])
-            low, high = np.maximum(low, ends.min(axis=1)), np.minimum(high, ends.max(axis=1))
-    kept = high - low > least
-    line, rows, low, high = line[kept], rows[kept], low[kept], high[kept]
-    local, weight = gauss_rule(order)
-    length = (high - low)[:, None]
-    return (
-        np.repeat(line, order),
-        (low[:, None] + length * (0.5 * (1 + local))).reshape(-1, 1),
-        (length * (0.5 * weight)).ravel(),
-        np.repeat(rows, order, axis=0),
-    )
 
 
 def gauss_planes(

@@ -17,8 +17,9 @@ import numpy as np
 
 from masonry_fem.contact.interpolation import CORNERS_OF, KINDS, weights_at
 from masonry_fem.contact.kinematics import height
-from masonry_fem.contact.placement.parts.cuts import gauss_lines, gauss_planes
+from masonry_fem.contact.placement.parts.cuts import gauss_planes
 from masonry_fem.contact.placement.parts.patch import TOLERANCE, Patch, Side
+from masonry_fem.contact.placement.parts.quadrature import gauss_lines
 from masonry_fem.contact.smooth import curvatures
 from masonry_fem.errors import GeometryError
 from masonry_fem.solid.mesh import IntArray, Mesh

@@ -8,6 +8,7 @@ exactly; on quadratic facets, the consistent forces of a uniform pressure are.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache
 
 import numpy as np
@@ -52,18 +53,24 @@ def quadrature(
     -------
     Points (m, p), weights (m,) and rows of the facets of both sides (m, 2).
     """
-    tensor = gauss_rule(3 if quadratic else 2)
+    order = 3 if quadratic else 2
     if polygon.shape[1] == 1:
-        return _lines(polygon, candidate, antagonist, tensor, density)
+        facets = candidate, antagonist
+        ranges = [np.array([[0, len(own)]]) for own in facets]
+        return gauss_lines(polygon[None], np.zeros((1, 1)), np.ones((1, 1)), facets, ranges, order, density)[
+            1:
+        ]
+    tensor = gauss_rule(order)
     barycentric, weight = (_DEGREE2, np.full(3, 1 / 3)) if degree == 2 else (_DEGREE4, _DEGREE4_WEIGHT)
     return on_polygon(polygon, candidate, antagonist, tensor[0], tensor[1], barycentric, weight, density)  # type: ignore[no-any-return]
 
 
 @cache
-def gauss_rule(order: int) -> tuple[FloatArray, FloatArray]:
-    """Gauss points and weights on [-1, 1]; NumPy computes them anew each time."""
+def gauss_rule(order: int, density: int = 1) -> tuple[FloatArray, FloatArray]:
+    """Gauss points and weights on equal parts of [-1, 1]; NumPy computes them anew each time."""
     local, weight = np.polynomial.legendre.leggauss(order)
-    return local, weight
+    middle = 2.0 * np.arange(density) + 1.0 - density
+    return ((middle[:, None] + local) / density).ravel(), np.tile(weight / density, density)
 
 
 @cache
@@ -75,25 +82,54 @@ def triangle_rule(order: int) -> tuple[FloatArray, FloatArray]:
     return points, 0.5 * (1 - u) * np.outer(weight, weight).ravel()
 
 
-def _lines(
+def gauss_lines(
     polygon: FloatArray,
-    candidate: FloatArray,
-    antagonist: FloatArray,
-    gauss: tuple[FloatArray, FloatArray],
-    density: int,
-) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Gauss points of the common intervals (2D)."""
-    low = np.maximum(candidate.min(axis=(1, 2))[:, None], antagonist.min(axis=(1, 2)))
-    high = np.minimum(candidate.max(axis=(1, 2))[:, None], antagonist.max(axis=(1, 2)))
-    low, high = np.maximum(low, polygon.min()), np.minimum(high, polygon.max())
-    rows = np.argwhere(high - low > SLIVER * np.ptp(polygon))
-    low, high = low[*rows.T], high[*rows.T]
-    local, weight = gauss
-    part = ((np.arange(density)[:, None] + 0.5 * (1 + local)) / density).ravel()
+    origin: FloatArray,
+    along: FloatArray,
+    facets: Sequence[FloatArray],
+    ranges: Sequence[IntArray],
+    order: int,
+    density: int = 1,
+) -> tuple[IntArray, FloatArray, FloatArray, IntArray]:
+    """Gauss points of the common intervals of many lines and the facets of both sides (2D).
+
+    Parameters
+    ----------
+    polygon : Ends of the lines, shape (k, 2, 1) [m].
+    origin, along : Origins and unit vectors of the lines, shape (k, p) each [m].
+    facets : Nodes of the facets of candidate and antagonist, in the same axes, shape (f, v, p) each [m].
+    ranges : First facet of each line and the one after its last, shape (k, 2) each; −1 where the side has
+        none and the line is one facet.
+    order : Gauss points of each part of an interval.
+    density : Equal parts of each interval.
+
+    Returns
+    -------
+    Line (q,), place on it (q, 1), weight (q,) and facets of both sides (q, 2) of the points.
+    """
+    count = [np.where(own[:, 0] < 0, 1, own[:, 1] - own[:, 0]) for own in ranges]
+    both = count[0] * count[1]
+    line = np.repeat(np.arange(len(polygon)), both)
+    number = np.arange(len(line)) - np.repeat(np.cumsum(both) - both, both)
+    low, high = polygon.min(axis=(1, 2))[line], polygon.max(axis=(1, 2))[line]
+    least = SLIVER * (high - low)
+    rows = np.full((len(line), 2), -1)
+    for side, own in enumerate((number // count[1][line], number % count[1][line])):
+        if len(facets[side]):
+            rows[:, side] = ranges[side][line, 0] + own
+            ends = facets[side][rows[:, side]] - origin[line, None]
+            ends = np.einsum("nkd,nd->nk", ends, along[line])
+            low, high = np.maximum(low, ends.min(axis=1)), np.minimum(high, ends.max(axis=1))
+    kept = high - low > least
+    line, rows, low, high = line[kept], rows[kept], low[kept], high[kept]
+    local, weight = gauss_rule(order, density)
     length = (high - low)[:, None]
-    points = (low[:, None] + length * part).reshape(-1, 1)
-    weights = (length * np.tile(0.5 * weight / density, density)).ravel()
-    return points, weights, np.repeat(rows, len(part), axis=0)
+    return (
+        np.repeat(line, len(local)),
+        (low[:, None] + length * (0.5 * (1 + local))).reshape(-1, 1),
+        (length * (0.5 * weight)).ravel(),
+        np.repeat(rows, len(local), axis=0),
+    )
 
 
 @compiled

@@ -98,6 +98,17 @@ def test_compliance_is_that_of_the_whole_block(made, scheme):
     assert answers[3][1] is not answers[0][1]
 
 
+@pytest.mark.parametrize("scheme", SCHEMES, ids=str)
+def test_product_is_that_of_the_compliance(made, scheme):
+    _, sides, attachment = made
+    impulse = np.random.default_rng(4).normal(size=sides.point.shape)
+    velocity = attachment.product(scheme, sides.frame)(impulse)
+    for rows, matrix in attachment.compliance(scheme, sides.frame):
+        expected = matrix @ impulse[rows].ravel()
+        found = velocity[rows].ravel()
+        np.testing.assert_allclose(found, expected, atol=1e-12 * np.abs(expected).max())
+
+
 def test_a_group_without_contacts_has_no_compliance():
     mesh = box_mesh("quad", (2, 1), (0.0, 0.0), (1.0, 0.5))
     assembly = Assembly(

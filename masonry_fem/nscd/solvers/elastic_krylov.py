@@ -115,7 +115,6 @@ class Preconditioned:
     kept : Contacts that are unknowns, shape (k,).
     body_matrix : Pattern of the bodies' matrix.
     factorised : Makes the solver of a matrix of bodies.
-    accuracy : Residual to reach, relative to that of the preconditioner's own solution.
     """
 
     def __init__(
@@ -126,10 +125,8 @@ class Preconditioned:
         kept: IntArray,
         body_matrix: BodyMatrix,
         factorised: Callable[[sparse.bsr_array], Solve],
-        accuracy: float = ACCURACY,
     ) -> None:
         self.problem, self.interfaces, self.terms, self.kept = problem, interfaces, terms, kept
-        self.accuracy = accuracy
         self.maps = np.where(terms.closed[:, None, None, None], body_matrix.maps, 0.0)
         self.own = np.where(terms.closed[:, None, None], terms.own / terms.unit, np.eye(problem.dimension))
         self.inverses = [
@@ -183,7 +180,7 @@ class Preconditioned:
                 return self._product(*self._precondition(self._spread(y), nothing))[kept].ravel()
 
             operator = LinearOperator((size, size), matvec=apply, dtype=float)
-            y = gmres(operator, left, rtol=self.accuracy, restart=ITERATIONS, maxiter=1)[0]
+            y = gmres(operator, left, rtol=ACCURACY, restart=ITERATIONS, maxiter=1)[0]
             more, moved = self._precondition(self._spread(y), nothing)
             x, motion = x + more, motion + moved
         return np.concatenate([x[kept].ravel(), motion.ravel()])

@@ -1,0 +1,113 @@
+"""Iterated Newton steps: the same answers as a factor gives, in few iterations at any size of wall."""
+
+import numpy as np
+import pytest
+
+from masonry_fem.nscd import SolverSettings, solve
+from masonry_fem.nscd.compliance import Compliance
+from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.solvers import elastic_krylov
+from masonry_fem.nscd.solvers.elastic_krylov import interfaces_by_size, iteration_pays
+from masonry_fem.nscd.solvers.linearisation import linearise
+from masonry_fem.nscd.solvers.newton_system import NewtonSystem
+
+from .walls import wall
+
+SIZE = {"courses": 3, "length": 1.5, "elements": (2, 1, 1)}
+
+
+def step(problem, seed, library):
+    """Factor of a step at random impulses, where contacts are open, slide and stick."""
+    random = np.random.default_rng(seed)
+    pressed = random.normal(size=problem.free_velocity.shape) + np.array([1.5, 0.0, 0.0])
+    scale = np.abs(problem.compliance.diagonal()).reshape(-1, 3).max(axis=1)
+    scale[scale == 0] = scale[scale > 0].mean()
+    line = linearise(pressed, np.zeros_like(pressed), problem.friction, 1 / scale)
+    states = [line.open.any(), line.plain.any(), (~line.open & ~line.plain).any()]
+    assert all(states)
+    own = line.by_impulse * scale[:, None, None] + 1e-3 * scale[:, None, None] * line.by_velocity
+    system = NewtonSystem(problem, scale, library)
+    mass = 1e-3 * system.column**2 / system.unit
+    return system.factor(own, line.by_velocity, ~line.open, line.plain, mass)
+
+
+@pytest.mark.parametrize("rigid", [(), (3, 4)], ids=["elastic", "mixed"])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_step_is_that_of_the_factor(seed, rigid, monkeypatch):
+    monkeypatch.setattr(elastic_krylov, "ACCURACY", 1e-12)
+    problem = wall(**SIZE).problem(rigid=rigid)
+    random = np.random.default_rng(10 + seed)
+    force, balance = (
+        random.normal(size=problem.free_velocity.shape),
+        random.normal(size=(problem.body_count, 6)),
+    )
+    scale = np.abs(problem.compliance.diagonal()).mean()
+    found = step(problem, seed, "krylov").solve(scale * force, balance)
+    expected = step(problem, seed, "direct").solve(scale * force, balance)
+    for one, other in zip(found, expected, strict=True):
+        assert np.abs(one - other).max() <= 1e-7 * np.abs(other).max()
+
+
+def test_iterations_hardly_grow_with_the_wall(monkeypatch):
+    counts = []
+
+    def counted(operator, rhs, **settings):
+        return gmres(operator, rhs, callback=counts.append, callback_type="pr_norm", **settings)
+
+    gmres = elastic_krylov.gmres
+    monkeypatch.setattr(elastic_krylov, "gmres", counted)
+    most = []
+    for courses, length in ((3, 1.5), (6, 3.0)):
+        counts.clear()
+        problem = wall(courses, length, (2, 1, 1)).problem()
+        made = solve(problem, SolverSettings(method="newton", tolerance=1e-9, linear="krylov"))
+        assert made.converged
+        most.append(len(counts) / made.linear_solves)
+    assert most[1] <= 1.3 * most[0]
+    assert max(most) <= 30
+
+
+@pytest.mark.parametrize("inertia", [0.0, 1.0], ids=["statics", "dynamics"])
+def test_a_wall_is_solved_as_by_factors(inertia):
+    structure = wall(**SIZE, inertia=inertia)
+    problem = structure.problem(inertia=inertia)
+    settings = {"method": "newton", "tolerance": 1e-11}
+    found = solve(problem, SolverSettings(**settings, linear="krylov"))
+    expected = solve(problem, SolverSettings(**settings, linear="direct"))
+    assert found.converged
+    assert expected.converged
+    size = np.abs(expected.velocity).max()
+    np.testing.assert_allclose(found.velocity, expected.velocity, atol=1e-8 * size)
+
+
+def test_interfaces_hold_every_elastic_contact_once():
+    problem = wall(**SIZE).problem(rigid=(3, 4))
+    elastic = np.diff(problem.compliance.indptr) > 0
+    assert 0 < elastic.sum() < problem.count
+    groups = interfaces_by_size(problem, elastic)
+    together = np.concatenate([group.ravel() for group in groups])
+    np.testing.assert_array_equal(np.sort(together), np.flatnonzero(elastic))
+    for group in groups:
+        pairs = np.sort(problem.bodies[group], axis=2)
+        assert (pairs == pairs[:, :1]).all()
+
+
+def test_few_contacts_and_plain_problems_are_factorised(monkeypatch):
+    problem = wall(**SIZE).problem()
+    every = np.ones(problem.count, dtype=bool)
+    assert not iteration_pays(problem, every)
+    monkeypatch.setattr(elastic_krylov, "CONTACTS", 10)
+    assert iteration_pays(problem, every)
+    monkeypatch.setattr(elastic_krylov, "WIDEST", 1)  # one interface of many contacts would be a dense block
+    assert not iteration_pays(problem, every)
+    plain = ContactProblem.plain(problem.compliance, problem.free_velocity, problem.friction)
+    assert not iteration_pays(plain, every)
+
+
+def test_only_the_matrix_itself_multiplies_by_its_own_product():
+    matrix = wall(**SIZE).problem().compliance
+    whole = Compliance.of(matrix, lambda vector: 2.0 * (matrix @ vector))
+    vector = np.random.default_rng(0).normal(size=matrix.shape[0])
+    np.testing.assert_array_equal(whole @ vector, 2.0 * (matrix @ vector))
+    for changed in (whole.copy(), whole + 0.0 * matrix):
+        np.testing.assert_allclose(changed @ vector, matrix @ vector, rtol=1e-12)

@@ -56,6 +56,7 @@ def test_a_script_prints_what_the_page_shows(folder, repository, script):
     assert done.stdout == re.search(rf"`python {script}.py` prints\n\n```text\n(.*?)```", page, re.S)[1]
 
 
+@pytest.mark.slow  # the script that draws it is
 def test_picture_of_the_page_is_drawn(folder, repository):
     assert (folder / "convex.png").stat().st_size > 10_000
     assert 10_000 < (repository / "docs/images/laws/convex.png").stat().st_size < 60_000

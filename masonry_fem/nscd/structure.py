@@ -26,7 +26,9 @@ class Structure:
     ----------
     matrix : Pattern of the last Newton matrix with elastic contacts, and its factor's order of elimination.
     factor : The last factor of such a matrix.
+    factored : An iteration in place of a factor took too long: there are factors only from then on.
     """
 
     matrix: ElasticMatrix | None = None
     factor: NewtonFactor | None = None
+    factored: bool = False

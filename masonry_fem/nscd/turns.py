@@ -28,6 +28,7 @@ from masonry_fem.nscd.plane import PlaneForm, plane_form
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.rest import Rest
 from masonry_fem.nscd.settings import SolverSettings, Start
+from masonry_fem.nscd.solvers.elastic_krylov import FACTORED
 
 # Sweeps that are tried: where more are foreseen after PATIENCE of them, the next turn takes over. One Newton
 # step costs as much as 500 to 1000 sweeps.
@@ -77,6 +78,11 @@ class Case:
         self.rigid, self.plain = problem.rigid, not problem.body_count
         self.elastic = not self.rigid and not self.plain
         self.few = problem.count < MANY
+
+    @property
+    def many(self) -> bool:
+        """True for more elastic contacts than a factor fits: other turns would take hours."""
+        return self.elastic and self.problem.count > FACTORED
 
     @cached_property
     def static(self) -> bool:
@@ -246,7 +252,7 @@ TURNS = (
         "first newton steps",
         lambda at: at.static or at.elastic or (at.warm and not at.plain and not at.few),
         _newton,
-        lambda at: LED_STEPS if at.led or (at.elastic and not at.few) else BRIEF,
+        lambda at: LED_STEPS if at.led or at.many else BRIEF,
     ),
     Turn("moving newton", lambda at: at.elastic and not at.static, _moving_newton, NEWTON_STEPS),
     # what moves, rigid blocks show at a fifth of the cost

@@ -128,10 +128,7 @@ class NewtonRun:
         unfolded = self.scale if problem.cohesion_stiffness is None else newton_scale(problem, fold=False)
         self.system = NewtonSystem(problem, unfolded, settings.library)
         self.static = problem.rigid_mass <= 0
-        iterates = self.system.iterates
-        weight, decrease, least = _usual_weights(problem, iterates)
-        usual = 0 if iterates else _FULL
-        self.full_steps = usual if settings.full_steps is None else settings.full_steps
+        weight, decrease, least = _usual_weights(problem, self.system.iterates)
         self.least_weight = least if settings.least_weight is None else settings.least_weight
         self.decrease = decrease if settings.decrease is None else settings.decrease
         self.bonded_size = np.inf  # of U after the bonded step
@@ -215,7 +212,8 @@ class NewtonRun:
         if self.bonded:
             return self._bond(factor, here, full)
         self.round.residuals.append(here.residual)
-        if self.round.steps < self.full_steps:
+        usual = 0 if self.system.iterates else _FULL
+        if self.round.steps < (usual if self.settings.full_steps is None else self.settings.full_steps):
             return full
         return self._search(here, change, motion, full)
 

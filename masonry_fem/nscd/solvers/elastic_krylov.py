@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, gmres
 
+from masonry_fem.nscd.krylov import StagnationError
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
 from masonry_fem.nscd.solvers.elastic_matrix import Terms
@@ -40,13 +41,16 @@ Solve = Callable[[FloatArray], FloatArray]
 
 # Elastic contacts from which iterations cost less than a factor, and contacts of one interface up to which
 # they do: its block is dense.
-CONTACTS = 600
+CONTACTS = 2_000
 WIDEST = 400
 # Residual to reach, relative to that of the preconditioner's own solution. Newton's method takes as many
 # steps with a tenth of it, of twice as many iterations each.
 ACCURACY = 1e-3
-# Iterations after which a step is taken as it is: Newton's line search judges it.
-ITERATIONS = 150
+# Iterations after which they have failed: walls take 10 to 20; domes, with impulses that neither motion nor
+# balance determines, and façades that hang together by a few lintels a hundred and more.
+ITERATIONS = 50
+# Contacts up to which a factor takes over then. Beyond, a step is taken as it is: the line search judges it.
+FACTORED = 20_000
 
 
 def iteration_pays(problem: ContactProblem, elastic: Mask) -> bool:
@@ -167,7 +171,12 @@ class Preconditioned:
         return sparse.bsr_array((blocks, coupled.indices, coupled.indptr), coupled.shape, blocksize=(m, m))
 
     def __call__(self, rhs: FloatArray) -> FloatArray:
-        """The solution of a step, ordered as ``ElasticMatrix`` orders it, with rows for ``kept``."""
+        """The solution of a step, ordered as ``ElasticMatrix`` orders it, with rows for ``kept``.
+
+        Raises
+        ------
+        StagnationError : It has failed, and a factor fits.
+        """
         problem, kept, d = self.problem, self.kept, self.problem.dimension
         size = len(kept) * d
         bodies = rhs[size:].reshape(problem.body_count, -1)
@@ -180,7 +189,11 @@ class Preconditioned:
                 return self._product(*self._precondition(self._spread(y), nothing))[kept].ravel()
 
             operator = LinearOperator((size, size), matvec=apply, dtype=float)
-            y = gmres(operator, left, rtol=ACCURACY, restart=ITERATIONS, maxiter=1)[0]
+            y, failed = gmres(operator, left, rtol=ACCURACY, restart=ITERATIONS, maxiter=1)
+            if failed and len(kept) <= FACTORED:
+                raise StagnationError(
+                    f"residual above {ACCURACY:.0e} of the first after {ITERATIONS} iterations"
+                )
             more, moved = self._precondition(self._spread(y), nothing)
             x, motion = x + more, motion + moved
         return np.concatenate([x[kept].ravel(), motion.ravel()])

@@ -12,12 +12,14 @@ bodies: rigid scenes are solved in U alone.
 
 from __future__ import annotations
 
+import logging
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from masonry_fem.nscd.krylov import StagnationError
 from masonry_fem.nscd.linear import Factorised, Library, Solve, factorise, library_for
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
@@ -29,6 +31,8 @@ from masonry_fem.nscd.structure import Structure
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Mask = NDArray[np.bool_]
+
+logger = logging.getLogger(__name__)
 
 
 class NewtonSystem:
@@ -66,9 +70,13 @@ class NewtonSystem:
         scaled[self.contact, self.side] = self.scaled_map
         return BodyMatrix(problem.bodies, scaled, problem.body_count)
 
-    @cached_property
+    @property
     def iterates(self) -> bool:
         """True where steps with elastic contacts are solved by iteration in place of a factor."""
+        return self._iteration_pays and not self.structure.factored
+
+    @cached_property
+    def _iteration_pays(self) -> bool:
         if self.library == "auto":
             return iteration_pays(self.problem, self.elastic)
         return self.library == "krylov" and bool(self.elastic.any())
@@ -128,15 +136,35 @@ class NewtonSystem:
         terms = Terms(own, total, same, closed, self.scaled_map, coupled, self.unit)
         parts = (self, kept, gone, factors, by_velocity[gone], own)
         if self.iterates:
-            iteration = Preconditioned(
-                self.problem, self.interfaces, terms, kept, self.body_matrix, self._bodies_factorised
-            )
-            return NewtonFactor(*parts, iteration, springs, kept, terms)
+            return NewtonFactor(*parts, self._iteration(kept, terms), springs, kept, terms)
         matrix = self._matrix(kept, coupled)
         solve = matrix.factorise(self.problem, terms, self.library)
         made = NewtonFactor(*parts, solve, springs, matrix.contacts, terms)
         self.structure.factor = made
         return made
+
+    def _iteration(self, kept: IntArray, terms: Terms) -> Solve:
+        """Solves by iteration, and by a factor from where that fails."""
+        quick: Solve = Preconditioned(
+            self.problem, self.interfaces, terms, kept, self.body_matrix, self._bodies_factorised
+        )
+        factor: Solve | None = None
+
+        def solve(rhs: FloatArray) -> FloatArray:
+            nonlocal factor
+            if factor is None:
+                try:
+                    return quick(rhs)
+                except StagnationError as failure:
+                    logger.info(
+                        "iteration of a Newton step failed (%s); there are factors from now on", failure
+                    )
+                    self.structure.factored = True
+                    matrix = ElasticMatrix(self.problem, kept, terms.coupled)
+                    factor = matrix.factorise(self.problem, terms, "direct")
+            return factor(rhs)
+
+        return solve
 
     def _matrix(self, kept: IntArray, coupled: sparse.bsr_array) -> ElasticMatrix:
         """One with rows for these contacts."""

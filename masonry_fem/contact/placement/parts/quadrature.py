@@ -67,7 +67,12 @@ def quadrature(
 
 @cache
 def gauss_rule(order: int, density: int = 1) -> tuple[FloatArray, FloatArray]:
-    """Gauss points and weights on equal parts of [-1, 1]; NumPy computes them anew each time."""
+    """Gauss points and weights on equal parts of [-1, 1]; NumPy computes them anew each time.
+
+    Parameters
+    ----------
+    order : Points of each part. density : Number of parts.
+    """
     local, weight = np.polynomial.legendre.leggauss(order)
     middle = 2.0 * np.arange(density) + 1.0 - density
     return ((middle[:, None] + local) / density).ravel(), np.tile(weight / density, density)

@@ -28,7 +28,7 @@ from masonry_fem.nscd.plane import PlaneForm, plane_form
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.rest import Rest
 from masonry_fem.nscd.settings import SolverSettings, Start
-from masonry_fem.nscd.solvers.elastic_krylov import FACTORED
+from masonry_fem.nscd.solvers.elastic_krylov import CONTACTS
 
 # Sweeps that are tried: where more are foreseen after PATIENCE of them, the next turn takes over. One Newton
 # step costs as much as 500 to 1000 sweeps.
@@ -81,8 +81,8 @@ class Case:
 
     @property
     def many(self) -> bool:
-        """True for more elastic contacts than a factor fits: other turns would take hours."""
-        return self.elastic and self.problem.count > FACTORED
+        """True for as many elastic contacts as iterations are worth a try for; other turns take far longer."""
+        return self.elastic and self.problem.count >= CONTACTS
 
     @cached_property
     def static(self) -> bool:

@@ -56,8 +56,7 @@ class ProximalNewton:
         joints slide, each new weight changes hundreds of statuses, and exact rounds are wasted.
     static_mass : First ε, relative to the compliance that B sees.
     full_steps : Newton steps of a round without line search: the active set settles in few full
-        steps, through larger residuals. None: 5, or none where steps are iterated, as many stones together
-        never settle so.
+        steps, through larger residuals. None: 5; 0 for many elastic contacts, which never settle so.
     round_steps : Newton steps after which a round is given up.
     patience : Rounds without progress after which it is stalled.
     moving : Contacts are scaled by all of W, as befits blocks that fly, fall and hinge: scaled by W_el alone,
@@ -128,7 +127,7 @@ class NewtonRun:
         unfolded = self.scale if problem.cohesion_stiffness is None else newton_scale(problem, fold=False)
         self.system = NewtonSystem(problem, unfolded, settings.library)
         self.static = problem.rigid_mass <= 0
-        weight, decrease, least = _usual_weights(problem, self.system.iterates)
+        weight, decrease, least = _usual_weights(problem, self.system.many)
         self.least_weight = least if settings.least_weight is None else settings.least_weight
         self.decrease = decrease if settings.decrease is None else settings.decrease
         self.bonded_size = np.inf  # of U after the bonded step
@@ -212,7 +211,7 @@ class NewtonRun:
         if self.bonded:
             return self._bond(factor, here, full)
         self.round.residuals.append(here.residual)
-        usual = 0 if self.system.iterates else _FULL
+        usual = 0 if self.system.many else _FULL
         if self.round.steps < (usual if self.settings.full_steps is None else self.settings.full_steps):
             return full
         return self._search(here, change, motion, full)
@@ -397,7 +396,7 @@ _RESTING = 2  # steps that leave the error as it is
 _FIRM = 1e-2  # ε from which a mechanism moves slowly enough to be followed
 
 
-def _usual_weights(problem: ContactProblem, iterates: bool) -> tuple[float, float, float]:
+def _usual_weights(problem: ContactProblem, many: bool) -> tuple[float, float, float]:
     """First α, its factor and its floor, as measured on each kind of problem.
 
     Elastic impulses are nearly unique and bear a small α at once. The impulses of rigid blocks are
@@ -408,7 +407,7 @@ def _usual_weights(problem: ContactProblem, iterates: bool) -> tuple[float, floa
     if not problem.body_count:
         return 1e-3, 0.3, 1e-7
     all_elastic = len(np.unique(block_rows(problem.compliance))) == problem.count
-    if iterates:
+    if many:
         return 1e-2, 0.1, 1e-5
     return (1e-4, 0.1, 1e-5) if all_elastic else (1e-3, 0.3, 1e-5)
 

@@ -73,10 +73,11 @@ class NewtonSystem:
     @property
     def iterates(self) -> bool:
         """True where steps with elastic contacts are solved by iteration in place of a factor."""
-        return self._iteration_pays and not self.structure.factored
+        return self.many and not self.structure.factored
 
     @cached_property
-    def _iteration_pays(self) -> bool:
+    def many(self) -> bool:
+        """True for as many elastic contacts as iterations are worth a try for."""
         if self.library == "auto":
             return iteration_pays(self.problem, self.elastic)
         return self.library == "krylov" and bool(self.elastic.any())

@@ -81,7 +81,7 @@ class Case:
 
     @property
     def many(self) -> bool:
-        """True for as many elastic contacts as iterations are worth a try for; other turns take far longer."""
+        """True for as many elastic contacts as iterations are worth a try for; other turns take longer."""
         return self.elastic and self.problem.count >= CONTACTS
 
     @cached_property

@@ -169,8 +169,9 @@ def falling_arch() -> Row:
     return told(result) | {"fallen": -float(result.summary.probes["crown"][1])}
 
 
-def elastic_wall(count: int, analysis: Statics | Dynamics) -> Row:
-    return solved(scene(wall(count, count), mesh=MeshSettings(size=0.1), analysis=analysis))
+def elastic_wall(count: int, analysis: Statics | Dynamics, tolerance: float | None = None) -> Row:
+    solver = Solver(tolerance=tolerance)
+    return solved(scene(wall(count, count), mesh=MeshSettings(size=0.1), analysis=analysis, solver=solver))
 
 
 def elastic_build(count: int) -> Row:
@@ -278,6 +279,9 @@ CASES: dict[str, Callable[[], Row]] = {
     "elastic wall 5x5, statics": lambda: elastic_wall(5, Statics()),
     "elastic wall 10x10, statics": lambda: elastic_wall(10, Statics()),
     "elastic wall 20x20, one step": lambda: elastic_wall(20, STEP),
+    "elastic wall 20x20, to 1e-8": lambda: elastic_wall(20, Statics(), 1e-8),
+    "elastic wall 40x40, to 1e-8": lambda: elastic_wall(40, Statics(), 1e-8),
+    "elastic wall 100x100, to 1e-8": lambda: elastic_wall(100, Statics(), 1e-8),
     "elastic wall 40x40, built": lambda: elastic_build(40),
     "weighted wall 58x58, placed": lambda: weighted_wall(58),
     "one stone 10x10x10": lambda: large_stone(10, Statics()),

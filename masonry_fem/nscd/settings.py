@@ -38,8 +38,8 @@ class SolverSettings:
     least_impulse : What errors are measured by where all impulses are smaller [N s]. A march gives
         the one whose errors, at the tolerance, are the rounding of its largest impulses.
     relaxation : ω of "nsgs", between 0 and 2: how far a contact goes towards its own solution.
-    linear : How the linear systems of rigid blocks are solved: "direct" by a factor, "krylov" by iterations
-        (a factor where they fail), "auto" by what is expected to cost less.
+    linear : How linear systems are solved: "direct" by a factor, "krylov" by iterations (a factor where they
+        fail), "auto" by what is expected to cost less.
     threads : Of "nsgs": at most so many share the contacts that have no body in common. Any number gives
         the same bits. None: one, in a shuffled order, so other bits.
     """

@@ -36,8 +36,8 @@ class Solver(Spec, frozen=True, kw_only=True):
     threads : for ``nsgs``: number of threads that share a sweep, colour by colour. By default one thread
         sweeps in a shuffled order. Any number of threads gives the same results; see
         [which contact solver](solvers.md)
-    linear : how linear systems of rigid blocks are solved: ``direct`` by factorisation, ``krylov`` by
-        iterations with multigrid (for thick masonry with tens of thousands of contacts), ``auto`` by
+    linear : how linear systems are solved: ``direct`` by factorisation, ``krylov`` by iterations (for
+        thick masonry with tens of thousands of contacts, and for many elastic blocks), ``auto`` by
         whichever is expected to cost less; see [which contact solver](solvers.md)
     tangent : of stones that yield, in Newton's iterations of a step: ``consistent``, anew in each, or
         ``initial``, that of the first one, as long as each leaves at most half of what the last one left of

@@ -56,6 +56,7 @@ DRY = "[[joints]]\nfriction = 0.3\n"
 COHESION = "[[joints]]\nlaw = { kind = 'mohr_coulomb', cohesion = 1e3, tension_strength = 1e3 }\n"
 PUSH = "[[loads.accelerations]]\nvector = {push}\n"
 MOTION = "[analysis]\nkind = 'dynamics'\nstep = 0.01\nduration = 0.03\n"
+ITERATED = "[solver]\nlinear = 'krylov'\n"
 SWEEPS = "[solver]\nmethod = 'nsgs'\n"
 
 
@@ -74,6 +75,8 @@ def _scenes() -> Iterator[tuple[str, str]]:
             f"{fidelity} blocks {way}, {dimension}D",
             _scene(dimension, fidelity, more.replace("{push}", str(push))),
         )
+    for dimension in (2, 3):
+        yield f"elastic blocks by iterations, {dimension}D", _scene(dimension, "elastic", DRY + ITERATED)
     for dimension, element in product((2, 3), ("P1", "Q2", "P2")):
         mesh = f"[mesh]\nelement = '{element}'\ndivisions = {[1] * dimension}\n"
         yield f"elements {element}, {dimension}D", _scene(dimension, "elastic", mesh)

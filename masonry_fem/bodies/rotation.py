@@ -54,7 +54,8 @@ def moment(arms: FloatArray, forces: FloatArray) -> FloatArray:
 
     if arms.shape != forces.shape:
         arms, forces = np.broadcast_arrays(arms, forces)
-    rows = (np.ascontiguousarray(one).reshape(-1, one.shape[-1]) for one in (arms, forces))
+    # copies, since Numba compiles anew for arrays that are read-only
+    rows = (np.array(one, dtype=float, order="C").reshape(-1, one.shape[-1]) for one in (arms, forces))
     turned: FloatArray = moments(*rows)
     return turned.reshape(*arms.shape[:-1], turned.shape[-1])
 

@@ -219,7 +219,7 @@ class Attachment(Protocol):
     def product(
         self, scheme: Scheme, seen: FloatArray, guess: State | None = None
     ) -> Callable[[FloatArray], FloatArray]:
-        """The same as a function: velocities of the sides, (k, d), from impulses on them; stone by stone."""
+        """W_el as a function: velocities of the sides, shape (k, d), from impulses on them."""
         ...
 
     def spread(self, impulses: FloatArray, seen: FloatArray) -> FloatArray | None:

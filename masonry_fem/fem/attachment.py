@@ -60,6 +60,7 @@ class ElasticAttachment[S: Deformed](ABC):
     pattern: IntArray
     _interpolation: sparse.csr_array
     _surface: _Surface | None = field(default=None, repr=False)
+    _carriers_only: sparse.csr_array | None = field(default=None, repr=False)
 
     @classmethod
     def of(cls, group: Deformable[S], sides: Sides) -> Self:
@@ -134,23 +135,17 @@ class ElasticAttachment[S: Deformed](ABC):
     def product(
         self, scheme: Scheme, seen: FloatArray, guess: S | None = None
     ) -> Callable[[FloatArray], FloatArray]:
-        """The same as a function: velocities of the sides, shape (k, d), from impulses on them.
+        """W_el as a function: velocities of the sides, shape (k, d), from impulses on them.
 
         It multiplies all stones at once by the dense block that those of one shape share.
         """
         d, count = self.group.dimension, self.group.count
         surface, local = self._surface_block(scheme), self._local(seen)
         own, back = self._own_surfaces(scheme, guess), local.transpose(0, 2, 1)
-        place = np.searchsorted(self.carriers, self.carried.indices)
-        columns = place + np.repeat(self.sides.body * len(self.carriers), np.diff(self.carried.indptr))
-        G = sparse.csr_array(
-            (self.carried.data, columns, self.carried.indptr),
-            shape=(len(self.sides.body), count * len(self.carriers)),
-        )
-        spread = G.T.tocsr()
+        G = self._on_carriers()
 
         def multiplied(impulse: FloatArray) -> FloatArray:
-            nodal = (spread @ (back @ impulse[:, :, None])[:, :, 0]).reshape(count, -1)
+            nodal = (G.T @ (back @ impulse[:, :, None])[:, :, 0]).reshape(count, -1)
             moved = nodal @ surface
             for body, block in own.items():
                 moved[body] = block @ nodal[body]
@@ -165,6 +160,16 @@ class ElasticAttachment[S: Deformed](ABC):
         """Frames seen from the shape axes, shape (k, d, d)."""
         turned: FloatArray = frames @ self.group.rotation[self.sides.body]
         return turned
+
+    def _on_carriers(self) -> sparse.csr_array:
+        """Weights of the nodes that carry contacts, stone after stone, in the sides' motion."""
+        if self._carriers_only is None:
+            weights, count = self.carried, len(self.carriers)
+            place = np.searchsorted(self.carriers, weights.indices)
+            columns = place + np.repeat(self.sides.body * count, np.diff(weights.indptr))
+            shape = (len(self.sides.body), self.group.count * count)
+            self._carriers_only = sparse.csr_array((weights.data, columns, weights.indptr), shape=shape)
+        return self._carriers_only
 
     def _at_points(self, nodal: FloatArray) -> FloatArray:
         """A nodal field (b, n) at the points, shape axes, shape (k, d)."""

@@ -24,8 +24,9 @@ from masonry_fem.nscd.compliance import Compliance
 from masonry_fem.nscd.structure import Structure
 
 ROUNDING = 16 * np.finfo(float).eps  # of the largest coordinate: a gap below it is none
-# Entries of W_el, in blocks, from which products are made stone by stone.
-MANY = 50_000
+# Numbers in W_el from which products are made stone by stone: those of some 600 contacts. There either way
+# takes .35 ms, for 100 contacts .12 and .03 ms, for 2600 1.9 and 3.1 ms.
+MANY = 500_000
 SIGN = np.array([1.0, -1.0])  # candidate, antagonist: v = v_candidate − v_antagonist
 
 

@@ -28,7 +28,7 @@ from masonry_fem.nscd.plane import PlaneForm, plane_form
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.rest import Rest
 from masonry_fem.nscd.settings import SolverSettings, Start
-from masonry_fem.nscd.solvers.elastic_krylov import CONTACTS
+from masonry_fem.nscd.solvers.elastic_krylov import iteration_pays
 
 # Sweeps that are tried: where more are foreseen after PATIENCE of them, the next turn takes over. One Newton
 # step costs as much as 500 to 1000 sweeps.
@@ -79,10 +79,10 @@ class Case:
         self.elastic = not self.rigid and not self.plain
         self.few = problem.count < MANY
 
-    @property
+    @cached_property
     def many(self) -> bool:
         """True for as many elastic contacts as iterations are worth a try for; other turns take longer."""
-        return self.elastic and self.problem.count >= CONTACTS
+        return self.elastic and iteration_pays(self.problem)
 
     @cached_property
     def static(self) -> bool:

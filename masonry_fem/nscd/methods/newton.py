@@ -406,9 +406,9 @@ def _usual_weights(problem: ContactProblem, many: bool) -> tuple[float, float, f
         return 1e-2, 0.3, 1e-5
     if not problem.body_count:
         return 1e-3, 0.3, 1e-7
-    all_elastic = len(np.unique(block_rows(problem.compliance))) == problem.count
     if many:
         return 1e-2, 0.1, 1e-5
+    all_elastic = len(np.unique(block_rows(problem.compliance))) == problem.count
     return (1e-4, 0.1, 1e-5) if all_elastic else (1e-3, 0.3, 1e-5)
 
 

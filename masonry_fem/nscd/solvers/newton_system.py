@@ -79,7 +79,7 @@ class NewtonSystem:
     def many(self) -> bool:
         """True for as many elastic contacts as iterations are worth a try for."""
         if self.library == "auto":
-            return iteration_pays(self.problem, self.elastic)
+            return iteration_pays(self.problem)
         return self.library == "krylov" and bool(self.elastic.any())
 
     @cached_property

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import argparse
 import ast
-import importlib
+import importlib.util
 import json
 import os
 import random
@@ -230,12 +230,12 @@ class Tests:
             seconds, chosen = self._touching(one, original, group)
             if not chosen:
                 continue
-            path.write_text("".join(lines))
+            _write(path, "".join(lines))
             try:
                 failing = self._failing(chosen, 20 + 5 * seconds, plain)
             finally:
-                path.write_text(original)
-                os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))  # what is compiled of it is good
+                _write(path, original)
+                os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))  # what Numba compiled of it is good
             if failing:
                 return failing
         return ""
@@ -332,6 +332,12 @@ class Tests:
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(status)
+
+
+def _write(path: Path, text: str) -> None:
+    """Write a module; Python would take an older one's bytecode for it if length and second are the same."""
+    path.write_text(text)
+    Path(importlib.util.cache_from_source(str(path))).unlink(missing_ok=True)
 
 
 def _statement(text: str, line: int) -> set[int] | None:

@@ -16,6 +16,7 @@ from masonry_fem.march.model import Model
 from masonry_fem.march.place import Place
 from masonry_fem.march.state import BONDED, OPEN, SLIP, STICK, SystemState
 from masonry_fem.nscd import ContactProblem, Start
+from masonry_fem.nscd.compliance import Shared, only
 
 ROUNDING = 1e-12  # of the model's length: a gap that is none
 SLIGHT = 1e-6  # of the model's length: an overlap that is not driven apart
@@ -31,7 +32,7 @@ def joint_step(
     free: tuple[Free, ...],
     start: Placement,
     place: Place,
-    compliance: sparse.bsr_array,
+    compliance: sparse.bsr_array | Shared,
     trial: JointState,
 ) -> JointStep:
     """What joint laws need of a step to make its contact problem, for the contacts that take part in it.
@@ -62,9 +63,7 @@ def joint_step(
     takes_part |= ~state.joints.broken  # cohesion acts across a gap, too
     active = np.flatnonzero(takes_part)
     if len(active) < len(q):
-        d = q.shape[1]
-        dofs = (active[:, None] * d + np.arange(d)).ravel()
-        compliance = sparse.bsr_array(compliance.tocsr()[dofs][:, dofs], blocksize=(d, d))
+        compliance = only(compliance, active)
     problem = partial(
         ContactProblem,
         bodies=coupling.bodies[active],

@@ -123,9 +123,7 @@ class Case:
     @property
     def _coupled(self) -> bool:
         """True where blocks deform; beds of mortar soften their own contacts alone, which sweeps like."""
-        compliance = self.problem.compliance
-        row = np.repeat(np.arange(self.problem.count), np.diff(compliance.indptr))
-        return bool(compliance.data[compliance.indices != row].any())
+        return self.problem.operator.couples()
 
     @property
     def followable(self) -> bool:

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from masonry_fem.nscd.compliance import only
 from masonry_fem.nscd.graphs import lengths
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.scaling import contact_scale
@@ -132,16 +133,14 @@ def _vanishes(shares: list[float]) -> bool:
 def _touching(problem: ContactProblem, contacts: NDArray[np.int64]) -> ContactProblem:
     """The problem of some contacts and bodies without inertia, at rest where they are rigid."""
     d = problem.dimension
-    dofs = (contacts[:, None] * d + np.arange(d)).ravel()
-    compliance = sparse.bsr_array((len(dofs), len(dofs)), blocksize=(d, d) if len(dofs) else (1, 1))
-    if not problem.rigid:
-        compliance = sparse.bsr_array(problem.compliance.tocsr()[dofs][:, dofs], blocksize=(d, d))
+    size = len(contacts) * d
+    nothing = sparse.bsr_array((size, size), blocksize=(d, d) if size else (1, 1))
     rest = 0.0 if problem.rigid else 1.0
     return replace(
         problem,
         friction=problem.friction[contacts],
         free_velocity=rest * problem.free_velocity[contacts],
-        compliance=compliance,
+        compliance=nothing if problem.rigid else only(problem.compliance, contacts),
         bodies=problem.bodies[contacts],
         rigid_map=problem.rigid_map[contacts],
         rigid_mass=np.zeros_like(problem.rigid_mass),

@@ -4,7 +4,7 @@
 
     W = problem.operator
     velocity = W @ impulse            # (c d,) -> (c d,)
-    W.diagonal(), W.within(groups)    # blocks of single contacts, and of sets of contacts
+    W.diagonal(), W.among(groups)     # blocks of single contacts, and of sets of contacts
     W.matrix()                        # all of it, block-sparse
 
 Stones of one shape that are touched at the same places have one matrix, in the shape's axes, however they
@@ -28,7 +28,13 @@ Mask = NDArray[np.bool_]
 
 
 class Operator(ABC):
-    """W_el between c contacts of d components."""
+    """W_el between c contacts of d components.
+
+    Attributes
+    ----------
+    shape : Of the matrix, (c d, c d).
+    blocksize : Of its blocks, (d, d).
+    """
 
     shape: tuple[int, int]
     blocksize: tuple[int, int]
@@ -55,7 +61,7 @@ class Operator(ABC):
         """Each contact's own block, shape (c, d, d) [1/kg]."""
 
     @abstractmethod
-    def within(self, groups: IntArray) -> FloatArray:
+    def among(self, groups: IntArray) -> FloatArray:
         """Dense matrices between the contacts of each of n sets (n, k), shape (n, k d, k d)."""
 
     @abstractmethod
@@ -113,7 +119,7 @@ class Stored(Operator):
         np.add.at(blocks, rows[own], self.whole.data[own])
         return blocks
 
-    def within(self, groups: IntArray) -> FloatArray:
+    def among(self, groups: IntArray) -> FloatArray:
         """Dense matrices between the contacts of each of n sets (n, k), shape (n, k d, k d)."""
         from masonry_fem.nscd.scatter import take_dense  # noqa: PLC0415 - Numba is slow to import
 
@@ -244,7 +250,7 @@ class Shared(Operator):
             total[:, np.arange(d), np.arange(d)] += self.bed
         return total
 
-    def within(self, groups: IntArray) -> FloatArray:
+    def among(self, groups: IntArray) -> FloatArray:
         """Dense matrices between the contacts of each of n sets (n, k), shape (n, k d, k d)."""
         from masonry_fem.nscd.scatter import add_within  # noqa: PLC0415 - Numba is slow to import
 

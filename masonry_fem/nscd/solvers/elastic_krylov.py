@@ -104,7 +104,7 @@ class Interfaces:
 
     def __init__(self, problem: ContactProblem, elastic: Mask) -> None:
         self.groups = interfaces_by_size(problem, elastic)
-        self.coupling = [problem.operator.within(group) for group in self.groups]
+        self.coupling = [problem.operator.among(group) for group in self.groups]
 
 
 class Preconditioned:

@@ -227,7 +227,7 @@ def _gamma(terms: FloatArray | IntArray | int) -> FloatArray:
 def _sizes(problem: ContactProblem) -> ContactProblem:
     """The problem with the absolute value of each entry that is multiplied or added."""
     compliance = problem.compliance.copy()
-    compliance.data = np.abs(compliance.data)
+    np.abs(compliance.data, out=compliance.data)
     offset, stiffness = problem.cohesion_offset, problem.cohesion_stiffness
     return replace(
         problem,

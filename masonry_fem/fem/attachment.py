@@ -24,6 +24,7 @@ from masonry_fem.solid.mesh import Mesh
 if TYPE_CHECKING:
     from masonry_fem.fem.deformable import Deformable, Deformed
 
+AT_ONCE = 200  # contacts of a block that are condensed together
 ALIKE = 1e-11  # equal weights and frames differ by this much, as poses have rounding errors
 
 
@@ -124,7 +125,7 @@ class ElasticAttachment[S: Deformed](ABC):
         result = []
         for rows, body, pattern in zip(self.members, self.bodies.tolist(), self.pattern, strict=True):
             if body in own:
-                result.append((rows, self._condensed(rows, local[rows], own[body], symmetric=False)))
+                result.append((rows, self._condensed(rows, local[rows], own[body])))
                 continue
             key = (int(pattern), digits[rows].tobytes())
             if key not in known:
@@ -188,24 +189,26 @@ class ElasticAttachment[S: Deformed](ABC):
         """(M̂⁻¹)_el on all dofs of the nodes that carry contacts, dense."""
         key = coefficients(self.group.operators, scheme)
         if self._surface is None or self._surface.key != key:
-            self._surface = _Surface(key, self.group.factor(scheme).block(self._dofs))
+            dofs = self._dofs
+            self._surface = _Surface(key, self.group.factor(scheme, dofs).block(dofs))
         return self._surface.block
 
-    def _condensed(
-        self, rows: IntArray, local: FloatArray, surface: FloatArray, *, symmetric: bool = True
-    ) -> FloatArray:
-        """G C Gᵀ of one block's sides, C being the surface block."""
-        d = self.group.dimension
+    def _condensed(self, rows: IntArray, local: FloatArray, surface: FloatArray) -> FloatArray:
+        """G C Gᵀ of one block's sides, C being the surface block; to rounding as symmetric as that."""
+        d, count = self.group.dimension, len(rows)
         own = self.carried[rows]
         place = np.searchsorted(self.carriers, own.indices)
         blocks = own.data[:, None, None] * np.repeat(local, np.diff(own.indptr), axis=0)
-        G = sparse.bsr_array((blocks, place, own.indptr), shape=(len(rows) * d, len(surface)))
-        half = G @ surface
-        matrix: FloatArray = (G @ half.T).T
-        del half  # as large as the others
-        if symmetric:  # to rounding it is
-            matrix += matrix.T.copy()
-            matrix *= 0.5
+        G = sparse.bsr_array((blocks, place, own.indptr), shape=(count * d, len(surface)))
+        matrix = np.empty((count * d, count * d))
+        for first in range(0, count, AT_ONCE):  # G C as a whole would be as large as the others
+            last = min(first + AT_ONCE, count)
+            some = slice(own.indptr[first], own.indptr[last])
+            starts = own.indptr[first : last + 1] - own.indptr[first]
+            part = sparse.bsr_array(
+                (blocks[some], place[some], starts), shape=((last - first) * d, len(surface))
+            )
+            matrix[first * d : last * d] = (G @ (part @ surface).T).T
         matrix.flags.writeable = False
         return matrix
 

@@ -1,6 +1,6 @@
 """Compliance: the elastic part of a shape's inverse effective mass, (M̂⁻¹)_el.
 
-    compliance = Compliance.of(operators, modes, free, scheme)
+    compliance = Compliance(operators, modes, free, scheme, surface=dofs)
     velocity = compliance.apply(impulse)           # (b, n) -> (b, n)
     surface = compliance.block(dofs)               # dense, e.g. of all dofs that carry contacts
 
@@ -27,6 +27,7 @@ from scipy.sparse.linalg import splu
 from masonry_fem.bodies.base import Scheme
 from masonry_fem.fem.assemble import ShapeOperators
 from masonry_fem.fem.modes import RigidModes
+from masonry_fem.host.trim import trim
 from masonry_fem.nscd.mumps import MumpsFactor, petsc
 
 FloatArray = NDArray[np.float64]
@@ -34,6 +35,7 @@ IntArray = NDArray[np.int64]
 
 DENSE_LIMIT = 1500  # dofs; below, a dense factor is as fast and needs no PETSc
 AT_ONCE = DENSE_LIMIT**2  # numbers in columns that are solved together; more are slower and fill memory
+SURFACE = 5  # unknowns for each on the surface from which a factor has these last; else solving costs more
 FEWEST = 64  # columns that are: each portion reads all of the factor
 
 
@@ -60,13 +62,19 @@ class Factor(ABC):
     modes : Φ, those that clamps leave, shape (n, m) [kg^−½].
     momentum : M Φ, shape (n, m).
     sigma : Size of M̂ beside M.
+    surface : Dofs whose ``block`` will be asked for, ascending.
     """
 
     def __init__(
-        self, effective: sparse.csr_array, modes: FloatArray, momentum: FloatArray, sigma: float
+        self,
+        effective: sparse.csr_array,
+        modes: FloatArray,
+        momentum: FloatArray,
+        sigma: float,
+        surface: IntArray,
     ) -> None:
         self.size = len(modes)
-        self._modes, self._momentum = modes, momentum
+        self._modes, self._momentum, self._surface = modes, momentum, surface
         self._factorise(effective, sigma)
 
     @abstractmethod
@@ -140,8 +148,15 @@ class SparseFactor(Factor):
         diagonal[self._springs] += stiffness
         effective.setdiag(diagonal)
         effective.sort_indices()
-        alone = petsc() is None
-        self._factor = _SuperLU(effective) if alone else MumpsFactor(effective, definite=self.symmetric)
+        self._factor: MumpsFactor | _SuperLU
+        if petsc() is None:
+            self._factor = _SuperLU(effective)
+        else:
+            few = SURFACE * len(self._surface) <= self.size
+            last = self._surface if self.symmetric and few else None
+            trim()  # what assembly has left would be a tenth of the peak
+            self._factor = MumpsFactor(effective, definite=self.symmetric, last=last)
+            trim()
         added = np.concatenate([self._root * units(self._springs, self.size), self._momentum], axis=1)
         self._moved = self._factor.answer(added)
         self._missing = self._seen(self._moved)
@@ -161,9 +176,14 @@ class SparseFactor(Factor):
 
     @override
     def block(self, dofs: IntArray) -> FloatArray:
+        factor = self._factor
+        if isinstance(factor, MumpsFactor) and len(dofs) and np.array_equal(dofs, factor.last):
+            part, moved = factor.inverse(), self._moved[dofs]
+            part -= moved @ np.linalg.solve(self._missing, moved.T)
+            return part
         part, seen = np.empty((len(dofs), len(dofs))), np.empty((len(self._missing), len(dofs)))
         for columns in portions(len(dofs), self.size):
-            answer = self._factor.columns(dofs[columns])
+            answer = factor.columns(dofs[columns])
             part[:, columns], seen[:, columns] = answer[dofs], self._seen(answer)
         part -= self._moved[dofs] @ np.linalg.solve(self._missing, seen)
         return part
@@ -200,6 +220,7 @@ class Compliance:
     free : Dofs that are not clamped, shape (n_free,).
     scheme : Coefficients of the step.
     dense : Whether to factorise densely; None: by size.
+    surface : Dofs whose ``block`` will be asked for, ascending; None: not known.
     """
 
     kinds: ClassVar[tuple[type[Factor], type[Factor]]] = (DenseFactor, SparseFactor)
@@ -211,11 +232,13 @@ class Compliance:
         free: IntArray,
         scheme: Scheme,
         dense: bool | None = None,
+        surface: IntArray | None = None,
     ) -> None:
         c_m, c_k = coefficients(operators, scheme)
         self._total = operators.mass.shape[0]
         self._free: IntArray | slice = slice(None) if len(free) == self._total else free
-        whole = sparse.csr_array(c_k * operators.stiffness)
+        stiff = operators.stiffness
+        whole = sparse.csr_array((c_k * stiff.data, stiff.indices, stiff.indptr), shape=stiff.shape)
         if c_m:
             whole = sparse.csr_array(c_m * operators.mass + whole)
         effective = whole if len(free) == self._total else sparse.csr_array(whole[free][:, free])
@@ -227,7 +250,8 @@ class Compliance:
         momentum = np.ascontiguousarray(modes.momentum[self._free, : modes.count])
         self._place = np.full(self._total, -1)
         self._place[free] = np.arange(len(free))
-        self._factor = kind(effective, own, momentum, sigma)
+        known = self._place[:0] if surface is None else self._place[surface]
+        self._factor = kind(effective, own, momentum, sigma, known[known >= 0])
 
     def apply(self, impulses: FloatArray) -> FloatArray:
         """(M̂⁻¹)_el r for nodal impulses of b blocks, shape (b, n) [N s] to (b, n) [m/s]."""

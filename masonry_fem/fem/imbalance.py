@@ -25,12 +25,14 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from masonry_fem.fem.lagrange import lagrange, linear
+from masonry_fem.fem.recovery import blend
 from masonry_fem.solid.mesh import Mesh
 
 FloatArray = NDArray[np.float64]
 
 _COMPONENT = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])  # of (xx, yy, zz, xy, yz, xz), by row and column
 DEGREE = 2  # of the polynomials over a block
+AT_ONCE = 1000  # cells whose polynomials are held at once: their slopes would be the largest array of all
 RIGID = 1e-10  # of the largest stiffness of a polynomial: those with less do not strain the block
 
 
@@ -40,16 +42,19 @@ class Imbalance:
 
     Attributes
     ----------
-    slopes : ∂_k L_i times the volume of each point, one matrix an axis, shapes (n, m q) [m²; m in 2D].
+    slopes : ∂_k of the nodes' functions times the volume of each point, one matrix an axis, shapes (n, m q)
+        [m²; m in 2D].
+    corners : Part of each node's force that corners bear, by their linear functions, shape (n, n).
     share : Part of each cell in D_i, over D_i², one matrix a component, shapes (m, n) [m/N; m²/N in 2D].
-    bends : ∂_k of the nodal values of polynomials times the volumes, shape (t, m q, d) [m²; m in 2D].
+    values : Of the polynomials at the nodes, shape (t, n) [m].
     soft : A^(−½) of the polynomials' own stiffness A, shape (modes, t d) [(N m)^(−½)].
     part : Of each cell in the volume, shape (m,).
     """
 
     slopes: tuple[sparse.csc_array, ...]
+    corners: sparse.csr_array
     share: tuple[sparse.csr_array, ...]
-    bends: FloatArray
+    values: FloatArray
     soft: FloatArray
     part: FloatArray
 
@@ -71,58 +76,69 @@ class Imbalance:
         place = _COMPONENT[:d, :d]
         stiffness = moduli[place[:, :, None, None], place]  # C_ajbl
         inverse = np.linalg.inv(jacobian)
-        slopes, share = _corners(mesh, stiffness, points, inverse, volume)
-        element = lagrange(mesh.cell)
-        at = np.einsum("qk,mkd->mqd", element.values(points), mesh.points[mesh.cells]).reshape(-1, d)
+        share = _shares(mesh, stiffness, points, inverse, volume)
+        slopes = _slopes(mesh, points, inverse, volume)
         middle, size = mesh.points.mean(axis=0), float(np.ptp(mesh.points, axis=0).max())
         values, _ = _polynomials((mesh.points - middle) / size)
-        slope = np.einsum("qkt,mqtd->mqkd", element.gradients(points), inverse)
-        bends = np.einsum("mqkd,tmk,mq->tmqd", slope, values[:, mesh.cells], volume, optimize=True)
-        _, exact = _polynomials((at - middle) / size)
-        exact /= size
-        A = np.einsum("tqj,ajbl,sql->tasb", exact * volume.reshape(-1, 1), stiffness, exact, optimize=True)
+        A = np.zeros((len(values), d, len(values), d))
+        for first in range(0, len(mesh.cells), AT_ONCE):
+            some = slice(first, first + AT_ONCE)
+            at = lagrange(mesh.cell).values(points) @ mesh.points[mesh.cells[some]]
+            _, exact = _polynomials((at.reshape(-1, d) - middle) / size)
+            exact /= size
+            pulled = exact * volume[some].reshape(-1, 1)
+            A += np.einsum("tqj,ajbl,sql->tasb", pulled, stiffness, exact, optimize=True)
         strength, modes = np.linalg.eigh(A.reshape(len(values) * d, -1))
         real = strength > RIGID * strength[-1]
         soft = (modes[:, real] / np.sqrt(strength[real])).T
         part = volume.sum(axis=1) / float(volume.sum())
-        return cls(slopes, share, bends.reshape(len(values), -1, d), soft, part)
+        return cls(slopes, sparse.csr_array(blend(mesh).T), share, values, soft, part)
 
     def squares(self, missing: FloatArray) -> FloatArray:
         """Energies by cell of b blocks from σ* − σ_h at the points, (m q, b, 6) [Pa], shape (b, m) [J]."""
         total = np.zeros((len(self.part), missing.shape[1]))
         d, bending = len(self.slopes), []
         for row, share in zip(_COMPONENT[:d, :d], self.share, strict=True):
-            force = sum(slope @ missing[..., k] for k, slope in zip(row, self.slopes, strict=True))
-            total += share @ np.square(force)
-            bending.append(np.tensordot(self.bends, missing[..., row], ((1, 2), (0, 2))))
+            force = np.zeros((self.corners.shape[0], missing.shape[1]))
+            for k, slope in zip(row, self.slopes, strict=True):
+                force += slope @ missing[..., k]
+            total += share @ np.square(self.corners @ force)
+            bending.append(self.values @ force)
         whole = np.stack(bending, axis=1).reshape(self.soft.shape[1], -1)
         total += self.part[:, None] * np.square(self.soft @ whole).sum(axis=0)
         return total.T
 
 
-def _corners(
+def _slopes(
+    mesh: Mesh, points: FloatArray, inverse: FloatArray, volume: FloatArray
+) -> tuple[sparse.csc_array, ...]:
+    """``slopes`` of all nodes."""
+    scaled = np.einsum("qkt,mqtd->mqkd", lagrange(mesh.cell).gradients(points), inverse)
+    scaled *= volume[:, :, None, None]
+    # column by column: the nodes of a point's cell, one array of indices for all axes
+    rows = np.broadcast_to(mesh.cells[:, None].astype(np.int32), scaled.shape[:3]).ravel()
+    start = np.arange(0, len(rows) + 1, mesh.cells.shape[1], dtype=np.int32)
+    return tuple(
+        sparse.csc_array((along.ravel(), rows, start), shape=(len(mesh.points), volume.size))
+        for along in np.moveaxis(scaled, 3, 0)
+    )
+
+
+def _shares(
     mesh: Mesh, stiffness: FloatArray, points: FloatArray, inverse: FloatArray, volume: FloatArray
-) -> tuple[tuple[sparse.csc_array, ...], tuple[sparse.csr_array, ...]]:
-    """``slopes`` and ``share`` of the linear functions of corners."""
+) -> tuple[sparse.csr_array, ...]:
+    """``share`` of the linear functions of corners."""
     simple = lagrange(linear(mesh.cell))
     k, n, m = len(simple.nodes), len(mesh.points), len(mesh.cells)
     corners = mesh.cells[:, :k]
     slope = np.einsum("qkt,mqtd->mqkd", simple.gradients(points), inverse)
-    scaled = slope * volume[:, :, None, None]
-    # column by column: the k corners of a point's cell, one array of indices for all axes
-    rows = np.broadcast_to(corners[:, None].astype(np.int32), slope.shape[:3]).ravel()
-    start = np.arange(0, len(rows) + 1, k, dtype=np.int32)
-    slopes = tuple(
-        sparse.csc_array((along.ravel(), rows, start), shape=(n, volume.size))
-        for along in np.moveaxis(scaled, 3, 0)
-    )
-    own = np.einsum("mkjl,ajal->amk", np.einsum("mqkj,mqkl->mkjl", scaled, slope), stiffness)
+    own = np.einsum("mkjl,ajal->amk", np.einsum("mqkj,mqkl,mq->mkjl", slope, slope, volume), stiffness)
     share = []
     for part in own:
         total = np.bincount(corners.ravel(), part.ravel(), n)
         data = (part / total[corners] ** 2).ravel()
         share.append(sparse.csr_array((data, (np.repeat(np.arange(m), k), corners.ravel())), shape=(m, n)))
-    return slopes, tuple(share)
+    return tuple(share)
 
 
 def _polynomials(places: FloatArray) -> tuple[FloatArray, FloatArray]:

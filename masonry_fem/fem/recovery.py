@@ -104,7 +104,7 @@ class _Patches:
         inner = np.zeros(nodes, dtype=bool)
         inner[corners] = True
         inner[mesh.facets] = False
-        return cls(cells, sparse.csr_array(_blend(mesh) @ _nearest_patch(cells, inner)))
+        return cls(cells, sparse.csr_array(blend(mesh) @ _nearest_patch(cells, inner)))
 
     def fitted(self, mesh: Mesh, samples: _Samples) -> sparse.csr_array:
         """What the patches' polynomials give the nodes: Gauss values to nodes."""
@@ -135,8 +135,11 @@ class _Patches:
         return sparse.csr_array(evaluate @ terms @ samples.take)
 
 
-def _blend(mesh: Mesh) -> sparse.csr_array:
-    """Second-order nodes as means of the corners of the edge, face or cell they lie in; corners stay."""
+def blend(mesh: Mesh) -> sparse.csr_array:
+    """Second-order nodes as means of the corners of the edge, face or cell they lie in; corners stay.
+
+    Weights of corners in the value of each node, shape (nodes, nodes).
+    """
     nodes = len(mesh.points)
     simple = lagrange(linear(mesh.cell))
     weight = simple.values(lagrange(mesh.cell).nodes)  # of a cell's nodes by its corners

@@ -235,7 +235,11 @@ class Coupling:
                 continue
             for members, matrix in attachment.compliance(scheme, seen, at):
                 sign = np.repeat(SIGN[sides.side[members]], d)
-                contributions.append((sides.contact[members], sign[:, None] * matrix * sign))
+                signed = matrix
+                if (sign != sign[0]).any():
+                    signed = matrix * sign
+                    signed *= sign[:, None]
+                contributions.append((sides.contact[members], signed))
         return assemble_blocks(c, d, contributions, symmetric=symmetric)
 
     def nodal_impulses(self, impulse: FloatArray, here: Placement) -> tuple[FloatArray | None, ...]:

@@ -93,7 +93,7 @@ def _parts(
     divided = _halves(coupling, strategy, state, scheme, until, parts, settings, clock, lookout)
     if doubtful and parts[0] > 1:
         yield from divided
-    elif made.strayed and parts[1] > 1:
+    elif (made.strayed or _lost(met, made)) and parts[1] > 1:
         halves = list(divided)
         last = halves[-1][1].solution
         # too near to where nothing balances for any verdict: that of the whole stands
@@ -101,6 +101,12 @@ def _parts(
         yield from [(met, made)] if undecided and made.solution.outcome.moves else halves
     else:
         yield met, made
+
+
+def _lost(coupling: Coupling, made: Increment) -> bool:
+    """Whether statics of blocks that deform was not solved: half a step begins nearer to its end."""
+    outcome = made.solution.outcome
+    return made.scheme.inertia == 0 and bool(coupling.soft.any()) and not (outcome.solved or outcome.moves)
 
 
 def _halves(

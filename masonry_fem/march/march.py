@@ -136,6 +136,8 @@ def march(
             break
     else:
         verdict = _out_of_steps(model, strategy, start, made, report, settings)
+    if made.problem.structure is not None:
+        made.problem.structure.empty()
     witness.end(model, made.after)
     troubles.tell_steps(report, strategy, settings)
     tell_promoted(model, made.after)

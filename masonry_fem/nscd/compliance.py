@@ -134,7 +134,7 @@ class Stored(Operator):
     def magnitudes(self) -> sparse.bsr_array:
         """Absolute values."""
         sizes = self.whole.copy()
-        sizes.data = np.abs(sizes.data)
+        np.abs(sizes.data, out=sizes.data)
         return sizes
 
     def faulty(self) -> tuple[int, int] | None:

@@ -8,9 +8,10 @@ eliminates such a matrix as dense fronts, and keeps their order while the patter
 
 Of a single matrix that is large only the factor is kept:
 
-    factor = MumpsFactor(matrix, definite=True)
+    factor = MumpsFactor(matrix, definite=True, last=rows)
     x = factor.answer(rhs)
     inverse = factor.columns(numbers)
+    part = factor.inverse()        # rows and columns ``last`` of it
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from masonry_fem.errors import InstallationError
+from masonry_fem.nscd.schur import eliminated_last, inverse_there
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -169,6 +171,7 @@ class MumpsFactor(Mumps):
     ----------
     matrix : Square, sorted, shape (n, n).
     definite : It is symmetric positive definite.
+    last : Rows (c,) that are eliminated last, so that the ``inverse`` there costs little.
 
     Raises
     ------
@@ -178,8 +181,9 @@ class MumpsFactor(Mumps):
     LinAlgError : The matrix is singular.
     """
 
-    def __init__(self, matrix: sparse.csr_array, *, definite: bool) -> None:
+    def __init__(self, matrix: sparse.csr_array, *, definite: bool, last: IntArray | None = None) -> None:
         self._definite, self._size = definite, matrix.shape[0]
+        self.last = np.zeros(0, dtype=np.int64) if last is None else last
         self._controls = PANELS if definite else CONTROLS
         library = petsc()
         if self._size < LARGE or library is None:
@@ -216,6 +220,17 @@ class MumpsFactor(Mumps):
         """The matrix's own: there is no other."""
         values: FloatArray = matrix.data
         return values
+
+    @override
+    def _analyse(self, space: int) -> None:
+        super()._analyse(space)
+        if len(self.last):
+            eliminated_last(self._petsc, self._factor, self.last)
+
+    def inverse(self) -> FloatArray:
+        """Rows and columns ``last`` of the inverse, shape (c, c)."""
+        part = inverse_there(self._petsc, self._factor, len(self.last))
+        return part if self._definite else part.T
 
     def columns(self, numbers: IntArray) -> FloatArray:
         """Some columns of the inverse, shape (n, k); zeros of unit vectors cost nothing."""

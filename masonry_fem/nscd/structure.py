@@ -32,3 +32,7 @@ class Structure:
     matrix: ElasticMatrix | None = None
     factor: NewtonFactor | None = None
     factored: bool = False
+
+    def empty(self) -> None:
+        """Keep no matrices: they are as large as all that is known of the contacts."""
+        self.matrix = self.factor = None

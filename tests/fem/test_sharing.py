@@ -13,9 +13,9 @@ def factored(monkeypatch):
     """Operators of every factor made, in order."""
     made, compliance = [], deformable.Compliance
 
-    def counted(operators, *rest):
+    def counted(operators, *rest, **known):
         made.append(operators)
-        return compliance(operators, *rest)
+        return compliance(operators, *rest, **known)
 
     monkeypatch.setattr(deformable, "Compliance", counted)
     return made

@@ -190,11 +190,15 @@ def test_a_factor_on_disk_answers_and_leaves_no_files(definite, monkeypatch, tmp
     matrix = sparse.csr_array(matrix)
     matrix.sort_indices()
     dense, rhs = matrix.toarray(), rng.normal(size=(60, 3))
-    factor = MumpsFactor(matrix, definite=definite)
+    last = np.array([50, 3, 17])
+    factor = MumpsFactor(matrix, definite=definite, last=last)
     assert len(list(tmp_path.iterdir())) == 1
     np.testing.assert_allclose(factor.answer(rhs), np.linalg.solve(dense, rhs), rtol=1e-9, atol=1e-11)
     columns = np.array([3, 57])
-    np.testing.assert_allclose(factor.columns(columns), np.linalg.inv(dense)[:, columns], atol=1e-11)
+    inverse = np.linalg.inv(dense)
+    np.testing.assert_allclose(factor.columns(columns), inverse[:, columns], atol=1e-11)
+    np.testing.assert_allclose(factor.inverse(), inverse[np.ix_(last, last)], atol=1e-11)
+    np.testing.assert_allclose(factor.answer(rhs), np.linalg.solve(dense, rhs), rtol=1e-9, atol=1e-11)
     del factor
     gc.collect()
     assert list(tmp_path.iterdir()) == []

@@ -136,7 +136,8 @@ class ElasticMatrix:
         rows, diagonal, contact, closed = self._rows, self._diagonal, self._contact, terms.closed
         identity = np.eye(problem.dimension)
         own = np.where(closed[:, None, None], terms.own / terms.unit, identity)
-        coupling = problem.operator.matrix().data[self._inside] / terms.unit
+        coupling = problem.operator.matrix().data[self._inside]
+        coupling /= terms.unit
         turned = np.flatnonzero(~terms.plain[rows])
         coupling[turned] = terms.by_velocity[rows[turned]] @ coupling[turned]
         coupling[~(closed[rows] & closed[self._columns])] = 0.0

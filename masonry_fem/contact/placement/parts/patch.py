@@ -116,15 +116,6 @@ class Patch:
         # a candidate's facets look against the normal
         return np.ascontiguousarray(polygons[:, ::-1] if side == 0 else polygons)
 
-    def facet_areas(self, side: int) -> FloatArray:
-        """Areas of one side's mesh facets in the plane, shape (f,) [m²; m in 2D]."""
-        polygons = self.facet_polygons(side)
-        if polygons.shape[2] == 1:
-            return np.abs(polygons[:, 1, 0] - polygons[:, 0, 0])
-        x, y = np.moveaxis(polygons - polygons[:, :1], 2, 0)
-        areas: FloatArray = 0.5 * (x[:, :-1] * y[:, 1:] - y[:, :-1] * x[:, 1:]).sum(axis=1)
-        return areas
-
     def facets_at(self, points: FloatArray) -> IntArray:
         """Mesh facets of both sides that carry plane points, −1 where unmeshed, shape (m, 2)."""
         return np.stack([self.facets_of_side(side, points) for side in (0, 1)], axis=1)

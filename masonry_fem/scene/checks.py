@@ -207,11 +207,11 @@ def _analysis(scene: Scene) -> None:
             heated = scene.loads.temperatures[0].on
             raise wrong(("loads", "temperatures", 0, "on"), heated, f"{none}; heat them in statics")
         for index, joint in enumerate(scene.joints):
-            kind = None if joint.law is None else kinds().get(joint.law.kind)
-            if kind is not None and kind.law.softens:
+            name = "" if joint.law is None else joint.law.kind
+            if (kind := kinds().get(name)) is not None and kind.law.softens:
                 expected = "'elastic', or no law: a path (analysis.kind) cannot follow joints that soften"
                 cure = "; where these are to break move a support in statics"
-                raise wrong(("joints", index, "law", "kind"), joint.law.kind, expected, cure)
+                raise wrong(("joints", index, "law", "kind"), name, expected, cure)
     tolerance = getattr(analysis, "tolerance", None)
     if tolerance is not None and scene.solver.aim > tolerance:
         # contacts that are solved no better never pass for at rest: the march would end as if blocks slid

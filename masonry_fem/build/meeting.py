@@ -1,7 +1,7 @@
 """Meeting: contacts of blocks that were found in each other after a step, where they were before it.
 
     meeting = Meeting(scene, stones, base)
-    model = meeting(model, before, after, pairs)
+    model, kept = meeting(model, before, after, pairs, held)
 
 Blocks of any kind: where elastic ones are deformed, faces are looked for on the solids that come nearest to
 them, and gaps are those of the deformed meshes.
@@ -49,13 +49,30 @@ class Meeting:
     base: Path
 
     def __call__(
-        self, model: Model, before: tuple[Any, ...], after: tuple[Any, ...], pairs: IntArray
-    ) -> Model:
-        """The model with contacts of ``pairs`` (m, 2) of blocks, which met between two states, added.
+        self,
+        model: Model,
+        before: tuple[Any, ...],
+        after: tuple[Any, ...],
+        pairs: IntArray,
+        held: np.ndarray,
+    ) -> tuple[Model, IntArray]:
+        """The model with the contacts of ``pairs`` (m, 2) of blocks found anew, and which old ones it keeps.
 
-        Of blocks that touch elsewhere those that are far from the contacts they have. The same model where
-        no faces, edges or corners look at each other that did not before.
+        The old contacts of a pair make way, unless one of them is among the ``held`` (c,), or properties
+        scatter: then those found far from them are added. The same model where nothing is found.
+
+        Parameters
+        ----------
+        model : With the contacts so far.
+        before, after : Body states at the start of a step, where contacts are looked for, and at its end.
+        pairs : Blocks that are in each other at its end.
+        held : Contacts that stay.
+
+        Returns
+        -------
+        The model, and the numbers of the old contacts with which its contacts begin, (k,).
         """
+        every = np.arange(model.contacts.count)
         motion, later = nearest_motions(model, before), nearest_motions(model, after)
         used = np.unique(pairs)
         trace = np.einsum("bij,bij->b", motion[0][used], later[0][used])  # 1 + 2 cos φ, in 2D 2 cos φ
@@ -75,34 +92,48 @@ class Meeting:
         found = self._faces(placed, used, pairs, far, angle)
         fresh, records = touching(self.scene, stones, found, tell=False)
         if not fresh:
-            return model
+            return model, every
         contacts = place(placed, fresh, rules_of(self.scene, stones, fresh, records), self._surfaces)
-        fresh, contacts, records = self._new(model, motion, fresh, contacts, records)
-        if not fresh:
-            return model
+        keep, new = self._parted(model, motion, fresh, contacts, held)
+        if not new.any():
+            return model, every
+        fresh, contacts = chosen(fresh, contacts, new)
         turned = np.zeros(len(placed.blocks), dtype=bool)
         for group in model.groups:
             turned[group.blocks] = group.turns
         back = _unturned(returned(contacts, *motion), contacts, turned)
-        old = joint_of_interfaces(self.scene, self.stones, model.interfaces, tell=False)
-        interfaces, contacts = joined(
-            (model.interfaces, model.contacts), (returned_faces(fresh, *motion), back)
-        )
+        back = replace(back, gap=np.zeros(back.count))  # forces act on both blocks in one point
+        old = chosen(model.interfaces, model.contacts, keep)
+        interfaces, contacts = joined(old, (returned_faces(fresh, *motion), back))
         # no warnings of gaps: those that arise during the march do not come from the scene
         closed = replace(contacts, gap=np.zeros(contacts.count))
-        laws, scatter = joints_at(self.scene, interfaces, closed, old + records, self.base)
-        return replace(model, interfaces=interfaces, contacts=contacts, laws=laws, scatter=scatter)
+        joints = joint_of_interfaces(self.scene, self.stones, old[0], tell=False)
+        joints += [records[number] for number in np.flatnonzero(new)]
+        laws, scatter = joints_at(self.scene, interfaces, closed, joints, self.base)
+        made = replace(model, interfaces=interfaces, contacts=contacts, laws=laws, scatter=scatter)
+        return made, every[keep[model.contacts.interface]]
 
-    def _new(
+    def _parted(
         self, model: Model, motion: tuple[FloatArray, FloatArray], fresh: tuple[Interface, ...],
-        contacts: Contacts, records: list[int],
-    ) -> tuple[tuple[Interface, ...], Contacts, list[int]]:  # fmt: skip
-        """Interfaces with a contact that is not near one of the same blocks, their contacts and joints."""
+        contacts: Contacts, held: np.ndarray,
+    ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+        """Which interfaces of the model stay, and which fresh ones are taken."""
+        keys = np.array([len(model.assembly.blocks), 1])
+        known, anew = (
+            np.sort(np.array([one.blocks for one in each], dtype=np.int64).reshape(-1, 2), axis=1) @ keys
+            for each in (model.interfaces, fresh)
+        )
+        tied = known if self._scatters else known[model.contacts.interface[held]]
         block, point = model.contacts.blocks[:, 0], model.contacts.points[:, 0]
         now = np.einsum("cij,cj->ci", motion[0][block], point) + motion[1][block]
-        old = partners(model.contacts, now, contacts, contacts.points[:, 0], NEAR * model.length)
-        new = np.bincount(contacts.interface[old < 0], minlength=len(fresh)) > 0
-        return *chosen(fresh, contacts, new), [records[number] for number in np.flatnonzero(new)]
+        near = partners(model.contacts, now, contacts, contacts.points[:, 0], NEAR * model.length)
+        far = np.bincount(contacts.interface[near < 0], minlength=len(fresh)) > 0
+        return ~np.isin(known, anew) | np.isin(known, tied), far | ~np.isin(anew, tied)
+
+    @property
+    def _scatters(self) -> bool:
+        """Whether properties belong to joints one by one, in their order."""
+        return any(joint.scatter is not None for joint in self.scene.joints)
 
     @cached_property
     def _surfaces(self) -> tuple[Surface, ...]:

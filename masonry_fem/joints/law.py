@@ -57,6 +57,7 @@ class Law(ABC):
     memory: ClassVar[int] = 0  # numbers a contact that the law keeps in ``JointState.own``
     plain: ClassVar[bool] = False  # of this layer: adds nothing to contact with friction
     cone: ClassVar[bool] = False  # friction shapes what it holds intact: 'no slip' has no meaning
+    softens: ClassVar[bool] = False  # its cohesion gets lost: no path of loads follows that
 
     def __post_init__(self) -> None:
         """Refuse parameters out of their range."""

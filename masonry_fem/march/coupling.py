@@ -128,11 +128,12 @@ class Coupling:
         )
         here = contacts.points[:, 0] if self.model.fixed else points
         arms = np.stack([here, here], axis=1)
-        for sides, group, own in zip(self.sides, self.model.groups, turns, strict=True):
+        # not ``apart``: of contacts that are found on the way that is how far their blocks have gone
+        misfit = contacts.gap + (0.0 if contacts.bulge is None else contacts.bulge)
+        for sides, group in zip(self.sides, self.model.groups, strict=True):
             if group.deforms:
-                second = sides.side == 1
-                misfit = apart[sides.contact[second]]
-                arms[sides.contact[second], 1] -= np.einsum("kij,kj->ki", own[second], misfit)
+                second = sides.contact[sides.side == 1]
+                arms[second, 1] -= misfit[second, None] * frame[second, 0]
         return Placement(frame, here, arms, gap, offset, seen)
 
     def rigid_map(self, states: tuple[Any, ...], here: Placement) -> FloatArray:

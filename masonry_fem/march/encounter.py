@@ -2,8 +2,9 @@
 
     coupling, made = meeting_step(coupling, state, scheme, settings, until, clock, lookout)
 
-An active set of pairs: blocks that no contact pairs and that are in each other at the end of the step get
-contacts with the gaps that they had at its start, until none are left.
+An active set of pairs: blocks that no contact keeps apart and that are in each other at the end of the step
+get contacts with the gaps that they had at its start, until none are left. They take the place of those that
+the pair had: a contact is of one corner and one face, and where blocks slide and tilt others bear.
 """
 
 from __future__ import annotations
@@ -13,11 +14,13 @@ import logging
 import numpy as np
 
 from masonry_fem.bodies.base import Scheme
+from masonry_fem.contact.update import partners, picked
 from masonry_fem.march.clock import Clock
-from masonry_fem.march.coupling import Coupling, connect
+from masonry_fem.march.coupling import Coupling, Placement, connect
 from masonry_fem.march.expulsion import expelling_step
 from masonry_fem.march.lookout import Lookout
-from masonry_fem.march.renewal import carried
+from masonry_fem.march.model import Model
+from masonry_fem.march.renewal import NEAR, carried
 from masonry_fem.march.state import SystemState
 from masonry_fem.march.step import Increment
 from masonry_fem.nscd import SolverSettings
@@ -50,25 +53,39 @@ def meeting_step(
     """
     made = expelling_step(coupling.model, coupling, state, scheme, settings, until, clock)
     lookout.look(made.after.bodies, static=scheme.inertia == 0)
+    met = np.zeros(0, dtype=np.int64)
     while made.solution.solved:
         model = coupling.model
         pairs = lookout.strangers(model, made.after)
-        if model.meet is None or len(pairs) == 0:
+        fresh = pairs[~np.isin(lookout.keys(pairs), met)]
+        if model.meet is None or len(fresh) == 0:
+            lookout.bear(pairs)
             break
-        found = model.meet(model, state.bodies, made.after.bodies, pairs)
+        met = np.concatenate([met, lookout.keys(fresh)])
+        found, kept = model.meet(model, state.bodies, made.after.bodies, fresh, ~state.joints.broken)
         if found is model:
-            lookout.dismiss(model, pairs)
-            break
-        _tell(coupling, pairs, until)
+            continue
+        _tell(coupling, fresh, until)
         coupling = connect(found)
-        count = model.contacts.count
-        old = np.concatenate([np.arange(count), np.full(found.contacts.count - count, -1)])
-        state = carried(model, found, coupling, coupling.placement(state.bodies), state, old)
+        here = coupling.placement(state.bodies)
+        old = _continued(model, state, found, here, kept)
+        state = carried(model, found, coupling, here, state, old)
         clock.lap("detect")
         made = expelling_step(found, coupling, state, scheme, settings, until, clock)
         lookout.look(made.after.bodies, always=True)
     clock.lap("detect")
     return coupling, made
+
+
+def _continued(
+    model: Model, state: SystemState, found: Model, here: Placement, kept: np.ndarray
+) -> np.ndarray:
+    """The old contact that each one goes on from: itself, or one of those that made way; −1: none, (c,)."""
+    lost = np.setdiff1d(np.arange(model.contacts.count), kept)
+    fresh = np.arange(len(kept), found.contacts.count)
+    gone, new = picked(model.contacts, lost), picked(found.contacts, fresh)
+    near = partners(gone, state.points[lost], new, here.points[fresh], NEAR * model.length)
+    return np.concatenate([kept, np.append(lost, -1)[near]])
 
 
 def _tell(coupling: Coupling, pairs: np.ndarray, until: float) -> None:

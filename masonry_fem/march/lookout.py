@@ -45,7 +45,7 @@ class Lookout:
         self._model = model
         self._start = self._last = self._positions(bodies)
         self._still = STILL * model.length
-        self._dismissed: IntArray = np.zeros(0, dtype=np.int64)
+        self._borne = Overlaps(np.zeros((0, 2), dtype=np.int64), np.zeros(0))
         self.found: Overlaps | None = None
 
     def look(self, bodies: tuple[Any, ...], *, static: bool = False, always: bool = False) -> None:
@@ -64,7 +64,9 @@ class Lookout:
         self.found = None
         if due or always:
             self._last = now
-            self.found = overlaps(self._skin, now)
+            self.found = found = overlaps(self._skin, now)
+            borne = _looked_up(self.keys(found.pairs), self.keys(self._borne.pairs), self._borne.depth)
+            self._borne = Overlaps(found.pairs, np.minimum(borne, found.depth))
 
     def last_look(self, bodies: tuple[Any, ...]) -> None:
         """Look at the end at whatever has moved at all."""
@@ -82,24 +84,26 @@ class Lookout:
         if self.found is None or len(self.found.depth) == 0:
             return np.zeros((0, 2), dtype=np.int64)
         pairs = self.found.pairs
-        touch = self._paired(model, pairs) | (self._beds(model, state)[pairs].min(axis=1) > 0)
+        borne = self._borne.depth
+        touch = self._paired(model, pairs) | (self._beds(model, state)[pairs].min(axis=1) > 0) | (borne > 0)
         least = np.maximum(np.where(touch, OVERLAP, ROUNDING), second_order(model, state.bodies))
-        beyond = self.found.depth - self.known(model, state, pairs) > least * self.sizes(pairs)
-        fresh: IntArray = pairs[beyond & ~np.isin(self._keys(pairs), self._dismissed)]
-        return fresh
+        beyond = self.found.depth - np.maximum(borne, self.known(model, state, pairs))
+        strange: IntArray = pairs[beyond > least * self.sizes(pairs)]
+        return strange
 
-    def dismiss(self, model: Model, pairs: IntArray) -> None:
-        """Take pairs without contacts for strangers no more: they have no faces that look at each other."""
-        alone = pairs[~self._paired(model, pairs)]
-        self._dismissed = np.concatenate([self._dismissed, self._keys(alone)])
+    def bear(self, pairs: IntArray) -> None:
+        """Take pairs for strangers only once they are deeper in each other than the last look saw them."""
+        if self.found is not None:
+            deep = np.isin(self.keys(self._borne.pairs), self.keys(pairs))
+            self._borne.depth[deep] = self.found.depth[deep]
 
     def _paired(self, model: Model, pairs: IntArray) -> np.ndarray:
-        return np.isin(self._keys(pairs), self._keys(np.sort(model.contacts.blocks, axis=1)))
+        return np.isin(self.keys(pairs), self.keys(np.sort(model.contacts.blocks, axis=1)))
 
     def known(self, model: Model, state: SystemState, pairs: IntArray) -> FloatArray:
         """Overlap of pairs that is no fault: of the start, or what beds give way, shape (m,) [m]."""
-        keys = self._keys(pairs)
-        held = _looked_up(keys, self._keys(self._at_start.pairs), self._at_start.depth)
+        keys = self.keys(pairs)
+        held = _looked_up(keys, self.keys(self._at_start.pairs), self._at_start.depth)
         # whoever slides off its own bed lies on a neighbour's, with which it has no contacts
         return held + self._beds(model, state)[pairs].min(axis=1)
 
@@ -148,7 +152,8 @@ class Lookout:
             ]
         return layouts
 
-    def _keys(self, pairs: IntArray) -> IntArray:
+    def keys(self, pairs: IntArray) -> IntArray:
+        """A number for each pair."""
         keys: IntArray = pairs @ np.array([len(self._model.assembly.blocks), 1])
         return keys
 

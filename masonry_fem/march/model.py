@@ -98,9 +98,18 @@ class Meet(Protocol):
     """How blocks that meet become contacts."""
 
     def __call__(
-        self, model: Model, before: tuple[Any, ...], after: tuple[Any, ...], pairs: NDArray[np.int64]
-    ) -> Model:
-        """The model with contacts of ``pairs`` (m, 2) of blocks, which met between two states, added."""
+        self,
+        model: Model,
+        before: tuple[Any, ...],
+        after: tuple[Any, ...],
+        pairs: NDArray[np.int64],
+        held: NDArray[np.bool_],
+    ) -> tuple[Model, NDArray[np.int64]]:
+        """The model with the contacts of ``pairs`` (m, 2) of blocks found anew, and which old ones it keeps.
+
+        They met between two states. The old contacts of a pair make way unless one of them is ``held`` (c,).
+        The kept ones, (k,), come first.
+        """
         ...
 
 

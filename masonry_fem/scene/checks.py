@@ -14,6 +14,7 @@ from typing import Any
 import msgspec
 
 from masonry_fem.fidelities import deforms
+from masonry_fem.joints.kinds import kinds
 from masonry_fem.scene.joint_checks import check_joints, joint_doubts
 from masonry_fem.scene.lines import KeyPath
 from masonry_fem.scene.material_doubts import material_doubts
@@ -205,6 +206,12 @@ def _analysis(scene: Scene) -> None:
         if scene.loads.temperatures:
             heated = scene.loads.temperatures[0].on
             raise wrong(("loads", "temperatures", 0, "on"), heated, f"{none}; heat them in statics")
+        for index, joint in enumerate(scene.joints):
+            name = "" if joint.law is None else joint.law.kind
+            if (kind := kinds().get(name)) is not None and kind.law.softens:
+                expected = "'elastic', or no law: a path (analysis.kind) cannot follow joints that soften"
+                cure = "; where these are to break move a support in statics"
+                raise wrong(("joints", index, "law", "kind"), name, expected, cure)
     tolerance = getattr(analysis, "tolerance", None)
     if tolerance is not None and scene.solver.aim > tolerance:
         # contacts that are solved no better never pass for at rest: the march would end as if blocks slid

@@ -49,7 +49,7 @@ def _fit_number(value: Any, kind: Any, extra: dict[str, Any], path: KeyPath, _: 
     if isinstance(number, bool) or not isinstance(number, int | float):
         raise wrong(path, value, expected)
     if not abs(number) <= sys.float_info.max or not _in_range(number, kind):  # the first is true for nan, too
-        raise wrong(path, value, expected)
+        raise wrong(path, value, expected, f"; {extra['cure']}" if "cure" in extra else "")
     if number and not SMALLEST <= abs(number) <= LARGEST:
         raise wrong(
             path, value, f"{expected}, where it is not 0 from {SMALLEST:.0e} to {LARGEST:.0e} in size"

@@ -5,10 +5,12 @@ from __future__ import annotations
 import logging
 from typing import Any
 
+import numpy as np
 import pytest
 
-from masonry_fem.analyses.run import RunResult
+from masonry_fem.analyses.run import RunResult, solve_scene
 from masonry_fem.march.witness import Written
+from masonry_fem.scene import check
 from masonry_fem.scene.specs import (
     Contact,
     Dynamics,
@@ -22,12 +24,15 @@ from masonry_fem.scene.specs import (
     Override,
     Probe,
     Scatter,
+    Scene,
     Statics,
     Support,
     Table,
 )
+from masonry_fem.structures.arch import ArchStructure
 from masonry_fem.structures.block import BlockStructure
 from tests.validation.scenes import G, attempted, solved
+from tests.validation.tape import taped
 
 DENSITY, YOUNG, LENGTH, THICK = 2400.0, 1e9, 2.0, 0.2
 BEAM = MeshSettings(element="Q2", divisions=(20, 4))
@@ -223,3 +228,115 @@ def test_who_meets_whom_is_told(caplog: pytest.LogCaptureFixture) -> None:
     with caplog.at_level(logging.INFO, logger="masonry_fem"):
         cantilever(3e-3, analysis=Equilibrium(strategy="large_step", step=1.0, max_steps=10))
     assert "'arm' and 'below' meet" in caplog.text
+
+
+STONE = {"stone": Material(density=DENSITY, young=YOUNG, poisson=0.2)}
+
+
+def tilted(name: str, at: tuple[float, float], turn: float, **keys: Any) -> BlockStructure:
+    """A stone of 0.3 m by 0.2 m."""
+    return BlockStructure(
+        name=name, material="stone", position=at, rotation=turn, **{"size": (0.3, 0.2)} | keys
+    )
+
+
+def marched(fidelity: str, **keys: Any) -> tuple[Any, Any]:
+    """A plane march of stones, and energy less the work done on them, step by step [J]."""
+    given = {
+        "dimension": 2,
+        "fidelity": fidelity,
+        "materials": STONE,
+        "mesh": MeshSettings(divisions=(2, 2)),
+        "loads": Loads(gravity=(0.0, -G)),
+        "joints": (Joint(friction=0.5),),
+    }
+    tape, made, _ = taped(**given | keys)
+    work = np.cumsum([report.external_work + report.support_work for report in tape.reports])
+    return made, tape.energy - work
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fidelity", ["rigid", "elastic"])
+def test_stones_that_fall_in_a_heap_stay_out_of_each_other(fidelity: str) -> None:
+    """Corners on faces and corners, at up to 3 m/s: 6 mm a step."""
+    made, energy = marched(
+        fidelity,
+        structures=(
+            BlockStructure(
+                name="ground", material="stone", size=(4.0, 0.2), position=(-2.0, -0.2), support=True
+            ),
+            tilted("a", (-0.1, 0.02), 12.0),
+            tilted("b", (0.05, 0.35), -25.0),
+            tilted("c", (-0.15, 0.65), 40.0),
+        ),
+        analysis=Dynamics(step=2e-3, duration=0.5, theta=1.0),
+    )
+    assert made.outcome == "finished"
+    assert made.witness.overlap.value < 0.01 * 0.2
+    assert np.diff(energy).max() < 1e-9 * np.ptp(energy)
+
+
+@pytest.mark.slow
+def test_stones_that_slide_and_tilt_on_each_other_stay_out_of_each_other() -> None:
+    """An arch whose springings part until it falls: corners slide, and hinges go from one to another."""
+    way = Table(points=((0.0, 0.0), (0.5, 1.0)))
+    made, energy = marched(
+        "rigid",
+        structures=(
+            ArchStructure(
+                name="arch", material="stone", radius=1.0, thickness=0.15, voussoirs=7, straight=True
+            ),
+        ),
+        supports=tuple(
+            Support(on=f"arch.springing_{side}", motion=Motion(displacement=(x, 0.0), time=way))
+            for side, x in (("left", -0.1), ("right", 0.1))
+        ),
+        joints=(Joint(friction=0.6),),
+        analysis=Dynamics(step=2e-3, duration=1.0, theta=1.0),
+    )
+    assert made.outcome == "finished"
+    assert made.witness.overlap.value < 2e-3 * 0.15
+    assert np.diff(energy).max() < 1e-9 * np.ptp(energy)
+
+
+class Places:
+    """Centre of each block and how far it has turned, step by step, shape (s, b, 3) [m, rad]."""
+
+    def __init__(self) -> None:
+        self.rows: list[np.ndarray] = []
+
+    def record(self, model: Any, state: Any, report: Any) -> None:
+        row = np.zeros((len(model.assembly.blocks), 3))
+        for group, own in zip(model.groups, state.bodies, strict=True):
+            row[group.blocks, :2] = group.positions(own).reshape(len(group.blocks), -1, 2).mean(axis=1)
+            turn = group.motion(own)[0]
+            row[group.blocks, 2] = np.arctan2(turn[:, 1, 0], turn[:, 0, 0])
+        self.rows.append(row)
+
+
+@pytest.mark.parametrize("fidelity", ["rigid", "elastic"])
+def test_stones_that_hit_each_other_keep_their_angular_momentum(fidelity: str) -> None:
+    """One flies at the other from 16 mm away, and rubs."""
+    places, step = Places(), 4e-3
+    scene = Scene(
+        dimension=2,
+        fidelity=fidelity,
+        materials=STONE,
+        structures=(tilted("rests", (0.0, 0.0), 12.0), tilted("flies", (0.05, 0.43), -25.0, size=(0.3, 0.3))),
+        mesh=MeshSettings(divisions=(2, 2)),
+        joints=(Joint(friction=0.8),),
+        loads=Loads(),
+        initial=(Initial(blocks="flies", velocity=(2.0, -5.0)),),
+        analysis=Dynamics(step=step, duration=0.06, theta=1.0),
+    )
+    result = solve_scene(check(scene), observers=(places,))
+    assert result.march.model.contacts.count > 0
+    path = np.array(places.rows)
+    speed = np.diff(path, axis=0) / step
+    sides = np.array([[0.3, 0.2], [0.3, 0.3]])
+    mass = DENSITY * sides.prod(axis=1)
+    inertia = mass * (sides**2).sum(axis=1) / 12
+    x, y = path[1:, :, 0], path[1:, :, 1]
+    momentum = (mass * (x * speed[:, :, 1] - y * speed[:, :, 0]) + inertia * speed[:, :, 2]).sum(axis=1)
+    assert abs(speed[-1, 0, 2]) > 1.0  # it turns
+    assert momentum[-1] == pytest.approx(momentum[0], rel=1e-6)

@@ -8,7 +8,7 @@ import pytest
 
 from masonry_fem.errors import SceneError
 from masonry_fem.scene import check, load, loads
-from masonry_fem.scene.specs import Joint, Loads, Material, Motion, Scene, Support
+from masonry_fem.scene.specs import Joint, Loads, Material, Motion, Scene, Support, material_record
 from masonry_fem.structures import kinds
 from masonry_fem.structures.arch import ArchStructure
 from masonry_fem.structures.block import BlockStructure
@@ -312,6 +312,19 @@ def test_python_objects_are_checked_and_converted_like_files(arch):
         (
             {"materials": {"stone": Material(density=-1.0, young=1e9)}},
             "scene: materials.stone.density is -1.0, expected a density > 0 in kg/m^3",
+        ),
+        (
+            {
+                "materials": {
+                    "stone": Material(
+                        density=2400.0,
+                        young=1e9,
+                        inelastic=material_record("mohr_coulomb", cohesion=0.0, friction_angle=30.0),
+                    )
+                }
+            },
+            "scene: materials.stone.inelastic.cohesion is 0.0, expected a pressure > 0 in Pa; take "
+            "f_c (1 - sin φ)/(2 cos φ), that of stone of compressive strength f_c and friction_angle φ",
         ),
         (
             {"joints": (Joint(friction=np.float64(-2)),)},

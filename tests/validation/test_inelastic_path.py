@@ -32,6 +32,7 @@ from masonry_fem.scene.specs import (
     Support,
     Table,
     Traction,
+    law_record,
     material_record,
 )
 from masonry_fem.structures.block import BlockStructure
@@ -41,6 +42,8 @@ LENGTH, ROWS = 2.0, 4  # twice 2 E G_f/f_t²
 ROW = LENGTH / ROWS
 OPENING = 1.2e-4
 STAY = Table(points=((0.0, 1.0),))
+STIFF = {"normal_stiffness": 1e11, "tangential_stiffness": 1e11}
+ENERGIES = {"normal_energy": 50.0, "tangential_energy": 50.0}
 
 
 class Curve:
@@ -153,3 +156,25 @@ def test_supports_that_move_are_refused():
     moved = Support(on="bar/bottom", motion=Motion(displacement=(0.0, 1e-3)))
     with pytest.raises(SceneError, match=r"supports\.0\.motion .* with analysis.kind = 'path'"):
         followed(msgspec.structs.replace(scene, supports=(moved,)))
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        law_record("mohr_coulomb", cohesion=1e6),
+        law_record("elastic_brittle", **STIFF, normal_strength=1e6, tangential_strength=1e6),
+        law_record("fremond_cangemi", **STIFF, energy=20.0),
+        law_record("bilinear", **STIFF, normal_strength=1e6, tangential_strength=1e6, **ENERGIES),
+    ],
+)
+def test_joints_that_soften_are_refused(law):
+    scene = msgspec.structs.replace(hung(), joints=(Joint(law=law),))
+    with pytest.raises(
+        SceneError, match=rf"joints\.0\.law\.kind is '{law.kind}', expected 'elastic', or no law"
+    ):
+        check(scene)
+
+
+def test_joints_that_stay_elastic_are_not():
+    scene = msgspec.structs.replace(hung(), joints=(Joint(law=law_record("elastic", **STIFF)),))
+    assert check(scene).joints[0].law.kind == "elastic"

@@ -44,7 +44,7 @@ from msgspec import Meta
 
 from masonry_fem.errors import LawError
 from masonry_fem.fem.material_law import SHEARS, BoolArray, FloatArray, Isotropic, Response
-from masonry_fem.fem.materials.parts.cracked import Held, cracked, sliding
+from masonry_fem.fem.materials.parts.cracked import Held, IntArray, cracked, sliding
 from masonry_fem.fem.materials.parts.plastic import PLASTIC, FrictionAngle, Plastic
 from masonry_fem.fem.materials.parts.principal import principal, sheared, tangents, tensors
 from masonry_fem.fem.materials.parts.slip import sine_cosine, slip_planes
@@ -56,10 +56,11 @@ SURE = 1e-7  # as far outside no end was found
 NEAR = 1e-13  # of λ: what rounding leaves of its equation is less
 CRACK, DAMAGE = 7, 8  # λ, and 1 − 1/(1 + ω), after the variables of Plastic
 # how many axes are in tension, and which planes slip; σ1 = σ2 where the first two do, σ2 = σ3 where the first
-# and third do; with three axes in tension the strength f_t comes first
+# and third do; with three axes in tension the strength f_t comes first. In the order in which they are tried:
+# most points of a crushed stone are only pressed
 ENDS = (
-    (0, ()), (1, ()), (2, ()), (3, ()), (0, (0,)), (1, (0,)), (2, (0,)),
-    (0, (0, 1)), (2, (0, 1)), (0, (0, 2)), (1, (0, 2)),
+    (0, ()), (0, (0,)), (0, (0, 1)), (0, (0, 2)), (1, ()), (2, ()), (3, ()), (1, (0,)), (2, (0,)),
+    (2, (0, 1)), (1, (0, 2)),
 )  # fmt: skip
 
 
@@ -223,12 +224,12 @@ class DamagePlasticity(Plastic):
         It is at most the greatest strain. From there on Newton's method comes down to it.
         """
         low, high = before.copy(), np.maximum(strains[:, 0], before)
-        crack, left = high.copy(), np.arange(len(strains))
+        crack, left, ends = high.copy(), np.arange(len(strains)), None
         for _ in range(ROUNDS):
             here, speed, young = crack[left], rate[left], elastic.young
             strength = self._strength(here, speed)
             opened = young * here / strength
-            held = self._held(elastic, strains[left], opened)
+            held = self._held(elastic, strains[left], opened, ends)
             over = opened * held.stress[:, 0] / young - here
             more = (over > 0) | (held.outside > SURE)
             low[left], high[left] = np.where(more, here, low[left]), np.where(more, high[left], here)
@@ -236,22 +237,32 @@ class DamagePlasticity(Plastic):
             change = held.stress[:, 0] - opened * np.einsum("qj,qj->q", held.moduli[:, 0], pulled) / young
             slope = (1 + speed * here) / strength * change - 1
             moved = np.where(slope < 0, here - over / np.where(slope < 0, slope, 1.0), -1.0)
-            there = np.abs(moved - here) <= NEAR * here
-            between = there | ((moved > low[left]) & (moved < high[left]))
+            near = np.abs(moved - here) <= NEAR * here
+            between = near | ((moved > low[left]) & (moved < high[left]))
+            # rounding may close the bracket before two of Newton's steps agree
+            there = near | (high[left] - low[left] <= NEAR * here)
             crack[left] = np.where(between, moved, 0.5 * (low[left] + high[left]))
-            left = left[~there]
+            left, ends = left[~there], held.end[~there]
             if not left.size:
                 break
         return crack
 
-    def _held(self, elastic: Isotropic, strains: FloatArray, opened: FloatArray) -> Held:
-        """Stresses of principal strains (q, 3) without plastic ones at a damage ω (q,) that stays."""
+    def _held(
+        self, elastic: Isotropic, strains: FloatArray, opened: FloatArray, known: IntArray | None = None
+    ) -> Held:
+        """Stresses of principal strains (q, 3) without plastic ones at a damage ω (q,) that stays.
+
+        ``known`` are ends to try first, shape (q,).
+        """
         normals, flows, bound = self._planes
         trial = strains @ elastic.matrix[:3, :3]
         scale = bound + np.abs(trial).max(axis=1)
         made = Held.none(len(strains))
         left = np.arange(len(strains))
-        for number, (pulled, planes) in enumerate(ENDS):
+        likely = [] if known is None else [(end, known == end) for end in np.unique(known)]
+        for number, own in [*likely, *((end, None) for end in range(len(ENDS)))]:
+            pulled, planes = ENDS[number]
+            left = left if own is None else np.flatnonzero(own)
             n, m = normals[list(planes)], flows[list(planes)]
             stiff = cracked(elastic, opened[left], pulled)
             stress = np.matmul(stiff, strains[left][:, :, None])[:, :, 0]
@@ -272,7 +283,7 @@ class DamagePlasticity(Plastic):
             better = outside < made.outside[left]
             new = Held(stress, flow, sliding(stiff, n, m), outside, np.full(len(left), number))
             made = made.replaced(left[better], new.of(better))
-            left = left[made.outside[left] > ROUNDING]
+            left = np.flatnonzero(made.outside > ROUNDING)
             if not left.size:
                 break
         return made

@@ -38,7 +38,7 @@ from masonry_fem.fem.material_law import (
     Isotropic,
     Response,
 )
-from masonry_fem.fem.materials.parts.plastic import PLASTIC, FrictionAngle, Plastic
+from masonry_fem.fem.materials.parts.plastic import PLASTIC, Cohesion, FrictionAngle, Plastic
 
 # of ξ c + |trial stress|: a trial stress that is outside by less is on the line
 ON_LINE = 1e-14
@@ -77,7 +77,7 @@ class DruckerPrager(Plastic):
     dilatancy_angle = 10
     """
 
-    cohesion: Annotated[float, Meta(gt=0, extra={"unit": "Pa"})]
+    cohesion: Cohesion
     friction_angle: FrictionAngle
     dilatancy_angle: FrictionAngle | None = None
     hardening: Annotated[float, Meta(ge=0, extra={"unit": "Pa"})] = 0.0

@@ -40,7 +40,7 @@ from msgspec import Meta
 
 from masonry_fem.errors import LawError
 from masonry_fem.fem.material_law import SHEARS, FloatArray, Isotropic, Response
-from masonry_fem.fem.materials.parts.plastic import PLASTIC, FrictionAngle, Plastic
+from masonry_fem.fem.materials.parts.plastic import PLASTIC, Cohesion, FrictionAngle, Plastic
 from masonry_fem.fem.materials.parts.principal import principal, sheared, tangents, tensors
 from masonry_fem.fem.materials.parts.slip import sine_cosine, slip_planes
 
@@ -86,7 +86,7 @@ class MohrCoulomb(Plastic):
     tension_strength = "0.4 MPa"
     """
 
-    cohesion: Annotated[float, Meta(gt=0, extra={"unit": "Pa"})]
+    cohesion: Cohesion
     friction_angle: FrictionAngle
     dilatancy_angle: FrictionAngle | None = None
     tension_strength: Annotated[float, Meta(gt=0, extra={"unit": "Pa"})] | None = None

@@ -45,6 +45,7 @@ class ElasticBrittle(Adhesive):
     friction: Friction = 0.6
 
     name: ClassVar[str] = "elastic_brittle"
+    softens: ClassVar[bool] = True
 
     @override
     def factors(self, state: JointState) -> FloatArray:

@@ -66,6 +66,7 @@ class FremondCangemi(Adhesive):
     laplacian: Any = None
 
     name: ClassVar[str] = "fremond_cangemi"
+    softens: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         check_ranges(self)

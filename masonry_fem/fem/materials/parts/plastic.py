@@ -17,6 +17,8 @@ from masonry_fem.fem.material_law import SHEARS, BoolArray, FloatArray, Isotropi
 PLASTIC, ACCUMULATED = slice(0, 6), 6
 STRAIN = "plastic_strain"
 FrictionAngle = Annotated[float, Meta(ge=0, lt=90, extra={"unit": "deg"})]
+CURE = "take f_c (1 - sin φ)/(2 cos φ), that of stone of compressive strength f_c and friction_angle φ"
+Cohesion = Annotated[float, Meta(gt=0, extra={"unit": "Pa", "cure": CURE})]
 
 
 class Plastic(MaterialLaw):

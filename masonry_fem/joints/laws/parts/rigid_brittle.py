@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import replace
-from typing import override
+from typing import ClassVar, override
 
 import numpy as np
 
@@ -34,6 +34,7 @@ class RigidBrittle(Law):
     """
 
     __slots__ = ()
+    softens: ClassVar[bool] = True
 
     critical_slip: Parameter
     critical_opening: Parameter

@@ -19,7 +19,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal, Self, override
+from typing import Annotated, Any, ClassVar, Literal, Self, override
 
 import numpy as np
 from msgspec import Meta
@@ -51,6 +51,8 @@ class Softening(Adhesive):
     mixing : exponent a of (1/G)^a = ((1 − m)/G_N)^a + (m/G_T)^a, m the share of shear
     residual : share η of the inelastic opening that stays when the joint closes
     """
+
+    softens: ClassVar[bool] = True
 
     normal_stiffness: Stiffness
     tangential_stiffness: Stiffness

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 from typing import Any, Literal
 
@@ -12,7 +13,7 @@ import numpy as np
 
 from benchmarks.cases import G
 from demos import cyclic_joint, dome_on_piers
-from masonry_fem import load
+from masonry_fem import load, loads
 from masonry_fem.nscd import ContactProblem
 from masonry_fem.scene import specs as s
 from masonry_fem.structures.arch import ArchStructure
@@ -22,7 +23,10 @@ from masonry_fem.structures.rubble import RubbleStructure
 from masonry_fem.structures.stack import StackStructure
 from masonry_fem.structures.wall import WallStructure
 from tests.nscd.families import elastic
+from tests.nscd.masses import rigid_mass
+from tests.nscd.walls import rigid_wall
 from tests.validation.test_a3_arches import SPREAD
+from tests.validation.test_verdicts import PARTED
 
 Size = Literal["tiny", "default"]
 STATICS = s.Statics()
@@ -41,7 +45,7 @@ class Recipe:
     Attributes
     ----------
     family : What it is like. name : What tells it from the others of its family.
-    scene : Without its horizontal load; or a problem that is none of a scene's.
+    scene : Without its horizontal load; or a problem that is none of a scene's, or what makes it.
     share : Of the load of limit analysis; None: it has no such load.
     call : Which call of the contact solver is kept, from 1; the last one where there are fewer.
     falls : Whether it falls, where that is known but not by limit analysis of its first geometry.
@@ -50,7 +54,7 @@ class Recipe:
 
     family: str
     name: str
-    scene: s.Scene | ContactProblem
+    scene: s.Scene | ContactProblem | Callable[[], ContactProblem]
     share: float | None
     call: int = 1
     falls: bool | None = None
@@ -132,18 +136,25 @@ def gaping_wall(columns: int, courses: int, gap: float) -> s.Scene:
     return msgspec.structs.replace(scene(floor, 0.6, "elastic", joints=joints), structures=(floor, *bricks))
 
 
-def spread_arch(friction: Any, share: float) -> s.Scene:
+def spread_arch(
+    friction: Any, share: float, thickness: float = 0.2, fidelity: str = "rigid", young: float = 10e9
+) -> s.Scene:
     """An arch whose springings move apart in twenty steps, to a share of what it falls at."""
     slowly = s.Table(points=((0.0, 0.0), (0.5, share - 0.1), (1.0, share)))
     supports = tuple(
         s.Support(
             on=f"arch.springing_{side}",
-            motion=s.Motion(displacement=(way * SPREAD[0.2] / 2, 0.0), time=slowly),
+            motion=s.Motion(displacement=(way * SPREAD[thickness] / 2, 0.0), time=slowly),
         )
         for side, way in (("left", -1.0), ("right", 1.0))
     )
     loads = s.Loads(gravity=(0.0, -G), gravity_time=AT_ONCE)
-    return scene(arch(20), friction, dimension=2, supports=supports, loads=loads, analysis=GROWING)
+    stone = {"stone": s.Material(density=2400.0, young=young, poisson=0.2)}
+    given = scene(
+        arch(20, thickness), friction, fidelity, 2, supports=supports, loads=loads, analysis=GROWING,
+        mesh=s.MeshSettings(element="Q1", divisions=(1, 1)),
+    )  # fmt: skip
+    return msgspec.structs.replace(given, materials=stone)
 
 
 def scene(
@@ -417,6 +428,27 @@ def _large() -> Iterator[Recipe]:
         yield Recipe("large walls", f"{columns}x{courses} mu 0.6 at 0.5", given, 0.5)
 
 
+def _needy() -> Iterator[Recipe]:
+    """What shows a part at work that the other families do without."""
+    yield Recipe("needy", "elastic arch parted by 5 mm at once", loads(PARTED), None, falls=False)
+    for call in (19, 20):
+        given = spread_arch(5.0, 0.98, thickness=0.15, fidelity="elastic", young=1e12)
+        yield Recipe("needy", f"stiff arch parted step {call}", given, None, call, falls=False)
+    given = scene(arch(9, 0.06), 0.6, "elastic", 2, analysis=s.Dynamics(step=2e-3, duration=0.12, theta=1.0))
+    for call in (10, 30, 50):
+        yield Recipe("needy", f"thin arch that falls step {call}", given, None, call)
+    for share in (1.03, 1.17):
+        given = scene(wall(10, 10, 2), 0.3, "elastic", 2)
+        yield Recipe("needy", f"elastic wall 10x10 at {share:g}", given, share)
+    yield Recipe("needy", "elastic wall 5x5 at its limit", scene(wall(5, 5), 0.3, "elastic"), 1.0)
+    sliding = scene(wall(40, 20), 0.2, analysis=s.Dynamics(step=0.01, duration=1.0))
+    for call in (1, 2):
+        yield Recipe("needy", f"wall 40x20 that slides step {call}", sliding, 1.5, call)
+    tipping = partial(rigid_wall, 24, 24, friction=0.7, horizontal=0.7)
+    yield Recipe("needy", "wall 24x24 that is about to slide and tip", tipping, None)
+    yield Recipe("needy", "mass of 12x12x12 bricks", partial(rigid_mass, 12, 12, 12), None)
+
+
 FAMILIES = (
     _walls,
     _arches,
@@ -436,4 +468,5 @@ FAMILIES = (
     _demos,
     _marches,
     _large,
+    _needy,
 )

@@ -50,6 +50,7 @@ LIMIT = 60.0  # CPU seconds a problem
 CPU = SimpleNamespace(monotonic=time.process_time, process_time=time.process_time)  # the clock of limits
 COHESION = "joints with cohesion"
 LED = "problems after others"
+FEW, MANY = "few contacts", "many contacts"
 MOVES = 1e-3  # of the greatest speed: contacts that are slower do not move
 
 
@@ -170,15 +171,15 @@ def _constants() -> list[Switch]:
 
     kind = "constant"
     return [
-        Switch("few contacts as many", kind, turns, "MANY", 0),
-        Switch("many contacts as few", kind, turns, "MANY", 10**9),
+        Switch("few contacts as many", kind, turns, "MANY", 0, where=FEW),
+        Switch("many contacts as few", kind, turns, "MANY", 10**9, where=MANY),
         Switch("sweeps without foresight", kind, turns, "PATIENCE", 10**9, where="first sweeps"),
         Switch("newton's crawl", kind, newton, "_CRAWL", 10**9),
         Switch("later rounds as brief as first ones", kind, turns, "LED_STEPS", turns.BRIEF, where=LED),
         Switch("interior point slides at once", kind, turns, "TURNS",
-               made(InteriorPoint(align=0.0, sliding=0.0)), where="interior point"),
+               made(InteriorPoint(sliding=0.0)), where="interior point"),
         Switch("interior point's shorter steps", kind, turns, "TURNS",
-               made(InteriorPoint(align=0.0, to_boundary=0.9999)), where="interior point"),
+               made(InteriorPoint(to_boundary=0.9999)), where="interior point"),
     ]  # fmt: skip
 
 
@@ -233,6 +234,7 @@ def as_it_is(trial: Trial, limit: float) -> Row:
     seen: set[str] = set()
     with _watched(switches(), seen):
         row = solved(trial, limit)
+    seen.add(FEW if trial.problem.count < turns.MANY else MANY)
     if trial.problem.cohesive:
         seen.add(COHESION)
     if trial.start is not None and trial.start.velocity is not None:

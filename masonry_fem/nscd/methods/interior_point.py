@@ -16,9 +16,6 @@ With H the scaling in impulses, a step is dp = −H (J dv + …), and where bloc
 in the bodies' velocities, with the matrix M + Bᵀ H J B. H grows as 1/τ, and is never multiplied out
 where it meets a velocity: H = R Rᵀ, and R Rᵀ dv keeps the digits that H dv loses.
 
-In 3D the angle between friction and sliding is off by √τ after every such step. Where blocks are elastic,
-and nothing will polish the result, every other step of the end game keeps τ and mends the angle.
-
 Where cohesion has a stiffness S, x is made of p̃ = p + S v. Impulses p then are unknowns of their own, and
 p + S v − p̃ a residual that falls with the others.
 
@@ -35,7 +32,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from masonry_fem.nscd.graphs import lengths, project_cone, tangential_norm
+from masonry_fem.nscd.graphs import project_cone, tangential_norm
 from masonry_fem.nscd.iterate import Iterate
 from masonry_fem.nscd.linear import Library
 from masonry_fem.nscd.outcome import Outcome
@@ -64,8 +61,6 @@ class InteriorPoint:
     ----------
     smoothing : ε of the friction term, relative to τ over the first impulse.
     sliding : The friction term is left out until the mean work of friction is so many times τ.
-    align : Error below which steps that only align friction with sliding may come between the others,
-        among elastic blocks; 0 where Newton will polish, which is quicker.
     to_boundary : Share of the way to the cones' boundary that a step goes where contacts slide.
     slow, patience : It is stalled where ``patience`` steps left more than ``slow`` of the error, of τ
         and of what v̂ misses; three times as many at errors above 1e-3, six where springs hold blocks
@@ -76,7 +71,6 @@ class InteriorPoint:
 
     smoothing: float = 3.0
     sliding: float = 2.0
-    align: float = 1e-2
     to_boundary: float = 0.99
     slow: float = 0.7
     patience: int = 5
@@ -141,7 +135,6 @@ class InteriorPointRun:
         springs = problem.cohesion_stiffness is not None and bool((problem.rigid_mass <= 0).any())
         self.delay = 2 if springs else 1
         self.factors = 0  # made since the last offer
-        self.centred = False  # the last step kept τ
         self.refines = bool(self.system.elastic.any())  # its directions, see ``_left``
         self.track: list[FloatArray] = []  # error, τ and missing velocity of each state
 
@@ -202,8 +195,7 @@ class InteriorPointRun:
 
     def _advance(self, tau: float, missing: _Residuals) -> bool:
         """Move to the next state; False where numbers broke down (the state is kept)."""
-        self.centred = not self.centred and self._askew(tau, missing)
-        chosen = self._direction(tau, missing, 1.0 if self.centred else None)
+        chosen = self._direction(tau, missing)
         if missing.sliding:
             chosen = self._past_obstacle(tau, missing, chosen)
         for share in _SHARES if self.refines else _SHARES[:1]:
@@ -259,19 +251,6 @@ class InteriorPointRun:
         touched[-1] = False  # supports are numbered -1
         neighbours: Mask = touched[self.problem.bodies].any(axis=1) | chosen
         return neighbours
-
-    def _askew(self, tau: float, missing: _Residuals) -> bool:
-        """True where friction and sliding are not parallel, and nothing else is left to mend.
-
-        The error in their angle falls as √τ while τ falls, and as its own square while τ is kept.
-        Among rigid blocks rounding ends it earlier, and more steps would be for nothing.
-        """
-        if not (missing.sliding and self.system.elastic.any() and self.track[-1][0] < self.settings.align):
-            return False
-        x, z = self.x, self.z
-        across = x[:, :1] * z[:, 1:] + z[:, :1] * x[:, 1:]
-        square = lengths(across) ** 2 / (x[:, 0] * z[:, 0] * tau)
-        return bool(square.max() > _PARALLEL**2)
 
     def _direction(self, tau: float, missing: _Residuals, centring: float | None = None) -> _Direction:
         """Mehrotra's direction; with a given ``centring`` without his second-order term."""
@@ -410,8 +389,6 @@ def _typical(problem: ContactProblem, scale: FloatArray) -> tuple[float, float]:
 
 # Error above which the active set is still sought, with three times the patience
 _DIGITS = 1e-3
-# Angle between friction and sliding, over √τ, that asks for a step that mends it
-_PARALLEL = 0.03
 # Share of the way to the boundary while the friction term is left out
 _CONVEX = 0.9999
 # Steps without a new least error after which it is hopeless

@@ -59,21 +59,14 @@ class InteriorPoint:
 
     Attributes
     ----------
-    smoothing : ε of the friction term, relative to τ over the first impulse.
     sliding : The friction term is left out until the mean work of friction is so many times τ.
     to_boundary : Share of the way to the cones' boundary that a step goes where contacts slide.
-    slow, patience : It is stalled where ``patience`` steps left more than ``slow`` of the error, of τ
-        and of what v̂ misses; three times as many at errors above 1e-3, six where springs hold blocks
-        without inertia.
     iterations : Steps in all.
     library : Linear factor, see ``linear``.
     """
 
-    smoothing: float = 3.0
     sliding: float = 2.0
     to_boundary: float = 0.99
-    slow: float = 0.7
-    patience: int = 5
     iterations: int = 80
     library: Library = "auto"
 
@@ -164,7 +157,7 @@ class InteriorPointRun:
         """True where nothing falls any more."""
         # the error alone would not do: τ rises first, to meet the laws of motion; and a gap of 1e-4
         # of the speeds keeps the error where it is until τ is the square of that
-        now, patience = self.track[-1], self.settings.patience
+        now, patience = self.track[-1], _PATIENCE
         hopeless = _HOPELESS * self.delay
         if now[0] > _DIGITS:
             patience *= 3 * self.delay
@@ -174,7 +167,7 @@ class InteriorPointRun:
         before = self.track[:-1][-patience:]
         if len(before) < patience or not np.isfinite(now).all():
             return False
-        return bool((now > self.settings.slow * before[0]).all())
+        return bool((now > _SLOW * before[0]).all())
 
     def _offer(self, verdict: Outcome | None) -> Iterate:
         impulse = self.x / self.shape
@@ -289,7 +282,7 @@ class InteriorPointRun:
         augment = self._identity()
         sliding = float((self.x[:, 0] * speed).mean()) > self.settings.sliding * tau
         if sliding:
-            smallest = self.settings.smoothing * tau / self.unit
+            smallest = _SMOOTHING * tau / self.unit
             rounded = np.hypot(speed, smallest)
             missing[:, 0] -= self.friction * (rounded - smallest)
             augment[:, 0, 1:] = self.friction[:, None] * velocity[:, 1:] / rounded[:, None]
@@ -387,8 +380,12 @@ def _typical(problem: ContactProblem, scale: FloatArray) -> tuple[float, float]:
     return speed / middle, speed
 
 
-# Error above which the active set is still sought, with three times the patience
-_DIGITS = 1e-3
+# ε of the friction term, relative to τ over the first impulse
+_SMOOTHING = 3.0
+# It is stalled where so many steps left more than this share of the error, of τ and of what v̂ misses; three
+# times as many at errors above the third, where the active set is still sought, six where springs hold blocks
+# without inertia
+_PATIENCE, _SLOW, _DIGITS = 5, 0.7, 1e-3
 # Share of the way to the boundary while the friction term is left out
 _CONVEX = 0.9999
 # Steps without a new least error after which it is hopeless

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 from typing import Any, Literal
 
@@ -14,6 +15,7 @@ from benchmarks.cases import G
 from demos import cyclic_joint, dome_on_piers
 from masonry_fem import load
 from masonry_fem.nscd import ContactProblem
+from masonry_fem.scene import loads
 from masonry_fem.scene import specs as s
 from masonry_fem.structures.arch import ArchStructure
 from masonry_fem.structures.block import BlockStructure
@@ -22,7 +24,10 @@ from masonry_fem.structures.rubble import RubbleStructure
 from masonry_fem.structures.stack import StackStructure
 from masonry_fem.structures.wall import WallStructure
 from tests.nscd.families import elastic
+from tests.nscd.masses import rigid_mass
+from tests.nscd.walls import rigid_wall
 from tests.validation.test_a3_arches import SPREAD
+from tests.validation.test_verdicts import PARTED
 
 Size = Literal["tiny", "default"]
 STATICS = s.Statics()
@@ -41,7 +46,7 @@ class Recipe:
     Attributes
     ----------
     family : What it is like. name : What tells it from the others of its family.
-    scene : Without its horizontal load; or a problem that is none of a scene's.
+    scene : Without its horizontal load; or a problem that is none of a scene's, or what makes it.
     share : Of the load of limit analysis; None: it has no such load.
     call : Which call of the contact solver is kept, from 1; the last one where there are fewer.
     falls : Whether it falls, where that is known but not by limit analysis of its first geometry.
@@ -50,7 +55,7 @@ class Recipe:
 
     family: str
     name: str
-    scene: s.Scene | ContactProblem
+    scene: s.Scene | ContactProblem | Callable[[], ContactProblem]
     share: float | None
     call: int = 1
     falls: bool | None = None
@@ -417,6 +422,20 @@ def _large() -> Iterator[Recipe]:
         yield Recipe("large walls", f"{columns}x{courses} mu 0.6 at 0.5", given, 0.5)
 
 
+def _needy() -> Iterator[Recipe]:
+    """What shows a part at work that the other families do without."""
+    yield Recipe("needy", "elastic arch parted by 5 mm at once", loads(PARTED), None, falls=False)
+    for share in (1.03, 1.17):
+        given = scene(wall(10, 10, 2), 0.3, "elastic", 2)
+        yield Recipe("needy", f"elastic wall 10x10 at {share:g}", given, share)
+    yield Recipe("needy", "elastic wall 5x5 at its limit", scene(wall(5, 5), 0.3, "elastic"), 1.0)
+    sliding = scene(wall(40, 20), 0.2, analysis=s.Dynamics(step=0.01, duration=1.0))
+    yield Recipe("needy", "wall 40x20 that slides", sliding, 1.5)
+    tipping = partial(rigid_wall, 18, 18, friction=0.7, horizontal=0.7)
+    yield Recipe("needy", "wall 18x18 that is about to slide and tip", tipping, None)
+    yield Recipe("needy", "mass of 12x12x12 bricks", partial(rigid_mass, 12, 12, 12), None)
+
+
 FAMILIES = (
     _walls,
     _arches,
@@ -436,4 +455,5 @@ FAMILIES = (
     _demos,
     _marches,
     _large,
+    _needy,
 )

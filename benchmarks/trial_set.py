@@ -67,8 +67,8 @@ class Maker:
     def make(self, recipe: Recipe) -> tuple[ContactProblem, Start | None]:
         """The problem of a recipe, and what the program would have started it from."""
         given = recipe.scene
-        if isinstance(given, ContactProblem):
-            return given, None
+        if not isinstance(given, s.Scene):
+            return given if isinstance(given, ContactProblem) else given(), None
         if recipe.share is not None:
             bears = self.bears(given)
             # what cannot bear its own weight is not pushed, and what bears any push is pushed by its weight
@@ -143,7 +143,7 @@ def right_outcomes(recipe: Recipe, bears: float) -> frozenset[str] | None:
     solved = {"converged", "inexact"}
     if recipe.falls is not None:
         return frozenset({"no_equilibrium"} if recipe.falls else solved)
-    if isinstance(recipe.scene, ContactProblem) or isinstance(recipe.scene.analysis, s.Dynamics):
+    if not isinstance(recipe.scene, s.Scene) or isinstance(recipe.scene.analysis, s.Dynamics):
         return frozenset(solved)
     dry = all(joint.dry for joint in recipe.scene.joints)
     if recipe.share is None or not dry or abs(recipe.share - 1) < NEXT_TO:

@@ -1,12 +1,14 @@
 """The trial set and the portfolio's table, on a handful of small problems; ``benchmarks`` has the whole."""
 
+from itertools import count
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from benchmarks import trial_set
-from benchmarks.portfolio import Switch, baseline, solving, switches, told, without
+from benchmarks import portfolio, trial_set
+from benchmarks.portfolio import Switch, measured, solved, solving, told
 from benchmarks.trial_set import Recipe, Trial, recipes, trials
 from masonry_fem.nscd.methods.interior_point import InteriorPoint
 from masonry_fem.nscd.turns import Turn
@@ -54,17 +56,23 @@ def test_a_kept_problem_is_read_as_it_was_made(
 
 @pytest.mark.slow
 def test_what_is_not_at_work_costs_nothing_and_what_all_hangs_on_loses_all(given: list[Trial]) -> None:
-    base = baseline(given, switches(), 20.0)
-    assert [row.right for row in base] == [True, True, True]
-    assert base[0].outcome == "no_equilibrium"
-    path = without(Switch("path", "turn"), given, base, 20.0)
-    assert (path.at_work, path.lost, path.cpu) == (0, [], 1.0)
-
     def one_step(*_: object) -> list[Turn]:
         return [Turn("lame", lambda _: True, lambda _: InteriorPoint(), iterations=1)]
 
-    lame = without(Switch("all", "part", solving, "turns", one_step), given[1:], base[1:], 20.0)
-    assert (lame.at_work, len(lame.lost)) == (2, 2)
+    parts = [Switch("path", "turn"), Switch("all", "part", solving, "turns", one_step)]
+    base, (path, lame) = measured(given, parts, 20.0)
+    assert [row.right for row in base] == [True, True, True]
+    assert base[0].outcome == "no_equilibrium"
+    assert (path.at_work, path.lost) == (0, [])
+    # a proof alone tells that the first one falls
+    assert (lame.at_work, len(lame.lost)) == (3, 2)
     table = told(base, [path, lame])
     assert "3 problems" in table
     assert "| path | turn | 0 | 0 | 0 | 1.00 |" in table
+
+
+@pytest.mark.slow
+def test_the_limit_is_one_of_cpu_time(given: list[Trial], monkeypatch: pytest.MonkeyPatch) -> None:
+    ticks = count(0.0, 30.0)
+    monkeypatch.setattr(portfolio, "CPU", SimpleNamespace(monotonic=ticks.__next__, process_time=float))
+    assert solved(given[1], 20.0).outcome == "time_limit"

@@ -16,9 +16,6 @@ With H the scaling in impulses, a step is dp = −H (J dv + …), and where bloc
 in the bodies' velocities, with the matrix M + Bᵀ H J B. H grows as 1/τ, and is never multiplied out
 where it meets a velocity: H = R Rᵀ, and R Rᵀ dv keeps the digits that H dv loses.
 
-In 3D the angle between friction and sliding is off by √τ after every such step. Where blocks are elastic,
-and nothing will polish the result, every other step of the end game keeps τ and mends the angle.
-
 Where cohesion has a stiffness S, x is made of p̃ = p + S v. Impulses p then are unknowns of their own, and
 p + S v − p̃ a residual that falls with the others.
 
@@ -35,7 +32,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from masonry_fem.nscd.graphs import lengths, project_cone, tangential_norm
+from masonry_fem.nscd.graphs import project_cone, tangential_norm
 from masonry_fem.nscd.iterate import Iterate
 from masonry_fem.nscd.linear import Library
 from masonry_fem.nscd.outcome import Outcome
@@ -62,24 +59,14 @@ class InteriorPoint:
 
     Attributes
     ----------
-    smoothing : ε of the friction term, relative to τ over the first impulse.
     sliding : The friction term is left out until the mean work of friction is so many times τ.
-    align : Error below which steps that only align friction with sliding may come between the others,
-        among elastic blocks; 0 where Newton will polish, which is quicker.
     to_boundary : Share of the way to the cones' boundary that a step goes where contacts slide.
-    slow, patience : It is stalled where ``patience`` steps left more than ``slow`` of the error, of τ
-        and of what v̂ misses; three times as many at errors above 1e-3, six where springs hold blocks
-        without inertia.
     iterations : Steps in all.
     library : Linear factor, see ``linear``.
     """
 
-    smoothing: float = 3.0
     sliding: float = 2.0
-    align: float = 1e-2
     to_boundary: float = 0.99
-    slow: float = 0.7
-    patience: int = 5
     iterations: int = 80
     library: Library = "auto"
 
@@ -141,7 +128,6 @@ class InteriorPointRun:
         springs = problem.cohesion_stiffness is not None and bool((problem.rigid_mass <= 0).any())
         self.delay = 2 if springs else 1
         self.factors = 0  # made since the last offer
-        self.centred = False  # the last step kept τ
         self.refines = bool(self.system.elastic.any())  # its directions, see ``_left``
         self.track: list[FloatArray] = []  # error, τ and missing velocity of each state
 
@@ -171,7 +157,7 @@ class InteriorPointRun:
         """True where nothing falls any more."""
         # the error alone would not do: τ rises first, to meet the laws of motion; and a gap of 1e-4
         # of the speeds keeps the error where it is until τ is the square of that
-        now, patience = self.track[-1], self.settings.patience
+        now, patience = self.track[-1], _PATIENCE
         hopeless = _HOPELESS * self.delay
         if now[0] > _DIGITS:
             patience *= 3 * self.delay
@@ -181,7 +167,7 @@ class InteriorPointRun:
         before = self.track[:-1][-patience:]
         if len(before) < patience or not np.isfinite(now).all():
             return False
-        return bool((now > self.settings.slow * before[0]).all())
+        return bool((now > _SLOW * before[0]).all())
 
     def _offer(self, verdict: Outcome | None) -> Iterate:
         impulse = self.x / self.shape
@@ -202,8 +188,7 @@ class InteriorPointRun:
 
     def _advance(self, tau: float, missing: _Residuals) -> bool:
         """Move to the next state; False where numbers broke down (the state is kept)."""
-        self.centred = not self.centred and self._askew(tau, missing)
-        chosen = self._direction(tau, missing, 1.0 if self.centred else None)
+        chosen = self._direction(tau, missing)
         if missing.sliding:
             chosen = self._past_obstacle(tau, missing, chosen)
         for share in _SHARES if self.refines else _SHARES[:1]:
@@ -260,19 +245,6 @@ class InteriorPointRun:
         neighbours: Mask = touched[self.problem.bodies].any(axis=1) | chosen
         return neighbours
 
-    def _askew(self, tau: float, missing: _Residuals) -> bool:
-        """True where friction and sliding are not parallel, and nothing else is left to mend.
-
-        The error in their angle falls as √τ while τ falls, and as its own square while τ is kept.
-        Among rigid blocks rounding ends it earlier, and more steps would be for nothing.
-        """
-        if not (missing.sliding and self.system.elastic.any() and self.track[-1][0] < self.settings.align):
-            return False
-        x, z = self.x, self.z
-        across = x[:, :1] * z[:, 1:] + z[:, :1] * x[:, 1:]
-        square = lengths(across) ** 2 / (x[:, 0] * z[:, 0] * tau)
-        return bool(square.max() > _PARALLEL**2)
-
     def _direction(self, tau: float, missing: _Residuals, centring: float | None = None) -> _Direction:
         """Mehrotra's direction; with a given ``centring`` without his second-order term."""
         x, z = self.x, self.z
@@ -310,7 +282,7 @@ class InteriorPointRun:
         augment = self._identity()
         sliding = float((self.x[:, 0] * speed).mean()) > self.settings.sliding * tau
         if sliding:
-            smallest = self.settings.smoothing * tau / self.unit
+            smallest = _SMOOTHING * tau / self.unit
             rounded = np.hypot(speed, smallest)
             missing[:, 0] -= self.friction * (rounded - smallest)
             augment[:, 0, 1:] = self.friction[:, None] * velocity[:, 1:] / rounded[:, None]
@@ -408,10 +380,12 @@ def _typical(problem: ContactProblem, scale: FloatArray) -> tuple[float, float]:
     return speed / middle, speed
 
 
-# Error above which the active set is still sought, with three times the patience
-_DIGITS = 1e-3
-# Angle between friction and sliding, over √τ, that asks for a step that mends it
-_PARALLEL = 0.03
+# ε of the friction term, relative to τ over the first impulse
+_SMOOTHING = 3.0
+# It is stalled where so many steps left more than this share of the error, of τ and of what v̂ misses; three
+# times as many at errors above the third, where the active set is still sought, six where springs hold blocks
+# without inertia
+_PATIENCE, _SLOW, _DIGITS = 5, 0.7, 1e-3
 # Share of the way to the boundary while the friction term is left out
 _CONVEX = 0.9999
 # Steps without a new least error after which it is hopeless

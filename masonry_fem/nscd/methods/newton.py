@@ -48,12 +48,10 @@ class ProximalNewton:
     ----------
     weight : First α, relative to each contact's scale w; None: by the kind of problem.
     decrease : Factor on α after each round; None: by the kind of problem.
-    least_weight : Smallest α; None: by the kind of problem.
     adaptive : α follows what rounds cost instead: lower after few steps, higher after many. For states
         near a solution at the limit of friction everywhere, where a fixed path of α cycles.
     accuracy : A round ends at ‖F‖ ≤ accuracy · e ‖p‖, e the natural map at its centre. Loose: where
         joints slide, each new weight changes hundreds of statuses, and exact rounds are wasted.
-    static_mass : First ε, relative to the compliance that B sees.
     full_steps : Newton steps of a round without line search: the active set settles in few full
         steps, through larger residuals. None: 5; 0 for many elastic contacts, which never settle so.
     round_steps : Newton steps after which a round is given up.
@@ -66,10 +64,8 @@ class ProximalNewton:
 
     weight: float | None = None
     decrease: float | None = None
-    least_weight: float | None = None
     adaptive: bool = False
     accuracy: float = 0.5
-    static_mass: float = 1e-6
     full_steps: int | None = None
     round_steps: int = 40
     patience: int = 20
@@ -126,13 +122,12 @@ class NewtonRun:
         unfolded = self.scale if problem.cohesion_stiffness is None else newton_scale(problem, fold=False)
         self.system = NewtonSystem(problem, unfolded, settings.library)
         self.static = problem.rigid_mass <= 0
-        weight, decrease, least = _usual_weights(problem, self.system.many)
-        self.least_weight = least if settings.least_weight is None else settings.least_weight
+        weight, decrease, self.least_weight = _usual_weights(problem, self.system.many)
         self.decrease = decrease if settings.decrease is None else settings.decrease
         self.bonded_size = np.inf  # of U after the bonded step
         self.flips = Flips(problem.friction)
         self.weight = weight if settings.weight is None else settings.weight
-        self.static_mass = settings.static_mass
+        self.static_mass = _SOFT
         self.bonded = True
         self.impulse = np.zeros_like(problem.free_velocity)
         self.rigid_velocity = problem.rigid_velocity.copy()
@@ -367,7 +362,7 @@ class NewtonRun:
 
     def _restart(self) -> bool:
         """Start again from the last centre with more regularisation; False where that was tried."""
-        self.softens = self.static_mass <= self.settings.static_mass  # once: it led here again
+        self.softens = self.static_mass <= _SOFT  # once: it led here again
         if self.weight >= 1.0 and self.static_mass >= 1.0:
             return False
         self.weight = min(100.0 * self.weight, 1.0)
@@ -392,6 +387,7 @@ _FULL = 5  # Newton steps of a round without line search
 _NEARER = 0.5  # share of the residual, so that gaps of rounding decide nothing
 _SETTLED = 2  # steps of a round before its contacts' swinging means anything
 _RESTING = 2  # steps that leave the error as it is
+_SOFT = 1e-6  # first ε, relative to the compliance that B sees
 _FIRM = 1e-2  # ε from which a mechanism moves slowly enough to be followed
 
 

@@ -29,6 +29,8 @@ FloatArray = NDArray[np.float64]
 # Sweeps handed out at once: from the first batch, doubled up to some 0.3 s of work.
 FIRST_BATCH = 20
 BATCH_WORK = 1_000_000
+# Stalled is also what left more than this of its error in the second half of all sweeps.
+PROGRESS = 0.9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,13 +41,11 @@ class GaussSeidel:
     ----------
     iterations : Sweeps allowed where the settings name no limit.
     patience : Sweeps before it may be called stalled.
-    progress : It is stalled where the second half of all sweeps left more than this of the error.
-    horizon : It is stalled, too, where that half's contraction foretells more sweeps than these.
+    horizon : It is stalled where the contraction of the second half of all foretells more sweeps than these.
     """
 
     iterations: int = 50_000
     patience: int = 5_000
-    progress: float = 0.9
     horizon: float = np.inf
     name: str = "nsgs"
 
@@ -100,7 +100,7 @@ class _SweepRun:
         if self.made < self.method.patience or not halfway or best <= tolerance:
             return False
         since, then = halfway[-1]
-        if best > self.method.progress * then:
+        if best > PROGRESS * then:
             return True
         needed = (self.made - since) * np.log(best / tolerance) / np.log(then / best)
         return bool(self.made + needed > self.method.horizon)

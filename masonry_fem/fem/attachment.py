@@ -145,7 +145,7 @@ class ElasticAttachment[S: Deformed](ABC):
             result.append((rows, local[rows], self._of_pattern(pattern, rows[0], scheme)))
         for at in np.flatnonzero(yields).tolist():
             rows = self.members[at]
-            block = self._condensed(rows, self._unturned(rows), own[self.bodies[at]], symmetric=False)
+            block = self._condensed(rows, self._unturned(rows), own[self.bodies[at]])
             result.append((rows[None], local[rows[None]], block))
         return result
 

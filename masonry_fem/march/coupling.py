@@ -206,11 +206,11 @@ class Coupling:
 
     @property
     def _numbers(self) -> int:
-        """At most so many numbers has W_el."""
-        d, total = self.model.contacts.dimension, 0
-        for sides, group in zip(self.sides, self.model.groups, strict=True):
-            total += int((np.bincount(sides.body) ** 2).sum()) * d**2 if group.deforms else 0
-        return total
+        """How many numbers W_el has at most besides those of the largest stone: of one nothing is shared."""
+        groups = zip(self.sides, self.model.groups, strict=True)
+        sizes = [np.bincount(sides.body) for sides, group in groups if group.deforms]
+        of_stones = (self.model.contacts.dimension * np.concatenate([[0], *sizes])) ** 2
+        return int(of_stones.sum() - of_stones.max())
 
     def _shared(self, here: Placement, scheme: Scheme, guess: tuple[Any, ...], symmetric: bool) -> Shared:
         """W_el by what stones share."""

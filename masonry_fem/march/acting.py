@@ -118,11 +118,9 @@ def contact_wrenches(blocks: IntArray, arms: FloatArray, force: FloatArray, coun
     arms : Where the force acts on each of them, shape (c, 2, d) [m].
     force : On the candidate, world axes; its opposite acts on the antagonist, shape (c, d) [N].
     """
-    d = force.shape[1]
-    both = np.stack([force, -force], axis=1).reshape(-1, d)
-    wrench = np.concatenate([both, moment(arms.reshape(-1, d), both)], axis=1)
-    total = np.zeros((count, wrench.shape[1]))
-    np.add.at(total, blocks.ravel(), wrench)
+    from masonry_fem.bodies.motions import wrenches  # noqa: PLC0415 - Numba is slow to import
+
+    total: FloatArray = wrenches(blocks, np.ascontiguousarray(arms), np.ascontiguousarray(force), count)
     return total
 
 

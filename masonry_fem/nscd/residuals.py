@@ -103,7 +103,7 @@ def assess(
     )
     unbalanced = _longest(at.given + problem.rigid_impulse - at.gained)
     return Quality(
-        *at.relative(natural, unbalanced),
+        *at.relative(natural, unbalanced, penetration),
         max_penetration=penetration,
         min_normal=-tension,
         cone_violation=violation,
@@ -155,13 +155,8 @@ def rounding(
         of_part += (sizes.cohesion_stiffness @ of_velocity[..., None])[..., 0]
     part = graphs.lengths(of_part)
     augmented = (1.0 + problem.friction) * graphs.lengths(of_velocity)
-    touching = np.bincount(problem.bodies[problem.bodies >= 0], minlength=problem.body_count)
-    momentum = sizes.body_impulse(p) + sizes.rigid_impulse
-    momentum += problem.rigid_mass * (moved + sizes.rigid_velocity)
     return Quality(
-        *at.relative(
-            part + augmented / at.scale, _largest(_gamma(d * touching + 3) * graphs.lengths(momentum))
-        ),
+        *at.relative(part + augmented / at.scale, _largest(_of_balance(sizes, p, moved))),
         max_penetration=_largest(of_velocity[:, 0]),
         min_normal=-_largest(of_part[:, 0]),
         cone_violation=_largest((1.0 + problem.friction) * part),
@@ -170,6 +165,25 @@ def rounding(
             + graphs.lengths(at.pressed) * augmented
         ),
     )
+
+
+def balance_rounding(problem: ContactProblem, impulse: FloatArray, rigid_velocity: FloatArray) -> FloatArray:
+    """What rounding alone may leave of the balance of each body, shape (b,); see ``rounding``.
+
+    Parameters
+    ----------
+    problem, impulse, rigid_velocity : Those of ``assess``.
+    """
+    return _of_balance(_sizes(problem), np.abs(impulse), np.abs(rigid_velocity))
+
+
+def _of_balance(sizes: ContactProblem, p: FloatArray, moved: FloatArray) -> FloatArray:
+    """The same of absolute values."""
+    touching = np.bincount(sizes.bodies[sizes.bodies >= 0], minlength=sizes.body_count)
+    momentum = sizes.body_impulse(p) + sizes.rigid_impulse
+    momentum += sizes.rigid_mass * (moved + sizes.rigid_velocity)
+    bound: FloatArray = _gamma(sizes.dimension * touching + 3) * graphs.lengths(momentum)
+    return bound
 
 
 class _State:
@@ -192,12 +206,16 @@ class _State:
         self.given = problem.body_impulse(impulse)
         self.gained = problem.rigid_mass * (rigid_velocity - problem.rigid_velocity)
 
-    def relative(self, natural: FloatArray, unbalanced: float) -> tuple[float, float, float]:
+    def relative(
+        self, natural: FloatArray, unbalanced: float, penetration: float = 0.0
+    ) -> tuple[float, float, float]:
         """The unit-free measures of what remains at each contact, (c,) [N s], and of a body at most."""
         moved = _largest(self.scale * natural)
         impulse, speed = self._references()
         balance = _ratio(unbalanced, self._largest_momentum())
         if impulse == 0:
+            # of blocks that go into each other the natural map shows 1/√(1 + μ²) where they slip, too
+            moved = max(moved, penetration)
             alone = _ratio(moved, _longest(self.velocity))
             return alone, alone, balance
         return float(np.linalg.norm(natural)) / impulse, _ratio(moved, speed), balance

@@ -61,6 +61,13 @@ def test_without_impulses_velocities_decide(speed):
     assert assess(single(q=(0, 0, 0)), np.zeros((1, 3)), NONE).error == 0
 
 
+@pytest.mark.parametrize("friction", [0.5, 1e10])
+def test_without_impulses_sliding_hides_no_penetration(friction):
+    """v̂ = v + μ‖v_T‖ n is within the dual cone, or nearly so, however fast blocks go into each other."""
+    through = single(q=(-1.0, 0.3, 0.0), mu=friction)
+    assert assess(through, np.zeros((1, 3)), NONE).error > 0.9
+
+
 def test_an_unbalanced_body_is_seen():
     problem = rigid_wall(3, 2, step=0.01)
     p = np.full((problem.count, 3), [1.0, 0.1, 0.0])

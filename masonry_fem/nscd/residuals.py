@@ -214,9 +214,10 @@ class _State:
         impulse, speed = self._references()
         balance = _ratio(unbalanced, self._largest_momentum())
         if impulse == 0:
-            # of blocks that go into each other the natural map shows 1/√(1 + μ²) where they slip, too
-            moved = max(moved, penetration)
-            alone = _ratio(moved, _longest(self.velocity))
+            longest = _longest(self.velocity)
+            # of blocks that go into each other the natural map shows 1/√(1 + μ²) where they slip, too;
+            # squares of speeds below 1e-162 m/s are zero
+            alone = _ratio(max(moved, penetration) if longest > 0 else moved, longest)
             return alone, alone, balance
         return float(np.linalg.norm(natural)) / impulse, _ratio(moved, speed), balance
 

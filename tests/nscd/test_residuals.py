@@ -68,6 +68,10 @@ def test_without_impulses_sliding_hides_no_penetration(friction):
     assert assess(through, np.zeros((1, 3)), NONE).error > 0.9
 
 
+def test_speeds_whose_squares_are_zero_are_no_error():
+    assert assess(single(q=(-1e-170, 1e-170, 0.0)), np.zeros((1, 3)), NONE).error == 0
+
+
 def test_an_unbalanced_body_is_seen():
     problem = rigid_wall(3, 2, step=0.01)
     p = np.full((problem.count, 3), [1.0, 0.1, 0.0])

@@ -147,6 +147,58 @@ def side_maps(
 
 
 @compiled
+def add_velocities(
+    velocity: FloatArray,
+    contact: IntArray,
+    side: IntArray,
+    body: IntArray,
+    maps: FloatArray,
+    rigid: FloatArray,
+) -> None:
+    """Add what rigid velocities of blocks give at contact sides to velocities (c, d) of the contacts.
+
+    Parameters
+    ----------
+    velocity : What is added to, shape (c, d) [m/s].
+    contact, side, body : Of each of the sides, shape (k,).
+    maps : Rigid map B by contact and side, shape (c, 2, d, m).
+    rigid : U of the blocks, shape (b, m).
+    """
+    _, _, d, m = maps.shape
+    for k in range(len(contact)):
+        own, given = maps[contact[k], side[k]], rigid[body[k]]
+        for i in range(d):
+            total = 0.0
+            for a in range(m):
+                total += own[i, a] * given[a]
+            velocity[contact[k], i] += total
+
+
+@compiled
+def given_impulses(
+    contact: IntArray, side: IntArray, body: IntArray, maps: FloatArray, impulse: FloatArray, count: int
+) -> FloatArray:
+    """Bᵀ p on ``count`` blocks, of the contact sides that are theirs, shape (b, m).
+
+    Parameters
+    ----------
+    contact, side, body : Of each of the sides, shape (k,).
+    maps : Rigid map B by contact and side, shape (c, 2, d, m).
+    impulse : p, shape (c, d) [N s].
+    """
+    _, _, d, m = maps.shape
+    total = np.zeros((count, m))
+    for k in range(len(contact)):
+        own, push = maps[contact[k], side[k]], impulse[contact[k]]
+        for a in range(m):
+            given = 0.0
+            for i in range(d):
+                given += own[i, a] * push[i]
+            total[body[k], a] += given
+    return total
+
+
+@compiled
 def carried(turned: FloatArray, shift: FloatArray, arms: FloatArray, body: IntArray) -> FloatArray:
     """How far material points of blocks have gone, shift + (R − 1) arm, shape (k, d) [m].
 

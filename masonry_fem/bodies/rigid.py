@@ -115,6 +115,8 @@ class RigidGroup(Undeformed):
         self.turns = turns
         # the last answer of _coasting_velocity with what it is for: a step and its measures ask five times
         self._coasted: tuple[RigidState, Scheme, FloatArray] | None = None
+        # and that of generalised
+        self._pushed: tuple[RigidState, FloatArray, FloatArray] | None = None
 
     def rest(self) -> RigidState:
         """The state of reference: in place, at rest."""
@@ -164,10 +166,14 @@ class RigidGroup(Undeformed):
 
     def generalised(self, state: RigidState, force: FloatArray) -> FloatArray:
         """Φᵀ F of a force array, shape (b, m)."""
+        if self._pushed is not None and self._pushed[0] is state and self._pushed[1] is force:
+            return self._pushed[2]
         d = self.dimension
         moments = self.moments(force, self.arms(state)[0])
         principal = np.einsum("bri,br->bi", self._current_axes(state.rotation), moments)
-        return np.concatenate([force[:, :d], principal], axis=1) / self._scale
+        pushed = np.concatenate([force[:, :d], principal], axis=1) / self._scale
+        self._pushed = state, force, pushed
+        return pushed
 
     # --- the step ---------------------------------------------------------------------------------
 

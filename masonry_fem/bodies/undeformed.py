@@ -77,6 +77,8 @@ class Undeformed(ABC):
         self.dimension = assembly.dimension
         self.blocks: IntArray = np.asarray(blocks, dtype=np.int64)
         self.centres = centres
+        # the last answer of resultant about the reference, with what it is for: loads seldom change
+        self._resulted: tuple[FloatArray, FloatArray] | None = None
 
     @property
     def count(self) -> int:
@@ -163,9 +165,14 @@ class Undeformed(ABC):
 
     def resultant(self, force: FloatArray, state: Placed | None = None) -> FloatArray:
         """Force and moment about the world origin, arms as in ``state``, shape (b, m) [N, N m]."""
+        if state is None and self._resulted is not None and self._resulted[0] is force:
+            return self._resulted[1]
         d, (rotation, centre) = self.dimension, self.arms(state)
         about_origin = self.moments(force, rotation) + moment(centre, force[:, :d])
-        return np.concatenate([force[:, :d], about_origin], axis=1)
+        total = np.concatenate([force[:, :d], about_origin], axis=1)
+        if state is None:
+            self._resulted = force, total
+        return total
 
     def clamp_reactions(
         self, state: Placed, after: Placed, force: FloatArray, nodal: FloatArray | None, scheme: Scheme

@@ -157,6 +157,8 @@ class _Turns:
 
     def by_tangents(self, at: Turn) -> Turn | None:
         """Where tangents from ``at`` on settle; None where they do not come nearer for some turns."""
+        if self.settled(at):
+            return at
         least, since, brief = np.inf, 0, self._settings
         if brief.method == "auto":  # what is not solved at once is not worth the thorough methods
             brief = replace(brief, method="newton", max_iterations=STEPS, acceptable=0.0)

@@ -216,6 +216,8 @@ def _share(
         most = left if most is None else min(most, left)
     if limit is not None:
         limit = max(limit - seconds, 1e-3)
+    if (most, limit) == (settings.max_iterations, settings.time_limit):
+        return settings
     return replace(settings, max_iterations=most, time_limit=limit)
 
 

@@ -233,6 +233,8 @@ class ContactProblem:
 
     def check_inertia(self, method: str) -> None:
         """Raise ProblemError where a body in contact has no inertia, for a method that needs it."""
+        if (self.rigid_mass > 0).all():
+            return
         touched = np.unique(self.bodies[self.bodies >= 0])
         still = touched[(self.rigid_mass[touched] <= 0).any(axis=1)]
         if len(still):

@@ -25,10 +25,15 @@ def contact_scale(problem: ContactProblem, *, fold: bool = True) -> FloatArray:
     problem : The contact problem.
     fold : Where cohesion stiffens a contact, take the folded block (I + w S)⁻¹ w.
     """
-    own = diagonal_blocks(problem.compliance, problem.count, problem.dimension)
+    alone = problem.rigid and problem.body_count > 0
+    own = (
+        rigid_diagonal(problem)
+        if alone
+        else diagonal_blocks(problem.compliance, problem.count, problem.dimension)
+    )
     scale = _norm(own)
     stiff = scale <= 0
-    if stiff.any() and problem.body_count:
+    if not alone and stiff.any() and problem.body_count:
         rigid = rigid_diagonal(problem)[stiff]
         own[stiff], scale[stiff] = rigid, _norm(rigid)
     if fold and problem.cohesion_stiffness is not None:

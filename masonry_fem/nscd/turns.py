@@ -87,8 +87,8 @@ class Case:
     @cached_property
     def static(self) -> bool:
         """True where some body in contact has no inertia."""
-        touched = np.unique(self.problem.bodies[self.problem.bodies >= 0])
-        return bool((self.problem.rigid_mass[touched] <= 0).any())
+        still = (self.problem.rigid_mass <= 0).any(axis=1)
+        return bool(still.any() and still[self.problem.bodies[self.problem.bodies >= 0]].any())
 
     @property
     def warm(self) -> bool:
@@ -123,6 +123,8 @@ class Case:
     @property
     def _coupled(self) -> bool:
         """True where blocks deform; beds of mortar soften their own contacts alone, which sweeps like."""
+        if self.rigid:
+            return False
         compliance = self.problem.compliance
         row = np.repeat(np.arange(self.problem.count), np.diff(compliance.indptr))
         return bool(compliance.data[compliance.indices != row].any())

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -137,6 +138,10 @@ class SupportGroup(Undeformed):
 
     def spin_axes(self, state: Placed) -> tuple[FloatArray, FloatArray]:
         """The world axes: velocities of a support are plain."""
+        return self._plain
+
+    @cached_property
+    def _plain(self) -> tuple[FloatArray, FloatArray]:
         return np.tile(np.eye(3), (self.count, 1, 1)), np.ones((self.count, self.freedoms))
 
     # --- the given motion -------------------------------------------------------------------------

@@ -223,8 +223,7 @@ class Undeformed(ABC):
 
     def positions(self, state: Placed) -> FloatArray:
         """Where the vertices of all blocks are, block after block, shape (all vertices, d) [m]."""
-        owner, arms = self._corners
-        return self.centres[owner] + arms + self.displacements(state)
+        return self._places + self.displacements(state)
 
     @cached_property
     def _corners(self) -> tuple[IntArray, FloatArray]:
@@ -232,6 +231,13 @@ class Undeformed(ABC):
         nodes = [self.nodes(body) for body in range(self.count)]
         owner = np.repeat(np.arange(self.count), [len(own) for own in nodes])
         return owner, np.concatenate(nodes) - self.centres[owner]
+
+    @cached_property
+    def _places(self) -> FloatArray:
+        """Of the vertices in the reference, shape (v, d) [m]."""
+        owner, arms = self._corners
+        places: FloatArray = self.centres[owner] + arms
+        return places
 
     def displacements(self, state: Placed) -> FloatArray:
         """How far the vertices of all blocks have gone, shape (all vertices, d) [m]."""

@@ -220,7 +220,7 @@ class _Turns:
         own = step.gap_term(reduction.closure)[at]
         problem = _folded(step, part, own)
         solution = solve(problem, settings, start)
-        reaction, velocity = np.zeros_like(step.jump), np.zeros_like(step.jump)
+        reaction, velocity = np.zeros((2, *step.jump.shape))
         reaction[at] = solution.impulse / step.length
         # the blocks' own velocity: without gap term, dilation and what the joint's bed gives way
         velocity[at] = solution.velocity - own - part.shift - part.compliance * solution.impulse

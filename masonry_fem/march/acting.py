@@ -16,6 +16,7 @@ import numpy as np
 
 from masonry_fem.bodies.base import FloatArray, IntArray
 from masonry_fem.bodies.rotation import moment
+from masonry_fem.nscd.graphs import lengths
 
 if TYPE_CHECKING:
     from masonry_fem.march.model import Model
@@ -153,8 +154,8 @@ def relative(left: FloatArray, acting: Acting, largest: float) -> FloatArray:
         whichever is more.
     """
     d = acting.centre.shape[1]
-    size = np.maximum(np.linalg.norm(left[:, :d], axis=1), np.linalg.norm(left[:, d:], axis=1) / acting.size)
-    load = np.linalg.norm(acting.load[:, :d], axis=1)
+    size = np.maximum(lengths(left[:, :d]), lengths(left[:, d:]) / acting.size)
+    load = lengths(acting.load[:, :d])
     loaded = acting.solved & (load > ROUNDING * largest)
     load = np.maximum(load, acting.held)
     if loaded.any():

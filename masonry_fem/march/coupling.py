@@ -158,7 +158,7 @@ class Coupling:
 
     def elastic_velocity(self, fields: tuple[FloatArray | None, ...], here: Placement) -> FloatArray:
         """Relative velocity of nodal fields (one a group) in the local frames, shape (c, d)."""
-        velocity = np.zeros_like(here.points)
+        velocity = np.zeros(here.points.shape)
         for sides, attachment, nodal, seen in zip(
             self.sides, self.attachments, fields, here.seen, strict=True
         ):

@@ -157,7 +157,7 @@ class ContactProblem:
     def elastic_velocity(self, impulse: FloatArray) -> FloatArray:
         """W_el p, shape (c, d) [m/s]."""
         if self.rigid:
-            return np.zeros_like(self.free_velocity)
+            return np.zeros(self.free_velocity.shape)
         product: FloatArray = self.compliance @ impulse.ravel()
         return product.reshape(impulse.shape)
 

@@ -110,6 +110,19 @@ def longest(rows: FloatArray) -> float:
 
 
 @compiled
+def row_lengths(rows: FloatArray) -> FloatArray:
+    """Euclidean lengths of the rows of an array (n, k), shape (n,)."""
+    count, columns = rows.shape
+    found = np.empty(count)
+    for row in range(count):
+        square = 0.0
+        for column in range(columns):
+            square += rows[row, column] * rows[row, column]
+        found[row] = math.sqrt(square)
+    return found
+
+
+@compiled
 def rigid_blocks(bodies: IntArray, maps: FloatArray, mass: FloatArray) -> FloatArray:
     """Diagonal blocks of B M_r⁻¹ Bᵀ with unit mass where M_r = 0, shape (c, d, d).
 

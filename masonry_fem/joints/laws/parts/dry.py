@@ -50,7 +50,7 @@ class Dry(Law):
 
     @override
     def adhesive_reaction(self, state: JointState, area: FloatArray) -> FloatArray:
-        return np.zeros_like(state.jump)
+        return np.zeros(state.jump.shape)
 
     @override
     def stored(self, state: JointState, area: FloatArray) -> FloatArray:

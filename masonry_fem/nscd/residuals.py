@@ -211,13 +211,15 @@ class _State:
     ) -> tuple[float, float, float]:
         """The unit-free measures of what remains at each contact, (c,) [N s], and of a body at most."""
         moved = _largest(self.scale * natural)
+        if not self.impulse.any():
+            # of blocks that go into each other the natural map shows 1/√(1 + μ²) where they slip, too
+            moved = max(moved, penetration)
         impulse, speed = self._references()
         balance = _ratio(unbalanced, self._largest_momentum())
         if impulse == 0:
             longest = _longest(self.velocity)
-            # of blocks that go into each other the natural map shows 1/√(1 + μ²) where they slip, too;
             # squares of speeds below 1e-162 m/s are zero
-            alone = _ratio(max(moved, penetration) if longest > 0 else moved, longest)
+            alone = 0.0 if longest == 0 else _ratio(moved, longest)
             return alone, alone, balance
         return float(np.linalg.norm(natural)) / impulse, _ratio(moved, speed), balance
 

@@ -57,6 +57,7 @@ COHESION = "[[joints]]\nlaw = { kind = 'mohr_coulomb', cohesion = 1e3, tension_s
 PUSH = "[[loads.accelerations]]\nvector = {push}\n"
 MOTION = "[analysis]\nkind = 'dynamics'\nstep = 0.01\nduration = 0.03\n"
 ITERATED = "[solver]\nlinear = 'krylov'\n"
+FINE = "[mesh]\ndivisions = [5, 5, 5]\n"
 SWEEPS = "[solver]\nmethod = 'nsgs'\n"
 
 
@@ -75,8 +76,8 @@ def _scenes() -> Iterator[tuple[str, str]]:
             f"{fidelity} blocks {way}, {dimension}D",
             _scene(dimension, fidelity, more.replace("{push}", str(push))),
         )
-    for dimension in (2, 3):
-        yield f"elastic blocks by iterations, {dimension}D", _scene(dimension, "elastic", DRY + ITERATED)
+    for way, more in {"few": ITERATED, "many": ITERATED + FINE}.items():
+        yield f"elastic blocks with {way} contacts, by iterations", _scene(3, "elastic", DRY + more)
     for dimension, element in product((2, 3), ("P1", "Q2", "P2")):
         mesh = f"[mesh]\nelement = '{element}'\ndivisions = {[1] * dimension}\n"
         yield f"elements {element}, {dimension}D", _scene(dimension, "elastic", mesh)

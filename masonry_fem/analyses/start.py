@@ -91,7 +91,7 @@ def started(made: March) -> Start | None:
         return _needing(made, mechanism_of_step(made.last, made.model), made.last.solution.impulse)
     if made.outcome != "equilibrium":
         return None
-    soft = np.diff(problem.compliance.indptr) > 0
+    soft = problem.operator.elastic()
     if soft.all():  # stresses come from deformation, or there are no contacts
         return Start(True)
     if not made.model.laws.all_plain:

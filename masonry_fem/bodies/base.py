@@ -14,7 +14,7 @@ shown*. Who reads a group asks for the one that it needs. What a group can do it
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
@@ -216,10 +216,14 @@ class Attachment(Protocol):
         """
         ...
 
-    def product(
+    def kinds(
         self, scheme: Scheme, seen: FloatArray, guess: State | None = None
-    ) -> Callable[[FloatArray], FloatArray]:
-        """W_el as a function: velocities of the sides, shape (k, d), from impulses on them."""
+    ) -> Sequence[tuple[IntArray, FloatArray, FloatArray]]:
+        """The same by kinds of n blocks with s sides each that share a matrix; unsigned, [1/kg].
+
+        Side numbers (n, s), what turns velocities from the blocks' axes into the frames, shape (n, s, d, d),
+        and the matrix in these axes, shape (s d, s d).
+        """
         ...
 
     def spread(self, impulses: FloatArray, seen: FloatArray) -> FloatArray | None:

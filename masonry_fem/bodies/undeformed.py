@@ -12,7 +12,7 @@ move by 1e-9 of its size, and coordinates would keep seven digits of that.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -301,11 +301,11 @@ class UndeformedAttachment:
         """None: W_el = 0."""
         return ()
 
-    def product(
+    def kinds(
         self, scheme: Scheme, seen: FloatArray, guess: Placed | None = None
-    ) -> Callable[[FloatArray], FloatArray]:
-        """Nothing: W_el = 0."""
-        return np.zeros_like
+    ) -> Sequence[tuple[IntArray, FloatArray, FloatArray]]:
+        """None: W_el = 0."""
+        return ()
 
     def spread(self, impulses: FloatArray, seen: FloatArray) -> FloatArray | None:
         """None: no nodes to spread impulses to."""

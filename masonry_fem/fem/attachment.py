@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Self
 
@@ -29,10 +29,11 @@ ALIKE = 1e-11  # equal weights and frames differ by this much, as poses have rou
 
 @dataclass(frozen=True, slots=True)
 class _Surface:
-    """(M̂⁻¹)_el on the dofs that carry contacts, for the last scheme used."""
+    """(M̂⁻¹)_el on the dofs that carry contacts, for the last scheme used; W_el by pattern of points."""
 
     key: tuple[float, float]
     block: FloatArray
+    patterns: dict[int, FloatArray] = field(default_factory=dict)
 
 
 @dataclass(slots=True)
@@ -60,7 +61,6 @@ class ElasticAttachment[S: Deformed](ABC):
     pattern: IntArray
     _interpolation: sparse.csr_array
     _surface: _Surface | None = field(default=None, repr=False)
-    _carriers_only: sparse.csr_array | None = field(default=None, repr=False)
 
     @classmethod
     def of(cls, group: Deformable[S], sides: Sides) -> Self:
@@ -132,27 +132,21 @@ class ElasticAttachment[S: Deformed](ABC):
             result.append((rows, known[key]))
         return result
 
-    def product(
+    def kinds(
         self, scheme: Scheme, seen: FloatArray, guess: S | None = None
-    ) -> Callable[[FloatArray], FloatArray]:
-        """W_el as a function: velocities of the sides, shape (k, d), from impulses on them.
-
-        It multiplies all stones at once by the dense block that those of one shape share.
-        """
-        d, count = self.group.dimension, self.group.count
-        surface, local = self._surface_block(scheme), self._local(seen)
-        own, back = self._own_surfaces(scheme, guess), local.transpose(0, 2, 1)
-        G = self._on_carriers()
-
-        def multiplied(impulse: FloatArray) -> FloatArray:
-            nodal = (G.T @ (back @ impulse[:, :, None])[:, :, 0]).reshape(count, -1)
-            moved = nodal @ surface
-            for body, block in own.items():
-                moved[body] = block @ nodal[body]
-            velocity: FloatArray = (local @ (G @ moved.reshape(-1, d))[:, :, None])[:, :, 0]
-            return velocity
-
-        return multiplied
+    ) -> Sequence[tuple[IntArray, FloatArray, FloatArray]]:
+        """W_el by kinds of blocks that share a matrix: those of one pattern, and each that yields."""
+        own = self._own_surfaces(scheme, guess)
+        local, result = self._local(seen), []
+        yields = np.isin(self.bodies, list(own))
+        for pattern in np.unique(self.pattern[~yields]).tolist():
+            rows = np.stack([self.members[at] for at in np.flatnonzero(~yields & (self.pattern == pattern))])
+            result.append((rows, local[rows], self._of_pattern(pattern, rows[0], scheme)))
+        for at in np.flatnonzero(yields).tolist():
+            rows = self.members[at]
+            block = self._condensed(rows, self._unturned(rows), own[self.bodies[at]], symmetric=False)
+            result.append((rows[None], local[rows[None]], block))
+        return result
 
     # --- private ----------------------------------------------------------------------------------
 
@@ -161,15 +155,18 @@ class ElasticAttachment[S: Deformed](ABC):
         turned: FloatArray = frames @ self.group.rotation[self.sides.body]
         return turned
 
-    def _on_carriers(self) -> sparse.csr_array:
-        """Weights of the nodes that carry contacts, stone after stone, in the sides' motion."""
-        if self._carriers_only is None:
-            weights, count = self.carried, len(self.carriers)
-            place = np.searchsorted(self.carriers, weights.indices)
-            columns = place + np.repeat(self.sides.body * count, np.diff(weights.indptr))
-            shape = (len(self.sides.body), self.group.count * count)
-            self._carriers_only = sparse.csr_array((weights.data, columns, weights.indptr), shape=shape)
-        return self._carriers_only
+    def _unturned(self, rows: IntArray) -> FloatArray:
+        """Frames that are the shape axes, for some sides."""
+        return np.tile(np.eye(self.group.dimension), (len(rows), 1, 1))
+
+    def _of_pattern(self, pattern: int, rows: IntArray, scheme: Scheme) -> FloatArray:
+        """W_el in the shape axes of the blocks with a pattern; ``rows`` are the sides of one."""
+        surface = self._surface_block(scheme)
+        assert self._surface is not None
+        known = self._surface.patterns
+        if pattern not in known:
+            known[pattern] = self._condensed(rows, self._unturned(rows), surface)
+        return known[pattern]
 
     def _at_points(self, nodal: FloatArray) -> FloatArray:
         """A nodal field (b, n) at the points, shape axes, shape (k, d)."""

@@ -23,6 +23,7 @@ from masonry_fem.joints.reduction import Reduction
 from masonry_fem.joints.state import JointState
 from masonry_fem.joints.tangent import decays, linearise
 from masonry_fem.nscd import ContactProblem, Solution, SolverSettings, Start, solve
+from masonry_fem.nscd.compliance import Shared, plus
 
 FloatArray = NDArray[np.float64]
 
@@ -60,7 +61,7 @@ class JointStep:
     active: NDArray[np.int64]
     problem: Callable[..., ContactProblem]
     free_velocity: FloatArray
-    compliance: sparse.bsr_array
+    compliance: sparse.bsr_array | Shared
     jump: FloatArray
     area: FloatArray
     trial: JointState
@@ -236,8 +237,7 @@ def _folded(step: JointStep, part: Reduction, term: FloatArray) -> ContactProble
     """The problem with a gap term, friction and cohesion p_adh = h (a + B v_c), v_c = v without that term."""
     compliance, offset, stiffness = step.compliance, None, None
     if part.compliance.any():
-        bed = sparse.diags_array(part.compliance.ravel()).tobsr(compliance.blocksize)
-        compliance = sparse.bsr_array(compliance + bed, blocksize=compliance.blocksize)
+        compliance = plus(compliance, part.compliance)
     if part.offset.any() or part.stiffness.any():
         along = (part.stiffness @ term[:, :, None])[:, :, 0]
         offset, stiffness = step.length * (part.offset - along), step.length * part.stiffness

@@ -16,6 +16,7 @@ from masonry_fem.march.model import Model
 from masonry_fem.march.place import Place
 from masonry_fem.march.state import BONDED, OPEN, SLIP, STICK, SystemState
 from masonry_fem.nscd import ContactProblem, Start
+from masonry_fem.nscd.compliance import Shared, only
 from masonry_fem.nscd.graphs import lengths
 
 ROUNDING = 1e-12  # of the model's length: a gap that is none
@@ -32,7 +33,7 @@ def joint_step(
     free: tuple[Free, ...],
     start: Placement,
     place: Place,
-    compliance: sparse.bsr_array,
+    compliance: sparse.bsr_array | Shared,
     trial: JointState,
 ) -> JointStep:
     """What joint laws need of a step to make its contact problem, for the contacts that take part in it.
@@ -62,12 +63,9 @@ def joint_step(
     takes_part = ~model.laws.in_velocities | _closed(model, state, scheme, start)
     takes_part |= ~state.joints.broken  # cohesion acts across a gap, too
     active = np.flatnonzero(takes_part)
-    if len(active) < len(q):
-        d = q.shape[1]
-        dofs = (active[:, None] * d + np.arange(d)).ravel()
-        compliance = sparse.bsr_array(compliance.tocsr()[dofs][:, dofs], blocksize=(d, d))
     bodies, maps = coupling.bodies, rigid_map
     if len(active) < len(q):
+        compliance = only(compliance, active)
         bodies, maps = bodies[active], maps[active]
     problem = partial(
         ContactProblem,

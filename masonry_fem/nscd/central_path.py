@@ -258,5 +258,5 @@ class CentralPath:
 
 def _unit(problem: ContactProblem, scale: FloatArray) -> float:
     """Mean scale of the contacts that have compliance, if any: rigid ones lie far above."""
-    elastic = np.diff(problem.compliance.indptr) > 0 if problem.count else np.zeros(0, bool)
+    elastic = problem.operator.elastic()
     return float(scale[elastic].mean() if elastic.any() else scale.mean())

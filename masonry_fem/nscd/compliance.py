@@ -1,41 +1,364 @@
-"""Compliance: W_el as a block-sparse matrix that may know a quicker way to multiply.
+"""Compliance: W_el as an operator, stored block by block or as what stones of one kind share.
 
-Stones of one shape share what they are made of. Multiplied stone by stone, out of that, a product takes a
-tenth of the time that it takes entry by entry.
+``ContactProblem.operator`` answers what solvers ask of W_el, whichever way it is held:
 
-    W = Compliance.of(assembled, product)
-    velocity = W @ impulse                    # by ``product``
+    W = problem.operator
+    velocity = W @ impulse            # (c d,) -> (c d,)
+    W.diagonal(), W.among(groups)     # blocks of single contacts, and of sets of contacts
+    W.matrix()                        # all of it, block-sparse
+
+Stones of one shape that are touched at the same places have one matrix, in the shape's axes, however they
+lie and whichever frames their contacts have. Multiplied stone by stone, out of that, a product takes a tenth
+of the time that it takes entry by entry, and a wall of ten thousand stones needs a few matrices.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, Self
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 
 
-class Compliance(sparse.bsr_array):
-    """A block-sparse matrix with a product of its own.
+class Operator(ABC):
+    """W_el between c contacts of d components.
 
-    What SciPy makes of it (sums, parts, copies) has none, and multiplies entry by entry.
+    Attributes
+    ----------
+    shape : Of the matrix, (c d, c d).
+    blocksize : Of its blocks, (d, d).
     """
 
-    product: Callable[[FloatArray], FloatArray] | None = None
+    shape: tuple[int, int]
+    blocksize: tuple[int, int]
 
-    @classmethod
-    def of(cls, matrix: sparse.bsr_array, product: Callable[[FloatArray], FloatArray]) -> Self:
-        """The matrix, shape (c d, c d), whose product with vectors (c d,) is ``product``'s."""
-        made = cls((matrix.data, matrix.indices, matrix.indptr), shape=matrix.shape)
-        made.product = product
-        return made
+    @property
+    @abstractmethod
+    def nnz(self) -> int:
+        """How many numbers it has between contacts; 0 where all stones are rigid."""
 
-    def __matmul__(self, other: Any) -> Any:
-        """The product with a vector or a matrix."""
-        if self.product is None or np.ndim(other) != 1:
-            return super().__matmul__(other)
-        return self.product(other)
+    @abstractmethod
+    def __matmul__(self, impulse: FloatArray) -> FloatArray:
+        """Velocities (c d,) from impulses (c d,)."""
+
+    @abstractmethod
+    def elastic(self) -> Mask:
+        """Contacts that have a row, shape (c,)."""
+
+    @abstractmethod
+    def terms(self) -> IntArray:
+        """Contacts whose impulses a product sums up at each contact, shape (c,)."""
+
+    @abstractmethod
+    def diagonal(self) -> FloatArray:
+        """Each contact's own block, shape (c, d, d) [1/kg]."""
+
+    @abstractmethod
+    def among(self, groups: IntArray) -> FloatArray:
+        """Dense matrices between the contacts of each of n sets (n, k), shape (n, k d, k d)."""
+
+    @abstractmethod
+    def couples(self) -> bool:
+        """Whether some contact gives way under the impulse of another."""
+
+    @abstractmethod
+    def magnitudes(self) -> sparse.bsr_array | Shared:
+        """The same with no entry below its absolute value: it bounds the rounding of products."""
+
+    @abstractmethod
+    def faulty(self) -> tuple[int, int] | None:
+        """Two contacts between which a number is not finite; None: there are none."""
+
+    @abstractmethod
+    def matrix(self) -> sparse.bsr_array:
+        """All of it, shape (c d, c d)."""
+
+
+class Stored(Operator):
+    """A block-sparse matrix.
+
+    Parameters
+    ----------
+    whole : Shape (c d, c d), in blocks (d, d), its columns sorted.
+    """
+
+    def __init__(self, whole: sparse.bsr_array) -> None:
+        self.whole, self.shape, self.blocksize = whole, whole.shape, whole.blocksize
+
+    @property
+    def nnz(self) -> int:
+        """Numbers that are stored."""
+        return int(self.whole.nnz)
+
+    def __matmul__(self, impulse: FloatArray) -> FloatArray:
+        """Velocities (c d,) from impulses (c d,)."""
+        velocity: FloatArray = self.whole @ impulse
+        return velocity
+
+    def elastic(self) -> Mask:
+        """Contacts that have a row, shape (c,)."""
+        return self._count > 0
+
+    def terms(self) -> IntArray:
+        """Contacts whose impulses a product sums up at each contact, shape (c,)."""
+        return self._count
+
+    def diagonal(self) -> FloatArray:
+        """Each contact's own block, zero where none is stored, shape (c, d, d) [1/kg]."""
+        c = len(self._count)
+        blocks = np.zeros((c, *self.blocksize))
+        rows = np.repeat(np.arange(c), self._count)
+        own = np.flatnonzero(rows == self.whole.indices)
+        np.add.at(blocks, rows[own], self.whole.data[own])
+        return blocks
+
+    def among(self, groups: IntArray) -> FloatArray:
+        """Dense matrices between the contacts of each of n sets (n, k), shape (n, k d, k d)."""
+        from masonry_fem.nscd.scatter import take_dense  # noqa: PLC0415 - Numba is slow to import
+
+        taken: FloatArray = take_dense(self.whole.indptr, self.whole.indices, self.whole.data, groups)
+        return taken
+
+    def couples(self) -> bool:
+        """Whether some contact gives way under the impulse of another."""
+        row = np.repeat(np.arange(len(self._count)), self._count)
+        return bool(self.whole.data[self.whole.indices != row].any())
+
+    def magnitudes(self) -> sparse.bsr_array:
+        """Absolute values."""
+        sizes = self.whole.copy()
+        sizes.data = np.abs(sizes.data)
+        return sizes
+
+    def faulty(self) -> tuple[int, int] | None:
+        """Two contacts between which a number is not finite; None: there are none."""
+        data = self.whole.data
+        if np.isfinite(data).all():
+            return None
+        block = int(np.nonzero(~np.isfinite(data.reshape(len(data), -1)).all(axis=1))[0][0])
+        row = int(np.searchsorted(self.whole.indptr, block, side="right")) - 1
+        return row, int(self.whole.indices[block])
+
+    def matrix(self) -> sparse.bsr_array:
+        """The matrix itself."""
+        return self.whole
+
+    @property
+    def _count(self) -> IntArray:
+        """Blocks in each row, shape (c,)."""
+        if not self.shape[0]:  # a matrix of nothing has blocks of another size
+            return np.zeros(0, dtype=np.int64)
+        return np.diff(self.whole.indptr).astype(np.int64)
+
+
+@dataclass(frozen=True, slots=True)
+class Alike:
+    """Stones that give way alike: n stones with s contacts each.
+
+    Attributes
+    ----------
+    contacts : Of each stone, in one order, −1 for those that take no part, shape (n, s).
+    turns : What turns velocities from the stone's axes into the contact's frame, negative on antagonists,
+        shape (n, s, d, d).
+    matrix : Velocities of the s points from impulses on them, in the stone's axes, (s d, s d) [1/kg].
+    """
+
+    contacts: IntArray
+    turns: FloatArray
+    matrix: FloatArray
+
+
+class Shared(Operator):
+    """W_el by kinds of stones, and what the contacts' own beds give way.
+
+    Parameters
+    ----------
+    count, dimension : c and d.
+    kinds : The stones. Each contact is one of at most two of them.
+    assembled : Makes the same as a block-sparse matrix; asked once, when a factor is.
+    bed : Diagonal that is added, shape (c, d) [1/kg].
+    """
+
+    def __init__(
+        self,
+        count: int,
+        dimension: int,
+        kinds: Sequence[Alike],
+        assembled: Callable[[], sparse.bsr_array],
+        bed: FloatArray | None = None,
+    ) -> None:
+        self.count, self.dimension, self.kinds, self.bed = count, dimension, tuple(kinds), bed
+        self.shape, self.blocksize = (count * dimension,) * 2, (dimension, dimension)
+        self._assembled = assembled
+        self._matrix: sparse.bsr_array | None = None
+        contact = np.concatenate([kind.contacts.ravel() for kind in kinds] or [np.zeros(0, dtype=np.int64)])
+        order = np.argsort(contact, kind="stable")
+        number, first, times = np.unique(contact[order], return_index=True, return_counts=True)
+        first, times, number = first[number >= 0], times[number >= 0], number[number >= 0]
+        # places of each contact among the sides of all stones; the last is nobody's
+        self._sides = np.full((2, count), len(contact))
+        self._sides[0, number] = order[first]
+        self._sides[1, number[times > 1]] = order[first[times > 1] + 1]
+
+    @property
+    def nnz(self) -> int:
+        """Numbers that the stones' matrices would have if none was shared."""
+        return sum(len(kind.contacts) * kind.matrix.size for kind in self.kinds)
+
+    def __matmul__(self, impulse: FloatArray) -> FloatArray:
+        """Velocities (c d,) from impulses (c d,)."""
+        d, moved = self.dimension, []
+        given = np.append(impulse, np.zeros(d)).reshape(-1, d)
+        for kind in self.kinds:
+            turned = given[kind.contacts][:, :, None] @ kind.turns
+            pushed = turned.reshape(len(turned), -1) @ kind.matrix.T
+            moved.append((kind.turns @ pushed.reshape(*kind.contacts.shape, d, 1)).reshape(-1, d))
+        velocity = self._summed(moved)
+        if self.bed is not None:
+            velocity += self.bed * given[:-1]
+        return velocity.ravel()
+
+    def elastic(self) -> Mask:
+        """Contacts that have a row, shape (c,)."""
+        found: Mask = self.terms() > 0
+        return found
+
+    def terms(self) -> IntArray:
+        """Contacts whose impulses a product sums up at each contact, shape (c,)."""
+        sizes = [np.full(kind.contacts.size, float(kind.contacts.shape[1])) for kind in self.kinds]
+        total = self._summed(sizes)
+        if self.bed is not None:
+            total += self.bed.any(axis=1)
+        return total.astype(np.int64)
+
+    def diagonal(self) -> FloatArray:
+        """Each contact's own block, shape (c, d, d) [1/kg]."""
+        d, own = self.dimension, []
+        for kind in self.kinds:
+            s = kind.contacts.shape[1]
+            blocks = kind.matrix.reshape(s, d, s, d)[np.arange(s), :, np.arange(s)]
+            own.append((kind.turns @ blocks @ kind.turns.swapaxes(2, 3)).reshape(-1, d, d))
+        total = self._summed(own)
+        if self.bed is not None:
+            total[:, np.arange(d), np.arange(d)] += self.bed
+        return total
+
+    def among(self, groups: IntArray) -> FloatArray:
+        """Dense matrices between the contacts of each of n sets (n, k), shape (n, k d, k d)."""
+        from masonry_fem.nscd.scatter import add_within  # noqa: PLC0415 - Numba is slow to import
+
+        (n, k), d = groups.shape, self.dimension
+        number, place = np.full((2, self.count + 1), -1)  # the last is that of contacts that take no part
+        number[groups], place[groups] = np.arange(n)[:, None], np.arange(k)
+        taken = np.zeros((n, k * d, k * d))
+        for kind in self.kinds:
+            add_within(taken, number[kind.contacts], place[kind.contacts], kind.turns, kind.matrix)
+        if self.bed is not None:
+            at = np.arange(k * d)
+            taken[:, at, at] += self.bed[groups].reshape(n, -1)
+        return taken
+
+    def couples(self) -> bool:
+        """Whether some contact gives way under the impulse of another."""
+        return any(kind.contacts.shape[1] > 1 for kind in self.kinds)
+
+    def magnitudes(self) -> Shared:
+        """Products of absolute values: at least those of the products."""
+        kinds = [replace(kind, turns=np.abs(kind.turns), matrix=np.abs(kind.matrix)) for kind in self.kinds]
+        bed = None if self.bed is None else np.abs(self.bed)
+        return Shared(self.count, self.dimension, kinds, lambda: Stored(self.matrix()).magnitudes(), bed)
+
+    def faulty(self) -> tuple[int, int] | None:
+        """Two contacts between which a number is not finite; None: there are none."""
+        for kind in self.kinds:
+            if not np.isfinite(kind.matrix).all():
+                row, column = np.argwhere(~np.isfinite(kind.matrix))[0] // self.dimension
+                return int(kind.contacts[0, row]), int(kind.contacts[0, column])
+        if self.bed is not None and not np.isfinite(self.bed).all():
+            contact = int(np.argwhere(~np.isfinite(self.bed))[0, 0])
+            return contact, contact
+        return None
+
+    def matrix(self) -> sparse.bsr_array:
+        """All of it, shape (c d, c d)."""
+        if self._matrix is None:
+            self._matrix = self._assembled()
+        return self._matrix
+
+    def only(self, contacts: IntArray) -> Shared:
+        """The rows and columns of some contacts, numbered in the order given.
+
+        Parameters
+        ----------
+        contacts : Shape (k,).
+        """
+        place = np.full(self.count + 1, -1)
+        place[contacts] = np.arange(len(contacts))
+        kinds = [replace(kind, contacts=place[kind.contacts]) for kind in self.kinds]
+        bed = None if self.bed is None else self.bed[contacts]
+        return Shared(len(contacts), self.dimension, kinds, lambda: _part(self.matrix(), contacts), bed)
+
+    def plus(self, bed: FloatArray) -> Shared:
+        """The same with what contacts give way by themselves added.
+
+        Parameters
+        ----------
+        bed : Diagonal, shape (c, d) [1/kg].
+        """
+        both = bed if self.bed is None else self.bed + bed
+        return Shared(self.count, self.dimension, self.kinds, lambda: _sum(self.matrix(), bed), both)
+
+    def _summed(self, of_sides: Sequence[FloatArray]) -> FloatArray:
+        """Sums over the two stones of each contact of what all stones' sides have, shape (c, ...)."""
+        shape = of_sides[0].shape[1:] if of_sides else ()
+        padded = np.concatenate([*of_sides, np.zeros((1, *shape))])
+        total: FloatArray = padded[self._sides[0]] + padded[self._sides[1]]
+        return total
+
+
+def operator(compliance: sparse.bsr_array | Shared) -> Operator:
+    """W_el as an operator.
+
+    Parameters
+    ----------
+    compliance : As a contact problem has it.
+    """
+    return compliance if isinstance(compliance, Shared) else Stored(compliance)
+
+
+def only(compliance: sparse.bsr_array | Shared, contacts: IntArray) -> sparse.bsr_array | Shared:
+    """Rows and columns of some contacts.
+
+    Parameters
+    ----------
+    compliance : Of c contacts. contacts : Shape (k,).
+    """
+    return compliance.only(contacts) if isinstance(compliance, Shared) else _part(compliance, contacts)
+
+
+def plus(compliance: sparse.bsr_array | Shared, bed: FloatArray) -> sparse.bsr_array | Shared:
+    """The compliance and what contacts give way by themselves.
+
+    Parameters
+    ----------
+    compliance : Of c contacts. bed : Diagonal, shape (c, d) [1/kg].
+    """
+    return compliance.plus(bed) if isinstance(compliance, Shared) else _sum(compliance, bed)
+
+
+def _part(matrix: sparse.bsr_array, contacts: IntArray) -> sparse.bsr_array:
+    d = matrix.blocksize[0]
+    dofs = (contacts[:, None] * d + np.arange(d)).ravel()
+    return sparse.bsr_array(matrix.tocsr()[dofs][:, dofs], blocksize=(d, d) if len(dofs) else (1, 1))
+
+
+def _sum(matrix: sparse.bsr_array, bed: FloatArray) -> sparse.bsr_array:
+    own = sparse.diags_array(bed.ravel()).tobsr(matrix.blocksize)
+    return sparse.bsr_array(matrix + own, blocksize=matrix.blocksize)

@@ -46,7 +46,7 @@ def save_problem(
     parts = {name: getattr(problem, name) for name in ARRAYS}
     parts |= {name: getattr(problem, name) for name in COHESION if getattr(problem, name) is not None}
     parts |= plain_arrays(problem) | dict(more or {})
-    compliance = problem.compliance
+    compliance = problem.operator.matrix()
     content = io.BytesIO()
     np.savez_compressed(
         content,

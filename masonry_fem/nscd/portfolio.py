@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 
 from masonry_fem.errors import ProblemError
 from masonry_fem.nscd.admissible import Admissible, admissible_impulses, falling, weakened
@@ -155,7 +154,7 @@ def _near_enough(problem: ContactProblem, made: Solution, settings: SolverSettin
     Where supports close in on rigid blocks that have no way out, no state follows them, and the impulses that
     stand for it mean nothing; beside the speed of free fall that may be an error of 1e-7.
     """
-    firm = problem.compliance.diagonal().reshape(problem.count, -1)[:, 0] == 0  # nothing gives way there
+    firm = problem.operator.diagonal()[:, 0, 0] == 0  # nothing gives way there
     pushed = float(np.maximum(-problem.free_velocity[firm, 0], 0.0).max(initial=0.0))
     bounds = _rounding(problem, made, settings)
     follows = pushed <= bounds.max_penetration or made.quality.max_penetration <= FOLLOWED * pushed
@@ -226,8 +225,7 @@ def _made(turn: Turn, case: Case, settings: SolverSettings, start: Start | None)
     problem, method = case.problem, _with_linear(turn.make(case), settings)
     if turn.twin is None:
         return iterate(problem, method, settings, start)
-    nothing = sparse.bsr_array(problem.compliance.shape, blocksize=problem.compliance.blocksize)
-    twin = replace(problem, compliance=nothing, friction=turn.twin * problem.friction)
+    twin = replace(problem.without_compliance(), friction=turn.twin * problem.friction)
     made = iterate(twin, method, settings, start)
     velocity = problem.velocity(made.impulse, made.rigid_velocity)
     quality = assess(problem, made.impulse, made.rigid_velocity, least_impulse=settings.least_impulse)

@@ -25,6 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
 from masonry_fem.errors import ProblemError
+from masonry_fem.nscd.compliance import Operator, Shared, operator
 from masonry_fem.nscd.structure import Structure
 
 FloatArray = NDArray[np.float64]
@@ -44,7 +45,8 @@ class ContactProblem:
     free_velocity : Velocity without impulses and without rigid motion q: elastic free velocity,
         prescribed motion of supports and the gap term on the normal component [m/s], (c, d).
     compliance : Elastic part W_el of the Delassus operator [1/kg], block-sparse with (d, d)
-        blocks, shape (c d, c d); stored symmetric (public problems may be slightly unsymmetric).
+        blocks, shape (c d, c d); stored symmetric (public problems may be slightly unsymmetric); or by what
+        stones of one kind share.
         No stored blocks where all bodies are rigid.
     bodies : Rigid bodies on the two sides of each contact (candidate, antagonist), −1 where that
         side has no rigid freedom, shape (c, 2).
@@ -71,7 +73,7 @@ class ContactProblem:
 
     friction: FloatArray
     free_velocity: FloatArray
-    compliance: sparse.bsr_array
+    compliance: sparse.bsr_array | Shared
     bodies: IntArray
     rigid_map: FloatArray
     rigid_mass: FloatArray
@@ -149,6 +151,11 @@ class ContactProblem:
         """True where some contact has cohesion."""
         return self.cohesion_offset is not None or self.cohesion_stiffness is not None
 
+    @property
+    def operator(self) -> Operator:
+        """W_el, whichever way it is held."""
+        return operator(self.compliance)
+
     def without_compliance(self) -> ContactProblem:
         """The same of rigid bodies."""
         nothing = sparse.bsr_array(self.compliance.shape, blocksize=self.compliance.blocksize)
@@ -158,8 +165,7 @@ class ContactProblem:
         """W_el p, shape (c, d) [m/s]."""
         if self.rigid:
             return np.zeros(self.free_velocity.shape)
-        product: FloatArray = self.compliance @ impulse.ravel()
-        return product.reshape(impulse.shape)
+        return (self.operator @ impulse.ravel()).reshape(impulse.shape)
 
     def contact_velocity(self, rigid_velocity: FloatArray) -> FloatArray:
         """B U, shape (c, d) [m/s]."""
@@ -220,14 +226,16 @@ class ContactProblem:
     def delassus(self) -> sparse.bsr_array:
         """W = W_el + B M_r⁻¹ Bᵀ on the directions that have mass, block-sparse, (c d, c d) [1/kg]."""
         if not (self.rigid_mass > 0).any() or not self.count:
-            return self.compliance
+            return self.operator.matrix()
         B = self.rigid_matrix()
         weighted = B.copy()
         inverse = _inverse_mass(self.rigid_mass)
         weighted.data = B.data * inverse[B.indices][:, None, :]
         d = self.dimension
         product = sparse.bsr_array(weighted @ B.T.tobsr((B.blocksize[1], d)), blocksize=(d, d))
-        total = product if self.rigid else sparse.bsr_array(self.compliance + product, blocksize=(d, d))
+        total = product
+        if not self.rigid:
+            total = sparse.bsr_array(self.operator.matrix() + product, blocksize=(d, d))
         total.sort_indices()
         return total
 
@@ -308,12 +316,10 @@ def _check_values(problem: ContactProblem, b: int) -> None:
                 f"{owner} {first[0]}: {name} is {values[tuple(first)]}, expected a finite number; "
                 "check the loads, motions and joint laws that enter it"
             )
-    data = problem.compliance.data
-    if not np.isfinite(data).all():
-        block = int(np.nonzero(~np.isfinite(data.reshape(len(data), -1)).all(axis=1))[0][0])
-        row = int(np.searchsorted(problem.compliance.indptr, block, side="right")) - 1
+    faulty = problem.operator.faulty()
+    if faulty is not None:
         raise ProblemError(
-            f"contact {row}: compliance to contact {problem.compliance.indices[block]} is not finite; "
+            f"contact {faulty[0]}: compliance to contact {faulty[1]} is not finite; "
             "check stiffness and mass of the blocks that touch there"
         )
     for name, owner in (("friction", "contact"), ("rigid_mass", "body")):

@@ -148,7 +148,7 @@ def rounding(
     at = _State(problem, impulse, rigid_velocity, scale, least_impulse)
     sizes, p, moved = _sizes(problem), np.abs(impulse), np.abs(rigid_velocity)
     d, m = problem.dimension, rigid_velocity.shape[1]
-    summed = d * np.diff(problem.compliance.indptr) + 2 * m + 1
+    summed = d * problem.operator.terms() + 2 * m + 1
     of_velocity = _gamma(summed)[:, None] * sizes.velocity(p, moved)
     of_part = _gamma(2) * sizes.contact_part(p, np.zeros_like(p))
     if sizes.cohesion_stiffness is not None:
@@ -255,12 +255,10 @@ def _gamma(terms: FloatArray | IntArray | int) -> FloatArray:
 
 def _sizes(problem: ContactProblem) -> ContactProblem:
     """The problem with the absolute value of each entry that is multiplied or added."""
-    compliance = problem.compliance.copy()
-    compliance.data = np.abs(compliance.data)
     offset, stiffness = problem.cohesion_offset, problem.cohesion_stiffness
     return replace(
         problem,
-        compliance=compliance,
+        compliance=problem.operator.magnitudes(),
         free_velocity=np.abs(problem.free_velocity),
         rigid_map=np.abs(problem.rigid_map),
         rigid_impulse=np.abs(problem.rigid_impulse),

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 
 from masonry_fem.nscd.problem import ContactProblem
 
@@ -26,11 +25,7 @@ def contact_scale(problem: ContactProblem, *, fold: bool = True) -> FloatArray:
     fold : Where cohesion stiffens a contact, take the folded block (I + w S)⁻¹ w.
     """
     alone = problem.rigid and problem.body_count > 0
-    own = (
-        rigid_diagonal(problem)
-        if alone
-        else diagonal_blocks(problem.compliance, problem.count, problem.dimension)
-    )
+    own = rigid_diagonal(problem) if alone else problem.operator.diagonal()
     scale = _norm(own)
     stiff = scale <= 0
     if not alone and stiff.any() and problem.body_count:
@@ -50,7 +45,7 @@ def whole_scale(problem: ContactProblem) -> FloatArray:
     ----------
     problem : The contact problem, with cohesion folded in.
     """
-    own = diagonal_blocks(problem.compliance, problem.count, problem.dimension)
+    own = problem.operator.diagonal()
     own = own + rigid_diagonal(problem)
     if problem.cohesion_stiffness is not None:
         own = folded(own, problem.cohesion_stiffness)
@@ -81,23 +76,6 @@ def rigid_diagonal(problem: ContactProblem) -> FloatArray:
     from masonry_fem.nscd.transfer import rigid_blocks  # noqa: PLC0415 - Numba is slow to import
 
     blocks: FloatArray = rigid_blocks(problem.bodies, problem.rigid_map, problem.rigid_mass)
-    return blocks
-
-
-def diagonal_blocks(matrix: sparse.bsr_array, count: int, dimension: int) -> FloatArray:
-    """Diagonal blocks of a block-sparse matrix, zero where none is stored, shape (c, d, d).
-
-    Parameters
-    ----------
-    matrix : Shape (c d, c d), in blocks (d, d).
-    count, dimension : c and d.
-    """
-    blocks = np.zeros((count, dimension, dimension))
-    if matrix.nnz == 0:
-        return blocks
-    rows = np.repeat(np.arange(count), np.diff(matrix.indptr)) if count else np.zeros(0, dtype=np.int64)
-    stored = np.flatnonzero(rows == matrix.indices)
-    np.add.at(blocks, rows[stored], matrix.data[stored])
     return blocks
 
 

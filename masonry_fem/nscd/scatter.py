@@ -68,6 +68,40 @@ def take_dense(
 
 
 @compiled
+def add_within(
+    taken: NDArray[np.float64],
+    number: NDArray[np.int64],
+    place: NDArray[np.int64],
+    turns: NDArray[np.float64],
+    matrix: NDArray[np.float64],
+) -> None:
+    """Add T M Tᵀ of stones with one matrix M to dense matrices of sets of contacts, within each set.
+
+    Parameters
+    ----------
+    taken : What is added to, a matrix for each set, shape (g, k d, k d).
+    number, place : Set of each stone's s contacts, −1 for those in none, and place in it, shape (n, s).
+    turns : T of each contact, shape (n, s, d, d).
+    matrix : M, shape (s d, s d).
+    """
+    n, s, d, _ = turns.shape
+    for stone in range(n):
+        for a in range(s):
+            for b in range(s):
+                at = number[stone, a]
+                if at < 0 or number[stone, b] != at:
+                    continue
+                row, column = d * place[stone, a], d * place[stone, b]
+                for i in range(d):
+                    for q in range(d):
+                        turned = 0.0
+                        for p in range(d):
+                            turned += turns[stone, a, i, p] * matrix[a * d + p, b * d + q]
+                        for j in range(d):
+                            taken[at, row + i, column + j] += turned * turns[stone, b, j, q]
+
+
+@compiled
 def put_blocks(
     values: NDArray[np.float64],
     first: NDArray[np.int64],

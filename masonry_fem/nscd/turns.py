@@ -18,8 +18,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
-import numpy as np
-
 from masonry_fem.nscd.admissible import Admissible, at_limit
 from masonry_fem.nscd.in_plane import InPlane
 from masonry_fem.nscd.iterate import Method
@@ -123,11 +121,7 @@ class Case:
     @property
     def _coupled(self) -> bool:
         """True where blocks deform; beds of mortar soften their own contacts alone, which sweeps like."""
-        if self.rigid:
-            return False
-        compliance = self.problem.compliance
-        row = np.repeat(np.arange(self.problem.count), np.diff(compliance.indptr))
-        return bool(compliance.data[compliance.indices != row].any())
+        return not self.rigid and self.problem.operator.couples()
 
     @property
     def followable(self) -> bool:

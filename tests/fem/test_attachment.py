@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.linalg import block_diag
 
 from masonry_fem.bodies.base import Scheme, Sides
 from masonry_fem.bodies.rotation import exponential
@@ -99,14 +100,27 @@ def test_compliance_is_that_of_the_whole_block(made, scheme):
 
 
 @pytest.mark.parametrize("scheme", SCHEMES, ids=str)
-def test_product_is_that_of_the_compliance(made, scheme):
+def test_kinds_share_what_the_compliance_is_made_of(made, scheme):
+    """Whatever frames the contacts have: here those of block 1 are turned, and its matrix stays that of 0."""
     _, sides, attachment = made
-    impulse = np.random.default_rng(4).normal(size=sides.point.shape)
-    velocity = attachment.product(scheme, sides.frame)(impulse)
-    for rows, matrix in attachment.compliance(scheme, sides.frame):
-        expected = matrix @ impulse[rows].ravel()
-        found = velocity[rows].ravel()
-        np.testing.assert_allclose(found, expected, atol=1e-12 * np.abs(expected).max())
+    frame = sides.frame.copy()
+    frame[sides.body == 1] = exponential(np.array([0.2, 0.1, 0.7])) @ frame[sides.body == 1]
+    kinds = attachment.kinds(scheme, frame)
+    assert [len(rows) for rows, _, _ in kinds] == [3, 1]
+    found = {
+        tuple(own.tolist()): _turned(turn, matrix)
+        for rows, turns, matrix in kinds
+        for own, turn in zip(rows, turns, strict=True)
+    }
+    for rows, expected in attachment.compliance(scheme, frame):
+        matrix = found.pop(tuple(rows.tolist()))
+        np.testing.assert_allclose(matrix, expected, atol=1e-12 * np.abs(expected).max())
+    assert not found
+
+
+def _turned(turn, matrix):
+    T = block_diag(*turn)
+    return T @ matrix @ T.T
 
 
 def test_a_group_without_contacts_has_no_compliance():

@@ -75,10 +75,14 @@ def test_low_wall_reaches_the_independent_reference(low_wall):
 
 @pytest.mark.parametrize("rigid", [(), (0, 1, 2, 3, 7, 12), tuple(range(22))])
 def test_fidelity_mixed_block_by_block(low_wall, rigid):
-    """Elastic, mixed and rigid bricks stand by the same code, on the same resultants."""
+    """Elastic, mixed and rigid bricks stand by the same code, on the same resultants.
+
+    Between elastic and rigid bricks rounding decides which steps are taken below 1e-11: 1e-10 is asked here.
+    """
     problem = low_wall.problem(rigid=rigid)
-    found = newton(problem)
+    found = newton(problem, SolverSettings(tolerance=1e-10))
     assert found.outcome is Outcome.CONVERGED
+    assert found.linear_solves <= 12
     floor = (problem.bodies < 0).any(axis=1)
     assert abs(found.impulse[floor, 0].sum() - 14715) < 1e-6
 

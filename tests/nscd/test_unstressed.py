@@ -98,6 +98,20 @@ def test_elastic_blocks_that_only_pre_stress_would_hold_have_no_equilibrium(angl
         assert found.rigid_velocity[0, 1] < 0
 
 
+@pytest.mark.parametrize("angle", [0.3, 1e-8, -0.3])
+def test_balance_without_friction_tells_where_no_drag_is_reached_at_once(angle, monkeypatch):
+    at_once, asked = Drag.at_once, []
+    monkeypatch.setattr(
+        Drag, "at_once", lambda *given: asked.append(given) or (len(asked) > 1 and at_once(*given))
+    )
+    told = from_no_stress(wedge(angle))
+    assert told.reached is (angle > 0.1)
+    if told.reached:
+        assert len(asked) == 1
+        assert not told.impulse[:, 1].any()
+        assert told.lacking == (0.0,)
+
+
 def test_strides_lead_to_drags_that_newton_does_not_come_to_at_once():
     problem = plane.soft(plane.plane_wall(4, 5, friction=0.8, horizontal=0.3, mass=0.0))
     dragged = Drag(problem)

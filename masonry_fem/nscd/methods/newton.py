@@ -29,7 +29,6 @@ from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import Quality, rounding
 from masonry_fem.nscd.scaling import contact_scale, whole_scale
 from masonry_fem.nscd.settings import ACCEPTABLE, SolverSettings, Start
-from masonry_fem.nscd.solvers.elastic_matrix import block_rows
 from masonry_fem.nscd.solvers.escape import Escape
 from masonry_fem.nscd.solvers.flips import Flips
 from masonry_fem.nscd.solvers.linearisation import Linearisation, bonded_contacts, linearise, slipping
@@ -408,8 +407,7 @@ def _usual_weights(problem: ContactProblem, many: bool) -> tuple[float, float, f
         return 1e-3, 0.3, 1e-7
     if many:
         return 1e-2, 0.1, 1e-5
-    all_elastic = len(np.unique(block_rows(problem.compliance))) == problem.count
-    return (1e-4, 0.1, 1e-5) if all_elastic else (1e-3, 0.3, 1e-5)
+    return (1e-4, 0.1, 1e-5) if problem.operator.elastic().all() else (1e-3, 0.3, 1e-5)
 
 
 def newton_scale(problem: ContactProblem, *, fold: bool = True) -> FloatArray:
@@ -424,7 +422,7 @@ def newton_scale(problem: ContactProblem, *, fold: bool = True) -> FloatArray:
     fold : Take the blocks of contacts with the stiffness of their cohesion.
     """
     scale = contact_scale(problem, fold=fold)
-    elastic = _elastic(problem)
+    elastic = problem.operator.elastic()
     if elastic.any() and not elastic.all():
         scale[~elastic] = scale[elastic].mean()
     return scale
@@ -443,16 +441,9 @@ def proximal_scale(problem: ContactProblem, scale: FloatArray) -> FloatArray:
     problem : The contact problem.
     scale : That of its contacts, shape (c,).
     """
-    elastic = _elastic(problem)
+    elastic = problem.operator.elastic()
     if not elastic.any():
         return scale
     own = contact_scale(problem, fold=False)[elastic]
     gives = own > np.finfo(float).eps * own.max()  # of what is held, blocks are rounding
     return np.minimum(scale, SLENDER * own[gives].min())
-
-
-def _elastic(problem: ContactProblem) -> NDArray[np.bool_]:
-    """Which contacts are those of elastic blocks, (c,)."""
-    elastic = np.zeros(problem.count, dtype=bool)
-    elastic[block_rows(problem.compliance)] = True
-    return elastic

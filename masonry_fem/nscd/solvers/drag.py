@@ -82,15 +82,18 @@ class Drag:
 
     def towards(self, drag: float) -> bool:
         """Go to a drag that is less than any before; False where no way was found."""
-        if self._went(drag):
-            return True
-        stride = STRIDE if self.reached <= FIRST or self._went(FIRST) else 1.0
+        return self.at_once(drag) or self.by_strides(drag)
+
+    def by_strides(self, drag: float) -> bool:
+        """Go there by way of larger drags, or kink by kink; False where no way was found."""
+        stride = STRIDE if self.reached <= FIRST or self.at_once(FIRST) else 1.0
         while self.reached > drag and stride <= SHORTEST:
-            went = self._went(max(stride * self.reached, drag))
+            went = self.at_once(max(stride * self.reached, drag))
             stride = max(stride**1.5, STRIDE) if went else stride**0.5
         return self.reached <= drag or self.kink_by_kink(drag)
 
-    def _went(self, drag: float) -> bool:
+    def at_once(self, drag: float) -> bool:
+        """Go there by Newton's steps from where it is; False where they lead nowhere."""
         made = self._solved(drag)
         if made is not None:
             self.reached, (self.impulse, self.motion) = drag, made
@@ -126,7 +129,7 @@ class Drag:
             return False
         impulse = equation.at(walk.x).impulse
         self.reached, self.impulse, self.motion = drag, impulse, equation.problem.balanced_velocity(impulse)
-        return self._went(drag)
+        return self.at_once(drag)
 
     def _solved(self, drag: float) -> State | None:
         """Newton's steps from the state there is to that at a drag; None where they lead nowhere."""

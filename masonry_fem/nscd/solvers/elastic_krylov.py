@@ -60,7 +60,7 @@ def iteration_pays(problem: ContactProblem) -> bool:
     ----------
     problem : The contact problem.
     """
-    elastic = np.diff(problem.compliance.indptr) > 0
+    elastic = problem.operator.elastic()
     # rigid stones among elastic ones take Newton's method three times as many steps so
     if problem.count < CONTACTS or not problem.body_count or not elastic.all():
         return False
@@ -103,11 +103,8 @@ class Interfaces:
     """
 
     def __init__(self, problem: ContactProblem, elastic: Mask) -> None:
-        from masonry_fem.nscd.scatter import take_dense  # noqa: PLC0415 - Numba is slow to import
-
         self.groups = interfaces_by_size(problem, elastic)
-        W = problem.compliance
-        self.coupling = [take_dense(W.indptr, W.indices, W.data, group) for group in self.groups]
+        self.coupling = [problem.operator.among(group) for group in self.groups]
 
 
 class Preconditioned:

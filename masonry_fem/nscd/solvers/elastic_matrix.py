@@ -69,7 +69,7 @@ class ElasticMatrix:
     """
 
     def __init__(self, problem: ContactProblem, contacts: IntArray, coupled: sparse.bsr_array) -> None:
-        compliance, d, m = problem.compliance, problem.dimension, coupled.blocksize[0]
+        compliance, d, m = problem.operator.matrix(), problem.dimension, coupled.blocksize[0]
         self.contacts = contacts
         self.mumps: Mumps | None = None
         self._seen = _seen(problem)
@@ -136,7 +136,7 @@ class ElasticMatrix:
         rows, diagonal, contact, closed = self._rows, self._diagonal, self._contact, terms.closed
         identity = np.eye(problem.dimension)
         own = np.where(closed[:, None, None], terms.own / terms.unit, identity)
-        coupling = problem.compliance.data[self._inside] / terms.unit
+        coupling = problem.operator.matrix().data[self._inside] / terms.unit
         turned = np.flatnonzero(~terms.plain[rows])
         coupling[turned] = terms.by_velocity[rows[turned]] @ coupling[turned]
         coupling[~(closed[rows] & closed[self._columns])] = 0.0
@@ -153,7 +153,8 @@ class ElasticMatrix:
 
 def _seen(problem: ContactProblem) -> tuple[NDArray[np.integer], ...]:
     """What decides which contacts and bodies are coupled."""
-    return problem.compliance.indptr, problem.compliance.indices, problem.bodies, np.array(problem.body_count)
+    matrix = problem.operator.matrix()
+    return matrix.indptr, matrix.indices, problem.bodies, np.array(problem.body_count)
 
 
 def block_rows(matrix: sparse.bsr_array) -> IntArray:

@@ -25,7 +25,7 @@ from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
 from masonry_fem.nscd.solvers.body_solver import BodySolver
 from masonry_fem.nscd.solvers.elastic_krylov import Interfaces, Preconditioned, iteration_pays
-from masonry_fem.nscd.solvers.elastic_matrix import ElasticMatrix, Terms, block_rows
+from masonry_fem.nscd.solvers.elastic_matrix import ElasticMatrix, Terms
 from masonry_fem.nscd.structure import Structure
 
 FloatArray = NDArray[np.float64]
@@ -50,9 +50,7 @@ class NewtonSystem:
         self.scale = scale
         self.library = library
         self.unit = float(scale.mean()) if len(scale) else 1.0  # impulses are solved for as unit · p
-        compliance = problem.compliance
-        self.elastic = np.zeros(problem.count, dtype=bool)
-        self.elastic[block_rows(compliance)] = True
+        self.elastic = problem.operator.elastic()
         self.contact, self.side = np.nonzero(problem.bodies >= 0)
         self.body = problem.bodies[self.contact, self.side]
         self.map = problem.rigid_map[self.contact, self.side]

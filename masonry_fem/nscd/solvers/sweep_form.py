@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from masonry_fem.nscd.compliance import operator
 from masonry_fem.nscd.local import Law, reduce_blocks
 from masonry_fem.nscd.problem import ContactProblem
-from masonry_fem.nscd.scaling import contact_scale, diagonal_blocks, free_speed, rigid_diagonal
+from masonry_fem.nscd.scaling import contact_scale, free_speed, rigid_diagonal
 from masonry_fem.nscd.solvers.colouring import Colouring, colour_bodies, colour_couplings
 from masonry_fem.nscd.solvers.sweeps import kernel
 from masonry_fem.nscd.threads import available_threads, several_threads
@@ -42,7 +43,7 @@ class SweepForm:
         self.turns = relaxation != 1.0 or threads is not None
         self.colouring = _colouring(problem, W) if self.turns else _shuffled(problem.count)
         order = self.colouring.order
-        own = rigid_diagonal(problem) if W is None else diagonal_blocks(W, *problem.free_velocity.shape)
+        own = rigid_diagonal(problem) if W is None else operator(W).diagonal()
         law, folded = _fold(problem, own)
         local = reduce_blocks(folded)
         fixed = (own, local, contact_scale(problem), problem.friction)

@@ -1,0 +1,100 @@
+"""W_el by what stones share: the same answers as the matrix gives."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import sparse
+from scipy.linalg import block_diag
+
+from masonry_fem.errors import ProblemError
+from masonry_fem.nscd.compliance import Alike, Shared, Stored
+from masonry_fem.nscd.problem import ContactProblem
+
+
+def rotations(count, d, random):
+    """Rotation matrices, shape (count, d, d)."""
+    turned, _ = np.linalg.qr(random.normal(size=(count, d, d)))
+    return turned
+
+
+def whole(kinds, count, d, bed=None):
+    """The sum of all stones, dense."""
+    total = np.zeros((count, d, count, d))
+    for kind in kinds:
+        for contacts, turns in zip(kind.contacts, kind.turns, strict=True):
+            T = block_diag(*turns)
+            own = (T @ kind.matrix @ T.T).reshape(len(contacts), d, len(contacts), d)
+            total[contacts[:, None], :, contacts] += own.transpose(0, 2, 1, 3)
+    total = total.reshape(count * d, count * d)
+    return total if bed is None else total + np.diag(bed.ravel())
+
+
+@pytest.fixture(params=[2, 3])
+def made(request):
+    """Three stones of a kind and two of another in a ring, contact 11 on rigid stones."""
+    d, random = request.param, np.random.default_rng(request.param)
+    contacts = [np.array([[0, 1, 2, 3], [4, 5, 2, 3], [4, 5, 6, 7]]), np.array([[6, 7, 8], [10, 9, 8]])]
+    kinds = []
+    for own in contacts:
+        n, s = own.shape
+        root = random.normal(size=(s * d, s * d))
+        turns = rotations(n * s, d, random).reshape(n, s, d, d)
+        turns[1:] *= -1.0
+        kinds.append(Alike(own, turns, root @ root.T))
+    kinds[0].matrix[:, 0] *= 1.1  # stones that yield have no symmetric matrix
+    matrix = whole(kinds, 12, d)
+    return Shared(12, d, kinds, lambda: sparse.bsr_array(matrix, blocksize=(d, d)))
+
+
+def equal(found, expected):
+    np.testing.assert_allclose(found, expected, atol=1e-12 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("bedded", [False, True], ids=["bare", "bedded"])
+@pytest.mark.parametrize("some", [False, True], ids=["all", "some"])
+def test_answers_are_those_of_the_matrix(made, some, bedded):
+    d, random, count = made.dimension, np.random.default_rng(1), 12
+    dense = made.matrix().toarray()
+    if bedded:
+        bed = random.uniform(size=(count, d))
+        made, dense = made.plus(bed), dense + np.diag(bed.ravel())
+    if some:
+        contacts = np.array([9, 2, 0, 11, 5, 7, 6])
+        dofs = (contacts[:, None] * d + np.arange(d)).ravel()
+        made, dense, count = made.only(contacts), dense[np.ix_(dofs, dofs)], len(contacts)
+    equal(made.matrix().toarray(), dense)
+    stored = Stored(sparse.bsr_array(dense, blocksize=(d, d)))
+    impulse = random.normal(size=count * d)
+    equal(made @ impulse, dense @ impulse)
+    equal(made.diagonal(), stored.diagonal())
+    np.testing.assert_array_equal(made.elastic(), dense.reshape(count, d, -1).any(axis=(1, 2)))
+    groups = random.permutation(count)[:6].reshape(2, 3)
+    equal(made.among(groups), stored.among(groups))
+    assert made.couples() == stored.couples()
+    assert (made.terms() >= stored.terms()).all()  # stones that share two contacts are summed up one by one
+    sizes = made.magnitudes() @ np.abs(impulse)
+    assert (sizes >= (np.abs(dense) @ np.abs(impulse)) * (1 - 1e-12)).all()
+
+
+def test_a_problem_takes_either(made):
+    d = made.dimension
+    plain = ContactProblem.plain(made.matrix(), np.ones((12, d)), 0.5)
+    shared = replace(plain, compliance=made)
+    impulse = np.random.default_rng(2).normal(size=(12, d))
+    equal(shared.elastic_velocity(impulse), plain.elastic_velocity(impulse))
+    assert not shared.rigid
+    assert shared.without_compliance().rigid
+    equal(shared.delassus().toarray(), plain.delassus().toarray())
+
+
+@pytest.mark.parametrize("where", ["stone", "bed"])
+def test_numbers_that_are_not_finite_are_told(made, where):
+    if where == "stone":
+        made.kinds[0].matrix[-1, 0] = np.nan
+    else:
+        made = made.plus(np.where(np.arange(12)[:, None] == 5, np.inf, np.zeros((12, made.dimension))))
+    problem = ContactProblem.plain(np.zeros((12 * made.dimension,) * 2), np.ones((12, made.dimension)), 0.5)
+    named = "contact 3: compliance to contact 0" if where == "stone" else "contact 5: compliance to contact 5"
+    with pytest.raises(ProblemError, match=named):
+        replace(problem, compliance=made)

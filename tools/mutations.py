@@ -44,9 +44,10 @@ ROOMS = {
      "march/motion"):
         ("tests/march", "tests/validation/test_a1_single_block.py", "tests/validation/test_a1_6_rocking.py"),
     ("march/energy", "march/acting", "march/measure"): ("tests/march", "tests/test_certificate_page.py"),
-    ("bodies/rigid", "bodies/rotation", "bodies/inertia", "bodies/support"):
+    ("bodies/rigid", "bodies/rotation", "bodies/motions", "bodies/inertia", "bodies/support"):
         ("tests/bodies", "tests/march"),
-    ("nscd/local", "nscd/graphs", "nscd/problem", "nscd/residuals", "nscd/scaling"): ("tests/nscd",),
+    ("nscd/local", "nscd/graphs", "nscd/contact_measures", "nscd/transfer", "nscd/problem", "nscd/residuals",
+     "nscd/scaling"): ("tests/nscd",),
     ("contact/kinematics", "contact/clipping", "contact/placement/corners", "contact/placement/nodes",
      "contact/placement/parts/quadrature", "contact/interpolation"): ("tests/contact",),
     ("fem/condense", "fem/stress", "fem/assemble", "fem/material", "fem/traction"): ("tests/fem",),

@@ -19,8 +19,16 @@ import numpy as np
 
 from masonry_fem.bodies.base import FloatArray, Free, IntArray, Scheme, StepEnergy
 from masonry_fem.bodies.inertia import inertia_of
-from masonry_fem.bodies.rotation import between, chained, change, exponential, settled_spin, turned_by
-from masonry_fem.bodies.undeformed import Placed, Undeformed, translation_and_spin
+from masonry_fem.bodies.rotation import (
+    IDENTITY,
+    SPIN_ITERATIONS,
+    SPIN_TOLERANCE,
+    between,
+    chained,
+    change,
+    turned_by,
+)
+from masonry_fem.bodies.undeformed import Placed, Undeformed
 from masonry_fem.solid.assembly import Assembly
 
 
@@ -42,7 +50,7 @@ class RigidState:
     @property
     def rotation(self) -> FloatArray:
         """R, shape (b, d, d)."""
-        rotation: FloatArray = np.eye(self.turned.shape[1]) + self.turned
+        rotation: FloatArray = IDENTITY[self.turned.shape[1]] + self.turned
         return rotation
 
 
@@ -103,7 +111,12 @@ class RigidGroup(Undeformed):
         # √ of the diagonal of the mass matrix in (v, ω about principal axes), shape (b, m)
         mass_columns = np.repeat(self.mass[:, None], self.dimension, axis=1)
         self._scale: FloatArray = np.sqrt(np.concatenate([mass_columns, self.inertia], axis=1))
+        self._radii: FloatArray = np.sqrt(self.inertia)
         self.turns = turns
+        # the last answer of _coasting_velocity with what it is for: a step and its measures ask five times
+        self._coasted: tuple[RigidState, Scheme, FloatArray] | None = None
+        # and that of generalised
+        self._pushed: tuple[RigidState, FloatArray, FloatArray] | None = None
 
     def rest(self) -> RigidState:
         """The state of reference: in place, at rest."""
@@ -123,14 +136,9 @@ class RigidGroup(Undeformed):
         """Principal axes now, as columns of world components, shape (b, 1 or 3, 1 or 3)."""
         return rotation @ self.axes if self.turns and self.dimension == 3 else self.axes
 
-    def velocity_map(self, state: Placed, bodies: IntArray, points: FloatArray) -> FloatArray:
-        """Velocity at current points of ``bodies`` for unit U, world axes, shape (k, d, m)."""
-        d = self.dimension
-        world = translation_and_spin(points - self.positions_of_centres(state)[bodies])
-        if d == 3:
-            world[:, :, d:] = world[:, :, d:] @ self._current_axes(state.rotation)[bodies]
-        scaled: FloatArray = world / self._scale[bodies][:, None, :]
-        return scaled
+    def spin_axes(self, state: Placed) -> tuple[FloatArray, FloatArray]:
+        """Principal axes now, and √ of the mass matrix in velocities and spins about them."""
+        return self._current_axes(state.rotation), self._scale
 
     # --- loads ------------------------------------------------------------------------------------
 
@@ -158,10 +166,14 @@ class RigidGroup(Undeformed):
 
     def generalised(self, state: RigidState, force: FloatArray) -> FloatArray:
         """Φᵀ F of a force array, shape (b, m)."""
+        if self._pushed is not None and self._pushed[0] is state and self._pushed[1] is force:
+            return self._pushed[2]
         d = self.dimension
         moments = self.moments(force, self.arms(state)[0])
         principal = np.einsum("bri,br->bi", self._current_axes(state.rotation), moments)
-        return np.concatenate([force[:, :d], principal], axis=1) / self._scale
+        pushed = np.concatenate([force[:, :d], principal], axis=1) / self._scale
+        self._pushed = state, force, pushed
+        return pushed
 
     # --- the step ---------------------------------------------------------------------------------
 
@@ -195,16 +207,17 @@ class RigidGroup(Undeformed):
         d = self.dimension
         if d == 2 or scheme.inertia == 0:
             return state.velocity
-        scale, axes = self._scale[:, d:], self._current_axes(state.rotation)
-        momentum = np.einsum("bri,bi->br", axes, scale * state.velocity[:, d:])
+        if self._coasted is not None and self._coasted[0] is state and self._coasted[1] == scheme:
+            return self._coasted[2]
+        from masonry_fem.bodies.motions import spun  # noqa: PLC0415 - Numba is slow to import
 
-        def following(spin: FloatArray) -> FloatArray:
-            turn = exponential(self._turn(state, axes, spin, scheme))
-            updated: FloatArray = np.einsum("bri,br->bi", turn @ axes, momentum) / scale
-            return updated
-
-        spin = settled_spin(state.velocity[:, d:], following)
-        return np.concatenate([state.velocity[:, :d], spin], axis=1)
+        axes = self._current_axes(state.rotation)
+        start = np.ascontiguousarray(state.velocity[:, d:])
+        h, theta = float(scheme.step), float(scheme.theta)
+        spin = spun(axes, self._radii, start, h, theta, SPIN_ITERATIONS, SPIN_TOLERANCE)
+        velocity = np.concatenate([state.velocity[:, :d], spin], axis=1)
+        self._coasted = state, scheme, velocity
+        return velocity
 
     def _turn(self, state: RigidState, axes: FloatArray, spin: FloatArray, scheme: Scheme) -> FloatArray:
         """Rotation vector of a step that ends with scaled spins U_r, world axes, (b, 1 or 3) [rad]."""

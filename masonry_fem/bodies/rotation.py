@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
+IDENTITY = {2: np.eye(2), 3: np.eye(3)}  # by dimension
 SPIN_ITERATIONS = 40
 SPIN_TOLERANCE = 1e-15
 
@@ -49,8 +50,14 @@ def moment(arms: FloatArray, forces: FloatArray) -> FloatArray:
     arms : From the centre to where the forces act, shape (..., d) [m].
     forces : Forces, shape (..., d) [N].
     """
-    turned: FloatArray = np.einsum("...dr,...d->...r", lever(arms), forces)
-    return turned
+    from masonry_fem.bodies.motions import moments  # noqa: PLC0415 - Numba is slow to import
+
+    if arms.shape != forces.shape:
+        arms, forces = np.broadcast_arrays(arms, forces)
+    # copies, since Numba compiles anew for arrays that are read-only
+    rows = (np.array(one, dtype=float, order="C").reshape(-1, one.shape[-1]) for one in (arms, forces))
+    turned: FloatArray = moments(*rows)
+    return turned.reshape(*arms.shape[:-1], turned.shape[-1])
 
 
 def exponential(vectors: FloatArray) -> FloatArray:
@@ -65,11 +72,10 @@ def change(vectors: FloatArray) -> FloatArray:
         angle = vectors[..., 0]
         sine, versine = np.sin(angle), -2.0 * np.sin(0.5 * angle) ** 2
         return np.stack([np.stack([versine, -sine], -1), np.stack([sine, versine], -1)], -2)
-    turns = np.linalg.norm(vectors, axis=-1)[..., None, None] / np.pi
-    axial = cross_matrix(vectors)
-    # sin(a)/a and (1 − cos a)/a² = ½ [sin(a/2)/(a/2)]², in which nothing cancels
-    changed: FloatArray = np.sinc(turns) * axial + 0.5 * np.sinc(turns / 2) ** 2 * (axial @ axial)
-    return changed
+    from masonry_fem.bodies.motions import turns  # noqa: PLC0415 - Numba is slow to import
+
+    changed: FloatArray = turns(np.ascontiguousarray(vectors).reshape(-1, 3))
+    return changed.reshape(*vectors.shape, 3)
 
 
 def chained(first: FloatArray, second: FloatArray) -> FloatArray:

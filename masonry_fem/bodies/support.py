@@ -11,12 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from masonry_fem.bodies.base import FloatArray, Free, IntArray, Scheme, StepEnergy
-from masonry_fem.bodies.rotation import between, change, spin_count, turned_by
-from masonry_fem.bodies.undeformed import Placed, Undeformed, translation_and_spin
+from masonry_fem.bodies.rotation import IDENTITY, between, change, spin_count, turned_by
+from masonry_fem.bodies.undeformed import Placed, Undeformed
 from masonry_fem.errors import SceneError
 from masonry_fem.solid.assembly import Assembly
 
@@ -77,7 +78,7 @@ class SupportState:
     @property
     def rotation(self) -> FloatArray:
         """R, shape (b, d, d)."""
-        rotation: FloatArray = np.eye(self.turned.shape[1]) + self.turned
+        rotation: FloatArray = IDENTITY[self.turned.shape[1]] + self.turned
         return rotation
 
 
@@ -135,9 +136,13 @@ class SupportGroup(Undeformed):
         velocity = self._forward_velocity(0.0, DERIVATIVE_STEP)
         return SupportState(0.0, np.zeros_like(self.centres), turned, velocity)
 
-    def velocity_map(self, state: Placed, bodies: IntArray, points: FloatArray) -> FloatArray:
-        """Velocity at current points of ``bodies`` for unit U, world axes, shape (k, d, m)."""
-        return translation_and_spin(points - self.positions_of_centres(state)[bodies])
+    def spin_axes(self, state: Placed) -> tuple[FloatArray, FloatArray]:
+        """The world axes: velocities of a support are plain."""
+        return self._plain
+
+    @cached_property
+    def _plain(self) -> tuple[FloatArray, FloatArray]:
+        return np.tile(np.eye(3), (self.count, 1, 1)), np.ones((self.count, self.freedoms))
 
     # --- the given motion -------------------------------------------------------------------------
 
@@ -167,6 +172,8 @@ class SupportGroup(Undeformed):
         self, shift: FloatArray, turned: FloatArray, pose: tuple[FloatArray, FloatArray], step: float
     ) -> FloatArray:
         """Constant U that carries a pose into another within a step, shape (b, m)."""
+        if not any(part.any() for part in (shift, turned, *pose)):  # held where it was
+            return np.zeros((self.count, self.freedoms))
         turn = turned_by(between(turned, pose[1]))
         mean: FloatArray = np.concatenate([pose[0] - shift, turn], axis=1) / step
         return mean

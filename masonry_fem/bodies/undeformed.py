@@ -77,6 +77,8 @@ class Undeformed(ABC):
         self.dimension = assembly.dimension
         self.blocks: IntArray = np.asarray(blocks, dtype=np.int64)
         self.centres = centres
+        # the last answer of resultant about the reference, with what it is for: loads seldom change
+        self._resulted: tuple[FloatArray, FloatArray] | None = None
 
     @property
     def count(self) -> int:
@@ -106,8 +108,33 @@ class Undeformed(ABC):
         return self.centres + state.shift
 
     @abstractmethod
+    def spin_axes(self, state: Placed) -> tuple[FloatArray, FloatArray]:
+        """Axes of the spins in U, as columns, (b, 3, 3), and what velocities are multiplied by in U, (b, m).
+
+        In 2D there is one axis, normal to the plane, and the first array is not used.
+        """
+
     def velocity_map(self, state: Placed, bodies: IntArray, points: FloatArray) -> FloatArray:
         """Velocity at current points of ``bodies`` for unit U, world axes, shape (k, d, m)."""
+        return self.local_map(state, bodies, points, np.tile(np.eye(self.dimension), (len(bodies), 1, 1)))
+
+    def local_map(
+        self, state: Placed, bodies: IntArray, points: FloatArray, frames: FloatArray
+    ) -> FloatArray:
+        """Velocity at current points of ``bodies`` for unit U, in frames, shape (k, d, m).
+
+        Parameters
+        ----------
+        state : Where the blocks are.
+        bodies : Block of each point, shape (k,).
+        points : World coordinates, shape (k, d) [m].
+        frames : Rows (n, t1[, t2]) at each of them, shape (k, d, d).
+        """
+        from masonry_fem.bodies.motions import side_maps  # noqa: PLC0415 - Numba is slow to import
+
+        arms = points - self.positions_of_centres(state)[bodies]
+        maps: FloatArray = side_maps(frames, arms, *self.spin_axes(state), bodies)
+        return maps
 
     # --- loads ------------------------------------------------------------------------------------
 
@@ -120,24 +147,32 @@ class Undeformed(ABC):
 
     def moments(self, force: FloatArray, rotation: FloatArray) -> FloatArray:
         """Moments of forces about the centres of blocks that have turned, shape (b, 1 or 3) [N m]."""
-        d = self.dimension
-        dyadic = rotation @ force[:, d:].reshape(-1, d, d)
-        turning = dyadic - np.swapaxes(dyadic, 1, 2)
-        if d == 2:
-            return turning[:, 0, 1, None]
-        return np.stack([turning[:, 1, 2], turning[:, 2, 0], turning[:, 0, 1]], axis=1)
+        from masonry_fem.bodies.motions import turned_moments  # noqa: PLC0415 - Numba is slow to import
+
+        turned: FloatArray = turned_moments(force, rotation)
+        return turned
 
     def arms(self, state: Placed | None) -> tuple[FloatArray, FloatArray]:
         """How lever arms have turned, (b, d, d), and where they begin, (b, d) [m]; None: in the reference."""
         if state is not None and self.turns:
             return state.rotation, self.positions_of_centres(state)
-        return np.broadcast_to(np.eye(self.dimension), (self.count, *2 * (self.dimension,))), self.centres
+        return self._unturned, self.centres
+
+    @cached_property
+    def _unturned(self) -> FloatArray:
+        """Rotations in the reference, shape (b, d, d)."""
+        return np.tile(np.eye(self.dimension), (self.count, 1, 1))
 
     def resultant(self, force: FloatArray, state: Placed | None = None) -> FloatArray:
         """Force and moment about the world origin, arms as in ``state``, shape (b, m) [N, N m]."""
+        if state is None and self._resulted is not None and self._resulted[0] is force:
+            return self._resulted[1]
         d, (rotation, centre) = self.dimension, self.arms(state)
         about_origin = self.moments(force, rotation) + moment(centre, force[:, :d])
-        return np.concatenate([force[:, :d], about_origin], axis=1)
+        total = np.concatenate([force[:, :d], about_origin], axis=1)
+        if state is None:
+            self._resulted = force, total
+        return total
 
     def clamp_reactions(
         self, state: Placed, after: Placed, force: FloatArray, nodal: FloatArray | None, scheme: Scheme
@@ -188,8 +223,7 @@ class Undeformed(ABC):
 
     def positions(self, state: Placed) -> FloatArray:
         """Where the vertices of all blocks are, block after block, shape (all vertices, d) [m]."""
-        owner, arms = self._corners
-        return self.centres[owner] + arms + self.displacements(state)
+        return self._places + self.displacements(state)
 
     @cached_property
     def _corners(self) -> tuple[IntArray, FloatArray]:
@@ -198,11 +232,17 @@ class Undeformed(ABC):
         owner = np.repeat(np.arange(self.count), [len(own) for own in nodes])
         return owner, np.concatenate(nodes) - self.centres[owner]
 
+    @cached_property
+    def _places(self) -> FloatArray:
+        """Of the vertices in the reference, shape (v, d) [m]."""
+        owner, arms = self._corners
+        places: FloatArray = self.centres[owner] + arms
+        return places
+
     def displacements(self, state: Placed) -> FloatArray:
         """How far the vertices of all blocks have gone, shape (all vertices, d) [m]."""
         owner, arms = self._corners
-        moved: FloatArray = state.shift[owner] + np.einsum("vij,vj->vi", state.turned[owner], arms)
-        return moved
+        return _carried(state, arms, owner)
 
     def velocities(self, state: Placed, place: Placed | None = None) -> FloatArray:
         """Velocity of all vertices, with the blocks as in ``place``, shape (all vertices, d) [m/s]."""
@@ -241,9 +281,7 @@ class UndeformedAttachment:
 
     def displacements(self, state: Placed) -> FloatArray:
         """How far the material points have gone, shape (k, d) [m]."""
-        body = self.sides.body
-        moved: FloatArray = state.shift[body] + np.einsum("kij,kj->ki", state.turned[body], self.arms)
-        return moved
+        return _carried(state, self.arms, self.sides.body)
 
     def rotations(self, state: Placed) -> FloatArray:
         """How the blocks have turned since the reference configuration, shape (k, d, d)."""
@@ -251,8 +289,7 @@ class UndeformedAttachment:
 
     def rigid_map(self, state: Placed, points: FloatArray, frames: FloatArray) -> FloatArray:
         """Velocity, in the frames, at current points for unit U, shape (k, d, m)."""
-        turned: FloatArray = frames @ self.group.velocity_map(state, self.sides.body, points)
-        return turned
+        return self.group.local_map(state, self.sides.body, points, frames)
 
     def elastic_velocity(self, elastic: FloatArray, seen: FloatArray) -> FloatArray:
         """Nothing, shape (k, d)."""
@@ -273,6 +310,14 @@ class UndeformedAttachment:
     def spread(self, impulses: FloatArray, seen: FloatArray) -> FloatArray | None:
         """None: no nodes to spread impulses to."""
         return None
+
+
+def _carried(state: Placed, arms: FloatArray, body: IntArray) -> FloatArray:
+    """How far material points have gone, shape (k, d) [m]."""
+    from masonry_fem.bodies.motions import carried  # noqa: PLC0415 - Numba is slow to import
+
+    moved: FloatArray = carried(state.turned, state.shift, arms, body)
+    return moved
 
 
 def translation_and_spin(arms: FloatArray) -> FloatArray:

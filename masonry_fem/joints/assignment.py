@@ -121,7 +121,7 @@ class Assignment(Law):
 
     @override
     def adhesive_reaction(self, state: JointState, area: FloatArray) -> FloatArray:
-        return self._gather(np.zeros_like(state.jump), state, area, "adhesive_reaction")
+        return self._gather(np.zeros(state.jump.shape), state, area, "adhesive_reaction")
 
     @override
     def stored(self, state: JointState, area: FloatArray) -> FloatArray:

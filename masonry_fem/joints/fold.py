@@ -158,6 +158,8 @@ class _Turns:
 
     def by_tangents(self, at: Turn) -> Turn | None:
         """Where tangents from ``at`` on settle; None where they do not come nearer for some turns."""
+        if self.settled(at):
+            return at
         least, since, brief = np.inf, 0, self._settings
         if brief.method == "auto":  # what is not solved at once is not worth the thorough methods
             brief = replace(brief, method="newton", max_iterations=STEPS, acceptable=0.0)
@@ -219,7 +221,7 @@ class _Turns:
         own = step.gap_term(reduction.closure)[at]
         problem = _folded(step, part, own)
         solution = solve(problem, settings, start)
-        reaction, velocity = np.zeros_like(step.jump), np.zeros_like(step.jump)
+        reaction, velocity = np.zeros((2, *step.jump.shape))
         reaction[at] = solution.impulse / step.length
         # the blocks' own velocity: without gap term, dilation and what the joint's bed gives way
         velocity[at] = solution.velocity - own - part.shift - part.compliance * solution.impulse

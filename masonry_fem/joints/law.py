@@ -129,6 +129,7 @@ def rub(
     velocity: FloatArray,
     area: FloatArray,
     step: float,
+    **changed: Any,
 ) -> JointState:
     """``after`` with what friction did in the step: whether points slide, how far, and the heat.
 
@@ -141,6 +142,7 @@ def rub(
     velocity : Relative velocity v, local frame, shape (c, d) [m/s].
     area : Of the points, shape (c,) [m²; m in 2D].
     step : Length of the step [s].
+    changed : What else changes, of which cohesion does not depend.
     """
     adhesive = law.adhesive_reaction(after, area)
     pushed = reaction + adhesive
@@ -154,6 +156,7 @@ def rub(
         slides=slides,
         slip=before.slip + np.where(slides, step * speed, 0.0),
         rubbed=before.rubbed + np.maximum(heat, 0.0),
+        **changed,
     )
 
 
@@ -187,4 +190,6 @@ def spread(value: Parameter, count: int) -> FloatArray:
     value : One number for all points, or an array, shape (c,).
     count : Number c of contact points.
     """
-    return np.broadcast_to(np.asarray(value, dtype=float), (count,)).copy()
+    numbers = np.empty(count)
+    numbers[:] = value
+    return numbers

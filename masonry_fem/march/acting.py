@@ -16,6 +16,7 @@ import numpy as np
 
 from masonry_fem.bodies.base import FloatArray, IntArray
 from masonry_fem.bodies.rotation import moment
+from masonry_fem.nscd.graphs import lengths
 
 if TYPE_CHECKING:
     from masonry_fem.march.model import Model
@@ -118,11 +119,9 @@ def contact_wrenches(blocks: IntArray, arms: FloatArray, force: FloatArray, coun
     arms : Where the force acts on each of them, shape (c, 2, d) [m].
     force : On the candidate, world axes; its opposite acts on the antagonist, shape (c, d) [N].
     """
-    d = force.shape[1]
-    both = np.stack([force, -force], axis=1).reshape(-1, d)
-    wrench = np.concatenate([both, moment(arms.reshape(-1, d), both)], axis=1)
-    total = np.zeros((count, wrench.shape[1]))
-    np.add.at(total, blocks.ravel(), wrench)
+    from masonry_fem.bodies.motions import wrenches  # noqa: PLC0415 - Numba is slow to import
+
+    total: FloatArray = wrenches(blocks, np.ascontiguousarray(arms), np.ascontiguousarray(force), count)
     return total
 
 
@@ -155,8 +154,8 @@ def relative(left: FloatArray, acting: Acting, largest: float) -> FloatArray:
         whichever is more.
     """
     d = acting.centre.shape[1]
-    size = np.maximum(np.linalg.norm(left[:, :d], axis=1), np.linalg.norm(left[:, d:], axis=1) / acting.size)
-    load = np.linalg.norm(acting.load[:, :d], axis=1)
+    size = np.maximum(lengths(left[:, :d]), lengths(left[:, d:]) / acting.size)
+    load = lengths(acting.load[:, :d])
     loaded = acting.solved & (load > ROUNDING * largest)
     load = np.maximum(load, acting.held)
     if loaded.any():

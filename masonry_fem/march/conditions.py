@@ -17,6 +17,7 @@ from masonry_fem.march.place import Place
 from masonry_fem.march.state import BONDED, OPEN, SLIP, STICK, SystemState
 from masonry_fem.nscd import ContactProblem, Start
 from masonry_fem.nscd.compliance import Shared, only
+from masonry_fem.nscd.graphs import lengths
 
 ROUNDING = 1e-12  # of the model's length: a gap that is none
 SLIGHT = 1e-6  # of the model's length: an overlap that is not driven apart
@@ -62,12 +63,14 @@ def joint_step(
     takes_part = ~model.laws.in_velocities | _closed(model, state, scheme, start)
     takes_part |= ~state.joints.broken  # cohesion acts across a gap, too
     active = np.flatnonzero(takes_part)
+    bodies, maps = coupling.bodies, rigid_map
     if len(active) < len(q):
         compliance = only(compliance, active)
+        bodies, maps = bodies[active], maps[active]
     problem = partial(
         ContactProblem,
-        bodies=coupling.bodies[active],
-        rigid_map=np.where(coupling.bodies[active][:, :, None, None] >= 0, rigid_map[active], 0.0),
+        bodies=bodies,
+        rigid_map=np.where(bodies[:, :, None, None] >= 0, maps, 0.0),
         rigid_mass=coupling.gather(free, "rigid_mass"),
         rigid_impulse=coupling.gather(free, "rigid_impulse"),
         rigid_velocity=coupling.gather(free, "rigid_velocity"),
@@ -168,12 +171,12 @@ def contact_status(
     friction : Friction coefficients, shape (c,).
     impulse : With cohesion, the impulses on the blocks, those of cohesion included, shape (c, d) [N s].
     """
-    normal, tangent = pressed[:, 0], np.linalg.norm(pressed[:, 1:], axis=1)
+    normal, tangent = pressed[:, 0], lengths(pressed[:, 1:])
     small = 1e-8 * np.abs(normal).max(initial=0.0)
     status = np.full(len(pressed), STICK, dtype=np.int8)
     status[tangent >= friction * normal * (1 - 1e-8)] = SLIP
     status[normal <= small] = OPEN
     if impulse is not None:
-        held = np.linalg.norm(impulse, axis=1)
+        held = lengths(impulse)
         status[(status == OPEN) & (held > 1e-8 * held.max(initial=0.0))] = BONDED
     return status

@@ -159,7 +159,7 @@ class Coupling:
 
     def elastic_velocity(self, fields: tuple[FloatArray | None, ...], here: Placement) -> FloatArray:
         """Relative velocity of nodal fields (one a group) in the local frames, shape (c, d)."""
-        velocity = np.zeros_like(here.points)
+        velocity = np.zeros(here.points.shape)
         for sides, attachment, nodal, seen in zip(
             self.sides, self.attachments, fields, here.seen, strict=True
         ):
@@ -170,11 +170,12 @@ class Coupling:
 
     def rigid_velocity(self, rigid: tuple[FloatArray, ...], rigid_map: FloatArray) -> FloatArray:
         """Relative velocity of rigid velocities U (b, m), one array a group, shape (c, d)."""
+        from masonry_fem.bodies.motions import add_velocities  # noqa: PLC0415 - Numba is slow to import
+
         velocity = np.zeros(rigid_map.shape[:3:2])
         for sides, given in zip(self.sides, rigid, strict=True):
-            at_sides = rigid_map[sides.contact, sides.side]
-            local = np.einsum("kdm,km->kd", at_sides, given[sides.body])
-            np.add.at(velocity, sides.contact, local)
+            own = np.ascontiguousarray(given)
+            add_velocities(velocity, sides.contact, sides.side, sides.body, rigid_map, own)
         return velocity
 
     def compliance(
@@ -252,13 +253,12 @@ class Coupling:
 
     def rigid_impulses(self, impulse: FloatArray, rigid_map: FloatArray) -> tuple[FloatArray, ...]:
         """Bᵀ p on the rigid modes of each group, supports too, each of shape (b, m)."""
-        result = []
-        for sides, group in zip(self.sides, self.model.groups, strict=True):
-            total = np.zeros((len(group.blocks), rigid_map.shape[3]))
-            at_sides = rigid_map[sides.contact, sides.side]
-            np.add.at(total, sides.body, np.einsum("kdm,kd->km", at_sides, impulse[sides.contact]))
-            result.append(total)
-        return tuple(result)
+        from masonry_fem.bodies.motions import given_impulses  # noqa: PLC0415 - Numba is slow to import
+
+        return tuple(
+            given_impulses(sides.contact, sides.side, sides.body, rigid_map, impulse, len(group.blocks))
+            for sides, group in zip(self.sides, self.model.groups, strict=True)
+        )
 
     def gather(self, frees: tuple[Free, ...], name: str) -> FloatArray:
         """One rigid array (``rigid_mass`` ...) of all solved bodies in their order, (b, m)."""

@@ -7,11 +7,9 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 from masonry_fem.march.step_report import StepReport
-
-NO_TERMS = ("contact_work", "unaccounted", "error", "largest")
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,8 +60,7 @@ class Ledger:
         # velocities are scaled between steps, and contacts found anew may have lost their joints
         still = 0.0 if first else self.kinetic - report.kinetic_before
         parted = 0.0 if first else self.joints - report.joint_energy_before
-        added = replace(
-            self,
+        added = Ledger(
             start=start if first else self.start,
             kinetic=report.kinetic_energy,
             strain=report.strain_energy,
@@ -83,10 +80,13 @@ class Ledger:
             unaccounted=self.unaccounted + report.energy_error,
             error=self.error + abs(report.energy_error),
         )
-        terms = (value for name, value in asdict(added).items() if name not in NO_TERMS)
-        return replace(added, largest=max(self.largest, *map(abs, terms)))
+        return replace(added, largest=max(self.largest, *(abs(getattr(added, name)) for name in TERMS)))
 
     @property
     def imbalance(self) -> float:
         """Error relative to the largest term; 0 where no energy moved."""
         return self.error / self.largest if self.largest > 0 else 0.0
+
+
+NO_TERMS = ("contact_work", "unaccounted", "error", "largest")
+TERMS = tuple(field.name for field in fields(Ledger) if field.name not in NO_TERMS)

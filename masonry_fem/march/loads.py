@@ -15,14 +15,18 @@ def external_forces(model: Model, time: float) -> tuple[FloatArray, ...]:
     model : The structure with its loads.
     time : Time [s]; the load factor in statics.
     """
+    last, factors = model.last_forces, tuple(load.factor(time) for load in model.loads)
+    same = last.loads is model.loads and last.groups is model.groups and last.factors == factors
+    if last.forces is not None and same:
+        return last.forces
     dimension = model.assembly.dimension
     total = [group.acceleration_force(np.zeros(dimension)) for group in model.groups]
-    for load in model.loads:
-        factor = load.factor(time)
+    for load, factor in zip(model.loads, factors, strict=True):
         for index, pattern in enumerate(load.forces):
             if pattern is not None:
                 total[index] = total[index] + factor * pattern
-    return tuple(total)
+    last.loads, last.groups, last.factors, last.forces = model.loads, model.groups, factors, tuple(total)
+    return last.forces
 
 
 def blend(
@@ -35,7 +39,7 @@ def blend(
     before, after : Forces F_i and F_{i+1} at the start and the end of a step, one array a group.
     theta : Weight θ of the end of the step.
     """
-    return tuple((1 - theta) * a + theta * b for a, b in zip(before, after, strict=True))
+    return tuple(a if a is b else (1 - theta) * a + theta * b for a, b in zip(before, after, strict=True))
 
 
 def resultant(model: Model, forces: tuple[FloatArray, ...]) -> FloatArray:

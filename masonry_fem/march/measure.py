@@ -17,6 +17,7 @@ from masonry_fem.march.rounds import NEWTON_TOLERANCE
 from masonry_fem.march.state import BONDED, OPEN, SLIP, STICK, SystemState
 from masonry_fem.march.step import Increment
 from masonry_fem.march.step_report import StepReport
+from masonry_fem.nscd.graphs import lengths
 
 ROUNDING = 1e-14  # of the work of all impulses at the speed of the loads, or on a block's size in statics
 
@@ -114,7 +115,7 @@ def _overlap(state: SystemState) -> FloatArray:
 
 def _load(acting: Acting) -> float:
     """Sum of the magnitudes of the blocks' loads [N]."""
-    return float(np.linalg.norm(acting.load[:, : acting.centre.shape[1]], axis=1).sum())
+    return float(lengths(acting.load[:, : acting.centre.shape[1]]).sum())
 
 
 def support_resultants(model: Model, made: Increment, contact: FloatArray) -> dict[str, FloatArray]:
@@ -181,7 +182,7 @@ def _balance(
             made.nodal_impulse[index],
             scheme,
         )
-        load = scheme.step * np.linalg.norm(group.resultant(forces[index])[:, :d], axis=1)
+        load = scheme.step * lengths(group.resultant(forces[index])[:, :d])
         # where nothing loads blocks but contacts (supports that move, joints that pull), by those
         least = 0.0 if load.any() else float(np.abs(made.impulse).max(initial=0.0))
         pushed = np.maximum(np.maximum(load, scheme.step * held[group.blocks]), least)

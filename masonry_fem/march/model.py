@@ -36,6 +36,16 @@ class Load:
     factor: Callable[[float], float]
 
 
+@dataclass(slots=True)
+class LastForces:
+    """Forces that loads gave when they were asked for last, with what they were for."""
+
+    loads: tuple[Load, ...] = ()
+    groups: tuple[BodyGroup, ...] = ()
+    factors: tuple[float, ...] = ()
+    forces: tuple[FloatArray, ...] | None = None
+
+
 @dataclass(frozen=True, slots=True)
 class Probe:
     """A named material point whose displacement is reported.
@@ -136,6 +146,7 @@ class Model:
     keeps_tangents : Whether stones that yield keep the tangents of a step's first round in the further ones.
     changing : Time until which loads or supports change: rest before that is no end of a march [s].
     fixed : Whether frames and lever arms stay those of the start, too (small kinematics).
+    last_forces : What ``external_forces`` keeps, as loads seldom change.
     """
 
     assembly: Assembly
@@ -155,3 +166,4 @@ class Model:
     reach: float = 0.0
     control: Control | None = None
     keeps_tangents: bool = False
+    last_forces: LastForces = field(default_factory=LastForces, compare=False, repr=False)

@@ -26,6 +26,7 @@ from masonry_fem.march.model import Model
 from masonry_fem.march.place import Place
 from masonry_fem.march.state import SystemState
 from masonry_fem.nscd import ContactProblem, Solution, SolverSettings, Start
+from masonry_fem.nscd.graphs import lengths
 
 logger = logging.getLogger(__name__)
 
@@ -275,7 +276,7 @@ class Rounds:
         Greatest residual and its block of each group.
         """
         pushes = self.coupling.rigid_impulses(impulse, place.rigid_map)
-        scale = float(np.linalg.norm(impulse, axis=1).max(initial=0.0))
+        scale = float(lengths(impulse).max(initial=0.0))
         found = []
         rows = zip(
             self.model.groups,
@@ -292,7 +293,7 @@ class Rounds:
                 continue
             d = self.model.assembly.dimension
             residual = group.imbalance(old, at, new, force, push, field, self.scheme)
-            given = self.scheme.step * np.linalg.norm(group.resultant(force)[:, :d], axis=1)
+            given = self.scheme.step * lengths(group.resultant(force)[:, :d])
             largest = max(given.max(initial=0.0), nonlinear(group).effort(new, self.scheme).max(initial=0.0))
             scale = max(scale, float(largest))
             worst = int(np.argmax(residual))
@@ -323,7 +324,7 @@ class Rounds:
                 continue
             residual = group.imbalance(old, at, new, force, push, field, self.scheme)
             worst = max(worst, float(np.abs(residual).max(initial=0.0)))
-            given = self.scheme.step * np.linalg.norm(group.resultant(force)[:, :d], axis=1)
+            given = self.scheme.step * lengths(group.resultant(force)[:, :d])
             scale = max(scale, float(given.max(initial=0.0)))
         return worst / scale if scale > 0 else worst
 

@@ -135,7 +135,7 @@ def iterate(
     cpu, wall = time.process_time(), time.monotonic()
     limit = method.iterations if settings.max_iterations is None else settings.max_iterations
     scale = contact_scale(problem)
-    run = _begun(problem, method, settings, start, scale)
+    run, known = _begun(problem, method, settings, start, scale)
     best, history = _Best(), []
     made = solves = 0
     offer, outcome = run.guess(), None
@@ -144,7 +144,8 @@ def iterate(
         if best.quality is not None and _blown_up(offer):
             outcome = Outcome.FAILED
             break
-        quality = assess(problem, offer.impulse, offer.rigid_velocity, scale, settings.least_impulse)
+        quality = known or assess(problem, offer.impulse, offer.rigid_velocity, scale, settings.least_impulse)
+        known = None
         best.offer(offer, quality)
         history.append((made, quality.error, time.process_time() - cpu))
         outcome = _ended(quality, offer, settings, made, limit, time.monotonic() - wall)
@@ -172,13 +173,19 @@ def iterate(
 
 def _begun(
     problem: ContactProblem, method: Method, settings: SolverSettings, start: Start | None, scale: FloatArray
-) -> Run:
-    """A run of the method, or of a guess that is a solution already."""
-    kept = next((at for at in _guesses(problem, start) if _holds(problem, at, scale, settings)), None)
-    if kept is not None:
-        return _Kept(kept)
+) -> tuple[Run, Quality | None]:
+    """A run of the method; or of a guess that is a solution already, and its quality.
+
+    Such a guess is kept as it is, whatever a method would make of it: sweeps would project its impulses and
+    make the velocities of bodies anew from them, and where blocks are elastic that blows up a rounding by
+    the ratio of rigid to elastic velocities, 10⁶ and more.
+    """
+    for guess in _guesses(problem, start):
+        quality = assess(problem, guess.impulse, guess.rigid_velocity, scale, settings.least_impulse)
+        if quality.error <= settings.tolerance:
+            return _Kept(guess), quality
     run = _checked(method.init(without_offset(problem), shifted_start(problem, start)))
-    return run if problem.cohesion_offset is None else _Unshifted(run, problem.cohesion_offset)
+    return (run if problem.cohesion_offset is None else _Unshifted(run, problem.cohesion_offset)), None
 
 
 def _guesses(problem: ContactProblem, start: Start | None) -> Iterator[Iterate]:
@@ -193,16 +200,6 @@ def _guesses(problem: ContactProblem, start: Start | None) -> Iterator[Iterate]:
         yield Iterate(start.impulse, velocity, iterations=0)
     if (problem.rigid_mass > 0).all():
         yield Iterate(np.zeros_like(problem.free_velocity), problem.free_rigid_velocity(), iterations=0)
-
-
-def _holds(problem: ContactProblem, given: Iterate, scale: FloatArray, settings: SolverSettings) -> bool:
-    """True where a guess is a solution: it is kept as it is, whatever a method would make of it.
-
-    Sweeps would project its impulses and make the velocities of bodies anew from them: where blocks are
-    elastic that blows up a rounding by the ratio of rigid to elastic velocities, 10⁶ and more.
-    """
-    quality = assess(problem, given.impulse, given.rigid_velocity, scale, settings.least_impulse)
-    return quality.error <= settings.tolerance
 
 
 class _Kept:

@@ -35,12 +35,12 @@ class Outcome(Enum):
     @property
     def solved(self) -> bool:
         """True where the state is an answer."""
-        return self in {Outcome.CONVERGED, Outcome.INEXACT}
+        return self is Outcome.CONVERGED or self is Outcome.INEXACT
 
     @property
     def moves(self) -> bool:
         """True where the velocities of a static problem show a mechanism."""
-        return self in {Outcome.NO_EQUILIBRIUM, Outcome.AT_LIMIT, Outcome.UNSTRESSED}
+        return self is Outcome.NO_EQUILIBRIUM or self is Outcome.AT_LIMIT or self is Outcome.UNSTRESSED
 
     @property
     def sentence(self) -> str:

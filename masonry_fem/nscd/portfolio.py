@@ -78,7 +78,7 @@ def solve(
     with one_thread():
         made = _solve(problem, settings, start)
         if made.solved:
-            made = brought_to_rest(problem, made, settings.least_impulse)
+            made = brought_to_rest(problem, made, settings)
         return made if made.converged else replace(made, rounding=_rounding(problem, made, settings))
 
 
@@ -182,6 +182,8 @@ def _choose(
             break
         made = _judged(_made(turn, case, own, _origin(turn, problem, total, start)), loads)
         total = made if total is None else _joined(total, made)
+        if not case.static:
+            total = brought_to_rest(problem, total, settings)
         if total.outcome in _ENDED:
             break
         if _rounded(problem, total, settings):
@@ -213,6 +215,8 @@ def _share(
         most = left if most is None else min(most, left)
     if limit is not None:
         limit = max(limit - seconds, 1e-3)
+    if (most, limit) == (settings.max_iterations, settings.time_limit):
+        return settings
     return replace(settings, max_iterations=most, time_limit=limit)
 
 

@@ -164,7 +164,7 @@ class ContactProblem:
     def elastic_velocity(self, impulse: FloatArray) -> FloatArray:
         """W_el p, shape (c, d) [m/s]."""
         if self.rigid:
-            return np.zeros_like(self.free_velocity)
+            return np.zeros(self.free_velocity.shape)
         return (self.operator @ impulse.ravel()).reshape(impulse.shape)
 
     def contact_velocity(self, rigid_velocity: FloatArray) -> FloatArray:
@@ -241,6 +241,8 @@ class ContactProblem:
 
     def check_inertia(self, method: str) -> None:
         """Raise ProblemError where a body in contact has no inertia, for a method that needs it."""
+        if (self.rigid_mass > 0).all():
+            return
         touched = np.unique(self.bodies[self.bodies >= 0])
         still = touched[(self.rigid_mass[touched] <= 0).any(axis=1)]
         if len(still):

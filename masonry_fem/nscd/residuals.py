@@ -8,6 +8,7 @@ The velocities are made anew from the problem, and no solver's word is taken for
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -59,7 +60,7 @@ class Quality:
     @property
     def error(self) -> float:
         """What the tolerance bounds: the worst of the unit-free measures (inf where not finite)."""
-        return max(self._measures) if np.isfinite(sum(self._measures)) else np.inf
+        return max(self._measures) if math.isfinite(sum(self._measures)) else math.inf
 
     @property
     def _measures(self) -> tuple[float, float, float]:
@@ -94,15 +95,19 @@ def assess(
     least_impulse : Stands for ‖p‖ where that is less [N s]: where a load vanishes, what is left of p is
         rounding of what it was.
     """
+    from masonry_fem.nscd.contact_measures import measured  # noqa: PLC0415 - Numba is slow to import
+
     at = _State(problem, impulse, rigid_velocity, scale, least_impulse)
-    natural = graphs.natural_map(at.pressed, at.velocity, problem.friction, at.scale)
-    unbalanced = at.given + problem.rigid_impulse - at.gained
+    natural, penetration, tension, violation, work = measured(
+        np.ascontiguousarray(at.pressed), np.ascontiguousarray(at.velocity), problem.friction, at.scale
+    )
+    unbalanced = _longest(at.given + problem.rigid_impulse - at.gained)
     return Quality(
-        *at.relative(graphs.lengths(natural), graphs.lengths(unbalanced)),
-        max_penetration=_largest(-at.velocity[:, 0]),
-        min_normal=-_largest(-at.pressed[:, 0]),
-        cone_violation=_largest(graphs.tangential_norm(at.pressed) - problem.friction * at.pressed[:, 0]),
-        complementarity=_largest(np.abs((at.pressed * at.augmented).sum(axis=1))),
+        *at.relative(natural, unbalanced, penetration),
+        max_penetration=penetration,
+        min_normal=-tension,
+        cone_violation=violation,
+        complementarity=work,
     )
 
 
@@ -150,18 +155,35 @@ def rounding(
         of_part += (sizes.cohesion_stiffness @ of_velocity[..., None])[..., 0]
     part = graphs.lengths(of_part)
     augmented = (1.0 + problem.friction) * graphs.lengths(of_velocity)
-    touching = np.bincount(problem.bodies[problem.bodies >= 0], minlength=problem.body_count)
-    momentum = sizes.body_impulse(p) + sizes.rigid_impulse
-    momentum += problem.rigid_mass * (moved + sizes.rigid_velocity)
     return Quality(
-        *at.relative(part + augmented / at.scale, _gamma(d * touching + 3) * graphs.lengths(momentum)),
+        *at.relative(part + augmented / at.scale, _largest(_of_balance(sizes, p, moved))),
         max_penetration=_largest(of_velocity[:, 0]),
         min_normal=-_largest(of_part[:, 0]),
         cone_violation=_largest((1.0 + problem.friction) * part),
         complementarity=_largest(
-            part * graphs.lengths(at.augmented) + graphs.lengths(at.pressed) * augmented
+            part * graphs.lengths(graphs.augmented_velocity(at.velocity, problem.friction))
+            + graphs.lengths(at.pressed) * augmented
         ),
     )
+
+
+def balance_rounding(problem: ContactProblem, impulse: FloatArray, rigid_velocity: FloatArray) -> FloatArray:
+    """What rounding alone may leave of the balance of each body, shape (b,); see ``rounding``.
+
+    Parameters
+    ----------
+    problem, impulse, rigid_velocity : Those of ``assess``.
+    """
+    return _of_balance(_sizes(problem), np.abs(impulse), np.abs(rigid_velocity))
+
+
+def _of_balance(sizes: ContactProblem, p: FloatArray, moved: FloatArray) -> FloatArray:
+    """The same of absolute values."""
+    touching = np.bincount(sizes.bodies[sizes.bodies >= 0], minlength=sizes.body_count)
+    momentum = sizes.body_impulse(p) + sizes.rigid_impulse
+    momentum += sizes.rigid_mass * (moved + sizes.rigid_velocity)
+    bound: FloatArray = _gamma(sizes.dimension * touching + 3) * graphs.lengths(momentum)
+    return bound
 
 
 class _State:
@@ -181,17 +203,23 @@ class _State:
         moved = problem.contact_velocity(rigid_velocity)
         self.velocity = self.elastic + problem.free_velocity + moved
         self.pressed = problem.contact_part(impulse, self.velocity)
-        self.augmented = graphs.augmented_velocity(self.velocity, problem.friction)
         self.given = problem.body_impulse(impulse)
         self.gained = problem.rigid_mass * (rigid_velocity - problem.rigid_velocity)
 
-    def relative(self, natural: FloatArray, unbalanced: FloatArray) -> tuple[float, float, float]:
-        """The unit-free measures of what remains at each contact [N s] and body."""
+    def relative(
+        self, natural: FloatArray, unbalanced: float, penetration: float = 0.0
+    ) -> tuple[float, float, float]:
+        """The unit-free measures of what remains at each contact, (c,) [N s], and of a body at most."""
         moved = _largest(self.scale * natural)
+        if not self.impulse.any():
+            # of blocks that go into each other the natural map shows 1/√(1 + μ²) where they slip, too
+            moved = max(moved, penetration)
         impulse, speed = self._references()
-        balance = _ratio(_largest(unbalanced), self._largest_momentum())
+        balance = _ratio(unbalanced, self._largest_momentum())
         if impulse == 0:
-            alone = _ratio(moved, _largest(graphs.lengths(self.velocity)))
+            longest = _longest(self.velocity)
+            # squares of speeds below 1e-162 m/s are zero
+            alone = 0.0 if longest == 0 else _ratio(moved, longest)
             return alone, alone, balance
         return float(np.linalg.norm(natural)) / impulse, _ratio(moved, speed), balance
 
@@ -205,7 +233,7 @@ class _State:
             return reference, _largest(self.scale) * reference
         # w‖p‖ would not do: with a heavy block on a light one it exceeds all velocities by the ratio
         # of their masses, and hides a p that is wrong by as much
-        speed = _largest(graphs.lengths(self.elastic)) or free_speed(self.problem)
+        speed = _longest(self.elastic) or free_speed(self.problem)
         speed = speed or _largest(self.scale * graphs.lengths(self.impulse))
         return reference, speed * (reference / size)
 
@@ -213,9 +241,10 @@ class _State:
         # one contact's impulse counts too: a wedged block has large ones that cancel
         if not self.problem.body_count:
             return 0.0
-        sides = self.problem.side_impulse(self.impulse)
-        parts = (self.given, self.problem.rigid_impulse, self.gained, sides.reshape(-1, sides.shape[2]))
-        return max(_largest(graphs.lengths(part)) for part in parts)
+        from masonry_fem.nscd.transfer import largest_side  # noqa: PLC0415 - Numba is slow to import
+
+        sides = float(largest_side(self.problem.rigid_map, np.ascontiguousarray(self.impulse)))
+        return max(sides, *map(_longest, (self.given, self.problem.rigid_impulse, self.gained)))
 
 
 def _gamma(terms: FloatArray | IntArray | int) -> FloatArray:
@@ -242,6 +271,13 @@ def _sizes(problem: ContactProblem) -> ContactProblem:
 def _largest(values: FloatArray) -> float:
     """Largest value, at least 0; nan where one is."""
     return float(values.max(initial=0.0))
+
+
+def _longest(rows: FloatArray) -> float:
+    """Length of the longest row; nan where one is."""
+    from masonry_fem.nscd.transfer import longest  # noqa: PLC0415 - Numba is slow to import
+
+    return float(longest(np.ascontiguousarray(rows)))
 
 
 def _ratio(part: float, whole: float) -> float:

@@ -28,7 +28,7 @@ from masonry_fem.nscd.admissible import BALANCED, CLOSED, admissible_impulses, c
 from masonry_fem.nscd.iterate import Iterate
 from masonry_fem.nscd.outcome import Outcome, Solution
 from masonry_fem.nscd.problem import ContactProblem
-from masonry_fem.nscd.residuals import Quality, assess
+from masonry_fem.nscd.residuals import Quality, assess, balance_rounding
 from masonry_fem.nscd.scaling import free_speed
 from masonry_fem.nscd.settings import SolverSettings, Start
 
@@ -79,7 +79,7 @@ def holding_impulses(problem: ContactProblem) -> FloatArray:
     return _balanced(problem, admissible_impulses(problem).impulse)
 
 
-def brought_to_rest(problem: ContactProblem, made: Solution, least_impulse: float = 0.0) -> Solution:
+def brought_to_rest(problem: ContactProblem, made: Solution, settings: SolverSettings) -> Solution:
     """The solution with the same impulses and no velocities, where that is at least as good.
 
     Among rigid blocks without inertia, velocities have no part in the balance of a block. Where contacts are
@@ -87,21 +87,33 @@ def brought_to_rest(problem: ContactProblem, made: Solution, least_impulse: floa
     U is what the method's last step left. In structures that are nearly mechanisms it is a hundred times what
     shows in the gaps: more than tolerances promise, and different on each processor.
 
+    Blocks with inertia are at rest where U is no more than impulses that are rounded make it. If friction is
+    large that may be more than the tolerance: v̂ contains μ times as much.
+
     Parameters
     ----------
     problem : The contact problem.
-    made : A solution of it.
-    least_impulse : Norm that impulses are at least measured by [N s], as ``assess`` takes it.
+    made : A state that solves it, or nearly. With inertia, one that has converged stays as it is.
+    settings : How well it is to be solved.
     """
-    if not problem.rigid or problem.cohesive or (problem.rigid_mass > 0).any():
+    inert = bool((problem.rigid_mass > 0).any())
+    if not problem.rigid or problem.cohesive or (inert and made.converged):
         return made
-    still = made.rigid_velocity.copy()
-    still[np.unique(problem.bodies[problem.bodies >= 0])] = 0.0  # what touches nothing flies on
-    quality = assess(problem, made.impulse, still, least_impulse=least_impulse)
+    rests = np.zeros(problem.body_count, dtype=bool)
+    rests[problem.bodies[problem.bodies >= 0]] = True  # what touches nothing flies on
+    if inert:
+        momentum = graphs.lengths(problem.rigid_mass * made.rigid_velocity)
+        rests &= momentum <= balance_rounding(problem, made.impulse, made.rigid_velocity)
+    still = np.where(rests[:, None], 0.0, made.rigid_velocity)
+    quality = assess(problem, made.impulse, still, least_impulse=settings.least_impulse)
     if not quality.error <= made.quality.error:
         return made
     return replace(
-        made, rigid_velocity=still, velocity=problem.velocity(made.impulse, still), quality=quality
+        made,
+        rigid_velocity=still,
+        velocity=problem.velocity(made.impulse, still),
+        quality=quality,
+        outcome=Outcome.CONVERGED if quality.error <= settings.tolerance else made.outcome,
     )
 
 

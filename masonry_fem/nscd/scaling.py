@@ -9,7 +9,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from masonry_fem.nscd.graphs import lengths
 from masonry_fem.nscd.problem import ContactProblem
 
 FloatArray = NDArray[np.float64]
@@ -25,10 +24,11 @@ def contact_scale(problem: ContactProblem, *, fold: bool = True) -> FloatArray:
     problem : The contact problem.
     fold : Where cohesion stiffens a contact, take the folded block (I + w S)⁻¹ w.
     """
-    own = problem.operator.diagonal()
+    alone = problem.rigid and problem.body_count > 0
+    own = rigid_diagonal(problem) if alone else problem.operator.diagonal()
     scale = _norm(own)
     stiff = scale <= 0
-    if stiff.any() and problem.body_count:
+    if not alone and stiff.any() and problem.body_count:
         rigid = rigid_diagonal(problem)[stiff]
         own[stiff], scale[stiff] = rigid, _norm(rigid)
     if fold and problem.cohesion_stiffness is not None:
@@ -58,9 +58,11 @@ def free_speed(problem: ContactProblem) -> float:
 
     How fast the contacts would move if there were none.
     """
+    from masonry_fem.nscd.transfer import longest  # noqa: PLC0415 - Numba is slow to import
+
     mass = np.where(problem.rigid_mass > 0, problem.rigid_mass, 1.0)
     velocity = problem.contact_velocity(problem.rigid_velocity + problem.rigid_impulse / mass)
-    return float(lengths(problem.free_velocity + velocity).max(initial=0.0))
+    return float(longest(problem.free_velocity + velocity))
 
 
 def folded(own: FloatArray, stiffness: FloatArray) -> FloatArray:
@@ -71,27 +73,15 @@ def folded(own: FloatArray, stiffness: FloatArray) -> FloatArray:
 
 def rigid_diagonal(problem: ContactProblem) -> FloatArray:
     """Diagonal blocks of B M_r⁻¹ Bᵀ with unit mass where M_r = 0, shape (c, d, d) [1/kg]."""
-    mass = np.where(problem.rigid_mass > 0, problem.rigid_mass, 1.0)
-    inverse = np.concatenate([1.0 / mass, np.zeros((1, mass.shape[1]))])
-    weighted = problem.rigid_map * inverse[problem.bodies][:, :, None, :]
-    product: FloatArray = weighted @ problem.rigid_map.transpose(0, 1, 3, 2)
-    return product.sum(axis=1)
+    from masonry_fem.nscd.transfer import rigid_blocks  # noqa: PLC0415 - Numba is slow to import
+
+    blocks: FloatArray = rigid_blocks(problem.bodies, problem.rigid_map, problem.rigid_mass)
+    return blocks
 
 
 def _norm(blocks: FloatArray) -> FloatArray:
-    """‖block‖₂ of each, from the largest eigenvalue of blockᵀ block: SVDs cost twenty times as much."""
-    if not len(blocks):
-        return np.zeros(0)
-    size = np.abs(blocks).max(axis=(1, 2))  # their squares must not leave the range of floats
-    unit = blocks / np.where(size > 0, size, 1.0)[:, None, None]
-    square = unit.transpose(0, 2, 1) @ unit
-    d = square.shape[1]
-    mean = np.trace(square, axis1=1, axis2=2) / d
-    deviation = square - mean[:, None, None] * np.eye(d)
-    spread = np.sqrt((deviation**2).sum(axis=(1, 2)) / (d * (d - 1)))
-    largest = mean + spread
-    if d == 3:  # the cubic's largest root by cosines (Smith 1961)
-        third = np.linalg.det(deviation / np.where(spread > 0, spread, 1.0)[:, None, None]) / 2
-        largest = mean + 2 * spread * np.cos(np.arccos(np.clip(third, -1, 1)) / 3)
-    norm: FloatArray = size * np.sqrt(largest)
+    """‖block‖₂ of each, shape (c,)."""
+    from masonry_fem.nscd.contact_measures import spectral_norms  # noqa: PLC0415 - Numba is slow to import
+
+    norm: FloatArray = spectral_norms(np.ascontiguousarray(blocks))
     return norm

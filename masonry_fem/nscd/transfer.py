@@ -5,6 +5,8 @@ A solver makes several of each every step, and B's blocks are too small for BLAS
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -63,3 +65,85 @@ def to_bodies(bodies: IntArray, maps: FloatArray, impulse: FloatArray, count: in
                     given += maps[contact, side, i, a] * impulse[contact, i]
                 total[body, a] += given
     return total
+
+
+@compiled
+def largest_side(maps: FloatArray, impulse: FloatArray) -> float:
+    """Largest ‖B_isᵀ p_i‖, what a contact gives to the rigid modes on one of its sides; nan where one is.
+
+    Parameters
+    ----------
+    maps : Rigid map B by contact and side, shape (c, 2, d, m).
+    impulse : p, shape (c, d).
+    """
+    c, _, d, m = maps.shape
+    largest = 0.0
+    for contact in range(c):
+        for side in range(2):
+            square = 0.0
+            for a in range(m):
+                given = 0.0
+                for i in range(d):
+                    given += maps[contact, side, i, a] * impulse[contact, i]
+                square += given * given
+            if not square <= largest:
+                largest = square
+            if largest != largest:  # noqa: PLR0124 - nan
+                return largest
+    return math.sqrt(largest)
+
+
+@compiled
+def longest(rows: FloatArray) -> float:
+    """Euclidean length of the longest row of an array (n, k), 0 of none; nan where one is."""
+    count, columns = rows.shape
+    largest = 0.0
+    for row in range(count):
+        square = 0.0
+        for column in range(columns):
+            square += rows[row, column] * rows[row, column]
+        if not square <= largest:
+            largest = square
+        if largest != largest:  # noqa: PLR0124 - nan
+            return largest
+    return math.sqrt(largest)
+
+
+@compiled
+def row_lengths(rows: FloatArray) -> FloatArray:
+    """Euclidean lengths of the rows of an array (n, k), shape (n,)."""
+    count, columns = rows.shape
+    found = np.empty(count)
+    for row in range(count):
+        square = 0.0
+        for column in range(columns):
+            square += rows[row, column] * rows[row, column]
+        found[row] = math.sqrt(square)
+    return found
+
+
+@compiled
+def rigid_blocks(bodies: IntArray, maps: FloatArray, mass: FloatArray) -> FloatArray:
+    """Diagonal blocks of B M_r⁻¹ Bᵀ with unit mass where M_r = 0, shape (c, d, d).
+
+    Parameters
+    ----------
+    bodies : Bodies at the two sides, −1 for none, shape (c, 2).
+    maps : Rigid map B by contact and side, shape (c, 2, d, m).
+    mass : Diagonal of M_r, shape (b, m).
+    """
+    c, _, d, m = maps.shape
+    blocks = np.zeros((c, d, d))
+    for contact in range(c):
+        for side in range(2):
+            body = bodies[contact, side]
+            if body < 0:
+                continue
+            for i in range(d):
+                for j in range(d):
+                    total = 0.0
+                    for a in range(m):
+                        inverse = 1.0 / mass[body, a] if mass[body, a] > 0 else 1.0
+                        total += maps[contact, side, i, a] * inverse * maps[contact, side, j, a]
+                    blocks[contact, i, j] += total
+    return blocks

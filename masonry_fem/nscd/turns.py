@@ -18,8 +18,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
-import numpy as np
-
 from masonry_fem.nscd.admissible import Admissible, at_limit
 from masonry_fem.nscd.in_plane import InPlane
 from masonry_fem.nscd.iterate import Method
@@ -87,8 +85,8 @@ class Case:
     @cached_property
     def static(self) -> bool:
         """True where some body in contact has no inertia."""
-        touched = np.unique(self.problem.bodies[self.problem.bodies >= 0])
-        return bool((self.problem.rigid_mass[touched] <= 0).any())
+        still = (self.problem.rigid_mass <= 0).any(axis=1)
+        return bool(still.any() and still[self.problem.bodies[self.problem.bodies >= 0]].any())
 
     @property
     def warm(self) -> bool:
@@ -123,7 +121,7 @@ class Case:
     @property
     def _coupled(self) -> bool:
         """True where blocks deform; beds of mortar soften their own contacts alone, which sweeps like."""
-        return self.problem.operator.couples()
+        return not self.rigid and self.problem.operator.couples()
 
     @property
     def followable(self) -> bool:

@@ -50,6 +50,17 @@ def test_a9_6_a_rough_slope_holds_the_cube(analysis, fidelity, dimension: int, f
     assert max(certificate(result).values()) < EXACT
 
 
+@pytest.mark.parametrize("edge", np.geomspace(0.3, 3.0, 8))
+@pytest.mark.parametrize("friction", [1e6, 1e8, 1e10])
+def test_a9_6_a_rough_slope_holds_rigid_cubes_of_any_size(friction: float, edge: float) -> None:
+    """Velocities that are rounding, times μ, are a larger error than the tolerance."""
+    angle = 15.0 + 5.0 * edge  # of as many roundings
+    result = solve_scene(block_on_slope(friction, angle, analysis=LARGE_STEP, edge=edge))
+    assert result.outcome == "equilibrium"
+    assert max(certificate(result).values()) < EXACT
+    assert result.summary.certificate.max_penetration < 1e-9
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("friction", ROUGH)
 @pytest.mark.parametrize("dimension", [2, 3])

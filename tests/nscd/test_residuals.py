@@ -61,6 +61,18 @@ def test_without_impulses_velocities_decide(speed):
     assert assess(single(q=(0, 0, 0)), np.zeros((1, 3)), NONE).error == 0
 
 
+@pytest.mark.parametrize("friction", [0.5, 1e10])
+def test_without_impulses_sliding_hides_no_penetration(friction):
+    """v̂ = v + μ‖v_T‖ n is within the dual cone, or nearly so, however fast blocks go into each other."""
+    through = single(q=(-1.0, 0.3, 0.0), mu=friction)
+    assert assess(through, np.zeros((1, 3)), NONE).error > 0.8
+    assert assess(through, np.zeros((1, 3)), NONE, least_impulse=1.0).error > 0.2
+
+
+def test_speeds_whose_squares_are_zero_are_no_error():
+    assert assess(single(q=(-1e-170, 1e-170, 0.0)), np.zeros((1, 3)), NONE).error == 0
+
+
 def test_an_unbalanced_body_is_seen():
     problem = rigid_wall(3, 2, step=0.01)
     p = np.full((problem.count, 3), [1.0, 0.1, 0.0])
@@ -68,6 +80,7 @@ def test_an_unbalanced_body_is_seen():
     assert assess(problem, p, U).block_balance <= 1e-15
     assert assess(problem, p, 1.1 * U).block_balance == pytest.approx(0.1, rel=0.5)
     assert assess(problem, p, np.nan * U).error == np.inf
+    assert assess(problem, 0.0 * p, np.nan * U).error == np.inf
 
 
 def test_the_rigid_scale_does_not_hide_elastic_errors():

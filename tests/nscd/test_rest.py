@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from masonry_fem.nscd import Outcome, SolverSettings, assess, solve
 from masonry_fem.nscd.iterate import iterate
-from masonry_fem.nscd.rest import Rest
+from masonry_fem.nscd.rest import Rest, brought_to_rest
 from tests.nscd.plane import plane_wall
 from tests.nscd.walls import rigid_wall
 
@@ -74,3 +75,16 @@ def test_blocks_that_must_follow_a_support_are_not_brought_to_rest():
     solution = solve(replace(problem, free_velocity=lifted), EXACT)
     assert solution.outcome is Outcome.CONVERGED
     assert abs(solution.rigid_velocity).max() > 1e-4
+
+
+@pytest.mark.parametrize("friction", [1e8, 1e10])
+def test_blocks_with_inertia_are_at_rest_where_they_move_by_rounding_alone(friction):
+    problem = rigid_wall(2, 2, horizontal=0.3, step=0.01, friction=friction)
+    still = solve(problem, SolverSettings(tolerance=1e-10))
+    assert still.outcome is Outcome.CONVERGED
+    speed = 1e-16 * abs(problem.rigid_impulse).max()
+    for moved, rests in ((speed, True), (1e4 * speed, False)):
+        velocity = np.full_like(still.rigid_velocity, moved)
+        quality = assess(problem, still.impulse, velocity)
+        made = replace(still, outcome=Outcome.STALLED, rigid_velocity=velocity, quality=quality)
+        assert bool(brought_to_rest(problem, made, EXACT).rigid_velocity.any()) is not rests

@@ -6,6 +6,7 @@ else lists it; which ones ``auto`` takes, and when, stands in ``turns``.
 
 from __future__ import annotations
 
+from functools import cache
 from importlib import import_module
 from pkgutil import iter_modules
 from typing import TYPE_CHECKING
@@ -23,8 +24,12 @@ GONE = {
 }
 
 
+@cache
 def names() -> tuple[str, ...]:
-    """Every method; none is loaded, as Numba is slow to import."""
+    """Every method; none is loaded, as Numba is slow to import.
+
+    The folder is read once: settings are checked several times a step.
+    """
     return tuple(file.name for file in iter_modules(__path__))
 
 

@@ -6,6 +6,7 @@ made, error = form.sweep(impulse, 100, 1e-6)    # changes the impulse
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -92,6 +93,7 @@ def _colouring(problem: ContactProblem, W: sparse.bsr_array | None) -> Colouring
     return colour_couplings(sparse.csr_array(stored, shape=(problem.count, problem.count)))
 
 
+@lru_cache(maxsize=1)
 def _shuffled(count: int) -> Colouring:
     """One group, in a fixed shuffle.
 

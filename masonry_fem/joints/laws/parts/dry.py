@@ -7,7 +7,7 @@ A friction of its own for contacts that slide, and what impacts give back, are t
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import ClassVar, override
 
 import numpy as np
@@ -45,13 +45,12 @@ class Dry(Law):
         self, state: JointState, trial: JointState, jump: FloatArray, reaction: FloatArray,
         velocity: FloatArray, area: FloatArray, step: float,
     ) -> JointState:  # fmt: skip
-        moved = replace(state, jump=jump + step * velocity)
-        friction = spread(self.friction, state.count)
-        return rub(self, state, moved, friction, reaction, velocity, area, step)
+        friction, moved = spread(self.friction, state.count), jump + step * velocity
+        return rub(self, state, state, friction, reaction, velocity, area, step, jump=moved)
 
     @override
     def adhesive_reaction(self, state: JointState, area: FloatArray) -> FloatArray:
-        return np.zeros_like(state.jump)
+        return np.zeros(state.jump.shape)
 
     @override
     def stored(self, state: JointState, area: FloatArray) -> FloatArray:

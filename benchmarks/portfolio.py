@@ -177,9 +177,9 @@ def _constants() -> list[Switch]:
         Switch("newton's crawl", kind, newton, "_CRAWL", 10**9),
         Switch("later rounds as brief as first ones", kind, turns, "LED_STEPS", turns.BRIEF, where=LED),
         Switch("interior point slides at once", kind, turns, "TURNS",
-               made(InteriorPoint(sliding=0.0)), where="interior point"),
+               made(InteriorPoint(align=0.0, sliding=0.0)), where="interior point"),
         Switch("interior point's shorter steps", kind, turns, "TURNS",
-               made(InteriorPoint(to_boundary=0.9999)), where="interior point"),
+               made(InteriorPoint(align=0.0, to_boundary=0.9999)), where="interior point"),
     ]  # fmt: skip
 
 

@@ -6,7 +6,7 @@ import pytest
 from masonry_fem.nscd import ContactProblem, Outcome, SolverSettings, Start, solve
 from masonry_fem.nscd.iterate import iterate
 from masonry_fem.nscd.methods.interior_point import InteriorPoint
-from tests.nscd import walls
+from tests.nscd import families, walls
 
 WALLS = [(horizontal, friction) for horizontal in (0.1, 0.3, 0.6) for friction in (0.2, 0.6, 1.2)]
 
@@ -122,3 +122,16 @@ def test_a_sliding_contact_is_solved_to_rounding(d):
     solution = iterate(problem, InteriorPoint(), SolverSettings(tolerance=1e-12))
     assert solution.converged
     assert solution.impulse[0, :2] == pytest.approx([0.5, -0.25], abs=1e-12)
+
+
+def test_friction_in_space_is_aligned_with_sliding():
+    """Steps that let τ fall leave the angle between them at √τ."""
+    errors = np.zeros((4, 2))
+    for seed in range(4):
+        problem = families.full_rank(np.random.default_rng(seed), 3)
+        for column, align in enumerate((1e-2, 0.0)):
+            found = iterate(problem, InteriorPoint(align=align), SolverSettings(tolerance=3e-9))
+            errors[seed, column] = found.quality.error
+    aligned, usual = errors.max(axis=0)
+    assert aligned <= 3e-9
+    assert usual > 1e-8

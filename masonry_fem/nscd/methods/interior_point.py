@@ -16,6 +16,9 @@ With H the scaling in impulses, a step is dp = −H (J dv + …), and where bloc
 in the bodies' velocities, with the matrix M + Bᵀ H J B. H grows as 1/τ, and is never multiplied out
 where it meets a velocity: H = R Rᵀ, and R Rᵀ dv keeps the digits that H dv loses.
 
+In 3D the angle between friction and sliding is off by √τ after every such step. Where blocks are elastic,
+and nothing will polish the result, every other step of the end game keeps τ and mends the angle.
+
 Where cohesion has a stiffness S, x is made of p̃ = p + S v. Impulses p then are unknowns of their own, and
 p + S v − p̃ a residual that falls with the others.
 
@@ -32,7 +35,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from masonry_fem.nscd.graphs import project_cone, tangential_norm
+from masonry_fem.nscd.graphs import lengths, project_cone, tangential_norm
 from masonry_fem.nscd.iterate import Iterate
 from masonry_fem.nscd.linear import Library
 from masonry_fem.nscd.outcome import Outcome
@@ -60,12 +63,15 @@ class InteriorPoint:
     Attributes
     ----------
     sliding : The friction term is left out until the mean work of friction is so many times τ.
+    align : Error below which steps that only align friction with sliding may come between the others,
+        among elastic blocks; 0 where Newton will polish, which is quicker.
     to_boundary : Share of the way to the cones' boundary that a step goes where contacts slide.
     iterations : Steps in all.
     library : Linear factor, see ``linear``.
     """
 
     sliding: float = 2.0
+    align: float = 1e-2
     to_boundary: float = 0.99
     iterations: int = 80
     library: Library = "auto"
@@ -128,6 +134,7 @@ class InteriorPointRun:
         springs = problem.cohesion_stiffness is not None and bool((problem.rigid_mass <= 0).any())
         self.delay = 2 if springs else 1
         self.factors = 0  # made since the last offer
+        self.centred = False  # the last step kept τ
         self.refines = bool(self.system.elastic.any())  # its directions, see ``_left``
         self.track: list[FloatArray] = []  # error, τ and missing velocity of each state
 
@@ -188,7 +195,8 @@ class InteriorPointRun:
 
     def _advance(self, tau: float, missing: _Residuals) -> bool:
         """Move to the next state; False where numbers broke down (the state is kept)."""
-        chosen = self._direction(tau, missing)
+        self.centred = not self.centred and self._askew(tau, missing)
+        chosen = self._direction(tau, missing, 1.0 if self.centred else None)
         if missing.sliding:
             chosen = self._past_obstacle(tau, missing, chosen)
         for share in _SHARES if self.refines else _SHARES[:1]:
@@ -244,6 +252,19 @@ class InteriorPointRun:
         touched[-1] = False  # supports are numbered -1
         neighbours: Mask = touched[self.problem.bodies].any(axis=1) | chosen
         return neighbours
+
+    def _askew(self, tau: float, missing: _Residuals) -> bool:
+        """True where friction and sliding are not parallel, and nothing else is left to mend.
+
+        The error in their angle falls as √τ while τ falls, and as its own square while τ is kept.
+        Among rigid blocks rounding ends it earlier, and more steps would be for nothing.
+        """
+        if not (missing.sliding and self.system.elastic.any() and self.track[-1][0] < self.settings.align):
+            return False
+        x, z = self.x, self.z
+        across = x[:, :1] * z[:, 1:] + z[:, :1] * x[:, 1:]
+        square = lengths(across) ** 2 / (x[:, 0] * z[:, 0] * tau)
+        return bool(square.max() > _PARALLEL**2)
 
     def _direction(self, tau: float, missing: _Residuals, centring: float | None = None) -> _Direction:
         """Mehrotra's direction; with a given ``centring`` without his second-order term."""
@@ -386,6 +407,8 @@ _SMOOTHING = 3.0
 # times as many at errors above the third, where the active set is still sought, six where springs hold blocks
 # without inertia
 _PATIENCE, _SLOW, _DIGITS = 5, 0.7, 1e-3
+# Angle between friction and sliding, over √τ, that asks for a step that mends it
+_PARALLEL = 0.03
 # Share of the way to the boundary while the friction term is left out
 _CONVEX = 0.9999
 # Steps without a new least error after which it is hopeless

@@ -154,7 +154,7 @@ def _parts() -> list[Switch]:
         Switch("flips of rough contacts", kind, Flips, "swinging", no_swing, _some),
         Switch("escape", kind, Escape, "watch", never, _some),
         Switch("krylov iterations", kind, body_solver.BodySolver, "iterates", never, _some),
-        Switch("guesses kept as they are", kind, looping, "_holds", never, _some),
+        Switch("guesses kept as they are", kind, looping, "_kept", nothing, _found),
         Switch("brought to rest", kind, solving, "brought_to_rest", as_made, _changed),
         Switch("fall of closed contacts", kind, solving, "falling", nothing, _found),
         Switch("limit of elastic blocks", kind, turns, "at_limit", never, _some),

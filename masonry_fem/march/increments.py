@@ -22,6 +22,7 @@ from masonry_fem.march.renewal import renewed
 from masonry_fem.march.state import SystemState
 from masonry_fem.march.step import Increment
 from masonry_fem.nscd import SolverSettings
+from masonry_fem.nscd.settings import ACCEPTABLE
 
 if TYPE_CHECKING:
     from masonry_fem.march.equilibrium import Strategy
@@ -104,9 +105,10 @@ def _parts(
 
 
 def _lost(coupling: Coupling, made: Increment) -> bool:
-    """Whether statics of blocks that deform was not solved: half a step begins nearer to its end."""
-    outcome = made.solution.outcome
-    return made.scheme.inertia == 0 and bool(coupling.soft.any()) and not (outcome.solved or outcome.moves)
+    """Whether statics of blocks that deform was left far from solved: half a step begins nearer its end."""
+    solution = made.solution
+    found = solution.solved or solution.outcome.moves or solution.quality.error <= ACCEPTABLE
+    return made.scheme.inertia == 0 and bool(coupling.soft.any()) and not found
 
 
 def _halves(

@@ -174,18 +174,27 @@ def iterate(
 def _begun(
     problem: ContactProblem, method: Method, settings: SolverSettings, start: Start | None, scale: FloatArray
 ) -> tuple[Run, Quality | None]:
-    """A run of the method; or of a guess that is a solution already, and its quality.
+    """A run of the method; or of a guess that is a solution already, and its quality."""
+    kept = _kept(problem, settings, start, scale)
+    if kept is not None:
+        return _Kept(kept[0]), kept[1]
+    run = _checked(method.init(without_offset(problem), shifted_start(problem, start)))
+    return (run if problem.cohesion_offset is None else _Unshifted(run, problem.cohesion_offset)), None
 
-    Such a guess is kept as it is, whatever a method would make of it: sweeps would project its impulses and
-    make the velocities of bodies anew from them, and where blocks are elastic that blows up a rounding by
-    the ratio of rigid to elastic velocities, 10⁶ and more.
+
+def _kept(
+    problem: ContactProblem, settings: SolverSettings, start: Start | None, scale: FloatArray
+) -> tuple[Iterate, Quality] | None:
+    """A guess that is a solution, and its quality: it is kept whatever a method would make of it.
+
+    Sweeps would project its impulses and make the velocities of bodies anew from them: where blocks are
+    elastic that blows up a rounding by the ratio of rigid to elastic velocities, 10⁶ and more.
     """
     for guess in _guesses(problem, start):
         quality = assess(problem, guess.impulse, guess.rigid_velocity, scale, settings.least_impulse)
         if quality.error <= settings.tolerance:
-            return _Kept(guess), quality
-    run = _checked(method.init(without_offset(problem), shifted_start(problem, start)))
-    return (run if problem.cohesion_offset is None else _Unshifted(run, problem.cohesion_offset)), None
+            return guess, quality
+    return None
 
 
 def _guesses(problem: ContactProblem, start: Start | None) -> Iterator[Iterate]:

@@ -206,7 +206,7 @@ def dropped(law, height, **keys):
 
 @pytest.mark.slow
 def test_a_joint_with_restitution_bounces_once_its_cohesion_is_gone():
-    """Faces that meet for the first time in flight are not bonded: to rounding, c = 0 and dry are the same."""
+    """Faces that meet for the first time in flight are not bonded: c = 0 and dry are the same to rounding."""
     dry, loose = (dropped(law, 0.05) for law in (None, specs.law_record("mohr_coulomb", cohesion=0.0)))
     np.testing.assert_allclose(dry, loose, rtol=0, atol=1e-14 * dry.max())
     landed = int((dry < 1e-3).argmax())

@@ -142,7 +142,7 @@ def rub(
     velocity : Relative velocity v, local frame, shape (c, d) [m/s].
     area : Of the points, shape (c,) [m²; m in 2D].
     step : Length of the step [s].
-    changed : What else changes, of which cohesion does not depend.
+    changed : What else changes, on which cohesion does not depend.
     """
     adhesive = law.adhesive_reaction(after, area)
     pushed = reaction + adhesive

@@ -94,7 +94,7 @@ def _asked(problem: ContactProblem) -> Unstressed:
     if not dragged.at_once(DRAGS[0]) and problem.rigid:
         smooth = _frictionless(problem)
         dragged.solves += smooth.linear_solves
-        if smooth.converged and lengths(smooth.impulse).max() <= FAR * dragged.load:
+        if smooth.converged and lengths(smooth.impulse).max(initial=0.0) <= FAR * dragged.least:
             return Unstressed(True, smooth.impulse, np.zeros_like(dragged.motion), (0.0,), dragged.solves)
     for drag in DRAGS:
         there = dragged.reached <= drag or dragged.by_strides(drag)

@@ -98,13 +98,16 @@ def test_elastic_blocks_that_only_pre_stress_would_hold_have_no_equilibrium(angl
         assert found.rigid_velocity[0, 1] < 0
 
 
+@pytest.mark.parametrize(("mass", "length", "load"), [(1, 1, 10), (1e16, 1, 1), (1e-16, 1e-3, 1e4)])
 @pytest.mark.parametrize("angle", [0.3, 1e-8, -0.3])
-def test_balance_without_friction_tells_where_no_drag_is_reached_at_once(angle, monkeypatch):
+def test_balance_without_friction_tells_where_no_drag_is_reached_at_once(
+    angle, mass, length, load, monkeypatch
+):
     at_once, asked = Drag.at_once, []
     monkeypatch.setattr(
         Drag, "at_once", lambda *given: asked.append(given) or (len(asked) > 1 and at_once(*given))
     )
-    told = from_no_stress(wedge(angle))
+    told = from_no_stress(wedge(angle, mass=mass, length=length, load=load))
     assert told.reached is (angle > 0.1)
     if told.reached:
         assert len(asked) == 1

@@ -12,7 +12,7 @@ import numpy as np
 from masonry_fem.bodies.base import FloatArray, Scheme, StepEnergy
 from masonry_fem.fem.assemble import ShapeOperators
 from masonry_fem.fem.clamp import Holds
-from masonry_fem.fem.constitution import Constitution, dot
+from masonry_fem.fem.constitution import Constitution, dot, times
 from masonry_fem.fem.meshed import ElasticState
 from masonry_fem.fem.modes import RigidModes
 
@@ -51,7 +51,7 @@ class Balance:
         rigid_mean, elastic_mean = mean_velocity(before, after, scheme.theta)
         rigid = after.rigid_velocity - before.rigid_velocity + h * alpha * rigid_mean
         elastic = after.velocity - before.velocity + h * alpha * elastic_mean
-        taken: FloatArray = scheme.inertia * ((rigid @ self.modes.modes.T + elastic) @ own.mass)
+        taken: FloatArray = scheme.inertia * times(rigid @ self.modes.modes.T + elastic, own.mass)
         return taken
 
     def imbalance(self, residual: FloatArray, impulse: FloatArray, nodal: FloatArray | None) -> FloatArray:
@@ -81,7 +81,7 @@ class Balance:
         held = self.holds.dofs
         # Φ and u_el are M-orthogonal but for what clamps move
         crossed = dot(rigid, elastic[:, held] @ self.modes.momentum[held])
-        return dot(rigid, rigid) + 2 * crossed + dot(elastic @ self.operators.mass, elastic)
+        return dot(rigid, rigid) + 2 * crossed + dot(times(elastic, self.operators.mass), elastic)
 
     def energy(
         self, before: ElasticState, after: ElasticState, force: FloatArray, given: FloatArray | None,
@@ -102,7 +102,7 @@ class Balance:
             change = after.rigid_velocity - before.rigid_velocity, after.velocity - before.velocity
             numerical = numerical + (theta - 0.5) * inertia * self.mass_square(*change)
             damping = own.material.mass_damping * self.mass_square(rigid, elastic)
-            damping += own.material.stiffness_damping * dot(elastic @ own.stiffness, elastic)
+            damping += own.material.stiffness_damping * dot(times(elastic, own.stiffness), elastic)
         heat = self.constitution.heat(before, after, theta)
         confined = self.constitution.confined(before, after).energy
         return StepEnergy(external, support, inertia * h * damping, numerical, lost, heat, confined)

@@ -183,18 +183,17 @@ class LinearElasticity(Constitution):
             stretch = (1 - theta) * stretch + theta * after.displacement
         if rate is not None:
             stretch = stretch + rate
-        force: FloatArray = stretch @ self._stiffness
-        return force
+        return times(stretch, self._stiffness)
 
     @override
     def lost(self, before: Strained, after: Strained, theta: float) -> tuple[FloatArray, FloatArray]:
         stretch = after.displacement - before.displacement
-        return (theta - 0.5) * dot(stretch @ self._stiffness, stretch), np.zeros(len(stretch))
+        return (theta - 0.5) * dot(times(stretch, self._stiffness), stretch), np.zeros(len(stretch))
 
     @override
     def stored(self, state: Strained) -> FloatArray:
         """½ qᵀ K q."""
-        return 0.5 * dot(state.displacement @ self._stiffness, state.displacement)
+        return 0.5 * dot(times(state.displacement, self._stiffness), state.displacement)
 
 
 def dot(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -205,4 +204,20 @@ def dot(a: FloatArray, b: FloatArray) -> FloatArray:
     a, b : One vector per block, shape (b, n).
     """
     product: FloatArray = np.einsum("bn,bn->b", a, b)
+    return product
+
+
+def times(vectors: FloatArray, matrix: sparse.csr_array) -> FloatArray:
+    """Products with a symmetric matrix block by block: ``vectors @ matrix`` would transpose it each time.
+
+    Parameters
+    ----------
+    vectors : One per block, shape (b, n).
+    matrix : Symmetric, shape (n, n).
+
+    Returns
+    -------
+    Products, shape (b, n).
+    """
+    product: FloatArray = (matrix @ vectors.T).T
     return product

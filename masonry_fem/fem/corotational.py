@@ -50,7 +50,7 @@ from masonry_fem.bodies.undeformed import translation_and_spin
 from masonry_fem.fem.assemble import ShapeOperators
 from masonry_fem.fem.attachment import ElasticAttachment
 from masonry_fem.fem.condense import coefficients
-from masonry_fem.fem.constitution import Constitution, LinearElasticity, Memory, dot
+from masonry_fem.fem.constitution import Constitution, LinearElasticity, Memory, dot, times
 from masonry_fem.fem.deformable import Deformable
 from masonry_fem.fem.modes import RigidModes, rigid_modes
 from masonry_fem.solid.pose import Pose
@@ -117,6 +117,7 @@ class CorotationalGroup(Deformable[TurningState]):
         modes = rigid_modes(mesh.points, operators.mass, free)
         own = LinearElasticity(operators) if constitution is None else constitution
         super().__init__(blocks, names, poses, operators, modes, free, own, kind)
+        self.per_unit = _per_unit(modes)
 
     def clamp_reactions(
         self, state: TurningState, after: TurningState, force: FloatArray, nodal: FloatArray | None,
@@ -184,7 +185,7 @@ class CorotationalGroup(Deformable[TurningState]):
             right -= h * self.constitution.forces(state, state, theta, rate)
             right += h * theta * self.constitution.expanding(state, h)
             if inertia and alpha:
-                right -= inertia * h * alpha * (start @ self.operators.mass)
+                right -= inertia * h * alpha * times(start, self.operators.mass)
             elastic = start + self.factor(scheme).apply(right)
         return replace(
             self._rigid(state, at, force, scheme),
@@ -201,7 +202,7 @@ class CorotationalGroup(Deformable[TurningState]):
 
     def generalised(self, at: TurningState, force: FloatArray) -> FloatArray:
         """Work of nodal forces (b, n) by unit U, with the blocks as in ``at``, shape (b, m)."""
-        shifts, spins = per_unit(self.modes)
+        shifts, spins = self.per_unit
         total = force.reshape(self.count, -1, self.dimension).sum(axis=1)
         seen = self._own(at, force).reshape(self.count, -1, self.dimension)
         moments = moment(self._arms(at), seen).sum(axis=1)
@@ -212,7 +213,7 @@ class CorotationalGroup(Deformable[TurningState]):
         d = self.dimension
         if d == 2 or scheme.inertia == 0:
             return state.rigid_velocity
-        spins = per_unit(self.modes)[1]
+        spins = self.per_unit[1]
         before = state.rigid_velocity[:, d:]
         momentum = np.linalg.solve(spins.T, before.T).T
 
@@ -235,7 +236,7 @@ class CorotationalGroup(Deformable[TurningState]):
         # u by the θ rule in the frame, the frame by the exponential
         h, theta, d = scheme.step, scheme.theta, self.dimension
         bent = state.displacement + h * ((1 - theta) * state.velocity + theta * velocity)
-        time, (shifts, spins) = state.time + h, per_unit(self.modes)
+        time, (shifts, spins) = state.time + h, self.per_unit
         memory = self.constitution.followed(state, bent, time)
         if origin is None:
             move = h * ((1 - theta) * state.rigid_velocity + theta * rigid_velocity)
@@ -290,7 +291,7 @@ class CorotationalGroup(Deformable[TurningState]):
         left: FloatArray = h * self.constitution.forces(state, after, theta, rate) - h * force
         if inertia:
             moved = after.velocity - state.velocity + h * own.material.mass_damping * mean
-            left += inertia * (moved @ own.mass)
+            left += inertia * times(moved, own.mass)
         return left
 
     def actions(
@@ -313,7 +314,7 @@ class CorotationalGroup(Deformable[TurningState]):
 
     def _momentum(self, state: TurningState) -> FloatArray:
         """Momentum, and angular momentum about the centroid, world axes, shape (b, m)."""
-        d, (shifts, spins) = self.dimension, per_unit(self.modes)
+        d, (shifts, spins) = self.dimension, self.per_unit
         linear = np.einsum("bij,bj->bi", self.rotation, state.rigid_velocity[:, :d] / shifts)
         angular = np.linalg.solve(spins.T, state.rigid_velocity[:, d:].T).T
         if d == 3:
@@ -347,12 +348,12 @@ class CorotationalGroup(Deformable[TurningState]):
         damping = np.zeros(self.count)
         if inertia:
             turned, bent = after.rigid_velocity - state.rigid_velocity, after.velocity - state.velocity
-            numerical += inertia * (theta - 0.5) * (dot(turned, turned) + dot(bent @ own.mass, bent))
+            numerical += inertia * (theta - 0.5) * (dot(turned, turned) + dot(times(bent, own.mass), bent))
             numerical -= inertia * dot(rigid, coasting - state.rigid_velocity)
             damped = (1 - theta) * coasting + theta * after.rigid_velocity
             alpha, beta = own.material.mass_damping, own.material.stiffness_damping
-            damping = alpha * (dot(rigid, damped) + dot(bending @ own.mass, bending))
-            damping += beta * dot(bending @ own.stiffness, bending)
+            damping = alpha * (dot(rigid, damped) + dot(times(bending, own.mass), bending))
+            damping += beta * dot(times(bending, own.stiffness), bending)
         support, heat = np.zeros(self.count), self.constitution.heat(state, after, theta)
         confined = self.constitution.confined(state, after).energy
         return StepEnergy(
@@ -362,7 +363,7 @@ class CorotationalGroup(Deformable[TurningState]):
     def kinetic_energy(self, state: TurningState) -> FloatArray:
         """½ U·U + ½ u̇ᵀ M u̇, shape (b,) [J]."""
         rigid = dot(state.rigid_velocity, state.rigid_velocity)
-        return 0.5 * (rigid + dot(state.velocity @ self.operators.mass, state.velocity))
+        return 0.5 * (rigid + dot(times(state.velocity, self.operators.mass), state.velocity))
 
     # --- fields -----------------------------------------------------------------------------------
 
@@ -376,7 +377,7 @@ class CorotationalGroup(Deformable[TurningState]):
 
     def _moving(self, state: TurningState, place: TurningState) -> FloatArray:
         """Velocity of the nodes with the blocks as in ``place``, shape axes, shape (b, nodes, d) [m/s]."""
-        d, (shifts, spins) = self.dimension, per_unit(self.modes)
+        d, (shifts, spins) = self.dimension, self.per_unit
         spin = state.rigid_velocity[:, d:] @ spins.T
         rates = np.einsum("bnij,bj->bni", lever(self._arms(place)), spin)
         rates += state.velocity.reshape(rates.shape)
@@ -418,7 +419,7 @@ class TurningAttachment(ElasticAttachment[TurningState]):
     def rigid_map(self, state: TurningState, points: FloatArray, frames: FloatArray) -> FloatArray:
         """Velocity, in the frames, of the frame of the block at ``points`` for unit U, shape (k, d, m)."""
         body, d = self.sides.body, self.group.dimension
-        shifts, spins = per_unit(self.group.modes)
+        shifts, spins = _per_unit(self.group.modes)
         arms = self.group.to_shape(body, points) - self.group.modes.centroid - state.shift[body]
         rates = translation_and_spin(arms)
         rates[:, :, :d] *= shifts
@@ -428,7 +429,7 @@ class TurningAttachment(ElasticAttachment[TurningState]):
         return seen
 
 
-def per_unit(modes: RigidModes) -> tuple[float, FloatArray]:
+def _per_unit(modes: RigidModes) -> tuple[float, FloatArray]:
     """Velocities of the centroid by those of U, and spins by those of U, shape (1 or 3, 1 or 3) [kg^−½]."""
     d = len(modes.centroid)
     return 1.0 / float(modes.from_motion[0, 0]), np.linalg.inv(modes.from_motion[d:, d:])

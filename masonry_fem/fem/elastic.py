@@ -38,7 +38,7 @@ from masonry_fem.fem.attachment import SmallAttachment
 from masonry_fem.fem.balance import Balance
 from masonry_fem.fem.clamp import Clamping, Faces, Holds
 from masonry_fem.fem.condense import coefficients
-from masonry_fem.fem.constitution import Constitution, LinearElasticity
+from masonry_fem.fem.constitution import Constitution, LinearElasticity, times
 from masonry_fem.fem.deformable import Deformable
 from masonry_fem.fem.meshed import ElasticState
 from masonry_fem.fem.modes import rigid_modes
@@ -145,7 +145,7 @@ class ElasticGroup(Deformable[ElasticState]):
             right = h * force - h * self.constitution.forces(state, state, theta, rate)
             right += h * theta * self.constitution.expanding(state, h)
             if inertia and alpha:
-                right -= inertia * h * alpha * (start @ operators.mass)
+                right -= inertia * h * alpha * times(start, operators.mass)
             if change.any():
                 right -= self._pushed(change, None, scheme)
             elastic = start + self.factor(scheme).apply(right)
@@ -168,7 +168,7 @@ class ElasticGroup(Deformable[ElasticState]):
         operators, (c_m, c_k) = self.operators, coefficients(self.operators, scheme)
         moved = self.no_force()
         moved[:, self.holds.dofs] = change
-        inert, stiff = moved @ operators.mass, moved @ operators.stiffness
+        inert, stiff = times(moved, operators.mass), times(moved, operators.stiffness)
         for body, factor in self.tangents(guess, scheme).items():
             stiff[body] = factor.stiffness @ moved[body]
         return c_m * inert + c_k * stiff

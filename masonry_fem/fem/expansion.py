@@ -18,7 +18,7 @@ from typing import Self, override
 import numpy as np
 
 from masonry_fem.fem.assemble import ShapeOperators
-from masonry_fem.fem.constitution import Confined, FloatArray, LinearElasticity, Strained, dot
+from masonry_fem.fem.constitution import Confined, FloatArray, LinearElasticity, Strained, dot, times
 from masonry_fem.fem.material_law import UNIT
 from masonry_fem.fem.strains import Strains
 
@@ -118,7 +118,7 @@ class ThermoElasticity(LinearElasticity):
     @override
     def lost(self, before: Strained, after: Strained, theta: float) -> tuple[FloatArray, FloatArray]:
         change, stretch = self.warming.change(before, after), after.displacement - before.displacement
-        square = dot(stretch @ self._stiffness, stretch) - 2 * change * (stretch @ self.push)
+        square = dot(times(stretch, self._stiffness), stretch) - 2 * change * (stretch @ self.push)
         return (theta - 0.5) * (square + change**2 * self._held), np.zeros(len(stretch))
 
     @override

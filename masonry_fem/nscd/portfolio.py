@@ -174,7 +174,7 @@ def _choose(
     total: Solution | None = None
     case = Case(problem, settings, start, loads)
     for turn in turns(case):
-        if total is not None and settings.acceptable > 0 and total.quality.error <= turn.above:
+        if total is not None and settings.acceptable > 0 and total.quality.error <= turn.enough(case):
             continue
         spent = 0 if total is None else total.iterations
         own = _share(turn.most(case), settings, spent, time.monotonic() - began)

@@ -44,12 +44,12 @@ LED_STEPS = 40
 NEWTON_STEPS = 120
 # Newton steps of elastic blocks from what would hold them if they were rigid: chains take fifty.
 HELD_STEPS = 60
-# Proximal weights to try on few contacts: which leads out of a cycle differs from problem to problem.
-WEIGHTS = (1e-2, 1e-1, 1e-3)
+# Proximal weight that leads few contacts out of a cycle; a tenth and ten times of it decide nothing more.
+FIRM = 1e-2
 # Share of friction with which a structure at its limit moves fast enough to be seen.
 WEAK = 0.97
-# Error below which patience costs more than it brings: 240 steps bring a wall that slides from 5.5e-9 to
-# 3.5e-10.
+# Error below which patience costs more than it brings on many contacts: 240 steps bring a wall that slides
+# from 5.5e-9 to 3.5e-10.
 NEAR = 1e-8
 # Newton steps that polish: what takes more seldom ends.
 POLISH = 25
@@ -150,7 +150,8 @@ class Turn:
         (impulses that balance the loads, see ``rest``), "close" (the best state where that is close to a
         solution, else none) or "cold".
     twin : Share of friction of the rigid twin that is asked instead, which shows what moves.
-    above : Error down to which it is worth its time, where no tolerance was set.
+    above : Error down to which it is worth its time where no tolerance was set, or what tells it of a
+        problem.
     """
 
     name: str
@@ -159,11 +160,15 @@ class Turn:
     iterations: int | Callable[[Case], int] | None = None
     origin: Literal["given", "best", "close", "held", "cold"] = "given"
     twin: float | None = None
-    above: float = 0.0
+    above: float | Callable[[Case], float] = 0.0
 
     def most(self, case: Case) -> int | None:
         """Its limit of iterations on a problem."""
         return self.iterations(case) if callable(self.iterations) else self.iterations
+
+    def enough(self, case: Case) -> float:
+        """Error of a problem's best state that makes it superfluous."""
+        return self.above(case) if callable(self.above) else self.above
 
 
 def turns(case: Case) -> Iterator[Turn]:
@@ -206,13 +211,10 @@ def _moving_newton(case: Case) -> Method:
     return ProximalNewton(moving=True)
 
 
-def _firm_newton(weight: float) -> Callable[[Case], Method]:
-    def make(case: Case) -> Method:
-        from masonry_fem.nscd.methods.newton import ProximalNewton  # noqa: PLC0415
+def _firm_newton(case: Case) -> Method:
+    from masonry_fem.nscd.methods.newton import ProximalNewton  # noqa: PLC0415
 
-        return ProximalNewton(weight=weight, decrease=0.3)
-
-    return make
+    return ProximalNewton(weight=FIRM, decrease=0.3)
 
 
 def _interior_point(case: Case) -> Method:
@@ -282,21 +284,13 @@ TURNS = (
         NEWTON_STEPS,
         "held",
     ),
-    *(
-        Turn(
-            "firm newton",
-            lambda at: at.open and at.few and not at.plain,
-            _firm_newton(weight),
-            NEWTON_STEPS,
-        )
-        for weight in WEIGHTS
-    ),
+    Turn("firm newton", lambda at: at.open and at.few and not at.plain, _firm_newton, NEWTON_STEPS),
     Turn("path", lambda at: at.open and not at.plain and at.followable, _path, origin="best", above=NEAR),
     Turn(
         "patient newton",
         lambda at: at.open and not at.plain,
         _in_plane(_patient_newton),
         origin="best",
-        above=NEAR,
+        above=lambda at: 0.0 if at.few else NEAR,
     ),
 )

@@ -36,6 +36,7 @@ AT_ONCE = s.Table(points=((0.0, 1.0),))  # while all else grows
 DYNAMICS = s.Dynamics(step=5e-3, duration=1.0)
 STONE = {"stone": s.Material(density=2400.0, young=10e9, poisson=0.2)}
 END = 10**6  # more calls of the solver than a scene takes
+TOLERANCE, EXACT = 1e-8, 1e-10  # of the set, and what runs aim at without ``solver.tolerance``
 NEXT_TO = 1e-3  # of the load of limit analysis: so near to it stiffness decides
 
 
@@ -51,6 +52,7 @@ class Recipe:
     call : Which call of the contact solver is kept, from 1; the last one where there are fewer.
     falls : Whether it falls, where that is known but not by limit analysis of its first geometry.
     joints : How many joints its mechanism has, where it has one.
+    tolerance : What it is solved to.
     """
 
     family: str
@@ -60,6 +62,7 @@ class Recipe:
     call: int = 1
     falls: bool | None = None
     joints: int | None = None
+    tolerance: float = TOLERANCE
 
     @property
     def path(self) -> str:
@@ -149,6 +152,15 @@ def spread_arch(friction: Any, share: float) -> s.Scene:
     )
     loads = s.Loads(gravity=(0.0, -G), gravity_time=AT_ONCE)
     return scene(arch(20), friction, dimension=2, supports=supports, loads=loads, analysis=GROWING)
+
+
+def sunk_arch(voussoirs: int, amount: float) -> s.Scene:
+    """An arch of very stiff stones, one springing of which sinks by an amount [m] in one step."""
+    sinks = s.Support(on="arch.springing_right", motion=s.Motion(displacement=(0.0, -amount)))
+    stiff = {"stone": s.Material(density=2400.0, young=1e12, poisson=0.2)}
+    mesh = s.MeshSettings(element="Q1", divisions=(1, 1))
+    given = scene(arch(voussoirs, 0.15), 5.0, "elastic", 2, mesh=mesh, supports=(sinks,))
+    return msgspec.structs.replace(given, materials=stiff)
 
 
 def scene(
@@ -431,9 +443,33 @@ def _needy() -> Iterator[Recipe]:
     yield Recipe("needy", "elastic wall 5x5 at its limit", scene(wall(5, 5), 0.3, "elastic"), 1.0)
     sliding = scene(wall(40, 20), 0.2, analysis=s.Dynamics(step=0.01, duration=1.0))
     yield Recipe("needy", "wall 40x20 that slides", sliding, 1.5)
+    for voussoirs in (16, 21):
+        name = f"stiff arch {voussoirs} that sinks by 1 mm at once"
+        yield Recipe("needy", name, sunk_arch(voussoirs, 1e-3), None, falls=False)
     tipping = partial(rigid_wall, 18, 18, friction=0.7, horizontal=0.7)
     yield Recipe("needy", "wall 18x18 that is about to slide and tip", tipping, None)
     yield Recipe("needy", "mass of 12x12x12 bricks", partial(rigid_mass, 12, 12, 12), None)
+
+
+def _exact() -> Iterator[Recipe]:
+    """What decides beyond 1e-8, down to what runs aim at of themselves."""
+    for (columns, courses), friction, share in product(((10, 10), (12, 12)), (0.6, 0.7), (1.2, 1.4)):
+        given = scene(wall(columns, courses), friction, analysis=DYNAMICS)
+        name = f"tipping wall {columns}x{courses} mu {friction:g} at {share:g}"
+        yield Recipe("exact", name, given, share, tolerance=EXACT)
+    bond = s.law_record(
+        "bilinear", normal_stiffness=1e10, tangential_stiffness=1e10, normal_strength=1e5,
+        tangential_strength=2e5, normal_energy=10.0, tangential_energy=50.0,
+    )  # fmt: skip
+    joints = (s.Joint(friction=0.7, law=bond),)
+    face = s.Traction(on="wall.*/front", vector=(0.0, 6e3, 0.0))
+    corner = s.PointForce(block="wall.c4.b1", vector=(1e3, 0.0, 0.0))
+    loads = s.Loads(gravity=(0.0, 0.0, -G), gravity_time=AT_ONCE, tractions=(face,), points=(corner,))
+    analysis = s.Statics(load_steps=10)
+    given = scene(wall(4, 5), 0.7, joints=joints, loads=loads, analysis=analysis)
+    for call in (8, 17, 23):
+        name = f"mortar wall 4x5 pushed over call {call}"
+        yield Recipe("exact", name, given, None, call, falls=False, tolerance=EXACT)
 
 
 FAMILIES = (
@@ -456,4 +492,5 @@ FAMILIES = (
     _marches,
     _large,
     _needy,
+    _exact,
 )

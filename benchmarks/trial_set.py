@@ -25,7 +25,7 @@ import numpy as np
 from rich.progress import track
 
 from benchmarks.cases import G
-from benchmarks.trial_recipes import NEXT_TO, STATICS, Recipe, Size, recipes
+from benchmarks.trial_recipes import NEXT_TO, STATICS, TOLERANCE, Recipe, Size, recipes
 from masonry_fem.analyses.limit import posed
 from masonry_fem.analyses.run import solve_scene
 from masonry_fem.build import build
@@ -41,7 +41,8 @@ from masonry_fem.scene import specs as s
 class Trial:
     """A problem of the set, with the start that it was given, and what is right for it.
 
-    That is its outcome, and how many joints its mechanism has; None: nobody knows.
+    That is its outcome, and how many joints its mechanism has; None: nobody knows. The tolerance is what the
+    solver is asked for.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Trial:
     start: Start | None
     right: frozenset[str] | None
     joints: int | None = None
+    tolerance: float = TOLERANCE
 
 
 # --- making and reading -------------------------------------------------------------------------
@@ -127,7 +129,7 @@ def trials(cache: Path, size: Size = "default", more: tuple[Path, ...] = ()) -> 
             save_problem(problem, path, _start_arrays(start) | {"bears": np.array(bears)})
         with np.load(path, allow_pickle=False) as file:
             right = right_outcomes(recipe, float(file["bears"]))
-        yield Trial(path.stem, load_problem(path), _start(path), right, recipe.joints)
+        yield Trial(path.stem, load_problem(path), _start(path), right, recipe.joints, recipe.tolerance)
     for folder in more:
         for path in sorted(folder.glob("*.npz")):
             yield Trial(f"{folder.name}/{path.stem}", load_problem(path), _start(path), None)

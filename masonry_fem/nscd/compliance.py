@@ -201,7 +201,7 @@ class Shared(Operator):
         self.count, self.dimension, self.kinds, self.bed = count, dimension, tuple(kinds), bed
         self.shape, self.blocksize = (count * dimension,) * 2, (dimension, dimension)
         self.symmetric = symmetric
-        self._assembled = self._summed_up if assembled is None else assembled
+        self._assembled = assembled  # no method of its own: a cycle would keep the matrices
         self._matrix: sparse.bsr_array | None = None
         contact = np.concatenate([kind.contacts.ravel() for kind in kinds] or [np.zeros(0, dtype=np.int64)])
         order = np.argsort(contact, kind="stable")
@@ -294,7 +294,7 @@ class Shared(Operator):
     def matrix(self) -> sparse.bsr_array:
         """All of it, shape (c d, c d)."""
         if self._matrix is None:
-            self._matrix = self._assembled()
+            self._matrix = self._summed_up() if self._assembled is None else self._assembled()
         return self._matrix
 
     def _summed_up(self) -> sparse.bsr_array:

@@ -25,13 +25,13 @@ from masonry_fem.solid.assembly import Shape
 BLOCKS = 1e5  # a rigid wall of so many is built in about a minute
 SHARE = 0.9  # of this machine's memory: what a scene may need by the estimate
 
-# measured on walls of rigid bricks and on cubes of up to 30³ elements, in bytes
+# measured on walls of rigid bricks and on cubes of up to 50³ elements, in bytes
 START = 3.5e8  # libraries, DOLFINx among them
 A_POINT = 13e3  # a contact point of rigid blocks: its row of the solver's factor, its state
 COPIES = 4  # of the compliance of an elastic block's contact points, in factors of the contact system
 DENSE = 1500  # unknowns of a shape that is factorised densely
 FACTOR = {2: 4e3, 3: 400.0}  # a sparse factor and its matrices: times n log₂ n / 16 in 2D, n^(4/3) in 3D
-BESIDE = 120.0  # the same in 3D where the factor is on disk
+BESIDE = 120.0  # the same in 3D where the factor is on disk, while it is made
 
 
 def foresee_blocks(scene: specs.Scene) -> None:
@@ -149,8 +149,11 @@ def memory_of_run(stones: Stones, points: np.ndarray) -> float:
     compliance = COPIES * 8.0 * float(((d * points[stones.deforming].astype(float)) ** 2).sum())
     shapes = {stones.assembly.blocks[block].shape for block in stones.deforming}
     meshes = [stones.assembly.shapes[shape].mesh for shape in shapes]
-    factors = sum(factor_memory(float(mesh.points.size), d) for mesh in meshes if mesh is not None)
-    return START + A_POINT * float(points.sum()) / 2 + compliance + factors
+    sizes = [float(mesh.points.size) for mesh in meshes if mesh is not None]
+    held = sum(factor_memory(size, d) for size in sizes if size < LARGE)
+    # what a factor on disk is made in is free when contacts are solved
+    made = sum(factor_memory(size, d) for size in sizes if size >= LARGE)
+    return START + A_POINT * float(points.sum()) / 2 + held + max(compliance, made)
 
 
 def factor_memory(unknowns: float, dimension: int) -> float:

@@ -29,12 +29,12 @@ ALIKE = 1e-11  # equal weights and frames differ by this much, as poses have rou
 
 
 @dataclass(frozen=True, slots=True)
-class _Surface:
-    """(M̂⁻¹)_el on the dofs that carry contacts, for the last scheme used; W_el by pattern of points."""
+class _Known:
+    """For the last scheme used: (M̂⁻¹)_el on the dofs that carry contacts, or W_el of each pattern."""
 
     key: tuple[float, float]
-    block: FloatArray
-    patterns: dict[int, FloatArray] = field(default_factory=dict)
+    surface: FloatArray | None = None
+    patterns: tuple[FloatArray, ...] = ()
 
 
 @dataclass(slots=True)
@@ -61,7 +61,7 @@ class ElasticAttachment[S: Deformed](ABC):
     bodies: IntArray
     pattern: IntArray
     _interpolation: sparse.csr_array
-    _surface: _Surface | None = field(default=None, repr=False)
+    _known: _Known | None = field(default=None, repr=False)
 
     @classmethod
     def of(cls, group: Deformable[S], sides: Sides) -> Self:
@@ -140,9 +140,10 @@ class ElasticAttachment[S: Deformed](ABC):
         own = self._own_surfaces(scheme, guess)
         local, result = self._local(seen), []
         yields = np.isin(self.bodies, list(own))
+        known = () if yields.all() else self._by_pattern(scheme)
         for pattern in np.unique(self.pattern[~yields]).tolist():
             rows = np.stack([self.members[at] for at in np.flatnonzero(~yields & (self.pattern == pattern))])
-            result.append((rows, local[rows], self._of_pattern(pattern, rows[0], scheme)))
+            result.append((rows, local[rows], known[pattern]))
         for at in np.flatnonzero(yields).tolist():
             rows = self.members[at]
             block = self._condensed(rows, self._unturned(rows), own[self.bodies[at]])
@@ -160,14 +161,15 @@ class ElasticAttachment[S: Deformed](ABC):
         """Frames that are the shape axes, for some sides."""
         return np.tile(np.eye(self.group.dimension), (len(rows), 1, 1))
 
-    def _of_pattern(self, pattern: int, rows: IntArray, scheme: Scheme) -> FloatArray:
-        """W_el in the shape axes of the blocks with a pattern; ``rows`` are the sides of one."""
-        surface = self._surface_block(scheme)
-        assert self._surface is not None
-        known = self._surface.patterns
-        if pattern not in known:
-            known[pattern] = self._condensed(rows, self._unturned(rows), surface)
-        return known[pattern]
+    def _by_pattern(self, scheme: Scheme) -> tuple[FloatArray, ...]:
+        """W_el in the shape axes of the blocks with each pattern; the surface's block is let go."""
+        key = coefficients(self.group.operators, scheme)
+        if self._known is None or self._known.key != key or not self._known.patterns:
+            surface, first = self._surface_block(scheme), np.unique(self.pattern, return_index=True)[1]
+            rows = [self.members[at] for at in first.tolist()]
+            made = tuple(self._condensed(own, self._unturned(own), surface) for own in rows)
+            self._known = _Known(key, patterns=made)
+        return self._known.patterns
 
     def _at_points(self, nodal: FloatArray) -> FloatArray:
         """A nodal field (b, n) at the points, shape axes, shape (k, d)."""
@@ -188,10 +190,12 @@ class ElasticAttachment[S: Deformed](ABC):
     def _surface_block(self, scheme: Scheme) -> FloatArray:
         """(M̂⁻¹)_el on all dofs of the nodes that carry contacts, dense."""
         key = coefficients(self.group.operators, scheme)
-        if self._surface is None or self._surface.key != key:
-            dofs = self._dofs
-            self._surface = _Surface(key, self.group.factor(scheme, dofs).block(dofs))
-        return self._surface.block
+        known = self._known
+        if known is None or known.key != key or known.surface is None:
+            self._known = None  # another one would take twice the memory
+            known = self._known = _Known(key, self.group.factor(scheme).block(self._dofs))
+        assert known.surface is not None
+        return known.surface
 
     def _condensed(self, rows: IntArray, local: FloatArray, surface: FloatArray) -> FloatArray:
         """G C Gᵀ of one block's sides, C being the surface block; to rounding as symmetric as that."""

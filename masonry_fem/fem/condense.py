@@ -1,6 +1,6 @@
 """Compliance: the elastic part of a shape's inverse effective mass, (M̂⁻¹)_el.
 
-    compliance = Compliance(operators, modes, free, scheme, surface=dofs)
+    compliance = Compliance(operators, modes, free, scheme)
     velocity = compliance.apply(impulse)           # (b, n) -> (b, n)
     surface = compliance.block(dofs)               # dense, e.g. of all dofs that carry contacts
 
@@ -35,7 +35,6 @@ IntArray = NDArray[np.int64]
 
 DENSE_LIMIT = 1500  # dofs; below, a dense factor is as fast and needs no PETSc
 AT_ONCE = DENSE_LIMIT**2  # numbers in columns that are solved together; more are slower and fill memory
-SURFACE = 5  # unknowns for each on the surface from which a factor has these last; else solving costs more
 FEWEST = 64  # columns that are: each portion reads all of the factor
 
 
@@ -62,7 +61,6 @@ class Factor(ABC):
     modes : Φ, those that clamps leave, shape (n, m) [kg^−½].
     momentum : M Φ, shape (n, m).
     sigma : Size of M̂ beside M.
-    surface : Dofs whose ``block`` will be asked for, ascending.
     """
 
     def __init__(
@@ -71,10 +69,9 @@ class Factor(ABC):
         modes: FloatArray,
         momentum: FloatArray,
         sigma: float,
-        surface: IntArray,
     ) -> None:
         self.size = len(modes)
-        self._modes, self._momentum, self._surface = modes, momentum, surface
+        self._modes, self._momentum = modes, momentum
         self._factorise(effective, sigma)
 
     @abstractmethod
@@ -86,7 +83,7 @@ class Factor(ABC):
         """(M̂⁻¹)_el r of columns (n, k)."""
 
     def block(self, dofs: IntArray) -> FloatArray:
-        """Rows and columns of (M̂⁻¹)_el for c dofs, shape (c, c)."""
+        """Rows and columns of (M̂⁻¹)_el for c dofs, ascending, shape (c, c)."""
         part: FloatArray = np.empty((len(dofs), len(dofs)))
         for columns in portions(len(dofs), self.size):
             part[:, columns] = self.solve(units(dofs[columns], self.size))[dofs]
@@ -152,10 +149,8 @@ class SparseFactor(Factor):
         if petsc() is None:
             self._factor = _SuperLU(effective)
         else:
-            few = SURFACE * len(self._surface) <= self.size
-            last = self._surface if self.symmetric and few else None
             trim()  # what assembly has left would be a tenth of the peak
-            self._factor = MumpsFactor(effective, definite=self.symmetric, last=last)
+            self._factor = MumpsFactor(effective, definite=self.symmetric)
             trim()
         added = np.concatenate([self._root * units(self._springs, self.size), self._momentum], axis=1)
         self._moved = self._factor.answer(added)
@@ -177,15 +172,16 @@ class SparseFactor(Factor):
     @override
     def block(self, dofs: IntArray) -> FloatArray:
         factor = self._factor
-        if isinstance(factor, MumpsFactor) and len(dofs) and np.array_equal(dofs, factor.last):
-            part, moved = factor.inverse(), self._moved[dofs]
-            part -= moved @ np.linalg.solve(self._missing, moved.T)
-            return part
-        part, seen = np.empty((len(dofs), len(dofs))), np.empty((len(self._missing), len(dofs)))
-        for columns in portions(len(dofs), self.size):
-            answer = factor.columns(dofs[columns])
-            part[:, columns], seen[:, columns] = answer[dofs], self._seen(answer)
-        part -= self._moved[dofs] @ np.linalg.solve(self._missing, seen)
+        if self.symmetric and isinstance(factor, MumpsFactor):
+            part, seen = factor.among(dofs), self._moved[dofs].T
+        else:
+            part, seen = np.empty((len(dofs), len(dofs))), np.empty((len(self._missing), len(dofs)))
+            for columns in portions(len(dofs), self.size):
+                answer = factor.columns(dofs[columns])
+                part[:, columns], seen[:, columns] = answer[dofs], self._seen(answer)
+        seen = np.linalg.solve(self._missing, seen)
+        for rows in portions(len(dofs), len(dofs)):  # all at once would be another such matrix
+            part[rows] -= self._moved[dofs[rows]] @ seen
         return part
 
 
@@ -220,7 +216,6 @@ class Compliance:
     free : Dofs that are not clamped, shape (n_free,).
     scheme : Coefficients of the step.
     dense : Whether to factorise densely; None: by size.
-    surface : Dofs whose ``block`` will be asked for, ascending; None: not known.
     """
 
     kinds: ClassVar[tuple[type[Factor], type[Factor]]] = (DenseFactor, SparseFactor)
@@ -232,7 +227,6 @@ class Compliance:
         free: IntArray,
         scheme: Scheme,
         dense: bool | None = None,
-        surface: IntArray | None = None,
     ) -> None:
         c_m, c_k = coefficients(operators, scheme)
         self._total = operators.mass.shape[0]
@@ -241,8 +235,9 @@ class Compliance:
         whole = sparse.csr_array((c_k * stiff.data, stiff.indices, stiff.indptr), shape=stiff.shape)
         if c_m:
             whole = sparse.csr_array(c_m * operators.mass + whole)
-        effective = whole if len(free) == self._total else sparse.csr_array(whole[free][:, free])
         sigma = float(whole.diagonal().sum() / operators.mass.diagonal().sum())
+        effective = whole if len(free) == self._total else sparse.csr_array(whole[free][:, free])
+        del whole  # a large factor leaves no room for it
         dense = len(free) <= DENSE_LIMIT if dense is None else dense
         kind = self.kinds[0 if dense else 1]
         # momentum on free dofs is M_ff Φ, as Φ vanishes elsewhere
@@ -250,8 +245,7 @@ class Compliance:
         momentum = np.ascontiguousarray(modes.momentum[self._free, : modes.count])
         self._place = np.full(self._total, -1)
         self._place[free] = np.arange(len(free))
-        known = self._place[:0] if surface is None else self._place[surface]
-        self._factor = kind(effective, own, momentum, sigma, known[known >= 0])
+        self._factor = kind(effective, own, momentum, sigma)
 
     def apply(self, impulses: FloatArray) -> FloatArray:
         """(M̂⁻¹)_el r for nodal impulses of b blocks, shape (b, n) [N s] to (b, n) [m/s]."""
@@ -262,8 +256,11 @@ class Compliance:
     def block(self, dofs: IntArray) -> FloatArray:
         """Dense symmetric block of (M̂⁻¹)_el on some dofs, by solves with many columns."""
         part = self.columns(dofs)
-        part += part.T.copy()
-        part *= 0.5
+        for some in portions(len(dofs), len(dofs)):
+            rows, columns = part[some, some.start :], part[some.start :, some]
+            rows += columns.T
+            rows *= 0.5
+            columns[:] = rows.T
         return part
 
     def columns(self, dofs: IntArray) -> FloatArray:

@@ -120,25 +120,24 @@ class Deformable[S: Deformed](Meshed[S]):
             if name in other.__dict__:
                 self.__dict__[name] = other.__dict__[name]
 
-    def factor(self, scheme: Scheme, surface: IntArray | None = None) -> Compliance:
+    def factor(self, scheme: Scheme) -> Compliance:
         """(M̂⁻¹)_el for a scheme; the last few are kept.
 
         Parameters
         ----------
         scheme : Coefficients of the step.
-        surface : Dofs that carry contacts, ascending, whose block costs less if they are told first.
         """
         key = coefficients(self.operators, scheme)
         if key not in self._factors:
             while len(self._factors) >= KEPT_FACTORS:
                 del self._factors[next(iter(self._factors))]
-            self._factors[key] = self._factorised(scheme, surface)
+            self._factors[key] = self._factorised(scheme)
             self.factorisations += 1
         return self._factors[key]
 
-    def _factorised(self, scheme: Scheme, surface: IntArray | None) -> Compliance:
+    def _factorised(self, scheme: Scheme) -> Compliance:
         try:
-            return Compliance(self.operators, self.modes, self.free_dofs, scheme, surface=surface)
+            return Compliance(self.operators, self.modes, self.free_dofs, scheme)
         except np.linalg.LinAlgError as error:
             size = np.ptp(self.mesh.points, axis=0)
             raise GeometryError(

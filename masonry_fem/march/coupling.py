@@ -10,7 +10,6 @@ It sorts the contact sides by group once; each step then runs over groups, never
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -24,8 +23,8 @@ from masonry_fem.nscd.compliance import Alike, Shared
 from masonry_fem.nscd.structure import Structure
 
 ROUNDING = 16 * np.finfo(float).eps  # of the largest coordinate: a gap below it is none
-# Numbers in W_el from which it is kept by kinds of stones: those of some 600 contacts. There a product takes
-# .35 ms either way, for 100 contacts .12 and .03 ms, for 2600 1.9 and 3.1 ms.
+# Numbers in W_el from which it is kept by kinds of stones: those of some 600 contacts of a wall. There a
+# product takes .35 ms either way, for 100 contacts .12 and .03 ms, for 2600 1.9 and 3.1 ms.
 MANY = 500_000
 SIGN = np.array([1.0, -1.0])  # candidate, antagonist: v = v_candidate − v_antagonist
 
@@ -201,17 +200,18 @@ class Coupling:
             # stones that yield without associated flow have no symmetric tangent
             symmetric = not any(tangents)
             many = self._numbers > MANY
+            cached.matrix = None  # two at a time would take twice the memory
             cached.matrix = (self._shared if many else self._condense)(here, scheme, guess, symmetric)
             cached.scheme, cached.seen, cached.tangents = scheme, here.seen, tangents
         return cached.matrix
 
     @property
     def _numbers(self) -> int:
-        """How many numbers W_el has at most besides those of the largest stone: of one nothing is shared."""
+        """How many numbers W_el has at most."""
         groups = zip(self.sides, self.model.groups, strict=True)
         sizes = [np.bincount(sides.body) for sides, group in groups if group.deforms]
         of_stones = (self.model.contacts.dimension * np.concatenate([[0], *sizes])) ** 2
-        return int(of_stones.sum() - of_stones.max())
+        return int(of_stones.sum())
 
     def _shared(self, here: Placement, scheme: Scheme, guess: tuple[Any, ...], symmetric: bool) -> Shared:
         """W_el by what stones share."""
@@ -223,9 +223,8 @@ class Coupling:
             if seen is not None
             for rows, turns, matrix in attachment.kinds(scheme, seen, at)
         ]
-        assembled = partial(self._condense, here, scheme, guess, symmetric)
         c, d = here.points.shape
-        return Shared(c, d, kinds, assembled)
+        return Shared(c, d, kinds, symmetric)
 
     def _condense(
         self, here: Placement, scheme: Scheme, guess: tuple[Any, ...], symmetric: bool

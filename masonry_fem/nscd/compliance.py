@@ -15,12 +15,14 @@ of the time that it takes entry by entry, and a wall of ten thousand stones need
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
+
+from masonry_fem.nscd.blocks import assemble_blocks
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -182,8 +184,9 @@ class Shared(Operator):
     ----------
     count, dimension : c and d.
     kinds : The stones. Each contact is one of at most two of them.
-    assembled : Makes the same as a block-sparse matrix; asked once, when a factor is.
+    symmetric : Whether all matrices are.
     bed : Diagonal that is added, shape (c, d) [1/kg].
+    assembled : Makes the same as a block-sparse matrix; None: it is summed up stone by stone.
     """
 
     def __init__(
@@ -191,12 +194,14 @@ class Shared(Operator):
         count: int,
         dimension: int,
         kinds: Sequence[Alike],
-        assembled: Callable[[], sparse.bsr_array],
+        symmetric: bool = True,
         bed: FloatArray | None = None,
+        assembled: Callable[[], sparse.bsr_array] | None = None,
     ) -> None:
         self.count, self.dimension, self.kinds, self.bed = count, dimension, tuple(kinds), bed
         self.shape, self.blocksize = (count * dimension,) * 2, (dimension, dimension)
-        self._assembled = assembled
+        self.symmetric = symmetric
+        self._assembled = assembled  # no method of its own: a cycle would keep the matrices
         self._matrix: sparse.bsr_array | None = None
         contact = np.concatenate([kind.contacts.ravel() for kind in kinds] or [np.zeros(0, dtype=np.int64)])
         order = np.argsort(contact, kind="stable")
@@ -273,7 +278,7 @@ class Shared(Operator):
         """Products of absolute values: at least those of the products."""
         kinds = [replace(kind, turns=np.abs(kind.turns), matrix=np.abs(kind.matrix)) for kind in self.kinds]
         bed = None if self.bed is None else np.abs(self.bed)
-        return Shared(self.count, self.dimension, kinds, lambda: Stored(self.matrix()).magnitudes(), bed)
+        return Shared(self.count, self.dimension, kinds, self.symmetric, bed)
 
     def faulty(self) -> tuple[int, int] | None:
         """Two contacts between which a number is not finite; None: there are none."""
@@ -289,8 +294,14 @@ class Shared(Operator):
     def matrix(self) -> sparse.bsr_array:
         """All of it, shape (c d, c d)."""
         if self._matrix is None:
-            self._matrix = self._assembled()
+            self._matrix = self._summed_up() if self._assembled is None else self._assembled()
         return self._matrix
+
+    def _summed_up(self) -> sparse.bsr_array:
+        """The matrix out of those of the stones."""
+        parts = [part for kind in self.kinds for part in _parts(kind)]
+        stones = assemble_blocks(self.count, self.dimension, parts, symmetric=self.symmetric)
+        return stones if self.bed is None else _sum(stones, self.bed)
 
     def only(self, contacts: IntArray) -> Shared:
         """The rows and columns of some contacts, numbered in the order given.
@@ -303,7 +314,9 @@ class Shared(Operator):
         place[contacts] = np.arange(len(contacts))
         kinds = [replace(kind, contacts=place[kind.contacts]) for kind in self.kinds]
         bed = None if self.bed is None else self.bed[contacts]
-        return Shared(len(contacts), self.dimension, kinds, lambda: _part(self.matrix(), contacts), bed)
+        return Shared(
+            len(contacts), self.dimension, kinds, self.symmetric, bed, lambda: _part(self.matrix(), contacts)
+        )
 
     def plus(self, bed: FloatArray) -> Shared:
         """The same with what contacts give way by themselves added.
@@ -313,7 +326,9 @@ class Shared(Operator):
         bed : Diagonal, shape (c, d) [1/kg].
         """
         both = bed if self.bed is None else self.bed + bed
-        return Shared(self.count, self.dimension, self.kinds, lambda: _sum(self.matrix(), bed), both)
+        return Shared(
+            self.count, self.dimension, self.kinds, self.symmetric, both, lambda: _sum(self.matrix(), bed)
+        )
 
     def _summed(self, of_sides: Sequence[FloatArray]) -> FloatArray:
         """Sums over the two stones of each contact of what all stones' sides have, shape (c, ...)."""
@@ -321,6 +336,18 @@ class Shared(Operator):
         padded = np.concatenate([*of_sides, np.zeros((1, *shape))])
         total: FloatArray = padded[self._sides[0]] + padded[self._sides[1]]
         return total
+
+
+def _parts(kind: Alike) -> Iterator[tuple[IntArray, FloatArray]]:
+    """Contacts of each stone that take part, and the matrix between them in their frames."""
+    s, d = kind.turns.shape[1:3]
+    for contacts, turns in zip(kind.contacts, kind.turns, strict=True):
+        rows = (turns @ kind.matrix.reshape(s, d, s * d)).reshape(s * d, s, d).swapaxes(0, 1)
+        turned = (rows @ turns.swapaxes(1, 2)).swapaxes(0, 1).reshape(s, d, s, d)
+        there = np.flatnonzero(contacts >= 0)
+        if len(there) < s:
+            turned = turned[there][:, :, there]
+        yield contacts[there], turned.reshape(len(there) * d, -1)
 
 
 def operator(compliance: sparse.bsr_array | Shared) -> Operator:

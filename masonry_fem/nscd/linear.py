@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Literal
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,7 +63,33 @@ def factorise(
         mumps = Mumps(matrix) if mumps is None else mumps
         mumps.hold(matrix)
         return Factorised(matrix, partial(mumps.solve, matrix), partial(mumps.sign, matrix))
-    return Factorised(matrix, *(_dense if library == "dense" else _superlu)(matrix))
+    if library == "dense":
+        return factorise_dense(matrix.toarray(order="F"), matrix)
+    return Factorised(matrix, *_superlu(matrix))
+
+
+def factorise_dense(matrix: FloatArray, product: Product) -> Factorised:
+    """Factor a dense matrix in its own place.
+
+    Parameters
+    ----------
+    matrix : Shape (n, n), column by column; it is overwritten.
+    product : Multiplies by it.
+    """
+    largest = max(float(matrix.max(initial=0.0)), -float(matrix.min(initial=0.0)))
+    factor, pivots, info = linalg.lapack.dgetrf(matrix, overwrite_a=True)
+    if info > 0:
+        zero = np.nonzero(np.diagonal(factor) == 0)[0]
+        factor[zero, zero] = 1e-300 + 1e-16 * largest
+
+    def solve(rhs: FloatArray) -> FloatArray:
+        answer: FloatArray = linalg.lapack.dgetrs(factor, pivots, rhs)[0]
+        return answer
+
+    def sign() -> int:
+        return _parity(int((pivots != np.arange(len(pivots))).sum()) + int((np.diagonal(factor) < 0).sum()))
+
+    return Factorised(product, solve, sign)
 
 
 def library_for(size: int, library: Library = "auto", *, fills: bool = False) -> Library:
@@ -83,18 +109,26 @@ def library_for(size: int, library: Library = "auto", *, fills: bool = False) ->
     return "mumps" if fills and petsc() is not None else "superlu"
 
 
+class Product(Protocol):
+    """What multiplies by a matrix."""
+
+    def __matmul__(self, x: FloatArray, /) -> Any:
+        """The product with a vector, shape (n,)."""
+        ...
+
+
 @dataclass(frozen=True, slots=True)
 class Factorised:
     """Solves with a factor and iterative refinement.
 
     Attributes
     ----------
-    matrix : What was factorised, shape (n, n).
+    matrix : What was factorised, or what multiplies by it.
     bare : The factor's own solution.
     sign : Gives the sign of the determinant, 1 or -1; 0 where it is zero.
     """
 
-    matrix: sparse.csr_array
+    matrix: Product
     bare: Solve
     sign: Callable[[], int] = lambda: 0
 
@@ -116,23 +150,6 @@ class Factorised:
                 break
             best, error = better, left
         return best
-
-
-def _dense(matrix: sparse.csr_array) -> tuple[Solve, Callable[[], int]]:
-    factor, pivots, info = linalg.lapack.dgetrf(matrix.toarray(order="F"), overwrite_a=True)
-    if info > 0:
-        tiny = 1e-300 + 1e-16 * float(np.abs(matrix.data).max(initial=0.0))
-        zero = np.nonzero(np.diagonal(factor) == 0)[0]
-        factor[zero, zero] = tiny
-
-    def solve(rhs: FloatArray) -> FloatArray:
-        answer: FloatArray = linalg.lapack.dgetrs(factor, pivots, rhs)[0]
-        return answer
-
-    def sign() -> int:
-        return _parity(int((pivots != np.arange(len(pivots))).sum()) + int((np.diagonal(factor) < 0).sum()))
-
-    return solve, sign
 
 
 def _superlu(matrix: sparse.csr_array) -> tuple[Solve, Callable[[], int]]:

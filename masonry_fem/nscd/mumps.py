@@ -8,10 +8,10 @@ eliminates such a matrix as dense fronts, and keeps their order while the patter
 
 Of a single matrix that is large only the factor is kept:
 
-    factor = MumpsFactor(matrix, definite=True, last=rows)
+    factor = MumpsFactor(matrix, definite=True)
     x = factor.answer(rhs)
     inverse = factor.columns(numbers)
-    part = factor.inverse()        # rows and columns ``last`` of it
+    part = factor.among(numbers)        # rows and columns of it
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from masonry_fem.errors import InstallationError
-from masonry_fem.nscd.schur import eliminated_last, inverse_there
+from masonry_fem.nscd.inverse import inverse_entries
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -39,14 +39,18 @@ IntArray = NDArray[np.int64]
 # determinant. Its own choices, a matching and scaling of entries and METIS, cost a quarter to a half more.
 CONTROLS = {6: 0, 7: 0, 8: 0, 33: 1}
 # ICNTL(14), per cent of memory beyond what is expected, one after the other where it was too little, which
-# INFOG(1) tells. Pivots that have to wait need more.
+# INFOG(1) tells. Pivots that have to wait need more; in definite matrices none do.
 SPACES = (50, 200, 1000, 5000)
+EXPECTED = 0
 SHORT_OF_SPACE = {-8, -9}
 NO_MEMORY, NO_DISK = -13, -90
 # ICNTL of definite matrices: low ranks, but with CNTL(7) = 0 nothing is compressed. It works on panels, in
-# half the time, with the same digits.
+# half the time, with the same digits. Where memory counts that takes a sixth more of it.
 PANELS = {35: 3}
-ON_DISK = {22: 1}
+ON_DISK = {22: 1, 35: 0}
+# Columns of the inverse that are asked for together, and of these solved for together, which is ICNTL(27):
+# each time a part of the factor is read.
+AT_ONCE, TOGETHER = 256, {27: 128}
 LARGE = 50_000  # rows from which factors go to disk: a third of the memory with 90 000 (307 MB, not 872)
 
 
@@ -74,8 +78,8 @@ class Mumps:
     InstallationError : petsc4py or its MUMPS is missing.
     """
 
-    _definite = False
     _controls = CONTROLS
+    _type = "lu"
 
     def __init__(self, matrix: sparse.csr_array) -> None:
         library = petsc()
@@ -85,19 +89,24 @@ class Mumps:
                 "install the 'fenicsx' extra or use library 'auto'"
             )
         self._petsc = library
-        self._values = self._room(matrix)  # PETSc reads them here
-        places = [np.asarray(given, library.IntType) for given in (matrix.indptr, matrix.indices)]
-        self._operator = library.Mat().createAIJWithArrays(
-            matrix.shape, (*places, self._values), comm=library.COMM_SELF
-        )
-        if self._definite:
-            self._operator.setOption(library.Mat.Option.SPD, True)
+        self._operator = self._stored(matrix)
         self._held: sparse.csr_array | None = None
-        self._analyse(SPACES[0])
+        self._analyse(self._spaces[0])
 
-    def _room(self, matrix: sparse.csr_array) -> FloatArray:
-        """Where the values of a matrix go."""
-        return np.zeros(matrix.nnz)
+    def _stored(self, matrix: sparse.csr_array) -> Any:
+        """A matrix of PETSc, which reads its values from an array."""
+        self._values = np.zeros(matrix.nnz)
+        return self._with_arrays(matrix, self._values)
+
+    def _with_arrays(self, matrix: sparse.csr_array, values: FloatArray) -> Any:
+        library = self._petsc
+        places = [np.asarray(given, library.IntType) for given in (matrix.indptr, matrix.indices)]
+        return library.Mat().createAIJWithArrays(matrix.shape, (*places, values), comm=library.COMM_SELF)
+
+    def _fill(self, matrix: sparse.csr_array) -> None:
+        """Put a matrix's values where PETSc reads them."""
+        self._values[:] = matrix.data
+        self._operator.stateIncrease()
 
     def solve(self, matrix: sparse.csr_array, rhs: FloatArray) -> FloatArray:
         """Solution of matrix @ x = rhs, shaped like it; infinite where the matrix is singular.
@@ -136,13 +145,11 @@ class Mumps:
         if self._held is matrix:
             return
         if self._held is not None and self._failed:
-            self._analyse(SPACES[0])  # PETSc makes no factor after one that failed
+            self._analyse(self._spaces[0])  # PETSc makes no factor after one that failed
         self._held = matrix
-        if self._values is not matrix.data:
-            self._values[:] = matrix.data
-        self._operator.stateIncrease()
+        self._fill(matrix)
         self._steps.setUp()
-        for space in SPACES[1:]:
+        for space in self._spaces[1:]:
             if self._factor.getMumpsInfog(1) not in SHORT_OF_SPACE:
                 return
             self._analyse(space)
@@ -152,11 +159,16 @@ class Mumps:
     def _failed(self) -> bool:
         return bool(self._factor.getMumpsInfog(1) < 0)
 
+    @property
+    def _spaces(self) -> tuple[int, ...]:
+        """What to try."""
+        return SPACES
+
     def _analyse(self, space: int) -> None:
         """Begin anew; the order of elimination is found with the next factor."""
         self._steps = self._petsc.PC().create(self._petsc.COMM_SELF)
         self._steps.setOperators(self._operator)
-        self._steps.setType("cholesky" if self._definite else "lu")
+        self._steps.setType(self._type)
         self._steps.setFactorSolverType("mumps")
         self._steps.setFactorSetUpSolverType()
         self._factor = self._steps.getFactorMatrix()
@@ -169,9 +181,8 @@ class MumpsFactor(Mumps):
 
     Parameters
     ----------
-    matrix : Square, sorted, shape (n, n).
+    matrix : Square, sorted, shape (n, n). A definite one is emptied: the factor may need the room.
     definite : It is symmetric positive definite.
-    last : Rows (c,) that are eliminated last, so that the ``inverse`` there costs little.
 
     Raises
     ------
@@ -181,10 +192,10 @@ class MumpsFactor(Mumps):
     LinAlgError : The matrix is singular.
     """
 
-    def __init__(self, matrix: sparse.csr_array, *, definite: bool, last: IntArray | None = None) -> None:
+    def __init__(self, matrix: sparse.csr_array, *, definite: bool) -> None:
         self._definite, self._size = definite, matrix.shape[0]
-        self.last = np.zeros(0, dtype=np.int64) if last is None else last
-        self._controls = PANELS if definite else CONTROLS
+        if definite:
+            self._controls, self._type = PANELS | TOGETHER, "cholesky"
         library = petsc()
         if self._size < LARGE or library is None:
             self._made(matrix)
@@ -206,7 +217,6 @@ class MumpsFactor(Mumps):
         self._held = None
         self._steps.destroy()
         self._operator.destroy()
-        del self._values
         told = self._factor.getMumpsInfog(1)
         if told == NO_MEMORY:
             raise MemoryError
@@ -215,22 +225,36 @@ class MumpsFactor(Mumps):
         if told < 0:
             raise np.linalg.LinAlgError(f"MUMPS finds no factor: INFOG(1) = {told}")
 
+    @property
     @override
-    def _room(self, matrix: sparse.csr_array) -> FloatArray:
-        """The matrix's own: there is no other."""
-        values: FloatArray = matrix.data
-        return values
+    def _spaces(self) -> tuple[int, ...]:
+        return (EXPECTED, *SPACES) if self._definite else SPACES
 
     @override
-    def _analyse(self, space: int) -> None:
-        super()._analyse(space)
-        if len(self.last):
-            eliminated_last(self._petsc, self._factor, self.last)
+    def _stored(self, matrix: sparse.csr_array) -> Any:
+        """The matrix itself where that is whole; there is no other."""
+        if not self._definite:
+            return self._with_arrays(matrix, matrix.data)
+        library, upper = self._petsc, sparse.triu(matrix, format="csr")
+        matrix.data = matrix.data[:0].copy()
+        arrays = [np.asarray(given, library.IntType) for given in (upper.indptr, upper.indices)]
+        made = library.Mat().createSBAIJ(matrix.shape, 1, csr=(*arrays, upper.data), comm=library.COMM_SELF)
+        made.setOption(library.Mat.Option.SPD, True)
+        return made
 
-    def inverse(self) -> FloatArray:
-        """Rows and columns ``last`` of the inverse, shape (c, c)."""
-        part = inverse_there(self._petsc, self._factor, len(self.last))
-        return part if self._definite else part.T
+    @override
+    def _fill(self, matrix: sparse.csr_array) -> None:
+        """Nothing: they are there."""
+
+    def among(self, numbers: IntArray) -> FloatArray:
+        """Rows and columns of the inverse of a definite matrix, ascending, shape (c, c)."""
+        count = len(numbers)
+        part = np.empty((count, count))
+        for first in range(0, count, AT_ONCE):
+            some = slice(first, first + AT_ONCE)
+            rows = inverse_entries(self._petsc, self._factor, numbers[first:], numbers[some])
+            part[some, first:], part[first:, some] = rows, rows.T
+        return part
 
     def columns(self, numbers: IntArray) -> FloatArray:
         """Some columns of the inverse, shape (n, k); zeros of unit vectors cost nothing."""

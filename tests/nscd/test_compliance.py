@@ -43,8 +43,7 @@ def made(request):
         turns[1:] *= -1.0
         kinds.append(Alike(own, turns, root @ root.T))
     kinds[0].matrix[:, 0] *= 1.1  # stones that yield have no symmetric matrix
-    matrix = whole(kinds, 12, d)
-    return Shared(12, d, kinds, lambda: sparse.bsr_array(matrix, blocksize=(d, d)))
+    return Shared(12, d, kinds, symmetric=False)
 
 
 def equal(found, expected):
@@ -55,7 +54,7 @@ def equal(found, expected):
 @pytest.mark.parametrize("some", [False, True], ids=["all", "some"])
 def test_answers_are_those_of_the_matrix(made, some, bedded):
     d, random, count = made.dimension, np.random.default_rng(1), 12
-    dense = made.matrix().toarray()
+    dense = whole(made.kinds, count, d)
     if bedded:
         bed = random.uniform(size=(count, d))
         made, dense = made.plus(bed), dense + np.diag(bed.ravel())

@@ -8,6 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from masonry_fem.nscd import SolverSettings, Start, solve
+from masonry_fem.nscd.compliance import Alike, Shared
+from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.scaling import contact_scale
 from masonry_fem.nscd.solvers.block_pattern import BlockPattern, Family
 from masonry_fem.nscd.solvers.chord import continued
@@ -73,6 +75,29 @@ def test_rows_to_spare_change_no_step(problem):
     closed[: problem.count // 2] = False
     step(NewtonSystem(kept, scale, "direct"), kept, closed)
     assert np.array_equal(kept.structure.matrix.contacts, np.flatnonzero(closed))
+
+
+def test_a_dense_factor_takes_the_same_step_without_the_matrix():
+    rng = np.random.default_rng(3)
+    count = 24
+    root = rng.normal(size=(3 * count, 3 * count))
+    turns = np.linalg.qr(rng.normal(size=(1, count, 3, 3)))[0]
+    stone = Alike(rng.permutation(count)[None], turns, root @ root.T)
+    plain = ContactProblem.plain(Shared(count, 3, [stone]).matrix(), np.ones((count, 3)), 0.5)
+    sides = np.tile([0, -1], (count, 1))
+    bodily = {name: np.zeros((1, 6)) for name in ("rigid_mass", "rigid_impulse", "rigid_velocity")}
+    stored = replace(plain, bodies=sides, rigid_map=rng.normal(size=(count, 2, 3, 6)), **bodily)
+    problem = replace(stored, compliance=Shared(count, 3, [stone], assembled=pytest.fail))
+    systems = [NewtonSystem(one, contact_scale(one)) for one in (stored, problem)]
+    for opened in ([], [7]):  # its row is kept
+        closed = ~np.isin(np.arange(count), opened)
+        expected, found = (step(system, stored, closed) for system in systems)
+        for one, other in zip(expected, found, strict=True):
+            np.testing.assert_allclose(other, one, rtol=1e-9, atol=1e-11 * np.abs(one).max())
+    assert len(systems[1].structure.matrix.contacts) == count
+    x = rng.normal(size=3 * count + 6)
+    answer, other = (system.structure.factor.answer.matrix @ x for system in systems)
+    np.testing.assert_allclose(other, answer, rtol=1e-12, atol=1e-12 * np.abs(answer).max())
 
 
 def test_a_pattern_serves_its_own_coupling_only(problem):

@@ -2,7 +2,8 @@
 
 Its pattern is that of some contacts, and is kept with the factor's order of elimination while these are
 enough: from step to step of Newton's method, and from problem to problem of one ``Structure``. Contacts
-that are open have a row of their own then, with 1 on the diagonal and nothing beside it.
+that are open have a row of their own then, with 1 on the diagonal and nothing beside it. Of stones with many
+contacts that are all coupled there is no pattern: their matrix is dense, and only its factor is held.
 
     matrix = ElasticMatrix(problem, contacts, coupled)
     solve = matrix.factorise(values, "auto")
@@ -17,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from masonry_fem.nscd.linear import Library, Solve, factorise, library_for
+from masonry_fem.nscd.compliance import Shared
+from masonry_fem.nscd.linear import Library, Solve, factorise, factorise_dense, library_for
 from masonry_fem.nscd.mumps import Mumps
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.solvers.block_pattern import BlockPattern, Family
@@ -32,6 +34,7 @@ SPARE = 1.05
 # Share of entries from which a matrix is a dense one, of a single block's contacts: MUMPS
 # takes 240 MB for 2900 rows, the dense matrix is 67 MB.
 FULL = 0.5
+AT_ONCE = 200  # contacts whose rows are turned together
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,13 +72,16 @@ class ElasticMatrix:
     """
 
     def __init__(self, problem: ContactProblem, contacts: IntArray, coupled: sparse.bsr_array) -> None:
-        compliance, d, m = problem.operator.matrix(), problem.dimension, coupled.blocksize[0]
+        d, m = problem.dimension, coupled.blocksize[0]
         self.contacts = contacts
         self.mumps: Mumps | None = None
-        self._seen = _seen(problem)
+        self._dense, self._seen = _dense(problem), _seen(problem)
         place = np.full(problem.count, -1)
         place[contacts] = np.arange(len(contacts))
-        rows, columns = block_rows(compliance), compliance.indices.astype(np.int64)
+        rows, columns = np.zeros((2, 0), dtype=np.int64)
+        if not self._dense:
+            compliance = problem.operator.matrix()
+            rows, columns = block_rows(compliance), compliance.indices.astype(np.int64)
         self._inside = np.flatnonzero((place[rows] >= 0) & (place[columns] >= 0))
         self._rows, self._columns = rows[self._inside], columns[self._inside]
         self._diagonal = np.flatnonzero(self._rows == self._columns)
@@ -123,6 +129,8 @@ class ElasticMatrix:
 
     def factorise(self, problem: ContactProblem, terms: Terms, library: Library) -> Solve:
         """The factor's solver of the matrix of a step."""
+        if self._dense:
+            return self._densely(problem, terms)
         matrix = self._pattern.filled(self._blocks(problem, terms))
         if library == "auto" and matrix.nnz > FULL * matrix.shape[0] ** 2:
             library = "dense"
@@ -131,17 +139,36 @@ class ElasticMatrix:
             self.mumps = Mumps(matrix)
         return factorise(matrix, library, self.mumps)
 
+    def _densely(self, problem: ContactProblem, terms: Terms) -> Solve:
+        """The same by a dense factor, without the matrix itself."""
+        contacts, d = self.contacts, problem.dimension
+        count, size = len(contacts), len(contacts) * d
+        rest = self._pattern.filled(self._blocks(problem, terms))
+        coupling = problem.operator.among(contacts[None])[0]
+        coupling /= terms.unit
+        rows = coupling.reshape(count, d, size)
+        for first in range(0, count, AT_ONCE):
+            some = slice(first, first + AT_ONCE)
+            rows[some] = terms.by_velocity[contacts[some]] @ rows[some]
+        shut = np.repeat(~terms.closed[contacts], d)
+        coupling[shut], coupling[:, shut] = 0.0, 0.0
+        matrix = rest.toarray(order="F")
+        matrix[:size, :size] += coupling
+        return factorise_dense(matrix, _Product(problem, terms, contacts, rest))
+
     def _blocks(self, problem: ContactProblem, terms: Terms) -> list[FloatArray]:
         """Values, family by family."""
         rows, diagonal, contact, closed = self._rows, self._diagonal, self._contact, terms.closed
         identity = np.eye(problem.dimension)
         own = np.where(closed[:, None, None], terms.own / terms.unit, identity)
-        coupling = problem.operator.matrix().data[self._inside]
-        coupling /= terms.unit
-        turned = np.flatnonzero(~terms.plain[rows])
-        coupling[turned] = terms.by_velocity[rows[turned]] @ coupling[turned]
-        coupling[~(closed[rows] & closed[self._columns])] = 0.0
-        coupling[diagonal] += own[rows[diagonal]]
+        coupling = np.zeros((0, *identity.shape))
+        if len(rows):
+            coupling = problem.operator.matrix().data[self._inside]
+            coupling /= terms.unit
+            turned = np.flatnonzero(~terms.plain[rows])
+            coupling[turned] = terms.by_velocity[rows[turned]] @ coupling[turned]
+            coupling[~(closed[rows] & closed[self._columns])] = 0.0
+            coupling[diagonal] += own[rows[diagonal]]
         maps = np.where(closed[contact][:, None, None], terms.maps[self._sides], 0.0)
         return [
             coupling,
@@ -152,10 +179,45 @@ class ElasticMatrix:
         ]
 
 
+@dataclass(frozen=True, slots=True)
+class _Product:
+    """Multiplies by a matrix that is held as W_el and a sparse rest.
+
+    Attributes
+    ----------
+    problem, terms : What it is made of. contacts : Those that have rows, ascending. rest : All but W_el.
+    """
+
+    problem: ContactProblem
+    terms: Terms
+    contacts: IntArray
+    rest: sparse.csr_array
+
+    def __matmul__(self, x: FloatArray) -> FloatArray:
+        terms, contacts, d = self.terms, self.contacts, self.problem.dimension
+        closed, size = terms.closed[contacts, None], len(contacts) * d
+        impulse = np.zeros_like(self.problem.free_velocity)
+        impulse[contacts] = np.where(closed, x[:size].reshape(-1, d), 0.0)
+        velocity = self.problem.elastic_velocity(impulse)[contacts] / terms.unit
+        turned = (terms.by_velocity[contacts] @ velocity[:, :, None])[:, :, 0]
+        product: FloatArray = self.rest @ x
+        product[:size] += np.where(closed, turned, 0.0).ravel()
+        return product
+
+
+def _dense(problem: ContactProblem) -> bool:
+    """Whether contacts are many, and most of them coupled to each other."""
+    shared = problem.operator
+    return isinstance(shared, Shared) and shared.nnz > FULL * shared.shape[0] ** 2
+
+
 def _seen(problem: ContactProblem) -> tuple[NDArray[np.integer], ...]:
     """What decides which contacts and bodies are coupled."""
+    bodies = problem.bodies, np.array(problem.body_count)
+    if _dense(problem):
+        return *bodies, np.zeros(0, dtype=np.int64)
     matrix = problem.operator.matrix()
-    return matrix.indptr, matrix.indices, problem.bodies, np.array(problem.body_count)
+    return *bodies, matrix.indptr, matrix.indices
 
 
 def block_rows(matrix: sparse.bsr_array) -> IntArray:

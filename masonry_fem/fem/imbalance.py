@@ -12,13 +12,14 @@ The elements' stress σ_h balances all that acts on the nodes, contacts and clam
 - of the values that a polynomial p of low degree has at the nodes, r tells of bending: linear elements are
   too stiff for it, all the more where they lock, and their smooth stress is too small as a whole. Its energy
   is that of the polynomial w with ∫ ε(w) : C : ε(p) = r(p) for all p: of polynomials, which do not lock.
-  Their degree is 2, of linear simplices 3: these are the stiffest, as their own stress is constant.
+  Their degree is 2, of linear simplices that are not few 3: these are the stiffest, of constant stress.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import combinations_with_replacement
+from math import comb
 from typing import Self
 
 import numpy as np
@@ -32,6 +33,7 @@ from masonry_fem.solid.mesh import Mesh
 FloatArray = NDArray[np.float64]
 
 _COMPONENT = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])  # of (xx, yy, zz, xy, yz, xz), by row and column
+ENOUGH = 1.5  # nodes for each polynomial of degree 3
 AT_ONCE = 1000  # cells whose polynomials are held at once: their slopes would be the largest array of all
 RIGID = 1e-10  # of the largest stiffness of a polynomial: those with less do not strain the block
 
@@ -79,7 +81,7 @@ class Imbalance:
         share = _shares(mesh, stiffness, points, inverse, volume)
         slopes = _slopes(mesh, points, inverse, volume)
         middle, size = mesh.points.mean(axis=0), float(np.ptp(mesh.points, axis=0).max())
-        degree = 3 if is_simplex(mesh.cell) and order(mesh.cell) == 1 else 2
+        degree = _degree(mesh)
         values, _ = _polynomials((mesh.points - middle) / size, degree)
         A = np.zeros((len(values), d, len(values), d))
         for first in range(0, len(mesh.cells), AT_ONCE):
@@ -140,6 +142,13 @@ def _shares(
         data = (part / total[corners] ** 2).ravel()
         share.append(sparse.csr_array((data, (np.repeat(np.arange(m), k), corners.ravel())), shape=(m, n)))
     return tuple(share)
+
+
+def _degree(mesh: Mesh) -> int:
+    """Of the polynomials over a block; of few nodes corners tell what those of degree 3 would tell again."""
+    simplices = is_simplex(mesh.cell) and order(mesh.cell) == 1
+    terms = comb(mesh.dimension + 3, 3) - 1
+    return 3 if simplices and len(mesh.points) >= ENOUGH * terms else 2
 
 
 def _polynomials(places: FloatArray, degree: int) -> tuple[FloatArray, FloatArray]:

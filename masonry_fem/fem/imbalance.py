@@ -9,29 +9,31 @@ The elements' stress σ_h balances all that acts on the nodes, contacts and clam
 - of the linear functions L_i of corners, r is ∫ L_i (f + div σ*) within the block and ∮ L_i (t − σ* n) on its
   surface, where t is what contacts give, 0 where a joint is open. Its energy is r² / D_i with the stiffness
   D_i = ∫ ε(L_i) : C : ε(L_i) against moving one corner one way.
-- of the values that a polynomial p of degree 2 has at the nodes, r tells of bending: linear elements are too
-  stiff for it, all the more where they lock, and their smooth stress is too small as a whole. Its energy is
-  that of the polynomial w with ∫ ε(w) : C : ε(p) = r(p) for all p: of polynomials, which do not lock.
+- of the values that a polynomial p of low degree has at the nodes, r tells of bending: linear elements are
+  too stiff for it, all the more where they lock, and their smooth stress is too small as a whole. Its energy
+  is that of the polynomial w with ∫ ε(w) : C : ε(p) = r(p) for all p: of polynomials, which do not lock.
+  Their degree is 2, of linear simplices that are not few 3: these are the stiffest, of constant stress.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import combinations_with_replacement
+from math import comb
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from masonry_fem.fem.lagrange import lagrange, linear
+from masonry_fem.fem.lagrange import is_simplex, lagrange, linear, order
 from masonry_fem.fem.recovery import blend
 from masonry_fem.solid.mesh import Mesh
 
 FloatArray = NDArray[np.float64]
 
 _COMPONENT = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])  # of (xx, yy, zz, xy, yz, xz), by row and column
-DEGREE = 2  # of the polynomials over a block
+ENOUGH = 1.5  # nodes for each polynomial of degree 3
 AT_ONCE = 1000  # cells whose polynomials are held at once: their slopes would be the largest array of all
 RIGID = 1e-10  # of the largest stiffness of a polynomial: those with less do not strain the block
 
@@ -79,12 +81,13 @@ class Imbalance:
         share = _shares(mesh, stiffness, points, inverse, volume)
         slopes = _slopes(mesh, points, inverse, volume)
         middle, size = mesh.points.mean(axis=0), float(np.ptp(mesh.points, axis=0).max())
-        values, _ = _polynomials((mesh.points - middle) / size)
+        degree = _degree(mesh)
+        values, _ = _polynomials((mesh.points - middle) / size, degree)
         A = np.zeros((len(values), d, len(values), d))
         for first in range(0, len(mesh.cells), AT_ONCE):
             some = slice(first, first + AT_ONCE)
             at = lagrange(mesh.cell).values(points) @ mesh.points[mesh.cells[some]]
-            _, exact = _polynomials((at.reshape(-1, d) - middle) / size)
+            _, exact = _polynomials((at.reshape(-1, d) - middle) / size, degree)
             exact /= size
             pulled = exact * volume[some].reshape(-1, 1)
             A += np.einsum("tqj,ajbl,sql->tasb", pulled, stiffness, exact, optimize=True)
@@ -141,13 +144,20 @@ def _shares(
     return tuple(share)
 
 
-def _polynomials(places: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Monomials of degree 1 to ``DEGREE`` at places (p, d), shape (t, p), and their slopes (t, p, d)."""
+def _degree(mesh: Mesh) -> int:
+    """Of the polynomials over a block; of few nodes corners tell what those of degree 3 would tell again."""
+    simplices = is_simplex(mesh.cell) and order(mesh.cell) == 1
+    terms = comb(mesh.dimension + 3, 3) - 1
+    return 3 if simplices and len(mesh.points) >= ENOUGH * terms else 2
+
+
+def _polynomials(places: FloatArray, degree: int) -> tuple[FloatArray, FloatArray]:
+    """Monomials of degree 1 to ``degree`` at places (p, d), shape (t, p), and their slopes (t, p, d)."""
     d = places.shape[1]
     powers = np.array(
         [
             np.bincount(np.array(axes), minlength=d)
-            for total in range(1, DEGREE + 1)
+            for total in range(1, degree + 1)
             for axes in combinations_with_replacement(range(d), total)
         ]
     )

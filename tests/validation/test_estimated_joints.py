@@ -88,10 +88,9 @@ def test_arches(kind: str, element: str, divisions: tuple[int, ...]) -> None:
 @pytest.mark.parametrize("element", ["P1", "Q1"])
 @pytest.mark.parametrize("kind", ARCHES)
 def test_arches_in_space(kind: str, element: str) -> None:
-    """Pointed ones of P1 are at 0.843: 0.85 is what was wanted."""
+    """0.64 to 0.82 without imbalance."""
     coarse, fine = _arch(kind, element, (3, 2, 3)), _arch(kind, element, (9, 6, 9))
-    least = 0.84 if (kind, element) == ("pointed", "P1") else 0.85
-    assert least <= _errors(coarse).relative / _true(coarse, fine) <= 1.25
+    assert 0.85 <= _errors(coarse).relative / _true(coarse, fine) <= 1.25
 
 
 @cache
@@ -116,25 +115,23 @@ def _wall(element: str, finer: int, other: tuple[int, int] | None, placement: st
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("element", "other", "placement", "least"),
+    ("element", "other", "placement"),
     [
-        ("Q1", None, "auto", 0.85),
-        ("Q1", (5, 3), "auto", 0.85),
-        ("Q1", (5, 3), "nodes", 0.85),
-        ("P1", None, "auto", 0.85),
-        ("P1", (5, 3), "auto", 0.85),
-        ("P1", (5, 3), "nodes", 0.8),  # 0.82: told in docs/errors.md
-        ("Q2", (3, 2), "auto", 0.85),
-        ("Q2", (3, 2), "nodes", 0.85),
-        ("P2", (3, 2), "auto", 0.85),
-        ("P2", (3, 2), "nodes", 0.85),
+        ("Q1", None, "auto"),
+        ("Q1", (5, 3), "auto"),
+        ("Q1", (5, 3), "nodes"),
+        ("P1", None, "auto"),
+        ("P1", (5, 3), "auto"),
+        ("P1", (5, 3), "nodes"),
+        ("Q2", (3, 2), "auto"),
+        ("Q2", (3, 2), "nodes"),
+        ("P2", (3, 2), "auto"),
+        ("P2", (3, 2), "nodes"),
     ],
 )
-def test_wall_of_two_meshes(
-    element: str, other: tuple[int, int] | None, placement: str, least: float
-) -> None:
+def test_wall_of_two_meshes(element: str, other: tuple[int, int] | None, placement: str) -> None:
     coarse, fine = _wall(element, 1, other, placement), _wall(element, 4, other, "auto")
-    assert least <= _errors(coarse).relative / _true(coarse, fine) <= 1.25
+    assert 0.85 <= _errors(coarse).relative / _true(coarse, fine) <= 1.25
 
 
 @pytest.mark.parametrize("element", ["P1", "Q1", "P2", "Q2"])

@@ -31,7 +31,13 @@ from masonry_fem.nscd.scaling import contact_scale, whole_scale
 from masonry_fem.nscd.settings import ACCEPTABLE, SolverSettings, Start
 from masonry_fem.nscd.solvers.escape import Escape
 from masonry_fem.nscd.solvers.flips import Flips
-from masonry_fem.nscd.solvers.linearisation import Linearisation, bonded_contacts, linearise, slipping
+from masonry_fem.nscd.solvers.linearisation import (
+    Linearisation,
+    bonded_contacts,
+    linearise,
+    parted_contacts,
+    slipping,
+)
 from masonry_fem.nscd.solvers.newton_system import NewtonFactor, NewtonSystem
 
 FloatArray = NDArray[np.float64]
@@ -125,6 +131,7 @@ class NewtonRun:
         weight, decrease, self.least_weight = _usual_weights(problem, self.system.many)
         self.decrease = decrease if settings.decrease is None else settings.decrease
         self.bonded_size = np.inf  # of U after the bonded step
+        self.factors = 0
         self.flips = Flips(problem.friction)
         self.weight = weight if settings.weight is None else settings.weight
         self.static_mass = _SOFT
@@ -154,16 +161,18 @@ class NewtonRun:
         """One Newton step; a round that is solved moves the centre."""
         if self._rounded(quality, settings.tolerance):
             return self._offer(Outcome.STALLED, solves=0)
+        before = self.factors
         try:
             with np.errstate(all="ignore"):  # a breakdown is seen in the numbers below
                 point = self._advance()
         except np.linalg.LinAlgError:  # a contact's own block is exactly singular
-            return self._offer(None if self._restart() else Outcome.FAILED, solves=1)
-        if not np.isfinite(point.residual):
-            return self._offer(None if self._restart() else Outcome.FAILED, solves=1)
+            point = None
+        solves = self.factors - before
+        if point is None or not np.isfinite(point.residual):
+            return self._offer(None if self._restart() else Outcome.FAILED, solves)
         self.impulse, self.rigid_velocity = point.impulse, point.rigid_velocity
         self.round.steps += 1
-        return self._offer(self._next(point.residual, quality, settings.tolerance), solves=1)
+        return self._offer(self._next(point.residual, quality, settings.tolerance), solves)
 
     def _next(self, residual: float, quality: Quality, tolerance: float) -> Outcome | None:
         """What follows a step: the round goes on, or is closed, given up or begun again; why none can."""
@@ -190,7 +199,8 @@ class NewtonRun:
         velocity = self.rigid_velocity
         if verdict is Outcome.NO_EQUILIBRIUM:
             velocity = self.escape.mechanism
-        return Iterate(self.impulse, velocity, iterations=solves, linear_solves=solves, verdict=verdict)
+        steps = min(solves, 1)  # partings come within one
+        return Iterate(self.impulse, velocity, iterations=steps, linear_solves=solves, verdict=verdict)
 
     # one Newton step
 
@@ -220,19 +230,55 @@ class NewtonRun:
         return replace(here, line=line, pressed=pressed)
 
     def _bond(self, factor: NewtonFactor, here: _Point, closed: _Point) -> _Point:
-        """The bonded state with gaps closed; or with a bond across them, where that is far nearer."""
+        """The bonded state with gaps closed; with a bond across them or open ones, if that is nearer."""
         gap, chosen = np.maximum(self.problem.free_velocity[:, 0], 0.0), closed
         if gap.any():
             residual = here.line.residual.copy()
             residual[:, 0] -= here.line.rho * gap
-            change, motion = self._solve(factor, here, residual)
-            across = self._look(here.impulse + change, here.rigid_velocity + motion)
+            across = self._moved(factor, here, residual)
             if across.residual < _NEARER * closed.residual:
                 chosen = across
+            if (chosen is closed or self._closable(gap, across)) and self._felt(gap, across, closed):
+                apart = self._parted(here, across, gap)
+                chosen = apart if apart.residual < chosen.residual else chosen
         self.bonded = False
         if self.problem.cohesion_stiffness is None:  # which may give way farther than blocks do
             self.bonded_size = min(self.bonded_size, float(np.linalg.norm(chosen.rigid_velocity)))
         return chosen
+
+    def _closable(self, gap: FloatArray, across: _Point) -> bool:
+        """Whether blocks that deform may close some gaps: what all of them are too wide for is soon told."""
+        reach = self.scale * float(np.abs(across.impulse[:, 0]).max())
+        return bool(((gap > _ROUNDING * reach) & (gap < _WIDE * reach)).any())
+
+    def _felt(self, gap: FloatArray, across: _Point, closed: _Point) -> bool:
+        """Whether gaps of blocks at rest make the closed state far worse than it would be without gaps."""
+        problem = self.problem
+        if not self.static.any() or problem.cohesion_stiffness is not None:
+            return False
+        touching = across.velocity.copy()
+        touching[:, 0] -= gap
+        line = linearise(across.pressed, touching, problem.friction, across.line.rho)
+        without = float(np.linalg.norm(line.residual))
+        return closed.residual * float(np.linalg.norm(across.impulse)) > _FELT * without
+
+    def _parted(self, here: _Point, across: _Point, gap: FloatArray) -> _Point:
+        """The state with gaps open where closing them would pull, and all else bonded: an active set."""
+        found, apart = across, np.zeros(len(gap), dtype=bool)
+        for _ in range(_PARTINGS):
+            before = apart
+            apart = np.where(before, found.velocity[:, 0] > 0, (gap > 0) & (found.impulse[:, 0] < 0))
+            if np.array_equal(apart, before):
+                break
+            line = parted_contacts(here.line, here.impulse, apart)
+            factor = self._factor(line)
+            found = self._moved(factor, replace(here, line=line), line.residual)
+        return found
+
+    def _moved(self, factor: NewtonFactor, here: _Point, residual: FloatArray) -> _Point:
+        """The point where a residual of the linearised problem is gone."""
+        change, motion = self._solve(factor, here, residual)
+        return self._look(here.impulse + change, here.rigid_velocity + motion)
 
     def _unswung(self, here: _Point) -> _Point:
         """The point with the contacts that swing between open and sticking taken for slipping."""
@@ -247,6 +293,7 @@ class NewtonRun:
 
     def _factor(self, line: Linearisation) -> NewtonFactor:
         """The factor of a step."""
+        self.factors += 1
         own = line.by_impulse / line.rho[:, None, None]
         own = own + (self.round.alpha * self.proximal)[:, None, None] * line.by_velocity
         mass = self.problem.rigid_mass + self.round.mass
@@ -385,6 +432,9 @@ _CLOSE = 1e-3
 _CHEAP, _DEAR = 2, 4  # steps of a round up to which an adaptive α falls, above which it rises
 _FULL = 5  # Newton steps of a round without line search
 _NEARER = 0.5  # share of the residual, so that gaps of rounding decide nothing
+_FELT = 10.0  # times the residual without gaps
+_ROUNDING, _WIDE = 1e-6, 0.1  # gaps relative to what the greatest impulse closes at a contact
+_PARTINGS = 3  # after which Newton's steps settle the rest
 _SETTLED = 2  # steps of a round before its contacts' swinging means anything
 _RESTING = 2  # steps that leave the error as it is
 _SOFT = 1e-6  # first ε, relative to the compliance that B sees

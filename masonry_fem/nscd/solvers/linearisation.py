@@ -54,6 +54,27 @@ def bonded_contacts(velocity: FloatArray, rho: FloatArray) -> Linearisation:
     )
 
 
+def parted_contacts(bonded: Linearisation, impulse: FloatArray, apart: Mask) -> Linearisation:
+    """The same, but some contacts are open: F = p.
+
+    Parameters
+    ----------
+    bonded : With all contacts closed.
+    impulse : p, shape (c, d) [N s].
+    apart : Contacts that are open, shape (c,).
+    """
+    d = impulse.shape[1]
+    free = np.where(apart[:, None, None], np.eye(d), 0.0)
+    return replace(
+        bonded,
+        residual=np.where(apart[:, None], impulse, bonded.residual),
+        by_impulse=free,
+        by_velocity=np.eye(d) - free,
+        open=apart,
+        plain=~apart,
+    )
+
+
 def linearise(
     pressed: FloatArray,
     velocity: FloatArray,

@@ -316,13 +316,14 @@ def test_a_stone_of_arcs_stands_on_its_two_corners(fidelity: str, spin: float) -
                 springings=False, centre=(0.0, 0.05 - inner * np.cos(half)),
             ),
         ),
-        initial=(Initial(blocks="arch.v1", spin=spin),),
+        initial=(Initial(blocks="arch.v01", spin=spin),),
         analysis=Dynamics(step=2e-3, duration=0.4, theta=1.0),
     )  # fmt: skip
     assert made.outcome == "finished"
     assert made.witness.overlap.value < 1e-3 * 0.15
     assert np.diff(energy).max() < 1e-9 * np.ptp(energy)
-    group, own = next(pair for pair in zip(made.model.groups, made.state.bodies, strict=True) if pair[0].free)
+    both = zip(made.model.groups, made.state.bodies, strict=True)
+    group, own = next(pair for pair in both if not pair[0].prescribed)
     points = group.positions(own).reshape(-1, 2)
     corners = np.argsort(points[:, 1])[:2]
     np.testing.assert_allclose(points[corners, 1], 0.0, atol=1e-4)

@@ -41,7 +41,7 @@ class Patterns:
         total: list[FloatArray | None] = [None] * len(self.groups)
         for block in self._free(blocks, f"{key}.on"):
             group, body = self.place[block]
-            for number in self._carrying(block, faces_of(self.stones.assembly, block, face, f"{key}.on")):
+            for number in faces_of(self.stones.assembly, block, face, f"{key}.on"):
                 _add(total, group, self.groups[group].traction_force(body, number, np.array(load.vector)))
         return tuple(total)
 
@@ -55,13 +55,6 @@ class Patterns:
         for point in points:
             _add(total, group, self.groups[group].point_force(body, point, force))
         return tuple(total)
-
-    def _carrying(self, block: int, faces: list[int]) -> list[int]:
-        """Faces that have facets of the mesh: where these are coarser than a curved side, they skip some."""
-        mesh = self.stones.assembly.shapes[self.stones.assembly.blocks[block].shape].mesh
-        if mesh is None:
-            return faces
-        return [face for face in faces if (mesh.facet_face == face).any()] or faces
 
     def _free(self, selector: str, key: str) -> list[int]:
         chosen = select(selector, self.names, key)

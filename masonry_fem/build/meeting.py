@@ -147,7 +147,7 @@ class Meeting:
         few = replace(placed, blocks=tuple(placed.blocks[block] for block in used))
         found = detect(
             few, reach=far, overlap=far, angle=max(angle, min(STEEPEST, angle + turned)),
-            surfaces=self._surfaces, tell=False,
+            surfaces=self._surfaces, tell=False, corners=True,
         )  # fmt: skip
         wanted = {tuple(pair) for pair in pairs.tolist()}
         named = [replace(one, blocks=(int(used[one.blocks[0]]), int(used[one.blocks[1]]))) for one in found]

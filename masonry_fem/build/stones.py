@@ -227,6 +227,7 @@ def meshed(stones: Stones, before: Stones | None = None) -> Stones:
     """
     known = {} if before is None else before.meshes()
     if stones.deforming:
+        from masonry_fem.meshing.faceted import faceted  # noqa: PLC0415
         from masonry_fem.meshing.mesher import mesh_shape  # noqa: PLC0415  brings gmsh
     assembly = stones.assembly
     shapes: list[Shape] = []
@@ -240,8 +241,10 @@ def meshed(stones: Stones, before: Stones | None = None) -> Stones:
             if not deforms(own):
                 shape = replace(shape, mesh=None)
             else:
-                mesh = _again(known, shape, wanted) or shape.mesh
-                shape = replace(shape, mesh=mesh or mesh_shape(shape, wanted, assembly.dimension))
+                fine = shape if shape.mesh is not None else faceted(shape, wanted)
+                mesh = _again(known, fine, wanted) or shape.mesh
+                mesh = mesh or mesh_shape(shape, wanted, assembly.dimension, fine.solid)
+                shape = replace(fine, mesh=mesh)
             shapes.append(shape)
         blocks.append(replace(block, shape=number[key]))
     return replace(stones, assembly=Assembly(assembly.dimension, tuple(shapes), tuple(blocks)))

@@ -3,9 +3,10 @@
     found = overlaps(skin, points)
     found.pairs, found.depth
 
-There are three measures. Blocks that keep their shape are judged by separating axes; this is exact for convex
-blocks, and a hollow counts as filled. If both have very many edges, the diameter of the largest ball in both
-replaces it. If one is deformed, the depth is at most the smallest distance between two opposite facets.
+There are three measures. Convex blocks that keep their shape are judged by separating axes, which is exact.
+If both have very many edges, the diameter of the largest ball in both replaces it. If one is deformed or not
+convex, the depth is at most that of two faces that look at each other, which is where they are deepest in
+each other; facets of one round face count as one. Where no faces do, hollows count as filled.
 """
 
 from __future__ import annotations
@@ -61,7 +62,7 @@ def overlaps(skin: Skin, points: FloatArray) -> Overlaps:
     low, high = skin.boxes(points)
     pairs = near_pairs(low, high, 0.0)
     pairs = pairs[~skin.support[pairs].all(axis=1)]
-    allowed = ROUNDING * skin.size[pairs].min(axis=1) + skin.hollow[pairs].sum(axis=1)
+    allowed = ROUNDING * skin.size[pairs].min(axis=1)
     inside = np.minimum(high[pairs[:, 0]] - low[pairs[:, 1]], high[pairs[:, 1]] - low[pairs[:, 0]]).min(
         axis=1
     )
@@ -78,13 +79,14 @@ def overlaps(skin: Skin, points: FloatArray) -> Overlaps:
         depth[round_] = min(depth[round_], ball_in_both(one, two))
     deep = depth > allowed
     pairs, depth, allowed = pairs[deep], depth[deep], allowed[deep]
-    soft = np.flatnonzero(skin.meshed[pairs].any(axis=1))
-    if len(soft):
-        depth[soft] = np.minimum(
-            depth[soft], _by_facets(skin, points, areas, faces, pairs[soft], depth[soft])
-        )
+    hollow = skin.hollow[pairs].sum(axis=1)
+    unlike = np.flatnonzero(skin.meshed[pairs].any(axis=1) | (hollow > 0))
+    if len(unlike):
+        seen = _by_facets(skin, points, areas, pairs[unlike], depth[unlike])
+        filled = depth[unlike] - np.where(np.isfinite(seen), 0.0, hollow[unlike])
+        depth[unlike] = np.minimum(filled, seen)
     deep = depth > allowed
-    return Overlaps(pairs[deep], depth[deep] - skin.hollow[pairs[deep]].sum(axis=1))
+    return Overlaps(pairs[deep], depth[deep])
 
 
 @compiled
@@ -176,7 +178,7 @@ def _along(points: FloatArray, nodes: IntArray, one: int, two: int, axis: FloatA
 
 
 def _by_facets(
-    skin: Skin, points: FloatArray, areas: FloatArray, faces: FloatArray, pairs: IntArray, depth: FloatArray
+    skin: Skin, points: FloatArray, areas: FloatArray, pairs: IntArray, depth: FloatArray
 ) -> FloatArray:
     """Least depth over the faces of each pair that look at each other, facet by facet, shape (m,) [m].
 
@@ -192,7 +194,7 @@ def _by_facets(
     mean = normal[lower] - normal[upper]
     frame = local_frames(mean / np.linalg.norm(mean, axis=1)[:, None])
     gap, area = _gaps(skin, at, normal, lower, upper, frame)
-    face = np.stack([skin.face[lower], skin.face[upper]], axis=1)
+    face = np.stack([skin.side[lower], skin.side[upper]], axis=1)
     both, number = np.unique(face[area > 0], axis=0, return_inverse=True)
     if len(both) == 0:
         return np.full(len(pairs), np.inf)
@@ -200,7 +202,7 @@ def _by_facets(
     deepest = np.full(len(both), -np.inf)
     np.maximum.at(deepest, number, -gap[area > 0])
     common = np.bincount(number, area[area > 0], len(both))
-    whole = np.linalg.norm(faces, axis=1)[both].min(axis=1)
+    whole = np.bincount(skin.side, size, int(skin.first_face[-1]))[both].min(axis=1)
     says = common > SLIVER * whole
     # the pair that two faces belong to: pairs are sorted, and blocks hold faces in their order
     owner = np.searchsorted(skin.first_face, both, side="right") - 1

@@ -10,6 +10,8 @@ a face (``touching``) and for edges that cross (``crossing``), other pairs for c
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from masonry_fem.contact.boxes import near_pairs
@@ -33,6 +35,7 @@ REACH = 1e-3  # of a block's size: largest gap that is a contact, unless the sce
 ROUNDING = 1e-12  # of a block's size: a gap below it is zero
 # of the thinner block's depth behind its face: faces that overlap by more look at each other through a block
 THROUGH = 0.5
+NEARER = 0.1  # of a gap between faces that are inclined: by how much less a corner of theirs may have
 SHOWN = 5  # pairs of blocks that a message names
 
 
@@ -45,6 +48,7 @@ def detect(
     support_pairs: bool = False,
     surfaces: tuple[Surface, ...] | None = None,
     tell: bool = True,
+    corners: bool = False,
 ) -> tuple[Interface, ...]:
     """Common parts of the blocks' faces.
 
@@ -57,6 +61,7 @@ def detect(
     support_pairs : Whether two blocks that both are supports may touch.
     surfaces : Those of the assembly's shapes, where they are known (``surfaces_of``).
     tell : Whether to warn of slivers.
+    corners : Whether to look at blocks that are not convex for corners that come nearer than their faces.
 
     Returns
     -------
@@ -91,8 +96,9 @@ def detect(
     rest = np.array([pair for pair in pairs.tolist() if tuple(pair) not in met], dtype=np.int64).reshape(
         -1, 2
     )
+    nearer = _nearer(found, footholds(posed, faces, pairs, far, deep, size, rim=True)) if corners else []
     found += standing_pairs(posed, rest, far, deep, size)
-    found += footholds(posed, faces, rest, far, deep, size)
+    found += nearer if corners else footholds(posed, faces, rest, far, deep, size)
     if tell:
         _tell_slivers(assembly, found, slivers)
     return tuple(sorted(found, key=_order))
@@ -117,6 +123,20 @@ def _check_limits(reach: float | None, angle: float) -> None:
 def _pairs_of(interfaces: list[Interface]) -> set[tuple[int, ...]]:
     """Pairs of blocks that interfaces join, the lower number first."""
     return {tuple(sorted(interface.blocks)) for interface in interfaces}
+
+
+def _nearer(found: list[Interface], corners: list[Interface]) -> list[Interface]:
+    """Corners that come nearer than all faces that their two blocks share."""
+    least: dict[tuple[int, ...], float] = {}
+    for one in found:
+        pair = tuple(sorted(one.blocks))
+        least[pair] = min(least.get(pair, math.inf), float(one.gap.min()))
+    nearest = [least.get(tuple(sorted(one.blocks)), math.inf) for one in corners]
+    return [
+        one
+        for one, face in zip(corners, nearest, strict=True)
+        if one.gap[0] < face - (NEARER * abs(face) if math.isfinite(face) else 0.0)
+    ]
 
 
 def _tell_slivers(assembly: Assembly, found: list[Interface], slivers: IntArray) -> None:

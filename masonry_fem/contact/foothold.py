@@ -20,7 +20,13 @@ from masonry_fem.solid.pose import FloatArray
 
 
 def footholds(
-    posed: Posed, faces: PosedFaces, pairs: IntArray, reach: float, overlap: float, size: float
+    posed: Posed,
+    faces: PosedFaces,
+    pairs: IntArray,
+    reach: float,
+    overlap: float,
+    size: float,
+    rim: bool = False,
 ) -> list[Interface]:
     """Interfaces of one point each, between corners and faces of blocks of which one is not convex.
 
@@ -32,18 +38,26 @@ def footholds(
     reach : Largest distance of a corner in front of a face [m].
     overlap : Largest distance behind it [m].
     size : Typical size of a block, for tolerances [m].
+    rim : Whether corners above the rim of a face stand on it: those of blocks of one depth do.
     """
+    margin = (-INSIDE if rim else INSIDE) * size
     made = []
     for first, second in pairs[~posed.convex[pairs].all(axis=1)].tolist():
         for carrier, other in ((first, second), (second, first)):
-            made += _on(posed, faces, carrier, other, (-overlap, reach), size)
+            made += _on(posed, faces, carrier, other, (-overlap, reach), size, margin)
     return made
 
 
 def _on(
-    posed: Posed, faces: PosedFaces, carrier: int, other: int, within: tuple[float, float], size: float
+    posed: Posed,
+    faces: PosedFaces,
+    carrier: int,
+    other: int,
+    within: tuple[float, float],
+    size: float,
+    margin: float,
 ) -> list[Interface]:
-    """Corners of ``other`` that stand on faces of ``carrier``."""
+    """Corners of ``other`` that stand on faces of ``carrier``, by a ``margin`` inside of their rims."""
     rows = np.arange(faces.first[carrier], faces.first[carrier + 1])
     vertices = posed.vertices[other, : posed.count[other]]
     away = vertices[:, None] - faces.points[rows, 0]
@@ -57,7 +71,7 @@ def _on(
         # in 3D one edge may lie on the face; if two do, a face lies on the face
         leads_away = (climbs >= -level).all(axis=0) & ((climbs <= level).sum(axis=0) <= vertices.shape[1] - 2)
         stands = np.flatnonzero(near[corner] & leads_away)
-        inside = [k for k in stands.tolist() if _holds(faces, int(rows[k]), vertices[corner], INSIDE * size)]
+        inside = [k for k in stands.tolist() if _holds(faces, int(rows[k]), vertices[corner], margin)]
         if inside:  # take the face behind which it is least deep
             best = max(inside, key=lambda k: heights[corner, k])
             row = rows[best]

@@ -14,7 +14,6 @@ def overlapping(assembly: Assembly) -> list[tuple[int, int, float]]:
     """Pairs of blocks (numbers) that penetrate, and the depth [m].
 
     Supports do not move, so they may penetrate each other.
-    A pair with a concave block counts only where its hull goes deeper than the concavity.
     """
     vertices = [assembly.solid(number).vertices for number in range(len(assembly.blocks))]
     start = np.cumsum([0, *(len(own) for own in vertices)])
@@ -22,8 +21,10 @@ def overlapping(assembly: Assembly) -> list[tuple[int, int, float]]:
     used = [np.flatnonzero(shapes == shape) for shape in np.unique(shapes)]
     skin = Skin.of(assembly, [Layout(int(shapes[own[0]]), False, own, start[own]) for own in used])
     found = overlaps(skin, np.concatenate(vertices))
-    whole = found.depth + skin.hollow[found.pairs].sum(axis=1)
-    return [(one, two, depth) for (one, two), depth in zip(found.pairs.tolist(), whole.tolist(), strict=True)]
+    return [
+        (one, two, depth)
+        for (one, two), depth in zip(found.pairs.tolist(), found.depth.tolist(), strict=True)
+    ]
 
 
 def thickness(solid: Polytope) -> float:

@@ -16,6 +16,7 @@ from typing import Self
 import numpy as np
 
 from masonry_fem.contact.crossing import edges_of
+from masonry_fem.contact.smooth import smooth_faces
 from masonry_fem.contact.surface import convex_pieces
 from masonry_fem.solid.assembly import Assembly, Shape
 from masonry_fem.solid.mesh import IntArray
@@ -56,6 +57,7 @@ class Skin:
     ----------
     corners : Nodes of the facets, padded with the last, shape (p, k). count : How many, shape (p,).
     face : Face that each is a part of, counted through, shape (p,).
+    side : Round face that each is a part of, by one of its faces, shape (p,).
     first : First facet of each block and, last, p, shape (b + 1,).
     first_face : First face of each block and, last, f, shape (b + 1,).
     nodes : First node of each block and the one after its last, shape (b, 2).
@@ -69,6 +71,7 @@ class Skin:
     corners: IntArray
     count: IntArray
     face: IntArray
+    side: IntArray
     first: IntArray
     first_face: IntArray
     nodes: IntArray
@@ -85,7 +88,7 @@ class Skin:
         b, d = len(assembly.blocks), assembly.dimension
         own = [_Facets.of(assembly.shapes[one.shape], one.meshed) for one in layouts]
         most = max(facets.loops.shape[1] for facets in own)
-        corners, counts, faces, edges = [], [], [], []
+        corners, counts, faces, sides, edges = [], [], [], [], []
         owner: list[list[IntArray]] = [[], []]
         face_count = np.zeros(b, dtype=np.int64)
         nodes, meshed = np.zeros((b, 2), dtype=np.int64), np.zeros(b, dtype=bool)
@@ -95,6 +98,7 @@ class Skin:
             corners.append((layout.start[:, None, None] + loops).reshape(-1, most))
             counts.append(np.tile(facets.count, len(layout.blocks)))
             faces.append(np.tile(facets.face, len(layout.blocks)))
+            sides.append(np.tile(facets.smooth[facets.face], len(layout.blocks)))
             edges.append((layout.start[:, None, None] + facets.edges).reshape(-1, 2))
             owner[0].append(np.repeat(layout.blocks, len(loops)))
             owner[1].append(np.repeat(layout.blocks, len(facets.edges)))
@@ -109,6 +113,7 @@ class Skin:
             corners=np.concatenate(corners)[order],
             count=np.concatenate(counts)[order],
             face=(np.concatenate(faces) + first_face[of_facet])[order],
+            side=(np.concatenate(sides) + first_face[of_facet])[order],
             first=np.searchsorted(of_facet[order], np.arange(b + 1)),
             first_face=first_face,
             nodes=nodes,
@@ -145,11 +150,12 @@ class Skin:
 
 @dataclass(frozen=True, slots=True)
 class _Facets:
-    """Facets of one shape over its own nodes; edges only where it keeps its shape."""
+    """Facets of one shape over its own nodes; ``smooth`` by face; edges only where it keeps its shape."""
 
     loops: IntArray
     count: IntArray
     face: IntArray
+    smooth: IntArray
     edges: IntArray
     faces: int
     nodes: int
@@ -161,6 +167,7 @@ class _Facets:
         solid, mesh = shape.solid, shape.mesh
         normals = np.array([solid.normal(face) for face in range(len(solid.faces))])
         on_face = solid.vertices[[loop[0] for loop in solid.faces]]
+        smooth = smooth_faces(solid, normals)
         extent = np.ptp(solid.vertices, axis=0)
         out = float((solid.vertices @ normals.T - (on_face * normals).sum(axis=1)).max())
         whole = len(solid.faces), out if out > 1e-9 * extent.max() else 0.0, float(extent.min())
@@ -169,13 +176,13 @@ class _Facets:
             loops = mesh.facets[:, parts].reshape(-1, parts.shape[1])
             face, edges = np.repeat(mesh.facet_face, len(parts)), np.empty((0, 2), dtype=np.int64)
             count = np.full(len(loops), parts.shape[1])
-            return cls(loops, count, face, edges, whole[0], len(mesh.points), *whole[1:])
+            return cls(loops, count, face, smooth, edges, whole[0], len(mesh.points), *whole[1:])
         pieces = [
             (face, loop) for face in range(len(normals)) for loop in convex_pieces(solid, face, normals[face])
         ]
         count = np.array([len(loop) for _, loop in pieces])
         loops = np.array([[*loop, *loop[-1:] * (count.max() - len(loop))] for _, loop in pieces])
         return cls(
-            loops, count, np.array([face for face, _ in pieces]), edges_of(solid)[:, :2],
+            loops, count, np.array([face for face, _ in pieces]), smooth, edges_of(solid)[:, :2],
             whole[0], len(solid.vertices), *whole[1:],
         )  # fmt: skip

@@ -58,7 +58,7 @@ def foreseen_cells(shape: Shape, settings: MeshSettings) -> float:
     return count
 
 
-def mesh_shape(shape: Shape, settings: MeshSettings, dimension: int) -> Mesh:
+def mesh_shape(shape: Shape, settings: MeshSettings, dimension: int, faces: Polytope | None = None) -> Mesh:
     """Elements of one shape; the nodes on its arcs lie on the true arcs.
 
     Shapes with six faces (in 2D four sides) are meshed in a structured way. Other prisms get hexahedra if Q
@@ -69,6 +69,7 @@ def mesh_shape(shape: Shape, settings: MeshSettings, dimension: int) -> Mesh:
     shape : The shape to mesh.
     settings : Element, and size or divisions.
     dimension : 2 or 3.
+    faces : The solid whose faces facets lie on, if it is not the shape's own (``faceted``).
 
     Raises
     ------
@@ -97,7 +98,46 @@ def mesh_shape(shape: Shape, settings: MeshSettings, dimension: int) -> Mesh:
         (3, 1, 0): "hexahedron", (3, 2, 0): "hexahedron27", (3, 1, 1): "tetra", (3, 2, 1): "tetra10",
     }[dimension, order, int(simplices)]  # fmt: skip
     facets = boundary_facets(cells, cell)
-    return Mesh(points, cell, cells, facets, _faces_of(shape.solid, points, facets, simplices))
+    return Mesh(points, cell, cells, facets, _faces_of(faces or shape.solid, points, facets, simplices))
+
+
+def is_curved(shape: Shape) -> bool:
+    """Whether the shape has curves that elements follow."""
+    return bool(shape.arcs or shape.rails)
+
+
+def divisions_along(shape: Shape, settings: MeshSettings) -> int:
+    """Elements along the curves of a shape.
+
+    Parameters
+    ----------
+    shape : One with curves.
+    settings : Element, and size or divisions.
+    """
+    return _counts(shape, _corners(shape), settings)[0]
+
+
+def along_curves(shape: Shape, shares: FloatArray) -> FloatArray:
+    """Points of a shape's curves at shares of their length, in the order of its rails or arcs.
+
+    Parameters
+    ----------
+    shape : One with curves, c in number.
+    shares : Shape (s,).
+
+    Returns
+    -------
+    Shape (c, s, d) [m].
+    """
+    corners = _corners(shape)
+    d = corners.ndim
+    at = []
+    ends_of = [(rail[0], rail[-1]) for rail in shape.rails] or [(a, b) for a, b, _ in shape.arcs]
+    for first, last in ends_of:
+        one, two = np.argwhere(corners == first)[0], np.argwhere(corners == last)[0]
+        grid = one + shares[:, None] * (two - one)
+        at.append(_mapped(shape, corners, grid))
+    return np.array(at).reshape(len(ends_of), len(shares), d)
 
 
 def _is_structured(shape: Shape) -> bool:

@@ -1,0 +1,111 @@
+"""Faceted: a curved shape with the facets that its elements have.
+
+Solids have arcs and other curves in flat facets, as many as rigid blocks need. A mesh has others: contacts
+lie on faces, and need each face of a meshed block to be a whole number of facets of its mesh.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from masonry_fem.meshing.mesher import along_curves, divisions_along, is_curved
+from masonry_fem.records.mesh_settings import MeshSettings
+from masonry_fem.solid.assembly import Shape
+from masonry_fem.solid.polytope import Polytope
+from masonry_fem.solid.pose import FloatArray
+
+type Loop = tuple[int, ...]
+
+
+def faceted(shape: Shape, settings: MeshSettings) -> Shape:
+    """The shape with one facet for each element along its curves, where elements do not divide its facets.
+
+    Parameters
+    ----------
+    shape : A shape that has not been meshed.
+    settings : Element, and size or divisions.
+    """
+    if not is_curved(shape):
+        return shape
+    count = divisions_along(shape, settings)
+    chains = shape.rails or tuple(tuple(range(a, b + 1)) for a, b, _ in shape.arcs)
+    bent = [chain for chain in chains if count % (len(chain) - 1)]
+    if not bent:
+        return shape
+    at = along_curves(shape, np.linspace(0.0, 1.0, count + 1))
+    inner = {chain: at[chains.index(chain)][1:-1] for chain in bent}
+    points, number, of = _vertices(shape.solid.vertices, inner)
+    solid = shape.solid
+    faces = _Faces(bent, number, of, count)
+    for face, name, label in zip(solid.faces, solid.names, solid.labels, strict=True):
+        faces.take(face, name, label)
+    made = Polytope(points, tuple(faces.loops), tuple(faces.names), tuple(faces.labels))
+    arcs = tuple((number[a], number[b], centre) for a, b, centre in shape.arcs)
+    rails = tuple(of[rail] if rail in of else tuple(number[v] for v in rail) for rail in shape.rails)
+    return replace(shape, solid=made, arcs=arcs, rails=rails)
+
+
+def _vertices(
+    old: FloatArray, inner: dict[Loop, FloatArray]
+) -> tuple[FloatArray, dict[int, int], dict[Loop, Loop]]:
+    """New vertices in the old order, new numbers of the old ones that stay, and the new chains by the old."""
+    within = {vertex: chain for chain in inner for vertex in chain[1:-1]}
+    points: list[FloatArray] = []
+    number: dict[int, int] = {}
+    middle: dict[Loop, list[int]] = {}
+    for vertex, point in enumerate(old):
+        chain = within.get(vertex)
+        if chain is None:
+            number[vertex] = len(points)
+            points.append(point)
+        elif chain not in middle:
+            fresh = range(len(points), len(points) + len(inner[chain]))
+            forward = chain[0] < chain[-1]
+            points.extend(inner[chain] if forward else inner[chain][::-1])
+            middle[chain] = list(fresh if forward else reversed(fresh))
+    of = {chain: (number[chain[0]], *own, number[chain[-1]]) for chain, own in middle.items()}
+    return np.array(points), number, of
+
+
+class _Faces:
+    """Faces of the new solid: strips between its curves, and the others with their curves replaced."""
+
+    def __init__(self, bent: list[Loop], number: dict[int, int], of: dict[Loop, Loop], count: int) -> None:
+        self.loops: list[Loop] = []
+        self.names: list[str] = []
+        self.labels: list[str] = []
+        self._number, self._of, self._count = number, of, count
+        self._place = {vertex: (chain, k) for chain in bent for k, vertex in enumerate(chain)}
+
+    def take(self, face: Loop, name: str, label: str) -> None:
+        """Add what becomes of an old face; of the facets of one curved side the first makes all."""
+        places = [self._place.get(vertex) for vertex in face]
+        known = [place for place in places if place is not None]
+        lowest = {chain: min(k for own, k in known if own == chain) for chain, _ in known}
+        strip = len(known) == len(face) == 2 * len(lowest) and all(
+            k - lowest[chain] <= 1 for chain, k in known
+        )
+        if not strip:
+            loops = [self._replaced(face)]
+        elif any(lowest.values()):
+            return
+        else:
+            loops = [tuple(self._of[chain][k + own] for chain, own in known) for k in range(self._count)]
+        self.loops += loops
+        self.names += [name] * len(loops)
+        self.labels += [label] * len(loops)
+
+    def _replaced(self, face: Loop) -> Loop:
+        """A loop with the new chains in place of those that it follows."""
+        found: list[int] = []
+        for vertex, after in zip(face, (*face[1:], face[0]), strict=True):
+            if vertex not in self._number:
+                continue
+            found.append(self._number[vertex])
+            chain, k = self._place.get(after, ((), 0))
+            if vertex in chain and after not in self._number:
+                own = self._of[chain]
+                found += own[1:-1] if k == 1 else own[-2:0:-1]
+        return tuple(found)

@@ -276,7 +276,7 @@ class CorotationalGroup(Deformable[TurningState]):
         nodal_left = nodal_left if nodal is None else nodal_left - nodal
         nodal_left = nodal_left - (nodal_left @ self.modes.modes) @ self.modes.momentum.T
         size: FloatArray = np.hypot(
-            np.sqrt(self.mass) * np.linalg.norm(left, axis=1), np.linalg.norm(nodal_left, axis=1)
+            np.sqrt(self.mass) * np.linalg.norm(left, axis=1), self.unbalanced(nodal_left)
         )
         return size
 

@@ -61,12 +61,15 @@ class Fidelity:
     rank : Place among the others, the coarsest first; a study goes from coarse to fine.
     deforms : Whether stones are meshed, need Young's modulus, and may be held by single faces.
     yields : Whether their materials need an ``inelastic`` law.
+    skin : What of stones their own motions leave out at a contact, as the thickness of a layer of the stone in
+        series with the joint: in widths of a contact point's share of the face.
     """
 
     name: ClassVar[str | None] = None
     rank: ClassVar[float]
     deforms: ClassVar[bool]
     yields: ClassVar[bool] = False
+    skin: ClassVar[float] = 0.0
 
     @classmethod
     def load(cls) -> None:

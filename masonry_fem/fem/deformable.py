@@ -79,6 +79,7 @@ class Deformable[S: Deformed](Meshed[S]):
 
     prescribed = False
     deforms = True
+    modal = False
 
     def __init__(
         self,

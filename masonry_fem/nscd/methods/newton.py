@@ -22,8 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.nscd import graphs
-from masonry_fem.nscd.iterate import Iterate
+from masonry_fem.nscd.iterate import Iterate, Run
 from masonry_fem.nscd.linear import Library
+from masonry_fem.nscd.modal import ModalRun, modal_form, modal_start
 from masonry_fem.nscd.outcome import Outcome
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import Quality, rounding
@@ -78,9 +79,12 @@ class ProximalNewton:
         """Its name in settings and reports."""
         return "newton"
 
-    def init(self, problem: ContactProblem, start: Start | None) -> NewtonRun:
+    def init(self, problem: ContactProblem, start: Start | None) -> Run:
         """A run on a problem, from a first guess (bonded where there is none)."""
-        return NewtonRun(problem, self, start)
+        form = modal_form(problem)
+        if form is None:
+            return NewtonRun(problem, self, start)
+        return ModalRun(NewtonRun(form, self, modal_start(form, start)), problem.rigid_mass.shape[1])
 
 
 method = ProximalNewton  # of ``[solver]``

@@ -26,7 +26,6 @@ from masonry_fem.nscd.iterate import Iterate, Run
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import Quality
 from masonry_fem.nscd.settings import SolverSettings, Start
-from masonry_fem.nscd.structure import Structure
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -107,7 +106,6 @@ def modal_form(problem: ContactProblem) -> ContactProblem | None:
         rigid_mass=np.concatenate([problem.rigid_mass, modes.mass], axis=1),
         rigid_impulse=np.concatenate([problem.rigid_impulse, still], axis=1),
         rigid_velocity=np.concatenate([problem.rigid_velocity, still], axis=1),
-        structure=Structure(),
     )
 
 

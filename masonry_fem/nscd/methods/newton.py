@@ -33,6 +33,7 @@ from masonry_fem.nscd.settings import ACCEPTABLE, SolverSettings, Start
 from masonry_fem.nscd.solvers.escape import Escape
 from masonry_fem.nscd.solvers.flips import Flips
 from masonry_fem.nscd.solvers.linearisation import Linearisation, bonded_contacts, linearise, slipping
+from masonry_fem.nscd.solvers.modal_system import ModalSystem
 from masonry_fem.nscd.solvers.newton_system import NewtonFactor, NewtonSystem
 
 FloatArray = NDArray[np.float64]
@@ -124,7 +125,9 @@ class NewtonRun:
         self.proximal = proximal_scale(problem, self.scale)
         # where stiff cohesion bonds elastic blocks, they give way as they would without a joint
         unfolded = self.scale if problem.cohesion_stiffness is None else newton_scale(problem, fold=False)
-        self.system = NewtonSystem(problem, unfolded, settings.library)
+        alone = not problem.rigid and not problem.operator.couples()
+        kind = ModalSystem if alone and problem.operator.elastic().all() else NewtonSystem
+        self.system: NewtonSystem = kind(problem, unfolded, settings.library)
         self.static = problem.rigid_mass <= 0
         weight, decrease, self.least_weight = _usual_weights(problem, self.system.many)
         self.decrease = decrease if settings.decrease is None else settings.decrease

@@ -226,7 +226,7 @@ class Attachment(Protocol):
         """
         ...
 
-    def modes(self, scheme: Scheme, seen: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def unit_motions(self, scheme: Scheme, seen: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Of blocks with K modes: velocities of unit motions, (k, d, K), unsigned; effective mass, (b, K)."""
         ...
 

@@ -308,7 +308,7 @@ class UndeformedAttachment:
         """None: W_el = 0."""
         return ()
 
-    def modes(self, scheme: Scheme, seen: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def unit_motions(self, scheme: Scheme, seen: FloatArray) -> tuple[FloatArray, FloatArray]:
         """None."""
         return np.zeros((*seen.shape[:2], 0)), np.zeros((0, 0))
 

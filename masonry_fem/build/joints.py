@@ -203,16 +203,17 @@ def joints_at(
 def _skin(scene: specs.Scene, stones: Stones, contacts: Contacts) -> np.ndarray | None:
     """What the skins of both stones give way by a unit of pressure, shape (c,) [m³/N]; None: all are firm.
 
-    Stones that deform by a few modes say how thick a layer of themselves it is that these leave out, in widths
-    of a contact point's share of the face.
+    Stones that deform by a few modes say how thick a layer of themselves stands for what these leave out.
     """
-    depth = np.array([0.0 if own is None else fidelity(own).skin for own in stones.fidelity])
-    if not depth[contacts.blocks].any():
+    share = np.zeros(len(stones.fidelity))
+    for block, own in enumerate(stones.fidelity):
+        material = scene.materials[stones.material[block]]
+        if own is not None and (depth := fidelity(own).skin(material)):
+            share[block] = depth / material.modulus
+    if not share[contacts.blocks].any():
         return None
-    width = bearing(contacts.area) ** (1.0 / (contacts.dimension - 1))
-    share = np.zeros(len(depth))
-    for block in np.flatnonzero(depth).tolist():
-        share[block] = depth[block] / scene.materials[stones.material[block]].modulus
+    faces = np.bincount(contacts.interface, contacts.area)[contacts.interface]
+    width = bearing(faces) ** (1.0 / (contacts.dimension - 1))
     given_way: np.ndarray = width * share[contacts.blocks].sum(axis=1)
     return given_way
 

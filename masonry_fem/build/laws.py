@@ -114,9 +114,7 @@ def joint_laws(
     return Assignment(every if skin is None else tuple(_on_skin(*part, skin) for part in every))
 
 
-def _on_skin(
-    law: Law, points: NDArray[np.int64], skin: FloatArray
-) -> tuple[Law, NDArray[np.int64]]:
+def _on_skin(law: Law, points: NDArray[np.int64], skin: FloatArray) -> tuple[Law, NDArray[np.int64]]:
     """A law of k points (k,), with the skins of the stones in series where these give way, (c,) [m³/N].
 
     Mortar gives way by far more, and contact that is written in velocities knows no way.

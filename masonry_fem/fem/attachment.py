@@ -151,7 +151,7 @@ class ElasticAttachment[S: Deformed](ABC):
             result.append((rows[None], local[rows[None]], block))
         return result
 
-    def modes(self, scheme: Scheme, seen: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def unit_motions(self, scheme: Scheme, seen: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Velocities, in the frames, of unit motions of reduced blocks, (k, d, K), and their mass, (b, K)."""
         factor = self.group.factor(scheme)
         assert isinstance(factor, ReducedCompliance)

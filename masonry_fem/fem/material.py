@@ -30,7 +30,7 @@ class ElasticMaterial:
     stiffness_damping : β of C = α M + β K [s].
     law : By which inelastic blocks yield; None: they stay elastic.
     promote_at : Share of the stress of first yield from which on the law is used; 0: from the start on.
-    degree : Of the polynomials by which reduced blocks deform; 0: blocks have all displacements of their mesh.
+    degree : Of the polynomials by which reduced blocks deform; 0: they deform as their mesh does.
 
     Raises
     ------

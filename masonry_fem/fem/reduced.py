@@ -1,7 +1,7 @@
 """Reduced blocks: blocks that deform by the modes of ``reduction`` only.
 
-They are those of ``elastic`` and ``corotational`` with another compliance: frames, loads, energies and stresses
-are theirs, and the states hold displacements of all nodes.
+They are those of ``elastic`` and ``corotational`` with another compliance: frames, loads, energies and
+stresses are theirs, and the states hold displacements of all nodes.
 """
 
 from __future__ import annotations

@@ -8,8 +8,8 @@ rigid motions, and diagonalises both matrices, Ψᵀ M Ψ = 1 and Ψᵀ K Ψ = �
 
     (M̂⁻¹)_el = Ψ (c_m + c_k Ω²)⁻¹ Ψᵀ
 
-needs no factor, whatever the step. Degree 1 are the uniform strains: with them among the modes the mean stress
-of a block is what the forces on it balance.
+needs no factor, whatever the step. Degree 1 are the uniform strains: with them among the modes the mean
+stress of a block is what the forces on it balance.
 """
 
 from __future__ import annotations

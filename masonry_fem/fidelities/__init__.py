@@ -61,15 +61,20 @@ class Fidelity:
     rank : Place among the others, the coarsest first; a study goes from coarse to fine.
     deforms : Whether stones are meshed, need Young's modulus, and may be held by single faces.
     yields : Whether their materials need an ``inelastic`` law.
-    skin : What of stones their own motions leave out at a contact, as the thickness of a layer of the stone in
-        series with the joint: in widths of a contact point's share of the face.
     """
 
     name: ClassVar[str | None] = None
     rank: ClassVar[float]
     deforms: ClassVar[bool]
     yields: ClassVar[bool] = False
-    skin: ClassVar[float] = 0.0
+
+    @classmethod
+    def skin(cls, material: Material) -> float:
+        """Thickness of the layer of themselves that stones have in series with their joints.
+
+        It stands for what their own motions leave out near a contact, in widths of the common face.
+        """
+        return 0.0
 
     @classmethod
     def load(cls) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, ClassVar, cast
 
 import numpy as np
 
@@ -32,7 +32,7 @@ class Elastic(Fidelity):
     """One group for each distinct shape, material and clamping, all assembled at once."""
 
     name = "elastic"
-    rank = 2
+    rank: ClassVar[float] = 2
     deforms = True
 
     @classmethod

@@ -10,6 +10,11 @@ from masonry_fem.fidelities.elastic import Elastic
 
 if TYPE_CHECKING:
     from masonry_fem.fem.groups import Group
+    from masonry_fem.scene.specs import Material
+
+# Of the width of a face, over the degree. Of a running bond of 20 × 20 bricks under its weight mean stresses
+# differ from elastic ones by 2 % with it, of one of 12 × 12 by 2.2 %, and with half of it by 3.8 %.
+SKIN = 0.17
 
 
 class Reduced(Elastic):
@@ -17,7 +22,12 @@ class Reduced(Elastic):
 
     name = "reduced"
     rank = 1.5
-    skin = 0.25
+
+    @classmethod
+    @override
+    def skin(cls, material: Material) -> float:
+        """Modes of a higher degree leave out less."""
+        return SKIN / material.degree
 
     @classmethod
     @override

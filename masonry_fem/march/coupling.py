@@ -236,7 +236,7 @@ class Coupling:
         """Modes of all bodies at the contacts."""
         c, d = here.points.shape
         seen = [
-            (sides, first, attachment.modes(scheme, frames))
+            (sides, first, attachment.unit_motions(scheme, frames))
             for sides, first, attachment, frames in zip(
                 self.sides, self.first_body, self.attachments, here.seen, strict=True
             )

@@ -2,10 +2,10 @@
 
     v = (D + F M_η⁻¹ Fᵀ) p + q + B U    is    v = D p + q + B U + F η,    Fᵀ p − M_η η = 0
 
-D is what contacts give way by themselves, F what unit velocities of the modes are at the contacts, and M_η the
-modes' effective mass. In the second form no contact gives way under the impulse of another: contacts are
-eliminated one by one, and a matrix of the bodies is left that has their modes beside their rigid velocities. It
-is much smaller than one of all contacts of a stone, and its pattern does not change with what is closed.
+D is what contacts give way by themselves, F what unit velocities of the modes are at the contacts, and M_η
+the modes' effective mass. In the second form no contact gives way under the impulse of another: contacts are
+eliminated one by one, and a matrix of the bodies is left that has their modes beside their rigid velocities.
+It is much smaller than one of all contacts, and its pattern does not change with what is closed.
 
     form = modal_form(problem)              # None: it has no modes, or so few contacts that it does not pay
     run = ModalRun(method.init(form, modal_start(problem, start)), ...)
@@ -30,7 +30,10 @@ from masonry_fem.nscd.settings import SolverSettings, Start
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-CONTACTS = 2_000  # from which the form pays: with fewer a factor of all contacts is as cheap
+# Contacts from which the form pays, and modes of a body up to which it does: with fewer contacts a factor of
+# all is as cheap, with more modes an iteration on all (``elastic_krylov``).
+CONTACTS = 2_000
+MOST = 12
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +95,7 @@ def modal_form(problem: ContactProblem) -> ContactProblem | None:
     compliance = problem.compliance
     if not isinstance(compliance, Modal) or problem.count < CONTACTS or compliance.bed is None:
         return None
-    if not compliance.bed.all():
+    if compliance.modes.mass.shape[1] > MOST or not compliance.bed.all():
         return None
     c, d = compliance.bed.shape
     own = np.zeros((c, d, d))
@@ -118,7 +121,7 @@ def modal_start(form: ContactProblem, start: Start | None) -> Start | None:
     """
     if start is None or start.rigid_velocity is None:
         return start
-    b, m = start.rigid_velocity.shape
+    m = start.rigid_velocity.shape[1]
     moved = np.zeros_like(form.rigid_mass)
     if start.impulse is not None:
         moved[:, m:] = form.body_impulse(start.impulse)[:, m:] / form.rigid_mass[:, m:]

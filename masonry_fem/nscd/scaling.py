@@ -80,7 +80,7 @@ def rigid_diagonal(problem: ContactProblem) -> FloatArray:
 
 
 def _deforming(problem: ContactProblem) -> FloatArray:
-    """Diagonal blocks of W_el, with the modes of deformation that bodies have as velocities, (c, d, d) [1/kg]."""
+    """Diagonal blocks of W_el, modes among the velocities of bodies included, shape (c, d, d) [1/kg]."""
     from masonry_fem.nscd.transfer import rigid_blocks  # noqa: PLC0415 - Numba is slow to import
 
     own, rigid = problem.operator.diagonal(), 3 if problem.dimension == 2 else 6

@@ -1,8 +1,8 @@
 """ModalSystem: the linear system of a Newton step whose contacts give way by themselves only.
 
-D is the bed of a contact, W_el = D: each contact is eliminated within its own rows as rigid ones are, with the
-derivative A + Bc (D + α w) by its impulse, and what is left is a matrix of the bodies' velocities, modes of
-deformation among them.
+D is the bed of a contact, W_el = D: each contact is eliminated within its own rows as rigid ones are, with
+the derivative A + Bc (D + α w) by its impulse, and what is left is a matrix of the bodies' velocities, modes
+of deformation among them.
 """
 
 from __future__ import annotations
@@ -53,7 +53,9 @@ class ModalSystem(NewtonSystem):
         inverse = np.linalg.inv(own[gone] + slope_of @ self._bed[gone])
         diagonal = self.unit * mass / self.column**2
         slope = self.unit * (inverse @ slope_of)
-        return NewtonFactor(self, gone[:0], gone, (inverse,), slope_of, own, self._solver(slope, gone, diagonal))
+        return NewtonFactor(
+            self, gone[:0], gone, (inverse,), slope_of, own, self._solver(slope, gone, diagonal)
+        )
 
     def _solver(self, slope: FloatArray, contacts: IntArray, diagonal: FloatArray) -> Solve:
         """Solves with the bodies' matrix: its pattern stays from step to step, and so does MUMPS's plan."""

@@ -1,4 +1,4 @@
-"""Fidelities: as what stones are computed, one file each: rigid, elastic, inelastic.
+"""Fidelities: as what stones are computed, one file each: rigid, reduced, elastic, inelastic.
 
     fidelity("elastic").groups(given)
 

@@ -205,11 +205,12 @@ def _skin(scene: specs.Scene, stones: Stones, contacts: Contacts) -> np.ndarray 
 
     Stones that deform by a few modes say how thick a layer of themselves stands for what these leave out.
     """
-    share = np.zeros(len(stones.fidelity))
-    for block, own in enumerate(stones.fidelity):
-        material = scene.materials[stones.material[block]]
-        if own is not None and (depth := fidelity(own).skin(material)):
-            share[block] = depth / material.modulus
+    pairs = list(zip(stones.fidelity, stones.material, strict=True))
+    soft = {}
+    for own, name in set(pairs):
+        depth = 0.0 if own is None else fidelity(own).skin(scene.materials[name])
+        soft[own, name] = depth / scene.materials[name].modulus if depth else 0.0
+    share = np.array([soft[pair] for pair in pairs])
     if not share[contacts.blocks].any():
         return None
     faces = np.bincount(contacts.interface, contacts.area)[contacts.interface]

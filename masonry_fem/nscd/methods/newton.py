@@ -125,8 +125,8 @@ class NewtonRun:
         self.proximal = proximal_scale(problem, self.scale)
         # where stiff cohesion bonds elastic blocks, they give way as they would without a joint
         unfolded = self.scale if problem.cohesion_stiffness is None else newton_scale(problem, fold=False)
-        alone = not problem.rigid and not problem.operator.couples()
-        kind = ModalSystem if alone and problem.operator.elastic().all() else NewtonSystem
+        modes = problem.rigid_mass.shape[1] > (3 if problem.dimension == 2 else 6)
+        kind = ModalSystem if modes else NewtonSystem
         self.system: NewtonSystem = kind(problem, unfolded, settings.library)
         self.static = problem.rigid_mass <= 0
         weight, decrease, self.least_weight = _usual_weights(problem, self.system.many)

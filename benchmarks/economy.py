@@ -1,8 +1,9 @@
 """Economy: what a run costs before its first step, and what elastic stones cost beside rigid ones.
 
-python -m benchmarks.economy              # both tables
+python -m benchmarks.economy              # all tables
 python -m benchmarks.economy start        # CPU time of a whole rigid run of one step
 python -m benchmarks.economy fidelity     # a step of the 20 × 20 wall, rigid and elastic, same contacts
+python -m benchmarks.economy reduced      # with contacts at nodes, elastic and reduced, mean stresses
 """
 
 from __future__ import annotations
@@ -15,17 +16,19 @@ import sys
 import tempfile
 from pathlib import Path
 
+import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks.cases import scene
+from benchmarks.cases import StepTimes, scene
 from benchmarks.process import Row, alone
-from masonry_fem.analyses.run import solve_scene
+from masonry_fem.analyses.run import RunResult, solve_scene
 from masonry_fem.scene.specs import (
     Analysis,
     Dynamics,
     Fidelity,
     Joint,
+    Material,
     MeshSettings,
     Scene,
     Statics,
@@ -35,6 +38,11 @@ from masonry_fem.structures.wall import WallStructure
 ANALYSES: dict[str, Analysis] = {
     "statics, one step": Statics(),
     "dynamics, 20 steps of 1 ms": Dynamics(step=1e-3, duration=2e-2, theta=1.0),
+}
+COMPARED: dict[str, Analysis] = {
+    "statics, one step": Statics(),
+    "dynamics, 6 steps of 10 ms": Dynamics(step=1e-2, duration=6e-2, theta=1.0),
+    "dynamics, 6 steps of 1 ms": Dynamics(step=1e-3, duration=6e-3, theta=1.0),
 }
 FIDELITIES: tuple[Fidelity, ...] = ("rigid", "elastic")
 STEPPING = ("factorise", "solve", "step", "measure")
@@ -81,6 +89,40 @@ def stepped(fidelity: Fidelity, analysis: str) -> Row:
         "step": sum(summary.seconds.get(phase, 0.0) for phase in STEPPING) / summary.steps,
         "seconds": summary.seconds,
     }
+
+
+def reduced(fidelity: Fidelity, degree: str, analysis: str) -> Row:
+    """Cost of a step of the wall with its contacts at nodes, after the first, and its mean stresses."""
+    stone = Material(density=2400.0, young=10e9, poisson=0.2, degree=int(degree))
+    times = StepTimes()
+    given = scene(
+        WallStructure(name="wall", material="stone", brick=(0.5, 0.25, 0.25), columns=20, courses=20),
+        fidelity=fidelity,
+        materials={"stone": stone},
+        mesh=MeshSettings(divisions=(4, 2, 2)),
+        analysis=COMPARED[analysis],
+    )
+    made = solve_scene(given, observers=(times,))
+    later = times[1:] or list(times)
+    return {
+        "contacts": made.summary.contacts,
+        "unknowns": made.summary.unknowns,
+        "outcome": made.outcome,
+        "error": made.summary.certificate.natural_map,
+        "step": sum(later) / len(later),
+        "means": mean_stresses(made).tolist(),
+    }
+
+
+def mean_stresses(made: RunResult) -> np.ndarray:
+    """Of all blocks that deform, the shears times √2 so that norms are those of tensors, (blocks, 6) [Pa]."""
+    told = []
+    for group, state in zip(made.built.model.groups, made.march.state.bodies, strict=True):
+        field = None if group.prescribed else group.stress(state)
+        if field is not None:
+            share = field.weight / field.weight.sum()
+            told.append(np.einsum("bmpi,mp->bi", field.gauss, share) * [1, 1, 1, *(3 * [2**0.5])])
+    return np.concatenate(told)
 
 
 def started() -> list[float]:
@@ -131,22 +173,51 @@ def fidelity_table(limit: float) -> Table:
     return table
 
 
+def reduced_table(limit: float) -> Table:
+    """Elastic stones and reduced ones of degrees 1 and 2: what a step takes, and how far stresses differ."""
+    table = Table(
+        "20 × 20 wall, contacts at nodes", "stones", "unknowns", "error", "ms a step", "ratio", "stresses"
+    )
+    for analysis in COMPARED:
+        first: Row | None = None
+        for fidelity, degree in (("elastic", "1"), ("reduced", "1"), ("reduced", "2")):
+            row = alone(limit, "benchmarks.economy", "--reduced", fidelity, degree, analysis)
+            name = fidelity if fidelity == "elastic" else f"reduced, degree {degree}"
+            if "step" not in row:
+                table.add_row(analysis, name, "", "", row["outcome"], "", "")
+                continue
+            first = row if first is None else first
+            exact = np.array(first["means"])
+            apart = np.linalg.norm(np.array(row["means"]) - exact) / np.linalg.norm(exact)
+            table.add_row(
+                analysis, name, f"{row['unknowns']}", f"{row['error']:.0e}", f"{1e3 * row['step']:.0f}",
+                f"{first['step'] / row['step']:.1f}", f"{100 * apart:.1f} %",
+            )  # fmt: skip
+    return table
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description="What start-up and elastic stones cost.")
     parser.add_argument(
-        "tables", nargs="*", choices=["start", "fidelity", []], help="both where none is given"
+        "tables", nargs="*", choices=["start", "fidelity", "reduced", []], help="all where none is given"
     )
     parser.add_argument("--here", nargs=2, metavar=("FIDELITY", "ANALYSIS"), help="one case, as JSON")
+    parser.add_argument("--reduced", nargs=3, metavar=("FIDELITY", "DEGREE", "ANALYSIS"), help="one, as JSON")
     parser.add_argument("--limit", type=float, default=900.0, help="wall-clock limit of a case [s]")
     given = parser.parse_args()
     if given.here:
         print(json.dumps(stepped(*given.here)))
+        return
+    if given.reduced:
+        print(json.dumps(reduced(*given.reduced)))
         return
     console = Console(width=None if sys.stdout.isatty() else 160)
     if not given.tables or "start" in given.tables:
         console.print(start_table())
     if not given.tables or "fidelity" in given.tables:
         console.print(fidelity_table(given.limit))
+    if not given.tables or "reduced" in given.tables:
+        console.print(reduced_table(given.limit))
 
 
 if __name__ == "__main__":

@@ -114,6 +114,37 @@ def make_study() -> None:
     print(f"study.png  {size / 1e3:.0f} kB")
 
 
+def make_reduced() -> None:
+    """The picture of docs/reduced.md: a wall that is pushed, of rigid, reduced and elastic stones."""
+    scene = loads(
+        """
+        title = "Wall pushed aside, 6 steps of 10 ms"
+        mesh = { divisions = [4, 2, 2] }
+        materials.stone = { young = "10 GPa", density = "2400 kg/m^3" }
+        joints = [{ friction = 0.6 }]
+        loads.gravity = [0.5, 0.0, -9.81]
+        analysis = { kind = "dynamics", step = "10 ms", duration = "60 ms", theta = 1.0 }
+        [[structures]]
+        kind = "wall"
+        name = "wall"
+        material = "stone"
+        brick = [0.5, 0.25, 0.25]
+        columns = 10
+        courses = 10
+        """
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        made = study(
+            scene,
+            {"fidelity": ["rigid", "reduced", "elastic"], "materials.stone.degree": [1, 2]},
+            quantities=["stress.means", "stress.p95"],
+            out=Path(folder),
+        )
+        *_, picture = made.write()
+        size = shrink(picture, IMAGES / "reduced.png")
+    print(f"reduced.png  {size / 1e3:.0f} kB")
+
+
 def make_refined() -> None:
     """The picture of docs/errors.md: a plane wall with a load on one brick, refined to 8 %."""
     scene = loads(
@@ -160,7 +191,12 @@ def shrink(source: Path, target: Path) -> int:
 
 if __name__ == "__main__":
     sys.path.insert(0, str(ROOT))
-    others = {"mechanism": make_mechanism, "study": make_study, "refined": make_refined}
+    others = {
+        "mechanism": make_mechanism,
+        "study": make_study,
+        "refined": make_refined,
+        "reduced": make_reduced,
+    }
     for demo in sys.argv[1:] or (*DEMOS, *others):
         if demo in others:
             others[demo]()

@@ -151,7 +151,7 @@ ROOMS = {
     "body": Room(
         "masonry_fem.fidelities", "add_a_part", "rocking",
         STACK.replace('"it",', '"it", fidelity = "rocking",'),
-        "one of 'auto', 'elastic', 'inelastic', 'rigid', 'rocking'".replace("'", '"'),
+        "one of 'auto', 'elastic', 'inelastic', 'reduced', 'rigid', 'rocking'".replace("'", '"'),
         "bodies/test_conformance.py", "masonry_fem.fidelities:fidelities",
         (
             ("", r"FILE has 0 classes of a fidelity"),

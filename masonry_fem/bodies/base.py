@@ -226,6 +226,10 @@ class Attachment(Protocol):
         """
         ...
 
+    def unit_motions(self, scheme: Scheme, seen: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Of blocks with K modes: velocities of unit motions, (k, d, K), unsigned; effective mass, (b, K)."""
+        ...
+
     def spread(self, impulses: FloatArray, seen: FloatArray) -> FloatArray | None:
         """Nodal impulses Gᵀ p of signed side impulses (k, d) in the frames, shape (b, n); None if rigid."""
         ...
@@ -247,6 +251,8 @@ class Moves(Protocol):
     where a block is. Else they stay those of the reference, as small kinematics has it."""
     deforms: bool
     """Whether blocks have an elastic part: nodal velocities, a compliance at contacts, strains."""
+    modal: bool
+    """Whether they deform by few modes, by which contacts may see them instead of by their compliance."""
     nonlinear: bool
     """Whether ``free`` and the compliance depend on a guess of the step's end, so that a step takes rounds.
     Such groups are ``Nonlinear``, too."""

@@ -68,6 +68,7 @@ class Undeformed(ABC):
 
     turns = True
     deforms = False
+    modal = False
     nonlinear = False
     cell = None
     factorisations = 0
@@ -306,6 +307,10 @@ class UndeformedAttachment:
     ) -> Sequence[tuple[IntArray, FloatArray, FloatArray]]:
         """None: W_el = 0."""
         return ()
+
+    def unit_motions(self, scheme: Scheme, seen: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """None."""
+        return np.zeros((*seen.shape[:2], 0)), np.zeros((0, 0))
 
     def spread(self, impulses: FloatArray, seen: FloatArray) -> FloatArray | None:
         """None: no nodes to spread impulses to."""

@@ -18,7 +18,9 @@ from masonry_fem.contact.contacts import Contacts, Interface
 from masonry_fem.contact.place import place
 from masonry_fem.contact.placement import Rule
 from masonry_fem.errors import SceneError
+from masonry_fem.fidelities import fidelity
 from masonry_fem.joints.assignment import Assignment
+from masonry_fem.joints.laws.parts.bed import bearing
 from masonry_fem.march.model import Model
 from masonry_fem.records.remark import remark
 from masonry_fem.scene import specs
@@ -132,7 +134,7 @@ def contacts_and_joints(
     """
     foresee_points(scene, [scene.joints[joint].density for joint in chosen])
     contacts = place(stones.assembly, interfaces, rules_of(scene, stones, interfaces, chosen), tell=True)
-    return contacts, *joints_at(scene, interfaces, contacts, chosen, base)
+    return contacts, *joints_at(scene, stones, interfaces, contacts, chosen, base)
 
 
 def replaced(
@@ -153,7 +155,7 @@ def replaced(
     if wanted == rules:
         return None
     contacts = place(stones.assembly, model.interfaces, wanted)
-    laws, scatter = joints_at(scene, model.interfaces, contacts, chosen, base)
+    laws, scatter = joints_at(scene, stones, model.interfaces, contacts, chosen, base)
     return replace(model, contacts=contacts, laws=laws, scatter=scatter)
 
 
@@ -176,6 +178,7 @@ def rules_of(
 
 def joints_at(
     scene: specs.Scene,
+    stones: Stones,
     interfaces: tuple[Interface, ...],
     contacts: Contacts,
     chosen: list[int],
@@ -185,15 +188,35 @@ def joints_at(
 
     Parameters
     ----------
-    scene : Has the joint records.
+    scene : Has the joint records. stones : Its blocks.
     interfaces : Where blocks touch.
     contacts : The c contact points on them.
     chosen : Number of the joint record of each interface.
     base : Folder that the paths in the scene are relative to.
     """
     scatter = scatter_factors(scene, interfaces, chosen)
-    laws = joint_laws(scene, contacts, interfaces, chosen, base, scatter)
+    skin = _skin(scene, stones, contacts)
+    laws = joint_laws(scene, contacts, interfaces, chosen, base, scatter, skin)
     return laws, {name: values[contacts.interface] for name, values in scatter.items()}
+
+
+def _skin(scene: specs.Scene, stones: Stones, contacts: Contacts) -> np.ndarray | None:
+    """What the skins of both stones give way by a unit of pressure, shape (c,) [m³/N]; None: all are firm.
+
+    Stones that deform by a few modes say how thick a layer of themselves stands for what these leave out.
+    """
+    pairs = list(zip(stones.fidelity, stones.material, strict=True))
+    soft = {}
+    for own, name in set(pairs):
+        depth = 0.0 if own is None else fidelity(own).skin(scene.materials[name])
+        soft[own, name] = depth / scene.materials[name].modulus if depth else 0.0
+    share = np.array([soft[pair] for pair in pairs])
+    if not share[contacts.blocks].any():
+        return None
+    faces = np.bincount(contacts.interface, contacts.area)[contacts.interface]
+    width = bearing(faces) ** (1.0 / (contacts.dimension - 1))
+    given_way: np.ndarray = width * share[contacts.blocks].sum(axis=1)
+    return given_way
 
 
 def _rule(joint: specs.Joint, stones: Stones, interface: Interface) -> Rule:

@@ -72,6 +72,7 @@ def joint_laws(
     chosen: list[int],
     base: Path,
     scatter: dict[str, FloatArray],
+    skin: FloatArray | None = None,
 ) -> Assignment:
     """The laws of all contact points.
 
@@ -83,10 +84,13 @@ def joint_laws(
     chosen : Number of the joint record of each of the i interfaces.
     base : Folder of the files that laws come from.
     scatter : Factors on the scene's values by parameter, shape (i,).
+    skin : What stones give way at the points by a unit of pressure, shape (c,) [m³/N]; None: nothing.
     """
     record = np.array(chosen, dtype=int)[contacts.interface] if len(chosen) else np.zeros(0, dtype=int)
     dry, bare = np.ones(len(record), dtype=bool), _bare(contacts, interfaces)
     parts: list[tuple[Law, NDArray[np.int64]]] = []
+    # all points of an interface are in one group
+    groups = (np.ones(len(record), dtype=bool),) if skin is None else (skin <= 0, skin > 0)
     for index in np.unique(record).tolist():
         joint, key = scene.joints[index], f"joints.{index}"
         alone = (
@@ -94,15 +98,31 @@ def joint_laws(
             if joint.mortar is None and joint.closure is None
             else bare & _on_points(contacts, interfaces)
         )
-        points = np.flatnonzero((record == index) & ~alone)
-        if joint.dry or not len(points):
-            continue
-        dry[points] = False
-        factor = {name: values[contacts.interface[points]] for name, values in scatter.items()}
-        _tell_apart(joint, key, contacts, interfaces, points)
-        parts.append((_law(_Part(joint, key, base, contacts, points, factor)), points))
+        for own in groups:
+            points = np.flatnonzero((record == index) & ~alone & own)
+            if joint.dry or not len(points):
+                continue
+            dry[points] = False
+            factor = {name: values[contacts.interface[points]] for name, values in scatter.items()}
+            _tell_apart(joint, key, contacts, interfaces, points)
+            parts.append((_law(_Part(joint, key, base, contacts, points, factor)), points))
     rubbing = scatter["friction"][contacts.interface] if "friction" in scatter else np.ones(len(record))
-    return Assignment((*_dry(scene.joints, record, np.flatnonzero(dry), rubbing), *parts))
+    plain = tuple(
+        part for own in groups for part in _dry(scene.joints, record, np.flatnonzero(dry & own), rubbing)
+    )
+    every = (*plain, *parts)
+    return Assignment(every if skin is None else tuple(_on_skin(*part, skin) for part in every))
+
+
+def _on_skin(law: Law, points: NDArray[np.int64], skin: FloatArray) -> tuple[Law, NDArray[np.int64]]:
+    """A law of k points (k,), with the skins of the stones in series where these give way, (c,) [m³/N].
+
+    Mortar gives way by far more, and contact that is written in velocities knows no way.
+    """
+    if not skin[points].any() or isinstance(law, Bed) or law.rebound(len(points)) is not None:
+        return law, points
+    stiffness = 1.0 / skin[points]
+    return Bed(law, stiffness, stiffness), points
 
 
 def _dry(

@@ -109,7 +109,7 @@ class Meeting:
         closed = replace(contacts, gap=np.zeros(contacts.count))
         joints = joint_of_interfaces(self.scene, self.stones, old[0], tell=False)
         joints += [records[number] for number in np.flatnonzero(new)]
-        laws, scatter = joints_at(self.scene, interfaces, closed, joints, self.base)
+        laws, scatter = joints_at(self.scene, self.stones, interfaces, closed, joints, self.base)
         made = replace(model, interfaces=interfaces, contacts=contacts, laws=laws, scatter=scatter)
         return made, every[keep[model.contacts.interface]]
 

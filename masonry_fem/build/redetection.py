@@ -98,7 +98,7 @@ class Redetection:
         interfaces, contacts = joined(old, (faces, returned(contacts, rotation, translation)))
         # no warnings of gaps: those that arise during the march do not come from the scene
         closed = replace(contacts, gap=np.zeros(contacts.count))
-        laws, scatter = joints_at(self.scene, interfaces, closed, records, self.base)
+        laws, scatter = joints_at(self.scene, self.stones, interfaces, closed, records, self.base)
         return replace(model, interfaces=interfaces, contacts=contacts, laws=laws, scatter=scatter)
 
     def _found(self, stones: Stones, paths: _Paths) -> tuple[Interface, ...]:

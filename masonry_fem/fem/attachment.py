@@ -19,6 +19,7 @@ from masonry_fem.bodies.base import FloatArray, IntArray, Scheme, Sides
 from masonry_fem.fem.condense import coefficients
 from masonry_fem.fem.locate import on_facets
 from masonry_fem.fem.meshed import ElasticState
+from masonry_fem.fem.reduction import ReducedCompliance
 from masonry_fem.solid.mesh import Mesh
 
 if TYPE_CHECKING:
@@ -62,6 +63,7 @@ class ElasticAttachment[S: Deformed](ABC):
     pattern: IntArray
     _interpolation: sparse.csr_array
     _known: _Known | None = field(default=None, repr=False)
+    _shapes: FloatArray | None = field(default=None, repr=False)
 
     @classmethod
     def of(cls, group: Deformable[S], sides: Sides) -> Self:
@@ -149,6 +151,16 @@ class ElasticAttachment[S: Deformed](ABC):
             block = self._condensed(rows, self._unturned(rows), own[self.bodies[at]])
             result.append((rows[None], local[rows[None]], block))
         return result
+
+    def unit_motions(self, scheme: Scheme, seen: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Velocities, in the frames, of unit motions of reduced blocks, (k, d, K), and their mass, (b, K)."""
+        factor = self.group.factor(scheme)
+        assert isinstance(factor, ReducedCompliance)
+        if self._shapes is None:
+            d, count = self.group.dimension, len(factor.mass)
+            of_nodes = factor.basis.modes.reshape(-1, d * count)
+            self._shapes = np.asarray(self.carried @ of_nodes).reshape(-1, d, count)
+        return self._local(seen) @ self._shapes, np.tile(factor.mass, (self.group.count, 1))
 
     # --- private ----------------------------------------------------------------------------------
 

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
-from typing import ClassVar, override
+from typing import ClassVar, Protocol, override
 
 import numpy as np
 from numpy.typing import NDArray
@@ -204,6 +204,18 @@ class _SuperLU:
 
     def columns(self, dofs: IntArray) -> FloatArray:
         return self.answer(units(dofs, self._size))
+
+
+class Condensed(Protocol):
+    """(M̂⁻¹)_el of one shape for one scheme, however it is found."""
+
+    def apply(self, impulses: FloatArray) -> FloatArray:
+        """(M̂⁻¹)_el r for nodal impulses of b blocks, shape (b, n) [N s] to (b, n) [m/s]."""
+        ...
+
+    def block(self, dofs: IntArray) -> FloatArray:
+        """Dense symmetric block of it on c dofs, shape (c, c) [1/kg]."""
+        ...
 
 
 class Compliance:

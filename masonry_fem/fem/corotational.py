@@ -70,6 +70,7 @@ class TurningState:
     velocity : u̇, axes of the frame, shape (b, n) [m/s]. After a step of statics U and u̇ are the motion of
         that step over h; no momentum belongs to them.
     memory : Of the material, axes of the frame; None where it has none.
+    pushed : Forces of contacts on the nodes in the step that led here, of reduced blocks, shape (b, n) [N].
     """
 
     time: float
@@ -79,6 +80,7 @@ class TurningState:
     rigid_velocity: FloatArray
     velocity: FloatArray
     memory: Memory | None = None
+    pushed: FloatArray | None = None
 
     @property
     def rotation(self) -> FloatArray:
@@ -277,7 +279,7 @@ class CorotationalGroup(Deformable[TurningState]):
         nodal_left = nodal_left if nodal is None else nodal_left - nodal
         nodal_left = nodal_left - (nodal_left @ self.modes.modes) @ self.modes.momentum.T
         size: FloatArray = np.hypot(
-            np.sqrt(self.mass) * np.linalg.norm(left, axis=1), np.linalg.norm(nodal_left, axis=1)
+            np.sqrt(self.mass) * np.linalg.norm(left, axis=1), self.unbalanced(nodal_left)
         )
         return size
 

@@ -14,7 +14,7 @@ import numpy as np
 from masonry_fem.bodies.base import FloatArray, Free, IntArray, Scheme, StressError, StressField
 from masonry_fem.errors import GeometryError
 from masonry_fem.fem.assemble import ShapeOperators
-from masonry_fem.fem.condense import Compliance, coefficients
+from masonry_fem.fem.condense import Compliance, Condensed, coefficients
 from masonry_fem.fem.constitution import Constitution, Memory
 from masonry_fem.fem.error_estimate import ErrorEstimate
 from masonry_fem.fem.meshed import Meshed
@@ -79,6 +79,7 @@ class Deformable[S: Deformed](Meshed[S]):
 
     prescribed = False
     deforms = True
+    modal = False
 
     def __init__(
         self,
@@ -95,7 +96,7 @@ class Deformable[S: Deformed](Meshed[S]):
         self.free_dofs, self.constitution = free_dofs, constitution
         self.kind, self.nonlinear = kind, constitution.nonlinear
         self._tangents: _Tangents | None = None
-        self._factors: dict[tuple[float, float], Compliance] = {}
+        self._factors: dict[tuple[float, float], Condensed] = {}
         self.factorisations = 0
 
     @cached_property
@@ -120,7 +121,7 @@ class Deformable[S: Deformed](Meshed[S]):
             if name in other.__dict__:
                 self.__dict__[name] = other.__dict__[name]
 
-    def factor(self, scheme: Scheme) -> Compliance:
+    def factor(self, scheme: Scheme) -> Condensed:
         """(M̂⁻¹)_el for a scheme; the last few are kept.
 
         Parameters
@@ -135,7 +136,7 @@ class Deformable[S: Deformed](Meshed[S]):
             self.factorisations += 1
         return self._factors[key]
 
-    def _factorised(self, scheme: Scheme) -> Compliance:
+    def _factorised(self, scheme: Scheme) -> Condensed:
         try:
             return Compliance(self.operators, self.modes, self.free_dofs, scheme)
         except np.linalg.LinAlgError as error:
@@ -146,6 +147,11 @@ class Deformable[S: Deformed](Meshed[S]):
                 "expected a block at most some 1e7 times as long as thick, and ν not so near 1/2; change "
                 "them, or make the block rigid"
             ) from error
+
+    def unbalanced(self, nodal: FloatArray) -> FloatArray:
+        """Size of what nodal impulses (b, n) of any origin would change in how blocks deform, (b,) [N s]."""
+        size: FloatArray = np.linalg.norm(nodal, axis=1)
+        return size
 
     def tangents(self, guess: Deformed | None, scheme: Scheme) -> Mapping[int, TangentCompliance]:
         """(M̂_t⁻¹)_el of the blocks that yield in ``guess``; none where it is None, or none does.

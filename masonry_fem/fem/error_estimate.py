@@ -103,7 +103,12 @@ class ErrorEstimate:
 
 
 def energy_density(stress: FloatArray, material: ElasticMaterial) -> FloatArray:
-    """σ : C⁻¹ : σ of stresses (..., 6) [J/m³]; plane cases bring their own σ_zz."""
+    """σ : C⁻¹ : σ, plane cases with their own σ_zz, shape (...) [J/m³].
+
+    Parameters
+    ----------
+    stress : Shape (..., 6) [Pa]. material : With C.
+    """
     density: FloatArray
     if material.orthotropic is not None:
         density = ((stress @ np.linalg.inv(material.orthotropic.matrix)) * stress).sum(axis=-1)

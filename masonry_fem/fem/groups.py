@@ -18,6 +18,7 @@ from masonry_fem.fem.expansion import Change, ThermoElasticity, Warming
 from masonry_fem.fem.inelastic import Inelasticity
 from masonry_fem.fem.material import ElasticMaterial, Plane
 from masonry_fem.fem.promotion import Promotion
+from masonry_fem.fem.reduced import ReducedCorotationalGroup, ReducedElasticGroup
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.solid.mesh import Mesh
 from masonry_fem.solid.pose import Pose
@@ -134,11 +135,14 @@ def _group(
     """The blocks of one kind."""
     stones = [assembly.blocks[block] for block in members]
     poses, names = [stone.pose for stone in stones], [stone.name for stone in stones]
+    reduced = operators.material.degree > 0
     if turns and not kind.held:
-        return CorotationalGroup(np.array(members), names, poses, operators, constitution, fidelity)
+        turning = ReducedCorotationalGroup if reduced else CorotationalGroup
+        return turning(np.array(members), names, poses, operators, constitution, fidelity)
     if kind.turn:
         poses = [Pose(np.eye(assembly.dimension), pose.translation) for pose in poses]
-    return ElasticGroup(
+    small = ReducedElasticGroup if reduced else ElasticGroup
+    return small(
         np.array(members),
         names,
         poses,

@@ -30,6 +30,7 @@ class ElasticMaterial:
     stiffness_damping : β of C = α M + β K [s].
     law : By which inelastic blocks yield; None: they stay elastic.
     promote_at : Share of the stress of first yield from which on the law is used; 0: from the start on.
+    degree : Of the polynomials by which reduced blocks deform; 0: they deform as their mesh does.
 
     Raises
     ------
@@ -45,6 +46,7 @@ class ElasticMaterial:
     law: MaterialLaw | None = None
     promote_at: float = 0.0
     orthotropic: Orthotropic | None = None
+    degree: int = 0
 
     def __post_init__(self) -> None:
         checks = (

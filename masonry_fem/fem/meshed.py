@@ -38,6 +38,7 @@ class ElasticState:
     velocity : u_el, shape axes, shape (b, n) [m/s]. After a step of statics U and u_el are the
         displacements of that step over h; no momentum belongs to them.
     memory : Of the material; None where it has none.
+    pushed : Forces of contacts on the nodes in the step that led here, of reduced blocks, shape (b, n) [N].
     """
 
     time: float
@@ -46,6 +47,7 @@ class ElasticState:
     rigid_velocity: FloatArray
     velocity: FloatArray
     memory: Memory | None = None
+    pushed: FloatArray | None = None
 
 
 class Meshed[S](ABC):

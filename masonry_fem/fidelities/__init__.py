@@ -1,4 +1,4 @@
-"""Fidelities: as what stones are computed, one file each: rigid, elastic, inelastic.
+"""Fidelities: as what stones are computed, one file each: rigid, reduced, elastic, inelastic.
 
     fidelity("elastic").groups(given)
 
@@ -67,6 +67,14 @@ class Fidelity:
     rank: ClassVar[float]
     deforms: ClassVar[bool]
     yields: ClassVar[bool] = False
+
+    @classmethod
+    def skin(cls, material: Material) -> float:
+        """Thickness of the layer of themselves that stones have in series with their joints.
+
+        It stands for what their own motions leave out near a contact, in widths of the common face.
+        """
+        return 0.0
 
     @classmethod
     def load(cls) -> None:

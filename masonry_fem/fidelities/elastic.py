@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, ClassVar, cast
 
 import numpy as np
 
@@ -32,7 +32,7 @@ class Elastic(Fidelity):
     """One group for each distinct shape, material and clamping, all assembled at once."""
 
     name = "elastic"
-    rank = 2
+    rank: ClassVar[float] = 2
     deforms = True
 
     @classmethod
@@ -49,7 +49,12 @@ class Elastic(Fidelity):
 
     @classmethod
     def made(
-        cls, given: Given, laws: Mapping[int, MaterialLaw] | None = None, *, promote: bool = False
+        cls,
+        given: Given,
+        laws: Mapping[int, MaterialLaw] | None = None,
+        *,
+        promote: bool = False,
+        reduced: bool = False,
     ) -> tuple[Group, ...]:
         """Groups of stones that deform.
 
@@ -58,6 +63,7 @@ class Elastic(Fidelity):
         given : The stones.
         laws : By which blocks yield; the others stay elastic.
         promote : Whether they do so only once their stress comes near to their strength.
+        reduced : Whether blocks deform by polynomials of their material's degree only.
         """
         from masonry_fem.fem.groups import elastic_groups  # noqa: PLC0415
         from masonry_fem.fem.material import ElasticMaterial  # noqa: PLC0415
@@ -73,6 +79,7 @@ class Elastic(Fidelity):
             materials[block] = ElasticMaterial(
                 young, stone.poisson, stone.density, damping.mass, damping.stiffness,
                 law, stone.promote_at if promote and law is not None else 0.0, own,
+                stone.degree if reduced else 0,
             )  # fmt: skip
         before = cast("tuple[Group, ...]", given.before)
         assert cls.name is not None

@@ -20,6 +20,7 @@ from masonry_fem.bodies.base import Attachment, FloatArray, Free, IntArray, Sche
 from masonry_fem.march.model import Model
 from masonry_fem.nscd.blocks import assemble_blocks
 from masonry_fem.nscd.compliance import Alike, Shared
+from masonry_fem.nscd.modal import Modal, Modes
 from masonry_fem.nscd.structure import Structure
 
 ROUNDING = 16 * np.finfo(float).eps  # of the largest coordinate: a gap below it is none
@@ -83,6 +84,7 @@ class Coupling:
     bodies : Rigid bodies at the two sides of each contact, −1 for supports, shape (c, 2).
     soft : Contacts of which a side deforms, shape (c,).
     structure : What the contact solver keeps from round to round and step to step.
+    modal : Whether all blocks that deform do so by few modes.
     """
 
     model: Model
@@ -92,6 +94,7 @@ class Coupling:
     bodies: IntArray
     soft: NDArray[np.bool_]
     structure: Structure = field(default_factory=Structure, repr=False)
+    modal: bool = False
     _cached: _Cached = field(default_factory=_Cached, repr=False)
 
     def placement(self, states: tuple[Any, ...]) -> Placement:
@@ -199,7 +202,7 @@ class Coupling:
         if cached.matrix is None or not same:
             # stones that yield without associated flow have no symmetric tangent
             symmetric = not any(tangents)
-            many = self._numbers > MANY
+            many = self._numbers > MANY or self.modal
             cached.matrix = None  # two at a time would take twice the memory
             cached.matrix = (self._shared if many else self._condense)(here, scheme, guess, symmetric)
             cached.scheme, cached.seen, cached.tangents = scheme, here.seen, tangents
@@ -224,7 +227,28 @@ class Coupling:
             for rows, turns, matrix in attachment.kinds(scheme, seen, at)
         ]
         c, d = here.points.shape
+        if self.modal:
+            return Modal(c, d, kinds, symmetric, self._modes(here, scheme))
         return Shared(c, d, kinds, symmetric)
+
+    def _modes(self, here: Placement, scheme: Scheme) -> Modes:
+        """Modes of all bodies at the contacts."""
+        c, d = here.points.shape
+        seen = [
+            (sides, first, attachment.unit_motions(scheme, frames))
+            for sides, first, attachment, frames in zip(
+                self.sides, self.first_body, self.attachments, here.seen, strict=True
+            )
+            if frames is not None
+        ]
+        most = max(mass.shape[1] for _, _, (_, mass) in seen)
+        bodies = sum(len(group.blocks) for group in self.model.groups if not group.prescribed)
+        maps, masses = np.zeros((c, 2, d, most)), np.ones((bodies, most))
+        for sides, first, (local, mass) in seen:
+            count = mass.shape[1]
+            maps[sides.contact, sides.side, :, :count] = SIGN[sides.side, None, None] * local
+            masses[first : first + len(mass), :count] = mass
+        return Modes(maps, masses)
 
     def _condense(
         self, here: Placement, scheme: Scheme, guess: tuple[Any, ...], symmetric: bool
@@ -300,7 +324,9 @@ def connect(model: Model) -> Coupling:
         if not group.prescribed:
             bodies[contact, side] = solved + body
             solved += len(group.blocks)
-    return Coupling(model, tuple(sides), tuple(attachments), tuple(first_body), bodies, soft)
+    soft_groups = [group for group in model.groups if group.deforms]
+    modal = bool(soft_groups) and all(group.modal for group in soft_groups)
+    return Coupling(model, tuple(sides), tuple(attachments), tuple(first_body), bodies, soft, modal=modal)
 
 
 def _same(one: tuple[Any, ...], other: tuple[Any, ...]) -> bool:

@@ -39,6 +39,8 @@ COHESION = ("cohesion_offset", "cohesion_stiffness")
 class ContactProblem:
     """One step's contact problem. c contacts, d = 2 or 3, b rigid bodies of m velocities each.
 
+    m is 3 in 2D and 6 in 3D, and more where bodies have modes of deformation, too (``modal``).
+
     Attributes
     ----------
     friction : Coulomb coefficients μ, shape (c,).
@@ -278,8 +280,7 @@ def _check(problem: ContactProblem) -> None:
             f"free_velocity has shape {problem.free_velocity.shape}, expected (contacts, 2) or (contacts, 3)"
         )
     c, d = problem.free_velocity.shape
-    m = 3 if d == 2 else 6
-    b = problem.rigid_mass.shape[0]
+    b, m = problem.rigid_mass.shape[0], max(3 if d == 2 else 6, problem.rigid_mass.shape[-1])
     expected = {
         "friction": (c,),
         "bodies": (c, 2),

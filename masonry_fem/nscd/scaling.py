@@ -25,7 +25,7 @@ def contact_scale(problem: ContactProblem, *, fold: bool = True) -> FloatArray:
     fold : Where cohesion stiffens a contact, take the folded block (I + w S)⁻¹ w.
     """
     alone = problem.rigid and problem.body_count > 0
-    own = rigid_diagonal(problem) if alone else problem.operator.diagonal()
+    own = rigid_diagonal(problem) if alone else _deforming(problem)
     scale = _norm(own)
     stiff = scale <= 0
     if not alone and stiff.any() and problem.body_count:
@@ -77,6 +77,18 @@ def rigid_diagonal(problem: ContactProblem) -> FloatArray:
 
     blocks: FloatArray = rigid_blocks(problem.bodies, problem.rigid_map, problem.rigid_mass)
     return blocks
+
+
+def _deforming(problem: ContactProblem) -> FloatArray:
+    """Diagonal blocks of W_el, modes among the velocities of bodies included, shape (c, d, d) [1/kg]."""
+    from masonry_fem.nscd.transfer import rigid_blocks  # noqa: PLC0415 - Numba is slow to import
+
+    own, rigid = problem.operator.diagonal(), 3 if problem.dimension == 2 else 6
+    if problem.rigid_mass.shape[1] == rigid:
+        return own
+    maps, mass = (np.ascontiguousarray(part[..., rigid:]) for part in (problem.rigid_map, problem.rigid_mass))
+    deforming: FloatArray = own + rigid_blocks(problem.bodies, maps, mass)
+    return deforming
 
 
 def _norm(blocks: FloatArray) -> FloatArray:

@@ -14,6 +14,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from scipy import sparse
+
+    from masonry_fem.nscd.mumps import Mumps
     from masonry_fem.nscd.solvers.elastic_matrix import ElasticMatrix
     from masonry_fem.nscd.solvers.newton_system import NewtonFactor
 
@@ -27,12 +30,14 @@ class Structure:
     matrix : Pattern of the last Newton matrix with elastic contacts, and its factor's order of elimination.
     factor : The last factor of such a matrix.
     factored : An iteration in place of a factor took too long: there are factors only from then on.
+    bodies : The last matrix of bodies with modes, and its factor's order of elimination.
     """
 
     matrix: ElasticMatrix | None = None
     factor: NewtonFactor | None = None
     factored: bool = False
+    bodies: tuple[sparse.csr_array, Mumps] | None = None
 
     def empty(self) -> None:
         """Keep no matrices: they are as large as all that is known of the contacts."""
-        self.matrix = self.factor = None
+        self.matrix = self.factor = self.bodies = None

@@ -127,7 +127,7 @@ class Override(Spec, frozen=True, kw_only=True):
     Attributes
     ----------
     blocks : selector of blocks
-    fidelity : rigid, elastic, inelastic or auto
+    fidelity : rigid, reduced, elastic, inelastic or auto
     material : name of a table in ``materials``
     mesh : elements, with the keys of the scene's ``mesh``; ``run --refine-to`` writes such entries
     """
@@ -188,9 +188,9 @@ class Scene(Spec, frozen=True, kw_only=True):
     large : build the scene even if it exceeds the [size limits](limits.md#sizes); ``--yes`` sets it
     dimension : of space
     plane : whether a 2D scene is in plane strain or plane stress
-    fidelity : what blocks are where nothing else says so: ``rigid``, ``elastic``, ``inelastic``, or ``auto``:
-        elastic until their stress comes near to their strength (``promote_at`` of their material), and then
-        inelastic
+    fidelity : what blocks are where nothing else says so: ``rigid``, ``reduced``: elastic by few modes
+        (``degree`` of their material), ``elastic``, ``inelastic``, or ``auto``: elastic until their stress
+        comes near to their strength (``promote_at`` of their material), and then inelastic
     mesh : elements of elastic blocks
     mass : mass matrix of elastic blocks
     materials : tables of material properties, by name

@@ -167,7 +167,7 @@ def test_a_bad_scene_is_told(scene, capsys):
     assert cli.main(["run", str(scene), "--set", "fidelity=rigit"]) == 1
     assert capsys.readouterr().err == (
         f"masonry-fem: {scene} with --set fidelity=rigit: fidelity is 'rigit', "
-        "expected one of 'auto', 'elastic', 'inelastic', 'rigid'; did you mean 'rigid'?\n"
+        "expected one of 'auto', 'elastic', 'inelastic', 'reduced', 'rigid'; did you mean 'rigid'?\n"
     )
 
 

@@ -143,7 +143,7 @@ BAD = [
         "[materials.stone]",
         "[materials.stone.fine]",
         "line 2: unknown key 'fine' in materials.stone; known keys: 'density', 'young', 'poisson', "
-        "'thermal_expansion', 'damping', 'orthotropic', 'inelastic', 'promote_at'",
+        "'thermal_expansion', 'damping', 'orthotropic', 'inelastic', 'promote_at', 'degree'",
     ),
     (
         "dimension = 2",
@@ -332,7 +332,7 @@ def test_python_objects_are_checked_and_converted_like_files(arch):
         ),
         ({"structures": ()}, "scene: structures is [], expected one or more tables ([[structures]])"),
         ({"fidelity": "elastik"}, "scene: fidelity is 'elastik', expected one of 'auto', 'elastic', "
-                                  "'inelastic', 'rigid'; did you mean 'elastic'?"),
+                                  "'inelastic', 'reduced', 'rigid'; did you mean 'elastic'?"),
         (
             {"supports": (Support(on="x", motion=Motion(rotation=(0.0, 0.0, 1.0))),)},
             "scene: supports.0.motion.rotation is [0.0, 0.0, 1.0], expected one number in rad in a 2D scene",

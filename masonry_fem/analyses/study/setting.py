@@ -111,6 +111,7 @@ KNOWN: tuple[tuple[str, Setting], ...] = (
     ("joints.*.form", Setting("given")),
     ("fidelity", Setting("ordered", _listed(*fidelities()))),
     ("*.fidelity", Setting("ordered", _listed(*fidelities()))),
+    ("materials.*.degree", Setting("ordered", _share)),
     ("analysis.kind", Setting("given")),
     ("analysis.strategy", Setting("given")),
     ("analysis.velocity_factor", Setting("given")),

@@ -22,8 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.nscd import graphs
-from masonry_fem.nscd.iterate import Iterate
+from masonry_fem.nscd.iterate import Iterate, Run
 from masonry_fem.nscd.linear import Library
+from masonry_fem.nscd.modal import ModalRun, modal_form, modal_start
 from masonry_fem.nscd.outcome import Outcome
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import Quality, rounding
@@ -38,6 +39,7 @@ from masonry_fem.nscd.solvers.linearisation import (
     parted_contacts,
     slipping,
 )
+from masonry_fem.nscd.solvers.modal_system import ModalSystem
 from masonry_fem.nscd.solvers.newton_system import NewtonFactor, NewtonSystem
 
 FloatArray = NDArray[np.float64]
@@ -84,9 +86,12 @@ class ProximalNewton:
         """Its name in settings and reports."""
         return "newton"
 
-    def init(self, problem: ContactProblem, start: Start | None) -> NewtonRun:
+    def init(self, problem: ContactProblem, start: Start | None) -> Run:
         """A run on a problem, from a first guess (bonded where there is none)."""
-        return NewtonRun(problem, self, start)
+        form = modal_form(problem)
+        if form is None:
+            return NewtonRun(problem, self, start)
+        return ModalRun(NewtonRun(form, self, modal_start(form, start)), problem.rigid_mass.shape[1])
 
 
 method = ProximalNewton  # of ``[solver]``
@@ -126,7 +131,9 @@ class NewtonRun:
         self.proximal = proximal_scale(problem, self.scale)
         # where stiff cohesion bonds elastic blocks, they give way as they would without a joint
         unfolded = self.scale if problem.cohesion_stiffness is None else newton_scale(problem, fold=False)
-        self.system = NewtonSystem(problem, unfolded, settings.library)
+        modes = problem.rigid_mass.shape[1] > (3 if problem.dimension == 2 else 6)
+        kind = ModalSystem if modes else NewtonSystem
+        self.system: NewtonSystem = kind(problem, unfolded, settings.library)
         self.static = problem.rigid_mass <= 0
         weight, decrease, self.least_weight = _usual_weights(problem, self.system.many)
         self.decrease = decrease if settings.decrease is None else settings.decrease

@@ -1,0 +1,50 @@
+"""Reduced: elastic stones that deform by a few polynomial modes of their shape, between rigid and elastic."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, override
+
+from masonry_fem.errors import SceneError
+from masonry_fem.fidelities import Given
+from masonry_fem.fidelities.elastic import Elastic
+
+if TYPE_CHECKING:
+    from masonry_fem.fem.groups import Group
+    from masonry_fem.scene.specs import Material
+
+# Of the width of a face, over the degree. Of a running bond of 20 × 20 bricks under its weight mean stresses
+# differ from elastic ones by 2 % with it, of one of 12 × 12 by 2.2 %, and with half of it by 3.8 %.
+SKIN = 0.17
+
+
+class Reduced(Elastic):
+    """One group for each distinct shape and material; its modes are made once."""
+
+    name = "reduced"
+    rank = 1.5
+
+    @classmethod
+    @override
+    def skin(cls, material: Material) -> float:
+        """Modes of a higher degree leave out less."""
+        return SKIN / material.degree
+
+    @classmethod
+    @override
+    def groups(cls, given: Given) -> tuple[Group, ...]:
+        """The groups, in the order of their first blocks.
+
+        Raises
+        ------
+        SceneError
+            If a face of such a block is held.
+        """
+        for block in given.materials:
+            for clamp in given.clamps.get(block, ()):
+                name = given.assembly.blocks[block].name
+                raise SceneError(
+                    f"block '{name}' is reduced and its face {clamp.face} is held, expected reduced blocks "
+                    "whose faces are all free: their modes bend every face; set its fidelity = 'elastic', or "
+                    "hold the whole block"
+                )
+        return cls.made(given, reduced=True)

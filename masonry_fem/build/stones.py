@@ -23,7 +23,7 @@ from masonry_fem.fidelities import fidelity as fidelity_of
 from masonry_fem.scene import specs
 from masonry_fem.scene.selector import select, split_face
 from masonry_fem.solid.assembly import Assembly, Shape
-from masonry_fem.solid.mesh import Mesh
+from masonry_fem.solid.mesh import IntArray, Mesh
 from masonry_fem.structures import assemble, build_structures
 
 
@@ -231,23 +231,37 @@ def meshed(stones: Stones, before: Stones | None = None) -> Stones:
         from masonry_fem.meshing.mesher import mesh_shape  # noqa: PLC0415  brings gmsh
     assembly = stones.assembly
     shapes: list[Shape] = []
+    origins: list[IntArray | None] = []  # old face of each face, where these have changed
     number: dict[tuple[int, specs.MeshSettings | None], int] = {}
     blocks = []
     for block, own, wanted in zip(assembly.blocks, stones.fidelity, stones.mesh, strict=True):
         key = (block.shape, wanted if deforms(own) else None)
         if key not in number:
             number[key] = len(shapes)
-            shape = assembly.shapes[block.shape]
+            shape, origin = assembly.shapes[block.shape], None
             if not deforms(own):
                 shape = replace(shape, mesh=None)
             else:
-                fine = shape if shape.mesh is not None else faceted(shape, wanted)
+                fine = shape
+                if shape.mesh is None:
+                    fine, origin = faceted(shape, wanted)
                 mesh = _again(known, fine, wanted) or shape.mesh
                 mesh = mesh or mesh_shape(shape, wanted, assembly.dimension, fine.solid)
                 shape = replace(fine, mesh=mesh)
             shapes.append(shape)
+            origins.append(origin)
         blocks.append(replace(block, shape=number[key]))
-    return replace(stones, assembly=Assembly(assembly.dimension, tuple(shapes), tuple(blocks)))
+    clamps = {block: _moved(held, origins[blocks[block].shape]) for block, held in stones.clamps.items()}
+    return replace(stones, assembly=Assembly(assembly.dimension, tuple(shapes), tuple(blocks)), clamps=clamps)
+
+
+def _moved(held: tuple[Clamp, ...], origin: IntArray | None) -> tuple[Clamp, ...]:
+    """Clamps on the faces that have taken the place of theirs; ``origin`` is the old face of each, if any."""
+    if origin is None:
+        return held
+    return tuple(
+        replace(clamp, face=face) for clamp in held for face in np.flatnonzero(origin == clamp.face).tolist()
+    )
 
 
 def _again(

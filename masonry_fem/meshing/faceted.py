@@ -13,38 +13,45 @@ import numpy as np
 from masonry_fem.meshing.mesher import along_curves, divisions_along, is_curved
 from masonry_fem.records.mesh_settings import MeshSettings
 from masonry_fem.solid.assembly import Shape
+from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import FloatArray
 
 type Loop = tuple[int, ...]
 
 
-def faceted(shape: Shape, settings: MeshSettings) -> Shape:
+def faceted(shape: Shape, settings: MeshSettings) -> tuple[Shape, IntArray]:
     """The shape with one facet for each element along its curves, where elements do not divide its facets.
 
     Parameters
     ----------
     shape : A shape that has not been meshed.
     settings : Element, and size or divisions.
+
+    Returns
+    -------
+    The shape, and which of the old faces each of its faces comes from: those of one curved side all come from
+    the first that it had.
     """
+    same = np.arange(len(shape.solid.faces))
     if not is_curved(shape):
-        return shape
+        return shape, same
     count = divisions_along(shape, settings)
     chains = shape.rails or tuple(tuple(range(a, b + 1)) for a, b, _ in shape.arcs)
     bent = [chain for chain in chains if count % (len(chain) - 1)]
     if not bent:
-        return shape
+        return shape, same
     at = along_curves(shape, np.linspace(0.0, 1.0, count + 1))
     inner = {chain: at[chains.index(chain)][1:-1] for chain in bent}
     points, number, of = _vertices(shape.solid.vertices, inner)
     solid = shape.solid
     faces = _Faces(bent, number, of, count)
-    for face, name, label in zip(solid.faces, solid.names, solid.labels, strict=True):
-        faces.take(face, name, label)
+    for old in same.tolist():
+        faces.take(solid, old)
     made = Polytope(points, tuple(faces.loops), tuple(faces.names), tuple(faces.labels))
     arcs = tuple((number[a], number[b], centre) for a, b, centre in shape.arcs)
     rails = tuple(of[rail] if rail in of else tuple(number[v] for v in rail) for rail in shape.rails)
-    return replace(shape, solid=made, arcs=arcs, rails=rails)
+    return replace(shape, solid=made, arcs=arcs, rails=rails), np.array(faces.origin)
 
 
 def _vertices(
@@ -76,11 +83,13 @@ class _Faces:
         self.loops: list[Loop] = []
         self.names: list[str] = []
         self.labels: list[str] = []
+        self.origin: list[int] = []
         self._number, self._of, self._count = number, of, count
         self._place = {vertex: (chain, k) for chain in bent for k, vertex in enumerate(chain)}
 
-    def take(self, face: Loop, name: str, label: str) -> None:
+    def take(self, solid: Polytope, old: int) -> None:
         """Add what becomes of an old face; of the facets of one curved side the first makes all."""
+        face = solid.faces[old]
         places = [self._place.get(vertex) for vertex in face]
         known = [place for place in places if place is not None]
         lowest = {chain: min(k for own, k in known if own == chain) for chain, _ in known}
@@ -94,8 +103,9 @@ class _Faces:
         else:
             loops = [tuple(self._of[chain][k + own] for chain, own in known) for k in range(self._count)]
         self.loops += loops
-        self.names += [name] * len(loops)
-        self.labels += [label] * len(loops)
+        self.names += [solid.names[old]] * len(loops)
+        self.labels += [solid.labels[old]] * len(loops)
+        self.origin += [old] * len(loops)
 
     def _replaced(self, face: Loop) -> Loop:
         """A loop with the new chains in place of those that it follows."""

@@ -282,6 +282,7 @@ CASES: dict[str, Callable[[], Row]] = {
     "elastic wall 20x20, to 1e-8": lambda: elastic_wall(20, Statics(), 1e-8),
     "elastic wall 40x40, to 1e-8": lambda: elastic_wall(40, Statics(), 1e-8),
     "elastic wall 100x100, to 1e-8": lambda: elastic_wall(100, Statics(), 1e-8),
+    "elastic wall 64x64, to 1e-8": lambda: elastic_wall(64, Statics(), 1e-8),
     "elastic wall 40x40, built": lambda: elastic_build(40),
     "weighted wall 58x58, placed": lambda: weighted_wall(58),
     "one stone 10x10x10": lambda: large_stone(10, Statics()),

@@ -36,10 +36,12 @@ PATIENCE = 300
 MANY = 500
 # Newton steps in which blocks show whether they stick: then they are enough.
 BRIEF = 10
-# Newton steps of elastic blocks from the round before, and of many of them from cold: a tower whose sliding
-# corners have turned a little takes 25, and more than 60 from the impulses that would hold rigid blocks; a
-# wall of 1600 bricks takes 10 to 20.
+# Newton steps of elastic blocks from the round before: a tower whose sliding corners have turned a little takes
+# 25, and more than 60 from the impulses that would hold rigid blocks.
 LED_STEPS = 40
+# Newton steps of many elastic blocks: a wall of 1600 bricks takes 10 to 20, one of 4000, whose uppermost
+# bricks are loose, some 40.
+MANY_STEPS = 80
 # Newton steps on few rigid blocks before the interior point takes over.
 NEWTON_STEPS = 120
 # Newton steps of elastic blocks from what would hold them if they were rigid: chains take fifty.
@@ -250,7 +252,7 @@ TURNS = (
         "first newton steps",
         lambda at: at.static or at.elastic or (at.warm and not at.plain and not at.few),
         _newton,
-        lambda at: LED_STEPS if at.led or at.many else BRIEF,
+        lambda at: MANY_STEPS if at.many else LED_STEPS if at.led else BRIEF,
     ),
     Turn("moving newton", lambda at: at.elastic and not at.static, _moving_newton, NEWTON_STEPS),
     # what moves, rigid blocks show at a fifth of the cost

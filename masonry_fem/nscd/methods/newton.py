@@ -39,6 +39,7 @@ from masonry_fem.nscd.solvers.linearisation import (
     parted_contacts,
     slipping,
 )
+from masonry_fem.nscd.solvers.loose import Loose, loose_clusters
 from masonry_fem.nscd.solvers.modal_system import ModalSystem
 from masonry_fem.nscd.solvers.newton_system import NewtonFactor, NewtonSystem
 
@@ -149,6 +150,10 @@ class NewtonRun:
         self.error = 1.0  # natural map at the last centre
         self.softens = True  # ε may fall again after it had to rise
         self.escape = Escape()
+        self.jams, self.settled = (
+            False,
+            _SETTLING,
+        )  # loose bodies keep steps short; least residual beside them
         self.best, self.idle, self.crawling = np.inf, 0, 0
         self.least, self.resting = np.inf, 0  # least error, and how many steps stayed at it
         if start is not None and start.impulse is not None:
@@ -216,16 +221,43 @@ class NewtonRun:
         if self.solved_before is not None:
             here, self.solved_before = self._led_on(here, self.solved_before), None
         here = self._unswung(here)
+        loose = self._loose(here)
+        if loose is not None:
+            here = replace(here, line=loose.line)
         factor = self._factor(here.line)
         change, motion = self._solve(factor, here, here.line.residual)
         full = self._look(here.impulse + change, here.rigid_velocity + motion)
         if self.bonded:
             return self._bond(factor, here, full)
         self.round.residuals.append(here.residual)
+        if loose is not None:
+            settled, self.settled = here.residual <= _AGAIN * self.settled, min(self.settled, here.residual)
+            if settled:
+                return self._drift(factor, here, full, loose)
         usual = 0 if self.system.many else _FULL
         if self.round.steps < (usual if self.settings.full_steps is None else self.settings.full_steps):
             return full
         return self._search(here, change, motion, full)
+
+    def _loose(self, here: _Point) -> Loose | None:
+        """Bodies that a step would take anywhere, once some has made it too short."""
+        if not self.jams or self.bonded:
+            return None
+        return loose_clusters(self.problem, here.line, here.pressed, here.velocity)
+
+    def _drift(self, factor: NewtonFactor, here: _Point, full: _Point, loose: Loose) -> _Point:
+        """The end of a step, with loose bodies moved on as far as friction lets them."""
+        problem = self.problem
+        withheld = loose.withheld(full.impulse - here.impulse, full.velocity - here.velocity)
+        change, motion = factor.solve(withheld, np.zeros_like(full.rigid_velocity))
+        slip = problem.elastic_velocity(change) + problem.contact_velocity(motion)
+        slip += (self.round.alpha * self.proximal)[:, None] * change
+        load = problem.rigid_impulse - self.round.mass * (full.rigid_velocity - self.round.rigid_velocity)
+        lengths = loose.lengths(full.impulse, full.velocity, load, self.round.mass, (change, slip, motion))
+        of_contacts, of_bodies = loose.along(lengths)
+        return self._look(
+            full.impulse + of_contacts[:, None] * change, full.rigid_velocity + of_bodies[:, None] * motion
+        )
 
     def _led_on(self, here: _Point, velocity: FloatArray) -> _Point:
         """The point linearised where the problem before was solved: its statuses, and what has changed."""
@@ -326,6 +358,7 @@ class NewtonRun:
                 break
             length *= 0.5
             point = self._look(here.impulse + length * change, here.rigid_velocity + length * motion)
+        self.jams |= length < _JAMMED and self.system.many and self.problem.cohesion_stiffness is None
         return point
 
     def _look(self, impulse: FloatArray, rigid_velocity: FloatArray, *, bonded: bool = False) -> _Point:
@@ -442,6 +475,9 @@ _NEARER = 0.5  # share of the residual, so that gaps of rounding decide nothing
 _FELT = 10.0  # times the residual without gaps
 _ROUNDING, _WIDE = 1e-6, 0.1  # gaps relative to what the greatest impulse closes at a contact
 _PARTINGS = 3  # after which Newton's steps settle the rest
+_JAMMED = 0.01  # length of a step that is too short
+_SETTLING = 3e-6  # residual from which loose bodies are moved on: above it, what carries them still moves
+_AGAIN = 1.5  # they are moved on again where the residual is down to so many times its least
 _SETTLED = 2  # steps of a round before its contacts' swinging means anything
 _RESTING = 2  # steps that leave the error as it is
 _SOFT = 1e-6  # first ε, relative to the compliance that B sees

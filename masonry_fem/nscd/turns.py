@@ -36,11 +36,11 @@ PATIENCE = 300
 MANY = 500
 # Newton steps in which blocks show whether they stick: then they are enough.
 BRIEF = 10
-# Newton steps of elastic blocks from the round before: a tower whose sliding corners have turned a little takes
-# 25, and more than 60 from the impulses that would hold rigid blocks.
+# Newton steps of elastic blocks from the round before: a tower whose sliding corners have turned a little
+# takes 25, and more than 60 from the impulses that would hold rigid blocks.
 LED_STEPS = 40
-# Newton steps of many elastic blocks: a wall of 1600 bricks takes 10 to 20, one of 4000, whose uppermost
-# bricks are loose, some 40.
+# Newton steps of many elastic blocks: a wall of 1600 bricks takes 10 to 20, one of 4100, whose uppermost
+# bricks are loose, 23.
 MANY_STEPS = 80
 # Newton steps on few rigid blocks before the interior point takes over.
 NEWTON_STEPS = 120

@@ -26,7 +26,7 @@ from masonry_fem.nscd.plane import PlaneForm, plane_form
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.rest import Rest
 from masonry_fem.nscd.settings import SolverSettings, Start
-from masonry_fem.nscd.solvers.elastic_krylov import iteration_pays
+from masonry_fem.nscd.solvers.elastic_krylov import FACTORED, iteration_pays
 
 # Sweeps that are tried: where more are foreseen after PATIENCE of them, the next turn takes over. One Newton
 # step costs as much as 500 to 1000 sweeps.
@@ -36,12 +36,13 @@ PATIENCE = 300
 MANY = 500
 # Newton steps in which blocks show whether they stick: then they are enough.
 BRIEF = 10
-# Newton steps of elastic blocks from the round before: a tower whose sliding corners have turned a little
-# takes 25, and more than 60 from the impulses that would hold rigid blocks.
+# Newton steps of elastic blocks from the round before, and of many of them from cold: a tower whose sliding
+# corners have turned a little takes 25, and more than 60 from the impulses that would hold rigid blocks; a
+# wall of 1600 bricks takes 10 to 20.
 LED_STEPS = 40
-# Newton steps of many elastic blocks: a wall of 1600 bricks takes 10 to 20, one of 4100, whose uppermost
-# bricks are loose, 23.
-MANY_STEPS = 80
+# The same where no factor fits, so that no other turn would end: a wall of 10 000 bricks, of which the
+# uppermost are loose, takes some 150.
+LARGE_STEPS = 200
 # Newton steps on few rigid blocks before the interior point takes over.
 NEWTON_STEPS = 120
 # Newton steps of elastic blocks from what would hold them if they were rigid: chains take fifty.
@@ -83,6 +84,11 @@ class Case:
     def many(self) -> bool:
         """True for as many elastic contacts as iterations are worth a try for; other turns take longer."""
         return self.elastic and iteration_pays(self.problem)
+
+    @property
+    def large(self) -> bool:
+        """True for more of them than a factor would take over from."""
+        return self.many and self.problem.count > FACTORED
 
     @cached_property
     def static(self) -> bool:
@@ -252,7 +258,7 @@ TURNS = (
         "first newton steps",
         lambda at: at.static or at.elastic or (at.warm and not at.plain and not at.few),
         _newton,
-        lambda at: MANY_STEPS if at.many else LED_STEPS if at.led else BRIEF,
+        lambda at: LARGE_STEPS if at.large else LED_STEPS if at.led or at.many else BRIEF,
     ),
     Turn("moving newton", lambda at: at.elastic and not at.static, _moving_newton, NEWTON_STEPS),
     # what moves, rigid blocks show at a fifth of the cost

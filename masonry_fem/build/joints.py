@@ -210,9 +210,9 @@ def _skin(scene: specs.Scene, stones: Stones, contacts: Contacts) -> np.ndarray 
     for own, name in set(pairs):
         depth = 0.0 if own is None else fidelity(own).skin(scene.materials[name])
         soft[own, name] = depth / scene.materials[name].modulus if depth else 0.0
-    share = np.array([soft[pair] for pair in pairs])
-    if not share[contacts.blocks].any():
+    if not any(soft.values()):
         return None
+    share = np.array([soft[pair] for pair in pairs])
     faces = np.bincount(contacts.interface, contacts.area)[contacts.interface]
     width = bearing(faces) ** (1.0 / (contacts.dimension - 1))
     given_way: np.ndarray = width * share[contacts.blocks].sum(axis=1)

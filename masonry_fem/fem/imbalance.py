@@ -18,7 +18,6 @@ The elements' stress σ_h balances all that acts on the nodes, contacts and clam
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import combinations_with_replacement
 from math import comb
 from typing import Self
 
@@ -27,6 +26,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from masonry_fem.fem.lagrange import is_simplex, lagrange, linear, order
+from masonry_fem.fem.monomials import monomials
 from masonry_fem.fem.recovery import blend
 from masonry_fem.solid.mesh import Mesh
 
@@ -82,12 +82,12 @@ class Imbalance:
         slopes = _slopes(mesh, points, inverse, volume)
         middle, size = mesh.points.mean(axis=0), float(np.ptp(mesh.points, axis=0).max())
         degree = _degree(mesh)
-        values, _ = _polynomials((mesh.points - middle) / size, degree)
+        values, _ = monomials((mesh.points - middle) / size, degree)
         A = np.zeros((len(values), d, len(values), d))
         for first in range(0, len(mesh.cells), AT_ONCE):
             some = slice(first, first + AT_ONCE)
             at = lagrange(mesh.cell).values(points) @ mesh.points[mesh.cells[some]]
-            _, exact = _polynomials((at.reshape(-1, d) - middle) / size, degree)
+            _, exact = monomials((at.reshape(-1, d) - middle) / size, degree)
             exact /= size
             pulled = exact * volume[some].reshape(-1, 1)
             A += np.einsum("tqj,ajbl,sql->tasb", pulled, stiffness, exact, optimize=True)
@@ -149,19 +149,3 @@ def _degree(mesh: Mesh) -> int:
     simplices = is_simplex(mesh.cell) and order(mesh.cell) == 1
     terms = comb(mesh.dimension + 3, 3) - 1
     return 3 if simplices and len(mesh.points) >= ENOUGH * terms else 2
-
-
-def _polynomials(places: FloatArray, degree: int) -> tuple[FloatArray, FloatArray]:
-    """Monomials of degree 1 to ``degree`` at places (p, d), shape (t, p), and their slopes (t, p, d)."""
-    d = places.shape[1]
-    powers = np.array(
-        [
-            np.bincount(np.array(axes), minlength=d)
-            for total in range(1, degree + 1)
-            for axes in combinations_with_replacement(range(d), total)
-        ]
-    )
-    values = np.prod(places ** powers[:, None], axis=2)
-    lower = np.maximum(powers[:, None] - np.eye(d, dtype=int), 0)  # t, axis, d
-    slopes = powers[:, None] * np.prod(places[:, None] ** lower[:, None], axis=3)
-    return values, slopes

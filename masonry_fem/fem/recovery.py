@@ -13,13 +13,13 @@ its own, so that no patch extends across a joint.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import combinations_with_replacement
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
 from masonry_fem.fem.lagrange import is_simplex, lagrange, linear, order, quadrature
+from masonry_fem.fem.monomials import exponents
 from masonry_fem.solid.mesh import Mesh
 
 FloatArray = NDArray[np.float64]
@@ -200,25 +200,19 @@ class _Fit:
     def of(cls, places: FloatArray, counts: IntArray, degree: int) -> _Fit:
         """Fits to samples (s, d) that lie patch by patch, ``counts`` of them in each."""
         d, start = places.shape[1], np.concatenate([[0], np.cumsum(counts)])
-        exponents = np.array(
-            [
-                np.bincount(np.array(axes, dtype=int), minlength=d)
-                for total in range(degree + 1)
-                for axes in combinations_with_replacement(range(d), total)
-            ]
-        )
-        dear = LOWER ** np.maximum(exponents.sum(axis=1) - 1.0, 0.0)
+        powers = exponents(d, degree, lowest=0)
+        dear = LOWER ** np.maximum(powers.sum(axis=1) - 1.0, 0.0)
         middle, turn = np.zeros((len(counts), d)), np.zeros((len(counts), d, d))
-        coefficients = np.zeros((len(places), len(exponents)))
+        coefficients = np.zeros((len(places), len(powers)))
         for count in np.unique(counts):  # patches of one size at once
             mine = np.flatnonzero(counts == count)
             rows = start[mine][:, None] + np.arange(count)
             middle[mine], turn[mine] = _whitening(places[rows])
             local = np.einsum("wij,wsj->wsi", turn[mine], places[rows] - middle[mine][:, None])
-            terms = np.prod(local[:, :, None] ** exponents, axis=3)
+            terms = np.prod(local[:, :, None] ** powers, axis=3)
             inverse = dear[:, None] * np.linalg.pinv(terms * dear, rcond=RANK)
             coefficients[rows] = np.swapaxes(inverse, 1, 2)
-        return cls(middle, turn, exponents, coefficients)
+        return cls(middle, turn, powers, coefficients)
 
     def basis(self, points: FloatArray, patch: IntArray) -> FloatArray:
         """Monomials at points (k, d), each of a patch (k,), shape (k, t)."""

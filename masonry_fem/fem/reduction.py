@@ -14,7 +14,6 @@ stress of a block is what the forces on it balance.
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 from typing import Self
 
@@ -24,6 +23,7 @@ from masonry_fem.bodies.base import FloatArray, IntArray, Scheme
 from masonry_fem.fem.assemble import ShapeOperators
 from masonry_fem.fem.condense import coefficients
 from masonry_fem.fem.modes import RigidModes
+from masonry_fem.fem.monomials import monomials
 
 DEPENDENT = 1e-10  # share of the largest: polynomials that a mesh cannot tell from others
 
@@ -51,7 +51,9 @@ class Basis:
         rigid : Its rigid modes.
         degree : Highest degree, >= 1.
         """
-        fields = _polynomials(operators.mesh.points - rigid.centroid, degree)
+        away = operators.mesh.points - rigid.centroid
+        values, _ = monomials(away / np.abs(away).max(axis=0), degree)
+        fields = np.kron(values.T, np.eye(away.shape[1]))  # each in each component
         for _ in range(2):
             fields = fields - rigid.modes @ (rigid.momentum.T @ fields)
             gram = fields.T @ (operators.mass @ fields)
@@ -60,21 +62,6 @@ class Basis:
             fields = fields @ (directions[:, kept] / np.sqrt(size[kept]))
         squares, turn = np.linalg.eigh(fields.T @ (operators.stiffness @ fields))
         return cls(np.ascontiguousarray(fields @ turn), squares)
-
-
-def _polynomials(points: FloatArray, degree: int) -> FloatArray:
-    """Values of all monomials of degree 1 to ``degree`` in each component, shape (n, fields)."""
-    count, d = points.shape
-    scaled = points / np.abs(points).max(axis=0)
-    fields = []
-    for power in range(1, degree + 1):
-        for axes in itertools.combinations_with_replacement(range(d), power):
-            values = scaled[:, axes].prod(axis=1)
-            for axis in range(d):
-                field = np.zeros((count, d))
-                field[:, axis] = values
-                fields.append(field.ravel())
-    return np.array(fields).T
 
 
 class ReducedCompliance:

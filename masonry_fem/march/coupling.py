@@ -84,7 +84,6 @@ class Coupling:
     bodies : Rigid bodies at the two sides of each contact, −1 for supports, shape (c, 2).
     soft : Contacts of which a side deforms, shape (c,).
     structure : What the contact solver keeps from round to round and step to step.
-    modal : Whether all blocks that deform do so by few modes.
     """
 
     model: Model
@@ -94,7 +93,6 @@ class Coupling:
     bodies: IntArray
     soft: NDArray[np.bool_]
     structure: Structure = field(default_factory=Structure, repr=False)
-    modal: bool = False
     _cached: _Cached = field(default_factory=_Cached, repr=False)
 
     def placement(self, states: tuple[Any, ...]) -> Placement:
@@ -202,11 +200,17 @@ class Coupling:
         if cached.matrix is None or not same:
             # stones that yield without associated flow have no symmetric tangent
             symmetric = not any(tangents)
-            many = self._numbers > MANY or self.modal
+            many = self._numbers > MANY or self._modal
             cached.matrix = None  # two at a time would take twice the memory
             cached.matrix = (self._shared if many else self._condense)(here, scheme, guess, symmetric)
             cached.scheme, cached.seen, cached.tangents = scheme, here.seen, tangents
         return cached.matrix
+
+    @property
+    def _modal(self) -> bool:
+        """Whether all blocks that deform do so by few modes."""
+        deforming = [group.modal for group in self.model.groups if group.deforms]
+        return bool(deforming) and all(deforming)
 
     @property
     def _numbers(self) -> int:
@@ -227,7 +231,7 @@ class Coupling:
             for rows, turns, matrix in attachment.kinds(scheme, seen, at)
         ]
         c, d = here.points.shape
-        if self.modal:
+        if self._modal:
             return Modal(c, d, kinds, symmetric, self._modes(here, scheme))
         return Shared(c, d, kinds, symmetric)
 
@@ -324,9 +328,7 @@ def connect(model: Model) -> Coupling:
         if not group.prescribed:
             bodies[contact, side] = solved + body
             solved += len(group.blocks)
-    soft_groups = [group for group in model.groups if group.deforms]
-    modal = bool(soft_groups) and all(group.modal for group in soft_groups)
-    return Coupling(model, tuple(sides), tuple(attachments), tuple(first_body), bodies, soft, modal=modal)
+    return Coupling(model, tuple(sides), tuple(attachments), tuple(first_body), bodies, soft)
 
 
 def _same(one: tuple[Any, ...], other: tuple[Any, ...]) -> bool:

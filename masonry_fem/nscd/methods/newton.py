@@ -150,10 +150,8 @@ class NewtonRun:
         self.error = 1.0  # natural map at the last centre
         self.softens = True  # ε may fall again after it had to rise
         self.escape = Escape()
-        self.jams, self.settled = (
-            False,
-            _SETTLING,
-        )  # loose bodies keep steps short; least residual beside them
+        self.jams = False  # loose bodies have kept a step short
+        self.settled = _SETTLING  # least residual beside them
         self.best, self.idle, self.crawling = np.inf, 0, 0
         self.least, self.resting = np.inf, 0  # least error, and how many steps stayed at it
         if start is not None and start.impulse is not None:

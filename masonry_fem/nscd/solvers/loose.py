@@ -118,7 +118,8 @@ class Loose:
         more = change[rows, 0] - rho * slip[rows, 0]
         given = self._sum((load * motion).sum(axis=1))
         held = self._sum((drag * motion**2).sum(axis=1))
-        two, number = self.sides.ravel(), self.count
+        number, loose = self.count, self.sides >= 0
+        of = self.sides[loose]
 
         def power(length: FloatArray) -> FloatArray:
             far = length[owner]
@@ -127,8 +128,8 @@ class Loose:
             force[:, 0] = np.maximum(bearing + far * more, 0.0)
             speed = graphs.tangential_norm(moved)
             force[:, 1:] = -(friction * force[:, 0] / np.where(speed > 0, speed, 1.0))[:, None] * moved[:, 1:]
-            taken = (force[:, None, :] * seen).sum(axis=2).ravel()
-            return np.bincount(two[two >= 0], taken[two >= 0], number) + given - length * held
+            taken = (force[:, None, :] * seen).sum(axis=2)[loose]
+            return np.bincount(of, taken, number) + given - length * held
 
         first = power(np.zeros(number))
         goes, enough = first > 0, BALANCED * np.abs(first)
@@ -177,6 +178,7 @@ def loose_clusters(
     softened = contacts[~line.open[contacts] & ~line.plain[contacts]]
     trial = pressed[softened] - line.rho[softened, None] * velocity[softened]
     size = graphs.tangential_norm(trial)
+    size = np.where(size > 0, size, 1.0)  # a contact may be taken for sliding that does not
     direction = trial[:, 1:] / size[:, None]
     share = SECANT * problem.friction[softened] * np.maximum(trial[:, 0], 0.0) / size
     secant = share[:, None, None] * direction[:, :, None] * direction[:, None, :]

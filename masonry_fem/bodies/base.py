@@ -310,6 +310,10 @@ class Moves(Protocol):
         """The state with its velocities multiplied by ``factor`` (0: velocity zeroing)."""
         ...
 
+    def going_on(self, state: State, end: State) -> State:
+        """A step's start with velocities and material of its end; the motion of supports stays as given."""
+        ...
+
     def with_velocity(self, state: State, body: int, velocity: FloatArray, spin: FloatArray) -> State:
         """One block set moving at ``velocity`` (d,) [m/s], turning at ``spin`` (1,) or (3,) [rad/s]."""
         ...
@@ -474,6 +478,19 @@ class Nonlinear(Protocol):
 
         None where no block changes from elastic to what it is.
         """
+        ...
+
+    @property
+    def crossing(self) -> float:
+        """Time that a wave takes from one end of a block to the other [s]."""
+        ...
+
+    def lost_between(self, state: State, after: State) -> FloatArray:
+        """Energy that the material loses on the way from one state to another, shape (b,) [J]."""
+        ...
+
+    def joined(self, state: State, after: State, lost: FloatArray | float) -> State:
+        """The end of a step from ``state`` that was reached by several, which lost so much, (b,) [J]."""
         ...
 
     def between(self, state: State, start: State, end: State, share: float, scheme: Scheme) -> State:

@@ -290,6 +290,10 @@ class RigidGroup(Undeformed):
         """The state with its velocities multiplied by ``factor``."""
         return replace(state, velocity=factor * state.velocity)
 
+    def going_on(self, state: RigidState, end: RigidState) -> RigidState:
+        """The state with the velocities of the end."""
+        return replace(state, velocity=end.velocity)
+
     def step_energy(
         self, state: RigidState, after: RigidState, force: FloatArray, nodal: FloatArray | None,
         scheme: Scheme,

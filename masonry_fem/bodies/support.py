@@ -254,6 +254,10 @@ class SupportGroup(Undeformed):
         """The state with its velocities multiplied by ``factor``; the motion goes on as given."""
         return replace(state, velocity=factor * state.velocity)
 
+    def going_on(self, state: SupportState, end: SupportState) -> SupportState:
+        """The state itself: the motion is given."""
+        return state
+
     def kinetic_energy(self, state: SupportState) -> FloatArray:
         """Nothing: no mass, shape (b,) [J]."""
         return np.zeros(self.count)

@@ -103,6 +103,10 @@ class Constitution(ABC):
     def followed(self, before: Strained, displacement: FloatArray, time: float) -> Memory | None:
         """The memory after a step from a state to displacements (b, n) [m] at a time [s]."""
 
+    def joined(self, before: Strained, after: Strained, lost: FloatArray | float) -> Memory | None:
+        """The memory after a step that was reached by several, which lost so much, (b,) [J]."""
+        return after.memory
+
     @abstractmethod
     def forces(
         self, before: Strained, after: Strained, theta: float, rate: FloatArray | None = None

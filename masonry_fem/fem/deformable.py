@@ -277,6 +277,31 @@ class Deformable[S: Deformed](Meshed[S]):
         )
         return changed
 
+    def going_on(self, state: S, end: S) -> S:
+        """The state with velocities and material of the end."""
+        changed: S = replace(  # type: ignore[type-var]
+            state, rigid_velocity=end.rigid_velocity, velocity=end.velocity, memory=end.memory
+        )
+        return changed
+
+    @property
+    def crossing(self) -> float:
+        """Length of a block over the speed √(E/ρ) of waves [s]."""
+        material, length = self.operators.material, np.linalg.norm(np.ptp(self.mesh.points, axis=0))
+        return float(length * np.sqrt(material.density / material.young))
+
+    def lost_between(self, state: S, after: S) -> FloatArray:
+        """Energy that the material loses on the way from one state to another, shape (b,) [J]."""
+        memory = self.constitution.followed(state, after.displacement, after.time)
+        return np.zeros(self.count) if memory is None else memory.dissipated
+
+    def joined(self, state: S, after: S, lost: FloatArray | float) -> S:
+        """The end of a step from ``state`` that was reached by several, which lost so much, (b,) [J]."""
+        changed: S = replace(  # type: ignore[type-var]
+            after, memory=self.constitution.joined(state, after, lost)
+        )
+        return changed
+
     def material_state(self, state: S) -> Mapping[str, FloatArray]:
         """What the material shows of its memory at Gauss points, each of shape (b, m, p)."""
         return self.constitution.shown(state)

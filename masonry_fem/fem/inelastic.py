@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from functools import cached_property
 from typing import override
 
@@ -118,6 +119,17 @@ class Inelasticity(Constitution):
         if self.warming is not None:
             grown -= self._pressed(change) * self.warming.change(before, after)
         return own.excess - (1 - theta) * grown, own.dissipated
+
+    @override
+    def joined(self, before: Strained, after: Strained, lost: FloatArray | float) -> Memory:
+        own, stretch = remembered(after), after.displacement - before.displacement
+        work = dot(self.strains.forces(own.stress), stretch)
+        if self.warming is not None:
+            work -= self._pressed(own.stress) * self.warming.change(before, after)
+        dissipated = np.zeros_like(work) + lost
+        return replace(
+            own, dissipated=dissipated, excess=work - (own.stored - remembered(before).stored) - dissipated
+        )
 
     @override
     def expanding(self, state: Strained, step: float) -> FloatArray | float:

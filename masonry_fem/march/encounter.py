@@ -38,6 +38,8 @@ def meeting_step(
     until: float,
     clock: Clock,
     lookout: Lookout,
+    *,
+    snaps: bool = False,
 ) -> tuple[Coupling, Increment]:
     """A step with the contacts of all blocks that meet in it, and the coupling that has these contacts.
 
@@ -50,8 +52,9 @@ def meeting_step(
     until : Time at the end of the step [s]; the load factor in statics.
     clock : Gathers CPU times by phase.
     lookout : Finds blocks that are in each other without a contact.
+    snaps : Whether stones that soften may snap to a balance further away.
     """
-    made = expelling_step(coupling.model, coupling, state, scheme, settings, until, clock)
+    made = expelling_step(coupling.model, coupling, state, scheme, settings, until, clock, snaps=snaps)
     lookout.look(made.after.bodies, static=scheme.inertia == 0)
     met = np.zeros(0, dtype=np.int64)
     while made.solution.solved:
@@ -71,7 +74,7 @@ def meeting_step(
         old = _continued(model, state, found, here, kept)
         state = carried(model, found, coupling, here, state, old)
         clock.lap("detect")
-        made = expelling_step(found, coupling, state, scheme, settings, until, clock)
+        made = expelling_step(found, coupling, state, scheme, settings, until, clock, snaps=snaps)
         lookout.look(made.after.bodies, always=True)
     clock.lap("detect")
     return coupling, made

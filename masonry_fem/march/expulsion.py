@@ -24,6 +24,8 @@ def expelling_step(
     settings: SolverSettings,
     until: float,
     clock: Clock,
+    *,
+    snaps: bool = False,
 ) -> Increment:
     """A ``step``; where driving overlaps apart leaves no solution, the same step with overlaps held.
 
@@ -39,14 +41,16 @@ def expelling_step(
     settings : Of the contact solver.
     until : Time at the end of the step [s]; the load factor in statics.
     clock : Gathers CPU times by phase.
+    snaps : Whether stones that soften may snap to a balance further away.
     """
     wait, span = state.held
     if model.expulsion <= 0 or wait == 0:
-        made = step(model, coupling, state, scheme, settings, until, clock)
+        made = step(model, coupling, state, scheme, settings, until, clock, snaps=snaps)
         overlaps = model.expulsion > 0 and bool((made.here.gap < 0).any())
         if made.solution.solved or not overlaps:
             return made
-    made = step(replace(model, expulsion=0.0), coupling, state, scheme, settings, until, clock)
+    held_model = replace(model, expulsion=0.0)
+    made = step(held_model, coupling, state, scheme, settings, until, clock, snaps=snaps)
     held = (wait - 1, span) if wait > 0 else (max(1, 2 * span), max(1, 2 * span))
     jammed = made.solution.solved
     return replace(made, after=replace(made.after, held=held), jammed=jammed)

@@ -88,7 +88,9 @@ def _parts(
 
     ``parts`` is into how many it may be divided for the joints' sake, and for that of blocks that turn.
     """
-    met, made = meeting_step(coupling, state, scheme, settings, until, clock, lookout)
+    # the shortest part alone, so that the load at which stones snap is known as well as any
+    snaps = parts[1] == 1 and scheme.inertia == 0
+    met, made = meeting_step(coupling, state, scheme, settings, until, clock, lookout, snaps=snaps)
     found = made.solution.solved and made.joint_change == 0
     doubtful = made.adhesion_loss > ABRUPT or not found
     divided = _halves(coupling, strategy, state, scheme, until, parts, settings, clock, lookout)

@@ -23,6 +23,7 @@ from masonry_fem.march.coupling import Coupling, Placement
 from masonry_fem.march.model import Model
 from masonry_fem.march.place import Place, begun, relative_velocity
 from masonry_fem.march.rounds import NEWTON_TOLERANCE, Round, Rounds
+from masonry_fem.march.snapping import snapped
 from masonry_fem.march.state import STICK, SystemState
 from masonry_fem.march.steering import SteeredRounds
 from masonry_fem.march.turning import turned, turned_roughly
@@ -53,6 +54,7 @@ class Increment:
     strayed : Impulses balance where the step begins, and none were found that do where it leads.
     residuals : What stresses of nonlinear blocks left of balance, relative, round by round; () where all
         are linear.
+    snapped : Stones found no balance near the start of the step, but one further away.
     unsettled : The block of the greatest one, where the last is above the tolerance, or of a control that
         misses its place; None: all balance.
     """
@@ -76,6 +78,7 @@ class Increment:
     strayed: bool = False
     residuals: tuple[float, ...] = ()
     unsettled: int | None = None
+    snapped: bool = False
 
     @property
     def adhesion_loss(self) -> float:
@@ -119,6 +122,8 @@ def step(
     settings: SolverSettings,
     until: float | None = None,
     clock: Clock | None = None,
+    *,
+    snaps: bool = False,
 ) -> Increment:
     """Advance a state by one step.
 
@@ -132,6 +137,7 @@ def step(
     until : Time at the end [s], in statics the load factor; by default the time of ``state`` plus the length.
         Where the model has a ``control``, the share of its distance that is reached instead.
     clock : Gathers CPU times by phase.
+    snaps : Look further away for a balance of stones that soften where none is near the start.
     """
     end = state.time + scheme.step if until is None else until
     own = Clock() if clock is None else clock
@@ -142,12 +148,19 @@ def step(
     if found is not None:
         return _ended(rounds, found.made, found.place)
     first = _first(rounds)
+    snap = snapped(rounds, first) if snaps else None
+    if snap is not None:
+        rounds, first = snap.rounds, snap.made
     if not rounds.settled(first):
         return replace(_ended(rounds, first, rounds.start), strayed=True)
+    place, strayed, made = rounds.start, False, first
     if turns and first.solution.solved:
         found = turned(rounds, first)
-        return replace(_ended(rounds, found.made, found.place), strayed=found.strayed)
-    return _ended(rounds, first, rounds.start)
+        place, strayed, made = found.place, found.strayed, found.made
+    ended = replace(_ended(rounds, made, place), strayed=strayed)
+    if snap is None:
+        return ended
+    return replace(ended, before=state, after=snap.ended(state, ended.after), snapped=True)
 
 
 def _first(rounds: Rounds) -> Round:

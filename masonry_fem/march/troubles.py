@@ -31,6 +31,7 @@ class Troubles:
     unsettled : What the joints' state still changed by, in steps in which the joint laws did not settle.
     rounding : What rounding alone may make of the errors of ``inexact``, at most.
     abrupt : Times of the steps in which some joint lost more than half of its adhesion at once.
+    snapped : Times of the steps in which stones snapped to a balance further away.
     jammed : Number of steps in which overlaps could not be driven apart.
     deepest : Deepest overlap [m].
     """
@@ -41,6 +42,7 @@ class Troubles:
         self.rounding = 0.0
         self.unsettled: list[float] = []
         self.abrupt: list[float] = []
+        self.snapped: list[float] = []
         self.jammed, self.deepest = 0, 0.0
 
     def see(self, made: Increment, report: StepReport) -> None:
@@ -54,6 +56,8 @@ class Troubles:
             self.unsettled.append(report.joint_change)
         if report.adhesion_loss > ABRUPT:
             self.abrupt.append(report.time)
+        if made.snapped:
+            self.snapped.append(report.time)
         self.jammed += made.jammed
         self.deepest = max(self.deepest, report.max_penetration)
 
@@ -92,6 +96,14 @@ class Troubles:
                 f"state still changed by up to {max(self.unsettled):.1e} (of β, of the largest jump, or of "
                 "τ/σ where mortar crushes); take smaller steps (in statics analysis.substeps divides "
                 "those that need it), or dynamics",
+            )
+        if self.snapped:
+            remark(
+                "snapped",
+                f"stones cracked abruptly in {len(self.snapped)} of {report.so_far}, first at load "
+                f"factor {self.snapped[0]:.4g}: with no equilibrium near by, the structure snaps to another, "
+                "found by a motion that gathers no speed; with speed it may crack further. Dynamics shows "
+                "the motion itself, kind = 'path' balanced states in between",
             )
         if self.abrupt:
             finest = 2 ** (strategy.parts.bit_length() - 1)  # steps are halved

@@ -37,7 +37,7 @@ import numpy as np
 from masonry_fem.bodies.base import FloatArray
 from masonry_fem.march.place import Place, reached, rounding, turning
 from masonry_fem.march.rounds import NEWTON_TOLERANCE, SHARE, Round, Rounds
-from masonry_fem.march.yielding import settled_stresses
+from masonry_fem.march.yielding import ROUGH_PATIENCE, settled_stresses
 from masonry_fem.nscd import Outcome
 
 logger = logging.getLogger(__name__)
@@ -83,7 +83,7 @@ def turned_roughly(rounds: Rounds) -> Turned | None:
         return None
     first = rounds.roughly(ROUGH).solved(rounds.start, None)
     if rounds.nonlinear:
-        first = settled_stresses(rounds, first, ROUGH)
+        first = settled_stresses(rounds, first, ROUGH, patience=ROUGH_PATIENCE)
     if not first.solution.solved or not rounds.settled(first):
         return None
     found = turned(rounds, first, ROUGH)

@@ -17,8 +17,8 @@ def test_contacts_that_are_not_solved_halve_a_step_of_blocks_that_deform(fidelit
     """The solver is made to find nothing in more than a quarter of the load."""
     solved = dividing.meeting_step
 
-    def found(coupling, state, scheme, *rest):
-        met, made = solved(coupling, state, scheme, *rest)
+    def found(coupling, state, scheme, *rest, **keys):
+        met, made = solved(coupling, state, scheme, *rest, **keys)
         if scheme.step > 0.25:
             far = replace(made.solution.quality, natural_map=1e-3)
             made = replace(made, solution=replace(made.solution, outcome=Outcome.UNDECIDED, quality=far))

@@ -39,7 +39,8 @@ class Scheme:
     ----------
     step : h [s]; any number > 0 in statics (it cancels).
     theta : ½ ≤ θ ≤ 1.
-    inertia : 1 in dynamics, 0 in true statics (M_r = 0, M̂ = h²K, θ = 1, no damping).
+    inertia : 1 in dynamics, 0 in true statics (M_r = 0, M̂ = h²K, θ = 1, no damping); masses are multiplied
+        by any other (``snapping``).
     """
 
     step: float

@@ -151,3 +151,12 @@ def test_faces_of_two_labels_are_two_faces():
     total = np.bincount(contacts.interface % 2, contacts.area)
     expected = np.bincount(np.arange(len(interfaces)) % 2, [one.area for one in interfaces])
     np.testing.assert_allclose(total, expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("outer", [(13, 2), (24, 2)], ids=["nearly alike", "one divides the other"])
+def test_auto_is_weighted_where_vertices_face_facets(outer):
+    """Contacts at nodes had the right area on both sides, but gaps of what facets miss the arc by."""
+    _, contacts = placed(rings((12, 2), outer), "auto")
+    assert contacts.means is not None
+    assert contacts.count == outer[0] + 1
+    assert np.abs(contacts.gap).max() < 2e-4

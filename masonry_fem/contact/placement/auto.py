@@ -3,7 +3,9 @@
 Contacts at nodes are exact where they bring a uniform pressure to the right nodes of both sides: where meshes
 match, or one divides the facets of the other. Where the vertices of one mesh are among those of the other,
 but facets are of another kind, they stay at the nodes, too, and the error is told: on domes, whose crown has
-tetrahedra, weighted ones take Newton's method ten times as many steps. Rigid faces have them at corners.
+tetrahedra, weighted ones take Newton's method ten times as many steps. On round faces vertices have to face
+vertices as well: one that faces the middle of a facet is apart from it by what the facet misses the arc.
+Rigid faces have them at corners.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ from masonry_fem.contact.placement.parts.patch import Patch
 from masonry_fem.contact.placement.parts.pieces import Pieces
 from masonry_fem.contact.placement.parts.rule import Rule, Spots
 
+WHOLE, MOST = 0.99, 0.5  # of a facet, and of the area that two round faces have in common
 SAME = 1e-6  # of the interface's size: vertices nearer than that are one
 MISPLACED = (
     0.01  # of a uniform pressure, at the wrong nodes: what contacts at nodes may do, stresses err by 3 %
@@ -60,7 +63,10 @@ def together(patches: Sequence[Patch], rule: Rule) -> list[Spots]:
     """
     if not any(side.mesh for side in patches[0].sides):
         return [corners.points(patch, rule) for patch in patches]
-    pieces, spots = Pieces.of(patches), [nodes.points(patch, rule) for patch in patches]
+    pieces = Pieces.of(patches)
+    if len(patches) > 1 and all(side.mesh for side in patches[0].sides) and not _facing(pieces):
+        return [weighted.on_pieces(pieces)]
+    spots = [nodes.points(patch, rule) for patch in patches]
     error = max(misplaced(spots, pieces, side) for side in (0, 1))
     if error <= MISPLACED:
         return spots
@@ -69,8 +75,15 @@ def together(patches: Sequence[Patch], rule: Rule) -> list[Spots]:
     return [weighted.on_pieces(pieces)]
 
 
-def _nested(pieces: Pieces) -> bool:
-    """Whether the vertices that one mesh has in the patches are among those of the other."""
+def _facing(pieces: Pieces) -> bool:
+    """Whether vertices of two round faces face each other: most facets do, or all vertices are the same."""
+    area, facets = np.add.reduceat(pieces.weight, pieces.first), pieces.facets[pieces.first]
+    least = np.max([pieces.sizes(side)[facets[:, side]] for side in (0, 1)], axis=0)
+    return float(area[area >= WHOLE * least].sum()) >= MOST * pieces.area or _nested(pieces, alike=True)
+
+
+def _nested(pieces: Pieces, *, alike: bool = False) -> bool:
+    """Whether the vertices that one mesh has in the patches are among those of the other, or all of these."""
     from scipy.spatial import KDTree  # noqa: PLC0415 - only joints whose meshes do not match need it
 
     within = []
@@ -80,7 +93,7 @@ def _nested(pieces: Pieces) -> bool:
         vertices = np.unique(pieces.vertices(side))
         within.append(pieces.nodes(side)[np.setdiff1d(vertices, pieces.to_rim(side)[0])])
     fewer, more = sorted(within, key=len)
-    if len(fewer) == 0:
+    if len(fewer) == 0 or (alike and len(fewer) < len(more)):
         return False
     size = float(np.ptp(pieces.polygon, axis=1).max())
     return bool(np.all(np.asarray(KDTree(more).query(fewer)[0]) <= SAME * size))

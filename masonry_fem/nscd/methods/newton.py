@@ -9,6 +9,9 @@ and moves the centre there, with a smaller α. The second term acts only where M
 matrix regular whatever the active set, and it is what decides that no equilibrium exists: then the
 unbalanced impulse stays from round to round, whatever ε, and U runs off along the mechanism.
 
+Where a step of many elastic contacts comes out very short, slip is held back, too, by F_T + κ ρ (v_T − v_T,k)
+at contacts that slide; κ falls with each round that ends, and rises where one does not.
+
 The first step of a cold start is the *bonded* one: all contacts stick, with gaps closed or across them.
 
     solution = iterate(problem, ProximalNewton(), settings)

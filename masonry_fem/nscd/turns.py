@@ -40,8 +40,8 @@ BRIEF = 10
 # corners have turned a little takes 25, and more than 60 from the impulses that would hold rigid blocks; a
 # wall of 1600 bricks takes 10 to 20.
 LED_STEPS = 40
-# The same where no factor fits, so that no other turn would end: a wall of 10 000 bricks, of which the
-# uppermost are loose, comes to 6e-9 in so many, beside the balance, which stays at 1e-6.
+# The same where no factor fits, so that no other turn would end: a wall of 10 000 bricks, whose uppermost
+# courses slide, takes 130.
 LARGE_STEPS = 200
 # Newton steps on few rigid blocks before the interior point takes over.
 NEWTON_STEPS = 120

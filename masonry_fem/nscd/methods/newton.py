@@ -9,6 +9,9 @@ and moves the centre there, with a smaller α. The second term acts only where M
 matrix regular whatever the active set, and it is what decides that no equilibrium exists: then the
 unbalanced impulse stays from round to round, whatever ε, and U runs off along the mechanism.
 
+Where a step of many elastic contacts comes out very short, slip is held back, too, by F_T + κ ρ (v_T − v_T,k)
+at contacts that slide; κ falls with each round that ends, and rises where one does not.
+
 The first step of a cold start is the *bonded* one: all contacts stick, with gaps closed or across them.
 
     solution = iterate(problem, ProximalNewton(), settings)
@@ -35,11 +38,11 @@ from masonry_fem.nscd.solvers.flips import Flips
 from masonry_fem.nscd.solvers.linearisation import (
     Linearisation,
     bonded_contacts,
+    held_back,
     linearise,
     parted_contacts,
     slipping,
 )
-from masonry_fem.nscd.solvers.loose import Loose, loose_clusters
 from masonry_fem.nscd.solvers.modal_system import ModalSystem
 from masonry_fem.nscd.solvers.newton_system import NewtonFactor, NewtonSystem
 
@@ -106,6 +109,7 @@ class _Round:
     rigid_velocity: FloatArray
     mass: FloatArray  # ε, zero where M_r > 0, shape (b, m)
     alpha: float
+    slip: FloatArray | None = None  # v at the centre where slip is held, shape (c, d)
     steps: int = 0
     residuals: list[float] = field(default_factory=list)
 
@@ -150,8 +154,8 @@ class NewtonRun:
         self.error = 1.0  # natural map at the last centre
         self.softens = True  # ε may fall again after it had to rise
         self.escape = Escape()
-        self.jams = False  # loose bodies have kept a step short
-        self.settled = _SETTLING  # least residual beside them
+        self.grip = 0.0  # κ, which holds slip once a step was too short
+        self.jammed = False  # this step was
         self.best, self.idle, self.crawling = np.inf, 0, 0
         self.least, self.resting = np.inf, 0  # least error, and how many steps stayed at it
         if start is not None and start.impulse is not None:
@@ -189,8 +193,14 @@ class NewtonRun:
         # the tolerance bounds the same in velocities, too, which may lie a thousand times above
         worse = max(quality.natural_map, quality.natural_map_velocity)
         share = quality.natural_map / worse if 0 < worse < np.inf else 1.0
-        if residual <= max(self.settings.accuracy * self.error, 0.5 * share * tolerance):
+        if self.jammed:
+            self.jammed, self.grip = False, _GRIP
             return self._close_round(tolerance)
+        if residual <= max(self.settings.accuracy * self.error, 0.5 * share * tolerance):
+            self.grip *= _LOOSER
+            return self._close_round(tolerance)
+        if self.grip and self._rebounds(residual):
+            return self._grip_harder()
         running_off = self.static.any() and np.linalg.norm(self.rigid_velocity) > 1e3 * self.bonded_size
         if running_off and self.static_mass < _FIRM and self._restart():
             return None
@@ -219,43 +229,18 @@ class NewtonRun:
         if self.solved_before is not None:
             here, self.solved_before = self._led_on(here, self.solved_before), None
         here = self._unswung(here)
-        loose = self._loose(here)
-        if loose is not None:
-            here = replace(here, line=loose.line)
         factor = self._factor(here.line)
         change, motion = self._solve(factor, here, here.line.residual)
         full = self._look(here.impulse + change, here.rigid_velocity + motion)
         if self.bonded:
             return self._bond(factor, here, full)
         self.round.residuals.append(here.residual)
-        if loose is not None:
-            settled, self.settled = here.residual <= _AGAIN * self.settled, min(self.settled, here.residual)
-            if settled:
-                return self._drift(factor, here, full, loose)
+        if self.round.slip is not None:
+            return full
         usual = 0 if self.system.many else _FULL
         if self.round.steps < (usual if self.settings.full_steps is None else self.settings.full_steps):
             return full
         return self._search(here, change, motion, full)
-
-    def _loose(self, here: _Point) -> Loose | None:
-        """Bodies that a step would take anywhere, once some has made it too short."""
-        if not self.jams or self.bonded:
-            return None
-        return loose_clusters(self.problem, here.line, here.pressed, here.velocity)
-
-    def _drift(self, factor: NewtonFactor, here: _Point, full: _Point, loose: Loose) -> _Point:
-        """The end of a step, with loose bodies moved on as far as friction lets them."""
-        problem = self.problem
-        withheld = loose.withheld(full.impulse - here.impulse, full.velocity - here.velocity)
-        change, motion = factor.solve(withheld, np.zeros_like(full.rigid_velocity))
-        slip = problem.elastic_velocity(change) + problem.contact_velocity(motion)
-        slip += (self.round.alpha * self.proximal)[:, None] * change
-        load = problem.rigid_impulse - self.round.mass * (full.rigid_velocity - self.round.rigid_velocity)
-        lengths = loose.lengths(full.impulse, full.velocity, load, self.round.mass, (change, slip, motion))
-        of_contacts, of_bodies = loose.along(lengths)
-        return self._look(
-            full.impulse + of_contacts[:, None] * change, full.rigid_velocity + of_bodies[:, None] * motion
-        )
 
     def _led_on(self, here: _Point, velocity: FloatArray) -> _Point:
         """The point linearised where the problem before was solved: its statuses, and what has changed."""
@@ -320,6 +305,8 @@ class NewtonRun:
     def _unswung(self, here: _Point) -> _Point:
         """The point with the contacts that swing between open and sticking taken for slipping."""
         problem = self.problem
+        if self.round.slip is not None:
+            return here
         swinging = self.flips.swinging(here.line, settled=self.round.steps >= _SETTLED)
         if not swinging.any():
             return here
@@ -356,7 +343,7 @@ class NewtonRun:
                 break
             length *= 0.5
             point = self._look(here.impulse + length * change, here.rigid_velocity + length * motion)
-        self.jams |= length < _JAMMED and self.system.many and self.problem.cohesion_stiffness is None
+        self.jammed = length < _JAMMED and self.system.many and self.problem.cohesion_stiffness is None
         return point
 
     def _look(self, impulse: FloatArray, rigid_velocity: FloatArray, *, bonded: bool = False) -> _Point:
@@ -370,6 +357,8 @@ class NewtonRun:
             if bonded
             else linearise(pressed, velocity, problem.friction, rho, problem.cohesion_stiffness)
         )
+        if now.slip is not None:
+            line = held_back(line, velocity - now.slip, self.grip)
         balance = problem.body_impulse(impulse) + problem.rigid_impulse
         balance -= problem.rigid_mass * (rigid_velocity - problem.rigid_velocity)
         balance -= now.mass * (rigid_velocity - now.rigid_velocity)
@@ -382,7 +371,8 @@ class NewtonRun:
 
     def _new_round(self) -> _Round:
         mass = np.where(self.static, self.static_mass * self.system.column**2 / self.system.unit, 0.0)
-        return _Round(self.impulse, self.rigid_velocity, mass, self.weight)
+        slip = self.problem.velocity(self.impulse, self.rigid_velocity) if self.grip else None
+        return _Round(self.impulse, self.rigid_velocity, mass, self.weight, slip)
 
     def _close_round(self, tolerance: float) -> Outcome | None:
         """Move the centre to a solved round's solution; tell whether that can go on."""
@@ -445,6 +435,23 @@ class NewtonRun:
         self.idle += 1
         return Outcome.STALLED if self.idle >= self.settings.patience else None
 
+    def hold_slip(self) -> None:
+        """Hold slip back in the rounds to come, the present one among them."""
+        self.grip = _GRIP
+        self.round = self._new_round()
+
+    def _rebounds(self, residual: float) -> bool:
+        """True where slip goes too far: its first step may raise the residual, the next ones lower it."""
+        now = self.round
+        return now.steps >= _GRIPPED or (now.steps >= 2 and residual > now.residuals[-1])
+
+    def _grip_harder(self) -> Outcome | None:
+        """A round in which slip went too far: hold it more, and begin again."""
+        self.grip *= _TIGHTER
+        self.impulse, self.rigid_velocity = self.round.impulse, self.round.rigid_velocity
+        self.round = self._new_round()
+        return None if self.grip < 1.0 else Outcome.STALLED
+
     def _restart(self) -> bool:
         """Start again from the last centre with more regularisation; False where that was tried."""
         self.softens = self.static_mass <= _SOFT  # once: it led here again
@@ -474,8 +481,9 @@ _FELT = 10.0  # times the residual without gaps
 _ROUNDING, _WIDE = 1e-6, 0.1  # gaps relative to what the greatest impulse closes at a contact
 _PARTINGS = 3  # after which Newton's steps settle the rest
 _JAMMED = 0.01  # length of a step that is too short
-_SETTLING = 3e-6  # residual from which loose bodies are moved on: above it, what carries them still moves
-_AGAIN = 1.5  # they are moved on again where the residual is down to so many times its least
+_GRIP = 3e-2  # first κ
+_LOOSER, _TIGHTER = 0.5, 4.0  # factors on κ after a round that ends, and one that does not
+_GRIPPED = 10  # steps in which it should
 _SETTLED = 2  # steps of a round before its contacts' swinging means anything
 _RESTING = 2  # steps that leave the error as it is
 _SOFT = 1e-6  # first ε, relative to the compliance that B sees

@@ -112,6 +112,23 @@ def linearise(
     )
 
 
+def held_back(line: Linearisation, travelled: FloatArray, share: float) -> Linearisation:
+    """The same, with a spring that holds slip back: F_T + κ ρ (v_T − v_T,k) at contacts that slide.
+
+    Parameters
+    ----------
+    line : Of all contacts.
+    travelled : v − v_k, shape (c, d).
+    share : κ, the spring's share of a contact's own stiffness.
+    """
+    at = np.flatnonzero(~line.open & ~line.plain)
+    by_velocity, residual = line.by_velocity.copy(), line.residual.copy()
+    tangents = np.arange(1, residual.shape[1])
+    by_velocity[at[:, None], tangents, tangents] += share
+    residual[at, 1:] += share * line.rho[at, None] * travelled[at, 1:]
+    return replace(line, by_velocity=by_velocity, residual=residual)
+
+
 def slipping(
     line: Linearisation,
     chosen: Mask,

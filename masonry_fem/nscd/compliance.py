@@ -67,10 +67,6 @@ class Operator(ABC):
         """Dense matrices between the contacts of each of n sets (n, k), shape (n, k d, k d)."""
 
     @abstractmethod
-    def couples(self) -> bool:
-        """Whether some contact gives way under the impulse of another."""
-
-    @abstractmethod
     def magnitudes(self) -> sparse.bsr_array | Shared:
         """The same with no entry below its absolute value: it bounds the rounding of products."""
 
@@ -127,11 +123,6 @@ class Stored(Operator):
 
         taken: FloatArray = take_dense(self.whole.indptr, self.whole.indices, self.whole.data, groups)
         return taken
-
-    def couples(self) -> bool:
-        """Whether some contact gives way under the impulse of another."""
-        row = np.repeat(np.arange(len(self._count)), self._count)
-        return bool(self.whole.data[self.whole.indices != row].any())
 
     def magnitudes(self) -> sparse.bsr_array:
         """Absolute values."""
@@ -266,10 +257,6 @@ class Shared(Operator):
             at = np.arange(k * d)
             taken[:, at, at] += self.bed[groups].reshape(n, -1)
         return taken
-
-    def couples(self) -> bool:
-        """Whether some contact gives way under the impulse of another."""
-        return any(kind.contacts.shape[1] > 1 for kind in self.kinds)
 
     def magnitudes(self) -> Shared:
         """Products of absolute values: at least those of the products."""

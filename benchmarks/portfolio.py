@@ -5,7 +5,7 @@ python -m benchmarks.portfolio --cache DIR --data DIR --json FILE # and the prob
 python -m benchmarks.portfolio --cache DIR --only none            # nothing off: is each verdict right?
 python -m benchmarks.portfolio --cache DIR --only path,polish
 
-"auto" solves each problem of the trial set to its tolerance (1e-8, of some 1e-10). Then one turn, correction
+"auto" solves each problem of the trial set to its tolerance (1e-8, of some 1e-10). Then one turn, part
 or constant after the other is switched off, here in this process alone, and the problem is solved again where
 it had been at work: else it would go exactly as before. A problem is lost where its verdict was right and no
 longer is. All that is compared is solved one after the other, and limits are CPU time: other programs that
@@ -32,7 +32,7 @@ import numpy as np
 from rich.progress import track
 
 from benchmarks.trial_set import Size, Trial, trials
-from masonry_fem.nscd import ContactProblem, SolverSettings, residuals, solve, turns
+from masonry_fem.nscd import ContactProblem, SolverSettings, solve, turns
 from masonry_fem.nscd import iterate as looping
 from masonry_fem.nscd.iterate import Method
 from masonry_fem.nscd.methods import newton
@@ -48,7 +48,6 @@ solving = import_module("masonry_fem.nscd.portfolio")
 DECIDED = {"converged", "no_equilibrium", "at_limit", "unstressed"}
 LIMIT = 60.0  # CPU seconds a problem
 CPU = SimpleNamespace(monotonic=time.process_time, process_time=time.process_time)  # the clock of limits
-COHESION = "joints with cohesion"
 LED = "problems after others"
 FEW, MANY = "few contacts", "many contacts"
 MOVES = 1e-3  # of the greatest speed: contacts that are slower do not move
@@ -60,7 +59,7 @@ class Switch:
 
     Attributes
     ----------
-    name, kind : What it is called in the table: a turn, a correction of the certificate, a part, a constant.
+    name, kind : What it is called in the table: a turn, a part, a constant.
     owner, attribute : Where it is found; None for turns.
     off : What stands there instead.
     matters : Of what the part gave when it was called, and of its arguments: whether it did anything; None:
@@ -109,14 +108,7 @@ class Worth:
 def switches() -> list[Switch]:
     """All that can be taken away one at a time."""
     names = dict.fromkeys(turn.name for turn in turns.TURNS)
-    return [Switch(name, "turn") for name in names] + _corrections() + _parts() + _constants()
-
-
-def _corrections() -> list[Switch]:
-    kind = "correction"
-    return [
-        Switch("least share of cohesion", kind, residuals, "COHESIVE", 0.0, where=COHESION),
-    ]
+    return [Switch(name, "turn") for name in names] + _parts() + _constants()
 
 
 def _always(*_: Any) -> bool:
@@ -154,7 +146,6 @@ def _parts() -> list[Switch]:
         Switch("flips of rough contacts", kind, Flips, "swinging", no_swing, _some),
         Switch("escape", kind, Escape, "watch", never, _some),
         Switch("krylov iterations", kind, body_solver.BodySolver, "iterates", never, _some),
-        Switch("guesses kept as they are", kind, looping, "_kept", nothing, _found),
         Switch("brought to rest", kind, solving, "brought_to_rest", as_made, _changed),
         Switch("fall of closed contacts", kind, solving, "falling", nothing, _found),
         Switch("limit of elastic blocks", kind, turns, "at_limit", never, _some),
@@ -173,7 +164,7 @@ def _constants() -> list[Switch]:
     return [
         Switch("few contacts as many", kind, turns, "MANY", 0, where=FEW),
         Switch("many contacts as few", kind, turns, "MANY", 10**9, where=MANY),
-        Switch("sweeps without foresight", kind, turns, "PATIENCE", 10**9, where="first sweeps"),
+        Switch("sweeps without foresight", kind, turns, "PATIENCE", 10**9, where="sweeps"),
         Switch("newton's crawl", kind, newton, "_CRAWL", 10**9),
         Switch("later rounds as brief as first ones", kind, turns, "LED_STEPS", turns.BRIEF, where=LED),
         Switch("interior point slides at once", kind, turns, "TURNS",
@@ -235,8 +226,6 @@ def as_it_is(trial: Trial, limit: float) -> Row:
     with _watched(switches(), seen):
         row = solved(trial, limit)
     seen.add(FEW if trial.problem.count < turns.MANY else MANY)
-    if trial.problem.cohesive:
-        seen.add(COHESION)
     if trial.start is not None and trial.start.velocity is not None:
         seen.add(LED)
     if trial.right is None:  # nobody knows better

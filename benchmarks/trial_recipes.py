@@ -23,8 +23,11 @@ from masonry_fem.structures.dome import DomeStructure
 from masonry_fem.structures.rubble import RubbleStructure
 from masonry_fem.structures.stack import StackStructure
 from masonry_fem.structures.wall import WallStructure
-from tests.nscd.families import elastic
+from tests.extremes.scenes import LARGE_STEP, block_on_slope
+from tests.extremes.solids import patch
+from tests.nscd.families import elastic, low_rank
 from tests.nscd.masses import rigid_mass
+from tests.nscd.plane import plane_wall, soft
 from tests.nscd.walls import rigid_wall
 from tests.validation.test_a3_arches import SPREAD
 from tests.validation.test_verdicts import PARTED
@@ -172,6 +175,12 @@ def scene(
     loads = s.Loads(gravity=(0.0,) * (dimension - 1) + (-G,))
     given = {"joints": joints, "loads": loads, "analysis": STATICS, "fidelity": fidelity, "mesh": mesh} | keys
     return s.Scene(dimension=dimension, materials=STONE, structures=(structure,), **given)
+
+
+def soft_wall(size: int) -> ContactProblem:
+    """A plane wall whose contacts give way a little; it slides much faster than that."""
+    made: ContactProblem = soft(plane_wall(size, size, friction=0.2, horizontal=0.3))
+    return made
 
 
 # --- families -----------------------------------------------------------------------------------
@@ -338,6 +347,11 @@ def _rough() -> Iterator[Recipe]:
         made = elastic(np.random.default_rng(seed), dimension, 0.0)
         made = replace(made, friction=np.full(made.count, 100.0))
         yield Recipe("rough walls", f"{dimension}D seed {seed}", made, None)
+    for dimension, mass, seed in product((2, 3), (0.0, 1.0), (1, 5)):
+        made = elastic(np.random.default_rng(seed), dimension, mass)
+        made = replace(made, friction=np.full(made.count, 1e6))
+        told = "moves" if mass else "stands"
+        yield Recipe("rough walls", f"{dimension}D mu 1e6 seed {seed} {told}", made, None)
 
 
 def _rounds() -> Iterator[Recipe]:
@@ -449,6 +463,10 @@ def _needy() -> Iterator[Recipe]:
     tipping = partial(rigid_wall, 18, 18, friction=0.7, horizontal=0.7)
     yield Recipe("needy", "wall 18x18 that is about to slide and tip", tipping, None)
     yield Recipe("needy", "mass of 12x12x12 bricks", partial(rigid_mass, 12, 12, 12), None)
+    for size in (3, 4):
+        fast = partial(soft_wall, size)
+        yield Recipe("needy", f"soft wall {size}x{size} that slides fast", fast, None)
+    yield Recipe("needy", "matrix of low rank", low_rank(np.random.default_rng(177), 1.0), None)
 
 
 def _exact() -> Iterator[Recipe]:
@@ -470,6 +488,11 @@ def _exact() -> Iterator[Recipe]:
     for call in (8, 17, 23):
         name = f"mortar wall 4x5 pushed over call {call}"
         yield Recipe("exact", name, given, None, call, falls=False, tolerance=EXACT)
+    given = block_on_slope(1e10, 26.0, analysis=LARGE_STEP, edge=2.2)
+    yield Recipe("exact", "cube on a rough slope", given, None, falls=False, tolerance=EXACT)
+    for ratio in (1e-6, 1e6):
+        name = f"patch of stiffness ratio {ratio:g} round 2"
+        yield Recipe("exact", name, patch(ratio=ratio), None, 2, falls=False, tolerance=EXACT)
 
 
 FAMILIES = (

@@ -142,7 +142,7 @@ def right_outcomes(recipe: Recipe, bears: float) -> frozenset[str] | None:
     rest, and none of any kind bear more. Elastic ones below the limit may run off all the same, if nothing
     presses them together.
     """
-    solved = {"converged", "inexact"}
+    solved = {"converged"}
     if recipe.falls is not None:
         return frozenset({"no_equilibrium"} if recipe.falls else solved)
     if not isinstance(recipe.scene, s.Scene) or isinstance(recipe.scene.analysis, s.Dynamics):

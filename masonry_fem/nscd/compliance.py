@@ -15,7 +15,7 @@ of the time that it takes entry by entry, and a wall of ten thousand stones need
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -65,10 +65,6 @@ class Operator(ABC):
     @abstractmethod
     def among(self, groups: IntArray) -> FloatArray:
         """Dense matrices between the contacts of each of n sets (n, k), shape (n, k d, k d)."""
-
-    @abstractmethod
-    def couples(self) -> bool:
-        """Whether some contact gives way under the impulse of another."""
 
     @abstractmethod
     def magnitudes(self) -> sparse.bsr_array | Shared:
@@ -128,11 +124,6 @@ class Stored(Operator):
         taken: FloatArray = take_dense(self.whole.indptr, self.whole.indices, self.whole.data, groups)
         return taken
 
-    def couples(self) -> bool:
-        """Whether some contact gives way under the impulse of another."""
-        row = np.repeat(np.arange(len(self._count)), self._count)
-        return bool(self.whole.data[self.whole.indices != row].any())
-
     def magnitudes(self) -> sparse.bsr_array:
         """Absolute values."""
         sizes = self.whole.copy()
@@ -186,7 +177,6 @@ class Shared(Operator):
     kinds : The stones. Each contact is one of at most two of them.
     symmetric : Whether all matrices are.
     bed : Diagonal that is added, shape (c, d) [1/kg].
-    assembled : Makes the same as a block-sparse matrix; None: it is summed up stone by stone.
     """
 
     def __init__(
@@ -196,12 +186,10 @@ class Shared(Operator):
         kinds: Sequence[Alike],
         symmetric: bool = True,
         bed: FloatArray | None = None,
-        assembled: Callable[[], sparse.bsr_array] | None = None,
     ) -> None:
         self.count, self.dimension, self.kinds, self.bed = count, dimension, tuple(kinds), bed
         self.shape, self.blocksize = (count * dimension,) * 2, (dimension, dimension)
         self.symmetric = symmetric
-        self._assembled = assembled  # no method of its own: a cycle would keep the matrices
         self._matrix: sparse.bsr_array | None = None
         contact = np.concatenate([kind.contacts.ravel() for kind in kinds] or [np.zeros(0, dtype=np.int64)])
         order = np.argsort(contact, kind="stable")
@@ -270,10 +258,6 @@ class Shared(Operator):
             taken[:, at, at] += self.bed[groups].reshape(n, -1)
         return taken
 
-    def couples(self) -> bool:
-        """Whether some contact gives way under the impulse of another."""
-        return any(kind.contacts.shape[1] > 1 for kind in self.kinds)
-
     def magnitudes(self) -> Shared:
         """Products of absolute values: at least those of the products."""
         kinds = [replace(kind, turns=np.abs(kind.turns), matrix=np.abs(kind.matrix)) for kind in self.kinds]
@@ -294,14 +278,10 @@ class Shared(Operator):
     def matrix(self) -> sparse.bsr_array:
         """All of it, shape (c d, c d)."""
         if self._matrix is None:
-            self._matrix = self._summed_up() if self._assembled is None else self._assembled()
+            parts = [part for kind in self.kinds for part in _parts(kind)]
+            stones = assemble_blocks(self.count, self.dimension, parts, symmetric=self.symmetric)
+            self._matrix = stones if self.bed is None else _sum(stones, self.bed)
         return self._matrix
-
-    def _summed_up(self) -> sparse.bsr_array:
-        """The matrix out of those of the stones."""
-        parts = [part for kind in self.kinds for part in _parts(kind)]
-        stones = assemble_blocks(self.count, self.dimension, parts, symmetric=self.symmetric)
-        return stones if self.bed is None else _sum(stones, self.bed)
 
     def only(self, contacts: IntArray) -> Shared:
         """The rows and columns of some contacts, numbered in the order given.
@@ -314,9 +294,7 @@ class Shared(Operator):
         place[contacts] = np.arange(len(contacts))
         kinds = [replace(kind, contacts=place[kind.contacts]) for kind in self.kinds]
         bed = None if self.bed is None else self.bed[contacts]
-        return Shared(
-            len(contacts), self.dimension, kinds, self.symmetric, bed, lambda: _part(self.matrix(), contacts)
-        )
+        return Shared(len(contacts), self.dimension, kinds, self.symmetric, bed)
 
     def plus(self, bed: FloatArray) -> Shared:
         """The same with what contacts give way by themselves added.
@@ -326,9 +304,7 @@ class Shared(Operator):
         bed : Diagonal, shape (c, d) [1/kg].
         """
         both = bed if self.bed is None else self.bed + bed
-        return Shared(
-            self.count, self.dimension, self.kinds, self.symmetric, both, lambda: _sum(self.matrix(), bed)
-        )
+        return Shared(self.count, self.dimension, self.kinds, self.symmetric, both)
 
     def _summed(self, of_sides: Sequence[FloatArray]) -> FloatArray:
         """Sums over the two stones of each contact of what all stones' sides have, shape (c, ...)."""

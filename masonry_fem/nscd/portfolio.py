@@ -35,9 +35,6 @@ from masonry_fem.nscd.unstressed import from_no_stress
 
 FloatArray = NDArray[np.float64]
 
-# Error of a swept state from which Newton may start: of a plain problem, of rigid blocks.
-CLOSE = 1e-2
-CLOSE_OF_BODIES = 1e-5
 # Of the loads: where a mechanism proves that more is missing, a state that no method improves is no answer,
 # however near it seems. The proof is exact; which state came nearest depends on how the arithmetic rounds.
 MISSING = 1e-7
@@ -225,13 +222,14 @@ def _made(turn: Turn, case: Case, settings: SolverSettings, start: Start | None)
     problem, method = case.problem, _with_linear(turn.make(case), settings)
     if turn.twin is None:
         return iterate(problem, method, settings, start)
-    twin = replace(problem.without_compliance(), friction=turn.twin * problem.friction)
+    share = turn.twin(case)
+    twin = replace(problem.without_compliance(), friction=share * problem.friction)
     made = iterate(twin, method, settings, start)
     velocity = problem.velocity(made.impulse, made.rigid_velocity)
     quality = assess(problem, made.impulse, made.rigid_velocity, least_impulse=settings.least_impulse)
     # a verdict holds for both, convergence does not
     outcome = Outcome.STALLED if made.solved else made.outcome
-    if turn.twin < 1 and outcome is Outcome.NO_EQUILIBRIUM:
+    if share < 1 and outcome is Outcome.NO_EQUILIBRIUM:
         outcome = Outcome.AT_LIMIT
     return replace(made, velocity=velocity, quality=quality, outcome=outcome)
 
@@ -247,20 +245,13 @@ def _with_linear(method: Method, settings: SolverSettings) -> Method:
 
 
 def _origin(turn: Turn, problem: ContactProblem, state: Solution | None, start: Start | None) -> Start | None:
-    """Where a turn starts.
-
-    On walls of rigid blocks the bonded start needs a third to a half of the steps that a half-swept
-    state does; on plain problems sweeps lead Newton to the right active set.
-    """
+    """Where a turn starts."""
     if turn.origin == "cold":
         return None
     if turn.origin == "held":
         return Start(holding_impulses(problem))
     if state is None or turn.origin == "given":
         return start
-    close = CLOSE_OF_BODIES if problem.body_count else CLOSE
-    if turn.origin == "close" and state.quality.error > close:
-        return None
     return Start(onto_cones(problem, state.impulse, state.velocity), state.rigid_velocity)
 
 

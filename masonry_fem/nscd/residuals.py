@@ -21,8 +21,6 @@ from masonry_fem.nscd.scaling import contact_scale, free_speed
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-COHESIVE = 1e-2  # least share of the contact parts that errors are measured by
-
 
 @dataclass(frozen=True, slots=True)
 class Quality:
@@ -45,8 +43,7 @@ class Quality:
     -----
     Nothing is taken off these measures; ``rounding`` tells what rounding alone makes of each. Without any
     impulse the first two are the largest penetration relative to the largest velocity: a load-free problem
-    is judged by its velocities, free of units too. Cohesion far above the loads would leave its rounding:
-    ‖p‖ is not taken for less than ``COHESIVE`` ‖p̃‖.
+    is judged by its velocities, free of units too.
     """
 
     natural_map: float
@@ -227,8 +224,6 @@ class _State:
         """Impulse [N s] and velocity [m/s] that the natural map is divided by."""
         size = float(np.linalg.norm(self.impulse))
         reference = max(size, self.least_impulse)
-        if self.problem.cohesive:
-            reference = max(reference, COHESIVE * float(np.linalg.norm(self.pressed)))
         if size == 0:
             return reference, _largest(self.scale) * reference
         # w‖p‖ would not do: with a heavy block on a light one it exceeds all velocities by the ratio

@@ -3,12 +3,12 @@
 - Static problems and elastic blocks: a few Newton steps, which is all that most need; where it is proven that
   nothing can balance the loads, or could with a little less friction, as many as show what moves; else rigid
   blocks at rest, elastic ones from the impulses of that rest, and what is done for many rigid blocks.
-- Many rigid blocks: the interior-point method, which nothing stops but rounding, and sweeps that mend what
-  is local in its result, and Newton to polish it. It cannot start from the step before: there a few
-  Newton steps from the bonded state come first, which is all that sticking walls need.
+- Rigid blocks: the interior-point method, which nothing stops but rounding, and sweeps that mend what
+  is local in its result, as long as the contraction seen promises an end, and Newton to polish it. It cannot
+  start from the step before: there a few Newton steps from the bonded state come first, which is all that
+  sticking walls need; fewer contacts begin with more of them.
 - What is left goes to Newton with other weights, where it is small, and to the following of a path where
   rigid blocks move in a plane.
-- Other problems are swept first, as long as the contraction seen promises an end.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from masonry_fem.nscd.solvers.elastic_krylov import FACTORED, iteration_pays
 # step costs as much as 500 to 1000 sweeps.
 SWEEPS = 1_500
 PATIENCE = 300
-# Rigid contacts from which sweeps from cold are not worth a try.
+# Rigid contacts from which the interior point is faster than Newton's method from cold.
 MANY = 500
 # Newton steps in which blocks show whether they stick: then they are enough.
 BRIEF = 10
@@ -43,7 +43,7 @@ LED_STEPS = 40
 # The same where no factor fits, so that no other turn would end: a wall of 10 000 bricks, whose uppermost
 # courses slide, takes 130.
 LARGE_STEPS = 200
-# Newton steps on few rigid blocks before the interior point takes over.
+# Newton steps on few contacts before another turn takes over.
 NEWTON_STEPS = 120
 # Newton steps of elastic blocks from what would hold them if they were rigid: chains take fifty.
 HELD_STEPS = 60
@@ -122,16 +122,6 @@ class Case:
         return not self.falls and not self.at_limit
 
     @property
-    def swept(self) -> bool:
-        """True where sweeps are worth a try: few contacts, of blocks with inertia that do not couple them."""
-        return not self.static and (self.plain or (self.few and not self._coupled))
-
-    @property
-    def _coupled(self) -> bool:
-        """True where blocks deform; beds of mortar soften their own contacts alone, which sweeps like."""
-        return not self.rigid and self.problem.operator.couples()
-
-    @property
     def followable(self) -> bool:
         """True where a path can be followed: rigid blocks that move in a plane."""
         from masonry_fem.nscd.solvers.path import followable  # noqa: PLC0415 - Numba is slow to import
@@ -155,9 +145,8 @@ class Turn:
     make : Makes the method.
     iterations : Its limit, or what tells it of a problem; None: its own.
     origin : What it starts from: "given" (the caller's first guess), "best" (the best state so far), "held"
-        (impulses that balance the loads, see ``rest``), "close" (the best state where that is close to a
-        solution, else none) or "cold".
-    twin : Share of friction of the rigid twin that is asked instead, which shows what moves.
+        (impulses that balance the loads, see ``rest``) or "cold".
+    twin : Share of friction of the rigid twin that is asked instead, of a problem, which shows what moves.
     above : Error down to which it is worth its time where no tolerance was set, or what tells it of a
         problem.
     """
@@ -166,8 +155,8 @@ class Turn:
     when: Callable[[Case], bool]
     make: Callable[[Case], Method]
     iterations: int | Callable[[Case], int] | None = None
-    origin: Literal["given", "best", "close", "held", "cold"] = "given"
-    twin: float | None = None
+    origin: Literal["given", "best", "held", "cold"] = "given"
+    twin: Callable[[Case], float] | None = None
     above: float | Callable[[Case], float] = 0.0
 
     def most(self, case: Case) -> int | None:
@@ -253,18 +242,31 @@ def _in_plane(make: Callable[[Case], Method]) -> Callable[[Case], Method]:
     return within
 
 
+def _first_steps(case: Case) -> int:
+    """Newton steps after which another turn takes over."""
+    if case.large:
+        return LARGE_STEPS
+    if case.led or case.many:
+        return LED_STEPS
+    return BRIEF if case.static or case.elastic or not (case.few or case.plain) else NEWTON_STEPS
+
+
 TURNS = (
     Turn(
         "first newton steps",
-        lambda at: at.static or at.elastic or (at.warm and not at.plain and not at.few),
+        lambda at: at.static or at.elastic or at.warm or at.few or at.plain,
         _newton,
-        lambda at: LARGE_STEPS if at.large else LED_STEPS if at.led or at.many else BRIEF,
+        _first_steps,
     ),
     Turn("moving newton", lambda at: at.elastic and not at.static, _moving_newton, NEWTON_STEPS),
     # what moves, rigid blocks show at a fifth of the cost
-    Turn("rigid twin", lambda at: at.falls and not at.rigid, _newton, twin=1.0),
+    Turn(
+        "rigid twin",
+        lambda at: not at.rigid and not at.open,
+        _newton,
+        twin=lambda at: 1.0 if at.falls else WEAK,
+    ),
     Turn("newton", lambda at: at.falls, _newton),
-    Turn("weaker twin", lambda at: at.at_limit, _newton, twin=WEAK),
     Turn("rest", lambda at: at.static and at.open and at.rigid, lambda at: Rest()),
     Turn(
         "newton from held impulses",
@@ -273,17 +275,10 @@ TURNS = (
         HELD_STEPS,
         "held",
     ),
-    Turn("first sweeps", lambda at: at.swept, _sweeps),
-    Turn("newton after sweeps", lambda at: at.swept, _newton, NEWTON_STEPS, "close"),
     Turn("interior point", lambda at: at.open and not at.plain, _in_plane(_interior_point), origin="cold"),
     # where the interior point meets a fold of its path the error is local: sweeps get across
-    Turn(
-        "sweeps after the interior point",
-        lambda at: at.rigid and not at.plain and not at.static,
-        _in_plane(_sweeps),
-        origin="best",
-    ),
-    Turn("polish", lambda at: at.open and not at.plain, _in_plane(_newton), POLISH, "best"),
+    Turn("sweeps", lambda at: (at.rigid or at.plain) and not at.static, _in_plane(_sweeps), origin="best"),
+    Turn("polish", lambda at: at.open, _in_plane(_newton), POLISH, "best"),
     Turn("searching newton", lambda at: at.open and at.few and at.elastic, _searching_newton, NEWTON_STEPS),
     Turn(
         "hinging newton",

@@ -26,6 +26,16 @@ def full_rank(rng, d):
     return ContactProblem.plain(W, rng.normal(size=(c, d)), rng.uniform(0, 0.8, c))
 
 
+def low_rank(rng, friction, prescribed=False):
+    """W of low rank in a plane, velocities that impulses can stop, and open gaps where ``prescribed``."""
+    c = int(rng.integers(1, 12))
+    root = rng.normal(size=(2 * c, int(rng.integers(1, 2 * c + 1))))
+    q = (root @ rng.normal(size=root.shape[1])).reshape(c, 2)
+    if prescribed:
+        q[:, 0] += np.abs(rng.normal(size=c))
+    return ContactProblem.plain(root @ root.T, q, friction)
+
+
 def rigid(rng, d, mass):
     """A running-bond wall of five rigid blocks that stands."""
     pull = rng.uniform(0.0, 0.1)

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from masonry_fem.nscd import ContactProblem, SolverSettings, assess, load_problem, solve
+from tests.nscd.families import low_rank
 from tests.nscd.lemke import Lemke
 from tests.nscd.pivoting import pivoted
 from tests.nscd.plane import plane_problem, plane_wall, soft
@@ -138,14 +139,8 @@ def test_soft_walls_that_slide_fast():
 @given(st.integers(0, 10_000), st.floats(0, 1.5), st.booleans())
 @settings(max_examples=30, deadline=None)
 def test_random_hyperstatic_problems(seed, friction, prescribed):
-    """W of low rank with velocities that impulses can stop: always solved."""
-    generator = np.random.default_rng(seed)
-    c = int(generator.integers(1, 12))
-    H = generator.normal(size=(2 * c, int(generator.integers(1, 2 * c + 1))))
-    q = (H @ generator.normal(size=H.shape[1])).reshape(c, 2)
-    if prescribed:
-        q[:, 0] += np.abs(generator.normal(size=c))  # open gaps
-    problem = ContactProblem.plain(H @ H.T, q, friction)
+    """Always solved."""
+    problem = low_rank(np.random.default_rng(seed), friction, prescribed)
     exact(problem, 1e-8)
     made(problem, 1e-8)
 

@@ -106,7 +106,8 @@ RUNS = {
     "inelastic": (["fidelity='inelastic'", YIELDING], "equilibrium"),
     "auto": (["fidelity='auto'", YIELDING], "equilibrium"),
     "mortar that scatters": (
-        ["joints=[{friction=0.6, law={kind='mohr_coulomb', cohesion=1e5}, scatter={seed=1, variation={cohesion=0.1}}}]", ALL],
+        ["joints=[{friction=0.6, law={kind='mohr_coulomb', cohesion=1e5}, "
+         "scatter={seed=1, variation={cohesion=0.1}}}]", ALL],
         "equilibrium",
     ),
 }  # fmt: skip
@@ -117,7 +118,7 @@ def test_runs(case, judged, tmp_path):
     changes, outcome = RUNS[case]
     result = run(loads(SCENE, changes), tmp_path)
     told = read(tmp_path / "summary.json")
-    assert (told["outcome"], told["schema"]) == (outcome, "run/1")
+    assert (told["outcome"], told["schema"]) == (outcome, "run/2")
     assert result.outcome == outcome
     assert judged(told) == []
 
@@ -131,7 +132,7 @@ def test_runs_are_of_every_kind():
 def test_a_run_under_way_and_one_that_failed(judged, tmp_path):
     with contextlib.suppress(MasonryError), Folder(tmp_path, "run", title="pile"):
         told = read(tmp_path / "summary.json")
-        assert (told["outcome"], told["pid"]) == ("running", os.getpid())
+        assert (told["schema"], told["outcome"], told["pid"]) == ("run/2", "running", os.getpid())
         assert judged(told) == []
         raise MasonryError("the disk is full")
     told = read(tmp_path / "summary.json")
@@ -220,3 +221,21 @@ def test_the_published_schema_is_that_of_the_program(repository, capsys):
     assert main(["info", "--schema"]) == 0
     published = (repository / "docs" / "results.schema.json").read_text(encoding="utf-8")
     assert json.loads(capsys.readouterr().out) == json.loads(published)
+
+
+def test_what_rounding_makes_of_measures_has_their_units():
+    """Of forces it is as large as the forces, whatever the step; of shares of them it stays."""
+
+    def told(*changes):
+        return solve_scene(loads(SCENE, changes)).summary.certificate.rounding
+
+    once, more = told(), told("loads.gravity=[0.0, -10000.0]")
+    weight = 2 * 2400.0 * 10.0
+    assert -1e-14 * weight < once.min_normal_reaction < 0
+    assert more.min_normal_reaction == pytest.approx(1e3 * once.min_normal_reaction, rel=1e-9)
+    for name in ("natural_map", "cone_violation", "block_balance"):
+        assert 0 < getattr(once, name) < 1e-14
+        assert getattr(more, name) == pytest.approx(getattr(once, name), rel=1e-9)
+    dynamics = "analysis={{kind='dynamics', step={0}, duration={0}, theta=1.0}}"
+    short, long = told(dynamics.format(0.001)), told(dynamics.format(0.1))
+    assert short.min_normal_reaction == pytest.approx(long.min_normal_reaction, rel=1e-6)

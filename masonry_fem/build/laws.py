@@ -87,31 +87,46 @@ def joint_laws(
     skin : What stones give way at the points by a unit of pressure, shape (c,) [m³/N]; None: nothing.
     """
     record = np.array(chosen, dtype=int)[contacts.interface] if len(chosen) else np.zeros(0, dtype=int)
-    dry, bare = np.ones(len(record), dtype=bool), _bare(contacts, interfaces)
-    parts: list[tuple[Law, NDArray[np.int64]]] = []
     # all points of an interface are in one group
     groups = (np.ones(len(record), dtype=bool),) if skin is None else (skin <= 0, skin > 0)
-    for index in np.unique(record).tolist():
+    parts: list[tuple[Law, NDArray[np.int64]]] = []
+    dry = np.ones(len(record), dtype=bool)
+    for index, points in _lawful(scene.joints, record, contacts, interfaces, groups):
         joint, key = scene.joints[index], f"joints.{index}"
-        alone = (
-            bare
-            if joint.mortar is None and joint.closure is None
-            else bare & _on_points(contacts, interfaces)
-        )
-        for own in groups:
-            points = np.flatnonzero((record == index) & ~alone & own)
-            if joint.dry or not len(points):
-                continue
-            dry[points] = False
-            factor = {name: values[contacts.interface[points]] for name, values in scatter.items()}
-            _tell_apart(joint, key, contacts, interfaces, points)
-            parts.append((_law(_Part(joint, key, base, contacts, points, factor)), points))
+        factor = {name: values[contacts.interface[points]] for name, values in scatter.items()}
+        _tell_apart(joint, key, contacts, interfaces, points)
+        parts.append((_law(_Part(joint, key, base, contacts, points, factor)), points))
+        dry[points] = False
     rubbing = scatter["friction"][contacts.interface] if "friction" in scatter else np.ones(len(record))
     plain = tuple(
         part for own in groups for part in _dry(scene.joints, record, np.flatnonzero(dry & own), rubbing)
     )
     every = (*plain, *parts)
     return Assignment(every if skin is None else tuple(_on_skin(*part, skin) for part in every))
+
+
+def _lawful(
+    joints: tuple[specs.Joint, ...],
+    record: NDArray[np.int64],
+    contacts: Contacts,
+    interfaces: tuple[Interface, ...],
+    groups: tuple[NDArray[np.bool_], ...],
+) -> Iterator[tuple[int, NDArray[np.int64]]]:
+    """Joint records that have a law of their own, and the points (k,) of each group that it holds at.
+
+    ``record`` is the number of each point's joint record, shape (c,), as is that of a group's mask.
+    """
+    bare = _bare(contacts, interfaces)
+    for index in np.unique(record).tolist():
+        joint = joints[index]
+        if joint.dry:
+            continue
+        thick = joint.mortar is not None or joint.closure is not None
+        alone = bare & _on_points(contacts, interfaces) if thick else bare
+        for own in groups:
+            points = np.flatnonzero((record == index) & ~alone & own)
+            if len(points):
+                yield index, points
 
 
 def _on_skin(law: Law, points: NDArray[np.int64], skin: FloatArray) -> tuple[Law, NDArray[np.int64]]:

@@ -24,6 +24,7 @@ from typing import Any
 
 from masonry_fem.errors import GeometryError, MasonryError
 from masonry_fem.records.reading_limits import Reading
+from masonry_fem.records.remark import Remark, remark
 
 logger = logging.getLogger(__name__)
 
@@ -53,12 +54,13 @@ class Answer:
 
     Attributes
     ----------
-    said : Its log: logger, level and message.
+    said : Its log: logger, level and message. remarks : Those that it made.
     result : What the function returned. error : Or the user's error that it raised.
     fault : Or that it did not foresee, in words; "" for none. trace : Where.
     """
 
     said: tuple[tuple[str, int, str], ...] = ()
+    remarks: tuple[Remark, ...] = ()
     result: Any = None
     error: MasonryError | None = None
     fault: str = ""
@@ -81,6 +83,8 @@ def done_apart(errands: Sequence[Errand], limits: Reading) -> list[Any]:
     for errand, answer in zip(errands, answers, strict=False):
         for name, level, message in answer.said:
             logging.getLogger(name).log(level, "%s", message)
+        for one in answer.remarks:
+            remark(one.code, one.sentence, *one.blocks)
         if answer.error is not None:
             raise answer.error
         if answer.fault:

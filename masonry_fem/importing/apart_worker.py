@@ -14,6 +14,7 @@ import resource
 import sys
 import traceback
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, BinaryIO
 
 import psutil
@@ -21,6 +22,7 @@ import psutil
 from masonry_fem.errors import MasonryError
 from masonry_fem.importing.apart import TOO_LARGE, Answer
 from masonry_fem.records.reading_limits import Reading
+from masonry_fem.records.remark import gathered
 
 SLACK = 5.0  # CPU time beyond the limit [s]; normally the caller ends this process first
 
@@ -70,20 +72,27 @@ def _answer(function: Callable[..., Any], arguments: tuple[Any, ...], limits: Re
     ours.setLevel(logging.DEBUG)
     ours.addHandler(log)
     try:
-        result = function(*arguments)
-        return Answer(tuple(log.said), result)
+        with gathered(aloud=False) as remarks:  # they are logged where they are made again
+            answer = _tried(function, arguments, limits)
+    finally:
+        ours.removeHandler(log)
+    return replace(answer, said=tuple(log.said), remarks=tuple(remarks))
+
+
+def _tried(function: Callable[..., Any], arguments: tuple[Any, ...], limits: Reading) -> Answer:
+    """What a function returns, or how it failed."""
+    try:
+        return Answer(result=function(*arguments))
     except MasonryError as error:
-        return Answer(tuple(log.said), error=type(error)(*error.args))
+        return Answer(error=type(error)(*error.args))
     except MemoryError:
-        return Answer(tuple(log.said), fault=TOO_LARGE.format(memory=limits.memory))
+        return Answer(fault=TOO_LARGE.format(memory=limits.memory))
     except Exception as error:
         fault = (
             f"could not be read, {type(error).__name__}: {error}; it is damaged or holds what its reader "
             "does not foresee: export it again in the program that wrote it, or report it"
         )
-        return Answer(tuple(log.said), fault=fault, trace=traceback.format_exc())
-    finally:
-        ours.removeHandler(log)
+        return Answer(fault=fault, trace=traceback.format_exc())
 
 
 def _write(answers: BinaryIO, answer: Answer) -> None:

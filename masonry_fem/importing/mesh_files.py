@@ -10,7 +10,6 @@ For other files see ``volumes``, ``surfaces`` and ``compas``.
 
 from __future__ import annotations
 
-import logging
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -33,14 +32,13 @@ from masonry_fem.importing.volumes import read_volumes
 from masonry_fem.meshing.cells import boundary_facets, corner_count, turned
 from masonry_fem.meshing.session import Elements, elements_of, node_positions, session
 from masonry_fem.records.mesh_settings import MeshSettings
+from masonry_fem.records.remark import remark
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.mesh import FACET_OF, IntArray, Mesh
 from masonry_fem.solid.pose import FloatArray, Pose
 
 if TYPE_CHECKING:
     from masonry_fem.structures.file import FileStructure
-
-logger = logging.getLogger(__name__)
 
 GEOMETRIES = (*PROGRAMS, *DRAWINGS)
 UNNAMED = "joint"
@@ -136,10 +134,12 @@ def _skins(spec: FileStructure, skins: list[Skin], title: str) -> list[tuple[Sha
     skins = _distinct([once(skin) for skin in skins], title)
     doubled = [skin for skin in skins if skin.doubles]
     if doubled:
-        logger.warning(
-            "%s has %d faces a second time (in %d blocks, '%s' the first); they are left out",
-            title, sum(skin.doubles for skin in doubled), len(doubled), doubled[0].name,
-        )  # fmt: skip
+        remark(
+            "doubled_faces",
+            f"{title} has {sum(skin.doubles for skin in doubled)} faces a second time (in {len(doubled)} "
+            f"blocks, '{doubled[0].name}' the first); they are left out",
+            *(f"{spec.name}.{skin.name}" for skin in doubled),
+        )
     for skin in skins:
         with np.errstate(over="ignore"):  # told by the check
             scaled = replace(skin, points=spec.scale * skin.points)
@@ -222,7 +222,7 @@ def _group_names(gmsh: Any, dimension: int, title: str) -> dict[int, str]:
 
 
 def _doubt_ungrouped(gmsh: Any, dimension: int, spec: FileStructure) -> None:
-    """Warn of meshed entities that no group holds: they are left out."""
+    """Remark meshed entities that no group holds: they are left out."""
     left = [
         int(entity)
         for _, entity in gmsh.model.getEntities(dimension)
@@ -230,13 +230,11 @@ def _doubt_ungrouped(gmsh: Any, dimension: int, spec: FileStructure) -> None:
         and len(gmsh.model.mesh.getElements(dimension, entity)[0])
     ]
     if left:
-        logger.warning(
-            "structures.%s.path '%s': %d of its bodies (gmsh's tags %s) are in no physical group and left "
-            "out; put each in a group, or take all groups away",
-            spec.name,
-            spec.path,
-            len(left),
-            ", ".join(map(str, left[:8])),
+        remark(
+            "ungrouped",
+            f"structures.{spec.name}.path '{spec.path}': {len(left)} of its bodies (gmsh's tags "
+            f"{', '.join(map(str, left[:8]))}) are in no physical group and left out; put each in a group, "
+            "or take all groups away",
         )
 
 

@@ -9,15 +9,14 @@ Names that differ in the file stay different; changes are reported.
 
 from __future__ import annotations
 
-import logging
 import re
 from collections.abc import Mapping
+
+from masonry_fem.records.remark import remark
 
 UNSPACED = r"[^\w.-]+"  # all but letters, digits, "_", "-" and "."
 UNSELECTABLE = r"[/*?\[\]]"  # what means something in a selector
 SHOWN = 5  # names that a message shows
-
-logger = logging.getLogger(__name__)
 
 
 class Names:
@@ -62,7 +61,7 @@ def unlike(names: list[str]) -> list[str]:
 
 
 def tell_renamed(title: str, changed: Mapping[str, str]) -> None:
-    """Warn of names that differ from those in the file.
+    """Remark names that differ from those in the file.
 
     Parameters
     ----------
@@ -71,10 +70,11 @@ def tell_renamed(title: str, changed: Mapping[str, str]) -> None:
     """
     if changed:
         some = ", ".join(f"'{text}' is '{name}'" for text, name in list(changed.items())[:SHOWN])
-        logger.warning(
-            "%s: %d names were changed for selectors, or to tell them apart: %s%s",
-            title, len(changed), some, ", ..." if len(changed) > SHOWN else "",
-        )  # fmt: skip
+        more = ", ..." if len(changed) > SHOWN else ""
+        remark(
+            "renamed",
+            f"{title}: {len(changed)} names were changed for selectors, or to tell them apart: {some}{more}",
+        )
 
 
 def _unlike(name: str, seen: set[str]) -> str:

@@ -18,6 +18,7 @@ import numpy as np
 from masonry_fem.importing.common_lines import CommonLines
 from masonry_fem.importing.sides import Sides
 from masonry_fem.importing.trimming import trimmed
+from masonry_fem.records.remark import remark
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
@@ -58,26 +59,37 @@ class SnapReport:
     gaps: tuple[tuple[str, str, float], ...]
     dropped: tuple[str, ...]
 
-    def tell(self, title: str) -> None:
-        """Log it: as a warning where something was moved, cut or dropped."""
-        moved = self.straight or self.cut or self.dropped or self.largest > 0
-        logger.log(
-            logging.WARNING if moved else logging.INFO,
-            "%s: %d corners moved by at most %.2g mm (rms %.2g mm) to %d common lines; %d of them merged, %d "
-            "left out on straight sides, %d on one line only",
-            title, self.corners, 1e3 * self.largest, 1e3 * self.rms, self.lines, self.merged, self.straight,
-            self.loose,
-        )  # fmt: skip
-        if self.gaps:
-            logger.warning("%s: %d joints stay open: %s", title, len(self.gaps), _listed(self.gaps))
-        if self.cut:
-            logger.warning("%s: %d overlaps were cut off: %s", title, len(self.cut), _listed(self.cut))
+    def tell(self, title: str, structure: str) -> None:
+        """Remark what was moved, cut or dropped, and what stays open; log how far corners are from lines.
+
+        Parameters
+        ----------
+        title : Name of the file in messages.
+        structure : Name of the structure that the stones belong to.
+        """
+        moved = (
+            f"{title}: {self.corners} corners moved by at most {1e3 * self.largest:.2g} mm (rms "
+            f"{1e3 * self.rms:.2g} mm) to {self.lines} common lines; {self.merged} of them merged, "
+            f"{self.straight} left out on straight sides, {self.loose} on one line only"
+        )
+        if self.straight or self.cut or self.dropped or self.largest > 0:
+            remark("snapped", moved)
+        else:
+            logger.info("%s", moved)
+        for code, pairs, what in (
+            ("open_joints", self.gaps, "joints stay open"),
+            ("cut_overlaps", self.cut, "overlaps were cut off"),
+        ):
+            if pairs:
+                named = dict.fromkeys(f"{structure}.{stone}" for pair in pairs for stone in pair[:2])
+                remark(code, f"{title}: {len(pairs)} {what}: {_listed(pairs)}", *named)
         if self.dropped:
-            logger.warning(
-                "%s: %d stones are dropped, nothing of them is left within the tolerance: %s; correct their "
-                "corners or take a smaller tolerance",
-                title, len(self.dropped), ", ".join(self.dropped[:SHOWN]),
-            )  # fmt: skip
+            remark(
+                "dropped_stones",
+                f"{title}: {len(self.dropped)} stones are dropped, nothing of them is left within the "
+                f"tolerance: {', '.join(self.dropped[:SHOWN])}; correct their corners or take a smaller "
+                "tolerance",
+            )
 
 
 def _listed(pairs: Sequence[tuple[str, str, float]]) -> str:

@@ -22,6 +22,7 @@ from masonry_fem.importing.soundness import check_points
 from masonry_fem.importing.survey_reading import Measured, read_survey
 from masonry_fem.importing.triangles import area_vector
 from masonry_fem.importing.wall_plane import WallPlane
+from masonry_fem.records.remark import remark
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.pose import FloatArray, Pose
 from masonry_fem.solid.prism import prism
@@ -66,7 +67,7 @@ def read(spec: SurveyStructure, dimension: int, base: Path) -> Assembly:
     if spec.ground:
         outlines, names = [*outlines, _ground(outlines, spec.tolerance)], [*names, "ground"]
     made, report = snapped(outlines, names, spec.tolerance, title)
-    report.tell(title)
+    report.tell(title, spec.name)
     _check_supports(spec, names)
     kept = [(name, outline) for name, outline in zip(names, made, strict=True) if outline is not None]
     pose = plane.pose if dimension == 3 else Pose.identity(2)
@@ -98,11 +99,12 @@ def _laid(
     _tell_plane(plane, stones, spec, title)
     turned = np.flatnonzero(areas @ plane.outward < 0)
     if len(turned):
-        logger.warning(
-            "%s: %d stones run clockwise seen from outside and were turned round: %s; name the wall's "
-            "'outward' direction where that is wrong",
-            title, len(turned), _named(stones, turned.tolist()),
-        )  # fmt: skip
+        remark(
+            "turned_stones",
+            f"{title}: {len(turned)} stones run clockwise seen from outside and were turned round: "
+            f"{_named(stones, turned.tolist())}; name the wall's 'outward' direction where that is wrong",
+            *(f"{spec.name}.{stones[row].name}" for row in turned.tolist()),
+        )
     outlines = [plane.flat(stone.corners) for stone in stones]
     for row in turned.tolist():
         outlines[row] = outlines[row][::-1]
@@ -125,11 +127,12 @@ def _tell_plane(plane: WallPlane, stones: Sequence[Measured], spec: SurveyStruct
     )  # fmt: skip
     far = [row for row in np.argsort(away)[::-1].tolist() if away[row] > PROJECTING * spec.tolerance]
     if far:
-        logger.warning(
-            "%s: %d stones lie up to %.3g m off the wall's plane and were laid into it: %s; survey a wall in "
-            "each file, or take projecting stones out",
-            title, len(far), away[far[0]], _named(stones, far),
-        )  # fmt: skip
+        remark(
+            "projecting_stones",
+            f"{title}: {len(far)} stones lie up to {away[far[0]]:.3g} m off the wall's plane and were laid "
+            f"into it: {_named(stones, far)}; survey a wall in each file, or take projecting stones out",
+            *(f"{spec.name}.{stones[row].name}" for row in far),
+        )
 
 
 def _named(stones: Sequence[Measured], rows: Sequence[int]) -> str:

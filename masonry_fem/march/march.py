@@ -98,27 +98,24 @@ def march(
     keep : Number of a step that is kept with its model, so that its contact problem can be solved again.
     kept : List that this step is appended to.
     """
-    control = strategy.control(model.probes)
-    if control is not model.control:
-        model = replace(model, control=control)
+    model = _controlled(model, strategy)
     coupling = connect(model)
-    if start is None:
-        start = _begun(model, coupling, bodies)
+    start = _begun(model, coupling, bodies) if start is None else start
     ledger, clock = Ledger(), Clock()
     troubles, witness = Troubles(), Witness(model, start.bodies)
     size = extents(model.assembly)
     balanced: tuple[Model, Increment, StepReport] | None = None
-    failed = None
     verdict: Verdict | None
     for here, step in increments(coupling, strategy, start, settings, clock, witness.lookout):
         coupling, model = here, here.model
         static = step.scheme.inertia == 0
         made = acted(model, step, size)
         report = measure(model, coupling, made)
+        last = model, made, report
         if keep == report.step and kept is not None:
             kept.append((model, made))
         if report.unsettled and balanced is not None:  # results are those of the last balance
-            verdict, failed = "no_convergence", (model, made, report)
+            verdict = "no_convergence"
             model, made, report = balanced
             break
         balanced = model, made, report
@@ -141,18 +138,22 @@ def march(
     witness.end(model, made.after)
     troubles.tell_steps(report, strategy, settings)
     tell_promoted(model, made.after)
-    objection = _told(verdict, witness, model, made, report, settings, static=static)
-    if verdict == "equilibrium" and objection:
-        verdict = "no_convergence"
+    verdict, objection = _witnessed(verdict, witness, model, made, report, settings, static=static)
     troubles.tell_overlaps(made, report, model.length, start.gap)
-    end = End(*(failed or (model, made, report)), settings, ledger, objection)
+    end = End(*last, settings, ledger, objection)
     return March(
         verdict, sentence(verdict, end), made.after, report, model, made, ledger, clock.phases,
         end.moving(verdict), tuple(troubles.abrupt), witness,
     )  # fmt: skip
 
 
-def _told(
+def _controlled(model: Model, strategy: Strategy) -> Model:
+    """The model with the displacement by which a strategy finds the load factor."""
+    control = strategy.control(model.probes)
+    return model if control is model.control else replace(model, control=control)
+
+
+def _witnessed(
     verdict: Verdict,
     witness: Witness,
     model: Model,
@@ -161,8 +162,11 @@ def _told(
     settings: SolverSettings,
     *,
     static: bool,
-) -> str:
-    """What speaks against an equilibrium, "" if nothing does; doubts about a good end are told."""
+) -> tuple[Verdict, str]:
+    """The verdict, and what speaks against an equilibrium, "" if nothing does.
+
+    Then there is none that was found. Doubts about a good end are told.
+    """
     reached = _reached(report, settings)
     bound = max(DOUBTFUL, 1e3 * reached)
     still = within_tolerance(made, report, reached)
@@ -173,7 +177,7 @@ def _told(
         _doubt(model, made, report, bound)
         _tell_written(witness, _with_cure(buried, model, static=static, buried=True), made.scheme.step)
         _tell_drift(drift(model, made, report, reached), made.scheme.step)
-    return objection
+    return ("no_convergence" if verdict == "equilibrium" and objection else verdict), objection
 
 
 def _begun(model: Model, coupling: Coupling, bodies: tuple[Any, ...] | None) -> SystemState:

@@ -6,6 +6,7 @@ lie on faces, and need each face of a meshed block to be a whole number of facet
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -37,21 +38,25 @@ def faceted(shape: Shape, settings: MeshSettings) -> tuple[Shape, IntArray]:
     if not is_curved(shape):
         return shape, same
     count = divisions_along(shape, settings)
-    chains = shape.rails or tuple(tuple(range(a, b + 1)) for a, b, _ in shape.arcs)
-    bent = [chain for chain in chains if count % (len(chain) - 1)]
+    bent = _undivided(shape, count)
     if not bent:
         return shape, same
     at = along_curves(shape, np.linspace(0.0, 1.0, count + 1))
-    inner = {chain: at[chains.index(chain)][1:-1] for chain in bent}
+    inner = {chain: at[curve][1:-1] for chain, curve in bent.items()}
     points, number, of = _vertices(shape.solid.vertices, inner)
-    solid = shape.solid
     faces = _Faces(bent, number, of, count)
     for old in same.tolist():
-        faces.take(solid, old)
+        faces.take(shape.solid, old)
     made = Polytope(points, tuple(faces.loops), tuple(faces.names), tuple(faces.labels))
     arcs = tuple((number[a], number[b], centre) for a, b, centre in shape.arcs)
     rails = tuple(of[rail] if rail in of else tuple(number[v] for v in rail) for rail in shape.rails)
     return replace(shape, solid=made, arcs=arcs, rails=rails), np.array(faces.origin)
+
+
+def _undivided(shape: Shape, count: int) -> dict[Loop, int]:
+    """Vertices of the curves whose facets ``count`` elements do not divide, and the curves' numbers."""
+    chains = shape.rails or tuple(tuple(range(a, b + 1)) for a, b, _ in shape.arcs)
+    return {chain: curve for curve, chain in enumerate(chains) if count % (len(chain) - 1)}
 
 
 def _vertices(
@@ -79,7 +84,9 @@ def _vertices(
 class _Faces:
     """Faces of the new solid: strips between its curves, and the others with their curves replaced."""
 
-    def __init__(self, bent: list[Loop], number: dict[int, int], of: dict[Loop, Loop], count: int) -> None:
+    def __init__(
+        self, bent: Iterable[Loop], number: dict[int, int], of: dict[Loop, Loop], count: int
+    ) -> None:
         self.loops: list[Loop] = []
         self.names: list[str] = []
         self.labels: list[str] = []
@@ -88,24 +95,25 @@ class _Faces:
         self._place = {vertex: (chain, k) for chain in bent for k, vertex in enumerate(chain)}
 
     def take(self, solid: Polytope, old: int) -> None:
-        """Add what becomes of an old face; of the facets of one curved side the first makes all."""
-        face = solid.faces[old]
-        places = [self._place.get(vertex) for vertex in face]
-        known = [place for place in places if place is not None]
+        """Add what becomes of an old face."""
+        loops = self._loops(solid.faces[old])
+        self.loops += loops
+        self.names += [solid.names[old]] * len(loops)
+        self.labels += [solid.labels[old]] * len(loops)
+        self.origin += [old] * len(loops)
+
+    def _loops(self, face: Loop) -> list[Loop]:
+        """What becomes of a face; of the facets of one curved side the first makes all."""
+        known = [self._place[vertex] for vertex in face if vertex in self._place]
         lowest = {chain: min(k for own, k in known if own == chain) for chain, _ in known}
         strip = len(known) == len(face) == 2 * len(lowest) and all(
             k - lowest[chain] <= 1 for chain, k in known
         )
         if not strip:
-            loops = [self._replaced(face)]
-        elif any(lowest.values()):
-            return
-        else:
-            loops = [tuple(self._of[chain][k + own] for chain, own in known) for k in range(self._count)]
-        self.loops += loops
-        self.names += [solid.names[old]] * len(loops)
-        self.labels += [solid.labels[old]] * len(loops)
-        self.origin += [old] * len(loops)
+            return [self._replaced(face)]
+        if any(lowest.values()):
+            return []
+        return [tuple(self._of[chain][k + own] for chain, own in known) for k in range(self._count)]
 
     def _replaced(self, face: Loop) -> Loop:
         """A loop with the new chains in place of those that it follows."""

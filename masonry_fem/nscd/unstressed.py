@@ -103,15 +103,20 @@ def _asked(problem: ContactProblem) -> Unstressed:
         shares.append(dragged.lacking())
         if _vanishes(shares):
             break
-    reached, impulse = None, dragged.impulse
-    if _vanishes(shares):
-        reached = _slide(problem, impulse, dragged.motion) <= FAR
-        if not reached:  # what the loads press without the faces' rounding
-            firm = Drag(problem)
-            impulse = firm.impulse if firm.towards(FIRM) else impulse
-    elif len(shares) == len(DRAGS) and shares[-1] > STAYS * shares[-2]:
-        reached = False
+    reached, impulse = _end(dragged, shares)
     return Unstressed(reached, impulse, dragged.motion, tuple(shares), dragged.solves)
+
+
+def _end(dragged: Drag, shares: list[float]) -> tuple[bool | None, FloatArray]:
+    """Whether bodies come to rest, by the shares that they lacked at falling drags, and the impulses then."""
+    problem, impulse = dragged.problem, dragged.impulse
+    if not _vanishes(shares):
+        stays = len(shares) == len(DRAGS) and shares[-1] > STAYS * shares[-2]
+        return False if stays else None, impulse
+    if _slide(problem, impulse, dragged.motion) <= FAR:
+        return True, impulse
+    firm = Drag(problem)  # what the loads press without the faces' rounding
+    return False, firm.impulse if firm.towards(FIRM) else impulse
 
 
 def _frictionless(problem: ContactProblem) -> Solution:

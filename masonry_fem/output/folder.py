@@ -21,7 +21,7 @@ from typing import Any, Self
 
 from masonry_fem.errors import MasonryError, OutputError
 from masonry_fem.host.atomic import PART, announce, unwritten, watchers, write_atomic
-from masonry_fem.records.told import Ending, write
+from masonry_fem.records.told import Ending, versioned, write
 
 logger = logging.getLogger(__name__)
 
@@ -248,7 +248,7 @@ def ended_by(error: BaseException, command: str, title: str, so_far: str = "") -
     elif isinstance(error, MasonryError):
         said = str(error)
     message = "; ".join(filter(None, (said, so_far)))
-    return Ending(schema=f"{command}/1", title=title, outcome=outcome, message=f"{message}.")
+    return Ending(schema=versioned(command), title=title, outcome=outcome, message=f"{message}.")
 
 
 def _lines(names: Iterable[str]) -> bytes:
@@ -267,4 +267,4 @@ def _outcome(summary: Path) -> Any:
 def _running(command: str, title: str) -> Ending:
     """What the summary says until the end."""
     message = "Not done: the files here are of a run under way, or of one that was killed."
-    return Ending(schema=f"{command}/1", title=title, outcome=RUNNING, message=message, pid=os.getpid())
+    return Ending(schema=versioned(command), title=title, outcome=RUNNING, message=message, pid=os.getpid())

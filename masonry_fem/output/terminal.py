@@ -193,8 +193,8 @@ def _certificate(summary: Mapping[str, Any]) -> Rows:
         if name == "written":
             yield from _written(value)
             continue
-        unit = units.get(name)
-        yield "certificate", name.replace("_", " "), f"{_number(value)} {unit or ''}".rstrip()
+        number = value["natural_map"] if name == "rounding" else value
+        yield "certificate", name.replace("_", " "), f"{_number(number)} {units.get(name, '')}".rstrip()
 
 
 def _written(told: Mapping[str, Any]) -> Rows:

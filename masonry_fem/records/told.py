@@ -19,6 +19,13 @@ import msgspec
 
 from masonry_fem.host.atomic import write_atomic
 
+VERSIONS = {"run": 2}  # of summaries by command, where it is not the first
+
+
+def versioned(command: str) -> str:
+    """Kind and version of what a command leaves as JSON: the value of its key ``schema``."""
+    return f"{command}/{VERSIONS.get(command, 1)}"
+
 
 class Told(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     """Base of all records of results."""

@@ -17,7 +17,7 @@ from masonry_fem.march.state import SystemState
 from masonry_fem.output.mechanism_picture import draw_mechanism
 from masonry_fem.output.render import can_render
 from masonry_fem.output.scenery import Scenery
-from masonry_fem.records.told import Told, write
+from masonry_fem.records.told import Told, versioned, write
 
 
 class Trial(Told, frozen=True, kw_only=True):
@@ -38,7 +38,7 @@ class Trial(Told, frozen=True, kw_only=True):
     seconds: float
 
 
-class CollapseTold(Told, frozen=True, kw_only=True, tag_field="schema", tag="collapse/1"):
+class CollapseTold(Told, frozen=True, kw_only=True, tag_field="schema", tag=versioned("collapse")):
     """What ``collapse.json`` holds of a search for a collapse multiplier.
 
     Attributes

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from masonry_fem.march.mechanism import Falling
-from masonry_fem.records.told import Told
+from masonry_fem.records.told import Told, versioned
 
 
 class Outside(Told, frozen=True, kw_only=True):
@@ -20,7 +20,7 @@ class Outside(Told, frozen=True, kw_only=True):
     force: float
 
 
-class LimitAnalysis(Told, frozen=True, kw_only=True, tag_field="schema", tag="limit/1"):
+class LimitAnalysis(Told, frozen=True, kw_only=True, tag_field="schema", tag=versioned("limit")):
     """What limit analysis says of the blocks where they stand at the start.
 
     Attributes

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from masonry_fem.records.told import Told
+from masonry_fem.records.told import Told, versioned
 
 
 class Recommendation(Told, frozen=True, kw_only=True):
@@ -61,7 +61,7 @@ class OrderTold(Told, frozen=True, kw_only=True):
     left: float
 
 
-class StudyTold(Told, frozen=True, kw_only=True, tag_field="schema", tag="study/1"):
+class StudyTold(Told, frozen=True, kw_only=True, tag_field="schema", tag=versioned("study")):
     """What ``study.json`` holds.
 
     Attributes

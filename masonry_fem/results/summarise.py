@@ -17,7 +17,16 @@ from masonry_fem.march.model import Model
 from masonry_fem.nscd import rounding
 from masonry_fem.results.blocks import status_counts, stress_summary
 from masonry_fem.results.discretisation import Errors
-from masonry_fem.results.summary import Abrupt, Certificate, Mover, ScatterTold, SolverTold, Summary, Wrench
+from masonry_fem.results.summary import (
+    Abrupt,
+    Certificate,
+    Mover,
+    Rounding,
+    ScatterTold,
+    SolverTold,
+    Summary,
+    Wrench,
+)
 from masonry_fem.scene import specs
 
 if TYPE_CHECKING:
@@ -120,11 +129,10 @@ def certificate(made: March) -> Certificate:
     pressed = problem.contact_part(solution.impulse, solution.velocity) / made.last.scheme.step
     tangent = np.linalg.norm(pressed[:, 1:], axis=1)
     largest = float(np.linalg.norm(made.state.reaction, axis=1).max(initial=0.0))
-    known = solution.rounding or rounding(problem, solution.impulse, solution.rigid_velocity)
     excess = float(np.maximum(tangent - problem.friction * pressed[:, 0], 0).max(initial=0.0))
     return Certificate(
         natural_map=max(report.quality.natural_map, report.quality.natural_map_velocity),
-        rounding=max(known.natural_map, known.natural_map_velocity),
+        rounding=_rounding(made, largest),
         max_penetration=report.max_penetration,
         min_normal_reaction=float(np.minimum(pressed[:, 0], 0).min(initial=0.0)),
         cone_violation=excess / largest if largest > 0 else 0.0,
@@ -132,6 +140,19 @@ def certificate(made: March) -> Certificate:
         global_balance=report.global_balance,
         energy_balance=made.ledger.imbalance,
         written=None if made.witness is None else made.witness.told,
+    )
+
+
+def _rounding(made: March, largest: float) -> Rounding:
+    """What rounding may make of the last contact problem's measures, with its ``largest`` reaction [N]."""
+    problem, solution, h = made.last.problem, made.last.solution, made.last.scheme.step
+    known = solution.rounding or rounding(problem, solution.impulse, solution.rigid_velocity)
+    return Rounding(
+        natural_map=max(known.natural_map, known.natural_map_velocity),
+        max_penetration=h * known.max_penetration,
+        min_normal_reaction=known.min_normal / h,
+        cone_violation=known.cone_violation / h / largest if largest > 0 else 0.0,
+        block_balance=known.block_balance,
     )
 
 

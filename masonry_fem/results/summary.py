@@ -18,7 +18,7 @@ from masonry_fem.march.ledger import Ledger
 from masonry_fem.march.mechanism import Falling
 from masonry_fem.march.witness import Written
 from masonry_fem.records.remark import Remark
-from masonry_fem.records.told import Told
+from masonry_fem.records.told import Told, versioned
 from masonry_fem.results.blocks import Stress
 from masonry_fem.results.determinacy import Determinacy
 from masonry_fem.results.discretisation import Errors
@@ -44,6 +44,25 @@ class Wrench(Told, frozen=True, kw_only=True):
     moment: FloatArray
 
 
+class Rounding(Told, frozen=True, kw_only=True):
+    """What rounding of the arithmetic alone may make of measures of the last contact problem.
+
+    All from one formula, which ``nscd.rounding`` derives.
+
+    Attributes
+    ----------
+    natural_map : Relative, as the measure. max_penetration : By one step [m].
+    min_normal_reaction : At most 0 [N]. cone_violation : Relative to the largest reaction.
+    block_balance : Relative to the largest impulse on a block.
+    """
+
+    natural_map: float
+    max_penetration: float
+    min_normal_reaction: float
+    cone_violation: float
+    block_balance: float
+
+
 class Certificate(Told, frozen=True, kw_only=True):
     """How exact the last state is, by measures that no solver has a say in.
 
@@ -52,7 +71,7 @@ class Certificate(Told, frozen=True, kw_only=True):
     Attributes
     ----------
     natural_map : The worse of the contact problem's natural maps, in impulses and in velocities; relative.
-    rounding : What rounding of the arithmetic alone may make of the natural map.
+    rounding : What rounding of the arithmetic alone may make of these.
     max_penetration : Deepest that contacts go into each other [m].
     min_normal_reaction : Least normal reaction, at most 0 [N].
     cone_violation : Worst excess over friction, relative to the largest reaction.
@@ -62,7 +81,7 @@ class Certificate(Told, frozen=True, kw_only=True):
     """
 
     natural_map: float
-    rounding: float
+    rounding: Rounding
     max_penetration: float
     min_normal_reaction: float
     cone_violation: float
@@ -151,7 +170,7 @@ class StartTold(Told, frozen=True, kw_only=True):
     mechanism: Falling | None = None
 
 
-class Summary(Told, frozen=True, kw_only=True, tag_field="schema", tag="run/1"):
+class Summary(Told, frozen=True, kw_only=True, tag_field="schema", tag=versioned("run")):
     """The end of a run.
 
     Attributes

@@ -71,7 +71,7 @@ def certificate(result: RunResult) -> dict[str, float]:
     """
     told = result.summary.certificate
     balances = {key: getattr(told, key) for key in ("block_balance", "global_balance", "energy_balance")}
-    known = min(told.rounding, MOST_ROUNDING)
+    known = min(told.rounding.natural_map, MOST_ROUNDING)
     return {"natural_map": told.natural_map if told.natural_map > known else 0.0, **balances}
 
 

@@ -18,12 +18,14 @@ import pytest
 from masonry_fem import cli
 from masonry_fem.errors import GeometryError, SceneError
 from masonry_fem.importing.apart import Errand, done_apart
+from masonry_fem.records.remark import gathered
 from masonry_fem.scene import check, load
 from masonry_fem.scene.quantity import si_value
 from masonry_fem.scene.specs import MeshSettings, Reading, Scene
 from masonry_fem.structures import build_structure, build_structures
 from masonry_fem.structures.file import FileStructure
 from masonry_fem.structures.stack import StackStructure
+from masonry_fem.structures.survey import SurveyStructure
 from tests.importing.test_trust import SCENE
 
 PATIENT = Reading(time=120.0)
@@ -96,12 +98,25 @@ def test_what_is_logged_is_told(tmp_path: Path, caplog: pytest.LogCaptureFixture
     spec = FileStructure(name="f", material="s", path="partly.geo", trusted=True)
     stack = StackStructure(name="pier", material="s", size=(1.0, 1.0, 1.0), count=2)
     settings = MeshSettings(element="P1")
-    made = build_structures((stack, spec), 3, tmp_path, (settings, settings), PATIENT)
+    with gathered() as remarks:
+        made = build_structures((stack, spec), 3, tmp_path, (settings, settings), PATIENT)
     assert [len(one.blocks) for one in made] == [3, 1]
-    told = [one for one in caplog.records if "no physical group" in one.getMessage()]
-    assert [(one.name, one.levelno) for one in told] == [
-        ("masonry_fem.importing.mesh_files", logging.WARNING)
-    ]
+    (warned,) = (one for one in caplog.records if one.levelno >= logging.WARNING)
+    assert "no physical group" in warned.getMessage()
+    assert [(one.code, one.sentence) for one in remarks] == [("ungrouped", warned.getMessage())]
+
+
+def test_what_is_no_remark_is_logged_too(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    corners = "".join(
+        f"a,{number},{x},0,{z}\n" for number, (x, z) in enumerate([(0, 0), (1, 0), (1, 1), (0, 1)])
+    )
+    (tmp_path / "a.csv").write_text(f"stone,vertex,x,y,z\n{corners}")
+    spec = SurveyStructure(name="s", material="s", path="a.csv", depth=0.5)
+    with caplog.at_level(logging.INFO, logger="masonry_fem"), gathered() as remarks:
+        build_structures((spec,), 3, tmp_path, (MeshSettings(),), PATIENT)
+    told = {one.levelno: one.name for one in caplog.records if "off the wall's plane" in one.getMessage()}
+    assert told == {logging.INFO: "masonry_fem.importing.survey"}
+    assert not remarks
 
 
 def test_the_same_bits_as_in_this_process(repository: Path) -> None:

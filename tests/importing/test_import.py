@@ -16,6 +16,7 @@ from masonry_fem.errors import GeometryError
 from masonry_fem.importing.sewing import bodies_of
 from masonry_fem.importing.triangles import area_vector, ears, triangles_of
 from masonry_fem.meshing.mesher import mesh_shape
+from masonry_fem.records.remark import gathered
 from masonry_fem.scene.specs import MeshSettings, Structure
 from masonry_fem.solid.assembly import Assembly, Shape
 from masonry_fem.solid.polytope import Polytope
@@ -224,7 +225,7 @@ def test_scale_and_a_surface_turned_inside_out(tmp_path: Path) -> None:
     same(reading(tmp_path / "a.obj", scale=1e-3), solids)
 
 
-def test_faces_written_twice_count_once(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+def test_faces_written_twice_count_once(tmp_path: Path) -> None:
     """From another corner on they are the same faces; turned round they are not (see below)."""
     path = tmp_path / "a.obj"
     write_obj(path, [CUBE, CUBE.moved(Pose(np.eye(3), np.array([2.0, 0.0, 0.0])))])
@@ -232,10 +233,12 @@ def test_faces_written_twice_count_once(tmp_path: Path, caplog: pytest.LogCaptur
     face = next(line.split() for line in lines if line.startswith("f "))
     lines.insert(lines.index(" ".join(face)), " ".join(["f", *face[2:], face[1]]))
     path.write_text("\n".join(lines))
-    made = reading(path)
+    with gathered() as remarks:
+        made = reading(path)
     assert [len(shape.solid.faces) for shape in made.shapes] == [6, 6]
     assert [shape.solid.mass_properties().volume for shape in made.shapes] == pytest.approx([1.0, 1.0])
-    assert "has 1 faces a second time (in 1 blocks, 'stone_0' the first)" in caplog.text
+    assert [(one.code, one.blocks) for one in remarks] == [("renamed", ()), ("doubled_faces", ("f.stone_0",))]
+    assert "has 1 faces a second time (in 1 blocks, 'stone_0' the first)" in remarks[1].sentence
 
 
 def test_dome_of_compas_with_every_face_twice(shared_data: Path, caplog: pytest.LogCaptureFixture) -> None:

@@ -21,6 +21,7 @@ from masonry_fem.importing.trimming import outside, trimmed
 from masonry_fem.importing.wall_plane import WallPlane
 from masonry_fem.meshing.extrusion import prism_of
 from masonry_fem.meshing.mesher import mesh_shape
+from masonry_fem.records.remark import gathered
 from masonry_fem.scene import check
 from masonry_fem.scene.specs import Joint, Loads, Material, MeshSettings, Scene, Statics
 from masonry_fem.solid.assembly import Assembly, Shape
@@ -164,9 +165,10 @@ def test_cracks_wider_than_the_tolerance_stay(
         "left": np.array([[0, 0, 0], [1, 0, 0], [1, 0, 1], [0, 0, 1]], float),
         "right": np.array([[1 + width, 0, 0], [2, 0, 0], [2, 0, 1], [1 + width, 0, 1]], float),
     }
-    with caplog.at_level(logging.INFO, logger="masonry_fem"):
+    with caplog.at_level(logging.INFO, logger="masonry_fem"), gathered() as remarks:
         made = surveyed(tmp_path, boxes)
     assert ("1 joints stay open: 'left' and 'right' by 30 mm" in caplog.text) == stays
+    assert [one.blocks for one in remarks if one.code == "open_joints"] == [("f.left", "f.right")] * stays
     assert volume(made) == pytest.approx(0.3 * (2 - width * stays), rel=1e-9)
     assert len(detect(made)) == (2 if stays else 3)
 
@@ -197,14 +199,20 @@ def test_the_plane_heeds_no_outliers(outlier: float | None) -> None:
     assert np.linalg.det(frame) == pytest.approx(1.0)
 
 
-def test_projecting_and_turned_stones_are_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+def test_projecting_and_turned_stones_are_told(tmp_path: Path) -> None:
     fronts = faces()[1]
     names = list(fronts)
     fronts[names[3]] = fronts[names[3]][::-1]
     fronts[names[5]] = fronts[names[5]] + [0, -0.1, 0]
-    made = surveyed(tmp_path, fronts)
-    assert f"1 stones run clockwise seen from outside and were turned round: '{names[3]}'" in caplog.text
-    assert f"1 stones lie up to 0.1 m off the wall's plane and were laid into it: '{names[5]}'" in caplog.text
+    with gathered() as remarks:
+        made = surveyed(tmp_path, fronts)
+    found = {one.code: one for one in remarks}
+    said = f"1 stones run clockwise seen from outside and were turned round: '{names[3]}'"
+    assert said in found["turned_stones"].sentence
+    assert found["turned_stones"].blocks == (f"f.{names[3]}",)
+    said = f"1 stones lie up to 0.1 m off the wall's plane and were laid into it: '{names[5]}'"
+    assert said in found["projecting_stones"].sentence
+    assert found["projecting_stones"].blocks == (f"f.{names[5]}",)
     assert volume(made) == pytest.approx(volume(faces()[0]), rel=1e-9)
 
 

@@ -8,14 +8,16 @@ import numpy as np
 import pytest
 
 import masonry_fem.march.measure as measuring
+import masonry_fem.march.rounds as rounds_of_steps
 import masonry_fem.march.turning as rounds_that_turn
 from masonry_fem.bodies.base import Scheme
+from masonry_fem.joints.fold import solve_with_laws
 from masonry_fem.march.acting import Acting, acted, extents, relative
 from masonry_fem.march.conditions import shifted_jump
 from masonry_fem.march.coupling import connect
 from masonry_fem.march.loads import external_forces
 from masonry_fem.march.motion import BlockMotion, greatest_shift
-from masonry_fem.march.place import begun, turning
+from masonry_fem.march.place import begun, reached, turning
 from masonry_fem.march.step import initial_state, step
 from masonry_fem.nscd import SolverSettings
 from tests.march.test_march import G, stack
@@ -200,3 +202,41 @@ def test_arms_of_loads_turn_with_a_block_and_contacts_may_balance_that() -> None
     change[0, :, 0] = -moments[0]
     place = replace(start, rigid_map=start.rigid_map - change)
     assert turning(coupling, there, free, tuple(forces), scheme, impulse, place) < 1e-12
+
+
+def test_a_step_tells_the_efforts_of_all_its_rounds(monkeypatch) -> None:
+    """Here rounds go on until none brings balance nearer."""
+    model, each = stack(1, 2), []
+
+    def solved(*arguments):
+        taken = solve_with_laws(*arguments)
+        each.append(replace(taken.solution, iterations=3, linear_solves=5, seconds=0.25))
+        return replace(taken, solution=each[-1])
+
+    monkeypatch.setattr(rounds_of_steps, "solve_with_laws", solved)
+    monkeypatch.setattr(rounds_that_turn, "_left", lambda *_: (1.0, 0.0))
+    coupling = connect(model)
+    state = initial_state(model, coupling, tuple(group.rest() for group in model.groups))
+    made = step(model, coupling, state, Scheme(1.0, 1.0, 0.0), SolverSettings())
+    told = made.solution
+    assert len(each) > 1
+    assert (told.iterations, told.linear_solves, told.seconds) == tuple(len(each) * n for n in (3, 5, 0.25))
+
+
+@pytest.mark.parametrize("away", [0.0, 1e6])
+def test_what_places_are_rounded_by_is_no_bend(away: float) -> None:
+    """A cube that only slides goes straight; farther off places are rounded more, and that is all."""
+    model, h = stack(1, 2), 0.01
+    coupling = connect(model)
+    ends = []
+    for shift in (away, away + 0.3 * h):
+        bodies = tuple(group.rest() for group in model.groups)
+        stone = replace(
+            bodies[1], shift=np.array([[shift, 0.0]]), velocity=np.sqrt(1000.0) * np.array([[0.3, 0, 0]])
+        )
+        ends.append((bodies[0], stone))
+    start = begun(coupling, ends[0])
+    there = reached(coupling, start, ends[1], h)
+    moved = (there.contact.offset - start.contact.offset)[:, 1] / h
+    assert np.abs(moved) == pytest.approx(0.3, rel=1e-6)
+    assert not there.bend.any()

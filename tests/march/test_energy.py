@@ -201,3 +201,32 @@ def test_the_way_of_the_faces_is_booked_once(keys, gap):
     assert result.summary.certificate.energy_balance < 1e-4
     assert told.friction_dissipation > 0.1 * told.external_work
     assert abs(told.impact_normal) <= (0.2 if gap else 1e-6) * told.external_work
+
+
+def test_what_rough_joints_raise_is_no_impact() -> None:
+    """A block slides up its asperities as the floor is drawn away; a stop without friction holds it back."""
+    sizes = {"floor": (3.0, 0.2), "stone": (1.0, 0.5), "stop": (0.2, 0.5)}
+    corners = {"floor": (-1.0, -0.2), "stone": (0.0, 0.0), "stop": (1.0, 0.0)}
+    rough = specs.Dilatancy(tangent=0.3, bound=0.01)
+    result = solved(
+        dimension=2,
+        fidelity="rigid",
+        structures=tuple(
+            BlockStructure(
+                name=name, material="stone", size=size, position=corners[name], support=name != "stone"
+            )
+            for name, size in sizes.items()
+        ),
+        supports=(specs.Support(on="floor", motion=specs.Motion(displacement=(0.01, 0.0))),),
+        joints=(
+            specs.Joint(friction=0.0),
+            specs.Joint(between=("stone", "floor"), friction=0.6, dilatancy=rough),
+        ),
+        analysis=specs.Statics(load_steps=10),
+    )
+    told = result.summary.energy
+    lift = [0.01 * (1 - math.exp(-0.3 * step / 10)) for step in range(11)]
+    raised = sum(step / 10 * (lift[step] - lift[step - 1]) for step in range(1, 11))  # loads grow, too
+    assert told.external_work == pytest.approx(-0.5 * 2400 * G * raised, rel=1e-6)
+    assert told.friction_dissipation == pytest.approx(told.support_work + told.external_work, rel=1e-6)
+    assert abs(told.impact_normal) < 1e-6 * told.friction_dissipation

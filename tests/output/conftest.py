@@ -21,7 +21,7 @@ from masonry_fem.solid.pose import Pose
 
 def ended(outcome: str = "finished") -> Ending:
     """What a recorder hears of a run that has come to its end."""
-    return Ending(schema="run/1", title="", outcome=outcome, message="")
+    return Ending(schema="run/2", title="", outcome=outcome, message="")
 
 
 @dataclass(frozen=True)

@@ -152,13 +152,15 @@ def _run(scene: Any, base: Path) -> dict[str, Any]:
 
     result = solve_scene(scene, base)
     summary = plain(result.summary)
+    measures = summary["certificate"]
+    measures["rounding"] = measures["rounding"]["natural_map"]
     sizes = ("blocks", "shapes", "interfaces", "contacts", "unknowns", "steps")
     return {
         "outcome": result.outcome,
         "message": result.message,
         "seconds": summary["seconds"],
         "size": {name: summary[name] for name in sizes},
-        "certificate": {name: value for name, value in summary["certificate"].items() if name != "written"},
+        "certificate": {name: value for name, value in measures.items() if name != "written"},
         "solver": summary["solver"],
         "quantities": {name: quantity.told() for name, quantity in measured(result).items()},
     }

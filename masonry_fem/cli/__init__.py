@@ -98,8 +98,8 @@ def _refuse_ranks(options: argparse.Namespace) -> None:
     count = ranks.team().size
     if count > 1 and options.command is not run.run_scene:
         raise MasonryError(
-            f"started as {count} ranks, but 'run' is the only command whose work is split among ranks; start this "
-            "one without mpiexec"
+            f"started as {count} ranks, but 'run' is the only command whose work is split among ranks; start "
+            "this one without mpiexec"
         )
 
 

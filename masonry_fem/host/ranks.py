@@ -3,8 +3,8 @@
     mpiexec -n 4 masonry-fem run SCENE.toml
 
 The *leader* runs the program as a single process would. Where work can be split it calls on all ranks, itself
-among them; the others wait for nothing else. So there is one course of events, one output, and one place where
-errors end up.
+among them; the others wait for nothing else. So there is one course of events, one output, and one place
+where errors end up.
 
     shares = [...]                                # what each rank needs, the leader's first
     results = team().call(work, shares)           # work(member, share) on all ranks, together
@@ -41,7 +41,7 @@ COUNTS = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE")
 INHERITED = ("PMI_", "PMIX_", "OMPI_", "HYDI_", "MPI_LOCAL")
 OUT, IN = "handed out", "handed in"
 HANDING = frozenset({OUT, IN})  # kinds of work that are no more than the leader's call
-EAGER, NAP = 200, 1e-4  # looks for work without a pause, and the pause between further ones [s]
+EAGER, NAP = 200, 1e-4  # looks for other ranks without a pause, and the pause between further ones [s]
 
 Work = Callable[["Member", Any], Any]
 
@@ -106,6 +106,14 @@ class Member:
             spent.received += received
             spent.times += received > 0
 
+    def meet(self) -> None:
+        """Wait until all ranks are here, without keeping a processor busy for long as MPI would."""
+        request, looks = self.comm.Ibarrier(), 0
+        while not request.Test():
+            looks += 1
+            if looks > EAGER:
+                time.sleep(NAP)
+
     def together(self, local: Callable[[], Any]) -> Any:
         """What a function gives that asks nothing of other ranks; where it fails on one, this fails on all.
 
@@ -118,9 +126,10 @@ class Member:
             made = local()
         except Exception as error:
             failure = error
+        self.meet()
         for told in self.comm.allgather(failure):
             if told is not None:
-                raise _Agreed(told)
+                raise _AgreedError(told)
         return made
 
 
@@ -169,11 +178,12 @@ class Leader(Alone):
         """
         comm = self._member.comm
         self._amiss = True
-        comm.Ibarrier().Wait()
+        self._member.meet()
         with self._member.on(OUT):
             packed = [pickle.dumps((work, share), protocol=5) for share in shares[1:]]
             comm.scatter([b"", *packed])
         made, failure = _done(work, self._member, shares[0])
+        self._member.meet()
         with self._member.on(IN):
             told = comm.gather(b"")
         self._member.spent[IN].received += sum(map(len, told))
@@ -192,7 +202,7 @@ class Leader(Alone):
         comm = self._member.comm
         if self._amiss:
             comm.Abort(code)
-        comm.Ibarrier().Wait()
+        self._member.meet()
         comm.scatter([pickle.dumps((None, None))] * self.size)
         self._member.kept.clear()
 
@@ -256,7 +266,7 @@ def _serve(member: Member) -> None:
     logging.getLogger("masonry_fem").setLevel(logging.CRITICAL)
     warnings.simplefilter("ignore")
     while True:
-        _wait(member.comm.Ibarrier())
+        member.meet()
         with member.on(OUT):
             packed = member.comm.scatter(None)
         member.spent[OUT].received += len(packed)
@@ -271,24 +281,16 @@ def _serve(member: Member) -> None:
         except BaseException as error:  # others wait for this rank in the midst of work
             print(f"masonry-fem: rank {member.rank}: {_said(error)}", file=sys.stderr, flush=True)
             member.comm.Abort(1)
+        member.meet()
         with member.on(IN):
             member.comm.gather(made)
-
-
-def _wait(request: Any) -> None:
-    """Until a request is done, without keeping a processor from others for long."""
-    looks = 0
-    while not request.Test():
-        looks += 1
-        if looks > EAGER:
-            time.sleep(NAP)
 
 
 def _done(work: Work, member: Member, share: Any) -> tuple[Any, Exception | None]:
     """What work gives, or what all ranks agree that has failed."""
     try:
         return work(member, share), None
-    except _Agreed as failure:
+    except _AgreedError as failure:
         return None, failure.error
 
 
@@ -298,7 +300,7 @@ def _said(error: BaseException) -> str:
     return f"unexpected {type(error).__name__}: {error}"
 
 
-class _Agreed(Exception):
+class _AgreedError(Exception):
     """All ranks know that one has failed."""
 
     def __init__(self, error: Exception) -> None:

@@ -194,7 +194,9 @@ class Rows:
 
     def product(self, x: FloatArray, given: FloatArray, motion: FloatArray) -> FloatArray:
         """The rows times x and U, where x at closed contacts makes velocities ``given``, shape (c, d)."""
-        return self.turned(given / self.values.unit + self.moved(motion)) + (self.own @ x[:, :, None])[:, :, 0]
+        return (
+            self.turned(given / self.values.unit + self.moved(motion)) + (self.own @ x[:, :, None])[:, :, 0]
+        )
 
 
 class Interfaces:

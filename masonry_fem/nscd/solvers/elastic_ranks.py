@@ -2,8 +2,9 @@
 
 What ``elastic_krylov`` does, with the wall in parts: PT-Scotch divides the graph of stones and interfaces, a
 rank has the rows of W_el of its stones, and the interfaces between two parts are one's or the other's. A
-product with W_el takes impulses of such interfaces from one part to the other and velocities back; the bodies'
-matrix is solved by MUMPS on all ranks, GMRES is PETSc's.
+product with W_el takes impulses of such interfaces from one part to the other, and velocities back. The
+bodies' matrix is factorised by each rank, or, where there are very many, by MUMPS on all together. GMRES is
+PETSc's.
 
     portions = Portions(problem, elastic, body_matrix, team)       # once for a problem
     solve = portions.solver(terms, kept, body_matrix, factorised)  # once for a step
@@ -11,8 +12,10 @@ matrix is solved by MUMPS on all ranks, GMRES is PETSc's.
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -22,6 +25,7 @@ from scipy import sparse
 from masonry_fem.host.ranks import Leader, Member, team
 from masonry_fem.nscd.compliance import Alike, Shared
 from masonry_fem.nscd.krylov import StagnationError
+from masonry_fem.nscd.linear import Library, factorise
 from masonry_fem.nscd.mumps import petsc
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
@@ -40,9 +44,11 @@ IntArray = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 Solve = Callable[[FloatArray], FloatArray]
 
-KEPT = "elastic_ranks"  # where a rank keeps its portion
+# Bodies from which all ranks factorise their matrix together. Below, its factor is cheap, and what MUMPS on
+# several ranks would save is less than what it waits: several messages for each level of the factor.
+TOGETHER = 20_000
+KEPT, PARTS = "elastic_ranks", "elastic_ranks' parts"  # names of what is kept: portions, ranks of bodies
 NUMBER = 8  # bytes
-REFINEMENTS, REFINED = 2, 1e-14  # of the bodies' motion
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +66,7 @@ class Share:
     places : Where its bodies stand among those of all ranks, shape (b,); the first ``own`` are its own.
     maps : B of its own contacts, shape (c, 2, d, m).
     coupled : Block rows and columns that it adds to the bodies' matrix beside its interfaces' ones, (2, k).
+    library : By which it factorises the bodies' matrix; None: all ranks do so together.
     """
 
     dimension: int
@@ -73,22 +80,26 @@ class Share:
     own: int
     maps: FloatArray
     coupled: IntArray
+    library: Library | None
 
 
 Step = tuple[Values, FloatArray]  # at a rank's own contacts, and blocks that it adds to the bodies' matrix
 
 
-def portions(problem: ContactProblem, elastic: Mask, body_matrix: BodyMatrix) -> Portions | None:
+def portions(
+    problem: ContactProblem, elastic: Mask, body_matrix: BodyMatrix, library: Library
+) -> Portions | None:
     """A problem in parts, one for each rank; None where there is one rank, or nothing to part it by.
 
     Parameters
     ----------
-    problem, elastic, body_matrix : As for ``Portions``.
+    problem, elastic, body_matrix, library : As for ``Portions``.
     """
     leader = team()
-    if not isinstance(leader, Leader) or not isinstance(problem.operator, Shared):
+    parts = isinstance(problem.operator, Shared) and problem.body_count > 0
+    if not isinstance(leader, Leader) or not parts:
         return None
-    return Portions(problem, elastic, body_matrix, leader)
+    return Portions(problem, elastic, body_matrix, library, leader)
 
 
 class Portions:
@@ -99,17 +110,27 @@ class Portions:
     problem : Whose operator is ``Shared``.
     elastic : Contacts that have compliance, shape (c,).
     body_matrix : Pattern of the bodies' matrix, and B by contact and side.
+    library : By which a rank factorises it.
     team : The ranks.
     """
 
     def __init__(
-        self, problem: ContactProblem, elastic: Mask, body_matrix: BodyMatrix, team: Leader
+        self,
+        problem: ContactProblem,
+        elastic: Mask,
+        body_matrix: BodyMatrix,
+        library: Library,
+        team: Leader,
     ) -> None:
         self.problem, self.team = problem, team
+        self.library = None if problem.body_count >= TOGETHER else library
         self.part, self.body_order = self._bodies_parted(body_matrix)
         groups = interfaces_by_size(problem, elastic)
         self.owner = self._owners(groups)
         self.contacts = [np.flatnonzero(self.owner == rank) for rank in range(team.size)]
+        # blocks of the bodies' matrix that the leader adds: their mass, and what rigid joints leave
+        slots = body_matrix.slots[~elastic]
+        self.coupled = np.union1d(body_matrix.diagonal, slots[slots >= 0])
         self.shares = self._shares(groups, body_matrix)
 
     def solver(
@@ -120,7 +141,7 @@ class Portions:
         factorised: Callable[[sparse.bsr_array], Solve],
     ) -> Solve:
         """The solver of one step; as ``Preconditioned``, whose bodies' matrix ``factorised`` solves."""
-        coupled = terms.coupled.data
+        coupled = terms.coupled.data[self.coupled]
         steps = [
             (Values.at(terms, own), coupled if rank == 0 else coupled[:0])
             for rank, own in enumerate(self.contacts)
@@ -139,9 +160,12 @@ class Portions:
         bounds = np.searchsorted(edges[0], first)
         shares = [
             (first[rank : rank + 2] - first[rank], count, edges[:, low:high])
-            for rank, (low, high) in enumerate(zip(bounds[:-1], bounds[1:], strict=True))
+            for rank, (low, high) in enumerate(pairwise(bounds))
         ]
-        part = np.concatenate(self.team.call(_partition, shares)).astype(np.int64)
+        joins, part = self.team.held.get(PARTS, (edges[:, :0], edges[0]))
+        if not np.array_equal(edges, joins) or len(part) != count:
+            part = np.concatenate(self.team.call(_partition, shares))
+            self.team.held[PARTS] = edges, part
         return part, np.argsort(part, kind="stable")
 
     def _owners(self, groups: list[IntArray]) -> IntArray:
@@ -166,11 +190,13 @@ class Portions:
         owner = np.append(self.owner, -1)
         stones = [_ranks_of_stones(owner[kind.contacts], self.team.size) for kind in operator.kinds]
         rows = np.repeat(np.arange(body_matrix.count), np.diff(body_matrix.pointer))
-        coupled = np.stack([body_at[rows], body_at[body_matrix.indices]])
+        coupled = np.stack([body_at[rows], body_at[body_matrix.indices]])[:, self.coupled]
         made = []
         for rank in ranks:
             own = self.contacts[rank]
-            touched = [kind.contacts[of == rank].ravel() for kind, of in zip(operator.kinds, stones, strict=True)]
+            touched = [
+                kind.contacts[of == rank].ravel() for kind, of in zip(operator.kinds, stones, strict=True)
+            ]
             beside = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *touched]))
             beside = beside[(beside >= 0) & (owner[beside] != rank)]
             local = np.concatenate([own, beside])
@@ -182,6 +208,7 @@ class Portions:
                 if some.any():
                     part = Alike(place[kind.contacts[some]], kind.turns[some], kind.matrix)
                     kinds.append((part, of[some] == rank))
+            parts = [place[group[owner[group[:, 0]] == rank]] for group in groups]
             sides = problem.bodies[own]
             its = np.flatnonzero(self.part == rank)
             others = np.setdiff1d(sides[sides >= 0], its)
@@ -195,12 +222,13 @@ class Portions:
                     contacts=at[local],
                     kinds=tuple(kinds),
                     bed=None if operator.bed is None else operator.bed[own],
-                    groups=[place[group[owner[group[:, 0]] == rank]] for group in groups],
+                    groups=[part for part in parts if len(part)],
                     bodies=number[sides],
                     places=body_at[bodies],
                     own=len(its),
                     maps=body_matrix.maps[own],
                     coupled=coupled if rank == 0 else coupled[:, :0],
+                    library=self.library,
                 )
             )
         return made
@@ -222,13 +250,15 @@ class _Solver:
     def prepared(self) -> None:
         """See to it that ranks have this step."""
         portions, team = self.portions, self.portions.team
-        problem, step = team.held.get(KEPT, (None, None))
+        problem, step = (known() for known in team.held.get(KEPT, (_nothing, _nothing)))
+        if step is self:
+            return
+        team.held.pop(KEPT, None)
         if problem is not portions:
             team.call(take_share, portions.shares)
-        if step is not self:
-            team.held.pop(KEPT, None)
-            team.call(take_step, self.steps)
-        team.held[KEPT] = portions, self
+            team.held[KEPT] = weakref.ref(portions), _nothing
+        team.call(take_step, self.steps)
+        team.held[KEPT] = weakref.ref(portions), weakref.ref(self)
 
     def __call__(self, rhs: FloatArray) -> FloatArray:
         """The solution of a step, ordered as ``ElasticMatrix`` orders it, with rows for ``kept``.
@@ -260,8 +290,12 @@ class _Solver:
         return np.concatenate([x[kept].ravel(), motion.ravel()])
 
 
+def _nothing() -> None:
+    """What is referred to where ranks have nothing."""
+
+
 def _ranks_of_stones(owners: IntArray, size: int) -> IntArray:
-    """Ranks that own most contacts of each stone, (n,), from the owners of its contacts, −1 for none, (n, s)."""
+    """Ranks that own most contacts of each stone, (n,), from their owners, −1 for none, (n, s)."""
     n = len(owners)
     key = np.where(owners >= 0, np.arange(n)[:, None] * size + owners, n * size)
     counted = np.bincount(key.ravel(), minlength=n * size + 1)[:-1].reshape(n, size)
@@ -307,7 +341,7 @@ def take_step(member: Member, step: Step) -> None:
 def solve_step(
     member: Member, share: tuple[FloatArray, FloatArray, Mask]
 ) -> tuple[FloatArray, FloatArray, bool]:
-    """Impulses and motions of a rank's own contacts and bodies, and whether iterations have come to an end."""
+    """Impulses and motions of a rank's own contacts and bodies, and whether iterations have ended."""
     solved: tuple[FloatArray, FloatArray, bool] = member.kept[KEPT].solve(*share)
     return solved
 
@@ -325,28 +359,13 @@ class Portion:
         self.member, self.share = member, share
         self.operator: Shared | None = None
         self.coupling = member.together(self._coupled)
-        d, m, comm = share.dimension, share.maps.shape[3], member.comm
-        library = petsc()
-        self.contacts = _Exchange(member, share.contacts, share.count, d)
-        self.bodies = _Exchange(member, share.places, share.own, m)
-        self.matrix = library.Mat().createAIJ(((share.own * m, None),) * 2, comm=comm)
-        rows, columns = self._places()
-        first, last = self.matrix.getOwnershipRange()
-        away = int(((rows >= 0) & ((rows < first) | (rows >= last))).sum())
-        # what others add to its rows is not known here; what it adds to theirs is as much in all
-        self.foreign = away
-        self.matrix.setPreallocationCOO(rows.astype(library.IntType), columns.astype(library.IntType))
-        self.coarse = library.KSP().create(comm)
-        self.coarse.setType("preonly")
-        steps = self.coarse.getPC()
-        steps.setType("lu")
-        steps.setFactorSolverType("mumps")
-        self.regular = True
+        self.contacts = _Exchange(member, share.contacts, share.count, share.dimension)
+        self.bodies = (_BodiesTogether if share.library is None else _BodiesOfEach)(member, share)
 
     def close(self) -> None:
         """Let go what PETSc holds."""
-        for made in (self.coarse, self.matrix, self.contacts, self.bodies):
-            made.destroy()
+        self.contacts.destroy()
+        self.bodies.destroy()
 
     def _coupled(self) -> list[FloatArray]:
         """Blocks of W_el within interfaces; and the operator of the rank's own stones."""
@@ -363,44 +382,24 @@ class Portion:
         with self.member.on("interfaces"):
             return [whole.among(group) for group in share.groups]
 
-    def _places(self) -> tuple[IntArray, IntArray]:
-        """Rows and columns of the numbers that this rank adds to the bodies' matrix, −1 where there are none."""
-        share, m = self.share, self.share.maps.shape[3]
-        place = np.append(share.places, -1)
-        rows, columns = [share.coupled[0]], [share.coupled[1]]
-        for group in share.groups:
-            pair = place[share.bodies[group[:, 0]]]
-            rows.append(np.repeat(pair, 2, axis=1).ravel())
-            columns.append(np.tile(pair, 2).ravel())
-        row, column = np.concatenate(rows)[:, None, None], np.concatenate(columns)[:, None, None]
-        absent = (row < 0) | (column < 0)
-        at = np.arange(m)
-        row = np.where(absent, -1, row * m + at[:, None])
-        column = np.where(absent, -1, column * m + at)
-        row, column = np.broadcast_arrays(row, column)
-        return row.ravel(), column.ravel()
-
     def take(self, values: Values, coupled: FloatArray) -> None:
         """Prepare a step."""
         member = self.member
         with member.on("interfaces"):
             self.rows, blocks = member.together(lambda: self._prepared(values))
-        numbers = np.concatenate([coupled.ravel(), *(-given.ravel() for given in blocks)])
-        with member.on("bodies' factor", self.foreign * NUMBER):
-            self.matrix.setValuesCOO(numbers)
-            self.coarse.setOperators(self.matrix)
-            self.coarse.setUp()
-            self.regular = self.coarse.getPC().getFailedReason() == 0
+        self.bodies.factorise(
+            np.concatenate([coupled, *(-given.reshape(-1, *coupled.shape[1:]) for given in blocks)])
+        )
 
     def _prepared(self, values: Values) -> tuple[Rows, list[FloatArray]]:
         share = self.share
         rows = Rows(values, share.bodies, share.maps, share.groups, self.coupling)
         return rows, [given for _, given in rows.eliminated()]
 
-    def solve(self, force: FloatArray, balance: FloatArray, unknown: Mask) -> tuple[FloatArray, FloatArray, bool]:
+    def solve(
+        self, force: FloatArray, balance: FloatArray, unknown: Mask
+    ) -> tuple[FloatArray, FloatArray, bool]:
         """As ``solve_step``."""
-        if not self.regular:
-            return np.full_like(force, np.nan), np.full_like(balance, np.nan), True
         library, shape = petsc(), force.shape
         nothing = np.zeros_like(balance)
         x, motion = self._precondition(force, balance)
@@ -435,33 +434,9 @@ class Portion:
         rows, member = self.rows, self.member
         with member.on("preconditioner"):
             given = rows.to_bodies(rows.within(force), len(self.share.places))
-        summed = self.bodies.summed(given)
-        with member.on("bodies' solution"):
-            motion = self._bodies_moved(balance - summed)
-        motion = self.bodies.spread(motion)
+        motion = self.bodies.moved(balance, given)
         with member.on("preconditioner"):
             return rows.within(force - rows.turned(rows.moved(motion))), motion
-
-    def _bodies_moved(self, balance: FloatArray) -> FloatArray:
-        """U of the rank's own bodies."""
-        matrix = self.matrix
-        rhs, best = matrix.createVecs()
-        rhs.array[:] = balance.ravel()
-        left, more = rhs.duplicate(), rhs.duplicate()
-        self.coarse.solve(rhs, best)
-        size, error = rhs.norm(3), np.inf
-        for _ in range(REFINEMENTS):
-            matrix.mult(best, left)
-            left.aypx(-1.0, rhs)
-            last, error = error, left.norm(3)
-            if not REFINED * size < error < 0.5 * last:
-                break
-            self.coarse.solve(left, more)
-            best.axpy(1.0, more)
-        moved: FloatArray = best.array.reshape(balance.shape).copy()
-        for made in (rhs, best, left, more):
-            made.destroy()
-        return moved
 
     def _product(self, x: FloatArray, motion: FloatArray) -> FloatArray:
         """The rows of the rank's own contacts times x and U, shape (c, d)."""
@@ -470,10 +445,143 @@ class Portion:
         with member.on("products"):
             velocity = np.zeros_like(impulse)
             if self.operator is not None:
-                velocity = (self.operator @ impulse.ravel()).reshape(impulse.shape)
+                velocity[:] = (self.operator @ impulse.ravel()).reshape(impulse.shape)
         given = self.contacts.summed(velocity)
         with member.on("products"):
-            return rows.product(x, given, motion)
+            product: FloatArray = rows.product(x, given, motion)
+            return product
+
+
+def _blocks_at(share: Share) -> tuple[IntArray, IntArray]:
+    """Block rows and columns of what a rank adds to the bodies' matrix, −1 where there is no body, (k,)."""
+    place = np.append(share.places, -1)
+    rows, columns = [share.coupled[0]], [share.coupled[1]]
+    for group in share.groups:
+        pair = place[share.bodies[group[:, 0]]]
+        rows.append(np.repeat(pair, 2, axis=1).ravel())
+        columns.append(np.tile(pair, 2).ravel())
+    row, column = np.concatenate(rows), np.concatenate(columns)
+    absent = (row < 0) | (column < 0)
+    return np.where(absent, -1, row), np.where(absent, -1, column)
+
+
+class _BodiesOfEach:
+    """The bodies' matrix, all of it on each rank.
+
+    Parameters
+    ----------
+    member : The rank.
+    share : Its part of the problem.
+    """
+
+    def __init__(self, member: Member, share: Share) -> None:
+        assert share.library is not None
+        self._member, self._places, self._own = member, share.places, share.own
+        self._library: Library = share.library
+        self._width = share.maps.shape[3]
+        everywhere = member.comm.allgather(_blocks_at(share))
+        rows, columns = (np.concatenate(parts) for parts in zip(*everywhere, strict=True))
+        self._counts = [self._width**2 * len(part) for part, _ in everywhere]  # numbers of each rank
+        self._bytes = NUMBER * (sum(self._counts) - self._counts[member.rank])
+        self._count = sum(member.comm.allgather(share.own))
+        there = np.flatnonzero(rows >= 0)
+        pattern, slots = np.unique(rows[there] * self._count + columns[there], return_inverse=True)
+        order = np.argsort(slots, kind="stable")
+        self._order = there[order]  # blocks by where they are added
+        self._first = np.searchsorted(slots[order], np.arange(len(pattern)))
+        row = pattern // max(self._count, 1)
+        self._indices = pattern - row * self._count
+        self._pointer = np.searchsorted(row, np.arange(self._count + 1))
+
+    def destroy(self) -> None:
+        """There is nothing of PETSc's."""
+
+    def factorise(self, blocks: FloatArray) -> None:
+        """Factorise what the blocks of all ranks make, (k, m, m)."""
+        comm, m = self._member.comm, self._width
+        self._member.meet()
+        with self._member.on("bodies' factor", self._bytes):
+            everywhere = np.empty((sum(self._counts) // m**2, m, m))
+            comm.Allgatherv(np.ascontiguousarray(blocks), [everywhere, self._counts])
+            data = np.add.reduceat(everywhere[self._order], self._first, axis=0)
+            size = self._count * m
+            matrix = sparse.bsr_array(
+                (data, self._indices, self._pointer), shape=(size, size), blocksize=(m, m)
+            )
+            self._solve = self._member.together(lambda: factorise(matrix.tocsr(), self._library))
+
+    def moved(self, balance: FloatArray, given: FloatArray) -> FloatArray:
+        """U of the rank's bodies, (b, m).
+
+        Parameters
+        ----------
+        balance : What is asked of its own, shape (own, m). given : What its contacts take off, shape (b, m).
+        """
+        with self._member.on("exchange", NUMBER * self._count * self._width):
+            left = np.zeros((self._count, self._width))
+            left[self._places] = -given
+            left[self._places[: self._own]] += balance
+            summed = np.empty_like(left)
+            self._member.comm.Allreduce(left, summed)
+        with self._member.on("bodies' solution"):
+            motion: FloatArray = self._solve(summed.ravel()).reshape(summed.shape)[self._places]
+            return motion
+
+
+class _BodiesTogether:
+    """The bodies' matrix, of each rank the rows of its own.
+
+    Parameters
+    ----------
+    member : The rank.
+    share : Its part of the problem.
+    """
+
+    def __init__(self, member: Member, share: Share) -> None:
+        library, m = petsc(), share.maps.shape[3]
+        self._member, self._own = member, share.own
+        self._exchange = _Exchange(member, share.places, share.own, m)
+        self._matrix = library.Mat().createAIJ(((share.own * m, None),) * 2, comm=member.comm)
+        first, last = self._matrix.getOwnershipRange()
+        row, column = _blocks_at(share)
+        away = (row >= 0) & ((row < first // m) | (row >= last // m))
+        self._bytes = NUMBER * m**2 * int(away.sum())  # that leave it: of all ranks as many as arrive
+        at = np.arange(m)
+        rows = np.where(row[:, None, None] < 0, -1, row[:, None, None] * m + at[:, None])
+        columns = np.where(column[:, None, None] < 0, -1, column[:, None, None] * m + at)
+        places = [part.ravel().astype(library.IntType) for part in np.broadcast_arrays(rows, columns)]
+        self._matrix.setPreallocationCOO(*places)
+        self._factor = library.KSP().create(member.comm)
+        self._factor.setType("preonly")
+        steps = self._factor.getPC()
+        steps.setType("lu")
+        steps.setFactorSolverType("mumps")
+        self._given, self._found = self._matrix.createVecs()
+        self._regular = True
+
+    def destroy(self) -> None:
+        """Let go what PETSc holds."""
+        for made in (self._factor, self._given, self._found, self._matrix, self._exchange):
+            made.destroy()
+
+    def factorise(self, blocks: FloatArray) -> None:
+        """Factorise what the blocks of all ranks make, (k, m, m)."""
+        with self._member.on("bodies' factor", self._bytes):
+            self._matrix.setValuesCOO(blocks.ravel())
+            self._factor.setOperators(self._matrix)
+            self._factor.setUp()
+            self._regular = self._factor.getPC().getFailedReason() == 0
+
+    def moved(self, balance: FloatArray, given: FloatArray) -> FloatArray:
+        """As ``_BodiesOfEach.moved``."""
+        left = balance - self._exchange.summed(given)
+        with self._member.on("bodies' solution"):
+            moved = np.full_like(left, np.nan)
+            if self._regular:
+                self._given.array[:] = left.ravel()
+                self._factor.solve(self._given, self._found)
+                moved[:] = self._found.array.reshape(left.shape)
+        return self._exchange.spread(moved)
 
 
 class _Shell:
@@ -517,7 +625,8 @@ class _Exchange:
         with self._member.on("exchange", self._bytes):
             self._mine.array[:] = values.ravel()
             self._scatter.scatter(self._mine, self._local)
-            return self._local.array.reshape(self._all, self._width).copy()
+            local: FloatArray = self._local.array.reshape(self._all, self._width).copy()
+            return local
 
     def summed(self, values: FloatArray) -> FloatArray:
         """Sums over all ranks of what they have of the own ones, from (t, w), shape (own, w)."""
@@ -525,5 +634,8 @@ class _Exchange:
         with self._member.on("exchange", self._bytes):
             self._local.array[:] = values.ravel()
             self._mine.set(0.0)
-            self._scatter.scatter(self._local, self._mine, library.InsertMode.ADD_VALUES, library.ScatterMode.REVERSE)
-            return self._mine.array.reshape(self._own, self._width).copy()
+            self._scatter.scatter(
+                self._local, self._mine, library.InsertMode.ADD_VALUES, library.ScatterMode.REVERSE
+            )
+            summed: FloatArray = self._mine.array.reshape(self._own, self._width).copy()
+            return summed

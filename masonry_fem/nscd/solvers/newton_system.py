@@ -84,7 +84,8 @@ class NewtonSystem:
     @cached_property
     def interfaces(self) -> Interfaces | Portions:
         """Elastic contacts as the iteration's preconditioner sorts them, on one rank or on several."""
-        parted = portions(self.problem, self.elastic, self.body_matrix)
+        library = self._library_of_bodies(self.body_matrix.size * self.problem.body_count)
+        parted = portions(self.problem, self.elastic, self.body_matrix, library)
         return Interfaces(self.problem, self.elastic) if parted is None else parted
 
     @cached_property
@@ -179,8 +180,11 @@ class NewtonSystem:
 
     def _bodies_factorised(self, blocks: sparse.bsr_array) -> Solve:
         """The factor's solver of a matrix of the bodies alone."""
-        library = library_for(blocks.shape[0], self.library, fills=self.body_solver.cost.fills)
-        return factorise(blocks.tocsr(), library)
+        return factorise(blocks.tocsr(), self._library_of_bodies(blocks.shape[0]))
+
+    def _library_of_bodies(self, size: int) -> Library:
+        """The factor of a matrix of the bodies alone."""
+        return library_for(size, self.library, fills=self.body_solver.cost.fills)
 
 
 class NewtonFactor:

@@ -34,6 +34,7 @@ from importlib import import_module
 from typing import Any
 
 from masonry_fem.errors import InstallationError
+from masonry_fem.host.trim import peak_memory
 
 # What tells a process of how many it is one, by whatever started it: MPICH and Intel MPI, Open MPI.
 COUNTS = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE")
@@ -138,8 +139,8 @@ class Alone:
 
     size = 1
 
-    def spent(self) -> list[dict[str, Spent]]:
-        """What each rank has spent by kind of work; empty: nothing was split."""
+    def spent(self) -> list[tuple[dict[str, Spent], float]]:
+        """What each rank has spent by kind of work, and its peak memory [MB]; empty: there is one process."""
         return []
 
     def end(self, code: int) -> None:
@@ -193,8 +194,8 @@ class Leader(Alone):
             raise failure
         return results
 
-    def spent(self) -> list[dict[str, Spent]]:
-        """What each rank has spent by kind of work, the leader first."""
+    def spent(self) -> list[tuple[dict[str, Spent], float]]:
+        """What each rank has spent by kind of work, and its peak memory [MB], the leader first."""
         return self.call(_spent, [None] * self.size)
 
     def end(self, code: int) -> None:
@@ -215,16 +216,20 @@ def team() -> Alone | Leader:
     return _team
 
 
-def join() -> bool:
+def join(fewest: int = 2) -> bool:
     """Meet the other ranks, if there are any; True on all but the one that leads.
+
+    Parameters
+    ----------
+    fewest : Ranks from which there is a team; 1: whatever mpiexec has started.
 
     Raises
     ------
     InstallationError : MPI or PETSc is missing, or is another one than that which has started this process.
     """
     global _team  # noqa: PLW0603 - a fact of this process
-    started = max((int(os.environ.get(name) or 1) for name in COUNTS), default=1)
-    if started < 2:
+    started = max(int(os.environ.get(name) or 0) for name in COUNTS)
+    if started < fewest:
         return False
     comm = _communicator(started)
     for name in list(os.environ):
@@ -308,5 +313,5 @@ class _AgreedError(Exception):
         self.error = error
 
 
-def _spent(member: Member, _: None) -> dict[str, Spent]:
-    return member.spent
+def _spent(member: Member, _: None) -> tuple[dict[str, Spent], float]:
+    return member.spent, peak_memory()

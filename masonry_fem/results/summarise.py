@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.metadata
 import platform
-import resource
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +12,7 @@ import numpy as np
 from masonry_fem import __version__
 from masonry_fem.build import Built
 from masonry_fem.host.ranks import HANDING, Spent, team
+from masonry_fem.host.trim import peak_memory
 from masonry_fem.march.march import March
 from masonry_fem.march.model import Model
 from masonry_fem.nscd import rounding
@@ -178,7 +178,8 @@ def _ranks() -> RanksTold | None:
     spent = team().spent()
     if not spent:
         return None
-    kinds = dict.fromkeys(kind for of_rank in spent for kind in of_rank)
+    kinds = dict.fromkeys(kind for of_rank, _ in spent for kind in of_rank)
+    memory = tuple(round(peak, 1) for _, peak in spent)
     if kinds.keys() <= HANDING:
         idle = len(spent) - 1
         remark(
@@ -186,9 +187,9 @@ def _ranks() -> RanksTold | None:
             "nothing of this scene is split among ranks: one did all of it, and "
             f"{idle} waited; what is split are the linear systems of many elastic stones",
         )
-        return RanksTold(count=len(spent))
-    work = {kind: _work([of_rank.get(kind, Spent()) for of_rank in spent]) for kind in kinds}
-    return RanksTold(count=len(spent), work=work)
+        return RanksTold(count=len(spent), peak_memory_mb=memory)
+    work = {kind: _work([of_rank.get(kind, Spent()) for of_rank, _ in spent]) for kind in kinds}
+    return RanksTold(count=len(spent), peak_memory_mb=memory, work=work)
 
 
 def _work(spent: Sequence[Spent]) -> WorkTold:
@@ -199,12 +200,6 @@ def _work(spent: Sequence[Spent]) -> WorkTold:
         received=tuple(round(1e-6 * one.received, 3) for one in spent),
         times=tuple(one.times for one in spent),
     )
-
-
-def peak_memory() -> float:
-    """Largest resident memory of this process so far [MB]."""
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak / (1024**2 if platform.system() == "Darwin" else 1024)
 
 
 def versions() -> dict[str, str]:

@@ -173,11 +173,12 @@ class RanksTold(Told, frozen=True, kw_only=True):
 
     Attributes
     ----------
-    count : How many there were.
+    count : How many there were. peak_memory_mb : Greatest resident memory of each [MB].
     work : What each has spent, by kind of work; None: nothing of this scene is split.
     """
 
     count: int
+    peak_memory_mb: tuple[float, ...]
     work: dict[str, WorkTold] | None = None
 
 

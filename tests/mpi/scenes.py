@@ -35,7 +35,7 @@ STEPS = 'kind = "dynamics", step = 0.01, duration = 0.03'
 SCENES = {
     "elastic statics": {},
     "elastic dynamics": {"analysis": STEPS},
-    "elastic, many contacts, by the program's own choice": {"linear": "auto", "columns": 9, "courses": 8},
+    "elastic, many contacts, by the program's own choice": {"linear": "auto", "columns": 10, "courses": 9},
     "elastic joints": {"law": MORTAR},
     "rigid statics": {"fidelity": "rigid", "linear": "auto"},
     "rigid dynamics": {"fidelity": "rigid", "linear": "auto", "analysis": STEPS, "push": 8.0},

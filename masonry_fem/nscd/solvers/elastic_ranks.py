@@ -25,7 +25,7 @@ from scipy import sparse
 from masonry_fem.host.ranks import Leader, Member, team
 from masonry_fem.nscd.compliance import Alike, Shared
 from masonry_fem.nscd.krylov import StagnationError
-from masonry_fem.nscd.linear import Library, factorise
+from masonry_fem.nscd.linear import Factorised, Library, factorise
 from masonry_fem.nscd.mumps import petsc
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
@@ -407,7 +407,7 @@ class Portion:
         moved = motion[: len(balance)].copy()
 
         def apply(y: FloatArray) -> FloatArray:
-            product = self._product(*self._precondition(y.reshape(shape), nothing))
+            product = self._product(*self._precondition(y.reshape(shape), nothing, refined=False))
             return np.where(unknown[:, None], product, 0.0).ravel()
 
         size = ((force.size, None),) * 2
@@ -429,12 +429,17 @@ class Portion:
         more, motion = self._precondition(y, nothing)
         return x + more, moved + motion[: len(balance)], ended
 
-    def _precondition(self, force: FloatArray, balance: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Impulses, and U of the rank's bodies, of given rows, with W_el within interfaces only."""
+    def _precondition(
+        self, force: FloatArray, balance: FloatArray, *, refined: bool = True
+    ) -> tuple[FloatArray, FloatArray]:
+        """Impulses, and U of the rank's bodies, of given rows, with W_el within interfaces only.
+
+        Bodies balance to rounding where they are ``refined``: iterations need less.
+        """
         rows, member = self.rows, self.member
         with member.on("preconditioner"):
             given = rows.to_bodies(rows.within(force), len(self.share.places))
-        motion = self.bodies.moved(balance, given)
+        motion = self.bodies.moved(balance, given, refined=refined)
         with member.on("preconditioner"):
             return rows.within(force - rows.turned(rows.moved(motion))), motion
 
@@ -484,6 +489,7 @@ class _BodiesOfEach:
         self._counts = [self._width**2 * len(part) for part, _ in everywhere]  # numbers of each rank
         self._bytes = NUMBER * (sum(self._counts) - self._counts[member.rank])
         self._count = sum(member.comm.allgather(share.own))
+        self._summed = NUMBER * self._count * self._width if member.size > 1 else 0
         there = np.flatnonzero(rows >= 0)
         pattern, slots = np.unique(rows[there] * self._count + columns[there], return_inverse=True)
         order = np.argsort(slots, kind="stable")
@@ -508,23 +514,25 @@ class _BodiesOfEach:
             matrix = sparse.bsr_array(
                 (data, self._indices, self._pointer), shape=(size, size), blocksize=(m, m)
             )
-            self._solve = self._member.together(lambda: factorise(matrix.tocsr(), self._library))
+            self._factor: Factorised = self._member.together(lambda: factorise(matrix.tocsr(), self._library))
 
-    def moved(self, balance: FloatArray, given: FloatArray) -> FloatArray:
+    def moved(self, balance: FloatArray, given: FloatArray, *, refined: bool) -> FloatArray:
         """U of the rank's bodies, (b, m).
 
         Parameters
         ----------
         balance : What is asked of its own, shape (own, m). given : What its contacts take off, shape (b, m).
+        refined : The factor's solution is corrected by its residual.
         """
-        with self._member.on("exchange", NUMBER * self._count * self._width):
+        with self._member.on("exchange", self._summed):
             left = np.zeros((self._count, self._width))
             left[self._places] = -given
             left[self._places[: self._own]] += balance
             summed = np.empty_like(left)
             self._member.comm.Allreduce(left, summed)
         with self._member.on("bodies' solution"):
-            motion: FloatArray = self._solve(summed.ravel()).reshape(summed.shape)[self._places]
+            solve = self._factor if refined else self._factor.bare
+            motion: FloatArray = solve(summed.ravel()).reshape(summed.shape)[self._places]
             return motion
 
 
@@ -572,8 +580,8 @@ class _BodiesTogether:
             self._factor.setUp()
             self._regular = self._factor.getPC().getFailedReason() == 0
 
-    def moved(self, balance: FloatArray, given: FloatArray) -> FloatArray:
-        """As ``_BodiesOfEach.moved``."""
+    def moved(self, balance: FloatArray, given: FloatArray, *, refined: bool) -> FloatArray:
+        """As ``_BodiesOfEach.moved``; MUMPS refines nothing."""
         left = balance - self._exchange.summed(given)
         with self._member.on("bodies' solution"):
             moved = np.full_like(left, np.nan)

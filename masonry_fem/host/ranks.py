@@ -108,8 +108,17 @@ class Member:
             spent.times += received > 0
 
     def meet(self) -> None:
-        """Wait until all ranks are here, without keeping a processor busy for long as MPI would."""
-        request, looks = self.comm.Ibarrier(), 0
+        """Wait until all ranks are here."""
+        self.wait(self.comm.Ibarrier())
+
+    def wait(self, request: Any) -> None:
+        """Wait for what MPI does, without keeping a processor busy for long as MPI would.
+
+        Parameters
+        ----------
+        request : Of a call that does not wait itself.
+        """
+        looks = 0
         while not request.Test():
             looks += 1
             if looks > EAGER:

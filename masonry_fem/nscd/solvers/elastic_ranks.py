@@ -508,7 +508,8 @@ class _BodiesOfEach:
         self._member.meet()
         with self._member.on("bodies' factor", self._bytes):
             everywhere = np.empty((sum(self._counts) // m**2, m, m))
-            comm.Allgatherv(np.ascontiguousarray(blocks), [everywhere, self._counts])
+            given = np.ascontiguousarray(blocks)
+            self._member.wait(comm.Iallgatherv(given, [everywhere, self._counts]))
             data = np.add.reduceat(everywhere[self._order], self._first, axis=0)
             size = self._count * m
             matrix = sparse.bsr_array(
@@ -529,7 +530,7 @@ class _BodiesOfEach:
             left[self._places] = -given
             left[self._places[: self._own]] += balance
             summed = np.empty_like(left)
-            self._member.comm.Allreduce(left, summed)
+            self._member.wait(self._member.comm.Iallreduce(left, summed))
         with self._member.on("bodies' solution"):
             solve = self._factor if refined else self._factor.bare
             motion: FloatArray = solve(summed.ravel()).reshape(summed.shape)[self._places]

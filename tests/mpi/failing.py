@@ -13,6 +13,8 @@ whole, how, last = elastic_ranks.Portion, sys.argv[1], os.environ["PMI_RANK"] ==
 
 
 class Failing(whole):
+    singular = how == "singular"  # once
+
     def _coupled(self):
         if last and how == "agreed":
             raise GeometryError("block 'wall.c1.b1' is not there")
@@ -26,7 +28,8 @@ class Failing(whole):
         return super().solve(*given)
 
     def _prepared(self, values):
-        if last and how == "singular" and not hasattr(self, "rows"):
+        if last and Failing.singular:
+            Failing.singular = False
             raise np.linalg.LinAlgError("Singular matrix")
         return super()._prepared(values)
 

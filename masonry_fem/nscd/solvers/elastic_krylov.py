@@ -170,7 +170,7 @@ class Rows:
             given = maps.reshape(n, k * d, 2 * m).transpose(0, 2, 1) @ (inverse @ pushed)
             yield group[:, 0], given.reshape(n, 2, m, 2, m).swapaxes(2, 3)
 
-    def within(self, force: FloatArray) -> FloatArray:
+    def inside(self, force: FloatArray) -> FloatArray:
         """Impulses of given rows, interface by interface, shape (c, d)."""
         impulse = np.zeros_like(force)
         for group, inverse in zip(self.groups, self.inverses, strict=True):
@@ -307,9 +307,9 @@ class Preconditioned:
     def _precondition(self, force: FloatArray, bodies: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Impulses and U of given rows, with W_el within interfaces only."""
         rows = self.rows
-        given = rows.to_bodies(rows.within(force), len(bodies))
+        given = rows.to_bodies(rows.inside(force), len(bodies))
         motion = self.of_bodies((bodies - given).ravel()).reshape(bodies.shape)
-        return rows.within(force - rows.turned(rows.moved(motion))), motion
+        return rows.inside(force - rows.turned(rows.moved(motion))), motion
 
     def _product(self, x: FloatArray, motion: FloatArray) -> FloatArray:
         """The contacts' rows of the matrix times x and U, shape (c, d)."""

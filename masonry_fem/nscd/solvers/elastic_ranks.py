@@ -86,7 +86,7 @@ class Share:
 Step = tuple[Values, FloatArray]  # at a rank's own contacts, and blocks that it adds to the bodies' matrix
 
 
-def portions(
+def parted(
     problem: ContactProblem, elastic: Mask, body_matrix: BodyMatrix, library: Library
 ) -> Portions | None:
     """A problem in parts, one for each rank; None where there is one rank, or nothing to part it by.
@@ -245,11 +245,11 @@ class _Solver:
     """
 
     def __init__(self, portions: Portions, steps: list[Step], kept: IntArray) -> None:
-        self.portions, self.steps, self.kept = portions, steps, kept
+        self.whole, self.steps, self.kept = portions, steps, kept
 
     def prepared(self) -> None:
         """See to it that ranks have this step."""
-        portions, team = self.portions, self.portions.team
+        portions, team = self.whole, self.whole.team
         problem, step = (known() for known in team.held.get(KEPT, (_nothing, _nothing)))
         if step is self:
             return
@@ -268,7 +268,7 @@ class _Solver:
         StagnationError : It has failed, and a factor fits.
         """
         self.prepared()
-        portions, kept = self.portions, self.kept
+        portions, kept = self.whole, self.kept
         problem, d = portions.problem, portions.problem.dimension
         size = len(kept) * d
         force = np.zeros_like(problem.free_velocity)
@@ -438,10 +438,10 @@ class Portion:
         """
         rows, member = self.rows, self.member
         with member.on("preconditioner"):
-            given = rows.to_bodies(rows.within(force), len(self.share.places))
+            given = rows.to_bodies(rows.inside(force), len(self.share.places))
         motion = self.bodies.moved(balance, given, refined=refined)
         with member.on("preconditioner"):
-            return rows.within(force - rows.turned(rows.moved(motion))), motion
+            return rows.inside(force - rows.turned(rows.moved(motion))), motion
 
     def _product(self, x: FloatArray, motion: FloatArray) -> FloatArray:
         """The rows of the rank's own contacts times x and U, shape (c, d)."""

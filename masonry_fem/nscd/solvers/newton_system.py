@@ -26,7 +26,7 @@ from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
 from masonry_fem.nscd.solvers.body_solver import BodySolver
 from masonry_fem.nscd.solvers.elastic_krylov import Interfaces, iteration_pays
 from masonry_fem.nscd.solvers.elastic_matrix import ElasticMatrix, Terms
-from masonry_fem.nscd.solvers.elastic_ranks import Portions, portions
+from masonry_fem.nscd.solvers.elastic_ranks import Portions, parted
 from masonry_fem.nscd.structure import Structure
 
 FloatArray = NDArray[np.float64]
@@ -85,8 +85,8 @@ class NewtonSystem:
     def interfaces(self) -> Interfaces | Portions:
         """Elastic contacts as the iteration's preconditioner sorts them, on one rank or on several."""
         library = self._library_of_bodies(self.body_matrix.size * self.problem.body_count)
-        parted = portions(self.problem, self.elastic, self.body_matrix, library)
-        return Interfaces(self.problem, self.elastic) if parted is None else parted
+        several = parted(self.problem, self.elastic, self.body_matrix, library)
+        return Interfaces(self.problem, self.elastic) if several is None else several
 
     @cached_property
     def body_solver(self) -> BodySolver:

@@ -11,9 +11,9 @@ from dataclasses import dataclass, field
 
 import psutil
 
+from masonry_fem.host.trim import peak_memory
 from masonry_fem.march.march import March
 from masonry_fem.results.refinement import Round
-from masonry_fem.results.summarise import peak_memory
 
 STALLED = 0.9  # two rounds that each leave more of the error, with twice the unknowns, get nowhere
 MEMORY = 0.8  # of the machine's that is free may be used

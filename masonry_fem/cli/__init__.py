@@ -23,6 +23,7 @@ from masonry_fem.cli.exit_codes import BAD_INPUT, INTERRUPTED, PIPE_CLOSED, WORD
 from masonry_fem.cli.grammar import Parser, parents
 from masonry_fem.cli.signals import answered
 from masonry_fem.errors import MasonryError
+from masonry_fem.host import ranks
 
 __all__ = ["main", "parser"]
 
@@ -33,13 +34,29 @@ COMMANDS = (run, check, limit, collapse, study, mesh, view, contact, compile, in
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code; errors become one line on standard error."""
     speak_readably()
-    options = parser().parse_args(arguments)
     # otherwise PETSc would print a crash report when a pipe is closed or the process is ended
     asked = os.environ.get("PETSC_OPTIONS", "").split()
     if "-no_signal_handler" not in asked:
         os.environ["PETSC_OPTIONS"] = " ".join([*asked, "-no_signal_handler"])
     os.environ.setdefault("UCX_DEBUG_SIGNO", "0")  # MPI's transport would take SIGHUP for a wish to debug it
     logging.basicConfig(format="%(levelname)s: %(message)s")
+    try:
+        if ranks.join():
+            return 0  # this rank has worked for the one that leads
+    except MasonryError as error:
+        complain(str(error))
+        return BAD_INPUT
+    code = BAD_INPUT
+    try:
+        code = _led(arguments)
+    finally:
+        ranks.team().end(code)
+    return code
+
+
+def _led(arguments: Sequence[str] | None) -> int:
+    """Run one command; its exit code."""
+    options = parser().parse_args(arguments)
     told = logging.DEBUG if options.debug else logging.INFO if options.verbose else logging.WARNING
     logging.getLogger("masonry_fem").setLevel(told)
     logging.getLogger("masonry_fem.host.compiled").setLevel(logging.INFO)  # nobody waits without knowing why
@@ -51,6 +68,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _answer(options: argparse.Namespace) -> int:
     """Run the command; its exit code."""
     try:
+        _refuse_ranks(options)
         code: int = options.command(options)
         sys.stdout.flush()
         return code
@@ -68,6 +86,21 @@ def _answer(options: argparse.Namespace) -> int:
             raise
         complain(_sentence(error))
     return BAD_INPUT
+
+
+def _refuse_ranks(options: argparse.Namespace) -> None:
+    """Refuse a command of which several ranks would do nothing.
+
+    Raises
+    ------
+    MasonryError : It is one.
+    """
+    count = ranks.team().size
+    if count > 1 and options.command is not run.run_scene:
+        raise MasonryError(
+            f"started as {count} ranks, but 'run' is the only command whose work is split among ranks; start "
+            "this one without mpiexec"
+        )
 
 
 def _sentence(error: Exception) -> str:

@@ -285,6 +285,9 @@ def _cost(summary: Mapping[str, Any]) -> Rows:
     if seconds := summary.get("seconds"):
         parts = [f"{name} {value:.2f}" for name, value in seconds.items() if isinstance(value, (int, float))]
         yield "seconds", "", ", ".join(parts)
+    if ranks := summary.get("ranks"):
+        received = sum(sum(work["received"]) for work in (ranks.get("work") or {}).values())
+        yield "ranks", "", f"{ranks['count']}, exchanged {received:.1f} MB"
     if (memory := summary.get("peak_memory_mb")) is not None:
         yield "memory", "peak", f"{memory:.0f} MB"
 

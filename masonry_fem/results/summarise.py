@@ -4,27 +4,31 @@ from __future__ import annotations
 
 import importlib.metadata
 import platform
-import resource
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from masonry_fem import __version__
 from masonry_fem.build import Built
+from masonry_fem.host.ranks import HANDING, Spent, team
+from masonry_fem.host.trim import peak_memory
 from masonry_fem.march.march import March
 from masonry_fem.march.model import Model
 from masonry_fem.nscd import rounding
+from masonry_fem.records.remark import remark
 from masonry_fem.results.blocks import status_counts, stress_summary
 from masonry_fem.results.discretisation import Errors
 from masonry_fem.results.summary import (
     Abrupt,
     Certificate,
     Mover,
+    RanksTold,
     Rounding,
     ScatterTold,
     SolverTold,
     Summary,
+    WorkTold,
     Wrench,
 )
 from masonry_fem.scene import specs
@@ -76,6 +80,7 @@ def summarise(scene: specs.Scene, built: Built, made: March, **others: Any) -> S
         ),
         seconds=seconds(built, made),
         peak_memory_mb=peak_memory(),
+        ranks=_ranks(),
         versions=versions(),
         errors=Errors(),
         **others,
@@ -181,10 +186,33 @@ def seconds(built: Built, made: March) -> dict[str, float]:
     return {phase: round(seconds[phase], 4) for phase in PHASES if phase in seconds}
 
 
-def peak_memory() -> float:
-    """Largest resident memory of this process so far [MB]."""
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak / (1024**2 if platform.system() == "Darwin" else 1024)
+def _ranks() -> RanksTold | None:
+    """What several ranks have spent; None where there is one process."""
+    spent = team().spent()
+    if not spent:
+        return None
+    kinds = dict.fromkeys(kind for of_rank, _ in spent for kind in of_rank)
+    memory = tuple(round(peak, 1) for _, peak in spent)
+    if kinds.keys() <= HANDING:
+        idle = len(spent) - 1
+        remark(
+            "idle_ranks",
+            "nothing of this scene is split among ranks: one did all of it, and "
+            f"{idle} waited; what is split are the linear systems of many elastic stones",
+        )
+        return RanksTold(count=len(spent), peak_memory_mb=memory)
+    work = {kind: _work([of_rank.get(kind, Spent()) for of_rank, _ in spent]) for kind in kinds}
+    return RanksTold(count=len(spent), peak_memory_mb=memory, work=work)
+
+
+def _work(spent: Sequence[Spent]) -> WorkTold:
+    """One kind of work on all ranks."""
+    return WorkTold(
+        seconds=tuple(round(one.seconds, 4) for one in spent),
+        wall=tuple(round(one.wall, 4) for one in spent),
+        received=tuple(round(1e-6 * one.received, 3) for one in spent),
+        times=tuple(one.times for one in spent),
+    )
 
 
 def versions() -> dict[str, str]:

@@ -170,6 +170,37 @@ class StartTold(Told, frozen=True, kw_only=True):
     mechanism: Falling | None = None
 
 
+class WorkTold(Told, frozen=True, kw_only=True):
+    """What ranks have spent on one kind of work, each a number for every rank, the one that leads first.
+
+    Attributes
+    ----------
+    seconds : CPU time, in which MPI waits for other ranks, too [s].
+    wall : Wall-clock time [s].
+    received : What came from other ranks [MB].
+    times : How often some came.
+    """
+
+    seconds: tuple[float, ...]
+    wall: tuple[float, ...]
+    received: tuple[float, ...]
+    times: tuple[int, ...]
+
+
+class RanksTold(Told, frozen=True, kw_only=True):
+    """Several ranks.
+
+    Attributes
+    ----------
+    count : How many there were. peak_memory_mb : Greatest resident memory of each [MB].
+    work : What each has spent, by kind of work; None: nothing of this scene is split.
+    """
+
+    count: int
+    peak_memory_mb: tuple[float, ...]
+    work: dict[str, WorkTold] | None = None
+
+
 class Summary(Told, frozen=True, kw_only=True, tag_field="schema", tag=versioned("run")):
     """The end of a run.
 
@@ -193,6 +224,7 @@ class Summary(Told, frozen=True, kw_only=True, tag_field="schema", tag=versioned
     energy : Where the energy went since the start [J].
     solver : How the last step was solved.
     seconds : CPU time by phase [s]. peak_memory_mb : Greatest resident memory [MB].
+    ranks : What several ranks have spent; None: there was one process.
     versions : Of this program and its libraries.
     limit_analysis, determinacy, joints : With the keys of ``[output]`` that ask for them.
     start : Whether an equilibrium is reached from a start without stress.
@@ -227,6 +259,7 @@ class Summary(Told, frozen=True, kw_only=True, tag_field="schema", tag=versioned
     solver: SolverTold
     seconds: dict[str, float]
     peak_memory_mb: float
+    ranks: RanksTold | None = None
     versions: dict[str, str]
     limit_analysis: LimitAnalysis | None = None
     start: StartTold | None = None

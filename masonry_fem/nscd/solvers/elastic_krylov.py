@@ -7,7 +7,7 @@ and a sparse matrix of the bodies' velocities is left, as that of a rigid wall. 
 they are, and so does all that is iterated on: what remains is a residual at contacts.
 
     interfaces = Interfaces(problem, elastic)                     # once for a problem
-    solve = Preconditioned(problem, interfaces, terms, ...)       # once for a step
+    solve = interfaces.solver(terms, kept, ...)                   # once for a step
 
 How many iterations that takes depends on how finely stones are divided, hardly on how many there are.
 
@@ -21,7 +21,9 @@ Numerical Methods in Engineering 22 (2006).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,6 +90,115 @@ def interfaces_by_size(problem: ContactProblem, elastic: Mask) -> list[IntArray]
     return [contacts[order[first[size == k][:, None] + np.arange(k)]] for k in np.unique(size).tolist()]
 
 
+@dataclass(frozen=True, slots=True)
+class Values:
+    """What a step has at some contacts.
+
+    Attributes
+    ----------
+    own : Derivative by the contact's own impulse, over the unit of impulses, shape (c, d, d).
+    by_velocity : Derivative by its velocity, shape (c, d, d).
+    closed : Contacts that take part, shape (c,).
+    unit : Impulses are solved for as unit · p.
+    """
+
+    own: FloatArray
+    by_velocity: FloatArray
+    closed: Mask
+    unit: float
+
+    @classmethod
+    def at(cls, terms: Terms, contacts: IntArray | slice) -> Self:
+        """Those of some contacts of a problem."""
+        own = terms.own[contacts] / terms.unit
+        return cls(own, terms.by_velocity[contacts], terms.closed[contacts], terms.unit)
+
+
+class Rows:
+    """The rows of some contacts without what W_el couples between interfaces; 1 where contacts are open.
+
+    Parameters
+    ----------
+    values : Of the step.
+    bodies : On their two sides, shape (c, 2).
+    maps : B by contact and side, shape (c, 2, d, m).
+    groups : Contacts of the n interfaces with k of them, an array (n, k) for each k.
+    coupling : Blocks of W_el between them, an array (n, k d, k d) for each k.
+    """
+
+    def __init__(
+        self,
+        values: Values,
+        bodies: IntArray,
+        maps: FloatArray,
+        groups: Sequence[IntArray],
+        coupling: Sequence[FloatArray],
+    ) -> None:
+        closed, d = values.closed, maps.shape[2]
+        self.values, self.bodies, self.groups = values, bodies, groups
+        self.maps = np.where(closed[:, None, None, None], maps, 0.0)
+        self.own = np.where(closed[:, None, None], values.own, np.eye(d))
+        self.inverses = [
+            np.linalg.inv(self._block(group, W)) for group, W in zip(groups, coupling, strict=True)
+        ]
+
+    def _block(self, group: IntArray, coupling: FloatArray) -> FloatArray:
+        """A + Bc W_el within interfaces, shape (n, k d, k d)."""
+        values, (n, k), d = self.values, group.shape, self.own.shape[1]
+        closed = np.repeat(values.closed[group], d, axis=1)
+        block = values.by_velocity[group] @ coupling.reshape(n, k, d, k * d)
+        block = block.reshape(n, k * d, k * d) / values.unit
+        block *= closed[:, :, None] & closed[:, None, :]
+        at = np.arange(k)
+        block.reshape(n, k, d, k, d)[:, at, :, at] += self.own[group].swapaxes(0, 1)
+        return block
+
+    def eliminated(self) -> Iterator[tuple[IntArray, FloatArray]]:
+        """For each number of contacts one of each interface, (n,), and what solving for all leaves, negative.
+
+        That is between its two bodies, in the order that the contact has them in, shape (n, 2, 2, m, m).
+        """
+        d, m = self.maps.shape[2:]
+        for group, inverse in zip(self.groups, self.inverses, strict=True):
+            n, k = group.shape
+            # sides in the order of the first contact's
+            swapped = self.bodies[group, 0] != self.bodies[group[:, :1], 0]
+            maps = self.maps[group]
+            maps[swapped] = maps[swapped][:, ::-1]
+            maps = maps.transpose(0, 1, 3, 2, 4).reshape(n, k, d, 2 * m)
+            pushed = (self.values.by_velocity[group] @ maps).reshape(n, k * d, 2 * m)
+            given = maps.reshape(n, k * d, 2 * m).transpose(0, 2, 1) @ (inverse @ pushed)
+            yield group[:, 0], given.reshape(n, 2, m, 2, m).swapaxes(2, 3)
+
+    def inside(self, force: FloatArray) -> FloatArray:
+        """Impulses of given rows, interface by interface, shape (c, d)."""
+        impulse = np.zeros_like(force)
+        for group, inverse in zip(self.groups, self.inverses, strict=True):
+            impulse[group] = (inverse @ force[group].reshape(len(group), -1, 1)).reshape(*group.shape, -1)
+        return impulse
+
+    def to_bodies(self, impulse: FloatArray, count: int) -> FloatArray:
+        """Bᵀ p of closed contacts, shape (b, m)."""
+        given: FloatArray = to_bodies(self.bodies, self.maps, impulse, count)
+        return given
+
+    def moved(self, motion: FloatArray) -> FloatArray:
+        """B U at closed contacts, shape (c, d)."""
+        velocity: FloatArray = to_contacts(self.bodies, self.maps, motion)
+        return velocity
+
+    def turned(self, velocity: FloatArray) -> FloatArray:
+        """Bc v, shape (c, d)."""
+        force: FloatArray = (self.values.by_velocity @ velocity[:, :, None])[:, :, 0]
+        return force
+
+    def product(self, x: FloatArray, given: FloatArray, motion: FloatArray) -> FloatArray:
+        """The rows times x and U, where x at closed contacts makes velocities ``given``, shape (c, d)."""
+        return (
+            self.turned(given / self.values.unit + self.moved(motion)) + (self.own @ x[:, :, None])[:, :, 0]
+        )
+
+
 class Interfaces:
     """Elastic contacts sorted by the pair of bodies that they join, interfaces of equal size together.
 
@@ -103,8 +214,27 @@ class Interfaces:
     """
 
     def __init__(self, problem: ContactProblem, elastic: Mask) -> None:
+        self.problem = problem
         self.groups = interfaces_by_size(problem, elastic)
         self.coupling = [problem.operator.among(group) for group in self.groups]
+
+    def solver(
+        self,
+        terms: Terms,
+        kept: IntArray,
+        body_matrix: BodyMatrix,
+        factorised: Callable[[sparse.bsr_array], Solve],
+    ) -> Solve:
+        """The solver of one step.
+
+        Parameters
+        ----------
+        terms : What the step has at each contact, and between bodies.
+        kept : Contacts that are unknowns, shape (k,).
+        body_matrix : Pattern of the bodies' matrix, and B by contact and side.
+        factorised : Makes the solver of a matrix of bodies.
+        """
+        return Preconditioned(self, terms, kept, body_matrix, factorised)
 
 
 class Preconditioned:
@@ -112,61 +242,32 @@ class Preconditioned:
 
     Parameters
     ----------
-    problem : The contact problem.
-    interfaces : Its elastic contacts.
-    terms : What the step has at each contact, and between bodies.
-    kept : Contacts that are unknowns, shape (k,).
-    body_matrix : Pattern of the bodies' matrix, and B by contact and side.
-    factorised : Makes the solver of a matrix of bodies.
+    interfaces : Elastic contacts of a problem.
+    terms, kept, body_matrix, factorised : As for ``Interfaces.solver``.
     """
 
     def __init__(
         self,
-        problem: ContactProblem,
         interfaces: Interfaces,
         terms: Terms,
         kept: IntArray,
         body_matrix: BodyMatrix,
         factorised: Callable[[sparse.bsr_array], Solve],
     ) -> None:
-        self.problem, self.interfaces, self.terms, self.kept = problem, interfaces, terms, kept
-        self.maps = np.where(terms.closed[:, None, None, None], body_matrix.maps, 0.0)
-        self.own = np.where(terms.closed[:, None, None], terms.own / terms.unit, np.eye(problem.dimension))
-        self.inverses = [
-            np.linalg.inv(self._block(group, W))
-            for group, W in zip(interfaces.groups, interfaces.coupling, strict=True)
-        ]
-        self.of_bodies = factorised(self._schur(body_matrix))
+        self.problem, self.closed, self.kept = interfaces.problem, terms.closed, kept
+        values = Values.at(terms, slice(None))
+        self.rows = Rows(
+            values, self.problem.bodies, body_matrix.maps, interfaces.groups, interfaces.coupling
+        )
+        self.of_bodies = factorised(self._schur(terms.coupled, body_matrix))
 
-    def _block(self, group: IntArray, coupling: FloatArray) -> FloatArray:
-        """A + Bc W_el within interfaces, shape (n, k d, k d); 1 where contacts are open."""
-        terms, (n, k), d = self.terms, group.shape, self.problem.dimension
-        closed = np.repeat(terms.closed[group], d, axis=1)
-        block = terms.by_velocity[group] @ coupling.reshape(n, k, d, k * d)
-        block = block.reshape(n, k * d, k * d) / terms.unit
-        block *= closed[:, :, None] & closed[:, None, :]
-        at = np.arange(k)
-        block.reshape(n, k, d, k, d)[:, at, :, at] += self.own[group].swapaxes(0, 1)
-        return block
-
-    def _schur(self, body_matrix: BodyMatrix) -> sparse.bsr_array:
+    def _schur(self, coupled: sparse.bsr_array, body_matrix: BodyMatrix) -> sparse.bsr_array:
         """What is left between bodies where contacts are solved for interface by interface."""
-        terms, d, m = self.terms, self.problem.dimension, body_matrix.size
-        blocks = terms.coupled.data.copy()
-        for group, inverse in zip(self.interfaces.groups, self.inverses, strict=True):
-            n, k = group.shape
-            # sides in the order of the first contact's
-            swapped = self.problem.bodies[group, 0] != self.problem.bodies[group[:, :1], 0]
-            maps = self.maps[group]
-            maps[swapped] = maps[swapped][:, ::-1]
-            maps = maps.transpose(0, 1, 3, 2, 4).reshape(n, k, d, 2 * m)
-            pushed = (terms.by_velocity[group] @ maps).reshape(n, k * d, 2 * m)
-            given = maps.reshape(n, k * d, 2 * m).transpose(0, 2, 1) @ (inverse @ pushed)
-            slots = body_matrix.slots[group[:, 0]]
+        blocks, m = coupled.data.copy(), body_matrix.size
+        for first, given in self.rows.eliminated():
+            slots = body_matrix.slots[first]
             there = slots >= 0
-            given = given.reshape(n, 2, m, 2, m).swapaxes(2, 3)
             np.subtract.at(blocks, slots[there], given[there])
-        coupled = terms.coupled
         return sparse.bsr_array((blocks, coupled.indices, coupled.indptr), coupled.shape, blocksize=(m, m))
 
     def __call__(self, rhs: FloatArray) -> FloatArray:
@@ -203,30 +304,14 @@ class Preconditioned:
         force[self.kept] = y.reshape(-1, force.shape[1])
         return force
 
-    def _within(self, force: FloatArray) -> FloatArray:
-        """Impulses of given rows, interface by interface, shape (c, d)."""
-        impulse = np.zeros_like(force)
-        for group, inverse in zip(self.interfaces.groups, self.inverses, strict=True):
-            impulse[group] = (inverse @ force[group].reshape(len(group), -1, 1)).reshape(*group.shape, -1)
-        return impulse
-
     def _precondition(self, force: FloatArray, bodies: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Impulses and U of given rows, with W_el within interfaces only."""
-        given = to_bodies(self.problem.bodies, self.maps, self._within(force), len(bodies))
+        rows = self.rows
+        given = rows.to_bodies(rows.inside(force), len(bodies))
         motion = self.of_bodies((bodies - given).ravel()).reshape(bodies.shape)
-        return self._within(force - self._turned(self._moved(motion))), motion
+        return rows.inside(force - rows.turned(rows.moved(motion))), motion
 
     def _product(self, x: FloatArray, motion: FloatArray) -> FloatArray:
         """The contacts' rows of the matrix times x and U, shape (c, d)."""
-        velocity = self.problem.elastic_velocity(np.where(self.terms.closed[:, None], x, 0.0))
-        velocity /= self.terms.unit
-        return self._turned(velocity + self._moved(motion)) + (self.own @ x[:, :, None])[:, :, 0]
-
-    def _moved(self, motion: FloatArray) -> FloatArray:
-        """B U at closed contacts."""
-        velocity: FloatArray = to_contacts(self.problem.bodies, self.maps, motion)
-        return velocity
-
-    def _turned(self, velocity: FloatArray) -> FloatArray:
-        force: FloatArray = (self.terms.by_velocity @ velocity[:, :, None])[:, :, 0]
-        return force
+        given = self.problem.elastic_velocity(np.where(self.closed[:, None], x, 0.0))
+        return self.rows.product(x, given, motion)

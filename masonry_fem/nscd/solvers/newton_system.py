@@ -24,8 +24,9 @@ from masonry_fem.nscd.linear import Factorised, Library, Solve, factorise, libra
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
 from masonry_fem.nscd.solvers.body_solver import BodySolver
-from masonry_fem.nscd.solvers.elastic_krylov import Interfaces, Preconditioned, iteration_pays
+from masonry_fem.nscd.solvers.elastic_krylov import Interfaces, iteration_pays
 from masonry_fem.nscd.solvers.elastic_matrix import ElasticMatrix, Terms
+from masonry_fem.nscd.solvers.elastic_ranks import Portions, parted
 from masonry_fem.nscd.structure import Structure
 
 FloatArray = NDArray[np.float64]
@@ -81,9 +82,11 @@ class NewtonSystem:
         return self.library == "krylov" and bool(self.elastic.any())
 
     @cached_property
-    def interfaces(self) -> Interfaces:
-        """Elastic contacts as the iteration's preconditioner sorts them."""
-        return Interfaces(self.problem, self.elastic)
+    def interfaces(self) -> Interfaces | Portions:
+        """Elastic contacts as the iteration's preconditioner sorts them, on one rank or on several."""
+        library = self._library_of_bodies(self.body_matrix.size * self.problem.body_count)
+        several = parted(self.problem, self.elastic, self.body_matrix, library)
+        return Interfaces(self.problem, self.elastic) if several is None else several
 
     @cached_property
     def body_solver(self) -> BodySolver:
@@ -144,9 +147,7 @@ class NewtonSystem:
 
     def _iteration(self, kept: IntArray, terms: Terms) -> Solve:
         """Solves by iteration, and by a factor from where that fails."""
-        quick: Solve = Preconditioned(
-            self.problem, self.interfaces, terms, kept, self.body_matrix, self._bodies_factorised
-        )
+        quick = self.interfaces.solver(terms, kept, self.body_matrix, self._bodies_factorised)
         factor: Solve | None = None
 
         def solve(rhs: FloatArray) -> FloatArray:
@@ -179,8 +180,11 @@ class NewtonSystem:
 
     def _bodies_factorised(self, blocks: sparse.bsr_array) -> Solve:
         """The factor's solver of a matrix of the bodies alone."""
-        library = library_for(blocks.shape[0], self.library, fills=self.body_solver.cost.fills)
-        return factorise(blocks.tocsr(), library)
+        return factorise(blocks.tocsr(), self._library_of_bodies(blocks.shape[0]))
+
+    def _library_of_bodies(self, size: int) -> Library:
+        """The factor of a matrix of the bodies alone."""
+        return library_for(size, self.library, fills=self.body_solver.cost.fills)
 
 
 class NewtonFactor:

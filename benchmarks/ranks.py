@@ -1,0 +1,76 @@
+"""Ranks: what each of several ranks does of an elastic wall, and what they send each other.
+
+    python -m benchmarks.ranks                        # 40×40 bricks on one and two ranks
+    python -m benchmarks.ranks --size 20 --ranks 1 2 4
+
+One rank does the same as several, with all of the wall for its part. CPU times count what MPI waits for other
+ranks: where cores are shared, the rows ``exchange`` and ``handed`` are mostly that.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+from benchmarks.paired import wall
+from benchmarks.process import ROOT, Row
+from masonry_fem.analyses.run import solve_scene
+from masonry_fem.host import ranks
+from masonry_fem.records.told import plain
+from masonry_fem.scene import loads
+
+
+def worked(size: int) -> None:
+    """Solve a wall on the ranks that this process is one of; the leader prints what came out."""
+    if ranks.join(fewest=1):
+        return
+    text = wall(size, size, push=0.0, fidelity="elastic", divisions=[4, 2, 2], solver="tolerance = 1e-8")
+    summary = plain(solve_scene(loads(text)).summary)
+    ranks.team().end(0)
+    print(json.dumps(summary))
+
+
+def started(size: int, count: int) -> Row:
+    """The summary of a wall on so many ranks."""
+    beside = Path(sys.executable).parent / "mpiexec"
+    command = [str(beside) if beside.exists() else "mpiexec", "-n", str(count)]
+    alone = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"), "1")
+    done = subprocess.run(
+        [*command, sys.executable, "-m", "benchmarks.ranks", "--worker", "--size", str(size)],
+        check=True, cwd=ROOT, env=os.environ | alone, stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    row: Row = json.loads(done.stdout.splitlines()[-1])
+    return row
+
+
+def main() -> None:
+    """Print a table for each number of ranks."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--size", type=int, default=40)
+    parser.add_argument("--ranks", type=int, nargs="+", default=[1, 2])
+    parser.add_argument("--worker", action="store_true", help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.worker:
+        worked(options.size)
+        return
+    for count in options.ranks:
+        told = started(options.size, count)
+        error = told["certificate"]["natural_map"]
+        print(f"\n{told['contacts']} contacts, {count} ranks: {told['outcome']}, natural map {error:.1e}, ")
+        print(f"solve {told['seconds']['solve']:.2f} s of CPU on the rank that leads\n")
+        print("| work | CPU of each rank [s] | received [MB] | messages |\n|---|---|---|---|")
+        for kind, work in told["ranks"]["work"].items():
+            cells = (
+                ", ".join(f"{value:.2f}" for value in work["seconds"]),
+                ", ".join(f"{value:.1f}" for value in work["received"]),
+                max(work["times"]),
+            )
+            print(f"| {kind} | {' | '.join(map(str, cells))} |")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,326 @@
+"""Ranks: one run by several processes, of which the first leads and the others work for it.
+
+    mpiexec -n 4 masonry-fem run SCENE.toml
+
+The *leader* runs the program as a single process would. Where work can be split it calls on all ranks, itself
+among them; the others wait for nothing else. So there is one course of events, one output, and one place
+where errors end up.
+
+    shares = [...]                                # what each rank needs, the leader's first
+    results = team().call(work, shares)           # work(member, share) on all ranks, together
+
+    def work(member, share):
+        own = member.together(lambda: ...)        # what may fail on one rank: then it fails on all
+        return member.comm.allreduce(...)         # what cannot be done by one rank alone
+
+In a process that was started alone there is no team but ``Alone``, and no MPI is loaded.
+"""
+
+from __future__ import annotations
+
+import gc
+import importlib.util
+import logging
+import os
+import pickle
+import signal
+import sys
+import time
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from importlib import import_module
+from typing import Any
+
+from masonry_fem.errors import InstallationError
+from masonry_fem.host.trim import peak_memory
+
+# What tells a process of how many it is one, by whatever started it: MPICH and Intel MPI, Open MPI.
+COUNTS = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE")
+# Children of a rank are no ranks.
+INHERITED = ("PMI_", "PMIX_", "OMPI_", "HYDI_", "MPI_LOCAL")
+OUT, IN = "handed out", "handed in"
+HANDING = frozenset({OUT, IN})  # kinds of work that are no more than the leader's call
+EAGER, NAP = 200, 1e-4  # looks for other ranks without a pause, and the pause between further ones [s]
+
+Work = Callable[["Member", Any], Any]
+
+
+@dataclass(slots=True)
+class Spent:
+    """What a rank has spent on one kind of work.
+
+    Attributes
+    ----------
+    seconds, wall : CPU time, in which MPI waits for other ranks, and wall-clock time [s].
+    received : Bytes that came from other ranks.
+    times : How often some came.
+    """
+
+    seconds: float = 0.0
+    wall: float = 0.0
+    received: int = 0
+    times: int = 0
+
+
+@dataclass(slots=True)
+class Member:
+    """One of the ranks, as work sees it.
+
+    Attributes
+    ----------
+    comm : Communicator of all ranks.
+    kept : What work leaves for further work on this rank, by name.
+    spent : By kind of work.
+    """
+
+    comm: Any
+    kept: dict[str, Any] = field(default_factory=dict)
+    spent: dict[str, Spent] = field(default_factory=dict)
+
+    @property
+    def rank(self) -> int:
+        """Its number; 0 leads."""
+        return int(self.comm.rank)
+
+    @property
+    def size(self) -> int:
+        """How many ranks there are."""
+        return int(self.comm.size)
+
+    @contextmanager
+    def on(self, kind: str, received: int = 0) -> Iterator[None]:
+        """Count what is done within the context.
+
+        Parameters
+        ----------
+        kind : Of work. received : Bytes that come from other ranks in it.
+        """
+        began, wall = time.process_time(), time.monotonic()
+        try:
+            yield
+        finally:
+            spent = self.spent.setdefault(kind, Spent())
+            spent.seconds += time.process_time() - began
+            spent.wall += time.monotonic() - wall
+            spent.received += received
+            spent.times += received > 0
+
+    def meet(self) -> None:
+        """Wait until all ranks are here."""
+        self.wait(self.comm.Ibarrier())
+
+    def wait(self, request: Any) -> None:
+        """Wait for what MPI does, without keeping a processor busy for long as MPI would.
+
+        Parameters
+        ----------
+        request : Of a call that does not wait itself.
+        """
+        looks = 0
+        while not request.Test():
+            looks += 1
+            if looks > EAGER:
+                time.sleep(NAP)
+
+    def together(self, local: Callable[[], Any]) -> Any:
+        """What a function gives that asks nothing of other ranks; where it fails on one, this fails on all.
+
+        Raises
+        ------
+        Exception : What the first rank on which it failed has raised.
+        """
+        made, failure = None, None
+        try:
+            made = local()
+        except Exception as error:
+            failure = error
+        self.meet()
+        for told in self.comm.allgather(failure):
+            if told is not None:
+                raise _AgreedError(told)
+        return made
+
+
+class Alone:
+    """A process that was started alone."""
+
+    size = 1
+
+    def spent(self) -> list[tuple[dict[str, Spent], float]]:
+        """What each rank has spent by kind of work, and its peak memory [MB]; empty: there is one process."""
+        return []
+
+    def end(self, code: int) -> None:
+        """Let all ranks end."""
+
+
+class Leader(Alone):
+    """The first of several ranks.
+
+    Parameters
+    ----------
+    comm : Communicator of all.
+
+    Attributes
+    ----------
+    held : What callers know of what ranks keep, by the same names.
+    """
+
+    def __init__(self, comm: Any) -> None:
+        self.size = int(comm.size)
+        self.held: dict[str, Any] = {}
+        self._member = Member(comm)
+        self._amiss = False
+
+    def call(self, work: Work, shares: Sequence[Any]) -> list[Any]:
+        """Results of all ranks.
+
+        Parameters
+        ----------
+        work : A function of a module, which other ranks find by its name.
+        shares : What it is given on each rank.
+
+        Raises
+        ------
+        Exception : What ``together`` has raised.
+        """
+        comm = self._member.comm
+        self._amiss = True
+        self._member.meet()
+        with self._member.on(OUT):
+            packed = [pickle.dumps((work, share), protocol=5) for share in shares[1:]]
+            comm.scatter([b"", *packed])
+        made, failure = _done(work, self._member, shares[0])
+        self._member.meet()
+        with self._member.on(IN):
+            told = comm.gather(b"")
+        self._member.spent[IN].received += sum(map(len, told))
+        results = [made, *map(pickle.loads, told[1:])]
+        self._amiss = False
+        if failure is not None:
+            raise failure
+        return results
+
+    def spent(self) -> list[tuple[dict[str, Spent], float]]:
+        """What each rank has spent by kind of work, and its peak memory [MB], the leader first."""
+        return self.call(_spent, [None] * self.size)
+
+    def end(self, code: int) -> None:
+        """Let all ranks end; where one was left in the midst of work, with an exit code and at once."""
+        comm = self._member.comm
+        if self._amiss:
+            comm.Abort(code)
+        self._member.meet()
+        comm.scatter([pickle.dumps((None, None))] * self.size)
+        self._member.kept.clear()
+
+
+_team: Alone | Leader = Alone()
+
+
+def team() -> Alone | Leader:
+    """The ranks that this process leads."""
+    return _team
+
+
+def join(fewest: int = 2) -> bool:
+    """Meet the other ranks, if there are any; True on all but the one that leads.
+
+    Parameters
+    ----------
+    fewest : Ranks from which there is a team; 1: whatever mpiexec has started.
+
+    Raises
+    ------
+    InstallationError : MPI or PETSc is missing, or is another one than that which has started this process.
+    """
+    global _team  # noqa: PLW0603 - a fact of this process
+    started = max(int(os.environ.get(name) or 0) for name in COUNTS)
+    if started < fewest:
+        return False
+    comm = _communicator(started)
+    for name in list(os.environ):
+        if name.startswith(INHERITED):
+            del os.environ[name]
+    if comm.rank:
+        _serve(Member(comm))
+        return True
+    _team = Leader(comm)
+    return False
+
+
+def _communicator(started: int) -> Any:
+    """That of all ranks; PETSc is loaded on all of them at once, as it has to be."""
+    os.environ.setdefault("MPIR_CVAR_SUPPRESS_ABORT_MESSAGE", "1")
+    try:
+        if importlib.util.find_spec("dolfinx_solver") is not None:
+            import_module("dolfinx_solver")  # the wheel's loader must come before mpi4py
+        mpi = import_module("mpi4py.MPI")
+        import_module("petsc4py.PETSc")
+    except (ImportError, RuntimeError) as missing:
+        raise InstallationError(
+            f"started as one of {started} ranks, but MPI or PETSc cannot be loaded ({missing}); install the "
+            "'fenicsx' extra, or start a single process without mpiexec"
+        ) from missing
+    comm = mpi.COMM_WORLD
+    if comm.size != started:
+        raise InstallationError(
+            f"started as one of {started} ranks, but MPI ({mpi.get_vendor()[0]}) sees {comm.size}; use the "
+            "mpiexec that belongs to it, which stands beside this Python"
+        )
+    return comm
+
+
+def _serve(member: Member) -> None:
+    """Do what the leader calls for, until it ends; nothing else ends this rank, and it says nothing."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)  # the leader answers for all
+    logging.getLogger("masonry_fem").setLevel(logging.CRITICAL)
+    warnings.simplefilter("ignore")
+    while True:
+        member.meet()
+        with member.on(OUT):
+            packed = member.comm.scatter(None)
+        member.spent[OUT].received += len(packed)
+        work, share = pickle.loads(packed)
+        if work is None:
+            member.kept.clear()
+            gc.collect()
+            return
+        del packed
+        try:
+            made = pickle.dumps(_done(work, member, share)[0], protocol=5)
+        except BaseException as error:  # others wait for this rank in the midst of work
+            print(f"masonry-fem: rank {member.rank}: {_said(error)}", file=sys.stderr, flush=True)
+            member.comm.Abort(1)
+        member.meet()
+        with member.on(IN):
+            member.comm.gather(made)
+
+
+def _done(work: Work, member: Member, share: Any) -> tuple[Any, Exception | None]:
+    """What work gives, or what all ranks agree that has failed."""
+    try:
+        return work(member, share), None
+    except _AgreedError as failure:
+        return None, failure.error
+
+
+def _said(error: BaseException) -> str:
+    if isinstance(error, MemoryError):
+        return "memory is not enough for its part of this scene; take more ranks, or fewer on each machine"
+    return f"unexpected {type(error).__name__}: {error}"
+
+
+class _AgreedError(Exception):
+    """All ranks know that one has failed."""
+
+    def __init__(self, error: Exception) -> None:
+        super().__init__(str(error))
+        self.error = error
+
+
+def _spent(member: Member, _: None) -> tuple[dict[str, Spent], float]:
+    return member.spent, peak_memory()

@@ -252,6 +252,8 @@ def _first_steps(case: Case) -> int:
 
 
 TURNS = (
+    # what the step before leaves to a few rigid blocks is a few sweeps
+    Turn("first sweeps", lambda at: at.warm and at.few and at.rigid and not at.static, _sweeps),
     Turn(
         "first newton steps",
         lambda at: at.static or at.elastic or at.warm or at.few or at.plain,

@@ -73,7 +73,7 @@ class SnapReport:
             f"{self.straight} left out on straight sides, {self.loose} on one line only"
         )
         if self.straight or self.cut or self.dropped or self.largest > 0:
-            remark("snapped", moved)
+            remark("moved_corners", moved)
         else:
             logger.info("%s", moved)
         for code, pairs, what in (

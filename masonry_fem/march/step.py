@@ -54,9 +54,9 @@ class Increment:
     strayed : Impulses balance where the step begins, and none were found that do where it leads.
     residuals : What stresses of nonlinear blocks left of balance, relative, round by round; () where all
         are linear.
-    snapped : Stones found no balance near the start of the step, but one further away.
     unsettled : The block of the greatest one, where the last is above the tolerance, or of a control that
         misses its place; None: all balance.
+    snapped : Stones found no balance near the start of the step, but one further away.
     """
 
     before: SystemState

@@ -6,7 +6,7 @@
 - Rigid blocks: the interior-point method, which nothing stops but rounding, and sweeps that mend what
   is local in its result, as long as the contraction seen promises an end, and Newton to polish it. It cannot
   start from the step before: there a few Newton steps from the bonded state come first, which is all that
-  sticking walls need; fewer contacts begin with more of them.
+  sticking walls need. Fewer contacts begin with more of them, from the step before with sweeps.
 - What is left goes to Newton with other weights, where it is small, and to the following of a path where
   rigid blocks move in a plane.
 """

@@ -7,9 +7,9 @@ import numpy as np
 
 from masonry_fem.cli import main
 from masonry_fem.errors import GeometryError
-from masonry_fem.nscd.solvers import elastic_ranks
+from masonry_fem.nscd.solvers.elastic_ranks import portion
 
-whole, how, last = elastic_ranks.Portion, sys.argv[1], os.environ["PMI_RANK"] == "1"
+whole, how, last = portion.Portion, sys.argv[1], os.environ["PMI_RANK"] == "1"
 
 
 class Failing(whole):
@@ -34,5 +34,5 @@ class Failing(whole):
         return super()._prepared(values)
 
 
-elastic_ranks.Portion = Failing
+portion.Portion = Failing
 sys.exit(main(sys.argv[2:]))

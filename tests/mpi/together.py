@@ -3,7 +3,7 @@
 import sys
 
 from masonry_fem.cli import main
-from masonry_fem.nscd.solvers import elastic_ranks
+from masonry_fem.nscd.solvers.elastic_ranks import portions
 
-elastic_ranks.TOGETHER = 0
+portions.TOGETHER = 0
 sys.exit(main(sys.argv[1:]))

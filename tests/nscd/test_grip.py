@@ -45,7 +45,8 @@ class Gripping(ProximalNewton):
 
     def init(self, problem: ContactProblem, start: Start | None) -> NewtonRun:
         run = NewtonRun(problem, self, start)
-        run.hold_slip()
+        run.grip = 0.03
+        run.round.slip = problem.velocity(run.impulse, run.rigid_velocity)
         return run
 
 

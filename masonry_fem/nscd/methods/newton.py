@@ -435,11 +435,6 @@ class NewtonRun:
         self.idle += 1
         return Outcome.STALLED if self.idle >= self.settings.patience else None
 
-    def hold_slip(self) -> None:
-        """Hold slip back in the rounds to come, the present one among them."""
-        self.grip = _GRIP
-        self.round = self._new_round()
-
     def _rebounds(self, residual: float) -> bool:
         """True where slip goes too far: its first step may raise the residual, the next ones lower it."""
         now = self.round

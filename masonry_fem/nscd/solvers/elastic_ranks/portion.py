@@ -1,0 +1,179 @@
+"""Portion: what one rank does of a problem and of its steps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from masonry_fem.host.ranks import Member
+from masonry_fem.nscd.compliance import Alike, Shared
+from masonry_fem.nscd.mumps import petsc
+from masonry_fem.nscd.solvers.elastic_krylov import ACCURACY, ITERATIONS, Rows, Values
+from masonry_fem.nscd.solvers.elastic_ranks.bodies import BodiesOfEach, BodiesTogether
+from masonry_fem.nscd.solvers.elastic_ranks.exchange import Exchange
+from masonry_fem.nscd.solvers.elastic_ranks.share import KEPT, Share, Step
+
+FloatArray = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+def take_share(member: Member, share: Share) -> None:
+    """Make a rank's portion of a problem.
+
+    Parameters
+    ----------
+    member : The rank. share : Its part of the problem.
+    """
+    before = member.kept.pop(KEPT, None)
+    if before is not None:
+        before.close()
+    member.kept[KEPT] = Portion(member, share)
+
+
+def take_step(member: Member, step: Step) -> None:
+    """Prepare a step.
+
+    Parameters
+    ----------
+    member : The rank. step : Its part of the step.
+    """
+    member.kept[KEPT].take(*step)
+
+
+def solve_step(
+    member: Member, share: tuple[FloatArray, FloatArray, Mask]
+) -> tuple[FloatArray, FloatArray, bool]:
+    """Impulses and motions of a rank's own contacts and bodies, and whether iterations have ended.
+
+    Parameters
+    ----------
+    member : The rank.
+    share : Right-hand sides of its own contacts (c, d) and bodies (b, m), and contacts that are unknowns, (c,).
+    """
+    solved: tuple[FloatArray, FloatArray, bool] = member.kept[KEPT].solve(*share)
+    return solved
+
+
+class Portion:
+    """What a rank has of a problem, and of a step.
+
+    Parameters
+    ----------
+    member : The rank.
+    share : Its part of the problem.
+    """
+
+    def __init__(self, member: Member, share: Share) -> None:
+        self.member, self.share = member, share
+        self.operator: Shared | None = None
+        self.coupling = member.together(self._coupled)
+        self.contacts = Exchange(member, share.contacts, share.count, share.dimension)
+        self.bodies = (BodiesTogether if share.library is None else BodiesOfEach)(member, share)
+
+    def close(self) -> None:
+        """Let go what PETSc holds."""
+        self.contacts.destroy()
+        self.bodies.destroy()
+
+    def _coupled(self) -> list[FloatArray]:
+        """Blocks of W_el within interfaces; and the operator of the rank's own stones."""
+        share = self.share
+        t, d = len(share.contacts), share.dimension
+        bed = None if share.bed is None else np.concatenate([share.bed, np.zeros((t - share.count, d))])
+        whole = Shared(t, d, [kind for kind, _ in share.kinds], bed=bed)
+        own = [
+            Alike(kind.contacts[some], kind.turns[some], kind.matrix)
+            for kind, some in share.kinds
+            if some.any()
+        ]
+        self.operator = Shared(t, d, own, bed=bed) if own else None
+        with self.member.on("interfaces"):
+            return [whole.among(group) for group in share.groups]
+
+    def take(self, values: Values, coupled: FloatArray) -> None:
+        """Prepare a step."""
+        member = self.member
+        with member.on("interfaces"):
+            self.rows, blocks = member.together(lambda: self._prepared(values))
+        self.bodies.factorise(
+            np.concatenate([coupled, *(-given.reshape(-1, *coupled.shape[1:]) for given in blocks)])
+        )
+
+    def _prepared(self, values: Values) -> tuple[Rows, list[FloatArray]]:
+        share = self.share
+        rows = Rows(values, share.bodies, share.maps, share.groups, self.coupling)
+        return rows, [given for _, given in rows.eliminated()]
+
+    def solve(
+        self, force: FloatArray, balance: FloatArray, unknown: Mask
+    ) -> tuple[FloatArray, FloatArray, bool]:
+        """As ``solve_step``."""
+        library, shape = petsc(), force.shape
+        nothing = np.zeros_like(balance)
+        x, motion = self._precondition(force, balance)
+        left = np.where(unknown[:, None], force - self._product(x, motion), 0.0)
+        moved = motion[: len(balance)].copy()
+
+        def apply(y: FloatArray) -> FloatArray:
+            product = self._product(*self._precondition(y.reshape(shape), nothing, refined=False))
+            return np.where(unknown[:, None], product, 0.0).ravel()
+
+        size = ((force.size, None),) * 2
+        shell = library.Mat().createPython(size, _Shell(apply), comm=self.member.comm)
+        shell.setUp()
+        method = library.KSP().create(self.member.comm)
+        method.setType("gmres")
+        method.getPC().setType("none")
+        method.setGMRESRestart(ITERATIONS)
+        method.setTolerances(rtol=ACCURACY, atol=0.0, max_it=ITERATIONS)
+        method.setOperators(shell)
+        given, found = shell.createVecs()
+        given.array[:] = left.ravel()
+        method.solve(given, found)
+        ended = int(method.getConvergedReason()) > 0
+        y = found.array.reshape(shape).copy()
+        for made in (method, shell, given, found):
+            made.destroy()
+        more, motion = self._precondition(y, nothing)
+        return x + more, moved + motion[: len(balance)], ended
+
+    def _precondition(
+        self, force: FloatArray, balance: FloatArray, *, refined: bool = True
+    ) -> tuple[FloatArray, FloatArray]:
+        """Impulses, and U of the rank's bodies, of given rows, with W_el within interfaces only.
+
+        Bodies balance to rounding where they are ``refined``: iterations need less.
+        """
+        rows, member = self.rows, self.member
+        with member.on("preconditioner"):
+            given = rows.to_bodies(rows.inside(force), len(self.share.places))
+        motion = self.bodies.moved(balance, given, refined=refined)
+        with member.on("preconditioner"):
+            return rows.inside(force - rows.turned(rows.moved(motion))), motion
+
+    def _product(self, x: FloatArray, motion: FloatArray) -> FloatArray:
+        """The rows of the rank's own contacts times x and U, shape (c, d)."""
+        rows, member = self.rows, self.member
+        impulse = self.contacts.spread(np.where(rows.values.closed[:, None], x, 0.0))
+        with member.on("products"):
+            velocity = np.zeros_like(impulse)
+            if self.operator is not None:
+                velocity[:] = (self.operator @ impulse.ravel()).reshape(impulse.shape)
+        given = self.contacts.summed(velocity)
+        with member.on("products"):
+            product: FloatArray = rows.product(x, given, motion)
+            return product
+
+
+class _Shell:
+    """What PETSc multiplies by."""
+
+    def __init__(self, apply: Callable[[FloatArray], FloatArray]) -> None:
+        self._apply = apply
+
+    def mult(self, _: Any, x: Any, y: Any) -> None:
+        """Y = A x."""
+        y.array[:] = self._apply(x.array_r)

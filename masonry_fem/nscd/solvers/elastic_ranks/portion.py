@@ -51,7 +51,7 @@ def solve_step(
     Parameters
     ----------
     member : The rank.
-    share : Right-hand sides of its own contacts (c, d) and bodies (b, m), and contacts that are unknowns, (c,).
+    share : Right-hand sides of its contacts (c, d) and bodies (b, m), and contacts that are unknowns, (c,).
     """
     solved: tuple[FloatArray, FloatArray, bool] = member.kept[KEPT].solve(*share)
     return solved

@@ -110,6 +110,7 @@ class _Round:
     mass: FloatArray  # ε, zero where M_r > 0, shape (b, m)
     alpha: float
     slip: FloatArray | None = None  # v at the centre where slip is held, shape (c, d)
+    came: tuple[FloatArray, FloatArray] | None = None  # how far p and U came in the round before
     steps: int = 0
     residuals: list[float] = field(default_factory=list)
 
@@ -225,7 +226,7 @@ class NewtonRun:
     # one Newton step
 
     def _advance(self) -> _Point:
-        here = self._look(self.impulse, self.rigid_velocity, bonded=self.bonded)
+        here = self._look(*self._set_off(), bonded=self.bonded)
         if self.solved_before is not None:
             here, self.solved_before = self._led_on(here, self.solved_before), None
         here = self._unswung(here)
@@ -241,6 +242,14 @@ class NewtonRun:
         if self.round.steps < (usual if self.settings.full_steps is None else self.settings.full_steps):
             return full
         return self._search(here, change, motion, full)
+
+    def _set_off(self) -> tuple[FloatArray, FloatArray]:
+        """Impulses and U to step from: of a round that holds slip ahead of its centre, as it will go on."""
+        now = self.round
+        if now.came is None or now.steps:
+            return self.impulse, self.rigid_velocity
+        impulse, rigid_velocity = now.came
+        return self.impulse + _AHEAD * impulse, self.rigid_velocity + _AHEAD * rigid_velocity
 
     def _led_on(self, here: _Point, velocity: FloatArray) -> _Point:
         """The point linearised where the problem before was solved: its statuses, and what has changed."""
@@ -394,6 +403,8 @@ class NewtonRun:
             if self.escape.sure:
                 return Outcome.NO_EQUILIBRIUM
         self.round = self._new_round()
+        if before.slip is not None:
+            self.round.came = self.impulse - before.impulse, self.rigid_velocity - before.rigid_velocity
         self.idle = 0 if progress < 0.8 * self.best else self.idle + 1
         self.best = min(self.best, progress)
         stuck = self.idle >= self.settings.patience and not self.escape.rounds
@@ -478,6 +489,7 @@ _PARTINGS = 3  # after which Newton's steps settle the rest
 _JAMMED = 0.1  # length of a step that is too short
 _GRIP = 3e-2  # first κ
 _LOOSER, _TIGHTER = 0.5, 4.0  # factors on κ after a round that ends, and one that does not
+_AHEAD = 0.5  # share of how far the last round came, at which the next one starts
 _GRIPPED = 10  # steps in which it should
 _SETTLED = 2  # steps of a round before its contacts' swinging means anything
 _RESTING = 2  # steps that leave the error as it is

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from masonry_fem.nscd.blocks import assemble_blocks
+from masonry_fem.nscd.transfer import add_from_stones, to_stones
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -207,15 +208,13 @@ class Shared(Operator):
 
     def __matmul__(self, impulse: FloatArray) -> FloatArray:
         """Velocities (c d,) from impulses (c d,)."""
-        d, moved = self.dimension, []
-        given = np.append(impulse, np.zeros(d)).reshape(-1, d)
+        given = np.ascontiguousarray(impulse, dtype=np.float64).reshape(self.count, self.dimension)
+        velocity = np.zeros_like(given)
         for kind in self.kinds:
-            turned = given[kind.contacts][:, :, None] @ kind.turns
-            pushed = turned.reshape(len(turned), -1) @ kind.matrix.T
-            moved.append((kind.turns @ pushed.reshape(*kind.contacts.shape, d, 1)).reshape(-1, d))
-        velocity = self._summed(moved)
+            pushed = to_stones(kind.contacts, kind.turns, given) @ kind.matrix.T
+            add_from_stones(kind.contacts, kind.turns, pushed, velocity)
         if self.bed is not None:
-            velocity += self.bed * given[:-1]
+            velocity += self.bed * given
         return velocity.ravel()
 
     def elastic(self) -> Mask:

@@ -1,6 +1,6 @@
-"""Transfer: the compiled products with the rigid map B, contact after contact.
+"""Transfer: the compiled products with the rigid map B and between axes, contact after contact.
 
-A solver makes several of each every step, and B's blocks are too small for BLAS.
+A solver makes several of each every step, and the blocks are too small for BLAS.
 """
 
 from __future__ import annotations
@@ -65,6 +65,54 @@ def to_bodies(bodies: IntArray, maps: FloatArray, impulse: FloatArray, count: in
                     given += maps[contact, side, i, a] * impulse[contact, i]
                 total[body, a] += given
     return total
+
+
+@compiled
+def to_stones(contacts: IntArray, turns: FloatArray, impulse: FloatArray) -> FloatArray:
+    """Impulses at the sides of n stones in the stones' axes, 0 where no contact takes part, (n, s d).
+
+    Parameters
+    ----------
+    contacts : Contacts at the s sides of each stone, −1 for none, shape (n, s).
+    turns : From the stone's axes to the contact's frame, shape (n, s, d, d).
+    impulse : In the contacts' frames, shape (c, d).
+    """
+    n, s, d, _ = turns.shape
+    turned = np.zeros((n, s * d))
+    for stone in range(n):
+        for side in range(s):
+            contact = contacts[stone, side]
+            if contact < 0:
+                continue
+            for j in range(d):
+                total = 0.0
+                for i in range(d):
+                    total += impulse[contact, i] * turns[stone, side, i, j]
+                turned[stone, side * d + j] = total
+    return turned
+
+
+@compiled
+def add_from_stones(contacts: IntArray, turns: FloatArray, moved: FloatArray, velocity: FloatArray) -> None:
+    """Add velocities at the sides of stones to those of contacts.
+
+    Parameters
+    ----------
+    contacts, turns : As for ``to_stones``.
+    moved : In the stones' axes, shape (n, s d).
+    velocity : In the contacts' frames; it is added to, shape (c, d).
+    """
+    n, s, d, _ = turns.shape
+    for stone in range(n):
+        for side in range(s):
+            contact = contacts[stone, side]
+            if contact < 0:
+                continue
+            for i in range(d):
+                total = 0.0
+                for j in range(d):
+                    total += turns[stone, side, i, j] * moved[stone, side * d + j]
+                velocity[contact, i] += total
 
 
 @compiled

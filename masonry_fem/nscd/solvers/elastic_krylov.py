@@ -23,7 +23,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,7 @@ from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from masonry_fem.nscd.krylov import StagnationError
+from masonry_fem.nscd.linear import Factorised
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
 from masonry_fem.nscd.solvers.elastic_matrix import Terms
@@ -113,6 +114,36 @@ class Values:
         own = terms.own[contacts] / terms.unit
         return cls(own, terms.by_velocity[contacts], terms.closed[contacts], terms.unit)
 
+    def changed(self, before: Values) -> Mask:
+        """Contacts that have others than before, shape (c,)."""
+        found: Mask = (self.own != before.own).any(axis=(1, 2)) | (self.closed != before.closed)
+        found |= (self.by_velocity != before.by_velocity).any(axis=(1, 2))
+        return found
+
+
+class Solved(NamedTuple):
+    """What it takes to solve for the contacts of n interfaces with k of them.
+
+    Attributes
+    ----------
+    inverse : (A + Bc W_el)⁻¹ within interfaces, shape (n, k d, k d).
+    followed : It times Bc B of the two bodies, shape (n, k d, 2 m).
+    given : Bᵀ times that: what is left between the bodies, negative, shape (n, 2, 2, m, m).
+    """
+
+    inverse: FloatArray
+    followed: FloatArray
+    given: FloatArray
+
+    def renewed(self, changed: Mask, new: Solved) -> Solved:
+        """The same with some interfaces' own in place of what they had."""
+        if changed.all():
+            return new
+        parts = Solved(*(part.copy() for part in self))
+        for part, other in zip(parts, new, strict=True):
+            part[changed] = other
+        return parts
+
 
 class Rows:
     """The rows of some contacts without what W_el couples between interfaces; 1 where contacts are open.
@@ -124,6 +155,7 @@ class Rows:
     maps : B by contact and side, shape (c, 2, d, m).
     groups : Contacts of the n interfaces with k of them, an array (n, k) for each k.
     coupling : Blocks of W_el between them, an array (n, k d, k d) for each k.
+    before : Those of a step before: of interfaces where nothing has changed they are kept.
     """
 
     def __init__(
@@ -133,14 +165,32 @@ class Rows:
         maps: FloatArray,
         groups: Sequence[IntArray],
         coupling: Sequence[FloatArray],
+        before: Rows | None = None,
     ) -> None:
         closed, d = values.closed, maps.shape[2]
         self.values, self.bodies, self.groups = values, bodies, groups
         self.maps = np.where(closed[:, None, None, None], maps, 0.0)
         self.own = np.where(closed[:, None, None], values.own, np.eye(d))
-        self.inverses = [
-            np.linalg.inv(self._block(group, W)) for group, W in zip(groups, coupling, strict=True)
-        ]
+        if before is None:
+            self.solved = [self._made(*of_size) for of_size in zip(groups, coupling, strict=True)]
+            return
+        changed, self.solved = values.changed(before.values), []
+        for group, W, known in zip(groups, coupling, before.solved, strict=True):
+            other = changed[group].any(axis=1)
+            self.solved.append(known.renewed(other, self._made(group[other], W[other])))
+
+    def _made(self, group: IntArray, coupling: FloatArray) -> Solved:
+        (n, k), (d, m) = group.shape, self.maps.shape[2:]
+        # sides in the order of the first contact's
+        swapped = self.bodies[group, 0] != self.bodies[group[:, :1], 0]
+        maps = self.maps[group]
+        maps[swapped] = maps[swapped][:, ::-1]
+        maps = maps.transpose(0, 1, 3, 2, 4).reshape(n, k, d, 2 * m)
+        pushed = (self.values.by_velocity[group] @ maps).reshape(n, k * d, 2 * m)
+        inverse = np.linalg.inv(self._block(group, coupling))
+        followed = inverse @ pushed
+        given = maps.reshape(n, k * d, 2 * m).transpose(0, 2, 1) @ followed
+        return Solved(inverse, followed, given.reshape(n, 2, m, 2, m).swapaxes(2, 3))
 
     def _block(self, group: IntArray, coupling: FloatArray) -> FloatArray:
         """A + Bc W_el within interfaces, shape (n, k d, k d)."""
@@ -158,24 +208,24 @@ class Rows:
 
         That is between its two bodies, in the order that the contact has them in, shape (n, 2, 2, m, m).
         """
-        d, m = self.maps.shape[2:]
-        for group, inverse in zip(self.groups, self.inverses, strict=True):
-            n, k = group.shape
-            # sides in the order of the first contact's
-            swapped = self.bodies[group, 0] != self.bodies[group[:, :1], 0]
-            maps = self.maps[group]
-            maps[swapped] = maps[swapped][:, ::-1]
-            maps = maps.transpose(0, 1, 3, 2, 4).reshape(n, k, d, 2 * m)
-            pushed = (self.values.by_velocity[group] @ maps).reshape(n, k * d, 2 * m)
-            given = maps.reshape(n, k * d, 2 * m).transpose(0, 2, 1) @ (inverse @ pushed)
-            yield group[:, 0], given.reshape(n, 2, m, 2, m).swapaxes(2, 3)
+        return ((group[:, 0], solved.given) for group, solved in zip(self.groups, self.solved, strict=True))
 
     def inside(self, force: FloatArray) -> FloatArray:
         """Impulses of given rows, interface by interface, shape (c, d)."""
         impulse = np.zeros_like(force)
-        for group, inverse in zip(self.groups, self.inverses, strict=True):
-            impulse[group] = (inverse @ force[group].reshape(len(group), -1, 1)).reshape(*group.shape, -1)
+        for group, solved in zip(self.groups, self.solved, strict=True):
+            given = force[group].reshape(len(group), -1, 1)
+            impulse[group] = (solved.inverse @ given).reshape(*group.shape, -1)
         return impulse
+
+    def moving(self, impulse: FloatArray, motion: FloatArray) -> FloatArray:
+        """Impulses of given rows where bodies move, from those where they do not, both (c, d)."""
+        padded = np.concatenate([motion, np.zeros((1, motion.shape[1]))])  # the last is no body
+        left = impulse.copy()
+        for group, solved in zip(self.groups, self.solved, strict=True):
+            both = padded[self.bodies[group[:, 0]]].reshape(len(group), -1, 1)
+            left[group] -= (solved.followed @ both).reshape(*group.shape, -1)
+        return left
 
     def to_bodies(self, impulse: FloatArray, count: int) -> FloatArray:
         """Bᵀ p of closed contacts, shape (b, m)."""
@@ -217,13 +267,14 @@ class Interfaces:
         self.problem = problem
         self.groups = interfaces_by_size(problem, elastic)
         self.coupling = [problem.operator.among(group) for group in self.groups]
+        self.rows: Rows | None = None  # of the last step
 
     def solver(
         self,
         terms: Terms,
         kept: IntArray,
         body_matrix: BodyMatrix,
-        factorised: Callable[[sparse.bsr_array], Solve],
+        factorised: Callable[[sparse.bsr_array], Factorised],
     ) -> Solve:
         """The solver of one step.
 
@@ -232,9 +283,11 @@ class Interfaces:
         terms : What the step has at each contact, and between bodies.
         kept : Contacts that are unknowns, shape (k,).
         body_matrix : Pattern of the bodies' matrix, and B by contact and side.
-        factorised : Makes the solver of a matrix of bodies.
+        factorised : Makes the factor of a matrix of bodies.
         """
-        return Preconditioned(self, terms, kept, body_matrix, factorised)
+        values, maps = Values.at(terms, slice(None)), body_matrix.maps
+        self.rows = Rows(values, self.problem.bodies, maps, self.groups, self.coupling, self.rows)
+        return Preconditioned(self.problem, self.rows, terms, kept, body_matrix, factorised)
 
 
 class Preconditioned:
@@ -242,23 +295,20 @@ class Preconditioned:
 
     Parameters
     ----------
-    interfaces : Elastic contacts of a problem.
+    problem : The contact problem. rows : Of its contacts.
     terms, kept, body_matrix, factorised : As for ``Interfaces.solver``.
     """
 
     def __init__(
         self,
-        interfaces: Interfaces,
+        problem: ContactProblem,
+        rows: Rows,
         terms: Terms,
         kept: IntArray,
         body_matrix: BodyMatrix,
-        factorised: Callable[[sparse.bsr_array], Solve],
+        factorised: Callable[[sparse.bsr_array], Factorised],
     ) -> None:
-        self.problem, self.closed, self.kept = interfaces.problem, terms.closed, kept
-        values = Values.at(terms, slice(None))
-        self.rows = Rows(
-            values, self.problem.bodies, body_matrix.maps, interfaces.groups, interfaces.coupling
-        )
+        self.problem, self.rows, self.closed, self.kept = problem, rows, terms.closed, kept
         self.of_bodies = factorised(self._schur(terms.coupled, body_matrix))
 
     def _schur(self, coupled: sparse.bsr_array, body_matrix: BodyMatrix) -> sparse.bsr_array:
@@ -286,7 +336,8 @@ class Preconditioned:
             nothing = np.zeros_like(bodies)
 
             def apply(y: FloatArray) -> FloatArray:
-                return self._product(*self._precondition(self._spread(y), nothing))[kept].ravel()
+                met = self._precondition(self._spread(y), nothing, refined=False)
+                return self._product(*met)[kept].ravel()
 
             operator = LinearOperator((size, size), matvec=apply, dtype=float)
             y, failed = gmres(operator, left, rtol=ACCURACY, restart=ITERATIONS, maxiter=1)
@@ -304,12 +355,16 @@ class Preconditioned:
         force[self.kept] = y.reshape(-1, force.shape[1])
         return force
 
-    def _precondition(self, force: FloatArray, bodies: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _precondition(
+        self, force: FloatArray, bodies: FloatArray, *, refined: bool = True
+    ) -> tuple[FloatArray, FloatArray]:
         """Impulses and U of given rows, with W_el within interfaces only."""
         rows = self.rows
-        given = rows.to_bodies(rows.inside(force), len(bodies))
-        motion = self.of_bodies((bodies - given).ravel()).reshape(bodies.shape)
-        return rows.inside(force - rows.turned(rows.moved(motion))), motion
+        solve = self.of_bodies if refined else self.of_bodies.bare
+        at_rest = rows.inside(force)
+        given = rows.to_bodies(at_rest, len(bodies))
+        motion = solve((bodies - given).ravel()).reshape(bodies.shape)
+        return rows.moving(at_rest, motion), motion
 
     def _product(self, x: FloatArray, motion: FloatArray) -> FloatArray:
         """The contacts' rows of the matrix times x and U, shape (c, d)."""

@@ -178,8 +178,8 @@ class NewtonSystem:
         self.structure.matrix = made
         return made
 
-    def _bodies_factorised(self, blocks: sparse.bsr_array) -> Solve:
-        """The factor's solver of a matrix of the bodies alone."""
+    def _bodies_factorised(self, blocks: sparse.bsr_array) -> Factorised:
+        """The factor of a matrix of the bodies alone."""
         return factorise(blocks.tocsr(), self._library_of_bodies(blocks.shape[0]))
 
     def _library_of_bodies(self, size: int) -> Library:

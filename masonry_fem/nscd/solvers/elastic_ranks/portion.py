@@ -69,6 +69,7 @@ class Portion:
     def __init__(self, member: Member, share: Share) -> None:
         self.member, self.share = member, share
         self.operator: Shared | None = None
+        self.rows: Rows  # of the last step
         self.coupling = member.together(self._coupled)
         self.contacts = Exchange(member, share.contacts, share.count, share.dimension)
         self.bodies = (BodiesTogether if share.library is None else BodiesOfEach)(member, share)
@@ -103,8 +104,8 @@ class Portion:
         )
 
     def _prepared(self, values: Values) -> tuple[Rows, list[FloatArray]]:
-        share = self.share
-        rows = Rows(values, share.bodies, share.maps, share.groups, self.coupling)
+        share, before = self.share, getattr(self, "rows", None)
+        rows = Rows(values, share.bodies, share.maps, share.groups, self.coupling, before)
         return rows, [given for _, given in rows.eliminated()]
 
     def solve(
@@ -149,10 +150,11 @@ class Portion:
         """
         rows, member = self.rows, self.member
         with member.on("preconditioner"):
-            given = rows.to_bodies(rows.inside(force), len(self.share.places))
+            at_rest = rows.inside(force)
+            given = rows.to_bodies(at_rest, len(self.share.places))
         motion = self.bodies.moved(balance, given, refined=refined)
         with member.on("preconditioner"):
-            return rows.inside(force - rows.turned(rows.moved(motion))), motion
+            return rows.moving(at_rest, motion), motion
 
     def _product(self, x: FloatArray, motion: FloatArray) -> FloatArray:
         """The rows of the rank's own contacts times x and U, shape (c, d)."""

@@ -27,8 +27,9 @@ from scipy.sparse.linalg import splu
 from masonry_fem.bodies.base import Scheme
 from masonry_fem.fem.assemble import ShapeOperators
 from masonry_fem.fem.modes import RigidModes
+from masonry_fem.host.parked import park
 from masonry_fem.host.trim import trim
-from masonry_fem.nscd.mumps import MumpsFactor, petsc
+from masonry_fem.nscd.mumps import LARGE, MumpsFactor, petsc
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -249,7 +250,10 @@ class Compliance:
             whole = sparse.csr_array(c_m * operators.mass + whole)
         sigma = float(whole.diagonal().sum() / operators.mass.diagonal().sum())
         effective = whole if len(free) == self._total else sparse.csr_array(whole[free][:, free])
-        del whole  # a large factor leaves no room for it
+        del whole  # a large factor leaves no room for it, nor for what is not needed meanwhile
+        if len(free) >= LARGE:
+            park(operators.stiffness)
+            park(operators.mass)
         dense = len(free) <= DENSE_LIMIT if dense is None else dense
         kind = self.kinds[0 if dense else 1]
         # momentum on free dofs is M_ff Φ, as Φ vanishes elsewhere

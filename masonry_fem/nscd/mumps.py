@@ -236,7 +236,7 @@ class MumpsFactor(Mumps):
         if not self._definite:
             return self._with_arrays(matrix, matrix.data)
         library, upper = self._petsc, sparse.triu(matrix, format="csr")
-        matrix.data = matrix.data[:0].copy()
+        matrix.data, matrix.indices = matrix.data[:0].copy(), matrix.indices[:0].copy()
         arrays = [np.asarray(given, library.IntType) for given in (upper.indptr, upper.indices)]
         made = library.Mat().createSBAIJ(matrix.shape, 1, csr=(*arrays, upper.data), comm=library.COMM_SELF)
         made.setOption(library.Mat.Option.SPD, True)

@@ -146,3 +146,20 @@ def test_memory_of_a_large_shape(large, monkeypatch):
     assert held <= 8 * 60 * unknowns  # the modes, and what springs move
     most = 8 * 6 * width * unknowns + 3 * block.nbytes
     assert peak <= most < 8 * unknowns * len(dofs)
+
+
+@pytest.mark.parametrize("clamp", ["free", "built in"])
+def test_a_large_shape_leaves_its_matrices_on_disk(clamp, monkeypatch):
+    """The factor needs the room; what comes of them is the same, bit by bit."""
+    if petsc() is None:
+        pytest.skip("PETSc without MUMPS")
+    mine = assemble_shapes([MESH], [STONE], None)[0]
+    free, modes = setting(mine, clamp)
+    usual = Compliance(mine, modes, free, SCHEMES[2], dense=False).block(free[:30])
+    before = mine.stiffness.toarray(), mine.mass.toarray()
+    monkeypatch.setattr(condense, "LARGE", len(free))
+    parked = Compliance(mine, modes, free, SCHEMES[2], dense=False).block(free[:30])
+    assert np.array_equal(parked, usual)
+    for matrix, dense in zip((mine.stiffness, mine.mass), before, strict=True):
+        assert isinstance(matrix.data.base, np.memmap)
+        assert np.array_equal(matrix.toarray(), dense)

@@ -72,16 +72,14 @@ class ErrorEstimate:
         plane : ``stress`` where σ_zz is 0; else strains out of the plane are.
         """
         points, weights = comparison(mesh.cell)
-        element, m, q = lagrange(mesh.cell), len(mesh.cells), len(points)
-        jacobian = np.einsum("mkd,pkt->mpdt", mesh.points[mesh.cells], element.gradients(points))
-        values = np.broadcast_to(element.values(points), (m, q, len(element.nodes)))
-        rows = np.repeat(np.arange(m * q), len(element.nodes))
-        columns = np.broadcast_to(mesh.cells[:, None], values.shape).ravel()
-        there = sparse.csr_array((values.ravel(), (rows, columns)), shape=(m * q, len(mesh.points)))
-        here = sparse.kron(sparse.eye_array(m), sparse.csr_array(_own(mesh.cell, points)))
+        nodal, there = superconvergent(mesh), _interpolation(mesh, points)
+        own = sparse.csr_array(_own(mesh.cell, points))
+        here = sparse.csr_array(sparse.kron(sparse.eye_array(len(mesh.cells)), own))
+        gradients = lagrange(mesh.cell).gradients(points)
+        jacobian = np.einsum("mkd,pkt->mpdt", mesh.points[mesh.cells], gradients)
         volume = np.linalg.det(jacobian) * weights
         imbalance = Imbalance.of(mesh, material.moduli(plane), points, jacobian, volume)
-        return cls(superconvergent(mesh), there, sparse.csr_array(here), volume, material, imbalance)
+        return cls(nodal, there, here, volume, material, imbalance)
 
     def squares(self, gauss: FloatArray) -> FloatArray:
         """e² of each cell of b blocks from their stresses (b, m, p, 6), any axes, shape (b, m) [J]."""
@@ -122,6 +120,18 @@ def energy_density(stress: FloatArray, material: ElasticMaterial) -> FloatArray:
 def comparison(cell: str) -> tuple[FloatArray, FloatArray]:
     """Points and weights that integrate the square of a recovered stress: degree 2 or 4."""
     return rule(cell, 2 * order(cell))
+
+
+def _interpolation(mesh: Mesh, points: FloatArray) -> sparse.csr_array:
+    """Nodal values to reference points (q, d) of each cell, shape (m q, nodes)."""
+    element = lagrange(mesh.cell)
+    values = np.broadcast_to(element.values(points), (len(mesh.cells), len(points), len(element.nodes)))
+    columns = np.broadcast_to(mesh.cells[:, None].astype(np.int32), values.shape)
+    start = np.arange(0, values.size + 1, len(element.nodes), dtype=np.int32)
+    shape = (len(start) - 1, len(mesh.points))
+    made = sparse.csr_array((values.ravel(), columns.ravel(), start), shape=shape)
+    made.sort_indices()
+    return made
 
 
 def _own(cell: str, points: FloatArray) -> FloatArray:

@@ -116,15 +116,13 @@ def _slopes(
     mesh: Mesh, points: FloatArray, inverse: FloatArray, volume: FloatArray
 ) -> tuple[sparse.csc_array, ...]:
     """``slopes`` of all nodes."""
-    scaled = np.einsum("qkt,mqtd->mqkd", lagrange(mesh.cell).gradients(points), inverse)
-    scaled *= volume[:, :, None, None]
+    gradients = lagrange(mesh.cell).gradients(points)
     # column by column: the nodes of a point's cell, one array of indices for all axes
-    rows = np.broadcast_to(mesh.cells[:, None].astype(np.int32), scaled.shape[:3]).ravel()
+    rows = np.broadcast_to(mesh.cells[:, None].astype(np.int32), (*volume.shape, mesh.cells.shape[1])).ravel()
     start = np.arange(0, len(rows) + 1, mesh.cells.shape[1], dtype=np.int32)
-    return tuple(
-        sparse.csc_array((along.ravel(), rows, start), shape=(len(mesh.points), volume.size))
-        for along in np.moveaxis(scaled, 3, 0)
-    )
+    along = (np.einsum("qkt,mqt,mq->mqk", gradients, part, volume) for part in np.moveaxis(inverse, 3, 0))
+    shape = (len(mesh.points), volume.size)
+    return tuple(sparse.csc_array((values.ravel(), rows, start), shape=shape) for values in along)
 
 
 def _shares(

@@ -34,7 +34,7 @@ FloatArray = NDArray[np.float64]
 
 _COMPONENT = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])  # of (xx, yy, zz, xy, yz, xz), by row and column
 ENOUGH = 1.5  # nodes for each polynomial of degree 3
-AT_ONCE = 1000  # cells whose polynomials are held at once: their slopes would be the largest array of all
+AT_ONCE = 1000  # cells whose slopes are held at once: they would be the largest array of all
 RIGID = 1e-10  # of the largest stiffness of a polynomial: those with less do not strain the block
 
 
@@ -132,8 +132,12 @@ def _shares(
     simple = lagrange(linear(mesh.cell))
     k, n, m = len(simple.nodes), len(mesh.points), len(mesh.cells)
     corners = mesh.cells[:, :k]
-    slope = np.einsum("qkt,mqtd->mqkd", simple.gradients(points), inverse)
-    own = np.einsum("mkjl,ajal->amk", np.einsum("mqkj,mqkl,mq->mkjl", slope, slope, volume), stiffness)
+    own = np.empty((len(stiffness), m, k))
+    for first in range(0, m, AT_ONCE):
+        some = slice(first, first + AT_ONCE)
+        slope = np.einsum("qkt,mqtd->mqkd", simple.gradients(points), inverse[some])
+        squares = np.einsum("mqkj,mqkl,mq->mkjl", slope, slope, volume[some])
+        own[:, some] = np.einsum("mkjl,ajal->amk", squares, stiffness)
     share = []
     for part in own:
         total = np.bincount(corners.ravel(), part.ravel(), n)

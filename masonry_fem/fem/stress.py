@@ -104,6 +104,7 @@ def _turned(stress: FloatArray, rotation: FloatArray) -> FloatArray:
     turn = np.tile(np.eye(3), (len(rotation), 1, 1))
     d = rotation.shape[1]
     turn[:, :d, :d] = rotation
-    world = turn[:, None] @ stress[..., _COMPONENT] @ np.swapaxes(turn, 1, 2)[:, None]
-    components: FloatArray = world[..., _ROW, _COLUMN]
+    # of each component alone; to turn all as tensors would take three times the memory of the stresses
+    alone = turn[:, None] @ np.eye(6)[:, _COMPONENT] @ np.swapaxes(turn, 1, 2)[:, None]
+    components: FloatArray = stress @ alone[..., _ROW, _COLUMN]
     return components

@@ -35,6 +35,7 @@ from masonry_fem.nscd.linear import Factorised
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
 from masonry_fem.nscd.solvers.elastic_matrix import Terms
+from masonry_fem.nscd.solvers.loops import Loops, Places
 from masonry_fem.nscd.transfer import to_bodies, to_contacts
 
 FloatArray = NDArray[np.float64]
@@ -155,6 +156,7 @@ class Rows:
     maps : B by contact and side, shape (c, 2, d, m).
     groups : Contacts of the n interfaces with k of them, an array (n, k) for each k.
     coupling : Blocks of W_el between them, an array (n, k d, k d) for each k.
+    places : Points that the contacts are at.
     before : Those of a step before: of interfaces where nothing has changed they are kept.
     """
 
@@ -165,12 +167,14 @@ class Rows:
         maps: FloatArray,
         groups: Sequence[IntArray],
         coupling: Sequence[FloatArray],
+        places: Places,
         before: Rows | None = None,
     ) -> None:
         closed, d = values.closed, maps.shape[2]
         self.values, self.bodies, self.groups = values, bodies, groups
         self.maps = np.where(closed[:, None, None, None], maps, 0.0)
         self.own = np.where(closed[:, None, None], values.own, np.eye(d))
+        self.loops = Loops(places, self.own, closed)
         if before is None:
             self.solved = [self._made(*of_size) for of_size in zip(groups, coupling, strict=True)]
             return
@@ -261,12 +265,14 @@ class Interfaces:
     ----------
     groups : Contacts of the n interfaces with k of them, an array (n, k) for each k.
     coupling : Blocks of W_el between them, an array (n, k d, k d) for each k.
+    places : Points that contacts are at.
     """
 
     def __init__(self, problem: ContactProblem, elastic: Mask) -> None:
         self.problem = problem
         self.groups = interfaces_by_size(problem, elastic)
         self.coupling = [problem.operator.among(group) for group in self.groups]
+        self.places = Places(problem.operator)
         self.rows: Rows | None = None  # of the last step
 
     def solver(
@@ -286,7 +292,9 @@ class Interfaces:
         factorised : Makes the factor of a matrix of bodies.
         """
         values, maps = Values.at(terms, slice(None)), body_matrix.maps
-        self.rows = Rows(values, self.problem.bodies, maps, self.groups, self.coupling, self.rows)
+        self.rows = Rows(
+            values, self.problem.bodies, maps, self.groups, self.coupling, self.places, self.rows
+        )
         return Preconditioned(self.problem, self.rows, terms, kept, body_matrix, factorised)
 
 
@@ -361,10 +369,11 @@ class Preconditioned:
         """Impulses and U of given rows, with W_el within interfaces only."""
         rows = self.rows
         solve = self.of_bodies if refined else self.of_bodies.bare
+        around, force = rows.loops.taken(force)
         at_rest = rows.inside(force)
         given = rows.to_bodies(at_rest, len(bodies))
         motion = solve((bodies - given).ravel()).reshape(bodies.shape)
-        return rows.moving(at_rest, motion), motion
+        return around + rows.moving(at_rest, motion), motion
 
     def _product(self, x: FloatArray, motion: FloatArray) -> FloatArray:
         """The contacts' rows of the matrix times x and U, shape (c, d)."""

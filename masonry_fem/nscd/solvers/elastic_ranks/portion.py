@@ -15,6 +15,7 @@ from masonry_fem.nscd.solvers.elastic_krylov import ACCURACY, ITERATIONS, Rows, 
 from masonry_fem.nscd.solvers.elastic_ranks.bodies import BodiesOfEach, BodiesTogether
 from masonry_fem.nscd.solvers.elastic_ranks.exchange import Exchange
 from masonry_fem.nscd.solvers.elastic_ranks.share import KEPT, Share, Step
+from masonry_fem.nscd.solvers.loops import Places
 
 FloatArray = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -69,7 +70,7 @@ class Portion:
     def __init__(self, member: Member, share: Share) -> None:
         self.member, self.share = member, share
         self.operator: Shared | None = None
-        self.rows: Rows  # of the last step
+        self._last: Rows | None = None
         self.coupling = member.together(self._coupled)
         self.contacts = Exchange(member, share.contacts, share.count, share.dimension)
         self.bodies = (BodiesTogether if share.library is None else BodiesOfEach)(member, share)
@@ -85,6 +86,7 @@ class Portion:
         t, d = len(share.contacts), share.dimension
         bed = None if share.bed is None else np.concatenate([share.bed, np.zeros((t - share.count, d))])
         whole = Shared(t, d, [kind for kind, _ in share.kinds], bed=bed)
+        self.places = Places(whole.only(np.arange(share.count)))
         own = [
             Alike(kind.contacts[some], kind.turns[some], kind.matrix)
             for kind, some in share.kinds
@@ -104,9 +106,11 @@ class Portion:
         )
 
     def _prepared(self, values: Values) -> tuple[Rows, list[FloatArray]]:
-        share, before = self.share, getattr(self, "rows", None)
-        rows = Rows(values, share.bodies, share.maps, share.groups, self.coupling, before)
-        return rows, [given for _, given in rows.eliminated()]
+        share = self.share
+        self._last = Rows(
+            values, share.bodies, share.maps, share.groups, self.coupling, self.places, self._last
+        )
+        return self._last, [given for _, given in self._last.eliminated()]
 
     def solve(
         self, force: FloatArray, balance: FloatArray, unknown: Mask
@@ -150,11 +154,12 @@ class Portion:
         """
         rows, member = self.rows, self.member
         with member.on("preconditioner"):
+            around, force = rows.loops.taken(force)
             at_rest = rows.inside(force)
             given = rows.to_bodies(at_rest, len(self.share.places))
         motion = self.bodies.moved(balance, given, refined=refined)
         with member.on("preconditioner"):
-            return rows.moving(at_rest, motion), motion
+            return around + rows.moving(at_rest, motion), motion
 
     def _product(self, x: FloatArray, motion: FloatArray) -> FloatArray:
         """The rows of the rank's own contacts times x and U, shape (c, d)."""

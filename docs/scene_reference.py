@@ -104,6 +104,8 @@ TABLES: dict[type[Spec], str] = {
     specs.PointForce: "`[[loads.points]]`",
     specs.LineForce: "`[[loads.lines]]`",
     specs.Temperature: "`[[loads.temperatures]]`",
+    specs.Design: "`[design]`",
+    specs.LoadFactors: "`[design.loads]`",
     specs.Table: '`time = { kind = "table" }`',
     specs.Sine: '`time = { kind = "sine" }`',
     specs.Record: '`time = { kind = "record" }`',

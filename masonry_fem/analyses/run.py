@@ -19,6 +19,7 @@ from msgspec import structs
 from masonry_fem.analyses.discretisation import errors_of
 from masonry_fem.analyses.start import said, started
 from masonry_fem.build import Built, build, solver_settings
+from masonry_fem.build.strengths import strengths_of
 from masonry_fem.errors import MasonryError, OutputError, ProblemError
 from masonry_fem.march.clock import Clock
 from masonry_fem.march.march import March, Observer, march
@@ -38,6 +39,7 @@ from masonry_fem.results.joints import Joints
 from masonry_fem.results.limit_analysis import LimitAnalysis
 from masonry_fem.results.summarise import summarise, wrenches
 from masonry_fem.results.summary import Summary
+from masonry_fem.results.utilisation import Utilisation
 from masonry_fem.scene import check, specs
 
 if TYPE_CHECKING:
@@ -202,6 +204,7 @@ def _solved(
             errors=errors_of(scene, built, made, base),
             limit_analysis=_compared(summary),
             joints=_joints(scene, made, told),
+            utilisation=_utilisation(scene, built, made, told),
             **keys,
         ),
         determinacy=told,
@@ -215,6 +218,19 @@ def _joints(scene: specs.Scene, made: March, told: ForceDeterminacy | None) -> J
     from masonry_fem.results.joints import joint_summary  # noqa: PLC0415
 
     return joint_summary(made.model, made.state if told is None else told.state)
+
+
+def _utilisation(
+    scene: specs.Scene, built: Built, made: March, told: ForceDeterminacy | None
+) -> Utilisation | None:
+    """How much of their strength stones use, where some have one."""
+    strengths = strengths_of(scene, built.stones)
+    if strengths is None:
+        return None
+    from masonry_fem.results.utilisation import utilisation_summary  # noqa: PLC0415
+
+    factors = {kind: factor for kind, factor in structs.asdict(scene.design.loads).items() if factor != 1.0}
+    return utilisation_summary(made.model, made.state if told is None else told.state, strengths, factors)
 
 
 def _limits(scene: specs.Scene, built: Built) -> LimitAnalysis | None:
@@ -274,8 +290,11 @@ def _check_step(save_contact: int | None, steps: int) -> None:
 
 def _recorders(scene: specs.Scene, built: Built, out: Path, quiet: bool) -> Recorders:
     statics = not scene.analysis.inertia
-    request = Request(out, scene.title, scene.output, statics, built.stones.material)
-    return Recorders([_progress(scene, quiet), History(out), *recorders(request)], scene.output.every)
+    strengths, asked = strengths_of(scene, built.stones), scene.output
+    if asked.stones is None:
+        asked = structs.replace(asked, stones=strengths is not None)
+    request = Request(out, scene.title, asked, statics, built.stones.material, strengths)
+    return Recorders([_progress(scene, quiet), History(out), *recorders(request)], asked.every)
 
 
 def _progress(scene: specs.Scene, quiet: bool) -> Progress:

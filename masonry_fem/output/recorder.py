@@ -23,6 +23,7 @@ from masonry_fem.march.state import SystemState
 if TYPE_CHECKING:
     from masonry_fem.march.determinacy import ForceDeterminacy
     from masonry_fem.march.march import March
+    from masonry_fem.output.strength import Strengths
 
 logger = logging.getLogger(__name__)
 
@@ -50,6 +51,7 @@ class Request:
     folder : Where its files go. title : Of the scene.
     asked : The scene's ``[output]``. statics : Whether the analysis is one.
     materials : Of the blocks, by their numbers.
+    strengths : Of the blocks; None where no stone has one.
     """
 
     folder: Path
@@ -57,6 +59,7 @@ class Request:
     asked: Any
     statics: bool
     materials: Sequence[str]
+    strengths: Strengths | None = None
 
 
 class Recorder(Protocol):

@@ -63,7 +63,10 @@ class Request:
 
 
 class Recorder(Protocol):
-    """One output; one with a method ``end(march, determinacy)`` is told how the march ended."""
+    """One output; one with a method ``end(march, determinacy)`` is told how the march ended.
+
+    One with a method ``finish()`` is asked for its files once all others are written, the summary, too.
+    """
 
     dense: bool
     """True: wants every step, whatever the thinning (a history, a progress bar)."""
@@ -166,6 +169,11 @@ class Recorders:
                     "%s gives %r in close, expected a list of its files", type(member).__name__, made
                 )
         return paths
+
+    def finish(self) -> list[Path]:
+        """What those write who need the files of all others."""
+        finishing = [member for member in self._members if hasattr(member, "finish")]
+        return [path for member in finishing for path in self._guard(member, "finish") or []]
 
     def _guard(self, member: Recorder, method: str, *arguments: Any) -> Any:
         try:

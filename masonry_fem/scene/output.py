@@ -80,6 +80,8 @@ class Output(Spec, frozen=True, kw_only=True):
         with the same contact points
     contact_error : run the analysis a second time with [other contact points](errors.md#contact), and put
         into the summary what changes
+    report : write ``report.html``: [all of it in one file](report.md), for somebody who was not there; it
+        brings ``interfaces`` and ``stones``
     amplification : factor of displacements in pictures; chosen automatically by default
     """
 
@@ -92,4 +94,5 @@ class Output(Spec, frozen=True, kw_only=True):
     determinacy: bool = False
     limit_analysis: bool = False
     contact_error: bool = False
+    report: bool = False
     amplification: Positive | None = None

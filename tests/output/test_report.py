@@ -249,6 +249,7 @@ def changed(path, value):
         (["stress", "error", "unjudged"], 3, "amber"),
         (["utilisation", "worst", 0, "error"], 0.2, "amber"),
         (["utilisation", "worst", 0, "local"], 1.1, "red"),
+        (["utilisation", "worst", 0, "local"], 0.08, "amber"),  # ± 0.05
         (["utilisation", "unchecked"], 1, "amber"),
         (["remarks"], [{"code": "abrupt", "sentence": "gave way"}], "amber"),
     ],

@@ -16,6 +16,7 @@ ORDER = (GREY, GREEN, AMBER, RED)
 EXACT, POOR = 1e-9, 1e-6  # errors of the equations, relative
 SUNK = 1e-3  # of a block: overlap from which a state is no equilibrium
 FINE, COARSE = 0.1, 0.3  # estimated errors of the stress
+UNSURE = 0.5  # of a utilisation: with a larger error it is not known
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,6 +149,9 @@ def _strength(summary: Mapping[str, Any]) -> Light:
         f"{stone['block']} uses most: {used:.2g}{f' ± {error:.1g}' if error else ''} of its design strength, "
         f"by {stone['governs']} (1 is all of it)."
     )
+    if error > UNSURE * used:
+        colour = max(colour, AMBER, key=ORDER.index)
+        answer += " Finer elements are needed to say so."
     for key, words in (("over", "use more than 1"), ("unchecked", "were not checked"),
                        ("one_sided", "were checked in one sense only"),
                        ("rigid", "are rigid, of which only the mean stress is known")):  # fmt: skip

@@ -231,8 +231,7 @@ def _utilisation(
         return None
     from masonry_fem.results.utilisation import utilisation_summary  # noqa: PLC0415
 
-    factors = {kind: factor for kind, factor in structs.asdict(scene.design.loads).items() if factor != 1.0}
-    return utilisation_summary(made.model, made.state if told is None else told.state, strengths, factors)
+    return utilisation_summary(made.model, made.state if told is None else told.state, strengths)
 
 
 def _limits(scene: specs.Scene, built: Built) -> LimitAnalysis | None:

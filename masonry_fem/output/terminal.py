@@ -252,7 +252,7 @@ def _utilisation(summary: Mapping[str, Any]) -> Rows:
     yield "utilisation", f"of the worst {share} of a stone", "± error (at a point, of the mean stress)"
     for stone in told["worst"]:
         yield "utilisation", stone["block"], utilisation_words(stone)
-    yield "utilisation", "partial factors", factor_words(told)
+    yield "utilisation", "partial factor", f"strengths are divided by {told['material_factor']:g}"
     if told.get("load_factor") is not None:
         yield "utilisation", "stresses may grow", f"× {told['load_factor']:.3g} until a stone uses 1"
     for key, words in (
@@ -279,20 +279,22 @@ def utilisation_words(stone: Mapping[str, Any]) -> str:
     return f"{stone['local']:.2g}{error} {stone['governs']} ({stone['greatest']:.2g}, {mean})"
 
 
-def factor_words(told: Mapping[str, Any]) -> str:
-    """The partial factors of a summary's utilisation in words.
+def factor_words(summary: Mapping[str, Any]) -> str:
+    """The partial factors of loads in words: ``gravity × 1.35, points × 1.5``; empty where all are 1.
 
     Parameters
     ----------
-    told : The record.
+    summary : What ``summary.json`` says.
     """
-    loads = ", ".join(f"{kind} × {factor:g}" for kind, factor in told["load_factors"].items())
-    return f"strengths / {told['material_factor']:g}, loads {loads or '× 1'}"
+    factors = summary.get("load_factors") or {}
+    return ", ".join(f"{kind} × {factor:g}" for kind, factor in factors.items())
 
 
 def _forces(summary: Mapping[str, Any]) -> Rows:
     if (applied := summary.get("applied")) is not None:
         yield "forces", "applied", _force(applied)
+    if factors := factor_words(summary):
+        yield "forces", "… by partial factors", factors
     for name, wrench in (summary.get("supports") or {}).items():
         yield "forces", f"support {name}", _force(wrench)
 

@@ -217,6 +217,7 @@ class Summary(Told, frozen=True, kw_only=True, tag_field="schema", tag=versioned
     abrupt : Steps in which joints gave way; None: there were none.
     supports : What each support gives to the blocks, by name.
     applied : Resultant of all loads on the free blocks, shape (d,) [N].
+    load_factors : Partial factors by which loads were multiplied, by kind; None: all are 1.
     certificate : How well the equations hold.
     stress : None without elastic blocks. utilisation : None where no stone has a strength.
     probes : Displacement of the named points, shape (d,) [m].
@@ -250,6 +251,7 @@ class Summary(Told, frozen=True, kw_only=True, tag_field="schema", tag=versioned
     abrupt: Abrupt | None = None
     supports: dict[str, Wrench]
     applied: FloatArray
+    load_factors: dict[str, float] | None = None
     certificate: Certificate
     stress: Stress | None = None
     utilisation: Utilisation | None = None

@@ -40,7 +40,6 @@ class Utilisation(Told, frozen=True, kw_only=True):
     Attributes
     ----------
     material_factor : By which strengths were divided.
-    load_factors : By which loads were multiplied, by kind, those that are not 1.
     share : Of a stone's volume, over which ``local`` is the mean.
     worst : Stones that use most, by ``local``, rigid ones by ``of_mean``.
     over : Number of stones that use more than 1.
@@ -51,7 +50,6 @@ class Utilisation(Told, frozen=True, kw_only=True):
     """
 
     material_factor: float
-    load_factors: dict[str, float]
     share: float
     worst: tuple[StoneTold, ...]
     over: int
@@ -61,16 +59,13 @@ class Utilisation(Told, frozen=True, kw_only=True):
     one_sided: int
 
 
-def utilisation_summary(
-    model: Model, state: SystemState, strengths: Strengths, load_factors: dict[str, float]
-) -> Utilisation:
+def utilisation_summary(model: Model, state: SystemState, strengths: Strengths) -> Utilisation:
     """What ``summary.json`` says of utilisations.
 
     Parameters
     ----------
     model : The structure. state : A state of it.
     strengths : Of its blocks.
-    load_factors : Partial factors that are not 1, by kind of load.
     """
     told = stone_utilisation(model, state, strengths)
     ranking = told.ranking
@@ -83,7 +78,6 @@ def utilisation_summary(
     one = np.isnan(strengths.tension) ^ np.isnan(strengths.compression)
     return Utilisation(
         material_factor=strengths.material_factor,
-        load_factors=load_factors,
         share=strengths.share,
         worst=tuple(_stone(model, told, block) for block in order[:TOP]),
         over=int((ranking[known] > 1).sum()),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from msgspec.structs import asdict
+
 from masonry_fem.records.record import Fraction, Positive, Spec
 
 
@@ -25,6 +27,17 @@ class LoadFactors(Spec, frozen=True, kw_only=True):
     tractions: Positive = 1.0
     points: Positive = 1.0
     lines: Positive = 1.0
+
+    @property
+    def used(self) -> dict[str, float]:
+        """Those that are not 1, by kind of load."""
+        return {kind: factor for kind, factor in asdict(self).items() if factor != 1.0}
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """A sentence on those that are not 1, for results that do not list them; none where all are 1."""
+        told = ", ".join(f"{kind} × {factor:g}" for kind, factor in self.used.items())
+        return (f"loads are multiplied by the partial factors of design.loads: {told}",) if told else ()
 
 
 class Design(Spec, frozen=True, kw_only=True):

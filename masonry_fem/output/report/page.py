@@ -146,7 +146,7 @@ def _content(directory: Path, summary: dict[str, Any]) -> dict[str, Any]:
         "settings": settings(scene),
         "assumptions": assumptions(scene, summary) if scene else [],
         "force_unit": "N/m" if dimension == 2 else "N",
-        "factors": factor_words(summary["utilisation"]) if summary.get("utilisation") else "",
+        "factors": factor_words(summary),
         "supports": list(_supports(summary)),
         "stones": stones,
         "joints": joints,

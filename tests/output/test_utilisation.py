@@ -292,3 +292,58 @@ def test_partial_factors_of_loads_are_never_hidden(capsys):
     assert note in analyse(scene).notes
     assert note in collapse(scene, acceleration="x").summary.notes
     assert analyse(loads(bare, ["fidelity='rigid'"])).notes == ()
+
+
+PLATE = """
+dimension = 2
+plane = "stress"
+fidelity = "elastic"
+materials.stone = { density = 2000.0, young = 1e10, compression_strength = 8e6, tension_strength = 1e6 }
+structures = [{ kind = "block", name = "plate", material = "stone", size = [0.5, 0.3] }]
+supports = [
+  { on = "plate/left", components = ["x"] },
+  { on = "plate/bottom", components = ["y"] },
+]
+loads.tractions = [{ on = "plate/right", vector = [3e5, 0.0] }, { on = "plate/top", vector = [0.0, -2e6] }]
+"""
+
+
+def test_a_plate_in_tension_and_pressure():
+    """Uniform stress: all measures are ⟨σ1⟩/f_t + ⟨−σ3⟩/f_c, and nothing is uncertain."""
+    scene = loads(PLATE)
+    (stone,) = solve_scene(scene).summary.utilisation.worst
+    expected = 0.3 + 2 / 8
+    for measure in (stone.local, stone.p95, stone.greatest, stone.of_mean):
+        assert measure == pytest.approx(expected, rel=1e-9)
+    assert stone.error <= 1e-6
+
+
+def test_a_cantilever_is_that_of_beam_theory():
+    """Bending M y/I and parabolic shear; the worst twentieth lies at the edges beside the clamp."""
+    length, depth, shear, strength = 1.2, 0.3, 1e5, 4e6
+    scene = loads(
+        f"""
+        dimension = 2
+        plane = "stress"
+        fidelity = "elastic"
+        mesh = {{ element = "Q2", divisions = [32, 8] }}
+        materials.stone = {{ density = 2000.0, young = 1e10, poisson = 0.0, compression_strength = {strength}, tension_strength = {strength} }}
+        structures = [{{ kind = "block", name = "beam", material = "stone", size = [{length}, {depth}] }}]
+        supports = [{{ on = "beam/left" }}]
+        loads.tractions = [{{ on = "beam/right", vector = [0.0, {-shear / depth}] }}]
+        """  # noqa: E501
+    )
+    (stone,) = solve_scene(scene).summary.utilisation.worst
+    x, y = np.meshgrid(
+        (np.arange(960) + 0.5) * length / 960, (np.arange(240) + 0.5) * depth / 240 - depth / 2
+    )
+    bending = 12 * shear * (length - x) * y / depth**3
+    tangential = 1.5 * shear / depth * (1 - (2 * y / depth) ** 2)
+    radius = np.hypot(bending / 2, tangential)
+    used = (np.maximum(bending / 2 + radius, 0) + np.maximum(radius - bending / 2, 0)) / strength
+    expected = np.sort(used.ravel())[-used.size // 20 :].mean()
+    assert stone.local == pytest.approx(expected, rel=0.02)
+    assert abs(stone.local - expected) <= stone.error + 0.01 * expected
+    assert stone.p95 == pytest.approx(np.quantile(used, 0.95), rel=0.02)
+    # bending cancels, and the mean shear is left
+    assert stone.of_mean == pytest.approx(2 * shear / depth / strength, rel=1e-9)

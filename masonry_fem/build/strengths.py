@@ -17,6 +17,9 @@ def strengths_of(scene: specs.Scene, stones: Stones) -> Strengths | None:
     scene : The scene, with its materials and ``design``.
     stones : Its blocks.
     """
+    names = ("tension_strength", "compression_strength")
+    if all(stone.strength(name) is None for stone in scene.materials.values() for name in names):
+        return None
 
     def of(name: str) -> np.ndarray:
         known = {material: stone.strength(name) for material, stone in scene.materials.items()}

@@ -7,7 +7,12 @@ from masonry_fem import load, solve
 from masonry_fem.build.strengths import strengths_of
 from masonry_fem.output.utilisation import stone_utilisation
 
-ARCH = ("demos/arch.toml", "limestone", '{element="Q1",divisions=[3,1,4]}', '{element="Q2",divisions=[6,2,8]}')
+ARCH = (
+    "demos/arch.toml",
+    "limestone",
+    '{element="Q1",divisions=[3,1,4]}',
+    '{element="Q2",divisions=[6,2,8]}',
+)
 WALL = ("demos/low_wall.toml", None, '{element="Q1",divisions=[4,2,2]}', '{element="Q1",divisions=[8,4,4]}')
 
 

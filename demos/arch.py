@@ -3,7 +3,7 @@
 
 Geometry and material
     Semicircular arch of 11 equal voussoirs: mean radius 1 m, thickness 0.2 m, depth 0.3 m; limestone of
-    10 GPa and 2400 kg/m³; dry joints with friction 0.6; springings on fixed supports.
+    10 GPa, 2400 kg/m³, strengths of 40 and 3 MPa; dry joints with friction 0.6; springings on fixed supports.
 Load
     Its weight, 4.43 kN, in one step of true statics.
 What to look at
@@ -11,6 +11,7 @@ What to look at
     of the haunches at the extrados, and the resultants pass through the parts that stay closed.
     ``principal_stresses.png``: crosses at the block centres, with compression along the arc and almost none
     across it. ``thrust.png`` and ``interfaces.csv``: where the thrust leaves the middle third.
+    ``report.html``: all of it in one file; what share of its strength each stone uses.
 Reference
     Limit analysis of the same stones: the thrust of any equilibrium lies in [665.7, 1130.3] N.
     The elastic arch has one value in this interval, 0.196 of the weight.

@@ -13,7 +13,6 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-import msgspec
 from msgspec import inspect
 
 from masonry_fem.fem.material_kinds import material_kinds
@@ -23,6 +22,7 @@ from masonry_fem.records import docstring
 from masonry_fem.records.record import Spec
 from masonry_fem.scene import specs
 from masonry_fem.scene.expectation import expectation
+from masonry_fem.scene.explaining import default_of
 from masonry_fem.scene.writing import plain
 from masonry_fem.structures import kinds
 
@@ -104,6 +104,8 @@ TABLES: dict[type[Spec], str] = {
     specs.PointForce: "`[[loads.points]]`",
     specs.LineForce: "`[[loads.lines]]`",
     specs.Temperature: "`[[loads.temperatures]]`",
+    specs.Design: "`[design]`",
+    specs.LoadFactors: "`[design.loads]`",
     specs.Table: '`time = { kind = "table" }`',
     specs.Sine: '`time = { kind = "sine" }`',
     specs.Record: '`time = { kind = "record" }`',
@@ -174,17 +176,10 @@ def expected(kind: inspect.Type) -> str:
 
 def default(field: inspect.Field) -> str:
     """A default as one would write it, ``required``, or nothing where None."""
-    if field.required:
-        return "required"
-    value = plain(field.default)
-    if value is None or isinstance(field.default, msgspec.Struct):
-        return ""
-    if value == [{}]:
+    if not field.required and plain(field.default) == [{}]:
         return "one, all defaults"
-    if value == []:
-        return ""
-    text = str(value).lower() if isinstance(value, bool) else repr(value).replace("'", '"')
-    return f"`{text}`"
+    text = default_of(field)
+    return text if text in ("", "required") else f"`{text}`"
 
 
 def meaning(kind: type[Spec], name: str) -> str:

@@ -8,6 +8,7 @@ import msgspec
 import pytest
 
 from masonry_fem.analyses.run import solve_scene
+from masonry_fem.output.terminal import print_summary
 from masonry_fem.records.told import plain
 from masonry_fem.scene import loads, specs
 from masonry_fem.scene.specs import Loads, Material, Scene
@@ -81,6 +82,19 @@ def test_the_beam_of_the_page_on_pre_stress_says_what_the_page_says(repository):
         r"`beam\.toml`:\n\n```toml\n(.*?)```.*?says\n\n((?:    [^\n]*\n)+)", page, re.S
     )
     assert solve_scene(loads(scene)).message == " ".join(said.split())
+
+
+def test_the_arch_of_the_page_on_strength_says_what_the_page_says(repository, capsys):
+    page = (repository / "docs/strength.md").read_text(encoding="utf-8")
+    ((scene, said),) = re.findall(r"```toml\n(.*?)```.*?The console says\n\n((?:    [^\n]*\n)+)", page, re.S)
+
+    def console(*changes):
+        print_summary(plain(solve_scene(loads(scene, changes)).summary))
+        return " ".join(capsys.readouterr().out.split())
+
+    assert " ".join(said.split()) in console()
+    assert "arch.v04 0.34 ±" in console("design.loads.gravity=2.7", "design.loads.points=3")
+    assert "arch.v02 0.95 ±" in console("design.loads.points=3")
 
 
 def test_results_page_lists_every_key_of_the_summary(repository):

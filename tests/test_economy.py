@@ -170,8 +170,12 @@ def test_a_plane_scene_stays_plane(fidelity):
 
 def test_nothing_is_written_that_was_not_asked_for(tmp_path):
     result = run(wall("rigid"), tmp_path / "out")
-    assert {path.name for path in (tmp_path / "out").glob("[!.]*")} == {"summary.json", "history.csv"}
-    assert {path.name for path in result.files} == {"summary.json", "history.csv"}
+    assert {path.name for path in (tmp_path / "out").glob("[!.]*")} == {
+        "summary.json",
+        "history.csv",
+        "as_run.toml",
+    }
+    assert {path.name for path in result.files} == {"summary.json", "history.csv", "as_run.toml"}
 
 
 SCENE = """

@@ -109,7 +109,7 @@ def collapse(
     scene = check(scene, base=base)
     built = build(scene, base)
     push = Push.of(scene, built.model, growth_of, tilt=tilt, acceleration=acceleration, dead=dead)
-    notes = list(push.notes)
+    notes = [*scene.design.loads.notes, *push.notes]
     bound = _limit(scene, built, push, notes) if limit else None
     trials = Trials(scene, built, push, at_once=at_once, tell=tell, notes=notes)
     bracket = Bracket(trials.attempt, tolerance=tolerance, first=push.first)

@@ -192,6 +192,7 @@ def _holds(built: Built) -> tuple[Hold, ...]:
 
 def _notes(scene: specs.Scene, built: Built, problem: LimitProblem) -> Iterable[str]:
     """What was left out or taken otherwise than the scene says."""
+    yield from scene.design.loads.notes
     if built.stones.deforming:
         yield "elastic blocks count as rigid"
     if yielding := built.stones.yielding:

@@ -19,6 +19,7 @@ from msgspec import structs
 from masonry_fem.analyses.discretisation import errors_of
 from masonry_fem.analyses.start import said, started
 from masonry_fem.build import Built, build, solver_settings
+from masonry_fem.build.strengths import strengths_of
 from masonry_fem.errors import MasonryError, OutputError, ProblemError
 from masonry_fem.march.clock import Clock
 from masonry_fem.march.march import March, Observer, march
@@ -38,7 +39,8 @@ from masonry_fem.results.joints import Joints
 from masonry_fem.results.limit_analysis import LimitAnalysis
 from masonry_fem.results.summarise import summarise, wrenches
 from masonry_fem.results.summary import Summary
-from masonry_fem.scene import check, specs
+from masonry_fem.results.utilisation import Utilisation
+from masonry_fem.scene import check, save, specs
 
 if TYPE_CHECKING:
     from masonry_fem.march.determinacy import ForceDeterminacy
@@ -129,16 +131,17 @@ def run(
     """
     out, base = Path(out), Path(base)
     with gathered() as remarks:
-        scene = check(scene, base=base)
+        scene = _told(check(scene, base=base))
         _check_step(save_contact, scene.analysis.steps)
         refuse_busy(out)  # before the work of building
         built = build(scene, base, before)
         recorders = _recorders(scene, built, out, quiet)
         kept: list[tuple[Model, Increment]] = []
         stages = _solved(scene, base, built, _limits(scene, built), (recorders,), save_contact, kept)
-        with Folder(out, "run", title=scene.title, clears=("view",)):
+        with Folder(out, "run", title=scene.title, clears=("view", "report")):
             figures: Summary | None = None
             try:
+                save(scene, out / "as_run.toml")
                 recorders.start(built.model)
                 for result in stages:
                     figures = result.summary
@@ -156,7 +159,8 @@ def run(
                 seconds = dict(result.summary.seconds)
                 seconds["output"] = round(seconds["output"] + clock.phases["output"], 4)
                 result = _ended(result, seconds=seconds, remarks=tuple(remarks))
-                files.append(write(out / "summary.json", result.summary))
+                files += [out / "as_run.toml", write(out / "summary.json", result.summary)]
+                files += recorders.finish()
             except BaseException as error:  # what was written so far is left readable, and says what it is
                 with contextlib.suppress(OutputError):  # where there is no place it goes on saying "running"
                     hold = "history.csv and the field files hold the steps so far"
@@ -202,6 +206,7 @@ def _solved(
             errors=errors_of(scene, built, made, base),
             limit_analysis=_compared(summary),
             joints=_joints(scene, made, told),
+            utilisation=_utilisation(scene, built, made, told),
             **keys,
         ),
         determinacy=told,
@@ -215,6 +220,18 @@ def _joints(scene: specs.Scene, made: March, told: ForceDeterminacy | None) -> J
     from masonry_fem.results.joints import joint_summary  # noqa: PLC0415
 
     return joint_summary(made.model, made.state if told is None else told.state)
+
+
+def _utilisation(
+    scene: specs.Scene, built: Built, made: March, told: ForceDeterminacy | None
+) -> Utilisation | None:
+    """How much of their strength stones use, where some have one."""
+    strengths = strengths_of(scene, built.stones)
+    if strengths is None:
+        return None
+    from masonry_fem.results.utilisation import utilisation_summary  # noqa: PLC0415
+
+    return utilisation_summary(made.model, made.state if told is None else told.state, strengths)
 
 
 def _limits(scene: specs.Scene, built: Built) -> LimitAnalysis | None:
@@ -266,6 +283,13 @@ def _determinacy(scene: specs.Scene, made: March) -> tuple[ForceDeterminacy | No
     }
 
 
+def _told(scene: specs.Scene) -> specs.Scene:
+    """The scene with what a report of it tells."""
+    if not scene.output.report or scene.output.interfaces:
+        return scene
+    return structs.replace(scene, output=structs.replace(scene.output, interfaces=True))
+
+
 def _check_step(save_contact: int | None, steps: int) -> None:
     if save_contact is not None and save_contact not in range(1, steps + 1):
         expected = "1, the only step" if steps == 1 else f"a step from 1 to {steps}"
@@ -274,8 +298,11 @@ def _check_step(save_contact: int | None, steps: int) -> None:
 
 def _recorders(scene: specs.Scene, built: Built, out: Path, quiet: bool) -> Recorders:
     statics = not scene.analysis.inertia
-    request = Request(out, scene.title, scene.output, statics, built.stones.material)
-    return Recorders([_progress(scene, quiet), History(out), *recorders(request)], scene.output.every)
+    strengths, asked = strengths_of(scene, built.stones), scene.output
+    if asked.stones is None:
+        asked = structs.replace(asked, stones=strengths is not None or asked.report)
+    request = Request(out, scene.title, asked, statics, built.stones.material, strengths)
+    return Recorders([_progress(scene, quiet), History(out), *recorders(request)], asked.every)
 
 
 def _progress(scene: specs.Scene, quiet: bool) -> Progress:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -106,7 +107,15 @@ def loads(scene: specs.Scene, stones: Stones, groups: tuple[BodyGroup, ...], bas
     for index, line in enumerate(wanted.lines):
         key = f"loads.lines.{index}"
         made.append(Load(key, _line(patterns, line, key), time_factor(scene, line.time, base)))
-    return tuple(made)
+    return tuple(_factored(load, scene.design.loads) for load in made)
+
+
+def _factored(load: Load, factors: specs.LoadFactors) -> Load:
+    """A load times the partial factor of its kind."""
+    factor: float = getattr(factors, load.name.removeprefix("loads.").partition(".")[0])
+    if factor == 1.0:
+        return load
+    return replace(load, forces=tuple(None if force is None else factor * force for force in load.forces))
 
 
 def _line(patterns: Patterns, line: specs.LineForce, key: str) -> tuple[FloatArray | None, ...]:

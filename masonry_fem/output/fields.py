@@ -14,13 +14,14 @@ from masonry_fem.joints.law import layers_of
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
 from masonry_fem.output.grid import Grid, three
+from masonry_fem.output.strength import Strengths, utilisation
 
 FloatArray = NDArray[np.float64]
 Arrays = dict[str, NDArray[np.generic]]
 
 DISPLACEMENT, VELOCITY = "displacement", "velocity"
 STRESS, VON_MISES, PRINCIPAL = "stress", "von_mises", "principal_stress"
-STRESS_ERROR = "stress_error"
+STRESS_ERROR, UTILISATION = "stress_error", "utilisation"
 DIRECTIONS = ("principal_direction_1", "principal_direction_2", "principal_direction_3")
 BLOCK, GROUP, FIDELITY, MATERIAL = "block", "group", "fidelity", "material"
 REACTION, TRACTION, NORMAL, STATUS = "reaction", "traction", "normal", "status"
@@ -32,7 +33,19 @@ CANDIDATE, ANTAGONIST = "candidate", "antagonist"
 TANGENTS, LOCAL, ARMS = ("tangent_1", "tangent_2"), "reaction_local", ("arm_candidate", "arm_antagonist")
 PROMOTED = "inelastic"  # of fidelity ``auto``: whether a stone has its law by now
 # of cells; what else they have is what material laws measure
-CELLS = (BLOCK, GROUP, FIDELITY, MATERIAL, STRESS, VON_MISES, PRINCIPAL, *DIRECTIONS, STRESS_ERROR, PROMOTED)
+CELLS = (
+    BLOCK,
+    GROUP,
+    FIDELITY,
+    MATERIAL,
+    STRESS,
+    VON_MISES,
+    PRINCIPAL,
+    *DIRECTIONS,
+    STRESS_ERROR,
+    UTILISATION,
+    PROMOTED,
+)
 
 
 def point_arrays(grid: Grid, model: Model, state: SystemState) -> Arrays:
@@ -116,6 +129,22 @@ def stress_arrays(stress: FloatArray) -> Arrays:
     mises[known] = von_mises(stress[known])
     named = {name: directions[:, i] for i, name in enumerate(DIRECTIONS)}
     return {STRESS: stress, VON_MISES: mises, PRINCIPAL: values, **named}
+
+
+def utilisation_arrays(arrays: Arrays, block: NDArray[np.int64], strengths: Strengths | None) -> Arrays:
+    """Utilisation of the stresses of points or cells (``strength``); {} where there is none.
+
+    Parameters
+    ----------
+    arrays : With the principal stresses of n points or cells.
+    block : Block of each, shape (n,).
+    strengths : Of the blocks; None where no stone has one.
+    """
+    if strengths is None or PRINCIPAL not in arrays:
+        return {}
+    values = np.asarray(arrays[PRINCIPAL], dtype=float)
+    tension, compression = strengths.tension_design[block], strengths.compression_design[block]
+    return {UTILISATION: utilisation(values, tension, compression)}
 
 
 def joint_arrays(model: Model, state: SystemState) -> Arrays:

@@ -60,6 +60,7 @@ class InterfaceForces:
     centre : Centre of pressure, world, shape (i, d) [m]; NaN where N is 0.
     eccentricity : Of the centre from the middle along the axes, shape (i, a) [m].
     kern : 0 where the centre is the middle, 1 on the rim of the kern, shape (i,).
+    edge_share : 0 where the centre is the middle, 1 on the outline of the face, shape (i,).
     status : FREE, CLOSED (a corner or an edge that stands), MIDDLE_THIRD, CRACKED, HINGE or HELD (it
         pulls somewhere), shape (i,).
     edge : Name of the side where a hinge lies, else "".
@@ -80,6 +81,7 @@ class InterfaceForces:
     centre: FloatArray
     eccentricity: FloatArray
     kern: FloatArray
+    edge_share: FloatArray
     status: IntArray
     edge: tuple[str, ...]
     slides: Mask
@@ -91,6 +93,12 @@ class InterfaceForces:
     corner_sliding: FloatArray
     linear: Block
     plastic: Block
+
+    @property
+    def sliding_margin(self) -> FloatArray:
+        """μ − T/N: what friction has left, shape (i,); NaN where it does not press."""
+        margin: FloatArray = self.friction * (1.0 - self.friction_used)
+        return margin
 
     @property
     def status_words(self) -> list[str]:
@@ -150,6 +158,7 @@ def interface_forces(
         centre=faces.centroid + np.einsum("ia,iad->id", eccentricity, faces.axes),
         eccentricity=eccentricity,
         kern=np.where(carries, kern, np.nan),
+        edge_share=_edge_share(faces, eccentricity),
         status=status,
         edge=tuple(_side_name(faces, k, towards[k]) if hinge[k] else "" for k in range(count)),
         slides=slides,
@@ -162,6 +171,16 @@ def interface_forces(
         linear=_scaled(linear_block(faces, at), normal),
         plastic=_scaled(plastic_block(faces, at), normal),
     )
+
+
+def _edge_share(faces: JointFaces, centre: FloatArray) -> FloatArray:
+    """How far centres of pressure are on the way from the middle to the outline, shape (i,)."""
+    normals, rim = outline(faces)
+    real = np.isfinite(rim) & (rim > 0)
+    ahead = np.einsum("ika,ia->ik", normals, np.nan_to_num(centre))
+    share = np.divide(ahead, rim, out=np.zeros_like(ahead), where=real).max(axis=1, initial=0.0)
+    known = (faces.area > 0) & ~np.isnan(centre).any(axis=1)
+    return np.where(known, share, np.nan)
 
 
 def _to_rim(

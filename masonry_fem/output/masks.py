@@ -16,7 +16,7 @@ from masonry_fem.output.fields import Arrays
 # whose mask tells of an array that may lack values; all that is made of the stress shares its mask
 MASK_OF = {
     **dict.fromkeys((fields.STRESS, fields.VON_MISES, fields.PRINCIPAL, *fields.DIRECTIONS), fields.STRESS),
-    **{name: name for name in (fields.STRESS_ERROR, fields.ADHESION)},
+    **{name: name for name in (fields.STRESS_ERROR, fields.ADHESION, fields.UTILISATION)},
     **{name: name for name in (interface_fields.CENTRE, interface_fields.ECCENTRICITY)},
     **{name: name for name in (interface_fields.KERN, interface_fields.PRESSURE)},
 }

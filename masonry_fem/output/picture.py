@@ -38,6 +38,7 @@ from masonry_fem.output.sheet import (
     quantity,
 )
 from masonry_fem.output.thrust import draw_thrust
+from masonry_fem.output.utilisation_picture import draw_utilisation
 
 FloatArray = NDArray[np.float64]
 
@@ -66,6 +67,8 @@ def draw_all(scenery: Scenery, directory: Path, amplification: float | None = No
     if fields.VON_MISES in scenery.blocks.point_data:
         paths.append(draw_von_mises(scenery, directory / "von_mises.png", amplification))
         paths.append(draw_principal(scenery, directory / "principal_stresses.png"))
+        if fields.UTILISATION in scenery.blocks.point_data:
+            paths.append(draw_utilisation(scenery, directory / "utilisation.png", amplification))
         if fields.STRESS_ERROR in scenery.blocks.cell_data:
             paths.append(draw_error(scenery, directory / "stress_error.png"))
         for measure in measures_of(scenery.blocks):

@@ -23,6 +23,7 @@ from masonry_fem.march.state import SystemState
 if TYPE_CHECKING:
     from masonry_fem.march.determinacy import ForceDeterminacy
     from masonry_fem.march.march import March
+    from masonry_fem.output.strength import Strengths
 
 logger = logging.getLogger(__name__)
 
@@ -50,6 +51,7 @@ class Request:
     folder : Where its files go. title : Of the scene.
     asked : The scene's ``[output]``. statics : Whether the analysis is one.
     materials : Of the blocks, by their numbers.
+    strengths : Of the blocks; None where no stone has one.
     """
 
     folder: Path
@@ -57,10 +59,14 @@ class Request:
     asked: Any
     statics: bool
     materials: Sequence[str]
+    strengths: Strengths | None = None
 
 
 class Recorder(Protocol):
-    """One output; one with a method ``end(march, determinacy)`` is told how the march ended."""
+    """One output; one with a method ``end(march, determinacy)`` is told how the march ended.
+
+    One with a method ``finish()`` is asked for its files once all others are written, the summary, too.
+    """
 
     dense: bool
     """True: wants every step, whatever the thinning (a history, a progress bar)."""
@@ -163,6 +169,11 @@ class Recorders:
                     "%s gives %r in close, expected a list of its files", type(member).__name__, made
                 )
         return paths
+
+    def finish(self) -> list[Path]:
+        """What those write who need the files of all others."""
+        finishing = [member for member in self._members if hasattr(member, "finish")]
+        return [path for member in finishing for path in self._guard(member, "finish") or []]
 
     def _guard(self, member: Recorder, method: str, *arguments: Any) -> Any:
         try:

@@ -19,6 +19,7 @@ from masonry_fem.output.grid import POLYHEDRON, Grid, grid_of, three
 from masonry_fem.output.interface_fields import InterfaceFields
 from masonry_fem.output.interfaces import interface_forces
 from masonry_fem.output.sheet import quantity, round_down
+from masonry_fem.output.strength import Strengths
 
 FloatArray = NDArray[np.float64]
 
@@ -50,7 +51,7 @@ class Scenery:
     @classmethod
     def of(
         cls, model: Model, state: SystemState, title: str = "", grid: Grid | None = None, *,
-        joints: bool = False,
+        joints: bool = False, strengths: Strengths | None = None,
     ) -> Scenery:  # fmt: skip
         """Scenery of a model in a state."""
         import pyvista as pv  # noqa: PLC0415  only where pictures are drawn
@@ -59,6 +60,8 @@ class Scenery:
         blocks = pyvista_grid(grid)
         blocks.point_data.update(fields.point_arrays(grid, model, state))
         blocks.cell_data.update(fields.cell_arrays(grid, model, state))
+        for data, block in ((blocks.point_data, grid.point_block), (blocks.cell_data, grid.cell_block)):
+            data.update(fields.utilisation_arrays(data, block, strengths))
         contacts = None
         if model.contacts.count:
             contacts = pv.PolyData(three(state.points))

@@ -131,6 +131,7 @@ def print_summary(told: Any, console: Console | None = None) -> None:
         _certificate,
         _stress,
         _errors,
+        _utilisation,
         refinement_rows,
         _forces,
         _limits,
@@ -243,9 +244,57 @@ def _errors(summary: Mapping[str, Any]) -> Rows:
         yield "errors", "of time steps", lost if "note" not in time else str(time["note"])
 
 
+def _utilisation(summary: Mapping[str, Any]) -> Rows:
+    told = summary.get("utilisation")
+    if not told:
+        return
+    share = _percent(told["share"])
+    yield "utilisation", f"of the worst {share} of a stone", "± error (at a point, of the mean stress)"
+    for stone in told["worst"]:
+        yield "utilisation", stone["block"], utilisation_words(stone)
+    yield "utilisation", "partial factor", f"strengths are divided by {told['material_factor']:g}"
+    if told.get("load_factor") is not None:
+        yield "utilisation", "stresses may grow", f"× {told['load_factor']:.3g} until a stone uses 1"
+    for key, words in (
+        ("over", "use more than 1"),
+        ("rigid", "rigid: only their mean stress is known"),
+        ("one_sided", "have one strength only; the other is not checked"),
+        ("unchecked", "have no strength and are not checked"),
+    ):
+        if told[key]:
+            yield "utilisation", "stones", f"{_count(told[key])} {words}"
+
+
+def utilisation_words(stone: Mapping[str, Any]) -> str:
+    """How much of its strength a stone uses: ``0.58 ± 0.07 compression (0.8, 0.3)``.
+
+    Parameters
+    ----------
+    stone : Its record in a summary.
+    """
+    mean = f"{stone['of_mean']:.2g}"
+    if stone.get("local") is None:
+        return f"{mean} {stone['governs']} (of the mean stress of a rigid stone)"
+    error = "" if stone.get("error") is None else f" ± {stone['error']:.1g}"
+    return f"{stone['local']:.2g}{error} {stone['governs']} ({stone['greatest']:.2g}, {mean})"
+
+
+def factor_words(summary: Mapping[str, Any]) -> str:
+    """The partial factors of loads in words: ``gravity × 1.35, points × 1.5``; empty where all are 1.
+
+    Parameters
+    ----------
+    summary : What ``summary.json`` says.
+    """
+    factors = summary.get("load_factors") or {}
+    return ", ".join(f"{kind} × {factor:g}" for kind, factor in factors.items())
+
+
 def _forces(summary: Mapping[str, Any]) -> Rows:
     if (applied := summary.get("applied")) is not None:
         yield "forces", "applied", _force(applied)
+    if factors := factor_words(summary):
+        yield "forces", "… by partial factors", factors
     for name, wrench in (summary.get("supports") or {}).items():
         yield "forces", f"support {name}", _force(wrench)
 

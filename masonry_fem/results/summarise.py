@@ -65,6 +65,7 @@ def summarise(scene: specs.Scene, built: Built, made: March, **others: Any) -> S
         abrupt=_abrupt(made),
         supports=wrenches(report.support_resultants, d),
         applied=report.applied[:d],
+        load_factors=scene.design.loads.used or None,
         certificate=certificate(made),
         stress=stress_summary(model, made.state),
         probes=dict(report.probes),

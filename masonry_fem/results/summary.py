@@ -25,6 +25,7 @@ from masonry_fem.results.discretisation import Errors
 from masonry_fem.results.joints import Joints
 from masonry_fem.results.limit_analysis import LimitAnalysis
 from masonry_fem.results.refinement import RefinementTold
+from masonry_fem.results.utilisation import Utilisation
 
 FloatArray = NDArray[np.float64]
 
@@ -216,8 +217,9 @@ class Summary(Told, frozen=True, kw_only=True, tag_field="schema", tag=versioned
     abrupt : Steps in which joints gave way; None: there were none.
     supports : What each support gives to the blocks, by name.
     applied : Resultant of all loads on the free blocks, shape (d,) [N].
+    load_factors : Partial factors by which loads were multiplied, by kind; None: all are 1.
     certificate : How well the equations hold.
-    stress : None without elastic blocks.
+    stress : None without elastic blocks. utilisation : None where no stone has a strength.
     probes : Displacement of the named points, shape (d,) [m].
     status : Numbers of contacts that are ``open``, ``stick``, ``slip`` and ``bonded``.
     mechanism : How the structure falls. moving : Blocks that move. Both only with ``no_equilibrium``.
@@ -249,8 +251,10 @@ class Summary(Told, frozen=True, kw_only=True, tag_field="schema", tag=versioned
     abrupt: Abrupt | None = None
     supports: dict[str, Wrench]
     applied: FloatArray
+    load_factors: dict[str, float] | None = None
     certificate: Certificate
     stress: Stress | None = None
+    utilisation: Utilisation | None = None
     probes: dict[str, FloatArray]
     status: dict[str, int]
     mechanism: Falling | None = None

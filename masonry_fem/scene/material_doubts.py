@@ -9,6 +9,7 @@ from masonry_fem.scene.specs import Scene
 
 DENSITIES = (200.0, 12e3)  # aerated concrete to lead [kg/m^3]
 STIFFNESSES = (1e6, 1e12)  # rubber to beyond any stone [Pa]
+STRENGTHS = {"compression_strength": (1e4, 1e9), "tension_strength": (1e2, 1e8)}  # earth to basalt [Pa]
 LOCKING = 0.4  # ν from which linear elements are too stiff in bending by a tenth and more
 # Relative stress error in the stiffer of two blocks with non-matching meshes, divided by the ratio of their
 # moduli and by the solver's tolerance (from patch tests; the tolerance is relative to the softer block)
@@ -31,6 +32,19 @@ def material_doubts(scene: Scene) -> Iterator[str]:
                 f"materials.{name}.young is {young:g} Pa, "
                 f"masonry has {STIFFNESSES[0]:g} to {STIFFNESSES[1]:g} (is it in MPa?)"
             )
+        for key, (least, most) in STRENGTHS.items():
+            strength = getattr(material, key)
+            if strength is not None and not least <= strength <= most:
+                yield (
+                    f"materials.{name}.{key} is {strength:g} Pa, "
+                    f"stone has {least:g} to {most:g} (is it in MPa?)"
+                )
+    known = any(stone.strength(key) for stone in scene.materials.values() for key in STRENGTHS)
+    if scene.design.material_factor != 1.0 and not known:
+        yield (
+            f"design.material_factor is {scene.design.material_factor:g}, but no material has a strength to "
+            "be divided by it; expected materials.NAME.compression_strength or tension_strength"
+        )
     users = _elastic(scene)
     yield from _locking(scene, users)
     yield from _contrast(scene, users)

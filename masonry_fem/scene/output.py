@@ -71,6 +71,8 @@ class Output(Spec, frozen=True, kw_only=True):
     interfaces : write [``interfaces.csv``](results.md#interfacescsv): which forces each joint carries, where,
         and how far it opened and slid. With ``pictures``, thrust lines and maps of opening and sliding are
         drawn, too; with ``fields``, ``interfaces.pvd`` is written for ParaView
+    stones : write [``stones.csv``](results.md#stonescsv): the stress of each stone and how much of its
+        strength it uses; by default where a material has a strength, or a report is asked for
     cuts : pictures of [stresses on planes](results.md#cuts), in 3D
     determinacy : write ``determinacy.csv``: [which resultants are determined](determinacy.md), that is, equal
         in all solutions of the last step; its reactions are then those of least norm
@@ -78,6 +80,8 @@ class Output(Spec, frozen=True, kw_only=True):
         with the same contact points
     contact_error : run the analysis a second time with [other contact points](errors.md#contact), and put
         into the summary what changes
+    report : write ``report.html``: [all of it in one file](report.md), for somebody who was not there; it
+        brings ``interfaces`` and ``stones``
     amplification : factor of displacements in pictures; chosen automatically by default
     """
 
@@ -85,8 +89,10 @@ class Output(Spec, frozen=True, kw_only=True):
     pictures: bool = True
     every: Count = 1
     interfaces: bool = False
+    stones: bool | None = None
     cuts: tuple[Cut, ...] = ()
     determinacy: bool = False
     limit_analysis: bool = False
     contact_error: bool = False
+    report: bool = False
     amplification: Positive | None = None

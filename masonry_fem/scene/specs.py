@@ -47,6 +47,7 @@ from masonry_fem.scene.actions import (
     TimeFunction,
     Traction,
 )
+from masonry_fem.scene.design import Design, LoadFactors
 from masonry_fem.scene.joint import Joint
 from masonry_fem.scene.laws import (
     AnyLaw,
@@ -73,6 +74,7 @@ __all__ = [
     "Contact",
     "Cut",
     "Damping",
+    "Design",
     "Dilatancy",
     "Dynamics",
     "Element",
@@ -81,6 +83,7 @@ __all__ = [
     "Initial",
     "Joint",
     "LineForce",
+    "LoadFactors",
     "Loads",
     "Material",
     "MeshSettings",
@@ -199,6 +202,7 @@ class Scene(Spec, frozen=True, kw_only=True):
     joints : what joints do
     supports : blocks and faces that are held or moved, besides the supports that structures bring
     loads : forces and accelerations
+    design : partial factors, for the [strength check](strength.md)
     initial : velocities at the start
     analysis : statics, dynamics or a march to equilibrium
     solver : contact solver
@@ -221,6 +225,7 @@ class Scene(Spec, frozen=True, kw_only=True):
     joints: tuple[Joint, ...] = (Joint(),)
     supports: tuple[Support, ...] = ()
     loads: Loads = Loads()
+    design: Design = Design()
     initial: tuple[Initial, ...] = ()
     analysis: Analysis = Statics()
     solver: Solver = Solver()

@@ -71,7 +71,7 @@ def test_the_error_asked_for_is_reached(found):
     assert errors == sorted(errors, reverse=True)
     assert result.result.summary.stress.error.relative == errors[-1]
     assert result.result.summary.certificate.natural_map <= 1e-9
-    assert seen(out) == ["history.csv", "refined.toml", "summary.json"]
+    assert seen(out) == ["as_run.toml", "history.csv", "refined.toml", "summary.json"]
     assert all(path.exists() for path in result.files)
 
 
@@ -169,7 +169,7 @@ def test_interruption_leaves_the_last_whole_round(tmp_path, monkeypatch):
     assert not summary["refinement"]["reached"]
     assert "half" not in (tmp_path / "history.csv").read_text(encoding="utf-8")
     assert seen(tmp_path) == [
-        "history.csv", "refined.toml", "round", "summary.json",
+        "as_run.toml", "history.csv", "refined.toml", "round", "summary.json",
     ]  # fmt: skip
     assert (tmp_path / "round" / "notes").read_text(encoding="utf-8") == "keep"
 

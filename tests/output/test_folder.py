@@ -205,7 +205,7 @@ def test_a_file_without_room_is_one_sentence(tmp_path):
     assert done.returncode == 1
     assert done.stderr.count("\n") == 1
     assert "cannot be written: File too large; free some space, or choose another place" in done.stderr
-    assert names(tmp_path / "out") <= {"summary.json", "history.csv"}
+    assert names(tmp_path / "out") <= {"summary.json", "history.csv", "as_run.toml"}
     assert (tmp_path / "out" / "history.csv").read_bytes() == b""  # no half line
     assert outcome(tmp_path / "out") == "failed"
 

@@ -143,7 +143,8 @@ BAD = [
         "[materials.stone]",
         "[materials.stone.fine]",
         "line 2: unknown key 'fine' in materials.stone; known keys: 'density', 'young', 'poisson', "
-        "'thermal_expansion', 'damping', 'orthotropic', 'inelastic', 'promote_at', 'degree'",
+        "'thermal_expansion', 'damping', 'orthotropic', 'compression_strength', 'tension_strength', "
+        "'inelastic', 'promote_at', 'degree'",
     ),
     (
         "dimension = 2",

@@ -28,15 +28,22 @@ from masonry_fem.output.fields import (
     cell_arrays,
     contact_arrays,
     point_arrays,
+    utilisation_arrays,
 )
 from masonry_fem.output.grid import Grid, fidelity_names, grid_of, three
 from masonry_fem.output.recorder import Request, StepReport
+from masonry_fem.output.strength import Strengths
 from masonry_fem.output.vtu import Series, field_data, named, write_points, write_vtu
 
 
 def recorder(request: Request) -> FieldFiles:
     """Files of every recorded step."""
-    return FieldFiles(request.folder, materials=request.materials, statics=request.statics)
+    return FieldFiles(
+        request.folder,
+        materials=request.materials,
+        statics=request.statics,
+        strengths=request.strengths,
+    )
 
 
 class FieldFiles:
@@ -45,9 +52,13 @@ class FieldFiles:
     dense = False
     amendable = True  # a second record of a step replaces the first
 
-    def __init__(self, directory: Path, *, materials: Sequence[str] = (), statics: bool = False) -> None:
+    def __init__(
+        self, directory: Path, *, materials: Sequence[str] = (), statics: bool = False,
+        strengths: Strengths | None = None,
+    ) -> None:  # fmt: skip
         """Prepare files; ``materials`` by block. In ``statics`` velocities are none, and left out."""
         self._directory = Path(directory)
+        self._strengths = strengths
         self._materials, self._statics = materials, statics
         self._blocks = Series(self._directory, "blocks")
         self._contacts = Series(self._directory, "contacts")
@@ -61,6 +72,8 @@ class FieldFiles:
         """Write one step and bring the two series up to date."""
         grid = self._grid or grid_of(model, shells=True)
         points, cells, meta = point_arrays(grid, model, state), cell_arrays(grid, model, state), {}
+        points |= utilisation_arrays(points, grid.point_block, self._strengths)
+        cells |= utilisation_arrays(cells, grid.cell_block, self._strengths)
         if self._materials:
             names, number = np.unique(self._materials, return_inverse=True)
             cells[MATERIAL], meta["material_names"] = number[grid.cell_block], named(names)

@@ -15,6 +15,7 @@ from masonry_fem.output.picture import draw_all
 from masonry_fem.output.recorder import Request, StepReport
 from masonry_fem.output.render import can_render
 from masonry_fem.output.scenery import Scenery
+from masonry_fem.output.strength import Strengths
 
 if TYPE_CHECKING:
     from masonry_fem.march.determinacy import ForceDeterminacy
@@ -25,7 +26,10 @@ def recorder(request: Request) -> Pictures:
     """Pictures of the end, and the cuts that are asked for."""
     asked = request.asked
     planes = [Plane(one.name, one.point, one.normal, one.show) for one in asked.cuts]
-    return Pictures(request.folder, request.title, asked.amplification, joints=asked.interfaces, cuts=planes)
+    return Pictures(
+        request.folder, request.title, asked.amplification, joints=asked.interfaces, cuts=planes,
+        strengths=request.strengths,
+    )  # fmt: skip
 
 
 class Pictures:
@@ -40,10 +44,10 @@ class Pictures:
 
     def __init__(
         self, directory: Path, title: str = "", amplification: float | None = None, *,
-        joints: bool = False, cuts: Sequence[Plane] = (),
+        joints: bool = False, cuts: Sequence[Plane] = (), strengths: Strengths | None = None,
     ) -> None:  # fmt: skip
         self._directory, self._title, self._amplification = Path(directory), title, amplification
-        self._joints, self._cuts = joints, tuple(cuts)
+        self._joints, self._cuts, self._strengths = joints, tuple(cuts), strengths
         self._last: tuple[Model, SystemState] | None = None
         self._end: March | None = None
 
@@ -64,7 +68,7 @@ class Pictures:
         # who has pressed Ctrl-C does not want to wait for pictures
         if last is None or summary.outcome in ("interrupted", "failed") or not can_render():
             return []
-        scenery = Scenery.of(*last, title=self._title, joints=self._joints)
+        scenery = Scenery.of(*last, title=self._title, joints=self._joints, strengths=self._strengths)
         paths = draw_all(scenery, self._directory, self._amplification)
         for plane in self._cuts:
             paths += draw_cut(scenery, plane, self._directory, self._amplification)

@@ -1,0 +1,38 @@
+"""Strengths: those of each block's material, with the partial factor of the scene."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from masonry_fem.build.stones import Stones
+from masonry_fem.output.strength import Strengths
+from masonry_fem.scene import specs
+
+
+def strengths_of(scene: specs.Scene, stones: Stones) -> Strengths | None:
+    """Strengths of the blocks; None where no stone has one.
+
+    Parameters
+    ----------
+    scene : The scene, with its materials and ``design``.
+    stones : Its blocks.
+    """
+    names = ("tension_strength", "compression_strength")
+    if all(stone.strength(name) is None for stone in scene.materials.values() for name in names):
+        return None
+
+    def of(name: str) -> np.ndarray:
+        known = {material: stone.strength(name) for material, stone in scene.materials.items()}
+        return np.array(
+            [
+                np.nan if own is None or known[material] is None else known[material]
+                for own, material in zip(stones.fidelity, stones.material, strict=True)
+            ],
+            dtype=float,
+        )
+
+    design = scene.design
+    found = Strengths(
+        of("tension_strength"), of("compression_strength"), design.material_factor, design.share
+    )
+    return found if found.known.any() else None

@@ -1,0 +1,24 @@
+"""Command ``explain``: tell what a key of scene files means and expects."""
+
+from __future__ import annotations
+
+import argparse
+
+from masonry_fem.cli.grammar import Commands, Parents
+
+
+def explain_key(options: argparse.Namespace) -> int:
+    """Print the meaning of a key, a table or a kind of table."""
+    from masonry_fem.scene.explaining import explain  # noqa: PLC0415 - not on the path of --help
+
+    print(explain(options.key))
+    return 0
+
+
+def add(commands: Commands, parents: Parents) -> None:
+    """What can be written after the command."""
+    own = commands.add_parser(
+        "explain", parents=[parents.common], help="tell what a key of scene files means and expects"
+    )
+    own.add_argument("key", metavar="KEY", help="such as friction, materials.NAME.young, structures.wall")
+    own.set_defaults(command=explain_key)

@@ -1,0 +1,263 @@
+"""Page: what a results folder holds, put into the template of the report."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import json
+import math
+import shlex
+import tomllib
+from base64 import b64encode
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from masonry_fem.errors import OutputError
+from masonry_fem.host.atomic import write_atomic
+from masonry_fem.output.report.lights import lights, measures, worst
+from masonry_fem.output.report.model3d import packed
+from masonry_fem.output.report.plots import plots
+from masonry_fem.output.report.scene_words import assumptions, settings
+from masonry_fem.output.sheet import quantity
+from masonry_fem.output.terminal import factor_words
+
+NAME = "report.html"
+MOST = 9_500_000  # bytes of the file: pictures that would make it larger are left out
+ROWS = 2_000  # of a table
+PICTURES = {
+    "overview.png": "Stress on the deformed shape, with the resultants of the joints",
+    "utilisation.png": "What share of its strength the stone uses",
+    "thrust.png": "Thrust: how forces pass through the stones",
+    "mechanism.png": "How it falls",
+    "opening.png": "Cracks: how far joints have opened",
+    "sliding.png": "How far joints have slid",
+    "von_mises.png": "Von Mises stress",
+    "principal_stresses.png": "Principal stresses",
+    "damage.png": "Damage of the joints",
+    "resultants.png": "Resultants of the joints",
+    "stress_error.png": "Where the stress is least exact",
+    "deformed.png": "Deformed shape",
+}
+STONES = {
+    "block": "stone", "material": "material", "fidelity": "as", "utilisation [-]": "utilisation",
+    "utilisation_error [-]": "± error", "utilisation_greatest [-]": "at a point",
+    "utilisation_of_mean [-]": "of the mean stress", "governs": "governs",
+    "contact_pressure [Pa]": "pressure of a joint [MPa]", "mean_sigma_1 [Pa]": "mean σ1 [MPa]",
+    "mean_sigma_3 [Pa]": "mean σ3 [MPa]",
+}  # fmt: skip
+JOINTS = {
+    "candidate": "stone", "antagonist": "other stone", "label": "label", "status": "status",
+    "edge": "hinge at", "normal_force": "N [kN]", "shear_force": "T [kN]", "kern [-]": "e / kern",
+    "edge_share [-]": "e / edge", "friction [-]": "μ", "friction_used [-]": "friction used",
+    "sliding_margin [-]": "μ − T/N", "opening [m]": "opening [mm]", "greatest_sliding [m]": "sliding [mm]",
+    "linear_pressure [Pa]": "linear pressure [MPa]",
+}  # fmt: skip
+SCALES = {"[MPa]": 1e6, "[kN]": 1e3, "[mm]": 1e-3}
+
+
+def write_report(directory: str | Path) -> Path:
+    """Write ``report.html`` into a results folder.
+
+    Parameters
+    ----------
+    directory : Where a run wrote ``summary.json``.
+
+    Returns
+    -------
+    Path of the report.
+
+    Raises
+    ------
+    OutputError : The folder has no summary of a run.
+    """
+    directory = Path(directory)
+    summary = _summary(directory)
+    size = 0
+
+    def picture(name: str) -> str | None:
+        nonlocal size
+        path = directory / name
+        if not path.is_file() or size + path.stat().st_size * 4 / 3 > MOST - len(bare):
+            return None
+        data = b64encode(path.read_bytes()).decode()
+        size += len(data)
+        return f"data:image/png;base64,{data}"
+
+    content = _content(directory, summary)
+    bare = _rendered(content | {"pictures": []})
+    cuts = {path.name: "Stress in a section" for path in sorted(directory.glob("cut_*.png"))}
+    stones = {path.name: "State of the stones" for path in sorted(directory.glob("stone_*.png"))}
+    wanted = {
+        name: words for name, words in (PICTURES | stones | cuts).items() if (directory / name).is_file()
+    }
+    found = [(name, words, picture(name)) for name, words in wanted.items()]
+    content["pictures"] = [one for one in found if one[2] is not None]
+    content["left_out"] = [name for name, _, data in found if data is None]
+    path = directory / NAME
+    write_atomic(path, _rendered(content).encode())
+    return path
+
+
+def _summary(directory: Path) -> dict[str, Any]:
+    path = directory / "summary.json"
+    try:
+        told = json.loads(path.read_text(encoding="utf-8"))
+    except OSError:
+        told = None
+    except ValueError as error:
+        raise OutputError(
+            f"{path} is no JSON ({error}), expected the summary of a run; run it again"
+        ) from error
+    if not isinstance(told, dict) or not str(told.get("schema", "run/")).startswith("run/"):
+        raise OutputError(
+            f"'{directory}' has no summary.json of a run, expected the results folder of 'masonry-fem run'; "
+            "give that folder, or run the scene first"
+        )
+    return told
+
+
+def _rendered(content: Mapping[str, Any]) -> str:
+    """The page; whatever comes from a scene is escaped."""
+    from jinja2 import Environment, PackageLoader  # noqa: PLC0415 - only where it is asked for
+
+    loader = PackageLoader("masonry_fem.output.report", "template")
+    made = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    made.filters |= {"quantity": quantity, "number": _number, "vector": _vector}
+    return made.get_template("page.html").render(content)
+
+
+def _content(directory: Path, summary: dict[str, Any]) -> dict[str, Any]:
+    text, scene = _scene(directory)
+    found = lights(summary)
+    dimension = len(summary.get("applied") or ()) or int(scene.get("dimension", 3))
+    stones, joints = _table(directory / "stones.csv", STONES), _table(directory / "interfaces.csv", JOINTS)
+    _rank(stones, "utilisation", "of the mean stress")
+    _rank(joints, "e / edge")
+    return {
+        "summary": summary,
+        "title": summary.get("title") or directory.resolve().name,
+        "colour": worst(found),
+        "lights": found,
+        "measures": list(measures(summary)) if "certificate" in summary else [],
+        "scene_text": text,
+        "settings": settings(scene),
+        "assumptions": assumptions(scene, summary) if scene else [],
+        "force_unit": "N/m" if dimension == 2 else "N",
+        "factors": factor_words(summary),
+        "supports": list(_supports(summary)),
+        "stones": stones,
+        "joints": joints,
+        "rows": ROWS,
+        "plots": plots(_history(directory / "history.csv"), dimension),
+        "model": packed(directory),
+        "left_out": [],
+        "energy": {k.replace("_", " "): v for k, v in (summary.get("energy") or {}).items() if v},
+        "seconds": sum(v for v in (summary.get("seconds") or {}).values()),
+        "reproduce": f"masonry-fem run as_run.toml --out {shlex.quote(directory.resolve().name)}",
+        "digest": hashlib.sha256(text.encode()).hexdigest() if text else "",
+    }
+
+
+def _scene(directory: Path) -> tuple[str, dict[str, Any]]:
+    """The scene's text and what it says; empty where the run did not leave it."""
+    path = directory / "as_run.toml"
+    if not path.is_file():
+        return "", {}
+    text = path.read_text(encoding="utf-8")
+    try:
+        return text, tomllib.loads(text)
+    except tomllib.TOMLDecodeError:
+        return text, {}
+
+
+def _supports(summary: Mapping[str, Any]) -> Iterator[tuple[str, list[float], list[float]]]:
+    for name, wrench in (summary.get("supports") or {}).items():
+        yield name, wrench["force"], wrench["moment"]
+
+
+def _table(path: Path, wanted: Mapping[str, str]) -> dict[str, Any] | None:
+    """Columns of a table by what the report calls them; None where it is not there.
+
+    Numbers are in the unit of the heading, cells without a value are None.
+    """
+    if not path.is_file():
+        return None
+    with path.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.reader(file))
+    heads = rows[0]
+    chosen = []
+    for key, name in wanted.items():
+        place = next((i for i, head in enumerate(heads) if head == key or head.startswith(f"{key} [N")), None)
+        if place is not None:
+            scale = next((factor for unit, factor in SCALES.items() if name.endswith(unit)), 1.0)
+            own = name.replace("[kN]", "[kN/m]") if heads[place].endswith("[N/m]") else name
+            chosen.append((own, place, scale))
+    values = [[_cell(row[place], scale) for _, place, scale in chosen] for row in rows[1:]]
+    kept = [i for i in range(len(chosen)) if any(row[i] is not None for row in values)]
+    return {
+        "heads": [chosen[i][0] for i in kept],
+        "rows": [[row[i] for i in kept] for row in values],
+        "count": len(values),
+    }
+
+
+def _cell(text: str, scale: float) -> Any:
+    try:
+        number = float(text) / scale
+    except ValueError:
+        return text or None
+    return float(f"{number:.5g}") if math.isfinite(number) else None
+
+
+def _rank(table: dict[str, Any] | None, *keys: str) -> None:
+    """Sort a table by the first of its columns that has a value, greatest first, and keep its first rows."""
+    if table is None:
+        return
+    places = [table["heads"].index(key) for key in keys if key in table["heads"]]
+
+    def used(row: list[Any]) -> float:
+        return next((-row[i] for i in places if isinstance(row[i], float)), math.inf)
+
+    table["rows"] = sorted(table["rows"], key=used)[:ROWS]
+
+
+def _history(path: Path) -> dict[str, np.ndarray]:
+    """Columns of numbers of ``history.csv``."""
+    if not path.is_file():
+        return {}
+    with path.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.reader(file))
+    if len(rows) < 3:
+        return {}
+    wanted = ("time", "speed", "kinetic_energy", "strain_energy")
+    columns = {}
+    for place, name in enumerate(rows[0]):
+        if name in wanted or name.startswith(("probes.", "support_resultants.")):
+            columns[name] = np.array([_float(row[place]) for row in rows[1:] if len(row) == len(rows[0])])
+    return columns
+
+
+def _float(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
+
+
+def _number(value: Any) -> str:
+    """A number with four digits, a dash for none."""
+    if value is None:
+        return "–"
+    return f"{value:.4g}".replace("-", "−") if isinstance(value, float | int) else str(value)
+
+
+def _vector(values: Any, unit: str) -> str:
+    """Components, what is rounding beside the largest one as 0."""
+    flat = [float(value) for value in np.ravel(values)]
+    largest = max(map(abs, flat), default=0.0)
+    clean = [0.0 if abs(value) <= 1e-9 * largest else value for value in flat]
+    names = "xyz" if len(flat) > 1 else "z"
+    return ",  ".join(f"{name} {quantity(value, unit, 4)}" for name, value in zip(names, clean, strict=False))

@@ -34,6 +34,7 @@ from masonry_fem.nscd.krylov import StagnationError
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.solvers.body_matrix import BodyMatrix
 from masonry_fem.nscd.solvers.elastic_matrix import Terms
+from masonry_fem.nscd.solvers.loops import Loops, Places
 from masonry_fem.nscd.transfer import to_bodies, to_contacts
 
 FloatArray = NDArray[np.float64]
@@ -124,6 +125,7 @@ class Rows:
     maps : B by contact and side, shape (c, 2, d, m).
     groups : Contacts of the n interfaces with k of them, an array (n, k) for each k.
     coupling : Blocks of W_el between them, an array (n, k d, k d) for each k.
+    places : Points that the contacts are at.
     """
 
     def __init__(
@@ -133,6 +135,7 @@ class Rows:
         maps: FloatArray,
         groups: Sequence[IntArray],
         coupling: Sequence[FloatArray],
+        places: Places,
     ) -> None:
         closed, d = values.closed, maps.shape[2]
         self.values, self.bodies, self.groups = values, bodies, groups
@@ -141,6 +144,7 @@ class Rows:
         self.inverses = [
             np.linalg.inv(self._block(group, W)) for group, W in zip(groups, coupling, strict=True)
         ]
+        self.loops = Loops(places, self.own, closed)
 
     def _block(self, group: IntArray, coupling: FloatArray) -> FloatArray:
         """A + Bc W_el within interfaces, shape (n, k d, k d)."""
@@ -211,12 +215,14 @@ class Interfaces:
     ----------
     groups : Contacts of the n interfaces with k of them, an array (n, k) for each k.
     coupling : Blocks of W_el between them, an array (n, k d, k d) for each k.
+    places : Points that contacts are at.
     """
 
     def __init__(self, problem: ContactProblem, elastic: Mask) -> None:
         self.problem = problem
         self.groups = interfaces_by_size(problem, elastic)
         self.coupling = [problem.operator.among(group) for group in self.groups]
+        self.places = Places(problem.operator)
 
     def solver(
         self,
@@ -257,7 +263,12 @@ class Preconditioned:
         self.problem, self.closed, self.kept = interfaces.problem, terms.closed, kept
         values = Values.at(terms, slice(None))
         self.rows = Rows(
-            values, self.problem.bodies, body_matrix.maps, interfaces.groups, interfaces.coupling
+            values,
+            self.problem.bodies,
+            body_matrix.maps,
+            interfaces.groups,
+            interfaces.coupling,
+            interfaces.places,
         )
         self.of_bodies = factorised(self._schur(terms.coupled, body_matrix))
 
@@ -307,9 +318,10 @@ class Preconditioned:
     def _precondition(self, force: FloatArray, bodies: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Impulses and U of given rows, with W_el within interfaces only."""
         rows = self.rows
+        around, force = rows.loops.taken(force)
         given = rows.to_bodies(rows.inside(force), len(bodies))
         motion = self.of_bodies((bodies - given).ravel()).reshape(bodies.shape)
-        return rows.inside(force - rows.turned(rows.moved(motion))), motion
+        return around + rows.inside(force - rows.turned(rows.moved(motion))), motion
 
     def _product(self, x: FloatArray, motion: FloatArray) -> FloatArray:
         """The contacts' rows of the matrix times x and U, shape (c, d)."""

@@ -15,6 +15,7 @@ from masonry_fem.nscd.solvers.elastic_krylov import ACCURACY, ITERATIONS, Rows, 
 from masonry_fem.nscd.solvers.elastic_ranks.bodies import BodiesOfEach, BodiesTogether
 from masonry_fem.nscd.solvers.elastic_ranks.exchange import Exchange
 from masonry_fem.nscd.solvers.elastic_ranks.share import KEPT, Share, Step
+from masonry_fem.nscd.solvers.loops import Places
 
 FloatArray = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -84,6 +85,7 @@ class Portion:
         t, d = len(share.contacts), share.dimension
         bed = None if share.bed is None else np.concatenate([share.bed, np.zeros((t - share.count, d))])
         whole = Shared(t, d, [kind for kind, _ in share.kinds], bed=bed)
+        self.places = Places(whole.only(np.arange(share.count)))
         own = [
             Alike(kind.contacts[some], kind.turns[some], kind.matrix)
             for kind, some in share.kinds
@@ -104,7 +106,7 @@ class Portion:
 
     def _prepared(self, values: Values) -> tuple[Rows, list[FloatArray]]:
         share = self.share
-        rows = Rows(values, share.bodies, share.maps, share.groups, self.coupling)
+        rows = Rows(values, share.bodies, share.maps, share.groups, self.coupling, self.places)
         return rows, [given for _, given in rows.eliminated()]
 
     def solve(
@@ -149,10 +151,11 @@ class Portion:
         """
         rows, member = self.rows, self.member
         with member.on("preconditioner"):
+            around, force = rows.loops.taken(force)
             given = rows.to_bodies(rows.inside(force), len(self.share.places))
         motion = self.bodies.moved(balance, given, refined=refined)
         with member.on("preconditioner"):
-            return rows.inside(force - rows.turned(rows.moved(motion))), motion
+            return around + rows.inside(force - rows.turned(rows.moved(motion))), motion
 
     def _product(self, x: FloatArray, motion: FloatArray) -> FloatArray:
         """The rows of the rank's own contacts times x and U, shape (c, d)."""

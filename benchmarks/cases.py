@@ -43,6 +43,7 @@ from masonry_fem.scene.specs import (
 )
 from masonry_fem.structures.arch import ArchStructure
 from masonry_fem.structures.block import BlockStructure
+from masonry_fem.structures.rubble import RubbleStructure
 from masonry_fem.structures.wall import WallStructure
 
 G = 9.81
@@ -169,9 +170,67 @@ def falling_arch() -> Row:
     return told(result) | {"fallen": -float(result.summary.probes["crown"][1])}
 
 
-def elastic_wall(count: int, analysis: Statics | Dynamics, tolerance: float | None = None) -> Row:
-    solver = Solver(tolerance=tolerance)
-    return solved(scene(wall(count, count), mesh=MeshSettings(size=0.1), analysis=analysis, solver=solver))
+def elastic_wall(
+    count: int,
+    analysis: Statics | Dynamics,
+    tolerance: float | None = None,
+    size: float = 0.1,
+    push: float = 0.0,
+    friction: float = 0.6,
+) -> Row:
+    """A wall of so many columns and courses.
+
+    Parameters
+    ----------
+    count, analysis, tolerance : Of the wall and of its solution.
+    size : Length of its elements [m]. push : Acceleration along the wall, over that of gravity.
+    friction : Of its joints.
+    """
+    return solved(
+        scene(
+            wall(count, count),
+            mesh=MeshSettings(size=size),
+            analysis=analysis,
+            solver=Solver(tolerance=tolerance),
+            joints=(Joint(friction=friction),),
+            loads=Loads(gravity=(push * G, 0.0, -G)),
+        )
+    )
+
+
+def elastic_steps(count: int, steps: int) -> Row:
+    """Steps of a wall of 2×1×1 bricks under its weight, from rest, to 1e-6; the first one by itself."""
+    given = scene(
+        wall(count, count),
+        mesh=MeshSettings(size=0.2),
+        analysis=Dynamics(step=1e-2, duration=steps * 1e-2, theta=1.0),
+        solver=Solver(tolerance=1e-6),
+    )
+    times = StepTimes()
+    result = solve_scene(check(given), observers=(times,))
+    later = np.array(times[1:]) * 1e3
+    shown = {"median": float(np.median(later)), "mean": float(later.mean()), "max": float(later.max())}
+    return told(result) | {"step_ms": shown, "first_step_ms": 1e3 * times[0]}
+
+
+def elastic_rubble(stones: int) -> Row:
+    """A wall of rubble under its weight: no two stones are alike. A stone fills 0.015 m³ in the mean."""
+    rubble = RubbleStructure(
+        name="rubble",
+        material="stone",
+        size=(2.4 * (stones / 120) ** 0.5, 0.5, 1.5 * (stones / 120) ** 0.5),
+        stones=stones,
+        seed=1,
+        elongation=1.8,
+    )
+    return solved(
+        scene(
+            rubble,
+            mesh=MeshSettings(element="P1", size=0.5),
+            analysis=Statics(),
+            solver=Solver(tolerance=1e-8),
+        )
+    )
 
 
 def elastic_build(count: int) -> Row:
@@ -283,6 +342,14 @@ CASES: dict[str, Callable[[], Row]] = {
     "elastic wall 40x40, to 1e-8": lambda: elastic_wall(40, Statics(), 1e-8),
     "elastic wall 100x100, to 1e-8": lambda: elastic_wall(100, Statics(), 1e-8),
     "elastic wall 64x64, to 1e-8": lambda: elastic_wall(64, Statics(), 1e-8),
+    "elastic wall 40x40 of 8x4x4, to 1e-8": lambda: elastic_wall(40, Statics(), 1e-8, size=0.05),
+    "elastic wall 20x20, .2 g, to 1e-8": lambda: elastic_wall(20, Statics(), 1e-8, push=0.2, friction=0.3),
+    "elastic wall 40x40, .2 g, to 1e-8": lambda: elastic_wall(40, Statics(), 1e-8, push=0.2, friction=0.3),
+    "elastic wall 10x10, 20 steps": lambda: elastic_steps(10, 20),
+    "elastic wall 20x20, 20 steps": lambda: elastic_steps(20, 20),
+    "elastic rubble, 200 stones": lambda: elastic_rubble(200),
+    "elastic rubble, 1000 stones": lambda: elastic_rubble(1000),
+    "elastic rubble, 5000 stones": lambda: elastic_rubble(5000),
     "elastic wall 40x40, built": lambda: elastic_build(40),
     "weighted wall 58x58, placed": lambda: weighted_wall(58),
     "one stone 10x10x10": lambda: large_stone(10, Statics()),

@@ -21,10 +21,9 @@ from masonry_fem.records.remark import Remark
 from masonry_fem.records.told import Told, versioned
 from masonry_fem.results.blocks import Stress
 from masonry_fem.results.determinacy import Determinacy
-from masonry_fem.results.discretisation import Errors
+from masonry_fem.results.discretisation import Errors, RefinementTold
 from masonry_fem.results.joints import Joints
 from masonry_fem.results.limit_analysis import LimitAnalysis
-from masonry_fem.results.refinement import RefinementTold
 
 FloatArray = NDArray[np.float64]
 

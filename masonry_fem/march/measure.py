@@ -13,13 +13,12 @@ from masonry_fem.march.coupling import Coupling
 from masonry_fem.march.energy import energies, stored_energy
 from masonry_fem.march.loads import external_forces, resultant
 from masonry_fem.march.model import Model
+from masonry_fem.march.rounding import force_rounding
 from masonry_fem.march.rounds import NEWTON_TOLERANCE
 from masonry_fem.march.state import BONDED, OPEN, SLIP, STICK, SystemState
 from masonry_fem.march.step import Increment
 from masonry_fem.march.step_report import StepReport
 from masonry_fem.nscd.graphs import lengths
-
-ROUNDING = 1e-14  # of the work of all impulses at the speed of the loads, or on a block's size in statics
 
 
 def measure(model: Model, coupling: Coupling, made: Increment) -> StepReport:
@@ -39,14 +38,7 @@ def measure(model: Model, coupling: Coupling, made: Increment) -> StepReport:
     applied = resultant(model, external_forces(model, state.time))
     mass = sum(float(group.mass.sum()) for group in model.groups if not group.prescribed)
     acceleration = _load(acting) / mass if mass > 0 else 0.0
-    # where nothing moves, speeds and what they do are rounding of what the loads would give in a step, and
-    # in statics displacements are rounding of places
-    inertia, h = made.scheme.inertia, made.scheme.step
-    rounded = inertia * h * acceleration + (1 - inertia) * model.length / h
-    # and what heat would store, if blocks were held, cancels where they are free to expand
-    still = float(np.abs(made.impulse).sum()) * rounded + energy.pop("confined")
-    if abs(energy["energy_error"]) <= ROUNDING * still:
-        energy["energy_error"] = 0.0
+    unbalanced, largest = _global_balance(acting, supports)
     return StepReport(
         step=state.index,
         time=state.time,
@@ -64,7 +56,8 @@ def measure(model: Model, coupling: Coupling, made: Increment) -> StepReport:
         max_penetration=float(np.maximum(_overlap(state), 0.0)[state.status != OPEN].max(initial=0.0)),
         block_balance=_balance(model, made, made.forces, made.scheme, acting.held),
         static_balance=_static_balance(model, made, acting.held),
-        global_balance=_global_balance(acting, supports),
+        global_balance=unbalanced / largest if largest > 0 else 0.0,
+        global_rounding=force_rounding(model, made, acting) / largest if largest > 0 else 0.0,
         support_resultants=supports,
         applied=applied,
         probes={
@@ -143,8 +136,8 @@ def support_resultants(model: Model, made: Increment, contact: FloatArray) -> di
     return given
 
 
-def _global_balance(acting: Acting, supports: dict[str, FloatArray]) -> float:
-    """What loads + supports − d(momentum)/dt leave over the step, relative to the largest force among them.
+def _global_balance(acting: Acting, supports: dict[str, FloatArray]) -> tuple[float, float]:
+    """What loads + supports − d(momentum)/dt leave over the step, and the largest force among them [N].
 
     Forces only. Where neither loads nor supports act, the blocks' inertia is the measure.
     """
@@ -155,7 +148,7 @@ def _global_balance(acting: Acting, supports: dict[str, FloatArray]) -> float:
     scale = max(*(float(np.linalg.norm(force)) for force in given), float(acting.held.max(initial=0.0)))
     if scale == 0:
         scale = float(np.linalg.norm(taken, axis=1).sum())
-    return float(np.linalg.norm(left)) / scale if scale > 0 else 0.0
+    return float(np.linalg.norm(left)), scale
 
 
 def _static_balance(model: Model, made: Increment, held: FloatArray) -> float:

@@ -33,6 +33,7 @@ class StepReport:
     damping_dissipation, numerical_dissipation : By Rayleigh damping, and by steps of a finite length [J]:
         θ > ½ in bodies, forces of the step's end in joints and in stones that yield.
     energy_error : Energy that appears in the step from nowhere, < 0 where it is lost without a name [J].
+    energy_rounding : What rounding alone may make of that [J].
     iterations, linear_solves : Of the contact solver.
     rounds : Iterations of Newton's method on stones that yield; 0 where all are linear.
     method : Contact solver that ran.
@@ -43,7 +44,7 @@ class StepReport:
         [m], worst residual of a block's momentum relative to weight times step.
     static_balance : The same with inertia left out: distance to a static equilibrium.
     global_balance : Loads and supports against the change of momentum over the step, relative to the
-        largest of these forces.
+        largest of these forces. global_rounding : What rounding alone may make of it.
     support_resultants : Force and moment about the origin that each support gives, [N], [N m].
     applied : Resultant of the loads on the free blocks, force and moment [N], [N m].
     probes : Displacement of the named points [m].
@@ -68,6 +69,7 @@ class StepReport:
     damping_dissipation: float
     numerical_dissipation: float
     energy_error: float
+    energy_rounding: float
     iterations: int
     linear_solves: int
     method: str
@@ -79,6 +81,7 @@ class StepReport:
     block_balance: float
     static_balance: float
     global_balance: float
+    global_rounding: float
     support_resultants: dict[str, FloatArray]
     applied: FloatArray
     probes: dict[str, FloatArray]

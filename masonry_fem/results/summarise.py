@@ -149,7 +149,7 @@ def certificate(made: March) -> Certificate:
 
 
 def _rounding(made: March, largest: float) -> Rounding:
-    """What rounding may make of the last contact problem's measures, with its ``largest`` reaction [N]."""
+    """What rounding may make of the measures; the last contact problem has this ``largest`` reaction [N]."""
     problem, solution, h = made.last.problem, made.last.solution, made.last.scheme.step
     known = solution.rounding or rounding(problem, solution.impulse, solution.rigid_velocity)
     return Rounding(
@@ -158,6 +158,8 @@ def _rounding(made: March, largest: float) -> Rounding:
         min_normal_reaction=known.min_normal / h,
         cone_violation=known.cone_violation / h / largest if largest > 0 else 0.0,
         block_balance=known.block_balance,
+        global_balance=made.report.global_rounding,
+        energy_balance=made.ledger.rounded,
     )
 
 

@@ -44,15 +44,17 @@ class Wrench(Told, frozen=True, kw_only=True):
 
 
 class Rounding(Told, frozen=True, kw_only=True):
-    """What rounding of the arithmetic alone may make of measures of the last contact problem.
+    """What rounding of the arithmetic alone may make of measures.
 
-    All from one formula, which ``nscd.rounding`` derives.
+    All from one formula: ``nscd.rounding`` derives it for those of the last contact problem,
+    ``march.rounding`` for the balances of the structure.
 
     Attributes
     ----------
     natural_map : Relative, as the measure. max_penetration : By one step [m].
     min_normal_reaction : At most 0 [N]. cone_violation : Relative to the largest reaction.
     block_balance : Relative to the largest impulse on a block.
+    global_balance, energy_balance : Relative, as the measures.
     """
 
     natural_map: float
@@ -60,6 +62,8 @@ class Rounding(Told, frozen=True, kw_only=True):
     min_normal_reaction: float
     cone_violation: float
     block_balance: float
+    global_balance: float
+    energy_balance: float
 
 
 class Certificate(Told, frozen=True, kw_only=True):

@@ -13,7 +13,6 @@ from masonry_fem.march.coupling import Coupling
 from masonry_fem.march.energy import energies, stored_energy
 from masonry_fem.march.loads import external_forces, resultant
 from masonry_fem.march.model import Model
-from masonry_fem.march.rounding import force_rounding
 from masonry_fem.march.rounds import NEWTON_TOLERANCE
 from masonry_fem.march.state import BONDED, OPEN, SLIP, STICK, SystemState
 from masonry_fem.march.step import Increment
@@ -38,7 +37,6 @@ def measure(model: Model, coupling: Coupling, made: Increment) -> StepReport:
     applied = resultant(model, external_forces(model, state.time))
     mass = sum(float(group.mass.sum()) for group in model.groups if not group.prescribed)
     acceleration = _load(acting) / mass if mass > 0 else 0.0
-    unbalanced, largest = _global_balance(acting, supports)
     return StepReport(
         step=state.index,
         time=state.time,
@@ -56,8 +54,7 @@ def measure(model: Model, coupling: Coupling, made: Increment) -> StepReport:
         max_penetration=float(np.maximum(_overlap(state), 0.0)[state.status != OPEN].max(initial=0.0)),
         block_balance=_balance(model, made, made.forces, made.scheme, acting.held),
         static_balance=_static_balance(model, made, acting.held),
-        global_balance=unbalanced / largest if largest > 0 else 0.0,
-        global_rounding=force_rounding(model, made, acting) / largest if largest > 0 else 0.0,
+        global_balance=_global_balance(acting, supports),
         support_resultants=supports,
         applied=applied,
         probes={
@@ -136,19 +133,27 @@ def support_resultants(model: Model, made: Increment, contact: FloatArray) -> di
     return given
 
 
-def _global_balance(acting: Acting, supports: dict[str, FloatArray]) -> tuple[float, float]:
-    """What loads + supports − d(momentum)/dt leave over the step, and the largest force among them [N].
+def _global_balance(acting: Acting, supports: dict[str, FloatArray]) -> float:
+    """What forces of loads, supports and inertia leave over the step, relative to the largest."""
+    d = acting.centre.shape[1]
+    given = [acting.load[:, :d].sum(axis=0), *(force[:d] for force in supports.values())]
+    left = sum(given, np.zeros(d)) - acting.inertia[:, :d].sum(axis=0)
+    scale = largest_force(acting, supports)
+    return float(np.linalg.norm(left)) / scale if scale > 0 else 0.0
 
-    Forces only. Where neither loads nor supports act, the blocks' inertia is the measure.
+
+def largest_force(acting: Acting, supports: dict[str, FloatArray]) -> float:
+    """What the global balance is relative to [N]: the blocks' inertia where neither loads nor supports act.
+
+    Parameters
+    ----------
+    acting : What acts on the blocks.
+    supports : What supports give, force and moment, by name.
     """
     d = acting.centre.shape[1]
     given = [acting.load[:, :d].sum(axis=0), *(force[:d] for force in supports.values())]
-    taken = acting.inertia[:, :d]
-    left = sum(given, np.zeros(d)) - taken.sum(axis=0)
     scale = max(*(float(np.linalg.norm(force)) for force in given), float(acting.held.max(initial=0.0)))
-    if scale == 0:
-        scale = float(np.linalg.norm(taken, axis=1).sum())
-    return float(np.linalg.norm(left)), scale
+    return scale if scale > 0 else float(np.linalg.norm(acting.inertia[:, :d], axis=1).sum())
 
 
 def _static_balance(model: Model, made: Increment, held: FloatArray) -> float:

@@ -44,7 +44,7 @@ class StepReport:
         [m], worst residual of a block's momentum relative to weight times step.
     static_balance : The same with inertia left out: distance to a static equilibrium.
     global_balance : Loads and supports against the change of momentum over the step, relative to the
-        largest of these forces. global_rounding : What rounding alone may make of it.
+        largest of these forces.
     support_resultants : Force and moment about the origin that each support gives, [N], [N m].
     applied : Resultant of the loads on the free blocks, force and moment [N], [N m].
     probes : Displacement of the named points [m].
@@ -81,7 +81,6 @@ class StepReport:
     block_balance: float
     static_balance: float
     global_balance: float
-    global_rounding: float
     support_resultants: dict[str, FloatArray]
     applied: FloatArray
     probes: dict[str, FloatArray]

@@ -37,9 +37,9 @@ PATIENCE = 300
 MANY = 500
 # Newton steps in which blocks show whether they stick: then they are enough.
 BRIEF = 10
-# Newton steps of elastic blocks from the round before, and of many of them from cold: a dome whose stones have
-# turned a little takes 17, and the interior point and its polish six times as long; a wall of 1600 bricks takes
-# 10 to 20.
+# Newton steps of elastic blocks from the round before, and of many of them from cold: a dome whose stones
+# have turned a little takes 17, and the interior point and its polish six times as long; a wall of 1600
+# bricks takes 10 to 20.
 LED_STEPS = 40
 # The same where no factor fits, so that no other turn would end: a wall of 10 000 bricks, whose uppermost
 # courses slide, takes 130.

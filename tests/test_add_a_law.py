@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, seed, settings
 from hypothesis import strategies as st
 
-from masonry_fem.build.law_file import law_of_file
+from masonry_fem.build.laws import law_of_file
 from masonry_fem.cli import main
 from masonry_fem.joints import Rough, probe
 from masonry_fem.scene import load

@@ -13,7 +13,7 @@ import psutil
 
 from masonry_fem.host.trim import peak_memory
 from masonry_fem.march.march import March
-from masonry_fem.results.refinement import Round
+from masonry_fem.results.discretisation import Round
 
 STALLED = 0.9  # two rounds that each leave more of the error, with twice the unknowns, get nowhere
 MEMORY = 0.8  # of the machine's that is free may be used

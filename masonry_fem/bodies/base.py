@@ -113,8 +113,8 @@ class StepEnergy:
         Of blocks that yield, the same of their stresses.
     dissipation : Lost as the material yields; 0 of blocks that do not.
     heat : Work of strains by temperature, −∫ σ : 1 Δe; 0 of blocks that have none.
-    confined : What those strains would store in blocks that are held, ∫ e 1 : C : e 1 / 2: where blocks are
-        free to expand, all of it cancels in the terms above but for rounding.
+    summed : Absolute values of all products that these terms and the stored energies are sums of, summed up:
+        what they are of this size is known to rounding only, whatever cancels.
     """
 
     external: FloatArray
@@ -123,7 +123,7 @@ class StepEnergy:
     numerical: FloatArray
     dissipation: FloatArray | float = 0.0
     heat: FloatArray | float = 0.0
-    confined: FloatArray | float = 0.0
+    summed: FloatArray | float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,6 +176,7 @@ class Actions:
     centre : Point of each block to take moments about, shape (b, d) [m].
     displaced : Moments of loads and clamps with the points of blocks that do not turn where these
         have gone to, shape (b, 1 or 3) [N m].
+    summed : Absolute values of all products that the forces of clamps are sums of, summed up, (b,) [N]; or 0.
     """
 
     load: FloatArray
@@ -184,6 +185,7 @@ class Actions:
     inertia: FloatArray
     centre: FloatArray
     displaced: FloatArray
+    summed: FloatArray | float = 0.0
 
 
 class Attachment(Protocol):

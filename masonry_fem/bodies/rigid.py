@@ -312,11 +312,17 @@ class RigidGroup(Undeformed):
         straight = h * _dot(self.generalised(state if inertia else after, force), mean)
         turned = np.einsum("bki,bik->b", after.turned - state.turned, force[:, d:].reshape(-1, d, d))
         external = _dot(force[:, :d], after.shift - state.shift) + turned
+        moved, changed = abs(after.shift) + abs(state.shift), abs(after.turned) + abs(state.turned)
+        summed = _dot(abs(force[:, :d]), moved)
+        summed += np.einsum("bki,bik->b", changed, abs(force[:, d:]).reshape(-1, d, d))
+        summed += h * _dot(abs(self.generalised(state if inertia else after, force)), abs(mean))
+        summed += inertia * (_dot(after.velocity, after.velocity) + _dot(state.velocity, state.velocity))
         return StepEnergy(
             external=external,
             support=np.zeros(self.count),
             damping=inertia * h * _dot(self.damping * mean, damped),
             numerical=inertia * ((theta - 0.5) * _dot(change, change) - gyroscopic) + external - straight,
+            summed=summed,
         )
 
     def kinetic_energy(self, state: RigidState) -> FloatArray:

@@ -8,7 +8,7 @@ sliding does (dilatancy), how their asperities close, and the layer of mortar in
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from masonry_fem.build.law_file import law_of_file
 from masonry_fem.build.scatter import scattered
 from masonry_fem.contact.contacts import Contacts, Interface
 from masonry_fem.errors import LawError, SceneError
@@ -35,10 +34,12 @@ from masonry_fem.joints.laws.parts.rough import Rough
 from masonry_fem.joints.parameters import Parameter
 from masonry_fem.records.remark import remark
 from masonry_fem.scene import specs
+from masonry_fem.scene.own_class import Kind, OwnClass, made
 
 FloatArray = NDArray[np.float64]
 
 APART = 1e-4  # of an interface's extent: a gap that more than rounding has made
+JOINT_LAW = Kind(Law, "joint law", "masonry_fem.joints.Law", LawError)  # type: ignore[type-abstract]
 
 
 @dataclass(frozen=True, slots=True)
@@ -260,9 +261,37 @@ def _faces(part: _Part) -> Law:
     return _made(key, make, told, drawn, Place(key, partial(_laplacian, part)))
 
 
+def law_of_file(
+    spec: specs.PythonLaw, friction: Parameter, base: Path, key: str, arrays: Mapping[str, Any] | None = None
+) -> Law:
+    """The law that a class in a file makes of the scene's parameters.
+
+    Parameters
+    ----------
+    spec : File, class and parameters. friction : The joint's, for classes that take one.
+    base : Folder of the scene file. key : Where the law stands in the scene, for messages.
+    arrays : Parameters in the place of the scene's own, such as those that scatter.
+
+    Raises
+    ------
+    SceneError : Where the file is not trusted, cannot be run, has no such law, or the law refuses its
+        parameters.
+    """
+    for fault, expected in spec.faults():  # none, if the scene has been checked
+        raise SceneError(f"{key}.{fault} is {getattr(spec, fault)!r}, expected {expected}")
+
+    def parameters(accepted: Collection[str]) -> dict[str, Any]:
+        given: dict[str, Any] = {**(spec.parameters or {}), **(arrays or {})}
+        if "friction" in accepted:
+            given.setdefault("friction", friction)
+        return given
+
+    return made(JOINT_LAW, OwnClass(spec.file, spec.law, "law"), base, key, parameters)
+
+
 def _laplacian(part: _Part) -> sparse.csr_array:
     """−Δ among the part's points, each in the plane of its interface."""
-    from masonry_fem.joints.interface_laplacian import interface_laplacian  # noqa: PLC0415 - brings scipy.spatial
+    from masonry_fem.joints.spreading import interface_laplacian  # noqa: PLC0415 - brings scipy.spatial
 
     contacts, points = part.contacts, part.points
     own = contacts.interface[points]

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from masonry_fem.contact.ball import ball_in_both
 from masonry_fem.contact.boxes import near_pairs
 from masonry_fem.contact.clipping import common_parts
 from masonry_fem.contact.facing import facing_rows
@@ -76,7 +75,7 @@ def overlaps(skin: Skin, points: FloatArray) -> Overlaps:
     )
     for round_ in np.flatnonzero(many & (depth > allowed)):
         one, two = (points[slice(*skin.nodes[block])] for block in pairs[round_])
-        depth[round_] = min(depth[round_], ball_in_both(one, two))
+        depth[round_] = min(depth[round_], _ball_in_both(one, two))
     deep = depth > allowed
     pairs, depth, allowed = pairs[deep], depth[deep], allowed[deep]
     hollow = skin.hollow[pairs].sum(axis=1)
@@ -229,3 +228,33 @@ def _gaps(
     below = height(corners, across, at[lower, :1], normal[lower, None])
     gap: FloatArray = np.where(shown, above - below, np.inf).min(axis=1)
     return gap, np.where(np.isfinite(gap), area, 0.0)
+
+
+def _ball_in_both(one: FloatArray, two: FloatArray) -> float:
+    """Diameter [m] of the largest ball within two convex hulls at once; negative if the hulls are apart.
+
+    To separate the hulls, one must be moved by at least this much.
+
+    Parameters
+    ----------
+    one, two : Points whose convex hulls are meant, each of shape (n, 3) [m].
+    """
+    # loaded only for blocks that overlap, as loading takes a fifth of a second
+    from scipy.optimize import linprog  # noqa: PLC0415
+    from scipy.spatial import ConvexHull  # noqa: PLC0415
+
+    origin = one.mean(axis=0)
+    size = float(np.ptp(one, axis=0).max())
+    planes = np.concatenate([ConvexHull((cloud - origin) / size).equations for cloud in (one, two)])
+    sides = np.column_stack([planes[:, :-1], np.ones(len(planes))])
+    aim = np.zeros(sides.shape[1])
+    aim[-1] = -1.0  # the largest radius
+    best = linprog(
+        aim,
+        A_ub=sides,
+        b_ub=-planes[:, -1],
+        bounds=(None, None),
+        options={"primal_feasibility_tolerance": 1e-10},
+    )
+    assert best.x is not None  # bounded, and feasible with a negative radius
+    return 2 * size * float(best.x[-1])

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -28,8 +29,10 @@ from masonry_fem.solid.mesh import Mesh
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+ROWS = 10_000  # of a matrix, that are worked on at a time
 
-@dataclass(frozen=True, slots=True)
+
+@dataclass(frozen=True)
 class ShapeOperators:
     """Matrices of one shape in its own frame; dof = node · d + component, Mesh node numbers.
 
@@ -47,6 +50,13 @@ class ShapeOperators:
     plane: Plane
     stiffness: sparse.csr_array
     mass: sparse.csr_array
+
+    @cached_property
+    def row_sums(self) -> FloatArray:
+        """R_i = Σ_j |K_ij|, (n,) [N/m]: Σ |K| |q| is R · |q|, and |q|ᵀ |K| |q| is at most Σ R_i q_i²."""
+        rows = range(0, self.stiffness.shape[0], ROWS)  # the whole of |K| would take as much memory as K
+        sums: FloatArray = np.concatenate([abs(self.stiffness[a : a + ROWS]).sum(axis=1) for a in rows])
+        return sums
 
 
 def assemble_shapes(

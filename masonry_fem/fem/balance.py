@@ -6,6 +6,7 @@ It uses nothing of the code that makes the step, so that it is an independent ch
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +16,9 @@ from masonry_fem.fem.clamp import Holds
 from masonry_fem.fem.constitution import Constitution, dot, times
 from masonry_fem.fem.meshed import ElasticState
 from masonry_fem.fem.modes import RigidModes
+
+if TYPE_CHECKING:
+    from masonry_fem.fem.deformable import Deformed
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,8 +108,33 @@ class Balance:
             damping = own.material.mass_damping * self.mass_square(rigid, elastic)
             damping += own.material.stiffness_damping * dot(times(elastic, own.stiffness), elastic)
         heat = self.constitution.heat(before, after, theta)
-        confined = self.constitution.confined(before, after).energy
-        return StepEnergy(external, support, inertia * h * damping, numerical, lost, heat, confined)
+        loaded = h * (dot(abs(force @ self.modes.modes), abs(rigid)) + dot(abs(force), abs(elastic)))
+        summed = loaded + products(own, self.constitution, before, after, inertia)
+        return StepEnergy(external, support, inertia * h * damping, numerical, lost, heat, summed)
+
+
+def products(
+    operators: ShapeOperators, constitution: Constitution, before: Deformed, after: Deformed, inertia: float
+) -> FloatArray:
+    """Absolute values of the products that energies of motion and strain in two states are sums of, (b,) [J].
+
+    With the sizes s = |q| + |q⁺| of displacements sᵀ |K| s ≤ Σ_i s_i² Σ_j |K_ij| bounds what strains store
+    and lose, as K is symmetric, and the same of velocities and M what moves. What would hold strains by
+    temperature cancels where stones are free to expand.
+
+    Parameters
+    ----------
+    operators : Stiffness and mass. constitution : Of the blocks.
+    before, after : Their states.
+    inertia : 0 in statics, where nothing moves.
+    """
+    stretch = abs(before.displacement) + abs(after.displacement)
+    summed = stretch**2 @ operators.row_sums + constitution.confined(before, after).energy
+    if inertia:
+        rigid = abs(before.rigid_velocity) + abs(after.rigid_velocity)
+        elastic = abs(before.velocity) + abs(after.velocity)
+        summed += inertia * (dot(rigid, rigid) + dot(times(elastic, operators.mass), elastic))
+    return np.asarray(summed)
 
 
 def mean_velocity(before: ElasticState, after: ElasticState, theta: float) -> tuple[FloatArray, FloatArray]:

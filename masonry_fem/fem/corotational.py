@@ -49,6 +49,7 @@ from masonry_fem.bodies.rotation import (
 from masonry_fem.bodies.undeformed import translation_and_spin
 from masonry_fem.fem.assemble import ShapeOperators
 from masonry_fem.fem.attachment import ElasticAttachment
+from masonry_fem.fem.balance import products
 from masonry_fem.fem.condense import coefficients
 from masonry_fem.fem.constitution import Constitution, LinearElasticity, Memory, dot, times
 from masonry_fem.fem.deformable import Deformable
@@ -357,9 +358,12 @@ class CorotationalGroup(Deformable[TurningState]):
             damping = alpha * (dot(rigid, damped) + dot(times(bending, own.mass), bending))
             damping += beta * dot(times(bending, own.stiffness), bending)
         support, heat = np.zeros(self.count), self.constitution.heat(state, after, theta)
-        confined = self.constitution.confined(state, after).energy
+        gone = abs(self._moved(after)) + abs(self._moved(state))
+        loaded = dot(abs(force), gone.reshape(force.shape))
+        loaded += h * (dot(abs(self.generalised(at, force)), abs(rigid)) + dot(abs(force), abs(bending)))
+        summed = loaded + products(own, self.constitution, state, after, inertia)
         return StepEnergy(
-            external, support, inertia * h * damping, numerical + external - straight, lost, heat, confined
+            external, support, inertia * h * damping, numerical + external - straight, lost, heat, summed
         )
 
     def kinetic_energy(self, state: TurningState) -> FloatArray:

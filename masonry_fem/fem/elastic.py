@@ -248,7 +248,11 @@ class ElasticGroup(Deformable[ElasticState]):
         sizes = np.linalg.norm(clamps.reshape(acting.shape), axis=2).sum(axis=1)
         # clamps of a stone that is free to expand give rounding of what would hold it
         sizes = np.maximum(sizes, CANCELLED * self.constitution.confined(state, after).force)
-        return Actions(load, self.resultant(clamps), sizes, self.resultant(taken), centre, moved)
+        summed: FloatArray | float = 0.0
+        if self.holds.dofs.size:
+            stretch = np.maximum(abs(state.displacement), abs(after.displacement))
+            summed = stretch @ self.operators.row_sums
+        return Actions(load, self.resultant(clamps), sizes, self.resultant(taken), centre, moved, summed)
 
     def step_energy(
         self, state: ElasticState, after: ElasticState, force: FloatArray, nodal: FloatArray | None,

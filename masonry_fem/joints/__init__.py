@@ -8,7 +8,6 @@ by step.
 """
 
 from masonry_fem.joints.assignment import Assignment
-from masonry_fem.joints.closure_fit import fit_closure
 from masonry_fem.joints.conformance import violations
 from masonry_fem.joints.kinds import kinds
 from masonry_fem.joints.law import Law, rub, spread
@@ -22,7 +21,7 @@ from masonry_fem.joints.laws.mohr_coulomb import MohrCoulomb
 from masonry_fem.joints.laws.monerie_acary import MonerieAcary
 from masonry_fem.joints.laws.parts.adhesive import Adhesive, Evolution
 from masonry_fem.joints.laws.parts.bed import Bed
-from masonry_fem.joints.laws.parts.closure import Closure
+from masonry_fem.joints.laws.parts.closure import Closure, fit_closure
 from masonry_fem.joints.laws.parts.dry import Dry
 from masonry_fem.joints.laws.parts.kinetic import Kinetic
 from masonry_fem.joints.laws.parts.rigid_brittle import RigidBrittle

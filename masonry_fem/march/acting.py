@@ -43,6 +43,7 @@ class Acting:
         the point itself, for elastic blocks of small kinematics that of the reference.
     solved : False for supports, which take what they are given, shape (b,).
     small : Whether a block deforms and balances in the reference, as small kinematics has it, shape (b,).
+    summed : Absolute values of the products that forces of clamps are sums of, summed up, (b,) [N]; or 0.
     """
 
     load: FloatArray
@@ -56,6 +57,7 @@ class Acting:
     arms: FloatArray
     solved: np.ndarray
     small: np.ndarray
+    summed: FloatArray | float = 0.0
 
     @property
     def given(self) -> FloatArray:
@@ -88,7 +90,8 @@ def _acting(model: Model, made: Increment, size: FloatArray) -> Acting:
     count, d = len(size), model.assembly.dimension
     m = 3 if d == 2 else 6
     load, clamp, inertia = np.zeros((3, count, m))
-    displaced, centre, held = np.zeros((count, m - d)), np.zeros((count, d)), np.zeros(count)
+    displaced, centre = np.zeros((count, m - d)), np.zeros((count, d))
+    held, summed = np.zeros((2, count))
     solved, small = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
     rows = zip(
         model.groups, made.before.bodies, made.after.bodies, made.forces, made.nodal_impulse, strict=True
@@ -100,14 +103,11 @@ def _acting(model: Model, made: Increment, size: FloatArray) -> Acting:
             continue
         own = group.actions(start, end, force, nodal, made.scheme)
         load[group.blocks], clamp[group.blocks], inertia[group.blocks] = own.load, own.clamp, own.inertia
-        displaced[group.blocks], centre[group.blocks], held[group.blocks] = (
-            own.displaced,
-            own.centre,
-            own.held,
-        )
+        displaced[group.blocks], centre[group.blocks] = own.displaced, own.centre
+        held[group.blocks], summed[group.blocks] = own.held, own.summed
     arms = np.where(small[model.contacts.blocks][:, :, None], model.contacts.points, made.here.arms)
     contact = contact_wrenches(model.contacts.blocks, arms, made.after.force, count)
-    return Acting(load, clamp, held, inertia, contact, displaced, centre, size, arms, solved, small)
+    return Acting(load, clamp, held, inertia, contact, displaced, centre, size, arms, solved, small, summed)
 
 
 def contact_wrenches(blocks: IntArray, arms: FloatArray, force: FloatArray, count: int) -> FloatArray:

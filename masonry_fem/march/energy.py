@@ -14,6 +14,7 @@ import numpy as np
 from masonry_fem.march.coupling import Coupling
 from masonry_fem.march.model import Model
 from masonry_fem.march.place import relative_velocity
+from masonry_fem.march.rounding import energy_rounding
 from masonry_fem.march.state import OPEN, SystemState
 from masonry_fem.march.step import Increment
 
@@ -51,7 +52,7 @@ def stored_energy(model: Model, state: SystemState, inertia: float) -> Stored:
 
 
 def energies(model: Model, coupling: Coupling, made: Increment, after: Stored) -> dict[str, float]:
-    """The energy terms of a step's report [J], by their names there, and ``confined`` of ``StepEnergy``.
+    """The energy terms of a step's report [J], by their names there.
 
     A step satisfies, to rounding, and where stones yield to the tolerance of their balance,
 
@@ -90,19 +91,24 @@ def energies(model: Model, coupling: Coupling, made: Increment, after: Stored) -
     terms["numerical_dissipation"] += float((made.impulse * (end - straight)).sum())
     given = terms["external_work"] + terms["support_work"] + terms["heat_work"]
     missing = after.total - before.total - given
+    summed = terms.pop("summed")
     return terms | {
         "kinetic_before": before.kinetic,
         "strain_before": before.strain,
         "joint_energy_before": before.joints,
         "contact_work": contact,
         "energy_error": missing + sum(terms[name] for name in LOSSES),
+        "energy_rounding": energy_rounding(model, coupling, made, summed),
     }
 
 
 def _bodies(model: Model, made: Increment) -> dict[str, float]:
-    """Work of loads, supports and clamped faces that move, and heat; damping, yielding, what θ > ½ takes."""
+    """Work of loads, supports and clamped faces that move, and heat; damping, yielding, what θ > ½ takes.
+
+    And ``summed`` of ``StepEnergy``.
+    """
     theta = made.scheme.theta
-    external = support = damping = numerical = yielded = heat = confined = 0.0
+    external = support = damping = numerical = yielded = heat = summed = 0.0
     for group, before, after, force, push, nodal, end in zip(
         model.groups, made.before.bodies, made.after.bodies, made.forces, made.rigid_impulse,
         made.nodal_impulse, made.rigid, strict=True,
@@ -119,7 +125,7 @@ def _bodies(model: Model, made: Increment) -> dict[str, float]:
         numerical += float(spent.numerical.sum())
         yielded += float(np.sum(spent.dissipation))
         heat += float(np.sum(spent.heat))
-        confined += float(np.sum(spent.confined))
+        summed += float(np.sum(spent.summed))
     return {
         "external_work": external,
         "support_work": support,
@@ -127,7 +133,7 @@ def _bodies(model: Model, made: Increment) -> dict[str, float]:
         "numerical_dissipation": numerical,
         "material_dissipation": yielded,
         "heat_work": heat,
-        "confined": confined,
+        "summed": summed,
     }
 
 

@@ -31,6 +31,7 @@ class Ledger:
         in stones that yield).
     unaccounted : Sum of what the steps' balances leave, with signs.
     error : The same in absolute values. largest : Largest energy seen in any term.
+    rounding : What rounding alone may make of ``error``.
     """
 
     start: float | None = None
@@ -52,6 +53,7 @@ class Ledger:
     unaccounted: float = 0.0
     error: float = 0.0
     largest: float = 0.0
+    rounding: float = 0.0
 
     def add(self, report: StepReport) -> Ledger:
         """The ledger after one more step."""
@@ -79,6 +81,7 @@ class Ledger:
             numerical_dissipation=self.numerical_dissipation + report.numerical_dissipation,
             unaccounted=self.unaccounted + report.energy_error,
             error=self.error + abs(report.energy_error),
+            rounding=self.rounding + report.energy_rounding,
         )
         return replace(added, largest=max(self.largest, *(abs(getattr(added, name)) for name in TERMS)))
 
@@ -87,6 +90,11 @@ class Ledger:
         """Error relative to the largest term; 0 where no energy moved."""
         return self.error / self.largest if self.largest > 0 else 0.0
 
+    @property
+    def rounded(self) -> float:
+        """What rounding alone may make of the imbalance."""
+        return self.rounding / self.largest if self.largest > 0 else 0.0
 
-NO_TERMS = ("contact_work", "unaccounted", "error", "largest")
+
+NO_TERMS = ("contact_work", "unaccounted", "error", "largest", "rounding")
 TERMS = tuple(field.name for field in fields(Ledger) if field.name not in NO_TERMS)

@@ -26,7 +26,7 @@ from masonry_fem.march.rounds import NEWTON_TOLERANCE, Round, Rounds
 from masonry_fem.march.snapping import snapped
 from masonry_fem.march.state import STICK, SystemState
 from masonry_fem.march.steering import SteeredRounds
-from masonry_fem.march.turning import turned, turned_roughly
+from masonry_fem.march.turning import Turned, turned, turned_roughly
 from masonry_fem.march.yielding import settled_stresses
 from masonry_fem.nscd import ContactProblem, Solution, SolverSettings
 
@@ -140,9 +140,7 @@ def step(
     snaps : Look further away for a balance of stones that soften where none is near the start.
     """
     end = state.time + scheme.step if until is None else until
-    own = Clock() if clock is None else clock
-    kind = Rounds if model.control is None else SteeredRounds
-    rounds = kind(model, coupling, state, scheme, settings, end, own, begun(coupling, state.bodies))
+    rounds = _rounds(model, coupling, state, scheme, settings, end, Clock() if clock is None else clock)
     turns = scheme.inertia == 0 and not model.fixed
     found = turned_roughly(rounds) if turns else None
     if found is not None:
@@ -153,14 +151,29 @@ def step(
         rounds, first = snap.rounds, snap.made
     if not rounds.settled(first):
         return replace(_ended(rounds, first, rounds.start), strayed=True)
-    place, strayed, made = rounds.start, False, first
-    if turns and first.solution.solved:
-        found = turned(rounds, first)
-        place, strayed, made = found.place, found.strayed, found.made
-    ended = replace(_ended(rounds, made, place), strayed=strayed)
+    found = (
+        turned(rounds, first)
+        if turns and first.solution.solved
+        else Turned(first, rounds.start, strayed=False)
+    )
+    ended = replace(_ended(rounds, found.made, found.place), strayed=found.strayed)
     if snap is None:
         return ended
     return replace(ended, before=state, after=snap.ended(state, ended.after), snapped=True)
+
+
+def _rounds(
+    model: Model,
+    coupling: Coupling,
+    state: SystemState,
+    scheme: Scheme,
+    settings: SolverSettings,
+    end: float,
+    clock: Clock,
+) -> Rounds:
+    """The rounds of a step that ends at a time [s], a load factor, or a share of the control's distance."""
+    kind = Rounds if model.control is None else SteeredRounds
+    return kind(model, coupling, state, scheme, settings, end, clock, begun(coupling, state.bodies))
 
 
 def _first(rounds: Rounds) -> Round:

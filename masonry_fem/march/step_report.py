@@ -33,6 +33,7 @@ class StepReport:
     damping_dissipation, numerical_dissipation : By Rayleigh damping, and by steps of a finite length [J]:
         θ > ½ in bodies, forces of the step's end in joints and in stones that yield.
     energy_error : Energy that appears in the step from nowhere, < 0 where it is lost without a name [J].
+    energy_rounding : What rounding alone may make of that [J].
     iterations, linear_solves : Of the contact solver.
     rounds : Iterations of Newton's method on stones that yield; 0 where all are linear.
     method : Contact solver that ran.
@@ -68,6 +69,7 @@ class StepReport:
     damping_dissipation: float
     numerical_dissipation: float
     energy_error: float
+    energy_rounding: float
     iterations: int
     linear_solves: int
     method: str

@@ -98,8 +98,8 @@ def turned(rounds: Rounds, first: Round, error: float = 0.0) -> Turned:
     rounds : The step. first : Its first round.
     error : That the contacts of the first round were solved to, where that is more than the tolerance.
     """
-    made, places, best, idle, count = first, _Places(rounds), None, 0, 0
-    tolerance = rounds.settings.tolerance
+    made, places, idle, count = first, _Places(rounds), 0, 0
+    tolerance, least, best = rounds.settings.tolerance, np.inf, Turned(first, rounds.start, strayed=True)
     while True:
         there = reached(rounds.coupling, rounds.start, made.bodies, rounds.scheme.step)
         left, missed = _left(rounds, made, there)
@@ -110,10 +110,9 @@ def turned(rounds: Rounds, first: Round, error: float = 0.0) -> Turned:
         exact = error <= tolerance
         rest = _rest(rounds, made, there, left, missed) if exact else max(left, error) / tolerance
         strayed = max(left, missed) > BALANCED or not rounds.settled(made) or not exact
-        least = np.inf if best is None else best[0]
         nearer, idle, count = rest < least, 0 if rest <= 0.5 * least else idle + 1, count + 1
-        if best is None or nearer:
-            best = rest, Turned(made, there, strayed)
+        if nearer:
+            least, best = rest, Turned(made, there, strayed)
         if rest <= 1 or idle > PATIENCE or count > MOST:
             break  # holds, or as far as rounding lets it go, or round in circles
         error = max(tolerance, min(error, SHARE * left))
@@ -121,7 +120,7 @@ def turned(rounds: Rounds, first: Round, error: float = 0.0) -> Turned:
         if not following.solution.solved:
             return _lost(rounds, following)
         made = following
-    return best[1].counting(made)
+    return best.counting(made)
 
 
 def _rest(rounds: Rounds, made: Round, there: Place, left: float, missed: float) -> float:

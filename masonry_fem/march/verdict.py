@@ -101,7 +101,7 @@ def _unsolved(end: End) -> str:
 
 def _missing(ledger: Ledger) -> str:
     """What the energy ledger of an equilibrium leaves open, as the end of its sentence; "" if it closes."""
-    if ledger.imbalance <= UNACCOUNTED:
+    if ledger.imbalance <= max(UNACCOUNTED, ledger.rounded):
         return ""
     return (
         f", but {ledger.imbalance:.1e} of the largest energy is missing from its ledger "

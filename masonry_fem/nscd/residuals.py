@@ -146,8 +146,8 @@ def rounding(
     sizes, p, moved = _sizes(problem), np.abs(impulse), np.abs(rigid_velocity)
     d, m = problem.dimension, rigid_velocity.shape[1]
     summed = d * problem.operator.terms() + 2 * m + 1
-    of_velocity = _gamma(summed)[:, None] * sizes.velocity(p, moved)
-    of_part = _gamma(2) * sizes.contact_part(p, np.zeros_like(p))
+    of_velocity = gamma(summed)[:, None] * sizes.velocity(p, moved)
+    of_part = gamma(2) * sizes.contact_part(p, np.zeros_like(p))
     if sizes.cohesion_stiffness is not None:
         of_part += (sizes.cohesion_stiffness @ of_velocity[..., None])[..., 0]
     part = graphs.lengths(of_part)
@@ -179,7 +179,7 @@ def _of_balance(sizes: ContactProblem, p: FloatArray, moved: FloatArray) -> Floa
     touching = np.bincount(sizes.bodies[sizes.bodies >= 0], minlength=sizes.body_count)
     momentum = sizes.body_impulse(p) + sizes.rigid_impulse
     momentum += sizes.rigid_mass * (moved + sizes.rigid_velocity)
-    bound: FloatArray = _gamma(sizes.dimension * touching + 3) * graphs.lengths(momentum)
+    bound: FloatArray = gamma(sizes.dimension * touching + 3) * graphs.lengths(momentum)
     return bound
 
 
@@ -242,10 +242,10 @@ class _State:
         return max(sides, *map(_longest, (self.given, self.problem.rigid_impulse, self.gained)))
 
 
-def _gamma(terms: FloatArray | IntArray | int) -> FloatArray:
-    """γ of sums of so many terms."""
-    gamma: FloatArray = np.sqrt(terms) * np.finfo(float).eps / 2
-    return gamma
+def gamma(terms: FloatArray | IntArray | int) -> FloatArray:
+    """γ of sums of so many terms, see ``rounding``."""
+    share: FloatArray = np.sqrt(terms) * np.finfo(float).eps / 2
+    return share
 
 
 def _sizes(problem: ContactProblem) -> ContactProblem:

@@ -8,6 +8,8 @@ polyhedron or, since few programs read polyhedra beside other cells, the polygon
 
 from __future__ import annotations
 
+import functools
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -19,12 +21,13 @@ from masonry_fem.bodies.base import Shown
 from masonry_fem.bodies.support import SupportGroup
 from masonry_fem.fidelities import fidelities
 from masonry_fem.march.model import Model
-from masonry_fem.output.cell import standard_cell
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 VERTEX, POLYGON, POLYHEDRON = 1, 7, 42
+TETRA, HEXAHEDRON, PYRAMID = 10, 12, 14
+SOLIDS = {(3, 3, 3, 3): TETRA, (3, 3, 3, 3, 4): PYRAMID, (4,) * 6: HEXAHEDRON}
 VTK_TYPE = {
     "triangle": 5, "quad": 9, "tetra": 10, "hexahedron": 12,
     "triangle6": 22, "tetra10": 24, "quad9": 28, "hexahedron27": 29,
@@ -159,6 +162,31 @@ def _cells(group: Shown, body: int, shells: bool) -> _Cells:
     corners = np.unique(np.concatenate([np.asarray(face) for face in cells]))
     stream = np.concatenate([[len(cells)], *([len(face), *face] for face in cells)])
     return _Cells(np.array([len(corners)]), corners, POLYHEDRON, stream)
+
+
+@functools.lru_cache(maxsize=4096)
+def standard_cell(faces: tuple[tuple[int, ...], ...]) -> tuple[int, tuple[int, ...]] | None:
+    """VTK type and corners in VTK's order of a tetrahedron, pyramid or hexahedron; None for any other block.
+
+    Wedges are none: programs do not agree which way round these are.
+    ``faces`` run counter-clockwise seen from outside.
+    """
+    kind = SOLIDS.get(tuple(sorted(map(len, faces))))
+    if kind is None:
+        return None
+    base = max(faces, key=len)[::-1]  # seen from outside VTK's run clockwise
+    others = {*itertools.chain.from_iterable(faces)} - {*base}
+    top = _above(base, faces) if kind == HEXAHEDRON else [*others]
+    if {*top} != others or len(top) != len(others):
+        return None
+    return kind, (*base, *top)
+
+
+def _above(base: tuple[int, ...], faces: tuple[tuple[int, ...], ...]) -> list[int]:
+    """Where the edges lead that rise from the corners of the base; −1 from where none does."""
+    edges = [edge for one in faces for edge in zip(one, one[1:] + one[:1], strict=True)]
+    above = {a: b for a, b in edges if a in base and b not in base}
+    return [above.get(corner, -1) for corner in base]
 
 
 def _join_streams(parts: Sequence[_Cells], starts: Sequence[int]) -> tuple[IntArray, IntArray]:

@@ -14,7 +14,9 @@ from masonry_fem.build import Built
 from masonry_fem.host.ranks import HANDING, Spent, team
 from masonry_fem.host.trim import peak_memory
 from masonry_fem.march.march import March
+from masonry_fem.march.measure import largest_force
 from masonry_fem.march.model import Model
+from masonry_fem.march.rounding import force_rounding
 from masonry_fem.nscd import rounding
 from masonry_fem.records.remark import remark
 from masonry_fem.results.blocks import status_counts, stress_summary
@@ -150,15 +152,20 @@ def certificate(made: March) -> Certificate:
 
 
 def _rounding(made: March, largest: float) -> Rounding:
-    """What rounding may make of the last contact problem's measures, with its ``largest`` reaction [N]."""
+    """What rounding may make of the measures; the last contact problem has this ``largest`` reaction [N]."""
     problem, solution, h = made.last.problem, made.last.solution, made.last.scheme.step
     known = solution.rounding or rounding(problem, solution.impulse, solution.rigid_velocity)
+    acting, supports = made.last.after.acting, made.report.support_resultants
+    assert acting is not None  # a step that was measured
+    scale = largest_force(acting, supports)
     return Rounding(
         natural_map=max(known.natural_map, known.natural_map_velocity),
         max_penetration=h * known.max_penetration,
         min_normal_reaction=known.min_normal / h,
         cone_violation=known.cone_violation / h / largest if largest > 0 else 0.0,
         block_balance=known.block_balance,
+        global_balance=force_rounding(made.model, made.last, acting) / scale if scale > 0 else 0.0,
+        energy_balance=made.ledger.rounded,
     )
 
 

@@ -21,10 +21,9 @@ from masonry_fem.records.remark import Remark
 from masonry_fem.records.told import Told, versioned
 from masonry_fem.results.blocks import Stress
 from masonry_fem.results.determinacy import Determinacy
-from masonry_fem.results.discretisation import Errors
+from masonry_fem.results.discretisation import Errors, RefinementTold
 from masonry_fem.results.joints import Joints
 from masonry_fem.results.limit_analysis import LimitAnalysis
-from masonry_fem.results.refinement import RefinementTold
 from masonry_fem.results.utilisation import Utilisation
 
 FloatArray = NDArray[np.float64]
@@ -46,15 +45,17 @@ class Wrench(Told, frozen=True, kw_only=True):
 
 
 class Rounding(Told, frozen=True, kw_only=True):
-    """What rounding of the arithmetic alone may make of measures of the last contact problem.
+    """What rounding of the arithmetic alone may make of measures.
 
-    All from one formula, which ``nscd.rounding`` derives.
+    All from one formula: ``nscd.rounding`` derives it for those of the last contact problem,
+    ``march.rounding`` for the balances of the structure.
 
     Attributes
     ----------
     natural_map : Relative, as the measure. max_penetration : By one step [m].
     min_normal_reaction : At most 0 [N]. cone_violation : Relative to the largest reaction.
     block_balance : Relative to the largest impulse on a block.
+    global_balance, energy_balance : Relative, as the measures.
     """
 
     natural_map: float
@@ -62,6 +63,8 @@ class Rounding(Told, frozen=True, kw_only=True):
     min_normal_reaction: float
     cone_violation: float
     block_balance: float
+    global_balance: float
+    energy_balance: float
 
 
 class Certificate(Told, frozen=True, kw_only=True):

@@ -17,8 +17,7 @@ from masonry_fem.solid.polytope import Polytope
 from masonry_fem.solid.pose import FloatArray, Pose
 from masonry_fem.structures.parts.bond import Bond, Piece, rows_of
 from masonry_fem.structures.parts.ground import ground
-from masonry_fem.structures.parts.jambs import SLIVER, fitted
-from masonry_fem.structures.parts.opening import ROUNDING, Opening, Span, solid_stretches
+from masonry_fem.structures.parts.opening import ROUNDING, SLIVER, Opening, Span, fitted, solid_stretches
 
 Lengths = Annotated[
     tuple[float, ...],

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from masonry_fem.joints import FremondCangemi, probe
-from masonry_fem.joints.interface_laplacian import interface_laplacian
+from masonry_fem.joints.spreading import interface_laplacian
 from tests.joints.samples import path_laplacian
 
 C, ENERGY = 1e10, 50.0

@@ -9,9 +9,19 @@ import pytest
 
 from masonry_fem.analyses.run import run
 from masonry_fem.output.asked.fields import FieldFiles
-from masonry_fem.output.cell import HEXAHEDRON, PYRAMID, TETRA, standard_cell
 from masonry_fem.output.fields import cell_arrays, contact_arrays, point_arrays
-from masonry_fem.output.grid import POLYGON, POLYHEDRON, VTK_TYPE, grid_of, polygon_of, three
+from masonry_fem.output.grid import (
+    HEXAHEDRON,
+    POLYGON,
+    POLYHEDRON,
+    PYRAMID,
+    TETRA,
+    VTK_TYPE,
+    grid_of,
+    polygon_of,
+    standard_cell,
+    three,
+)
 from masonry_fem.output.masks import with_nan
 from masonry_fem.output.vtu import write_points, write_vtu
 from masonry_fem.scene import loads

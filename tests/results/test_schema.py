@@ -233,7 +233,7 @@ def test_what_rounding_makes_of_measures_has_their_units():
     weight = 2 * 2400.0 * 10.0
     assert -1e-14 * weight < once.min_normal_reaction < 0
     assert more.min_normal_reaction == pytest.approx(1e3 * once.min_normal_reaction, rel=1e-9)
-    for name in ("natural_map", "cone_violation", "block_balance"):
+    for name in ("natural_map", "cone_violation", "block_balance", "global_balance"):
         assert 0 < getattr(once, name) < 1e-14
         assert getattr(more, name) == pytest.approx(getattr(once, name), rel=1e-9)
     dynamics = "analysis={{kind='dynamics', step={0}, duration={0}, theta=1.0}}"

@@ -5,11 +5,14 @@ One ``.vtu`` a recorded step for the blocks and one for the contact points, and 
 
     out/blocks.pvd   out/contacts.pvd   out/fields/blocks_000012.vtu   ...
 
-What acts on the blocks beside contacts stands in ``out/fields/acting_000012.csv``.
+What acts on the blocks beside contacts stands in ``out/fields/acting_000012.csv``: together with the contact
+points of the same step it is all that one needs to check the balance of every block (docs/certificate.md).
 """
 
 from __future__ import annotations
 
+import csv
+import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -17,9 +20,9 @@ from typing import Any
 import numpy as np
 
 from masonry_fem.host.atomic import write_atomic
+from masonry_fem.march.acting import Acting
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import STATUS_NAMES, SystemState
-from masonry_fem.output.acting_table import acting_table
 from masonry_fem.output.fields import (
     DISPLACEMENT,
     MATERIAL,
@@ -31,6 +34,7 @@ from masonry_fem.output.fields import (
     utilisation_arrays,
 )
 from masonry_fem.output.grid import Grid, fidelity_names, grid_of, three
+from masonry_fem.output.history import AXES, WRENCH
 from masonry_fem.output.recorder import Request, StepReport
 from masonry_fem.output.strength import Strengths
 from masonry_fem.output.vtu import Series, field_data, named, write_points, write_vtu
@@ -94,8 +98,34 @@ class FieldFiles:
             self._contacts.add(path, report.time)
         if state.acting is not None:
             path = self._directory / "fields" / f"acting_{state.index:06d}.csv"
-            write_atomic(path, acting_table(model, state.acting))
+            write_atomic(path, _acting_table(model, state.acting))
 
     def close(self, summary: Any) -> list[Path]:
         """Name the two series."""
         return [series.path for series in (self._blocks, self._contacts) if series.path.exists()]
+
+
+def _acting_table(model: Model, acting: Acting) -> bytes:
+    """What acts on each block besides contacts in a step, as CSV in SI units; moments are about the origin.
+
+    Parameters
+    ----------
+    model : The model.
+    acting : Loads, clamp forces and inertia of each block.
+    """
+    d = model.assembly.dimension
+    axes, wrench = AXES[d], WRENCH[3 if d == 2 else 6]
+    kind = {block: group.kind for group in model.groups for block in group.blocks.tolist()}
+    head = ["block", "name", "kind", "size", "held", *(f"centre_{axis}" for axis in axes)]
+    head += [f"{name}_{part}" for name in ("load", "clamp", "inertia") for part in wrench]
+    head += [f"displaced_{part}" for part in wrench[d:]]
+    numbers = np.column_stack(
+        [acting.size, acting.held, acting.centre, acting.load, acting.clamp, acting.inertia, acting.displaced]
+    )
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(head)
+    names = [block.name for block in model.assembly.blocks]
+    rows = zip(names, numbers.tolist(), strict=True)
+    table.writerows([number, name, kind[number], *row] for number, (name, row) in enumerate(rows))
+    return text.getvalue().encode()

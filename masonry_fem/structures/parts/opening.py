@@ -4,16 +4,18 @@
     span = Span.of(door, length=0.5, height=0.25, courses=12)
     span.open_in(3), span.lintel_in(9)
 
-Its sill and its head lie on bed joints; its jambs may be anywhere.
+Its sill and its head lie on bed joints; its jambs may be anywhere: rows of bricks are cut to them.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from masonry_fem.records.record import Count, Distance, Length, Spec
+from masonry_fem.structures.parts.bond import Piece
 
 ROUNDING = 1e-6  # of a brick: rounding of decimals in a scene file
+SLIVER = 0.25  # of a brick: no stone is shorter
 
 
 class Opening(Spec, frozen=True, kw_only=True):
@@ -103,3 +105,39 @@ def solid_stretches(
     taken = sorted(stretch for span in spans if (stretch := span.taken(course)) is not None)
     ends = [extent[0], *(x for stretch in taken for x in stretch), extent[1]]
     return [(a, b) for a, b in zip(ends[::2], ends[1::2], strict=True) if abs(b - a) > rounding]
+
+
+def fitted(pieces: tuple[Piece, ...], start: float, end: float, *, brick: float) -> list[Piece]:
+    """The pieces of a row within a stretch of wall.
+
+    A brick is cut where the stretch ends. A rest shorter than a quarter of a brick is joined with its
+    neighbour, if the two are no longer than a brick; otherwise it is extended to a quarter at the
+    neighbour's cost.
+
+    Parameters
+    ----------
+    pieces : The whole row.
+    start, end : Ends of the stretch along the wall [m].
+    brick : Length of a whole brick [m].
+    """
+    rounding = ROUNDING * brick
+    inside = []
+    for piece in pieces:
+        a = piece.start if piece.start > start - rounding else start
+        b = piece.end if piece.end < end + rounding else end
+        if b - a > rounding:
+            inside.append(replace(piece, start=a, end=b))
+    if len(inside) > 1 and inside[0].length < SLIVER * brick - rounding:
+        inside[:2] = _mended(inside[0], inside[1], brick)
+    if len(inside) > 1 and inside[-1].length < SLIVER * brick - rounding:
+        inside[-2:] = _mended(inside[-2], inside[-1], brick)
+    return inside
+
+
+def _mended(one: Piece, two: Piece, brick: float) -> list[Piece]:
+    """Two pieces, one of them a sliver, as one or with the joint moved."""
+    longer, shorter = (one, two) if one.length > two.length else (two, one)
+    if one.length + two.length <= brick * (1 + ROUNDING):
+        return [replace(longer, start=one.start, end=two.end)]
+    moved = SLIVER * brick if shorter is one else -SLIVER * brick
+    return [replace(one, end=one.end + moved), replace(two, start=two.start + moved)]

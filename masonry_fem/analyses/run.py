@@ -17,15 +17,19 @@ from typing import TYPE_CHECKING, Any
 from msgspec import structs
 
 from masonry_fem.analyses.discretisation import errors_of
+from masonry_fem.analyses.keeping import Keeper
 from masonry_fem.analyses.start import said, started
 from masonry_fem.build import Built, build, solver_settings
+from masonry_fem.build.going_on import gone_on
 from masonry_fem.errors import MasonryError, OutputError, ProblemError
 from masonry_fem.march.clock import Clock
 from masonry_fem.march.march import March, Observer, march
 from masonry_fem.march.model import Model
+from masonry_fem.march.standing import Standing
 from masonry_fem.march.step import Increment
 from masonry_fem.nscd import save_problem
 from masonry_fem.output.asked import recorders
+from masonry_fem.output.checkpoint import CHECKPOINT, Checkpoint
 from masonry_fem.output.folder import Folder, ended_by, refuse_busy
 from masonry_fem.output.history import History
 from masonry_fem.output.recorder import Recorders, Request
@@ -42,6 +46,9 @@ from masonry_fem.scene import check, specs
 
 if TYPE_CHECKING:
     from masonry_fem.march.determinacy import ForceDeterminacy
+
+# what a run that goes on finds in its folder; it makes the rest anew
+KEPT = (CHECKPOINT, "history.csv", "fields/")
 
 # What a scene did not ask for is not loaded: the outputs are imported where they are made.
 
@@ -127,19 +134,61 @@ def run(
     ------
     MasonryError : Where the scene cannot be built or has no such step; nothing is written then.
     """
-    out, base = Path(out), Path(base)
+    return _written(scene, Path(out), Path(base), save_contact, quiet, before, draws, None)
+
+
+def go_on(scene: specs.Scene, out: Path, checkpoint: Checkpoint, *, quiet: bool = True) -> RunResult:
+    """Make the steps of a run that its checkpoint has not, and write its results as if it had not ended there.
+
+    Parameters
+    ----------
+    scene : Of the checkpoint; its analysis may have more steps. out : Results folder.
+    checkpoint : Where to go on. quiet : No progress bar.
+
+    Raises
+    ------
+    MasonryError : The checkpoint does not fit the scene.
+    """
+    return _written(scene, out, out, None, quiet, None, None, checkpoint)
+
+
+def _written(
+    scene: specs.Scene,
+    out: Path,
+    base: Path,
+    save_contact: int | None,
+    quiet: bool,
+    before: Built | None,
+    draws: Callable[[Built, March], bool] | None,
+    checkpoint: Checkpoint | None,
+) -> RunResult:
+    """Solve a scene and write its results, from a checkpoint on where there is one."""
     with gathered() as remarks:
-        scene = check(scene, base=base)
+        given, scene = scene, check(scene, base=base)
         _check_step(save_contact, scene.analysis.steps)
         refuse_busy(out)  # before the work of building
         built = build(scene, base, before)
         recorders = _recorders(scene, built, out, quiet)
         kept: list[tuple[Model, Increment]] = []
-        stages = _solved(scene, base, built, _limits(scene, built), (recorders,), save_contact, kept)
-        with Folder(out, "run", title=scene.title, clears=("view",)):
+        limits = _limits(scene, built)
+        standing = None if checkpoint is None else checkpoint.standing
+        going_on = None if standing is None else (gone_on(scene, built, base, standing), standing)
+        if checkpoint is not None and going_on is not None:  # has what building it remarked on already
+            remarks[:] = checkpoint.remarks
+        keeper = Keeper.of(given, base, out, recorders, remarks)
+        stages = _solved(
+            scene, base, built, limits, (recorders,), save_contact, kept, going_on=going_on, keeper=keeper
+        )
+        keeps = () if checkpoint is None else KEPT
+        with Folder(out, "run", title=scene.title, clears=("view",), keeps=keeps):
             figures: Summary | None = None
             try:
-                recorders.start(built.model)
+                if checkpoint is None or going_on is None:
+                    recorders.start(built.model)
+                    if keeper is not None:
+                        keeper.begin()
+                else:
+                    recorders.go_on(built.model, checkpoint.outputs)
                 for result in stages:
                     figures = result.summary
                 clock = Clock()
@@ -157,6 +206,8 @@ def run(
                 seconds["output"] = round(seconds["output"] + clock.phases["output"], 4)
                 result = _ended(result, seconds=seconds, remarks=tuple(remarks))
                 files.append(write(out / "summary.json", result.summary))
+                if keeper is not None:
+                    files.append(keeper.end(result.outcome, result.march.standing))
             except BaseException as error:  # what was written so far is left readable, and says what it is
                 with contextlib.suppress(OutputError):  # where there is no place it goes on saying "running"
                     hold = "history.csv and the field files hold the steps so far"
@@ -184,10 +235,16 @@ def _solved(
     observers: Sequence[Observer],
     keep: int | None = None,
     kept: list[tuple[Model, Increment]] | None = None,
+    *,
+    going_on: tuple[Model, Standing] | None = None,
+    keeper: Keeper | None = None,
 ) -> Iterator[RunResult]:
     """What is known of a scene: after its march, and with all that is asked of its end."""
     plan, settings = scene.analysis, solver_settings(scene.solver)
-    made = march(built.model, plan, settings, bodies=built.bodies, observers=observers, keep=keep, kept=kept)
+    made = march(
+        built.model, plan, settings, bodies=built.bodies, observers=observers, keep=keep, kept=kept,
+        going_on=going_on, keep_standing=keeper,
+    )  # fmt: skip
     start = started(made)
     made = said(made, start)
     summary = summarise(

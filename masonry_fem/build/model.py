@@ -114,6 +114,7 @@ def build(scene: specs.Scene, base: Path, before: Built | None = None, *, solved
         meet=_meet(scene, stones, base),
         reach=REACH * typical_length(stones.assembly) if reach is None else reach,
         keeps_tangents=scene.solver.tangent == "initial",
+        joint_records=tuple(chosen),
     )
     scene.analysis.control(model.probes)  # refuses a name that no probe has
     bodies = _initial(scene, stones, groups)

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import masonry_fem
-from masonry_fem.cli import check, collapse, compile, contact, info, limit, mesh, run, study, view
+from masonry_fem.cli import check, collapse, compile, contact, info, limit, mesh, resume, run, study, view
 from masonry_fem.cli.console import complain, speak_readably
 from masonry_fem.cli.exit_codes import BAD_INPUT, INTERRUPTED, PIPE_CLOSED, WORDS
 from masonry_fem.cli.grammar import Parser, parents
@@ -28,7 +28,7 @@ from masonry_fem.host import ranks
 __all__ = ["main", "parser"]
 
 ROOM = str(Path(masonry_fem.__file__).parent)
-COMMANDS = (run, check, limit, collapse, study, mesh, view, contact, compile, info)
+COMMANDS = (run, resume, check, limit, collapse, study, mesh, view, contact, compile, info)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -49,6 +49,15 @@ class Series:
         """Where the file of a step goes."""
         return self._directory / "fields" / f"{self._name}_{index:06d}.vtu"
 
+    @property
+    def entries(self) -> dict[str, float]:
+        """Times by the files' names, relative to the results folder."""
+        return dict(self._entries)
+
+    def go_on(self, entries: dict[str, float]) -> None:
+        """Keep the files of the same collection that are there."""
+        self._entries = {str(name): float(time) for name, time in entries.items()}
+
     def add(self, path: Path, time: float) -> None:
         """Enter a file that is complete and rewrite the collection."""
         self._entries[path.relative_to(self._directory).as_posix()] = time

@@ -7,7 +7,7 @@ from typing import Literal, cast
 from msgspec import defstruct
 
 from masonry_fem.output import asked
-from masonry_fem.records.record import Axis, BlockSelector, Count, Name, Point, Positive, Spec
+from masonry_fem.records.record import Axis, BlockSelector, Count, Name, Point, Positive, Seconds, Spec
 
 CutField = Literal["von_mises", "vertical", "greatest", "least"]
 
@@ -79,6 +79,9 @@ class Output(Spec, frozen=True, kw_only=True):
     contact_error : run the analysis a second time with [other contact points](errors.md#contact), and put
         into the summary what changes
     amplification : factor of displacements in pictures; chosen automatically by default
+    checkpoint_steps : number of steps after which ``checkpoint.npz`` is written, from which
+        [a run goes on](histories.md); it is also written at the start and at the end
+    checkpoint_time : the same by the time of the clock, as ``"5 min"``; both may be given
     """
 
     fields: bool = True
@@ -90,3 +93,5 @@ class Output(Spec, frozen=True, kw_only=True):
     limit_analysis: bool = False
     contact_error: bool = False
     amplification: Positive | None = None
+    checkpoint_steps: Count | None = None
+    checkpoint_time: Seconds | None = None

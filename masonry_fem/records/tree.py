@@ -1,0 +1,207 @@
+"""Tree: records of numbers, texts and arrays as plain JSON and a list of arrays, and back, bit for bit.
+
+    node, arrays = packed(state)          # node: what JSON holds; arrays: what it points to
+    state = unpacked(node, arrays)
+
+A record is a frozen dataclass or a frozen ``msgspec.Struct`` of this package. It is taken apart by its fields, so
+that a new one needs no line here. What is read back makes such records and nothing else: no code of a file runs.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Mapping, Sequence
+from importlib import import_module
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from masonry_fem.errors import MasonryError
+
+Node = Any  # what JSON holds
+Arrays = list[NDArray[Any]]
+
+PACKAGE = "masonry_fem."
+NUMBERS = "biuf"  # kinds of arrays that are written: truth values, whole numbers, numbers
+_RECORD = re.compile(r"[a-z_]\w*(?:\.[a-z_]\w*)*:[A-Z_]\w*")
+
+
+class TreeError(MasonryError):
+    """A tree holds what is no record, number, text or array of numbers."""
+
+
+def is_record(kind: type) -> bool:
+    """Whether a class is one whose values are packed: frozen, with fields, of this package."""
+    if not kind.__module__.startswith(PACKAGE) or "<" in kind.__qualname__:
+        return False
+    if dataclasses.is_dataclass(kind):
+        return bool(kind.__dataclass_params__.frozen)  # type: ignore[attr-defined]  # what the decorator leaves
+    return issubclass(kind, msgspec.Struct) and bool(kind.__struct_config__.frozen)
+
+
+def packed(value: Any) -> tuple[Node, Arrays]:
+    """A value as what JSON holds, and the arrays in it, each once.
+
+    Raises
+    ------
+    TreeError : Something in it is no record, number, text or array of numbers.
+    """
+    packer = _Packer()
+    return packer.node(value, "it"), packer.arrays
+
+
+def unpacked(node: Node, arrays: Sequence[NDArray[Any]]) -> Any:
+    """The value that was packed.
+
+    Parameters
+    ----------
+    node : What JSON held.
+    arrays : The arrays that it points to.
+
+    Raises
+    ------
+    TreeError : It is not what ``packed`` makes.
+    """
+    try:
+        return _value(node, arrays)
+    except (AttributeError, ImportError, IndexError, KeyError, TypeError, ValueError) as error:
+        raise TreeError(f"a node is not as expected ({type(error).__name__}: {error})") from error
+
+
+def contiguous(value: Any) -> Any:
+    """The same with every array as it would be read back: in one piece of memory.
+
+    Sums depend on the order in which numbers lie there, so that who goes on with a value and who reads it
+    later get the same bits only if both have it like this.
+    """
+    if isinstance(value, np.ndarray):
+        return value if value.flags.c_contiguous or value.flags.f_contiguous else np.ascontiguousarray(value)
+    if isinstance(value, tuple | list):
+        return type(value)(contiguous(one) for one in value)
+    if is_record(type(value)):
+        old = {name: getattr(value, name) for name in _names(type(value))}
+        new = {name: contiguous(one) for name, one in old.items()}
+        return value if all(new[name] is old[name] for name in old) else type(value)(**new)
+    return value
+
+
+def differences(one: Any, other: Any, path: str = "") -> list[str]:
+    """Where two values are not alike in kinds and shapes, in words; numbers may differ.
+
+    Parameters
+    ----------
+    one, other : Values. path : What to call them.
+    """
+    if type(one) is not type(other):
+        return [f"{path} is {_kind(one)}, expected {_kind(other)}"]
+    if isinstance(one, np.ndarray):
+        alike = one.shape == other.shape and one.dtype == other.dtype
+        return [] if alike else [f"{path} is {_kind(one)}, expected {_kind(other)}"]
+    if isinstance(one, tuple | list):
+        if len(one) != len(other):
+            return [f"{path} has {len(one)} parts, expected {len(other)}"]
+        pairs = [(f"{path}.{k}", a, b) for k, (a, b) in enumerate(zip(one, other, strict=True))]
+    elif is_record(type(one)):
+        pairs = [(f"{path}.{name}", getattr(one, name), getattr(other, name)) for name in _names(type(one))]
+    else:
+        return []
+    return [found for name, a, b in pairs for found in differences(a, b, name)]
+
+
+def _kind(value: Any) -> str:
+    if isinstance(value, np.ndarray):
+        return f"an array {value.dtype} of shape {value.shape}"
+    return "nothing" if value is None else f"a {type(value).__name__}"
+
+
+def _names(kind: type) -> tuple[str, ...]:
+    if dataclasses.is_dataclass(kind):
+        return tuple(field.name for field in dataclasses.fields(kind))
+    names: tuple[str, ...] = kind.__struct_fields__  # type: ignore[attr-defined]  # of a Struct
+    return names
+
+
+class _Packer:
+    """Takes values apart; an array that is met twice is kept once."""
+
+    def __init__(self) -> None:
+        self.arrays: Arrays = []
+        self._numbers: dict[int, int] = {}
+
+    def node(self, value: Any, path: str) -> Node:
+        """What JSON holds of a value, which messages call ``path``."""
+        if value is None or type(value) in (bool, int, str):
+            return value
+        if type(value) is float:
+            return value if np.isfinite(value) else {"float": repr(value)}
+        if isinstance(value, np.ndarray):
+            return {"array": self._number(value, path)}
+        if isinstance(value, np.generic):
+            return {"number": self._number(np.asarray(value), path)}
+        if type(value) is list:
+            return [self.node(one, f"{path}[{k}]") for k, one in enumerate(value)]
+        if type(value) is tuple:
+            return {"tuple": [self.node(one, f"{path}[{k}]") for k, one in enumerate(value)]}
+        if isinstance(value, Mapping) and all(type(key) is str for key in value):
+            return {"table": {key: self.node(one, f"{path}.{key}") for key, one in value.items()}}
+        if type(value).__name__ == "csr_array":  # SciPy's, without importing it
+            parts = (value.data, value.indices, value.indptr, tuple(map(int, value.shape)))
+            return {"rows": [self.node(part, path) for part in parts]}
+        kind = type(value)
+        if not is_record(kind):
+            raise TreeError(
+                f"{path} is a {kind.__module__}.{kind.__qualname__}, expected a frozen record of masonry_fem, "
+                "a number, a text or an array of numbers: nothing else is saved of a state"
+            )
+        fields = {name: self.node(getattr(value, name), f"{path}.{name}") for name in _names(kind)}
+        return {"record": f"{kind.__module__.removeprefix(PACKAGE)}:{kind.__qualname__}", "fields": fields}
+
+    def _number(self, array: NDArray[Any], path: str) -> int:
+        if array.dtype.kind not in NUMBERS:
+            raise TreeError(f"{path} is an array of {array.dtype}, expected numbers")
+        number = self._numbers.get(id(array))
+        if number is None:
+            number = self._numbers[id(array)] = len(self.arrays)
+            self.arrays.append(array)
+        return number
+
+
+def _value(node: Node, arrays: Sequence[NDArray[Any]]) -> Any:
+    if isinstance(node, list):
+        return [_value(one, arrays) for one in node]
+    if not isinstance(node, dict):
+        return node
+    if "record" in node:
+        kind = _kind_named(node["record"])
+        return kind(**{name: _value(one, arrays) for name, one in node["fields"].items()})
+    ((form, content),) = node.items()
+    if form == "array":
+        return arrays[content]
+    if form == "number":
+        return arrays[content][()]
+    if form == "float":
+        return float(content)
+    if form == "tuple":
+        return tuple(_value(one, arrays) for one in content)
+    if form == "table":
+        return {key: _value(one, arrays) for key, one in content.items()}
+    if form == "rows":
+        from scipy import sparse  # noqa: PLC0415 - scenes that are only read need no SciPy
+
+        data, indices, indptr, shape = (_value(part, arrays) for part in content)
+        return sparse.csr_array((data, indices, indptr), shape=shape)
+    raise TreeError(f"a node is a '{form}', which is not known")
+
+
+def _kind_named(name: str) -> type:
+    """The record of a name such as ``march.state:SystemState``."""
+    if not isinstance(name, str) or not _RECORD.fullmatch(name):
+        raise TreeError(f"a record is called {name!r}, expected module:Class of masonry_fem")
+    module, _, own = name.partition(":")
+    kind = getattr(import_module(PACKAGE + module), own)
+    if not isinstance(kind, type) or not is_record(kind) or kind.__module__ != PACKAGE + module:
+        raise TreeError(f"'{name}' is no record whose values are saved")
+    return kind

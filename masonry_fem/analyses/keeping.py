@@ -2,14 +2,15 @@
 
 keeper = Keeper.of(scene, base, out, recorders, remarks)      # None where the scene asks for none
 keeper.begin()
-march(..., keep_standing=keeper)
-keeper.end("finished", made.standing)
+march(..., keeper=keeper)
+keeper.end("finished")
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Self
 
@@ -41,6 +42,7 @@ class Keeper:
         self.path, self._scene, self._recorders, self._remarks = path, scene, recorders, remarks
         self._steps, self._interval = steps, interval
         self._last = time.monotonic()
+        self._end: Checkpoint | None = None
 
     @classmethod
     def of(
@@ -62,21 +64,25 @@ class Keeper:
 
     def begin(self) -> None:
         """Write that no step is made yet."""
-        self._write("", None)
+        write_checkpoint(self.path, self._checkpoint(None))
 
-    def __call__(self, standing: Standing) -> None:
+    def between(self, standing: Standing) -> None:
         """Write what a march knows between two steps, where it is time."""
         due = self._steps is not None and standing.done % self._steps == 0
         if due or (self._interval is not None and time.monotonic() - self._last >= self._interval):
-            self._write("", standing)
+            write_checkpoint(self.path, self._checkpoint(standing))
+            self._last = time.monotonic()
 
-    def end(self, outcome: str, standing: Standing | None) -> Path:
+    def reached(self, standing: Standing | None) -> None:
+        """Keep what a march knows at its end: it is written once all else is, as a kill may come before."""
+        self._end = None if standing is None else self._checkpoint(standing)
+
+    def end(self, outcome: str) -> Path:
         """Write where the run ended, if more steps can be made from there."""
-        if standing is not None:
-            self._write(outcome, standing)
+        if self._end is not None:
+            write_checkpoint(self.path, replace(self._end, outcome=outcome))
         return self.path
 
-    def _write(self, outcome: str, standing: Standing | None) -> None:
+    def _checkpoint(self, standing: Standing | None) -> Checkpoint:
         saved = {} if standing is None else self._recorders.saved()
-        write_checkpoint(self.path, Checkpoint(self._scene, outcome, standing, saved, tuple(self._remarks)))
-        self._last = time.monotonic()
+        return Checkpoint(self._scene, "", standing, saved, tuple(self._remarks))

@@ -48,7 +48,7 @@ def resume(
 
     Raises
     ------
-    CheckpointError : There is no checkpoint, or it does not fit; a scene that is not the same but for more steps.
+    CheckpointError : There is no checkpoint, or it does not fit; the scene is another, but for more steps.
     EndedError : The run is done.
     """
     folder = Path(folder)
@@ -74,7 +74,7 @@ def untrusted(text: str) -> str:
         return [stripped(one) for one in value] if isinstance(value, list) else value
 
     try:
-        return tomli_w.dumps(stripped(tomllib.loads(text)))
+        return str(tomli_w.dumps(stripped(tomllib.loads(text))))
     except (ValueError, RecursionError) as error:
         raise CheckpointError(
             f"the scene of the checkpoint cannot be read ({error}); run it again"
@@ -91,8 +91,8 @@ def _refuse_changes(first: specs.Scene, scene: specs.Scene) -> None:
     ]
     if told:
         raise CheckpointError(
-            f"a run goes on with its own scene, and {'; '.join(told[:SHOWN])}: leave that as it was, or start a "
-            "scene of its own from where this one ended (analysis.start)"
+            f"a run goes on with its own scene, and {'; '.join(told[:SHOWN])}: leave that as it was, or let "
+            "another scene start from where this one ended (analysis.start)"
         )
 
 
@@ -123,15 +123,16 @@ def _refuse_other_steps(before: specs.Analysis, scene: specs.Scene, checkpoint: 
     if not same or one != other:
         changed = "; ".join(_differences(plain(before), plain(after), "analysis"))
         raise CheckpointError(
-            f"the {done} steps that are made are not the first ones of this analysis ({changed}): a march in time "
-            "goes on with a longer duration, or more max_steps; all else is a scene of its own (analysis.start)"
+            f"the {done} steps that are made are not the first ones of this analysis ({changed}): a march in "
+            "time goes on with a longer duration, or more max_steps; let another scene start from where this "
+            "one ended for anything else (analysis.start)"
         )
     motions = [one.motion.time for one in scene.supports if one.motion is not None]
     times = motions + [one.time for one in scene.loads.temperatures]
     if before.ramp != after.ramp and None in times:
         raise CheckpointError(
-            f"motions or temperatures without a time function go on until t = {before.ramp:g} s, with this analysis "
-            f"until {after.ramp:g} s: what is made would be another; give them a time"
+            f"motions or temperatures without a time function go on until t = {before.ramp:g} s, with this "
+            f"analysis until {after.ramp:g} s, so that steps that are made would be others; give them a time"
         )
     if not checkpoint.outcome:
         return

@@ -138,7 +138,7 @@ def run(
 
 
 def go_on(scene: specs.Scene, out: Path, checkpoint: Checkpoint, *, quiet: bool = True) -> RunResult:
-    """Make the steps of a run that its checkpoint has not, and write its results as if it had not ended there.
+    """Make the steps of a run that its checkpoint lacks, and write its results as if it had gone on.
 
     Parameters
     ----------
@@ -207,7 +207,7 @@ def _written(
                 result = _ended(result, seconds=seconds, remarks=tuple(remarks))
                 files.append(write(out / "summary.json", result.summary))
                 if keeper is not None:
-                    files.append(keeper.end(result.outcome, result.march.standing))
+                    files.append(keeper.end(result.outcome))
             except BaseException as error:  # what was written so far is left readable, and says what it is
                 with contextlib.suppress(OutputError):  # where there is no place it goes on saying "running"
                     hold = "history.csv and the field files hold the steps so far"
@@ -243,7 +243,7 @@ def _solved(
     plan, settings = scene.analysis, solver_settings(scene.solver)
     made = march(
         built.model, plan, settings, bodies=built.bodies, observers=observers, keep=keep, kept=kept,
-        going_on=going_on, keep_standing=keeper,
+        going_on=going_on, keeper=keeper,
     )  # fmt: skip
     start = started(made)
     made = said(made, start)

@@ -57,8 +57,8 @@ def gone_on(scene: specs.Scene, built: Built, base: Path, standing: Standing) ->
         told.append(f"the state has {len(state.gap)} contacts, expected {count}")
     if told:
         raise MasonryError(
-            f"the saved state does not fit its scene: {'; '.join(told[:SHOWN])}. Files that the scene names have "
-            "changed since; restore them, or run the scene again"
+            f"the saved state does not fit its scene: {'; '.join(told[:SHOWN])}. Files that the scene names "
+            "have changed since; restore them, or run the scene again"
         )
     return model
 

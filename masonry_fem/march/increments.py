@@ -118,8 +118,9 @@ def _parts(
     clock: Clock,
     lookout: Lookout,
 ) -> Iterator[tuple[Coupling, Increment, float]]:
-    """A step as it is, or each half of it in turn where joints give way or nothing was found,
-    with the time at its end.
+    """A step as it is, or each half of it in turn where joints give way or nothing was found.
+
+    Each comes with the time at its end.
 
     ``parts`` is into how many it may be divided for the joints' sake, and for that of blocks that turn.
     """

@@ -88,7 +88,7 @@ def march(
     keep: int | None = None,
     kept: list[tuple[Model, Increment]] | None = None,
     going_on: tuple[Model, Standing] | None = None,
-    keep_standing: Keep | None = None,
+    keeper: Keep | None = None,
 ) -> March:
     """Make the steps of a strategy until it is satisfied, its steps are used up, or nothing more can be done.
 
@@ -104,12 +104,12 @@ def march(
     kept : List that this step is appended to.
     going_on : What the same march knew between two steps, and the structure with the contacts that it had
         then; the steps before are not made again.
-    keep_standing : Is given what the march knows before each step but the first. Each step then begins as one
-        that goes on from there, so that both give the same bits.
+    keeper : Is given what the march knows between its steps. Each step then begins as one that goes on from
+        there, so that both give the same bits.
     """
     model = first = _controlled(model, strategy)
     ledger, clock, troubles = Ledger(), Clock(), Troubles()
-    headway = Headway(seams=keep_standing is not None)
+    headway = Headway(seams=keeper is not None)
     if going_on is None:
         coupling = connect(model)
         state = start = _begun(model, coupling, bodies) if start is None else start
@@ -163,13 +163,15 @@ def march(
             verdict = _arrived(model, strategy, report)
         if verdict is not None:
             break
-        if keep_standing is not None and headway.whole and headway.more:
-            keep_standing(standing())
+        if keeper is not None and headway.whole and headway.more:
+            keeper.between(standing())
             clock.lap("output")
     else:
         verdict = _out_of_steps(model, strategy, start, made, report, settings)
     hopeless = _hopeless(last[2], static) is not None
     reached = None if hopeless or not headway.whole else standing()
+    if keeper is not None:
+        keeper.reached(reached)
     if made.problem.structure is not None:
         made.problem.structure.empty()
     witness.end(model, made.after)

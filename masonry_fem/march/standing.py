@@ -1,14 +1,13 @@
 """Standing: all that a march knows between two steps, so that another one goes on from there, bit for bit.
 
-march(model, strategy, settings, keep_standing=kept.append)      # one before each step but the first
-march(model, strategy, settings, going_on=kept[-1])              # the same steps from there on
+march(model, strategy, settings, keeper=keeper)                    # keeper.between(standing), each step
+march(model, strategy, settings, going_on=(model, standing))       # the same steps from there on
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -88,4 +87,13 @@ class Standing:
     factored: bool
 
 
-Keep = Callable[[Standing], None]
+class Keep(Protocol):
+    """Who is given what a march knows."""
+
+    def between(self, standing: Standing) -> None:
+        """Before each step but the first."""
+        ...
+
+    def reached(self, standing: Standing | None) -> None:
+        """After the last step, before anything is told of it; None where no more steps can be made."""
+        ...

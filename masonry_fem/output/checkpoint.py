@@ -80,19 +80,19 @@ def read_checkpoint(folder: Path) -> Checkpoint:
     """
     path = folder / CHECKPOINT
     try:
-        with np.load(path, allow_pickle=False) as file:
+        with path.open("rb") as opened, np.load(opened, allow_pickle=False) as file:
             told = json.loads(file["tree"].tobytes())
             found, written = told["format"], told["version"]
             if found != FORMAT:
                 raise CheckpointError(
-                    f"{path} has format {found!r} (masonry_fem {written}), expected {FORMAT}: read it with that "
-                    "version, or run the scene again"
+                    f"{path} has format {found!r} (masonry_fem {written}), expected {FORMAT}: read it with "
+                    "that version, or run the scene again"
                 )
             checkpoint = unpacked(told["tree"], [file[str(number)] for number in range(len(file.files) - 1)])
     except FileNotFoundError as error:
         raise CheckpointError(
-            f"{folder} has no {CHECKPOINT}, expected the results folder of a run with output.checkpoint_steps or "
-            "output.checkpoint_time"
+            f"{folder} has no {CHECKPOINT}, expected the results folder of a run with "
+            "output.checkpoint_steps or output.checkpoint_time"
         ) from error
     except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, TreeError) as error:
         raise CheckpointError(f"{path} is damaged ({error}); run the scene again") from error

@@ -41,7 +41,7 @@ class Folder:
     command : Who writes: run, collapse, study, mesh or view.
     title : Of the scene, for the summary.
     clears : Other commands whose files are removed too, as they are made from this one's.
-    keeps : Names of files, and beginnings of them that end with ``/``, that stay: the command goes on with them.
+    keeps : Files, and folders with a ``/`` at their end, that stay: the command goes on with them.
 
     Raises
     ------

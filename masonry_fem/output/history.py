@@ -68,8 +68,8 @@ class History:
             raise unwritten(self.path, error) from error
         if there < size:
             raise OutputError(
-                f"{self.path} has {there} bytes, expected at least the {size} of its checkpoint: it was changed "
-                "since; run the scene again"
+                f"{self.path} has {there} bytes, expected at least the {size} of its checkpoint: it was "
+                "changed since; run the scene again"
             )
         self._columns = list(saved["columns"])
 

@@ -62,8 +62,8 @@ class Request:
 class Recorder(Protocol):
     """One output; one with a method ``end(march, determinacy)`` is told how the march ended.
 
-    One that remembers steps has ``saved()``, texts and numbers for a checkpoint, and ``go_on(model, saved)``, which
-    takes the place of ``start`` where a run goes on from there.
+    One that remembers steps has ``saved()``, texts and numbers for a checkpoint, and ``go_on(model, saved)``,
+    which takes the place of ``start`` where a run goes on from there.
     """
 
     dense: bool

@@ -3,13 +3,14 @@
     node, arrays = packed(state)          # node: what JSON holds; arrays: what it points to
     state = unpacked(node, arrays)
 
-A record is a frozen dataclass or a frozen ``msgspec.Struct`` of this package. It is taken apart by its fields, so
-that a new one needs no line here. What is read back makes such records and nothing else: no code of a file runs.
+A record is a frozen dataclass or a frozen ``msgspec.Struct`` of this package. It is taken apart by its
+fields, so that a new one needs no line here. What is read back makes such records: no code of a file runs.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import operator
 import re
 from collections.abc import Mapping, Sequence
 from importlib import import_module
@@ -80,12 +81,13 @@ def contiguous(value: Any) -> Any:
     if isinstance(value, np.ndarray):
         return value if value.flags.c_contiguous or value.flags.f_contiguous else np.ascontiguousarray(value)
     if isinstance(value, tuple | list):
-        return type(value)(contiguous(one) for one in value)
-    if is_record(type(value)):
-        old = {name: getattr(value, name) for name in _names(type(value))}
-        new = {name: contiguous(one) for name, one in old.items()}
-        return value if all(new[name] is old[name] for name in old) else type(value)(**new)
-    return value
+        parts = type(value)(contiguous(one) for one in value)
+        return value if all(map(operator.is_, parts, value)) else parts
+    old = None if isinstance(value, Mapping) else _parts(value)
+    if old is None:
+        return value
+    new = {name: contiguous(one) for name, one in old.items()}
+    return value if all(new[name] is old[name] for name in old) else type(value)(**new)
 
 
 def differences(one: Any, other: Any, path: str = "") -> list[str]:
@@ -133,31 +135,38 @@ class _Packer:
 
     def node(self, value: Any, path: str) -> Node:
         """What JSON holds of a value, which messages call ``path``."""
-        if value is None or type(value) in (bool, int, str):
+        if value is None or type(value) in (bool, int, str) or (type(value) is float and np.isfinite(value)):
             return value
-        if type(value) is float:
-            return value if np.isfinite(value) else {"float": repr(value)}
-        if isinstance(value, np.ndarray):
-            return {"array": self._number(value, path)}
-        if isinstance(value, np.generic):
-            return {"number": self._number(np.asarray(value), path)}
         if type(value) is list:
             return [self.node(one, f"{path}[{k}]") for k, one in enumerate(value)]
-        if type(value) is tuple:
-            return {"tuple": [self.node(one, f"{path}[{k}]") for k, one in enumerate(value)]}
-        if isinstance(value, Mapping) and all(type(key) is str for key in value):
-            return {"table": {key: self.node(one, f"{path}.{key}") for key, one in value.items()}}
-        if type(value).__name__ == "csr_array":  # SciPy's, without importing it
-            parts = (value.data, value.indices, value.indptr, tuple(map(int, value.shape)))
-            return {"rows": [self.node(part, path) for part in parts]}
-        kind = type(value)
-        if not is_record(kind):
+        form, content = self._taken_apart(value, path)
+        return {form: content}
+
+    def _taken_apart(self, value: Any, path: str) -> tuple[str, Node]:
+        """What JSON has no word for: the form, and what is in it."""
+        kind, parts = type(value), _parts(value)
+        form: str
+        content: Node
+        if kind is float:
+            form, content = "float", repr(value)
+        elif isinstance(value, np.ndarray):
+            form, content = "array", self._number(value, path)
+        elif isinstance(value, np.generic):
+            form, content = "number", self._number(np.asarray(value), path)
+        elif kind is tuple:
+            form, content = "tuple", [self.node(one, f"{path}[{k}]") for k, one in enumerate(value)]
+        elif parts is not None:
+            form = "table" if isinstance(value, Mapping) else f"{kind.__module__}:{kind.__qualname__}"
+            content = {name: self.node(one, f"{path}.{name}") for name, one in parts.items()}
+        elif kind.__name__ == "csr_array":  # SciPy's, without importing it
+            rows = (value.data, value.indices, value.indptr, tuple(map(int, value.shape)))
+            form, content = "rows", [self.node(one, path) for one in rows]
+        else:
             raise TreeError(
-                f"{path} is a {kind.__module__}.{kind.__qualname__}, expected a frozen record of masonry_fem, "
-                "a number, a text or an array of numbers: nothing else is saved of a state"
+                f"{path} is a {kind.__module__}.{kind.__qualname__}, expected a frozen record of "
+                "masonry_fem, a number, a text or an array of numbers: nothing else is saved of a state"
             )
-        fields = {name: self.node(getattr(value, name), f"{path}.{name}") for name in _names(kind)}
-        return {"record": f"{kind.__module__.removeprefix(PACKAGE)}:{kind.__qualname__}", "fields": fields}
+        return form.removeprefix(PACKAGE), content
 
     def _number(self, array: NDArray[Any], path: str) -> int:
         if array.dtype.kind not in NUMBERS:
@@ -174,26 +183,30 @@ def _value(node: Node, arrays: Sequence[NDArray[Any]]) -> Any:
         return [_value(one, arrays) for one in node]
     if not isinstance(node, dict):
         return node
-    if "record" in node:
-        kind = _kind_named(node["record"])
-        return kind(**{name: _value(one, arrays) for name, one in node["fields"].items()})
     ((form, content),) = node.items()
-    if form == "array":
-        return arrays[content]
-    if form == "number":
-        return arrays[content][()]
-    if form == "float":
-        return float(content)
-    if form == "tuple":
-        return tuple(_value(one, arrays) for one in content)
-    if form == "table":
-        return {key: _value(one, arrays) for key, one in content.items()}
-    if form == "rows":
-        from scipy import sparse  # noqa: PLC0415 - scenes that are only read need no SciPy
+    if form in ("float", "array", "number"):
+        return (
+            float(content) if form == "float" else arrays[content] if form == "array" else arrays[content][()]
+        )
+    if form in ("tuple", "rows"):
+        parts = tuple(_value(one, arrays) for one in content)
+        return parts if form == "tuple" else _rows(*parts)
+    fields = {name: _value(one, arrays) for name, one in content.items()}
+    return fields if form == "table" else _kind_named(form)(**fields)
 
-        data, indices, indptr, shape = (_value(part, arrays) for part in content)
-        return sparse.csr_array((data, indices, indptr), shape=shape)
-    raise TreeError(f"a node is a '{form}', which is not known")
+
+def _rows(data: Any, indices: Any, indptr: Any, shape: tuple[int, int]) -> Any:
+    from scipy import sparse  # noqa: PLC0415 - scenes that are only read need no SciPy
+
+    return sparse.csr_array((data, indices, indptr), shape=shape)
+
+
+def _parts(value: Any) -> dict[str, Any] | None:
+    """The fields of a record or the entries of a table; None of anything else."""
+    if isinstance(value, Mapping):
+        return dict(value) if all(type(key) is str for key in value) else None
+    kind = type(value)
+    return {name: getattr(value, name) for name in _names(kind)} if is_record(kind) else None
 
 
 def _kind_named(name: str) -> type:

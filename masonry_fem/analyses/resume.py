@@ -6,14 +6,12 @@ result = resume("results/arch", ("analysis.duration=2",))                # after
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterable, Iterator
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
-import tomli_w
-
+from masonry_fem.analyses.reopening import untrusted
 from masonry_fem.analyses.run import RunResult, go_on
 from masonry_fem.output.checkpoint import CHECKPOINT, Checkpoint, CheckpointError, read_checkpoint
 from masonry_fem.output.folder import refuse_busy
@@ -63,22 +61,6 @@ def resume(
     _refuse_changes(first, scene)
     _refuse_other_steps(first.analysis, scene, checkpoint)
     return go_on(scene, folder, checkpoint, quiet=quiet)
-
-
-def untrusted(text: str) -> str:
-    """A scene's text without the trust in its programs: whoever wrote the file may not give it."""
-
-    def stripped(value: Any) -> Any:
-        if isinstance(value, dict):
-            return {key: stripped(one) for key, one in value.items() if key != "trusted"}
-        return [stripped(one) for one in value] if isinstance(value, list) else value
-
-    try:
-        return str(tomli_w.dumps(stripped(tomllib.loads(text))))
-    except (ValueError, RecursionError) as error:
-        raise CheckpointError(
-            f"the scene of the checkpoint cannot be read ({error}); run it again"
-        ) from error
 
 
 def _refuse_changes(first: specs.Scene, scene: specs.Scene) -> None:

@@ -18,6 +18,7 @@ from msgspec import structs
 
 from masonry_fem.analyses.discretisation import errors_of
 from masonry_fem.analyses.keeping import Keeper
+from masonry_fem.analyses.reopening import Begun, begun
 from masonry_fem.analyses.start import said, started
 from masonry_fem.build import Built, build, solver_settings
 from masonry_fem.build.going_on import gone_on
@@ -29,13 +30,14 @@ from masonry_fem.march.standing import Standing
 from masonry_fem.march.step import Increment
 from masonry_fem.nscd import save_problem
 from masonry_fem.output.asked import recorders
-from masonry_fem.output.checkpoint import CHECKPOINT, Checkpoint
+from masonry_fem.output.checkpoint import CHECKPOINT, Checkpoint, CheckpointError
 from masonry_fem.output.folder import Folder, ended_by, refuse_busy
 from masonry_fem.output.history import History
 from masonry_fem.output.recorder import Recorders, Request
 from masonry_fem.output.terminal import Progress
 from masonry_fem.records.remark import gathered, remark
 from masonry_fem.records.told import Ending, write
+from masonry_fem.records.tree import same_bits
 from masonry_fem.results.blocks import status_counts
 from masonry_fem.results.determinacy import Determinacy
 from masonry_fem.results.joints import Joints
@@ -105,7 +107,9 @@ def solve_scene(
     with gathered() as remarks:
         scene = check(scene, base=base)
         built = build(scene, base)
-        *_, result = _solved(scene, base, built, _limits(scene, built), observers)
+        start = begun(scene, built, base)
+        built = built if start is None else start.built
+        *_, result = _solved(scene, base, built, _limits(scene, built), observers, start=start)
     return _ended(result, remarks=tuple(remarks))
 
 
@@ -168,16 +172,32 @@ def _written(
         _check_step(save_contact, scene.analysis.steps)
         refuse_busy(out)  # before the work of building
         built = build(scene, base, before)
+        start = begun(scene, built, base)
+        built = built if start is None else start.built
         recorders = _recorders(scene, built, out, quiet)
         kept: list[tuple[Model, Increment]] = []
         limits = _limits(scene, built)
         standing = None if checkpoint is None else checkpoint.standing
         going_on = None if standing is None else (gone_on(scene, built, base, standing), standing)
+        if start is not None and standing is not None and not same_bits(start.state, standing.start):
+            raise CheckpointError(
+                f"the state in {scene.analysis.start}, where the run started, has changed since; restore it, "
+                "or run the scene again"
+            )
         if checkpoint is not None and going_on is not None:  # has what building it remarked on already
             remarks[:] = checkpoint.remarks
         keeper = Keeper.of(given, base, out, recorders, remarks)
         stages = _solved(
-            scene, base, built, limits, (recorders,), save_contact, kept, going_on=going_on, keeper=keeper
+            scene,
+            base,
+            built,
+            limits,
+            (recorders,),
+            save_contact,
+            kept,
+            start=start,
+            going_on=going_on,
+            keeper=keeper,
         )
         keeps = () if checkpoint is None else KEPT
         with Folder(out, "run", title=scene.title, clears=("view",), keeps=keeps):
@@ -236,19 +256,20 @@ def _solved(
     keep: int | None = None,
     kept: list[tuple[Model, Increment]] | None = None,
     *,
+    start: Begun | None = None,
     going_on: tuple[Model, Standing] | None = None,
     keeper: Keeper | None = None,
 ) -> Iterator[RunResult]:
     """What is known of a scene: after its march, and with all that is asked of its end."""
     plan, settings = scene.analysis, solver_settings(scene.solver)
     made = march(
-        built.model, plan, settings, bodies=built.bodies, observers=observers, keep=keep, kept=kept,
-        going_on=going_on, keeper=keeper,
+        built.model, plan, settings, bodies=built.bodies, start=None if start is None else start.state,
+        observers=observers, keep=keep, kept=kept, going_on=going_on, keeper=keeper,
     )  # fmt: skip
-    start = started(made)
-    made = said(made, start)
+    source = started(made)
+    made = said(made, source)
     summary = summarise(
-        scene, built, made, limit_analysis=limits, start=None if start is None else start.told()
+        scene, built, made, limit_analysis=limits, start=None if source is None else source.told()
     )
     result = RunResult(summary, [], built, made)
     yield result

@@ -46,6 +46,7 @@ def gone_on(scene: specs.Scene, built: Built, base: Path, standing: Standing) ->
             laws=laws,
             scatter=scatter,
             joint_records=found.records,
+            found=True,
         )
     state, count = standing.state, model.contacts.count
     told = []

@@ -117,6 +117,7 @@ class Meeting:
             laws=laws,
             scatter=scatter,
             joint_records=tuple(joints),
+            found=True,
         )
         return made, every[keep[model.contacts.interface]]
 

@@ -106,6 +106,7 @@ class Redetection:
             laws=laws,
             scatter=scatter,
             joint_records=tuple(records),
+            found=True,
         )
 
     def _found(self, stones: Stones, paths: _Paths) -> tuple[Interface, ...]:

@@ -132,7 +132,8 @@ def march(
     def standing() -> Standing:
         """What is known now."""
         records = model.joint_records
-        found = None if model.contacts is first.contacts else Found(model.interfaces, model.contacts, records)
+        built = model.contacts is first.contacts and not model.found
+        found = None if built else Found(model.interfaces, model.contacts, records)
         return Standing(
             headway.done, headway.largest, start, rested(model, made.after, strategy.kept), found, ledger,
             witness.seen, troubles.noted, dict(clock.phases), coupling.structure.factored,

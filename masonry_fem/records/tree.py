@@ -90,6 +90,18 @@ def contiguous(value: Any) -> Any:
     return value if all(new[name] is old[name] for name in old) else type(value)(**new)
 
 
+def same_bits(one: Any, other: Any) -> bool:
+    """Whether two values are packed alike.
+
+    Parameters
+    ----------
+    one, other : Values.
+    """
+    (node, arrays), (again, others) = packed(one), packed(other)
+    pairs = zip(arrays, others, strict=True)
+    return repr(node) == repr(again) and all(a.tobytes() == b.tobytes() for a, b in pairs)
+
+
 def differences(one: Any, other: Any, path: str = "") -> list[str]:
     """Where two values are not alike in kinds and shapes, in words; numbers may differ.
 

@@ -17,7 +17,8 @@ from types import ModuleType
 import pytest
 
 import masonry_fem
-from masonry_fem.analyses.resume import EndedError, resume, untrusted
+from masonry_fem.analyses.reopening import untrusted
+from masonry_fem.analyses.resume import EndedError, resume
 from masonry_fem.analyses.run import RunResult, run
 from masonry_fem.output.checkpoint import CheckpointError
 from masonry_fem.output.history import History
@@ -105,7 +106,7 @@ def scene_of(name: str, *overrides: str):
     return loads(f"fidelity = '{fidelity}'\n{HEAD}{text}", overrides)
 
 
-def cut(scene, folder: Path, at: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def cut(scene, folder: Path, at: int, monkeypatch: pytest.MonkeyPatch, base: Path = Path()) -> None:
     """Run until a step, and end it there as Ctrl-C does."""
     record = History.record
 
@@ -117,7 +118,7 @@ def cut(scene, folder: Path, at: int, monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as patched:
         patched.setattr(History, "record", ended)
         with pytest.raises(KeyboardInterrupt):
-            run(scene, folder)
+            run(scene, folder, base=base)
 
 
 @cache

@@ -50,10 +50,7 @@ STATICS = 'analysis = { kind = "statics", load_steps = 40 }\n'
 DYNAMICS = 'analysis = { kind = "dynamics", step = 2e-3, duration = 0.16, theta = 0.7 }\n'
 REDETECT = 'contact = { update = "redetect", every = 2 }\n'
 KINDS = {
-    "rigid, dynamics, redetected": (
-        "rigid",
-        DRY + DYNAMICS + 'contact = { update = "redetect", every = 2 }\n',
-    ),
+    "rigid, dynamics, redetected": ("rigid", DYNAMICS + REDETECT, DRY),
     "elastic, statics": ("elastic", STATICS, DRY),
     "elastic, dynamics": ("elastic", DYNAMICS, DRY),
     "cohesive, statics": ("elastic", STATICS, GLUED),
@@ -94,9 +91,10 @@ def killed(kind: str, count: int, draw: np.random.Generator, place: Path) -> Fou
     fidelity, steps, joints = KINDS[kind]
     scene, whole = place / "scene.toml", place / "whole"
     scene.write_text(HEAD.format(fidelity=fidelity) + steps + joints, encoding="utf-8")
-    begun = time.monotonic()
-    if start("run", str(scene), "--out", str(whole)).wait() not in (0, 3):
-        raise RuntimeError(f"{kind}: the run that is not killed failed")
+    for _ in range(2):  # the first one may compile
+        begun = time.monotonic()
+        if start("run", str(scene), "--out", str(whole)).wait() not in (0, 3):
+            raise RuntimeError(f"{kind}: the run that is not killed failed")
     span, wanted, found = time.monotonic() - begun, left(whole), Found(kind)
     while found.kills < count:
         out = place / f"killed {found.runs}"

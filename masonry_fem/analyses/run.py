@@ -11,6 +11,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +20,7 @@ from msgspec import structs
 from masonry_fem.analyses.discretisation import errors_of
 from masonry_fem.analyses.keeping import Keeper
 from masonry_fem.analyses.reopening import Begun, begun
+from masonry_fem.analyses.stages import run_stages
 from masonry_fem.analyses.start import said, started
 from masonry_fem.build import Built, build, solver_settings
 from masonry_fem.build.going_on import gone_on
@@ -104,6 +106,8 @@ def solve_scene(
     MasonryError : Where the scene cannot be built.
     """
     base = Path(base)
+    if scene.stages:
+        raise MasonryError("a scene with stages leaves where each of them ends; run it into a folder")
     with gathered() as remarks:
         scene = check(scene, base=base)
         built = build(scene, base)
@@ -138,7 +142,19 @@ def run(
     ------
     MasonryError : Where the scene cannot be built or has no such step; nothing is written then.
     """
-    return _written(scene, Path(out), Path(base), save_contact, quiet, before, draws, None)
+    out, base = Path(out), Path(base)
+    if scene.stages:
+        if save_contact is not None:
+            raise MasonryError("a contact problem is saved of a single analysis, and the scene has stages")
+        return run_stages(scene, out, base, partial(_stage, base=base, quiet=quiet))
+    return _written(scene, out, base, save_contact, quiet, before, draws, None)
+
+
+def _stage(
+    scene: specs.Scene, out: Path, checkpoint: Checkpoint | None, *, base: Path, quiet: bool
+) -> RunResult:
+    """Run a stage, or go on with it; one that is done makes no steps."""
+    return _written(scene, out, base, None, quiet, None, None, checkpoint)
 
 
 def go_on(scene: specs.Scene, out: Path, checkpoint: Checkpoint, *, quiet: bool = True) -> RunResult:
@@ -153,6 +169,8 @@ def go_on(scene: specs.Scene, out: Path, checkpoint: Checkpoint, *, quiet: bool 
     ------
     MasonryError : The checkpoint does not fit the scene.
     """
+    if scene.stages:
+        return run_stages(scene, out, out, partial(_stage, base=out, quiet=quiet), goes_on=True)
     return _written(scene, out, out, None, quiet, None, None, checkpoint)
 
 

@@ -224,7 +224,7 @@ def _rows_of(state: Any) -> FloatArray:
 
 
 def _renumbered(model: Model, old: IntArray, count: int) -> Model:
-    """A model with blocks numbered as in the succeeding one at contacts; from ``count`` on if it lacks them."""
+    """A model whose contacts' blocks have the numbers of the succeeding one; the others from ``count`` on."""
     new = count + np.arange(len(model.assembly.blocks))
     new[old[old >= 0]] = np.flatnonzero(old >= 0)
     interfaces = tuple(

@@ -114,7 +114,7 @@ def untrusted(text: str) -> str:
 
 
 def refuse_start(scene: specs.Scene, what: str) -> None:
-    """Refuse a scene that starts from another run's end.
+    """Refuse a scene that starts from another run's end, or has stages that do.
 
     Parameters
     ----------
@@ -124,9 +124,13 @@ def refuse_start(scene: specs.Scene, what: str) -> None:
     ------
     MasonryError : It does.
     """
+    if scene.stages:
+        raise MasonryError(
+            f"{what} is of one structure, and this one has stages; give a scene without, or 'run' it"
+        )
     if scene.analysis.start is not None:
         raise MasonryError(
-            f"{what} begins in the reference, and analysis.start is '{scene.analysis.start}'; leave that out"
+            f"{what} begins in the reference, and analysis.start is '{scene.analysis.start}'; leave it out"
         )
 
 

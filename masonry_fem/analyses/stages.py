@@ -24,6 +24,7 @@ from masonry_fem.host.atomic import write_atomic
 from masonry_fem.output.checkpoint import CHECKPOINT, Checkpoint, read_checkpoint, write_checkpoint
 from masonry_fem.output.folder import Folder, ended_by, refuse_busy
 from masonry_fem.output.vtu import Series
+from masonry_fem.records.remark import gathered
 from masonry_fem.records.told import write
 from masonry_fem.results.summary import StageTold
 from masonry_fem.scene import check, dumps, specs
@@ -51,7 +52,7 @@ def run_stages(scene: specs.Scene, out: Path, base: Path, run: Run, *, goes_on: 
     ------
     MasonryError : A stage cannot be built, or another process writes there.
     """
-    check(scene, base=base)
+    check_stages(scene, base)
     refuse_busy(out)
     names = [stage.name for stage in scene.stages]
     keeps = [CHECKPOINT, *(f"{name}/" for name in names)] if goes_on else []
@@ -86,6 +87,22 @@ def run_stages(scene: specs.Scene, out: Path, base: Path, run: Run, *, goes_on: 
                 write(out / "summary.json", ended_by(error, "run", scene.title, hold))
             raise
     return replace(result, summary=summary, files=files)
+
+
+def check_stages(scene: specs.Scene, base: Path) -> list[specs.Scene]:
+    """The checked scenes of all stages.
+
+    Parameters
+    ----------
+    scene : With stages. base : Folder that its paths are relative to.
+
+    Raises
+    ------
+    SceneError : A stage describes something impossible.
+    """
+    checked = check(scene, base=base)
+    with gathered(aloud=False):  # what is seldom meant is told when a stage runs
+        return [check(own, base=base, source=f"stage '{stage.name}'") for stage, own in stage_scenes(checked)]
 
 
 def _starting(scene: specs.Scene, after: str | None, out: Path, base: Path) -> specs.Scene:

@@ -156,13 +156,12 @@ def present(scene: specs.Scene, base: Path) -> specs.Scene:
 
     def stays(record: Any) -> bool:
         selectors = [getattr(record, key) for key in ("on", "blocks", "block") if hasattr(record, key)]
-        chosen = [
-            number
-            for selector in selectors
-            for number, own in enumerate(names)
-            if matches(split_face(selector)[0], own)
-        ]
-        return not chosen or not absent.issuperset(chosen)
+        for selector in (*selectors, *getattr(record, "between", ())):
+            blocks = split_face(selector)[0]
+            chosen = [number for number, own in enumerate(names) if matches(blocks, own)]
+            if chosen and absent.issuperset(chosen):
+                return False
+        return True
 
     def without(record: Any) -> Any:
         lists = {key: getattr(record, key) for key in record.__struct_fields__}

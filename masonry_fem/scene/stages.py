@@ -26,7 +26,7 @@ def stage_scenes(scene: Scene) -> Iterator[tuple[Stage, Scene]]:
             changes["materials"] = before.materials | stage.materials
         if made:  # velocities at the start are those of the first
             changes["initial"] = ()
-        title = f"{scene.title}: {stage.name}" if scene.title else stage.name
+        title = f"{scene.title}, {stage.name}" if scene.title else stage.name
         before = made[stage.name] = structs.replace(before, title=title, **changes)
         yield stage, before
 

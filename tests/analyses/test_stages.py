@@ -113,7 +113,7 @@ def test_struck_centring_leaves_a_thrust_that_limit_analysis_allows(fidelity, tm
     assert thrusts == pytest.approx([thrusts[0]] * 3, rel=2e-2)
     alone = ["without=['centring.*']", "output.limit_analysis=true", "fidelity=rigid"]
     told = run(loads(ARCH, alone), tmp_path / "limit").summary.limit_analysis
-    least, greatest = told.supports[LEFT].force[0]
+    least, greatest = told.supports[LEFT]["x"]
     assert least < min(thrusts)
     assert max(thrusts) < greatest
     before = json.loads((tmp_path / "5" / "built" / "summary.json").read_text(encoding="utf-8"))

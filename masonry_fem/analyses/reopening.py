@@ -146,11 +146,11 @@ def _refuse(scene: specs.Scene) -> None:
         )
     if scene.loads.temperatures:
         raise SceneError("loads.temperatures are given beside analysis.start; leave one of them out")
-    if scene.output.contact_error or scene.output.limit_analysis:
-        key = "contact_error" if scene.output.contact_error else "limit_analysis"
-        raise SceneError(
-            f"output.{key} is of stones in the reference, and analysis.start is given; leave it out"
-        )
+    for key in ("contact_error", "limit_analysis"):
+        if getattr(scene.output, key):
+            raise SceneError(
+                f"output.{key} is of stones in the reference; leave it out beside analysis.start"
+            )
 
 
 def _trusts(scene: specs.Scene) -> bool:

@@ -25,7 +25,12 @@ FREE = ("output", "analysis", "title", "reading", "large")  # keys of a scene th
 
 
 class EndedError(CheckpointError):
-    """A run that is done, with its ``outcome``."""
+    """A run that is done.
+
+    Parameters
+    ----------
+    text : The message. outcome : How the run ended.
+    """
 
     def __init__(self, text: str, outcome: str) -> None:
         super().__init__(text)

@@ -19,7 +19,13 @@ from masonry_fem.march.state import SystemState
 
 @dataclass(frozen=True, slots=True)
 class Worst:
-    """The worst value of a figure, of which blocks, and in which step; ``share`` is what ranks it."""
+    """The worst value of a figure.
+
+    Attributes
+    ----------
+    value : The value. share : What ranks it.
+    blocks : Their names. step : In which it was.
+    """
 
     value: float = 0.0
     blocks: tuple[str, ...] = ()

@@ -249,6 +249,8 @@ def _written(
             except BaseException as error:  # what was written so far is left readable, and says what it is
                 with contextlib.suppress(OutputError):  # where there is no place it goes on saying "running"
                     hold = "history.csv and the field files hold the steps so far"
+                    if keeper is not None:
+                        hold += f"; 'masonry-fem resume {out}' goes on"
                     ending: Summary | Ending = ended_by(error, "run", scene.title, hold)
                     if figures is not None:
                         ending = structs.replace(

@@ -196,7 +196,8 @@ def unfinished(out: Path, summary: str = "summary.json") -> str:
     writer = writer_of(out)
     if writer:
         return f"{out}: process {writer} is still writing; what is there so far is not the end"
-    return f"{out}: what wrote there was killed before its end; what is there is not the end, run it again"
+    cure = f"'masonry-fem resume {out}' goes on" if (out / "checkpoint.npz").exists() else "run it again"
+    return f"{out}: what wrote there was killed before its end; what is there is not the end, {cure}"
 
 
 def listed(path: Path) -> list[str]:

@@ -107,8 +107,8 @@ def collapse(
     """
     check_share("tolerance", tolerance)
     base = Path(base)
-    refuse_start(scene, "a search for collapse")
     scene = check(scene, base=base)
+    refuse_start(scene, "a search for collapse")
     built = build(scene, base)
     push = Push.of(scene, built.model, growth_of, tilt=tilt, acceleration=acceleration, dead=dead)
     notes = list(push.notes)

@@ -65,8 +65,8 @@ def analyse(
     ------
     MasonryError : The scene cannot be built, a joint has no constant strength, or nothing is so named.
     """
-    refuse_start(scene, "limit analysis")
     scene = check(scene, base=base)
+    refuse_start(scene, "limit analysis")
     return cross_check(scene, build(scene, Path(base), solved=False), dead=dead, tilt=tilt)
 
 

@@ -106,7 +106,7 @@ def solve_scene(
     MasonryError : Where the scene cannot be built.
     """
     base = Path(base)
-    if scene.stages:
+    if getattr(scene, "stages", ()):
         raise MasonryError("a scene with stages leaves where each of them ends; run it into a folder")
     with gathered() as remarks:
         scene = check(scene, base=base)
@@ -143,7 +143,7 @@ def run(
     MasonryError : Where the scene cannot be built or has no such step; nothing is written then.
     """
     out, base = Path(out), Path(base)
-    if scene.stages:
+    if getattr(scene, "stages", ()):  # what is no scene is refused below
         if save_contact is not None:
             raise MasonryError("a contact problem is saved of a single analysis, and the scene has stages")
         return run_stages(scene, out, base, partial(_stage, base=base, quiet=quiet))

@@ -47,6 +47,14 @@ DEMOS: dict[str, tuple[dict[str, object], dict[str, str]]] = {
             "arch_bridge_plastic": "elastic/stone_plastic_strain",
         },
     ),
+    "struck_arch": (
+        {},
+        {
+            "struck_arch_built": "built/thrust",
+            "struck_arch": "struck/thrust",
+            "struck_arch_spread": "spread/thrust",
+        },
+    ),
     "dome": ({}, {"dome": "deformed"}),
     "dome_section": ({}, {"dome_section": "von_mises", "dome_section_cut": "cut_meridian_von_mises"}),
     "dome_on_piers": ({}, {"dome_on_piers_dry": "dry/deformed", "dome_on_piers": "overview"}),

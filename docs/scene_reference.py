@@ -111,6 +111,7 @@ TABLES: dict[type[Spec], str] = {
     specs.Record: '`time = { kind = "record" }`',
     specs.Initial: "`[[initial]]`",
     **{record: f'`[analysis]`, `kind = "{name}"`' for name, record in strategies().items()},
+    specs.Stage: "`[[stages]]`",
     specs.Solver: "`[solver]`",
     specs.Contact: "`[contact]`",
     specs.Probe: "`[[probes]]`",

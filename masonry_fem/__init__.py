@@ -2,6 +2,7 @@
 
 scene = masonry_fem.load("wall.toml")              # or a masonry_fem.Scene built from records
 result = masonry_fem.run(scene, Path("results"))   # solves it and writes tables, fields and pictures
+result = masonry_fem.resume("results")            # goes on where that ended, with output.checkpoint_steps
 result = masonry_fem.solve(scene)                  # solves it and writes nothing
 made = masonry_fem.study(scene, {"mesh.size": [0.2, 0.1]})   # variants of it: speed against accuracy
 
@@ -14,6 +15,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from masonry_fem.analyses.resume import resume
     from masonry_fem.analyses.run import run
     from masonry_fem.analyses.run import solve_scene as solve
     from masonry_fem.analyses.study.sweep import study
@@ -22,11 +24,12 @@ if TYPE_CHECKING:
 
 __version__ = "0.2.0"
 
-__all__ = ["Scene", "load", "run", "solve", "study"]
+__all__ = ["Scene", "load", "resume", "run", "solve", "study"]
 
 _HOMES = {
     "Scene": "masonry_fem.scene.specs:Scene",
     "load": "masonry_fem.scene:load",
+    "resume": "masonry_fem.analyses.resume:resume",
     "run": "masonry_fem.analyses.run:run",
     "solve": "masonry_fem.analyses.run:solve_scene",
     "study": "masonry_fem.analyses.study:study",

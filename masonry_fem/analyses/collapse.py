@@ -21,6 +21,7 @@ from pathlib import Path
 from masonry_fem.analyses.bracket import Bracket
 from masonry_fem.analyses.limit import growth_of, posed
 from masonry_fem.analyses.pushing import Push
+from masonry_fem.analyses.reopening import refuse_start
 from masonry_fem.analyses.trials import Trials, counted
 from masonry_fem.build import Built, build
 from masonry_fem.errors import MasonryError, ProblemError
@@ -107,6 +108,7 @@ def collapse(
     check_share("tolerance", tolerance)
     base = Path(base)
     scene = check(scene, base=base)
+    refuse_start(scene, "a search for collapse")
     built = build(scene, base)
     push = Push.of(scene, built.model, growth_of, tilt=tilt, acceleration=acceleration, dead=dead)
     notes = [*scene.design.loads.notes, *push.notes]

@@ -6,7 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import psutil
+from msgspec import structs
 
+from masonry_fem.analyses.stages import check_stages
 from masonry_fem.bodies.support import SupportGroup
 from masonry_fem.build import build
 from masonry_fem.build.foresight import memory_of_run
@@ -43,7 +45,7 @@ class Inspection(Told, frozen=True, kw_only=True):
 
 
 def check_scene(scene: specs.Scene, base: str | Path = Path()) -> Inspection:
-    """Build a scene without solving it.
+    """Build a scene without solving it; of stages what is known of the largest, and the steps of all.
 
     Parameters
     ----------
@@ -53,6 +55,10 @@ def check_scene(scene: specs.Scene, base: str | Path = Path()) -> Inspection:
     ------
     SceneError : It contradicts itself, or a file of it cannot be read.
     """
+    if scene.stages:
+        found = [check_scene(own, base) for own in check_stages(scene, Path(base))]
+        largest = max(found, key=lambda one: (one.unknowns, one.blocks))
+        return structs.replace(largest, title=scene.title, most_steps=sum(one.most_steps for one in found))
     built = build(check(scene, base=base), Path(base), solved=False)
     points = np.bincount(built.model.contacts.blocks.ravel(), minlength=len(built.stones.fidelity))
     memory, present = memory_of_run(built.stones, points) / 1e6, psutil.virtual_memory().total / 1e6

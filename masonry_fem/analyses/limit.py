@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from masonry_fem.analyses.reopening import refuse_start
 from masonry_fem.build import Built, build
 from masonry_fem.errors import MasonryError
 from masonry_fem.limit import Hold, LimitProblem, group_forces, limit_problem
@@ -65,6 +66,7 @@ def analyse(
     MasonryError : The scene cannot be built, a joint has no constant strength, or nothing is so named.
     """
     scene = check(scene, base=base)
+    refuse_start(scene, "limit analysis")
     return cross_check(scene, build(scene, Path(base), solved=False), dead=dead, tilt=tilt)
 
 

@@ -20,6 +20,7 @@ from msgspec import structs
 
 from masonry_fem.analyses.marking import halved, marked, mesh_overrides
 from masonry_fem.analyses.refine_limits import Limits
+from masonry_fem.analyses.reopening import refuse_start
 from masonry_fem.analyses.run import RunResult, run
 from masonry_fem.build import Built
 from masonry_fem.errors import MasonryError
@@ -84,6 +85,7 @@ def refine(
     """
     out, base = Path(out), Path(base)
     check_share("the error to refine to", target)
+    refuse_start(scene, "refinement")
     search = _Search(check(scene, base=base), base, Limits(target, most_rounds, most_unknowns))
     with Folder(out, "run", title=scene.title, clears=("view",)):
         files = _rounds(search, out, quiet, tell)

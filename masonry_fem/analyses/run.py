@@ -11,28 +11,36 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from msgspec import structs
 
 from masonry_fem.analyses.discretisation import errors_of
+from masonry_fem.analyses.keeping import Keeper
+from masonry_fem.analyses.reopening import Begun, begun
+from masonry_fem.analyses.stages import run_stages
 from masonry_fem.analyses.start import said, started
 from masonry_fem.build import Built, build, solver_settings
+from masonry_fem.build.going_on import gone_on
 from masonry_fem.build.strengths import strengths_of
 from masonry_fem.errors import MasonryError, OutputError, ProblemError
 from masonry_fem.march.clock import Clock
 from masonry_fem.march.march import March, Observer, march
 from masonry_fem.march.model import Model
+from masonry_fem.march.standing import Standing
 from masonry_fem.march.step import Increment
 from masonry_fem.nscd import save_problem
 from masonry_fem.output.asked import recorders
+from masonry_fem.output.checkpoint import CHECKPOINT, Checkpoint, CheckpointError
 from masonry_fem.output.folder import Folder, ended_by, refuse_busy
 from masonry_fem.output.history import History
 from masonry_fem.output.recorder import Recorders, Request
 from masonry_fem.output.terminal import Progress
 from masonry_fem.records.remark import gathered, remark
 from masonry_fem.records.told import Ending, write
+from masonry_fem.records.tree import same_bits
 from masonry_fem.results.blocks import status_counts
 from masonry_fem.results.determinacy import Determinacy
 from masonry_fem.results.joints import Joints
@@ -44,6 +52,9 @@ from masonry_fem.scene import check, save, specs
 
 if TYPE_CHECKING:
     from masonry_fem.march.determinacy import ForceDeterminacy
+
+# what a run that goes on finds in its folder; it makes the rest anew
+KEPT = (CHECKPOINT, "history.csv", "fields/")
 
 # What a scene did not ask for is not loaded: the outputs are imported where they are made.
 
@@ -97,10 +108,14 @@ def solve_scene(
     MasonryError : Where the scene cannot be built.
     """
     base = Path(base)
+    if getattr(scene, "stages", ()):
+        raise MasonryError("a scene with stages leaves where each of them ends; run it into a folder")
     with gathered() as remarks:
         scene = check(scene, base=base)
         built = build(scene, base)
-        *_, result = _solved(scene, base, built, _limits(scene, built), observers)
+        start = begun(scene, built, base)
+        built = built if start is None else start.built
+        *_, result = _solved(scene, base, built, _limits(scene, built), observers, start=start)
     return _ended(result, remarks=tuple(remarks))
 
 
@@ -130,19 +145,91 @@ def run(
     MasonryError : Where the scene cannot be built or has no such step; nothing is written then.
     """
     out, base = Path(out), Path(base)
+    if getattr(scene, "stages", ()):  # what is no scene is refused below
+        if save_contact is not None:
+            raise MasonryError("a contact problem is saved of a single analysis, and the scene has stages")
+        return run_stages(scene, out, base, partial(_stage, base=base, quiet=quiet))
+    return _written(scene, out, base, save_contact, quiet, before, draws, None)
+
+
+def _stage(
+    scene: specs.Scene, out: Path, checkpoint: Checkpoint | None, *, base: Path, quiet: bool
+) -> RunResult:
+    """Run a stage, or go on with it; one that is done makes no steps."""
+    return _written(scene, out, base, None, quiet, None, None, checkpoint)
+
+
+def go_on(scene: specs.Scene, out: Path, checkpoint: Checkpoint, *, quiet: bool = True) -> RunResult:
+    """Make the steps of a run that its checkpoint lacks, and write its results as if it had gone on.
+
+    Parameters
+    ----------
+    scene : Of the checkpoint; its analysis may have more steps. out : Results folder.
+    checkpoint : Where to go on. quiet : No progress bar.
+
+    Raises
+    ------
+    MasonryError : The checkpoint does not fit the scene.
+    """
+    if scene.stages:
+        return run_stages(scene, out, out, partial(_stage, base=out, quiet=quiet), goes_on=True)
+    return _written(scene, out, out, None, quiet, None, None, checkpoint)
+
+
+def _written(
+    scene: specs.Scene,
+    out: Path,
+    base: Path,
+    save_contact: int | None,
+    quiet: bool,
+    before: Built | None,
+    draws: Callable[[Built, March], bool] | None,
+    checkpoint: Checkpoint | None,
+) -> RunResult:
+    """Solve a scene and write its results, from a checkpoint on where there is one."""
     with gathered() as remarks:
-        scene = _told(check(scene, base=base))
+        given, scene = scene, _told(check(scene, base=base))
         _check_step(save_contact, scene.analysis.steps)
         refuse_busy(out)  # before the work of building
         built = build(scene, base, before)
+        start = begun(scene, built, base)
+        built = built if start is None else start.built
         recorders = _recorders(scene, built, out, quiet)
         kept: list[tuple[Model, Increment]] = []
-        stages = _solved(scene, base, built, _limits(scene, built), (recorders,), save_contact, kept)
-        with Folder(out, "run", title=scene.title, clears=("view", "report")):
+        limits = _limits(scene, built)
+        standing = None if checkpoint is None else checkpoint.standing
+        going_on = None if standing is None else (gone_on(scene, built, base, standing), standing)
+        if start is not None and standing is not None and not same_bits(start.state, standing.start):
+            raise CheckpointError(
+                f"the state in {scene.analysis.start}, where the run started, has changed since; restore it, "
+                "or run the scene again"
+            )
+        if checkpoint is not None and going_on is not None:  # has what building it remarked on already
+            remarks[:] = checkpoint.remarks
+        keeper = Keeper.of(given, base, out, recorders, remarks)
+        stages = _solved(
+            scene,
+            base,
+            built,
+            limits,
+            (recorders,),
+            save_contact,
+            kept,
+            start=start,
+            going_on=going_on,
+            keeper=keeper,
+        )
+        keeps = () if checkpoint is None else KEPT
+        with Folder(out, "run", title=scene.title, clears=("view", "report"), keeps=keeps):
             figures: Summary | None = None
             try:
                 save(scene, out / "as_run.toml")
-                recorders.start(built.model)
+                if checkpoint is None or going_on is None:
+                    recorders.start(built.model)
+                    if keeper is not None:
+                        keeper.begin()
+                else:
+                    recorders.go_on(built.model, checkpoint.outputs)
                 for result in stages:
                     figures = result.summary
                 clock = Clock()
@@ -161,9 +248,13 @@ def run(
                 result = _ended(result, seconds=seconds, remarks=tuple(remarks))
                 files += [out / "as_run.toml", write(out / "summary.json", result.summary)]
                 files += recorders.finish()
+                if keeper is not None:
+                    files.append(keeper.end(result.outcome))
             except BaseException as error:  # what was written so far is left readable, and says what it is
                 with contextlib.suppress(OutputError):  # where there is no place it goes on saying "running"
                     hold = "history.csv and the field files hold the steps so far"
+                    if keeper is not None:
+                        hold += f"; 'masonry-fem resume {out}' goes on"
                     ending: Summary | Ending = ended_by(error, "run", scene.title, hold)
                     if figures is not None:
                         ending = structs.replace(
@@ -188,14 +279,21 @@ def _solved(
     observers: Sequence[Observer],
     keep: int | None = None,
     kept: list[tuple[Model, Increment]] | None = None,
+    *,
+    start: Begun | None = None,
+    going_on: tuple[Model, Standing] | None = None,
+    keeper: Keeper | None = None,
 ) -> Iterator[RunResult]:
     """What is known of a scene: after its march, and with all that is asked of its end."""
     plan, settings = scene.analysis, solver_settings(scene.solver)
-    made = march(built.model, plan, settings, bodies=built.bodies, observers=observers, keep=keep, kept=kept)
-    start = started(made)
-    made = said(made, start)
+    made = march(
+        built.model, plan, settings, bodies=built.bodies, start=None if start is None else start.state,
+        observers=observers, keep=keep, kept=kept, going_on=going_on, keeper=keeper,
+    )  # fmt: skip
+    source = started(made)
+    made = said(made, source)
     summary = summarise(
-        scene, built, made, limit_analysis=limits, start=None if start is None else start.told()
+        scene, built, made, limit_analysis=limits, start=None if source is None else source.told()
     )
     result = RunResult(summary, [], built, made)
     yield result

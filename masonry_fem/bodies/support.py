@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from masonry_fem.bodies.base import FloatArray, Free, IntArray, Scheme, StepEnergy
-from masonry_fem.bodies.rotation import IDENTITY, between, change, spin_count, turned_by
+from masonry_fem.bodies.rotation import IDENTITY, between, chained, change, spin_count, turned_by
 from masonry_fem.bodies.undeformed import Placed, Undeformed
 from masonry_fem.errors import SceneError
 from masonry_fem.solid.assembly import Assembly
@@ -128,13 +128,29 @@ class SupportGroup(Undeformed):
             row for row, motion in enumerate(self.motions) if motion.displacement or motion.rotation
         ]
         self.mass: FloatArray = np.zeros(self.count)
+        d = self.dimension
+        self._begin = np.zeros((self.count, d)), np.zeros((self.count, d, d))
         self._pose(0.0)  # wrong lengths are found here, not in the middle of a march
 
+    def starting_at(self, shift: FloatArray, turned: FloatArray) -> SupportGroup:
+        """The same supports with motions that go on from another place than the reference.
+
+        Parameters
+        ----------
+        shift : How far the pivots are from it, shape (b, d) [m].
+        turned : R − 1 of the turns since it, shape (b, d, d).
+        """
+        motions = [
+            _going_on(motion, *begin) for motion, *begin in zip(self.motions, shift, turned, strict=True)
+        ]
+        group = SupportGroup(self.assembly, self.blocks, motions)
+        group._begin = shift, turned
+        return group
+
     def rest(self) -> SupportState:
-        """The reference: in place at time 0, even where the motion starts with a jump."""
-        turned = np.zeros((self.count, self.dimension, self.dimension))
+        """The reference, or where motions begin: in place at time 0, even where these start with a jump."""
         velocity = self._forward_velocity(0.0, DERIVATIVE_STEP)
-        return SupportState(0.0, np.zeros_like(self.centres), turned, velocity)
+        return SupportState(0.0, *self._begin, velocity)
 
     def spin_axes(self, state: Placed) -> tuple[FloatArray, FloatArray]:
         """The world axes: velocities of a support are plain."""
@@ -279,3 +295,20 @@ class SupportGroup(Undeformed):
             f"support '{name}': initial velocity is {np.asarray(velocity)}, expected none, since its "
             "motion is prescribed; give the support a motion instead"
         )
+
+
+def _going_on(motion: Motion, shift: FloatArray, turned: FloatArray) -> Motion:
+    """A motion that begins where a support is: ``shift`` (d,) [m] and R − 1 (d, d) off the reference."""
+    if not (shift.any() or turned.any()):
+        return motion
+    way, turn = motion.displacement, motion.rotation
+
+    def displacement(time: float) -> FloatArray:
+        return shift if way is None else shift + way(time)
+
+    def rotation(time: float) -> FloatArray:
+        if turn is None:
+            return turned_by(turned)
+        return turned_by(chained(turned, change(np.atleast_1d(np.asarray(turn(time), dtype=float)))))
+
+    return Motion(displacement, rotation if turned.any() or turn is not None else None, motion.pivot)

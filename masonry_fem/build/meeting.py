@@ -110,7 +110,15 @@ class Meeting:
         joints = joint_of_interfaces(self.scene, self.stones, old[0], tell=False)
         joints += [records[number] for number in np.flatnonzero(new)]
         laws, scatter = joints_at(self.scene, self.stones, interfaces, closed, joints, self.base)
-        made = replace(model, interfaces=interfaces, contacts=contacts, laws=laws, scatter=scatter)
+        made = replace(
+            model,
+            interfaces=interfaces,
+            contacts=contacts,
+            laws=laws,
+            scatter=scatter,
+            joint_records=tuple(joints),
+            found=True,
+        )
         return made, every[keep[model.contacts.interface]]
 
     def _parted(

@@ -20,7 +20,7 @@ from masonry_fem.build.material_law import material_law
 from masonry_fem.build.meeting import Meeting
 from masonry_fem.build.overlaps import refuse_overlaps
 from masonry_fem.build.places import check_places
-from masonry_fem.build.stones import Stones, block_names, lay, meshed, typical_length
+from masonry_fem.build.stones import Stones, block_names, lay, meshed, present, typical_length
 from masonry_fem.build.supports import last_change
 from masonry_fem.build.temperature import expansions
 from masonry_fem.contact.contacts import Interface
@@ -75,6 +75,7 @@ def build(scene: specs.Scene, base: Path, before: Built | None = None, *, solved
     """
     clock = Clock()
     foresee_blocks(scene)
+    scene = present(scene, base)
     stones = lay(scene, base)
     check_places(stones)
     foresee_meshes(scene, stones)
@@ -114,6 +115,7 @@ def build(scene: specs.Scene, base: Path, before: Built | None = None, *, solved
         meet=_meet(scene, stones, base),
         reach=REACH * typical_length(stones.assembly) if reach is None else reach,
         keeps_tangents=scene.solver.tangent == "initial",
+        joint_records=tuple(chosen),
     )
     scene.analysis.control(model.probes)  # refuses a name that no probe has
     bodies = _initial(scene, stones, groups)

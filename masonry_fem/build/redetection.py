@@ -99,7 +99,15 @@ class Redetection:
         # no warnings of gaps: those that arise during the march do not come from the scene
         closed = replace(contacts, gap=np.zeros(contacts.count))
         laws, scatter = joints_at(self.scene, self.stones, interfaces, closed, records, self.base)
-        return replace(model, interfaces=interfaces, contacts=contacts, laws=laws, scatter=scatter)
+        return replace(
+            model,
+            interfaces=interfaces,
+            contacts=contacts,
+            laws=laws,
+            scatter=scatter,
+            joint_records=tuple(records),
+            found=True,
+        )
 
     def _found(self, stones: Stones, paths: _Paths) -> tuple[Interface, ...]:
         """Interfaces of the blocks where they are, those among them that may close on the way."""

@@ -11,8 +11,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from msgspec import structs
 
 from masonry_fem.bodies.support import Clamp, Motion
 from masonry_fem.build.supports import motion_of
@@ -21,7 +23,7 @@ from masonry_fem.fem.material_kinds import material_kinds
 from masonry_fem.fidelities import deforms
 from masonry_fem.fidelities import fidelity as fidelity_of
 from masonry_fem.scene import specs
-from masonry_fem.scene.selector import select, split_face
+from masonry_fem.scene.selector import matches, select, split_face
 from masonry_fem.solid.assembly import Assembly, Shape
 from masonry_fem.solid.mesh import IntArray, Mesh
 from masonry_fem.structures import assemble, build_structures
@@ -97,6 +99,11 @@ def lay(scene: specs.Scene, base: Path) -> Stones:
     parts = build_structures(scene.structures, scene.dimension, base, meshes, scene.reading)
     owner = [structure for structure, part in zip(scene.structures, parts, strict=True) for _ in part.blocks]
     assembly = assemble(parts)
+    if scene.without:
+        absent = set(absentees(scene, block_names(assembly)))
+        here = [number for number in range(len(assembly.blocks)) if number not in absent]
+        assembly = replace(assembly, blocks=tuple(assembly.blocks[number] for number in here))
+        owner = [owner[number] for number in here]
     names = block_names(assembly)
     told = _told(scene, owner, names)
     free = [None if block.support else own[0] for block, own in zip(assembly.blocks, told, strict=True)]
@@ -106,6 +113,63 @@ def lay(scene: specs.Scene, base: Path) -> Stones:
     solids = enumerate(assembly.shapes[block.shape] for block in assembly.blocks)
     given = frozenset(number for number, shape in solids if shape.mesh is not None)
     return Stones(assembly, tuple(free), materials, motion, clamps, meshes_of, given)
+
+
+def absentees(scene: specs.Scene, names: list[tuple[str, ...]]) -> list[int]:
+    """Numbers of the blocks that a scene leaves out.
+
+    Parameters
+    ----------
+    scene : The scene. names : Of all blocks of its structures.
+
+    Raises
+    ------
+    SceneError : A selector selects nothing, or nothing is left.
+    """
+    found = [
+        block
+        for index, selector in enumerate(scene.without)
+        for block in select(selector, names, f"without.{index}")
+    ]
+    if len(set(found)) == len(names):
+        raise SceneError("without leaves all blocks out, expected some that stay")
+    return found
+
+
+def present(scene: specs.Scene, base: Path) -> specs.Scene:
+    """The scene without what it says of blocks that it leaves out.
+
+    Parameters
+    ----------
+    scene : The scene. base : Folder that its paths are relative to.
+
+    Raises
+    ------
+    SceneError : A selector of blocks to leave out selects nothing.
+    """
+    if not scene.without:
+        return scene
+    meshes = [_mesh_of(scene, structure) for structure in scene.structures]
+    parts = build_structures(scene.structures, scene.dimension, base, meshes, scene.reading)
+    names = block_names(assemble(parts))
+    absent = set(absentees(scene, names))
+
+    def stays(record: Any) -> bool:
+        selectors = [getattr(record, key) for key in ("on", "blocks", "block") if hasattr(record, key)]
+        for selector in (*selectors, *getattr(record, "between", ())):
+            blocks = split_face(selector)[0]
+            chosen = [number for number, own in enumerate(names) if matches(blocks, own)]
+            if chosen and absent.issuperset(chosen):
+                return False
+        return True
+
+    def without(record: Any) -> Any:
+        lists = {key: getattr(record, key) for key in record.__struct_fields__}
+        kept = {key: tuple(filter(stays, value)) for key, value in lists.items() if isinstance(value, tuple)}
+        return structs.replace(record, **kept)
+
+    made: specs.Scene = structs.replace(without(scene), loads=without(scene.loads), without=scene.without)
+    return made
 
 
 def _told(

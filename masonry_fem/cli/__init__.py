@@ -28,6 +28,7 @@ from masonry_fem.cli import (
     mesh,
     new,
     report,
+    resume,
     run,
     study,
     view,
@@ -42,7 +43,22 @@ from masonry_fem.host import ranks
 __all__ = ["main", "parser"]
 
 ROOM = str(Path(masonry_fem.__file__).parent)
-COMMANDS = (new, run, check, limit, collapse, study, mesh, view, report, contact, compile, explain, info)
+COMMANDS = (
+    new,
+    run,
+    resume,
+    check,
+    limit,
+    collapse,
+    study,
+    mesh,
+    view,
+    report,
+    contact,
+    compile,
+    explain,
+    info,
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -1,13 +1,14 @@
 """Increments: the steps of a strategy one after another, divided where joints give way.
 
-for coupling, made in increments(coupling, strategy, state, settings, clock):
+for coupling, made in increments(coupling, strategy, state, settings, clock, lookout, Headway()):
     coupling.model, made.after, made.adhesion_loss
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from itertools import islice
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,6 +24,7 @@ from masonry_fem.march.state import SystemState
 from masonry_fem.march.step import Increment
 from masonry_fem.nscd import SolverSettings
 from masonry_fem.nscd.settings import ACCEPTABLE
+from masonry_fem.records.tree import contiguous
 
 if TYPE_CHECKING:
     from masonry_fem.march.equilibrium import Strategy
@@ -37,6 +39,27 @@ ABRUPT = 0.5
 PIECES = 32
 
 
+@dataclass(slots=True)
+class Headway:
+    """How far the increments of a march have come.
+
+    Attributes
+    ----------
+    done : Number of steps of the schedule that are made.
+    largest : Norm of the largest impulses so far [N s].
+    whole : Whether the last increment was the last part of its step.
+    more : Whether the schedule has further steps.
+    seams : Whether each step begins as one that goes on from a file: what the contact solver keeps from step
+        to step, which decides on rounding, is left.
+    """
+
+    done: int = 0
+    largest: float = 0.0
+    whole: bool = True
+    more: bool = True
+    seams: bool = False
+
+
 def increments(
     coupling: Coupling,
     strategy: Strategy,
@@ -44,6 +67,7 @@ def increments(
     settings: SolverSettings,
     clock: Clock,
     lookout: Lookout,
+    headway: Headway,
 ) -> Iterator[tuple[Coupling, Increment]]:
     """Every step that ``strategy`` schedules from ``state`` on, each from where the last one ended.
 
@@ -57,19 +81,29 @@ def increments(
     settings : Of the contact solver.
     clock : Gathers CPU times by phase.
     lookout : Finds blocks that meet.
+    headway : Which steps are made already; told of each one.
     """
-    share, largest = min(ROUNDING / settings.tolerance, LEAST_SHARE), 0.0
-    for scheme, until in strategy.schedule():
+    share = min(ROUNDING / settings.tolerance, LEAST_SHARE)
+    schedule = islice(strategy.schedule(), headway.done, None)
+    following = next(schedule, None)
+    while following is not None:
+        (scheme, until), following = following, next(schedule, None)
+        number, headway.more = headway.done, following is not None
+        if headway.seams:
+            coupling.structure.empty()
+            state = contiguous(state)
         before, (coupling, state) = coupling, renewed(coupling, state, scheme)
         clock.lap("step" if coupling is before else "detect")
-        measured = replace(settings, least_impulse=share * largest)
+        measured = replace(settings, least_impulse=share * headway.largest)
         most = strategy.parts, PIECES
         parts = _parts(coupling, strategy, state, scheme, until, most, measured, clock, lookout)
-        for met, made in parts:
+        for met, made, end in parts:
             coupling = met
             if made.solution.solved:  # what was not solved may be any size
-                largest = max(largest, float(np.linalg.norm(made.impulse)))
-            state = _rested(coupling.model, made.after, strategy.kept)
+                headway.largest = max(headway.largest, float(np.linalg.norm(made.impulse)))
+            state = rested(coupling.model, made.after, strategy.kept)
+            headway.whole = end == until
+            headway.done = number + headway.whole
             yield coupling, made
 
 
@@ -83,8 +117,10 @@ def _parts(
     settings: SolverSettings,
     clock: Clock,
     lookout: Lookout,
-) -> Iterator[tuple[Coupling, Increment]]:
+) -> Iterator[tuple[Coupling, Increment, float]]:
     """A step as it is, or each half of it in turn where joints give way or nothing was found.
+
+    Each comes with the time at its end.
 
     ``parts`` is into how many it may be divided for the joints' sake, and for that of blocks that turn.
     """
@@ -101,9 +137,9 @@ def _parts(
         last = halves[-1][1].solution
         # too near to where nothing balances for any verdict: that of the whole stands
         undecided = not (last.solved or last.outcome.moves)
-        yield from [(met, made)] if undecided and made.solution.outcome.moves else halves
+        yield from [(met, made, until)] if undecided and made.solution.outcome.moves else halves
     else:
-        yield met, made
+        yield met, made, until
 
 
 def _lost(coupling: Coupling, made: Increment) -> bool:
@@ -123,20 +159,26 @@ def _halves(
     settings: SolverSettings,
     clock: Clock,
     lookout: Lookout,
-) -> Iterator[tuple[Coupling, Increment]]:
+) -> Iterator[tuple[Coupling, Increment, float]]:
     """Both halves of a step, and their halves."""
     half, fewer = replace(scheme, step=0.5 * scheme.step), (parts[0] // 2, parts[1] // 2)
     for end in (until - half.step, until):
-        for now, part in _parts(coupling, strategy, state, half, end, fewer, settings, clock, lookout):
+        for now, part, there in _parts(coupling, strategy, state, half, end, fewer, settings, clock, lookout):
             coupling = now
-            yield now, part
+            yield now, part, there
             if scheme.inertia == 0 and not (part.solution.solved and part.unsettled is None):
                 return  # statics ends there
-            state = _rested(now.model, part.after, strategy.kept)
+            state = rested(now.model, part.after, strategy.kept)
 
 
-def _rested(model: Model, state: SystemState, factor: float) -> SystemState:
-    """The state with velocities scaled between steps."""
+def rested(model: Model, state: SystemState, factor: float) -> SystemState:
+    """The state with velocities scaled between steps.
+
+    Parameters
+    ----------
+    model : The structure. state : Where a step has led.
+    factor : What velocities are multiplied by.
+    """
     if factor == 1.0:
         return state
     bodies = tuple(

@@ -39,14 +39,26 @@ class Lookout:
     Attributes
     ----------
     found : What the last look saw; None where nothing had moved far enough since the one before.
+    looked : Where the nodes of all blocks were then, shape (n, d) [m].
+    borne : Overlaps that are no strangers until they are deeper.
     """
 
     def __init__(self, model: Model, bodies: tuple[Any, ...]) -> None:
         self._model = model
-        self._start = self._last = self._positions(bodies)
+        self._start = self.looked = self._positions(bodies)
         self._still = STILL * model.length
-        self._borne = Overlaps(np.zeros((0, 2), dtype=np.int64), np.zeros(0))
+        self.borne = Overlaps(np.zeros((0, 2), dtype=np.int64), np.zeros(0))
         self.found: Overlaps | None = None
+
+    def go_on(self, looked: FloatArray, borne: Overlaps) -> None:
+        """Go on from the last look of another one.
+
+        Parameters
+        ----------
+        looked : Where the nodes of all blocks were then, shape (n, d) [m].
+        borne : Overlaps that are no strangers until they are deeper.
+        """
+        self.looked, self.borne = looked, Overlaps(borne.pairs, borne.depth.copy())
 
     def look(self, bodies: tuple[Any, ...], *, static: bool = False, always: bool = False) -> None:
         """Look at the blocks where something has moved by a share of the reach since the last look.
@@ -55,7 +67,7 @@ class Lookout:
         blocks can have closed a gap that is no contact.
         """
         now = self._positions(bodies)
-        moved = float(np.abs(now - self._last).max(initial=0.0))
+        moved = float(np.abs(now - self.looked).max(initial=0.0))
         if static:
             gone = float(np.abs(now - self._start).max(initial=0.0))
             due = moved > self._still and gone > max(0.25 * self._model.reach, self._still)
@@ -63,15 +75,15 @@ class Lookout:
             due = moved > SHARE * REACH * self._model.length
         self.found = None
         if due or always:
-            self._last = now
+            self.looked = now
             self.found = found = overlaps(self._skin, now)
-            borne = _looked_up(self.keys(found.pairs), self.keys(self._borne.pairs), self._borne.depth)
-            self._borne = Overlaps(found.pairs, np.minimum(borne, found.depth))
+            borne = _looked_up(self.keys(found.pairs), self.keys(self.borne.pairs), self.borne.depth)
+            self.borne = Overlaps(found.pairs, np.minimum(borne, found.depth))
 
     def last_look(self, bodies: tuple[Any, ...]) -> None:
         """Look at the end at whatever has moved at all."""
         now = self._positions(bodies)
-        self.look(bodies, always=float(np.abs(now - self._last).max(initial=0.0)) > self._still)
+        self.look(bodies, always=float(np.abs(now - self.looked).max(initial=0.0)) > self._still)
 
     def strangers(self, model: Model, state: SystemState) -> IntArray:
         """Pairs among those found that contacts do not keep apart, shape (m, 2).
@@ -84,7 +96,7 @@ class Lookout:
         if self.found is None or len(self.found.depth) == 0:
             return np.zeros((0, 2), dtype=np.int64)
         pairs = self.found.pairs
-        borne = self._borne.depth
+        borne = self.borne.depth
         touch = self._paired(model, pairs) | (self._beds(model, state)[pairs].min(axis=1) > 0) | (borne > 0)
         least = np.maximum(np.where(touch, OVERLAP, ROUNDING), second_order(model, state.bodies))
         beyond = self.found.depth - np.maximum(borne, self.known(model, state, pairs))
@@ -94,8 +106,8 @@ class Lookout:
     def bear(self, pairs: IntArray) -> None:
         """Take pairs for strangers only once they are deeper in each other than the last look saw them."""
         if self.found is not None:
-            deep = np.isin(self.keys(self._borne.pairs), self.keys(pairs))
-            self._borne.depth[deep] = self.found.depth[deep]
+            deep = np.isin(self.keys(self.borne.pairs), self.keys(pairs))
+            self.borne.depth[deep] = self.found.depth[deep]
 
     def _paired(self, model: Model, pairs: IntArray) -> np.ndarray:
         return np.isin(self.keys(pairs), self.keys(np.sort(model.contacts.blocks, axis=1)))

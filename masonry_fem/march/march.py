@@ -16,11 +16,12 @@ from masonry_fem.march.clock import Clock
 from masonry_fem.march.coupling import Coupling, connect
 from masonry_fem.march.deformation import beyond_small
 from masonry_fem.march.equilibrium import Strategy
-from masonry_fem.march.increments import increments
+from masonry_fem.march.increments import Headway, increments, rested
 from masonry_fem.march.ledger import Ledger
 from masonry_fem.march.measure import measure
 from masonry_fem.march.model import Model
 from masonry_fem.march.promotion import tell_promoted
+from masonry_fem.march.standing import Found, Keep, Standing
 from masonry_fem.march.state import SystemState
 from masonry_fem.march.step import Increment, initial_state
 from masonry_fem.march.step_report import StepReport
@@ -59,6 +60,7 @@ class March:
     moving : Blocks that move where there is no equilibrium: (name, speed [m/s], how).
     abrupt : Times of the steps in which some joint lost more than half of its adhesion at once.
     witness : What the written results leave open, worst over the steps.
+    standing : What another march goes on from, with more steps; None where no more steps can be made of it.
     """
 
     outcome: Verdict
@@ -72,6 +74,7 @@ class March:
     moving: tuple[tuple[str, float, str], ...]
     abrupt: tuple[float, ...] = ()
     witness: Witness | None = None
+    standing: Standing | None = None
 
 
 def march(
@@ -84,6 +87,8 @@ def march(
     observers: Sequence[Observer] = (),
     keep: int | None = None,
     kept: list[tuple[Model, Increment]] | None = None,
+    going_on: tuple[Model, Standing] | None = None,
+    keeper: Keep | None = None,
 ) -> March:
     """Make the steps of a strategy until it is satisfied, its steps are used up, or nothing more can be done.
 
@@ -97,16 +102,44 @@ def march(
     observers : Are told of each step.
     keep : Number of a step that is kept with its model, so that its contact problem can be solved again.
     kept : List that this step is appended to.
+    going_on : What the same march knew between two steps, and the structure with the contacts that it had
+        then; the steps before are not made again.
+    keeper : Is given what the march knows between its steps. Each step then begins as one that goes on from
+        there, so that both give the same bits.
     """
-    model = _controlled(model, strategy)
-    coupling = connect(model)
-    start = _begun(model, coupling, bodies) if start is None else start
-    ledger, clock = Ledger(), Clock()
-    troubles, witness = Troubles(), Witness(model, start.bodies)
+    model = first = _controlled(model, strategy)
+    ledger, clock, troubles = Ledger(), Clock(), Troubles()
+    headway = Headway(seams=keeper is not None)
+    if going_on is None:
+        coupling = connect(model)
+        state = start = _begun(model, coupling, bodies) if start is None else start
+        witness = Witness(model, start.bodies)
+    else:
+        at = going_on[1]
+        model = _controlled(going_on[0], strategy)
+        coupling = connect(model)
+        coupling.structure.factored = at.factored
+        start, state, ledger = at.start, at.state, at.ledger
+        witness = Witness(first, start.bodies)
+        witness.go_on(at.seen)
+        troubles.go_on(at.troubles)
+        clock.phases.update(at.seconds)
+        headway.done, headway.largest = at.done, at.largest
     size = extents(model.assembly)
     balanced: tuple[Model, Increment, StepReport] | None = None
     verdict: Verdict | None
-    for here, step in increments(coupling, strategy, start, settings, clock, witness.lookout):
+
+    def standing() -> Standing:
+        """What is known now."""
+        records = model.joint_records
+        built = model.contacts is first.contacts and not model.found
+        found = None if built else Found(model.interfaces, model.contacts, records)
+        return Standing(
+            headway.done, headway.largest, start, rested(model, made.after, strategy.kept), found, ledger,
+            witness.seen, troubles.noted, dict(clock.phases), coupling.structure.factored,
+        )  # fmt: skip
+
+    for here, step in increments(coupling, strategy, state, settings, clock, witness.lookout, headway):
         coupling, model = here, here.model
         static = step.scheme.inertia == 0
         made = acted(model, step, size)
@@ -131,8 +164,15 @@ def march(
             verdict = _arrived(model, strategy, report)
         if verdict is not None:
             break
+        if keeper is not None and headway.whole and headway.more:
+            keeper.between(standing())
+            clock.lap("output")
     else:
         verdict = _out_of_steps(model, strategy, start, made, report, settings)
+    hopeless = _hopeless(last[2], static) is not None
+    reached = None if hopeless or not headway.whole else standing()
+    if keeper is not None:
+        keeper.reached(reached)
     if made.problem.structure is not None:
         made.problem.structure.empty()
     witness.end(model, made.after)
@@ -143,7 +183,7 @@ def march(
     end = End(*last, settings, ledger, objection)
     return March(
         verdict, sentence(verdict, end), made.after, report, model, made, ledger, clock.phases,
-        end.moving(verdict), tuple(troubles.abrupt), witness,
+        end.moving(verdict), tuple(troubles.abrupt), witness, reached,
     )  # fmt: skip
 
 

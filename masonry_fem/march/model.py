@@ -146,6 +146,8 @@ class Model:
     keeps_tangents : Whether stones that yield keep the tangents of a step's first round in the further ones.
     changing : Time until which loads or supports change: rest before that is no end of a march [s].
     fixed : Whether frames and lever arms stay those of the start, too (small kinematics).
+    joint_records : Number of the scene's joint record of each interface.
+    found : Whether contacts were found on the way, where blocks had gone.
     last_forces : What ``external_forces`` keeps, as loads seldom change.
     """
 
@@ -166,4 +168,6 @@ class Model:
     reach: float = 0.0
     control: Control | None = None
     keeps_tangents: bool = False
+    joint_records: tuple[int, ...] = ()
+    found: bool = False
     last_forces: LastForces = field(default_factory=LastForces, compare=False, repr=False)

@@ -8,6 +8,9 @@ troubles.tell_overlaps(made, report, model.length, start.gap)
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
 from masonry_fem.bodies.base import FloatArray
@@ -44,6 +47,16 @@ class Troubles:
         self.abrupt: list[float] = []
         self.snapped: list[float] = []
         self.jammed, self.deepest = 0, 0.0
+
+    @property
+    def noted(self) -> dict[str, Any]:
+        """All of it by name, for troubles that go on from here."""
+        return {name: list(one) if isinstance(one, list) else one for name, one in vars(self).items()}
+
+    def go_on(self, noted: Mapping[str, Any]) -> None:
+        """Take over what was noted before."""
+        for name in vars(self).keys() & noted.keys():
+            setattr(self, name, list(noted[name]) if isinstance(noted[name], list) else noted[name])
 
     def see(self, made: Increment, report: StepReport) -> None:
         """Note what went wrong in a step."""

@@ -18,17 +18,8 @@ from masonry_fem.march.acting import contact_wrenches, imbalance, relative
 from masonry_fem.march.deformation import second_order
 from masonry_fem.march.lookout import OVERLAP, Lookout
 from masonry_fem.march.model import Model
+from masonry_fem.march.standing import Seen, Worst
 from masonry_fem.march.state import SystemState
-
-
-@dataclass(frozen=True, slots=True)
-class Worst:
-    """The worst value of a figure, of which blocks, and in which step; ``share`` is what ranks it."""
-
-    value: float = 0.0
-    blocks: tuple[str, ...] = ()
-    step: int = 0
-    share: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +64,19 @@ class Witness:
     def told(self) -> Written:
         """The figures for the certificate."""
         return Written(self.balance, self.turning, self.overlap)
+
+    @property
+    def seen(self) -> Seen:
+        """All that is kept, for a witness that goes on from here."""
+        figures = self.balance, self.turning, self.overlap, self._last
+        return Seen(*figures, self.lookout.looked, self.lookout.borne)
+
+    def go_on(self, seen: Seen) -> None:
+        """Keep what another witness of the same march has seen."""
+        self.balance, self.turning, self.overlap, self._last = (
+            seen.balance, seen.turning, seen.overlap, seen.last,
+        )  # fmt: skip
+        self.lookout.go_on(seen.looked, seen.borne)
 
     def objection(self, bound: float, drift: float, *, static: bool) -> str:
         """Why a state is no equilibrium whatever its equations say; empty where nothing speaks against it.

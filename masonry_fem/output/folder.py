@@ -41,14 +41,18 @@ class Folder:
     command : Who writes: run, collapse, study, mesh or view.
     title : Of the scene, for the summary.
     clears : Other commands whose files are removed too, as they are made from this one's.
+    keeps : Files, and folders with a ``/`` at their end, that stay: the command goes on with them.
 
     Raises
     ------
     OutputError : Somebody else writes there, or one may not.
     """
 
-    def __init__(self, path: Path, command: str, title: str = "", clears: Sequence[str] = ()) -> None:
+    def __init__(
+        self, path: Path, command: str, title: str = "", clears: Sequence[str] = (), keeps: Sequence[str] = ()
+    ) -> None:
         self.path, self._command, self._title, self._clears = Path(path), command, title, clears
+        self._keeps = keeps
         self._list = self.path / OWN / command
         self._names: set[str] = set()
         self._theirs: dict[Path, list[str]] = {}  # lists of other commands
@@ -92,13 +96,17 @@ class Folder:
             self._names = set(old)
             self._enter(self.path / summary)  # listed from here on, whatever happens
             write(self.path / summary, _running(self._command, self._title))
-        self._remove(name for name in old if name != summary)
+        stays = {name for name in old if self._stays(name)}
+        self._remove(name for name in old if name != summary and name not in stays)
         for other in lists[1:]:
             other.unlink(missing_ok=True)
         others = set((self.path / OWN).iterdir()) - {self._list, self.path / LOCK}
         self._theirs = {one: listed(one) for one in sorted(others) if not one.name.endswith(PART)}
-        self._names = {summary} if summary is not None else set()
+        self._names = stays | ({summary} if summary is not None else set())
         write_atomic(self._list, _lines(self._names))
+
+    def _stays(self, name: str) -> bool:
+        return any(name == one or (one.endswith("/") and name.startswith(one)) for one in self._keeps)
 
     def _remove(self, names: Iterator[str]) -> None:
         """Remove listed files, what was left of them half-written, and folders that are empty then."""
@@ -188,7 +196,8 @@ def unfinished(out: Path, summary: str = "summary.json") -> str:
     writer = writer_of(out)
     if writer:
         return f"{out}: process {writer} is still writing; what is there so far is not the end"
-    return f"{out}: what wrote there was killed before its end; what is there is not the end, run it again"
+    cure = f"'masonry-fem resume {out}' goes on" if (out / "checkpoint.npz").exists() else "run it again"
+    return f"{out}: what wrote there was killed before its end; what is there is not the end, {cure}"
 
 
 def listed(path: Path) -> list[str]:

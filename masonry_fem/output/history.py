@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from masonry_fem.errors import OutputError
 from masonry_fem.host.atomic import announce, unwritten
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
@@ -48,6 +49,29 @@ class History:
         except OSError as error:
             raise unwritten(self.path, error) from error
         self._columns = []
+
+    def saved(self) -> dict[str, Any]:
+        """How much of the file is written, and its columns."""
+        return {"size": 0 if self._file is None else self._file.tell(), "columns": list(self._columns)}
+
+    def go_on(self, model: Model, saved: dict[str, Any]) -> None:
+        """Open the file with the lines that it had; those that were written later go."""
+        size = saved["size"]
+        try:
+            announce(self.path)
+            self._file = FileIO(self.path, "r+" if self.path.exists() else "w")
+            there = self.path.stat().st_size
+            if there >= size:
+                self._file.truncate(size)
+                self._file.seek(size)
+        except OSError as error:
+            raise unwritten(self.path, error) from error
+        if there < size:
+            raise OutputError(
+                f"{self.path} has {there} bytes, expected at least the {size} of its checkpoint: it was "
+                "changed since; run the scene again"
+            )
+        self._columns = list(saved["columns"])
 
     def record(self, model: Model, state: SystemState, report: StepReport) -> None:
         """Write the line of one step; the first one also fixes the columns."""

@@ -66,6 +66,8 @@ class Recorder(Protocol):
     """One output; one with a method ``end(march, determinacy)`` is told how the march ended.
 
     One with a method ``finish()`` is asked for its files once all others are written, the summary, too.
+    One that remembers steps has ``saved()``, texts and numbers for a checkpoint, and ``go_on(model, saved)``,
+    which takes the place of ``start`` where a run goes on from there.
     """
 
     dense: bool
@@ -124,6 +126,27 @@ class Recorders:
         """Start all members."""
         for member in list(self._members):
             self._guard(member, "start", model)
+
+    def saved(self) -> dict[str, Any]:
+        """What the members remember, for a checkpoint."""
+        members = {type(member).__name__: self._guard(member, "saved") for member in self._saving}
+        return {"count": self._count, "members": members}
+
+    def go_on(self, model: Model, saved: dict[str, Any]) -> None:
+        """Start all members, those that remember steps from where these were saved."""
+        known = saved["members"]
+        self._count = saved["count"]
+        for member in list(self._members):
+            own = known.get(type(member).__name__)
+            if own is None or member not in self._saving:
+                self._guard(member, "start", model)
+            else:
+                self._guard(member, "go_on", model, own)
+
+    @property
+    def _saving(self) -> list[Any]:
+        """Members that remember steps."""
+        return [member for member in self._members if hasattr(member, "saved")]
 
     def record(self, model: Model, state: SystemState, report: StepReport) -> None:
         """Pass the step to the dense members, and to the others when their turn has come."""

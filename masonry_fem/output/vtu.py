@@ -12,6 +12,7 @@ import base64
 import zlib
 from collections.abc import Iterable
 from pathlib import Path
+from xml.etree import ElementTree
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
@@ -49,9 +50,40 @@ class Series:
         """Where the file of a step goes."""
         return self._directory / "fields" / f"{self._name}_{index:06d}.vtu"
 
+    @property
+    def entries(self) -> dict[str, float]:
+        """Times by the files' names, relative to the results folder."""
+        return dict(self._entries)
+
+    def go_on(self, entries: dict[str, float]) -> None:
+        """Keep the files of the same collection that are there."""
+        self._entries = {str(name): float(time) for name, time in entries.items()}
+
     def add(self, path: Path, time: float) -> None:
         """Enter a file that is complete and rewrite the collection."""
         self._entries[path.relative_to(self._directory).as_posix()] = time
+        self.write()
+
+    def take_over(self, path: Path, since: float) -> None:
+        """Enter the files of another collection, which may not be there.
+
+        Parameters
+        ----------
+        path : Of the collection, in a folder of the directory.
+        since : What is added to its times.
+        """
+        if not path.exists():
+            return
+        folder = path.parent.relative_to(self._directory)
+        for entry in ElementTree.parse(path).iter("DataSet"):
+            self._entries[(folder / str(entry.get("file"))).as_posix()] = since + float(
+                entry.get("timestep", 0)
+            )
+
+    def write(self) -> bool:
+        """Write the collection, if it has files; whether it has."""
+        if not self._entries:
+            return False
         lines = "".join(
             f'    <DataSet timestep="{time:.17g}" part="0" file={quoteattr(name)}/>\n'
             for name, time in self._entries.items()
@@ -61,6 +93,7 @@ class Series:
             b'<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">\n'
             b"  <Collection>\n" + lines.encode() + b"  </Collection>\n</VTKFile>\n",
         )
+        return True
 
 
 def field_data(model: Model, state: SystemState) -> Arrays:

@@ -205,6 +205,25 @@ class RanksTold(Told, frozen=True, kw_only=True):
     work: dict[str, WorkTold] | None = None
 
 
+class StageTold(Told, frozen=True, kw_only=True):
+    """A stage of a history.
+
+    Attributes
+    ----------
+    name : Of the stage, and of the folder with its results.
+    after : Name of the stage where it began; None: in the reference, or where the scene says.
+    outcome, message : Verdict, and the same as a sentence.
+    time : End of its last step [s]; load factor in statics. steps : Steps made.
+    """
+
+    name: str
+    after: str | None = None
+    outcome: str
+    message: str
+    time: float
+    steps: int
+
+
 class Summary(Told, frozen=True, kw_only=True, tag_field="schema", tag=versioned("run")):
     """The end of a run.
 
@@ -233,6 +252,7 @@ class Summary(Told, frozen=True, kw_only=True, tag_field="schema", tag=versioned
     versions : Of this program and its libraries.
     limit_analysis, determinacy, joints : With the keys of ``[output]`` that ask for them.
     start : Whether an equilibrium is reached from a start without stress.
+    stages : Of a history, whose last one is told by all else; None: there are none.
     errors : What elements, contact points and steps leave open.
     refinement : With ``--refine-to``: how the error was brought down.
     remarks : What was logged as a warning.
@@ -270,6 +290,7 @@ class Summary(Told, frozen=True, kw_only=True, tag_field="schema", tag=versioned
     versions: dict[str, str]
     limit_analysis: LimitAnalysis | None = None
     start: StartTold | None = None
+    stages: tuple[StageTold, ...] | None = None
     errors: Errors
     determinacy: Determinacy | None = None
     joints: Joints | None = None

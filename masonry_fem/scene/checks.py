@@ -90,6 +90,17 @@ def _names(scene: Scene) -> None:
     _unique("structures", (one.name for one in scene.structures))
     _unique("probes", (one.name for one in scene.probes))
     _unique("output.cuts", (one.name for one in scene.output.cuts))
+    _unique("stages", (one.name for one in scene.stages))
+    for index, stage in enumerate(scene.stages):
+        earlier = [one.name for one in scene.stages[:index]]
+        if stage.after is not None and stage.after not in earlier:
+            known = (
+                f"the name of an earlier stage ({listed(earlier)})" if earlier else "none in the first stage"
+            )
+            raise wrong(("stages", index, "after"), stage.after, known, nearest(stage.after, earlier))
+        if stage.analysis is not None and stage.analysis.start is not None:
+            where = "none, as a stage begins where the one before has ended, or 'after'"
+            raise wrong(("stages", index, "analysis", "start"), stage.analysis.start, where)
 
 
 def _unique(key: str, names: Iterable[str]) -> None:

@@ -7,7 +7,7 @@ from typing import Literal, cast
 from msgspec import defstruct
 
 from masonry_fem.output import asked
-from masonry_fem.records.record import Axis, BlockSelector, Count, Name, Point, Positive, Spec
+from masonry_fem.records.record import Axis, BlockSelector, Count, Name, Point, Positive, Seconds, Spec
 
 CutField = Literal["von_mises", "vertical", "greatest", "least"]
 
@@ -83,6 +83,9 @@ class Output(Spec, frozen=True, kw_only=True):
     report : write ``report.html``: [all of it in one file](report.md), for somebody who was not there; it
         brings ``interfaces`` and ``stones``
     amplification : factor of displacements in pictures; chosen automatically by default
+    checkpoint_steps : number of steps after which ``checkpoint.npz`` is written, from which
+        [a run goes on](histories.md); it is also written at the start and at the end
+    checkpoint_time : the same by the time of the clock, as ``"5 min"``; both may be given
     """
 
     fields: bool = True
@@ -96,3 +99,5 @@ class Output(Spec, frozen=True, kw_only=True):
     contact_error: bool = False
     report: bool = False
     amplification: Positive | None = None
+    checkpoint_steps: Count | None = None
+    checkpoint_time: Seconds | None = None

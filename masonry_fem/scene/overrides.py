@@ -52,8 +52,22 @@ def trusting(scene: Path, overrides: Iterable[str]) -> list[str]:
     overrides : Texts ``dotted.key=value`` that apply before.
     """
     try:
-        tree = tomllib.loads(scene.read_text(encoding="utf-8-sig"))
-    except (OSError, ValueError, RecursionError):
+        return trusting_text(scene.read_text(encoding="utf-8-sig"), overrides)
+    except (OSError, UnicodeDecodeError):
+        return []  # the error is reported when the scene is loaded
+
+
+def trusting_text(text: str, overrides: Iterable[str]) -> list[str]:
+    """The same of a scene's text.
+
+    Parameters
+    ----------
+    text : The scene as TOML.
+    overrides : Texts ``dotted.key=value`` that apply before.
+    """
+    try:
+        tree = tomllib.loads(text)
+    except (ValueError, RecursionError):
         return []  # the error is reported when the scene is loaded
     apply(tree, overrides)
     programs = [

@@ -104,6 +104,7 @@ __all__ = [
     "Sine",
     "Solver",
     "Spec",
+    "Stage",
     "Statics",
     "Structure",
     "Support",
@@ -182,6 +183,34 @@ class Contact(Spec, frozen=True, kw_only=True):
     every: Count = 1
 
 
+class Stage(Spec, frozen=True, kw_only=True):
+    """A part of a [history](histories.md): it begins where the stage before has ended.
+
+    A key that is left out is as in that stage, in the first one as in the scene.
+
+    Attributes
+    ----------
+    name : of the folder with its results
+    after : the earlier stage where it begins; by default the one before, and the first where the scene begins
+    analysis : what is done
+    loads : in place of those of the stage before; in statics the change goes evenly over the steps
+    supports : in place of those of the stage before
+    joints : in place of those of the stage before; joints whose kind of law changes begin anew
+    materials : tables in place of those of the same names
+    without : blocks that are not there, in place of those of the stage before. What they gave to others goes
+        in statics evenly over the steps; stones that appear have no stress, in their reference place
+    """
+
+    name: Name
+    after: Name | None = None
+    analysis: Analysis | None = None
+    loads: Loads | None = None
+    supports: tuple[Support, ...] | None = None
+    joints: tuple[Joint, ...] | None = None
+    materials: dict[Name, Material] | None = None
+    without: tuple[BlockSelector, ...] | None = None
+
+
 class Scene(Spec, frozen=True, kw_only=True):
     """A whole problem: read it with ``masonry_fem.load``, write it with ``masonry_fem.scene.save``.
 
@@ -201,10 +230,12 @@ class Scene(Spec, frozen=True, kw_only=True):
     overrides : exceptions for single blocks or groups
     joints : what joints do
     supports : blocks and faces that are held or moved, besides the supports that structures bring
+    without : blocks that are left out; what else the scene says of them is left out, too
     loads : forces and accelerations
     design : partial factors, for the [strength check](strength.md)
     initial : velocities at the start
     analysis : statics, dynamics or a march to equilibrium
+    stages : parts of a [history](histories.md), one after another
     solver : contact solver
     contact : which faces are in contact
     probes : points whose displacement is recorded
@@ -224,10 +255,12 @@ class Scene(Spec, frozen=True, kw_only=True):
     overrides: tuple[Override, ...] = ()
     joints: tuple[Joint, ...] = (Joint(),)
     supports: tuple[Support, ...] = ()
+    without: tuple[BlockSelector, ...] = ()
     loads: Loads = Loads()
     design: Design = Design()
     initial: tuple[Initial, ...] = ()
     analysis: Analysis = Statics()
+    stages: tuple[Stage, ...] = ()
     solver: Solver = Solver()
     contact: Contact = Contact()
     probes: tuple[Probe, ...] = ()

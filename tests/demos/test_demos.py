@@ -21,6 +21,7 @@ from demos import (
     slope,
     split_stone,
     spreading_arch,
+    struck_arch,
     window_bay,
 )
 from masonry_fem.analyses.inspect import check_scene
@@ -278,3 +279,13 @@ def test_floor_that_turns_cracks_the_wall_on_both_faces(drop):
     assert (wall.below, wall.above) == pytest.approx(wall.exact_openings, rel=0.1 * turn)
     # levers grow with the turn
     assert wall.far == pytest.approx(wall.exact_far, rel=turn)
+
+
+def test_struck_arch_thrusts_as_limit_analysis_allows():
+    found = struck_arch.main(load_steps=5)
+    assert set(found.outcomes.values()) == {"equilibrium"}
+    low, high = found.bounds
+    assert low < found.thrust["spread"] < 1.03 * low
+    assert low < found.thrust["struck"] < high
+    assert found.upward["built"] < 0.55 * found.upward["struck"]
+    assert found.upward["spread"] == pytest.approx(found.upward["struck"], rel=2e-3)

@@ -72,6 +72,16 @@ class FieldFiles:
         """Fix the grid, which serves all steps."""
         self._grid = grid_of(model, shells=True)
 
+    def saved(self) -> dict[str, Any]:
+        """The files of both series."""
+        return {"blocks": self._blocks.entries, "contacts": self._contacts.entries}
+
+    def go_on(self, model: Model, saved: dict[str, Any]) -> None:
+        """Go on with both series."""
+        self.start(model)
+        self._blocks.go_on(saved["blocks"])
+        self._contacts.go_on(saved["contacts"])
+
     def record(self, model: Model, state: SystemState, report: StepReport) -> None:
         """Write one step and bring the two series up to date."""
         grid = self._grid or grid_of(model, shells=True)

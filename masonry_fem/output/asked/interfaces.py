@@ -50,6 +50,14 @@ class InterfaceTable:
     def start(self, model: Model) -> None:
         """Nothing is written before the first step."""
 
+    def saved(self) -> dict[str, Any]:
+        """The files of the series."""
+        return {"interfaces": self._series.entries}
+
+    def go_on(self, model: Model, saved: dict[str, Any]) -> None:
+        """Go on with the series."""
+        self._series.go_on(saved["interfaces"])
+
     def record(self, model: Model, state: SystemState, report: StepReport) -> None:
         """Keep the state for the table and write the step of the series."""
         self._last = model, state

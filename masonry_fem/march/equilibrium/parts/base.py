@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from masonry_fem.bodies.base import Scheme
-from masonry_fem.records.record import Spec
+from masonry_fem.records.record import FilePath, Spec
 
 if TYPE_CHECKING:
     from masonry_fem.march.model import Control, Probe
@@ -17,7 +17,15 @@ SHORTEST, LONGEST = 1e-100, 1e30  # steps [s]: squares of impulses and stiffness
 
 
 class Strategy(Spec, frozen=True, kw_only=True, tag_field="kind"):
-    """How a scene is marched: what every kind of ``[analysis]`` has."""
+    """How a scene is marched: what every kind of ``[analysis]`` has.
+
+    Attributes
+    ----------
+    start : results folder of another run of the same stones (``output.checkpoint_steps``), whose end is
+        [where this one begins](histories.md); loads that this scene lacks go evenly over the steps of statics
+    """
+
+    start: FilePath | None = None
 
     @property
     @abstractmethod

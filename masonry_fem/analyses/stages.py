@@ -1,0 +1,153 @@
+"""Stages: a history, stage after stage, each a run of its own that begins where another has ended.
+
+result = run_stages(scene, out, base)
+result.summary.stages                     # how each ended; the rest of it is that of the last one
+
+Results of a stage stand in the folder of its name. The history and the series of all stand above these.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import io
+import json
+import os
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from msgspec import structs
+
+from masonry_fem.host.atomic import write_atomic
+from masonry_fem.output.checkpoint import CHECKPOINT, Checkpoint, read_checkpoint, write_checkpoint
+from masonry_fem.output.folder import Folder, ended_by, refuse_busy
+from masonry_fem.output.vtu import Series
+from masonry_fem.records.remark import gathered
+from masonry_fem.records.told import write
+from masonry_fem.results.summary import StageTold
+from masonry_fem.scene import check, dumps, specs
+from masonry_fem.scene.moved import moved
+from masonry_fem.scene.stages import predecessor, stage_scenes
+
+if TYPE_CHECKING:
+    from masonry_fem.analyses.run import RunResult
+
+GOOD = ("equilibrium", "finished")
+
+Run = Callable[[specs.Scene, Path, "Checkpoint | None"], "RunResult"]
+
+
+def run_stages(scene: specs.Scene, out: Path, base: Path, run: Run, *, goes_on: bool = False) -> RunResult:
+    """Run the stages of a scene one after another, and stop after one that does not come to a good end.
+
+    Parameters
+    ----------
+    scene : With stages. out : Results folder. base : Folder that the scene's paths are relative to.
+    run : Runs the scene of a stage into a folder, from a checkpoint on where there is one.
+    goes_on : Go on with what is done in ``out``.
+
+    Raises
+    ------
+    MasonryError : A stage cannot be built, or another process writes there.
+    """
+    check_stages(scene, base)
+    refuse_busy(out)
+    names = [stage.name for stage in scene.stages]
+    keeps = [CHECKPOINT, *(f"{name}/" for name in names)] if goes_on else []
+    told: list[StageTold] = []
+    with Folder(out, "run", title=scene.title, clears=("view",), keeps=keeps):
+        write_checkpoint(out / CHECKPOINT, Checkpoint(dumps(moved(scene, base, out)), "", None, {}, ()))
+        try:
+            for stage, own in stage_scenes(scene):
+                after = predecessor(scene, stage)
+                kept = _kept(out / stage.name) if goes_on else None
+                if kept is not None and kept.outcome and stage is not scene.stages[-1]:
+                    told.append(_done(out / stage.name, stage.name, after))
+                    continue
+                kept = None if kept is not None and kept.outcome else kept  # the last one, once more
+                result = run(_starting(own, after, out, base), out / stage.name, kept)
+                end = result.summary
+                told.append(
+                    StageTold(
+                        name=stage.name, after=after, outcome=end.outcome, message=end.message, time=end.time,
+                        steps=end.steps,
+                    )
+                )  # fmt: skip
+                if result.outcome not in GOOD:
+                    break
+            files = [*result.files, *_joined(out, told)]
+            message = f"Stage '{told[-1].name}': {told[-1].message}"
+            summary = structs.replace(result.summary, title=scene.title, message=message, stages=tuple(told))
+            files.append(write(out / "summary.json", summary))
+        except BaseException as error:
+            with contextlib.suppress(Exception):
+                hold = f"{len(told)} of {len(names)} stages are done"
+                write(out / "summary.json", ended_by(error, "run", scene.title, hold))
+            raise
+    return replace(result, summary=summary, files=files)
+
+
+def check_stages(scene: specs.Scene, base: Path) -> list[specs.Scene]:
+    """The checked scenes of all stages.
+
+    Parameters
+    ----------
+    scene : With stages. base : Folder that its paths are relative to.
+
+    Raises
+    ------
+    SceneError : A stage describes something impossible.
+    """
+    checked = check(scene, base=base)
+    with gathered(aloud=False):  # what is seldom meant is told when a stage runs
+        return [check(own, base=base, source=f"stage '{stage.name}'") for stage, own in stage_scenes(checked)]
+
+
+def _starting(scene: specs.Scene, after: str | None, out: Path, base: Path) -> specs.Scene:
+    """A stage's scene, which begins where another stage has ended, and leaves where it ends itself."""
+    analysis, output = scene.analysis, scene.output
+    if after is not None:
+        start = Path(os.path.relpath(out.resolve() / after, base.resolve())).as_posix()
+        analysis = structs.replace(analysis, start=start)
+    if output.checkpoint_steps is None and output.checkpoint_time is None:
+        output = structs.replace(output, checkpoint_steps=analysis.steps)
+    return structs.replace(scene, analysis=analysis, output=output)
+
+
+def _done(folder: Path, name: str, after: str | None) -> StageTold:
+    """What was told of a stage that is done."""
+    told = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    keys = {key: told[key] for key in ("outcome", "message", "time", "steps")}
+    return StageTold(name=name, after=after, **keys)
+
+
+def _kept(folder: Path) -> Checkpoint | None:
+    """Where a stage can go on; None where it has not begun."""
+    return read_checkpoint(folder) if (folder / CHECKPOINT).exists() else None
+
+
+def _joined(out: Path, told: list[StageTold]) -> list[Path]:
+    """The histories of all stages as one table, and their field files as one series, times added up."""
+    history, made = out / "history.csv", []
+    rows: list[dict[str, str]] = []
+    columns: dict[str, None] = {"stage": None}
+    series = {name: Series(out, name) for name in ("blocks", "contacts", "interfaces")}
+    since = 0.0
+    for stage in told:
+        with (out / stage.name / "history.csv").open(encoding="utf-8", newline="") as file:
+            for row in csv.DictReader(file):
+                rows.append({"stage": stage.name} | row)
+        columns |= dict.fromkeys(rows[-1])
+        for name, whole in series.items():
+            whole.take_over(out / stage.name / f"{name}.pvd", since)
+        since += stage.time
+    text = io.StringIO()
+    table = csv.DictWriter(text, list(columns), restval="")
+    table.writeheader()
+    table.writerows(rows)
+    write_atomic(history, text.getvalue().encode())
+    made.append(history)
+    made += [whole.path for whole in series.values() if whole.write()]
+    return made

@@ -1,0 +1,346 @@
+"""Succession: a structure that begins in the state that another one was left in.
+
+    left = Left(scene, stones, model, state)           # the other structure, and where its march ended
+    model, start = succeeded(scene, built, base, left)
+
+Stones are told by their names, contacts by their stones and places. What loads and contacts held the stones
+and do so no more is a load of its own, ``released``, that statics takes away evenly over its steps: so a
+centring is struck, and loads come and go, without a jump. In a march in time it is gone at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, is_dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from masonry_fem.bodies.base import BodyGroup
+from masonry_fem.bodies.support import SupportGroup
+from masonry_fem.build.joints import joint_of_interfaces, joints_at, touching
+from masonry_fem.build.model import Built
+from masonry_fem.build.stones import Stones
+from masonry_fem.contact.update import chosen, joined, partners
+from masonry_fem.errors import MasonryError
+from masonry_fem.joints.law import layers_of
+from masonry_fem.march.coupling import SIGN, Coupling, connect
+from masonry_fem.march.loads import external_forces
+from masonry_fem.march.model import FloatArray, Load, Model
+from masonry_fem.march.renewal import carried
+from masonry_fem.march.state import SystemState
+from masonry_fem.march.step import initial_state
+from masonry_fem.scene import specs
+from masonry_fem.solid.mesh import IntArray
+
+RELEASED = "released"
+NEAR = 0.25  # of the model's length: how far a contact goes on from an old one of the same stones
+ALIKE = 1e-9  # of a mass: what may be rounding
+SHOWN = 3  # differences that a message names
+
+
+@dataclass(frozen=True, slots=True)
+class Left:
+    """A structure as a march left it.
+
+    Attributes
+    ----------
+    stones : Its blocks. model : With the contacts of the end. state : Of the end.
+    """
+
+    stones: Stones
+    model: Model
+    state: SystemState
+
+
+def succeeded(scene: specs.Scene, built: Built, base: Path, left: Left) -> tuple[Model, SystemState]:
+    """The model of a scene with its contacts and loads where another structure was left, and its state there.
+
+    Parameters
+    ----------
+    scene : The scene. built : Made of it, stones in their reference places.
+    base : Folder that the scene's paths are relative to.
+    left : The other structure; stones that it has not begin in their reference places, without stress.
+
+    Raises
+    ------
+    MasonryError : A stone is another one than there, or is computed otherwise; the differences are told.
+    """
+    old = _numbers(built, left)
+    _refuse_others(built, left, old)
+    model = _standing(built.model, left, old)
+    model, origin = _with_contacts(scene, built, base, model, left, old)
+    bodies = tuple(
+        _taken(group, rest, left, old) for group, rest in zip(model.groups, built.bodies, strict=True)
+    )
+    if not scene.analysis.inertia:  # no velocity goes into statics
+        bodies = tuple(
+            group.scale_velocity(own, 0.0) for group, own in zip(model.groups, bodies, strict=True)
+        )
+    coupling = connect(model)
+    begun = initial_state(model, coupling, bodies)
+    known = replace(left.state, bodies=bodies)
+    state = carried(
+        _renumbered(left.model, old, len(built.stones.assembly.blocks)),
+        model, coupling, coupling.placement(bodies), known, origin,
+    )  # fmt: skip
+    state = replace(
+        begun, reaction=state.reaction, status=state.status, **_joints(model, begun, left, state, origin)
+    )
+    if not scene.analysis.inertia:
+        forces = _released(model, left, old, origin)
+        if any(force is not None and force.any() for force in forces):
+            model = replace(model, loads=(*model.loads, Load(RELEASED, forces, _fading)))
+    return model, state
+
+
+def _fading(factor: float) -> float:
+    """What is left of the forces that statics takes away."""
+    return 1.0 - factor
+
+
+def _numbers(built: Built, left: Left) -> IntArray:
+    """Number in the structure that was left of each block, −1 of those that it has not, shape (b,)."""
+    known = {block.name: number for number, block in enumerate(left.stones.assembly.blocks)}
+    return np.array([known.get(block.name, -1) for block in built.stones.assembly.blocks], dtype=np.int64)
+
+
+def _refuse_others(built: Built, left: Left, old: IntArray) -> None:
+    """Refuse stones that are not those of the same name that were left."""
+    told = []
+    blocks, before = built.stones.assembly.blocks, left.stones
+    for new, number in enumerate(old.tolist()):
+        if number < 0:
+            continue
+        name, was, now = blocks[new].name, before.fidelity[number], built.stones.fidelity[new]
+        if was != now:
+            told.append(f"'{name}' was {was or 'a support'}, and is {now or 'a support'}")
+            continue
+        one, other = built.stones.assembly.solid(new), before.assembly.solid(number)
+        same = one.vertices.shape == other.vertices.shape
+        if not (same and np.allclose(one.vertices, other.vertices, rtol=0, atol=1e-9 * built.model.length)):
+            told.append(f"'{name}' had another shape or place")
+    masses, earlier = _mass_of(built.model), _mass_of(left.model)
+    for new in np.flatnonzero(old >= 0).tolist():
+        if abs(masses[new] - earlier[old[new]]) > ALIKE * earlier[old[new]]:
+            told.append(f"'{blocks[new].name}' had a mass of {earlier[old[new]]:g}, and has {masses[new]:g}")
+    if told:
+        more = f" and {len(told) - SHOWN} more" if len(told) > SHOWN else ""
+        raise MasonryError(
+            f"the scene cannot start from the state that was left: {'; '.join(told[:SHOWN])}{more}. Expected "
+            "stones of the same names as they were: give others other names"
+        )
+
+
+def _mass_of(model: Model) -> FloatArray:
+    """Mass of each block, 0 of supports, shape (b,) [kg]."""
+    mass = np.zeros(len(model.assembly.blocks))
+    for group in model.groups:
+        mass[group.blocks] = group.mass
+    return mass
+
+
+# --- bodies -----------------------------------------------------------------------------------------
+
+
+def _places(model: Model) -> tuple[IntArray, IntArray]:
+    """Group of each block and its row there, shape (b,)."""
+    count = len(model.assembly.blocks)
+    group_of, row_of = np.full(count, -1), np.full(count, -1)
+    for number, group in enumerate(model.groups):
+        group_of[group.blocks], row_of[group.blocks] = number, np.arange(len(group.blocks))
+    return group_of, row_of
+
+
+def _standing(model: Model, left: Left, old: IntArray) -> Model:
+    """The model with supports whose motions go on from where they were left."""
+    groups = []
+    owner, row = _places(left.model)
+    for group in model.groups:
+        before = old[group.blocks]
+        if not isinstance(group, SupportGroup) or not (before >= 0).any():
+            groups.append(group)
+            continue
+        d = group.dimension
+        shift, turned = np.zeros((group.count, d)), np.zeros((group.count, d, d))
+        here = np.flatnonzero(before >= 0)
+        was: Any = left.model.groups[owner[before[here[0]]]]
+        state, rows = left.state.bodies[owner[before[here[0]]]], row[before[here]]
+        turned[here] = state.turned[rows]
+        apart = group.centres[here] - was.centres[rows]  # the pivot may be another one
+        shift[here] = state.shift[rows] + np.einsum("bij,bj->bi", turned[here], apart)
+        moved = shift.any() or turned.any()
+        groups.append(group.starting_at(shift, turned) if moved else group)
+    return replace(model, groups=tuple(groups))
+
+
+def _taken(group: BodyGroup, rest: Any, left: Left, old: IntArray) -> Any:
+    """The state of a group, from where its blocks were left."""
+    before, (owner, row) = old[group.blocks], _places(left.model)
+    if isinstance(group, SupportGroup):
+        return group.rest()
+    state = rest
+    for number in np.unique(owner[before[before >= 0]]).tolist():
+        rows = np.flatnonzero((before >= 0) & (owner[before] == number))
+        other = left.state.bodies[number]
+        whole = len(rows) == len(group.blocks) == len(left.model.groups[number].blocks)
+        if whole and (row[before] == np.arange(len(rows))).all():
+            state = other
+        else:
+            state = _put(state, rows, other, row[before[rows]])
+    return replace(state, time=0.0) if hasattr(state, "time") else state
+
+
+def _put(state: Any, rows: IntArray, other: Any, others: IntArray) -> Any:
+    """A state with rows of another one of the same kind in the place of its own."""
+    if type(state) is not type(other):
+        raise MasonryError(
+            f"stones were computed as {type(other).__name__}, and are as {type(state).__name__}: leave "
+            "fidelity, degree and contact.update as they were"
+        )
+    changes: dict[str, Any] = {}
+    for field in fields(state):
+        own, new = getattr(state, field.name), getattr(other, field.name)
+        if field.name in ("yielding", "moduli"):  # tangents are a first guess only
+            changes[field.name] = own[:0]
+        elif is_dataclass(new):
+            changes[field.name] = _put(own, rows, new, others)
+        elif isinstance(new, np.ndarray):
+            whole = np.zeros((len(_rows_of(state)), *new.shape[1:])) if own is None else own.copy()
+            whole[rows] = new[others]
+            changes[field.name] = whole
+    return replace(state, **changes)
+
+
+def _rows_of(state: Any) -> FloatArray:
+    """Some array of a state with a row a block."""
+    found = next(
+        value for field in fields(state) if isinstance(value := getattr(state, field.name), np.ndarray)
+    )
+    return np.asarray(found)
+
+
+# --- contacts ---------------------------------------------------------------------------------------
+
+
+def _renumbered(model: Model, old: IntArray, count: int) -> Model:
+    """A model whose contacts' blocks have the numbers of the succeeding one; the others from ``count`` on."""
+    new = count + np.arange(len(model.assembly.blocks))
+    new[old[old >= 0]] = np.flatnonzero(old >= 0)
+    interfaces = tuple(
+        replace(one, blocks=(int(new[one.blocks[0]]), int(new[one.blocks[1]]))) for one in model.interfaces
+    )
+    return replace(
+        model, interfaces=interfaces, contacts=replace(model.contacts, blocks=new[model.contacts.blocks])
+    )
+
+
+def _with_contacts(
+    scene: specs.Scene, built: Built, base: Path, model: Model, left: Left, old: IntArray
+) -> tuple[Model, IntArray]:
+    """The model with its contacts, and which one that was left each goes on from, −1: none, shape (c,)."""
+    count = len(built.stones.assembly.blocks)
+    before = _renumbered(left.model, old, count)
+    if left.model.found:
+        model = _with_found(scene, built, base, model, before, old)
+    return model, partners(
+        before.contacts, before.contacts.points[:, 0], model.contacts, model.contacts.points[:, 0],
+        NEAR * model.length,
+    )  # fmt: skip
+
+
+def _with_found(
+    scene: specs.Scene, built: Built, base: Path, model: Model, before: Model, old: IntArray
+) -> Model:
+    """The model with contacts that were found where stones have gone, and its own of stones that are new."""
+    count = len(built.stones.assembly.blocks)
+    stays = np.array([max(one.blocks) < count for one in before.interfaces], dtype=bool)
+    kept = chosen(before.interfaces, before.contacts, stays)
+    anew = np.array([(old[list(one.blocks)] < 0).any() for one in model.interfaces], dtype=bool)
+    interfaces, contacts = joined(kept, chosen(model.interfaces, model.contacts, anew))
+    touch, records = touching(scene, built.stones, interfaces, tell=False)
+    if len(touch) < len(interfaces):
+        chosen_ones = joint_of_interfaces(scene, built.stones, interfaces, tell=False)
+        keep = np.array([scene.joints[record].contact != "none" for record in chosen_ones], dtype=bool)
+        interfaces, contacts = chosen(interfaces, contacts, keep)
+    closed = replace(contacts, gap=np.zeros(contacts.count))
+    laws, scatter = joints_at(scene, built.stones, interfaces, closed, records, base)
+    return replace(
+        model, interfaces=interfaces, contacts=contacts, laws=laws, scatter=scatter,
+        joint_records=tuple(records), found=True,
+    )  # fmt: skip
+
+
+def _joints(
+    model: Model, begun: SystemState, left: Left, state: SystemState, origin: IntArray
+) -> dict[str, Any]:
+    """Memory and jumps of the joints that go on with the same kind of law; the others begin anew."""
+    now, then = _laws(model), _laws(left.model)
+    goes_on = origin >= 0
+    goes_on[goes_on] = now[goes_on] == then[origin[goes_on]]
+    known = np.flatnonzero(goes_on)
+    fresh, memory = begun.joints, left.state.joints.take(origin[known])
+    width = max(fresh.own.shape[1], memory.own.shape[1])
+    fresh = replace(fresh, own=np.pad(fresh.own, ((0, 0), (0, width - fresh.own.shape[1]))))
+    jump = begun.jump.copy()
+    jump[known] = state.jump[known]
+    return {"joints": fresh.put(known, memory), "jump": jump}
+
+
+def _laws(model: Model) -> np.ndarray:
+    """Names of the layers of each contact's law, shape (c,)."""
+    names = np.full(model.contacts.count, "", dtype=object)
+    for law, contacts in model.laws.parts:
+        names[contacts] = " ".join(layer.name for layer in layers_of(law))
+    return names
+
+
+# --- loads ------------------------------------------------------------------------------------------
+
+
+def _released(model: Model, left: Left, old: IntArray, origin: IntArray) -> tuple[FloatArray | None, ...]:
+    """What held each stone in its place and no longer does, by group: loads, and contacts that are gone."""
+    gone = np.ones(left.model.contacts.count, dtype=bool)
+    gone[origin[origin >= 0]] = False
+    held = external_forces(left.model, left.state.time)
+    coupling = connect(left.model)
+    pushed = _pushed(coupling, left.state, np.where(gone[:, None], left.state.reaction, 0.0))
+    now, (owner, row) = external_forces(model, 0.0), _places(left.model)
+    total: list[FloatArray | None] = []
+    for group, own in zip(model.groups, now, strict=True):
+        if group.prescribed:
+            total.append(None)
+            continue
+        before = old[group.blocks]
+        force = -own
+        for number in np.unique(owner[before[before >= 0]]).tolist():
+            rows = np.flatnonzero((before >= 0) & (owner[before] == number))
+            force[rows] += (held[number] + pushed[number])[row[before[rows]]]
+        force[before < 0] = 0.0  # what is new is loaded over the steps, as in any statics
+        total.append(force)
+    return tuple(total)
+
+
+def _pushed(coupling: Coupling, state: SystemState, reaction: FloatArray) -> list[FloatArray]:
+    """Reactions (c, d) in their frames as forces on each group, the group's own array."""
+    found, world = [], np.einsum("cij,ci->cj", state.reaction_frame, reaction)
+    for group, sides, attachment, own in zip(
+        coupling.model.groups, coupling.sides, coupling.attachments, state.bodies, strict=True
+    ):
+        force = SIGN[sides.side, None] * world[sides.contact]
+        if group.deforms:
+            axes = np.tile(np.eye(force.shape[1]), (len(force), 1, 1))
+            nodal = attachment.spread(force, axes)
+            assert nodal is not None  # of what deforms
+            found.append(nodal)
+            continue
+        d, body, centres = force.shape[1], sides.body, vars(group)["centres"]
+        rotation, translation = group.motion(own)
+        places = state.points[sides.contact] - translation[body]
+        arms = np.einsum("kji,kj->ki", rotation[body], places) - centres[body]
+        total = group.acceleration_force(np.zeros(d))
+        np.add.at(
+            total, body, np.concatenate([force, (arms[:, :, None] * force[:, None]).reshape(-1, d * d)], 1)
+        )
+        found.append(total)
+    return found

@@ -1,0 +1,56 @@
+"""Command ``resume``: go on with a run where it ended, was ended, or was killed."""
+# ruff: noqa: PLC0415
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from masonry_fem.cli.console import complain, print_files
+from masonry_fem.cli.exit_codes import BAD_INPUT, EXIT_CODES
+from masonry_fem.cli.grammar import Commands, Parents
+
+
+def resume_run(options: argparse.Namespace) -> int:
+    """Make the steps that are left; the exit code says how the run ended."""
+    from masonry_fem.analyses.resume import EndedError, resume
+    from masonry_fem.host import installation
+
+    installation.require_python()
+    changed = [*options.overrides, *(["large=true"] if options.yes else [])]
+    try:
+        result = resume(options.out, changed, trust=options.trust, quiet=options.quiet)
+    except EndedError as ended:
+        if not options.quiet:
+            print(f"{options.out}: {ended}")
+        return EXIT_CODES.get(ended.outcome, BAD_INPUT)
+    code = EXIT_CODES.get(result.outcome, BAD_INPUT)
+    if not options.quiet:
+        from masonry_fem.output.terminal import print_summary
+        from masonry_fem.records.told import plain
+
+        print_summary(plain(result.summary) | ({"message": ""} if code else {}))
+        print_files(result.files)
+    if code:
+        complain(result.message)
+    return code
+
+
+def add(commands: Commands, parents: Parents) -> None:
+    """What can be written after the command."""
+    own = commands.add_parser(
+        "resume", parents=[parents.common], help="go on with a run that was ended, or make more steps of it"
+    )
+    own.add_argument(
+        "out", type=Path, metavar="DIR", help="results folder of a run with output.checkpoint_steps"
+    )
+    own.add_argument(
+        "--set", action="append", default=[], dest="overrides", metavar="KEY=VALUE",
+        help="more steps, or other outputs: analysis.duration=2 (may be repeated)",
+    )  # fmt: skip
+    own.add_argument(
+        "--trust", action="store_true",
+        help="run the files of the scene that are programs (.geo, .py): you have read them",
+    )  # fmt: skip
+    own.add_argument("--yes", action="store_true", help="whatever memory the run needs")
+    own.set_defaults(command=resume_run)

@@ -1,0 +1,219 @@
+"""Stages: histories of structures, stage after stage."""
+
+from __future__ import annotations
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+from masonry_fem.analyses.collapse import collapse
+from masonry_fem.analyses.inspect import check_scene
+from masonry_fem.analyses.limit import analyse
+from masonry_fem.analyses.resume import resume
+from masonry_fem.analyses.run import run, solve_scene
+from masonry_fem.errors import MasonryError
+from masonry_fem.output.history import History
+from masonry_fem.scene import loads
+from tests.analyses.test_resume import bits, files
+
+COURSES = """
+dimension = 2
+fidelity = "elastic"
+mesh = {{ element = "Q1", size = 0.25 }}
+loads.gravity = [0.0, -10.0]
+materials.stone = {{ density = 2000.0, young = 1e9, poisson = 0.2 }}
+structures = [
+  {{ kind = "wall", name = "wall", material = "stone", brick = [0.5, 0.25], columns = 3, courses = 4 }},
+]
+joints = [{{ friction = 0.6 }}]
+output = {{ pictures = false }}
+{stages}
+"""
+BUILT = "\n".join(
+    f'[[stages]]\nname = "course{k}"\nwithout = [{", ".join(repr(f"wall.c{j}") for j in range(k + 1, 5))}]'
+    for k in range(1, 5)
+)
+
+
+def rows(path):
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_a_wall_built_in_courses_bears_the_weight(tmp_path):
+    made = run(loads(COURSES.format(stages=BUILT)), tmp_path)
+    assert made.outcome == "equilibrium"
+    weight = 2000.0 * 10.0 * 0.5 * 0.25 * 3
+    for number, stage in enumerate(made.summary.stages, 1):
+        told = json.loads((tmp_path / stage.name / "summary.json").read_text(encoding="utf-8"))
+        force = told["supports"]["wall.ground"]["force"]
+        assert force == pytest.approx([0.0, number * weight], rel=1e-9, abs=1e-9 * weight)
+    at_once = run(loads(COURSES.format(stages="")), tmp_path / "at once")
+    ups = [one.summary.supports["wall.ground"].force for one in (made, at_once)]
+    assert ups[0] == pytest.approx(ups[1], rel=1e-9, abs=1e-9 * weight)
+
+
+ARCH = """
+dimension = 2
+fidelity = "elastic"
+mesh = { element = "Q1", divisions = [3, 3] }
+loads.gravity = [0.0, -10.0]
+materials.stone = { density = 2000.0, young = 1e9, poisson = 0.2 }
+supports = [{ on = "centring.*" }]
+joints = [{ friction = 0.7 }, { between = ["centring.*", "arch.*"], friction = 0.0 }]
+output = { pictures = false, fields = false }
+
+[[structures]]
+kind = "arch"
+name = "arch"
+material = "stone"
+radius = 2.0
+thickness = 0.4
+voussoirs = 9
+straight = true
+embrace = 150
+
+[[structures]]
+kind = "arch"
+name = "centring"
+material = "stone"
+radius = 1.75
+thickness = 0.1
+voussoirs = 9
+straight = true
+embrace = 150
+springings = false
+"""
+STRUCK = """
+[[stages]]
+name = "built"
+
+[[stages]]
+name = "struck"
+without = ["centring.*"]
+analysis = { kind = "statics", load_steps = 5 }
+"""
+LEFT, RIGHT = "arch.springing_left", "arch.springing_right"
+
+
+def thrust(made):
+    return made.summary.supports[LEFT].force[0]
+
+
+@pytest.mark.parametrize("fidelity", ["rigid", "elastic"])
+def test_struck_centring_leaves_a_thrust_that_limit_analysis_allows(fidelity, tmp_path):
+    own = f"fidelity={fidelity}"
+    found = [
+        run(loads(ARCH + STRUCK, [own, f"stages.1.analysis.load_steps={n}"]), tmp_path / str(n))
+        for n in (5, 20, 80)
+    ]
+    thrusts = [thrust(made) for made in found]
+    assert thrusts == pytest.approx([thrusts[0]] * 3, rel=2e-2)
+    alone = ["without=['centring.*']", "output.limit_analysis=true", "fidelity=rigid"]
+    told = run(loads(ARCH, alone), tmp_path / "limit").summary.limit_analysis
+    least, greatest = told.supports[LEFT]["x"]
+    assert least < min(thrusts)
+    assert max(thrusts) < greatest
+    before = json.loads((tmp_path / "5" / "built" / "summary.json").read_text(encoding="utf-8"))
+    assert before["supports"][LEFT]["force"][1] < 0.7 * found[0].summary.supports[LEFT].force[1]
+
+
+def test_a_push_that_struck_centring_leaves_falls_and_is_told(tmp_path):
+    thin = ["structures.0.thickness=0.15", "structures.1.radius=1.875", "structures.0.embrace=180"]
+    thin += ["structures.1.embrace=180", "fidelity=rigid"]
+    made = run(loads(ARCH + STRUCK, thin), tmp_path)
+    assert made.outcome == "no_equilibrium"
+    assert [stage.outcome for stage in made.summary.stages] == ["equilibrium", "no_equilibrium"]
+    assert made.message.startswith("Stage 'struck': No equilibrium")
+    assert made.summary.mechanism is not None
+
+
+def test_histories_and_series_are_those_of_all_stages(tmp_path):
+    made = run(loads(ARCH + STRUCK, ["output.fields=true"]), tmp_path)
+    names = [row["stage"] for row in rows(tmp_path / "history.csv")]
+    assert names == ["built"] + ["struck"] * 5
+    series = (tmp_path / "blocks.pvd").read_text(encoding="utf-8")
+    assert series.count("<DataSet") == 6
+    assert 'timestep="2" part="0" file="struck/fields/blocks_000005.vtu"' in series
+    assert (tmp_path / "history.csv") in made.files
+
+
+@pytest.mark.parametrize(("stage", "step"), [("built", 1), ("struck", 3)])
+def test_a_history_that_is_cut_goes_on_with_the_same_bits(stage, step, tmp_path, monkeypatch):
+    scene = loads(ARCH + STRUCK, ["output.fields=true", "output.checkpoint_steps=2"])
+    whole = run(scene, tmp_path / "whole")
+    record = History.record
+
+    def ended(self, model, state, report):
+        if report.step == step and self.path.parent.name == stage:
+            raise KeyboardInterrupt
+        record(self, model, state, report)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(History, "record", ended)
+        with pytest.raises(KeyboardInterrupt):
+            run(scene, tmp_path / "cut")
+    told = json.loads((tmp_path / "cut" / "summary.json").read_text(encoding="utf-8"))
+    assert told["outcome"] == "interrupted"
+    again = resume(tmp_path / "cut")
+    assert bits(again) == bits(whole)
+    first, second = (files(tmp_path / one) for one in ("whole", "cut"))
+    stated = {name for name in first if name.endswith(("summary.json", ".npz"))}
+    assert {name: first[name] for name in first.keys() - stated} == {
+        name: second[name] for name in second.keys() - stated
+    }
+
+
+def test_a_stage_may_be_the_start_of_several(tmp_path):
+    branches = STRUCK + '[[stages]]\nname = "pushed"\nafter = "built"\nloads = {}\nwithout = ["centring.*"]\n'
+    made = run(loads(ARCH + branches), tmp_path)
+    assert [stage.after for stage in made.summary.stages] == [None, "built", "built"]
+    assert made.summary.supports[LEFT].force == pytest.approx([0.0, 0.0], abs=1e-3)
+
+
+def test_mortar_that_hardens_begins_without_stress(tmp_path):
+    law = "{ kind = 'bilinear', normal_stiffness = 1e10, tangential_stiffness = 1e10, normal_strength = 1e5, "
+    law += "tangential_strength = 1e5, normal_energy = 10.0, tangential_energy = 20.0 }"
+    stages = (
+        f"[[stages]]\nname = 'dry'\n[[stages]]\nname = 'hard'\njoints = [{{ friction = 0.7, law = {law} }}]\n"
+    )
+    made = run(loads(ARCH + stages, ["without=['centring.*']"]), tmp_path)
+    dry = json.loads((tmp_path / "dry" / "summary.json").read_text(encoding="utf-8"))
+    assert made.outcome == "equilibrium"
+    # the same loads, carried on: the bond takes nothing over
+    assert thrust(made) == pytest.approx(dry["supports"][LEFT]["force"][0], rel=1e-6)
+    assert np.abs(made.march.state.jump).max() < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("extra", "sentence"),
+    [
+        ("stages.1.name='built'", r"stages\.1\.name.*a name of its own"),
+        ("stages.1.after='struck'", r"stages\.1\.after.*none in the first|an earlier stage"),
+        ("stages.1.without=['vault.*']", r"without\.0 = 'vault\.\*' selects no block"),
+        ("stages.1.analysis.start='there'", r"stages\.1\.analysis\.start"),
+        ("stages.1.joints=[{ friction = -1.0 }]", "friction"),
+    ],
+)
+def test_what_is_wrong_with_stages_is_told(extra, sentence, tmp_path):
+    with pytest.raises(MasonryError, match=sentence):
+        run(loads(ARCH + STRUCK, [extra]), tmp_path)
+
+
+def test_analyses_of_one_structure_refuse_stages(tmp_path):
+    with pytest.raises(MasonryError, match="this one has stages"):
+        collapse(loads(ARCH + STRUCK), tmp_path)
+    with pytest.raises(MasonryError, match="this one has stages"):
+        analyse(loads(ARCH + STRUCK))
+    with pytest.raises(MasonryError, match="into a folder"):
+        solve_scene(loads(ARCH + STRUCK))
+
+
+def test_stages_are_checked_without_being_run(tmp_path):
+    found = check_scene(loads(ARCH + STRUCK), tmp_path)
+    assert found.blocks == 20
+    assert found.most_steps == 6
+    with pytest.raises(MasonryError, match="selects no block"):
+        check_scene(loads(ARCH + STRUCK, ["stages.1.without=['vault.*']"]), tmp_path)

@@ -476,16 +476,15 @@ class Nonlinear(Protocol):
         """A guess whose tangents are those of another state; the elastic ones where that is None."""
         ...
 
+    def holding(self, guess: State) -> State:
+        """A guess whose tangents are those of damage that stays, or elastic ones."""
+        ...
+
     def promoted(self, state: State) -> FloatArray | None:
         """Time from which each block has not been elastic any more, ∞ while it is, shape (b,) [s].
 
         None where no block changes from elastic to what it is.
         """
-        ...
-
-    @property
-    def crossing(self) -> float:
-        """Time that a wave takes from one end of a block to the other [s]."""
         ...
 
     def lost_between(self, state: State, after: State) -> FloatArray:

@@ -41,6 +41,7 @@ class Memory:
         than they would have on the way (``Response``), shape (b,) [J].
     yielding : Blocks of which some point yields in that step, shape (y,).
     moduli : Their tangents, shape (y, m, p, 6, 6) [Pa].
+    held : The same where damage stays as it is; None: the law has none.
     """
 
     internal: FloatArray
@@ -50,6 +51,7 @@ class Memory:
     excess: FloatArray
     yielding: IntArray
     moduli: FloatArray
+    held: FloatArray | None
 
 
 @dataclass(frozen=True, slots=True)

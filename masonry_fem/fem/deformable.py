@@ -193,6 +193,14 @@ class Deformable[S: Deformed](Meshed[S]):
         )
         return kept
 
+    def holding(self, guess: S) -> S:
+        """A guess whose tangents are those of damage that stays; elastic ones where the law has none."""
+        own = guess.memory
+        if own is None or own.held is None:
+            return self.keeping(guess, None)
+        held: S = replace(guess, memory=replace(own, moduli=own.held))  # type: ignore[type-var]
+        return held
+
     def compliant(self, nodal: FloatArray, guess: Deformed | None, scheme: Scheme) -> FloatArray:
         """(M̂_t⁻¹)_el of nodal impulses (b, n) [N s], shape (b, n) [m/s].
 
@@ -283,12 +291,6 @@ class Deformable[S: Deformed](Meshed[S]):
             state, rigid_velocity=end.rigid_velocity, velocity=end.velocity, memory=end.memory
         )
         return changed
-
-    @property
-    def crossing(self) -> float:
-        """Length of a block over the speed √(E/ρ) of waves [s]."""
-        material, length = self.operators.material, np.linalg.norm(np.ptp(self.mesh.points, axis=0))
-        return float(length * np.sqrt(material.density / material.young))
 
     def lost_between(self, state: S, after: S) -> FloatArray:
         """Energy that the material loses on the way from one state to another, shape (b,) [J]."""

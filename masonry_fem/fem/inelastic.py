@@ -71,7 +71,7 @@ class Inelasticity(Constitution):
             strain = less(stress, self.warming.strain(0.0))
             stress = strain @ self._moduli
             stored = 0.5 * self.strains.integral((stress * strain).sum(axis=-1))
-        return Memory(internal, stress, stored, none, none, nobody, np.zeros((0, m, p, 6, 6)))
+        return Memory(internal, stress, stored, none, none, nobody, np.zeros((0, m, p, 6, 6)), None)
 
     @override
     def followed(self, before: Strained, displacement: FloatArray, time: float) -> Memory:
@@ -96,6 +96,7 @@ class Inelasticity(Constitution):
             summed(made.excess),
             yielding,
             made.tangent.reshape(b, m, p, 6, 6)[yielding],
+            None if made.held is None else made.held.reshape(b, m, p, 6, 6)[yielding],
         )
 
     @override

@@ -82,6 +82,8 @@ class Response:
     excess : What the stress of the end works more than that, as it is reached only there: of second order in
         the step, > 0 where stress grows, shape (q,) [J/m³].
     changed : Points whose tangent is not the elastic one, shape (q,).
+    held : The derivative where damage stays as it is at the end, which has no slope downwards, shape
+        (q, 6, 6) [Pa]; None: the law has none.
     """
 
     stress: FloatArray
@@ -91,6 +93,7 @@ class Response:
     dissipation: FloatArray
     excess: FloatArray
     changed: BoolArray
+    held: FloatArray | None = None
 
 
 class MaterialLaw(ABC):

@@ -86,11 +86,17 @@ class PlaneStress(MaterialLaw):
             part = start[left], strain[left], before[left], size[left]
             strain[left, 2] = self._free(elastic, part, (made.stress[left], made.tangent[left]), small[left])
             made = self.law.update(elastic, start, strain, before, size)
-        tangent = np.where(made.changed[:, None, None], _condensed(made.tangent), _condensed(matrix[None]))
+        elastic_one, changed = _condensed(matrix[None]), made.changed[:, None, None]
+        tangent = np.where(changed, _condensed(made.tangent), elastic_one)
+        held = None if made.held is None else np.where(changed, _condensed(made.held), elastic_one)
         stress = made.stress.copy()
         stress[:, 2] = 0.0
         return replace(
-            made, stress=stress, tangent=tangent, internal=np.column_stack([made.internal, strain[:, 2]])
+            made,
+            stress=stress,
+            tangent=tangent,
+            internal=np.column_stack([made.internal, strain[:, 2]]),
+            held=held,
         )
 
     def _free(

@@ -98,6 +98,7 @@ class Promotion(Inelasticity):
             self.strains.integral(excess),
             nobody,
             none,
+            None,
         )
 
 
@@ -118,4 +119,4 @@ def _merged(linear: Memory, own: Memory, blocks: IntArray) -> Memory:
     for name in ("internal", "stress", "stored", "dissipated", "excess"):
         made[name] = getattr(linear, name).copy()
         made[name][blocks] = getattr(own, name)
-    return Memory(**made, yielding=blocks[own.yielding], moduli=own.moduli)
+    return Memory(**made, yielding=blocks[own.yielding], moduli=own.moduli, held=own.held)

@@ -123,8 +123,8 @@ def solve_with_laws(
         at = turns.by_secants(at, secants)
         if turns.settled(at):
             return replace(at, change=0.0)
-        if at.solution.outcome.moves:
-            break  # with what is left of the joints nothing stands
+        if at.solution.outcome.moves or turns.given_up(at):
+            break  # with what is left of the joints nothing stands, or no more effort is to be made
     return turns.exact(at)
 
 
@@ -142,6 +142,10 @@ class _Turns:
     def settled(self, turn: Turn) -> bool:
         exact = turn.tolerance <= self._settings.tolerance  # asked for, whether or not it was reached
         return exact and turn.change <= max(SETTLED, self._settings.tolerance)
+
+    def given_up(self, turn: Turn) -> bool:
+        """Whether the contacts were not solved within a limit of iterations."""
+        return self._settings.max_iterations is not None and not turn.solution.solved
 
     def first(self, start: Start | None) -> Turn:
         """The turn with the trial state that the step begins with."""
@@ -186,7 +190,7 @@ class _Turns:
         for _ in range(most):
             last, moved = at.loss, at.solution.outcome.moves
             at = self._secant(at.trial, at.start, self._rough(self._settings, at))
-            if self.settled(at) or (moved and at.solution.outcome.moves):
+            if self.settled(at) or (moved and at.solution.outcome.moves) or self.given_up(at):
                 break
             at = replace(at, trial=self._ahead(at, last))
         return at

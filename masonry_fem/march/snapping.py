@@ -6,17 +6,15 @@ snap.rounds, snap.made                             # a step that goes on from th
 Stone that softens may have no balance next to the last one: if a point cracks further, it gives way more than
 its neighbours follow, and if it does not, it bears more than its strength. The structure snaps to another
 balance, in which a crack has run. Newton's method goes in circles between the two cases, and shorter steps do
-not help. So blocks are given their mass and move from the last balance on, without gathering speed, in time
-steps t that are as long as Newton's method converges:
-
-    M (q⁺ − q)/t² + R(q⁺) = 0
-
-R is that of the step, its loads those of the end, and what cracks on the way stays cracked. Once t is so long
-that masses hold nothing back, the end is solved for as any other, by Newton's method without mass.
+not help. So the two are separated: blocks balance with damage that stays as it is, by tangents that have no
+slope downwards, and damage then grows by the strains there, and stays. Turn by turn cracks run until they
+stop. A turn need not balance, as the next one goes on from it. Whenever stresses have come nearer to balance
+by half Newton's method is tried from there, which converges once it is near.
 
 References
 ----------
-Kelley, Keyes, Convergence analysis of pseudo-transient continuation, SIAM J. Numer. Anal. 35 (1998).
+Bourdin, Francfort, Marigo, Numerical experiments in revisited brittle fracture, J. Mech. Phys. Solids 48
+(2000), for alternate minimisation.
 """
 
 from __future__ import annotations
@@ -33,24 +31,20 @@ from masonry_fem.march.yielding import settled_stresses
 
 logger = logging.getLogger(__name__)
 
-MOST = 200  # rounds of motion, those that lead nowhere included
-# a time step over the last one: if that was not found, and if so, by how many in a row were
-LONGER = (0.25, 1.0, 2.0, 2.0, 4.0, 8.0, 16.0)
-ENOUGH = 1e-6  # of balance: what stresses may leave on the way
-NEAR = 0.1  # of balance: what its first round may leave; else motion leaps to where it does not lead
-RESTING = 1e4  # of a wave's time through a stone: masses hold nothing back in a time step as long
-SHORTEST = 1e-4  # of the same: no balance is found in a shorter one
+MOST = 1000  # turns
+NEARER = 0.5  # of what stresses have left of balance at most since Newton's method was last tried
+STEPS = 30  # of it in the contacts' problem of a round: where they do not do, the balance is not near
 
 
 @dataclass(frozen=True, slots=True)
 class Snap:
-    """A balance that motion has led to.
+    """A balance that cracks have led to.
 
     Attributes
     ----------
     rounds : Of the step, its material as cracked as it was before that balance was solved for.
     made : The round that balances.
-    ends : States of all bodies that motion has led to.
+    ends : States of all bodies from which it was solved for.
     lost : Energy lost on the way there by each group's blocks, (b,) [J].
     """
 
@@ -77,7 +71,7 @@ class Snap:
 
 
 def snapped(rounds: Rounds, made: Round) -> Snap | None:
-    """The balance to which a step snaps; None where there is one near its start, or none that motion finds.
+    """The balance to which a step snaps; None where there is one near its start, or none that cracks lead to.
 
     Parameters
     ----------
@@ -93,45 +87,44 @@ def snapped(rounds: Rounds, made: Round) -> Snap | None:
     ends = tuple(
         group.scale_velocity(body, 0.0) for group, body in zip(model.groups, rounds.state.bodies, strict=True)
     )
+    brief = replace(rounds.settings, method="newton", max_iterations=STEPS, acceptable=0.0)
     lost: list[FloatArray | float] = [0.0] * len(ends)
-    time = wave = own[0].crossing
-    row = 1
-    for _ in range(MOST):
-        moving = _from(rounds, ends, time)
-        there = settled_stresses(moving, moving.solved(moving.start, None, ends), enough=ENOUGH, patience=0)
-        found = there.solution.solved and there.residuals[-1] <= ENOUGH and there.residuals[0] <= NEAR
-        logger.info(
-            "t = %.6g: stones move on without speed, by %.1e s: %s",
-            rounds.until, time, "in balance with their masses" if found else "no balance",
-        )  # fmt: skip
-        if found:
-            lost = _lost(rounds, ends, there.bodies, lost)
-            ends = there.bodies
-        if found and time >= RESTING * wave:
-            still = _from(rounds, ends, None)
-            there = settled_stresses(still, still.solved(still.start, None, ends))
+    most = 0.0
+    for turn in range(MOST):
+        here = _from(rounds, ends)
+        there = here.solved(here.start, None, _held(rounds, ends))
+        if not there.solution.solved:
+            return None
+        if here.settled(there):
+            return Snap(here, there, ends, lost)
+        lost, ends = _lost(rounds, ends, there.bodies, lost), there.bodies
+        left = there.residuals[-1]
+        most = max(most, left)
+        logger.info("t = %.6g, turn %d: cracks run", rounds.until, turn + 1)
+        if left <= NEARER * most:
+            still, most = _from(rounds, ends), left
+            near = replace(still, settings=brief)
+            there = settled_stresses(near, near.solved(still.start, None, ends))
             if there.solution.solved and still.settled(there):
                 return Snap(still, there, ends, lost)
-            time, found = wave, False
-        row = row + 1 if found else 0
-        time *= LONGER[min(row, len(LONGER) - 1)]
-        if time < SHORTEST * wave:
-            break
     return None
 
 
-def _from(rounds: Rounds, ends: tuple[Any, ...], time: float | None) -> Rounds:
-    """The step with its material as in ``ends``, and masses that go on from there for a ``time`` [s].
+def _held(rounds: Rounds, ends: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Guesses whose tangents are those of damage that stays."""
+    return tuple(
+        nonlinear(group).holding(end) if group.nonlinear else end
+        for group, end in zip(rounds.model.groups, ends, strict=True)
+    )
 
-    Without masses where that is None.
-    """
+
+def _from(rounds: Rounds, ends: tuple[Any, ...]) -> Rounds:
+    """The step with its material as in ``ends``."""
     bodies = tuple(
         group.going_on(own, end)
         for group, own, end in zip(rounds.model.groups, rounds.state.bodies, ends, strict=True)
     )
-    inertia = 0.0 if time is None else (rounds.scheme.step / time) ** 2
-    scheme = replace(rounds.scheme, inertia=inertia)
-    return replace(rounds, state=replace(rounds.state, bodies=bodies), scheme=scheme)
+    return replace(rounds, state=replace(rounds.state, bodies=bodies))
 
 
 def _lost(

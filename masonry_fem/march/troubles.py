@@ -115,8 +115,8 @@ class Troubles:
                 "snapped",
                 f"stones cracked abruptly in {len(self.snapped)} of {report.so_far}, first at load "
                 f"factor {self.snapped[0]:.4g}: with no equilibrium near by, the structure snaps to another, "
-                "found by a motion that gathers no speed; with speed it may crack further. Dynamics shows "
-                "the motion itself, kind = 'path' balanced states in between",
+                "found by letting cracks run until they stop; with speed it may crack further. Dynamics "
+                "shows the motion itself, kind = 'path' balanced states in between",
             )
         if self.abrupt:
             finest = 2 ** (strategy.parts.bit_length() - 1)  # steps are halved

@@ -230,7 +230,7 @@ def test_stone_is_split_between_its_strips():
     stone = split_stone.main()
     assert stone.outcome == "finished"
     assert split_stone.DISC < stone.first < 1.3 * split_stone.DISC
-    assert stone.greatest < 1.05 * stone.first
+    assert stone.first < stone.greatest < 1.1 * stone.first  # the crack has a fracture energy
     assert stone.damage > 0.99
     # at least a crack of three quarters of the height, and no second one
     assert 0.75 * 0.2 * 110 < stone.taken < 1.5 * 0.2 * 110

@@ -34,7 +34,7 @@ from masonry_fem.scene.specs import (
 )
 from masonry_fem.structures.file import FileStructure
 
-STRENGTH, ENERGY = 3e6, 60.0
+STRENGTH, ENERGY, YOUNG = 3e6, 60.0, 20e9
 ALPHA = np.arcsin(1 / 8)
 # over f_t: pressure with P = π/2 D f_t, and the stresses that it gives the middle
 PRESSURE = np.pi / 2 / np.sin(ALPHA)
@@ -96,7 +96,7 @@ def pressed(
     scene = Scene(
         dimension=2,
         fidelity=fidelity,
-        materials={"m": Material(density=2000.0, young=20e9, poisson=0.2, inelastic=law)},
+        materials={"m": Material(density=2000.0, young=YOUNG, poisson=0.2, inelastic=law)},
         structures=(FileStructure(name="g", material="m", path="disc.geo", trusted=True),),
         supports=(
             Support(on="g.disc/left", components=("x",)),
@@ -140,15 +140,19 @@ def test_the_stresses_in_the_middle_of_an_elastic_disc(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("radius", "columns", "way", "steps"), [(0.1, 2, 6e-6, 12), (0.2, 2, 1e-5, 20), (0.4, 3, 2e-5, 20)]
+    ("radius", "columns", "way", "steps"), [(0.1, 2, 8e-6, 16), (0.2, 2, 1e-5, 20), (0.4, 3, 2e-5, 20)]
 )
 def test_the_load_that_splits_a_disc(tmp_path, radius, columns, way, steps):
-    """That at which its middle has the strength, within 0.5 %; then load and strips go back."""
+    """That at which its middle has the strength, and more by what a crack takes; then both go back.
+
+    Cracks that open need some more load, the less the larger the disc is beside E G_f/f_t² = 0.13 m: 1.4, 1.0
+    and 0.4 %.
+    """
     steered = Path(probe="crack", direction=(1.0, 0.0), distance=way, load_steps=steps)
     result, curve = pressed(tmp_path, radius, columns, steered)
     assert result.outcome == "finished", result.message
     assert result.march.ledger.imbalance <= 1e-9
     load, closing = curve.T
-    assert load.max() == pytest.approx(1 / MIDDLE[0], rel=5e-3)
+    assert 0 < load.max() * MIDDLE[0] - 1 < 0.016 * YOUNG * ENERGY / STRENGTH**2 / radius
     assert load[-1] < 0.85 * load.max()
     assert closing[-1] < 0.9 * closing[load.argmax()]

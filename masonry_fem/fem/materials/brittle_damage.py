@@ -2,23 +2,27 @@
 
 BrittleDamage(tension_strength=2e6, fracture_energy=100.0)
 
-Only what is stretched is damaged: with the principal strains ε_i, their trace and Lamé's λ and μ
+Strains are those of the intact stone and of cracks across the principal axes of tension:
 
-    ψ = g ψ⁺ + ψ⁻,     ψ± = ½ λ ⟨tr ε⟩±² + μ Σ ⟨ε_i⟩±²,     σ = ∂ψ/∂ε at fixed g,     g = 1 − d
+    ε = C⁻¹ σ + ω/E ⟨σ⟩₊,     ψ = ½ σ : ε
 
-so that what is squeezed bears as the intact stone does, and cracks close. The damage follows the greatest
-principal stress r that the intact stone would have had so far (Rankine). Its function is such that a bar in
-tension, whatever ν, has beyond f_t the stress
+The damage ω ≥ 0 is of the compliance, and pressure does not see it: cracks close, stone between open ones is
+pressed as if there were none, and pressure along a crack neither opens it nor takes part in what it costs.
+With κ, the greatest that a bar of the stress σ1 would be strained so far, the strength is
 
-    s(e) = f_t exp(−2 H (E e/f_t − 1)),      1 + 1/H = 2 E G_f/(h f_t²)
+    σ1 ≤ s(κ) = f_t exp(−2 H (E κ/f_t − 1)),     1 + ω = E κ/s(κ),     1 + 1/H = 2 E G_f/(h f_t²)
 
-and a crack takes the energy G_f per area whatever the width h of its band of elements. That width must be
-less than 2 E G_f/f_t². Of the energy ψ⁺ Δd that damage takes, ψ⁺ is the mean of both ends of the step.
+so that a crack takes the energy G_f per area whatever the width h of its band of elements, and whatever
+strains its sides. That width must be less than 2 E G_f/f_t². Where more axes are in tension each has a crack.
+
+Steps are implicit. At a given ω stresses are linear in strains as long as the same axes are in tension: which
+are is found by trying. The κ at which σ1 = s is the root of one equation.
 
 References
 ----------
-Miehe, Welschinger, Hofacker, Int. J. Numer. Meth. Engng 83 (2010), for ψ±; Bažant, Oh, Crack band theory for
-fracture of concrete, Matériaux et Constructions 16 (1983).
+M. Ortiz, A constitutive theory for the inelastic behavior of concrete, Mechanics of Materials 4 (1985), for
+the added compliance; Bažant, Oh, Crack band theory for fracture of concrete, Matériaux et Constructions 16
+(1983).
 """
 
 from __future__ import annotations
@@ -32,10 +36,13 @@ from msgspec import Meta
 
 from masonry_fem.errors import LawError
 from masonry_fem.fem.material_law import SHEARS, BoolArray, FloatArray, Isotropic, MaterialLaw, Response
+from masonry_fem.fem.materials.parts.cracked import cracked, softening
 from masonry_fem.fem.materials.parts.principal import principal, sheared, tangents, tensors
 
-ROUNDING = 1e-12  # of the strength: a trial stress above what it was by less is none
-ROUNDS = 60  # of bisection and Newton's method for the bar's strain
+ROUNDING = 1e-12  # of the strength: a stress above it by less is none
+ROUNDS = 80  # of Newton's method and bisection for κ
+NEAR = 1e-14  # of κ: what rounding leaves of its equation is less
+BROKEN = 16.0  # −ln(s/f_t) beyond which the strength falls no further: e⁻¹⁶ of it is none
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,8 +50,8 @@ class BrittleDamage(MaterialLaw):
     """Cracks by tension beyond a strength, with a fracture energy; cracks that close bear pressure again.
 
     Strains localise in one row of elements, and the law softens by its width, so that a crack takes the
-    fracture energy on any mesh. Compression alone never damages. The damage is one number at each point:
-    cracked stone whose sides are free bulges more under pressure, its modulus being between E and E/(1 + ν).
+    fracture energy on any mesh, under any pressure along it. Compression alone never damages. The damage is
+    one number at each point: a crack weakens the stone for tension along every axis.
 
     Attributes
     ----------
@@ -62,7 +69,7 @@ class BrittleDamage(MaterialLaw):
     fracture_energy: Annotated[float, Meta(gt=0, extra={"unit": "J/m^2"})]
 
     name: ClassVar[str] = "brittle_damage"
-    variables: ClassVar[int] = 2  # greatest r so far (0: never above f_t) and d
+    variables: ClassVar[int] = 2  # κ (0: never in tension beyond f_t), and d = 1 − 1/(1 + ω)
 
     @property
     @override
@@ -71,11 +78,6 @@ class BrittleDamage(MaterialLaw):
 
     @override
     def refuse(self, elastic: Isotropic, size: FloatArray) -> None:
-        if elastic.poisson < 0:
-            raise LawError(
-                f"law '{self.name}': poisson is {elastic.poisson:g}, expected at least 0, as energies of "
-                "tension and pressure cannot be told apart below; correct it, or choose another law"
-            )
         longest = 2 * elastic.young * self.fracture_energy / self.tension_strength**2
         if size.max() >= longest:
             raise LawError(
@@ -93,121 +95,169 @@ class BrittleDamage(MaterialLaw):
         committed: FloatArray,
         size: FloatArray,
     ) -> Response:
-        lam, mu = elastic.bulk - 2 * elastic.shear / 3, elastic.shear
+        q, before = len(strain), committed[:, 0]
         values, axes = principal(strain / SHEARS)
-        trace = values.sum(axis=1)
-        before = np.maximum(committed[:, 0], self.tension_strength)
-        greatest = lam * trace + 2 * mu * values[:, 0]
-        grows = greatest > before * (1 + ROUNDING)
-        reached = np.where(grows, greatest, before)
-        damage, slope = committed[:, 1].copy(), np.zeros(len(strain))
-        if grows.any():
-            band = np.broadcast_to(size, (len(strain),))[grows]
-            damage[grows], slope[grows] = self._damage(elastic, reached[grows], band)
-        kept = 1.0 - damage
-        pulled = lam * np.maximum(trace, 0.0)[:, None] + 2 * mu * np.maximum(values, 0.0)
-        pressed = lam * np.minimum(trace, 0.0)[:, None] + 2 * mu * np.minimum(values, 0.0)
-        own = kept[:, None] * pulled + pressed
-        stretched, squeezed = _energies(lam, mu, values)
-        at_start = _energies(lam, mu, principal(start / SHEARS)[0])
-        stored = kept * stretched + squeezed
-        lost = 0.5 * (stretched + at_start[0]) * (damage - committed[:, 1])
-        stress = tensors(own, axes)
-        changed: BoolArray = grows | (damage > 0)
-        tangent = np.tile(elastic.matrix, (len(strain), 1, 1))
-        if changed.any():
-            part = values[changed], trace[changed], axes[changed]
-            fall = slope[changed, None] * pulled[changed]
-            tangent[changed] = _tangent(lam, mu, part, kept[changed], own[changed], fall)
-        given = (1.0 - committed[:, 1]) * at_start[0] + at_start[1]
+        stress, tangent = strain @ elastic.matrix, np.tile(elastic.matrix, (q, 1, 1))
+        held = tangent.copy()
+        internal, lost, changed = committed.copy(), np.zeros(q), np.zeros(q, dtype=bool)
+        greatest = (values @ elastic.matrix[:3, :3])[:, 0]
+        left = np.flatnonzero((before > 0) | (greatest > self.tension_strength * (1 + ROUNDING)))
+        if left.size:
+            bar = self._bar(elastic, np.broadcast_to(size, (q,))[left])
+            made, moduli, stiff, reached, grows = self._end(bar, values[left], before[left])
+            own, turn = made[:, 0] > 0, axes[left]  # which cracks are open
+            changed[left[own]] = True
+            stress[left] = tensors(made, turn)
+            for whole, parts in ((tangent, moduli), (held, stiff)):
+                whole[left[own]] = tangents(parts, sheared(values[left], made, parts), turn)[own]
+            internal[left[grows]] = np.column_stack([reached, bar.damage(reached)])[grows]
+            taken = bar.taken(reached) - bar.taken(before[left])
+            pulled = np.maximum(made, 0.0)
+            first = np.where(pulled[:, 0] > 0, pulled[:, 0], 1.0)
+            lost[left] = (pulled**2).sum(axis=1) / first**2 * np.where(grows, taken, 0.0)
+        stored = 0.5 * (stress * strain).sum(axis=1)
+        given = self._stored(elastic, start, before, size)
         return Response(
             stress=stress,
             tangent=tangent,
-            internal=np.column_stack([np.where(grows, reached, committed[:, 0]), damage]),
+            internal=internal,
             stored=stored,
             dissipation=lost,
             excess=(stress * (strain - start)).sum(axis=1) - (stored - given) - lost,
             changed=changed,
+            held=held,
         )
 
-    def _damage(
-        self, elastic: Isotropic, reached: FloatArray, size: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Damage d of a greatest effective stress r, and its derivative by r [1/Pa], shapes (q,).
+    def _bar(self, elastic: Isotropic, size: FloatArray) -> _Bar:
+        """How bars soften at points whose bands have widths (q,)."""
+        length = 2 * elastic.young * self.fracture_energy / self.tension_strength**2
+        return _Bar(elastic, self.tension_strength, size / (length - size))
 
-        A bar with the strain e has s(e) and effective stress r(e) = s/g; r grows with e, and is inverted.
+    def _end(
+        self, bar: _Bar, strains: FloatArray, before: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, BoolArray]:
+        """Ends of steps, by principal strains (q, 3) and κ at the start (q,).
+
+        Principal stresses (q, 3), their derivatives (q, 3, 3), those where ω stays, κ, where it grows (q,).
         """
-        young, strength = elastic.young, self.tension_strength
-        length = 2 * young * self.fracture_energy / strength**2
-        H = size / (length - size)
-        # r/e is E of the intact bar, and λ + 2 μ of a crack, whose sides are at rest
-        low, high = reached / (elastic.bulk + 4 * elastic.shear / 3), reached / young
-        strain = high
-        for _ in range(ROUNDS):
-            value, rise, *_ = _bar(elastic, strength, H, strain)
-            low, high = np.where(value <= reached, strain, low), np.where(value > reached, strain, high)
-            moved = strain - (value - reached) / rise
-            inside = (moved >= low) & (moved <= high)
-            following = np.where(inside, moved, 0.5 * (low + high))
-            if (np.abs(following - strain) <= 4e-16 * strain).all():
-                break
-            strain = following
-        _, rise, kept, fall = _bar(elastic, strength, H, strain)
-        return 1.0 - kept, -fall / rise
+        reached = np.maximum(before, bar.first)
+        stress, stiff = _held(bar.elastic, strains, bar.opened(reached))
+        moduli = stiff.copy()
+        grows: BoolArray = stress[:, 0] > bar.strength(reached) * (1 + ROUNDING)
+        reached = np.where(before > 0, reached, 0.0)
+        if grows.any():
+            some = bar.of(grows)
+            reached[grows] = there = _grown(some, strains[grows], np.maximum(before[grows], bar.first))
+            stress[grows], stiff[grows] = _held(bar.elastic, strains[grows], some.opened(there))
+            moduli[grows] = softening(bar.elastic, stiff[grows], stress[grows], some.growth(there))
+        return stress, moduli, stiff, reached, grows
+
+    def _stored(
+        self, elastic: Isotropic, strain: FloatArray, before: FloatArray, size: FloatArray
+    ) -> FloatArray:
+        """Energy of strains (q, 6) where nothing grows, shape (q,) [J/m³]."""
+        energy = 0.5 * ((strain @ elastic.matrix) * strain).sum(axis=1)
+        own = np.flatnonzero(before > 0)
+        if own.size:
+            values = principal(strain[own] / SHEARS)[0]
+            bar = self._bar(elastic, np.broadcast_to(size, (len(strain),))[own])
+            energy[own] = 0.5 * (_held(elastic, values, bar.opened(before[own]))[0] * values).sum(axis=1)
+        return energy
 
     @override
     def measures(self, internal: FloatArray) -> Mapping[str, FloatArray]:
         return {"damage": internal[:, 1]}
 
 
-def _bar(
-    elastic: Isotropic, strength: float, H: FloatArray, strain: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Effective stress r of a bar of strain e in tension, dr/de, g and dg/de, shapes (q,).
+@dataclass(frozen=True, slots=True)
+class _Bar:
+    """How a bar softens beyond f_t at q points, as functions of the greatest strain κ, shape (q,).
 
-    Its sides are free: g μ (λ + 2 g λ + 2 μ)/(g λ + μ) = s/e gives g, and r = s/g.
+    Attributes
+    ----------
+    elastic : Of the intact material. tension : f_t [Pa]. H : Of the softening, shape (q,).
     """
-    young = elastic.young
-    lam, mu = elastic.bulk - 2 * elastic.shear / 3, elastic.shear
-    stress = strength * np.exp(-2 * H * (young * strain / strength - 1))
-    secant = stress / strain
-    falling = -secant * (2 * H * young / strength + 1 / strain)  # ds/de of s/e
-    a, b = 2 * lam * mu, lam * mu + 2 * mu**2 - secant * lam
-    # the positive root of a g² + b g − s/e μ = 0, without cancellation
-    root = np.sqrt(b**2 + 4 * a * mu * secant)
-    kept = 2 * mu * secant / (b + root)
-    by_secant = (mu + lam * kept) / (2 * a * kept + b)
-    fall = by_secant * falling
-    inner = mu * (lam + 2 * kept * lam + 2 * mu) / (kept * lam + mu)  # r/e
-    bent = -mu * lam**2 / (kept * lam + mu) ** 2  # its derivative by g
-    return inner * strain, inner + strain * bent * fall, kept, fall
+
+    elastic: Isotropic
+    tension: float
+    H: FloatArray
+
+    @property
+    def first(self) -> float:
+        """κ at which it begins."""
+        return self.tension / self.elastic.young
+
+    def of(self, points: BoolArray) -> _Bar:
+        """That of some points."""
+        return _Bar(self.elastic, self.tension, self.H[points])
+
+    def _fallen(self, reached: FloatArray) -> FloatArray:
+        """−ln(s/f_t)."""
+        fallen: FloatArray = 2 * self.H * (np.maximum(reached, self.first) / self.first - 1)
+        return fallen
+
+    def strength(self, reached: FloatArray) -> FloatArray:
+        """S [Pa]."""
+        strength: FloatArray = self.tension * np.exp(-np.minimum(self._fallen(reached), BROKEN))
+        return strength
+
+    def opened(self, reached: FloatArray) -> FloatArray:
+        """ω."""
+        return self.elastic.young * np.maximum(reached, self.first) / self.strength(reached) - 1
+
+    def damage(self, reached: FloatArray) -> FloatArray:
+        """Damage d."""
+        opened = self.opened(reached)
+        return opened / (1 + opened)
+
+    def slope(self, reached: FloatArray) -> FloatArray:
+        """dω/dκ."""
+        return self.elastic.young / self.strength(reached) * (1 + 2 * self.H * reached / self.first)
+
+    def growth(self, reached: FloatArray) -> FloatArray:
+        """dω/ds [1/Pa], by which stresses of tension strain more as s falls."""
+        return -self.slope(reached) * self.first / (2 * self.H * self.strength(reached))
+
+    def taken(self, reached: FloatArray) -> FloatArray:
+        """Energy that can not be given back, ∫ s dκ − ½ s κ [J/m³]."""
+        fallen, at = self._fallen(reached), np.maximum(reached, self.first)
+        most, strength = np.minimum(fallen, BROKEN), self.strength(reached)
+        whole = self.tension * (0.5 - np.expm1(-most) / (2 * self.H)) + strength * (fallen - most) / (
+            2 * self.H
+        )
+        return whole * self.first - 0.5 * strength * at
 
 
-def _energies(lam: float, mu: float, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """ψ⁺ and ψ⁻ of principal strains (q, 3), shapes (q,)."""
-    trace = values.sum(axis=1)
-    plus = 0.5 * lam * np.maximum(trace, 0) ** 2 + mu * (np.maximum(values, 0) ** 2).sum(axis=1)
-    minus = 0.5 * lam * np.minimum(trace, 0) ** 2 + mu * (np.minimum(values, 0) ** 2).sum(axis=1)
-    return plus, minus
+def _grown(bar: _Bar, strains: FloatArray, before: FloatArray) -> FloatArray:
+    """κ = (1 + ω) σ1/E where that of the start bears too much, by principal strains (q, 3), shape (q,).
 
-
-def _tangent(
-    lam: float,
-    mu: float,
-    strains: tuple[FloatArray, FloatArray, FloatArray],
-    kept: FloatArray,
-    stress: FloatArray,
-    fall: FloatArray,
-) -> FloatArray:
-    """Derivative of the stress by the strain, shape (q, 6, 6).
-
-    ``strains`` are principal strains, their trace and axes; ``stress`` principal stresses; ``fall`` the
-    principal stress that each unit of r takes away, shape (q, 3).
+    That is ε1 + ν (σ2 + σ3)/E, and no stress is above √(2 E ψ) of the intact stone.
     """
-    values, trace, axes = strains
-    moduli = np.where(trace > 0, kept, 1.0)[:, None, None] * np.full((3, 3), lam)
-    moduli[:, [0, 1, 2], [0, 1, 2]] += 2 * mu * np.where(values > 0, kept[:, None], 1.0)
-    by_strain = np.broadcast_to([lam + 2 * mu, lam, lam], values.shape)
-    taken = tensors(fall, axes)[:, :, None] * tensors(by_strain, axes)[:, None, :]
-    tangent: FloatArray = tangents(moduli, sheared(values, stress, moduli), axes) - taken
-    return tangent
+    elastic = bar.elastic
+    young, poisson = elastic.young, elastic.poisson
+    most = np.sqrt(np.maximum(((strains @ elastic.matrix[:3, :3]) * strains).sum(axis=1) / young, 0.0))
+    low, high = before, strains[:, 0] + 2 * abs(poisson) * most
+    reached = before
+    for _ in range(ROUNDS):
+        opened = bar.opened(reached)
+        stress, stiff = _held(elastic, strains, opened)
+        over = strains[:, 0] + poisson * stress[:, 1:].sum(axis=1) / young - reached
+        low, high = np.where(over > 0, reached, low), np.where(over > 0, high, reached)
+        falls = np.matmul(stiff, np.maximum(stress, 0.0)[:, :, None])[:, 1:, 0].sum(axis=1) / young
+        moved = reached + over / (1 + poisson / young * falls * bar.slope(reached))
+        between = (moved > low) & (moved < high)
+        near = (np.abs(moved - reached) <= NEAR * reached) | (high - low <= NEAR * reached)
+        reached = np.where(between | near, moved, 0.5 * (low + high))
+        if near.all():
+            break
+    return reached
+
+
+def _held(elastic: Isotropic, strains: FloatArray, opened: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Principal stresses (q, 3) of principal strains (q, 3) at a damage ω (q,), and their derivatives."""
+    stiff = np.stack([cracked(elastic, opened, pulled) for pulled in range(4)])
+    stress = np.matmul(stiff, strains[:, :, None])[..., 0]
+    tension = np.arange(3) < np.arange(4)[:, None]  # of the first axes; by what their cracks have opened
+    outside = np.where(tension[:, None], -(1 + opened[:, None]) * stress, stress).max(axis=2)
+    best, every = outside.argmin(axis=0), np.arange(len(strains))
+    return stress[best, every], stiff[best, every]

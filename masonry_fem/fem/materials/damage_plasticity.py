@@ -44,7 +44,7 @@ from msgspec import Meta
 
 from masonry_fem.errors import LawError
 from masonry_fem.fem.material_law import SHEARS, BoolArray, FloatArray, Isotropic, Response
-from masonry_fem.fem.materials.parts.cracked import Held, IntArray, cracked, sliding
+from masonry_fem.fem.materials.parts.cracked import Held, IntArray, cracked, sliding, softening
 from masonry_fem.fem.materials.parts.plastic import PLASTIC, FrictionAngle, Plastic
 from masonry_fem.fem.materials.parts.principal import principal, sheared, tangents, tensors
 from masonry_fem.fem.materials.parts.slip import sine_cosine, slip_planes
@@ -141,6 +141,7 @@ class DamagePlasticity(Plastic):
         rate = self.tension_strength / self.fracture_energy * np.broadcast_to(size, (q,))
         values, axes = principal((strain - plastic) / SHEARS)
         stress, tangent = (strain - plastic) @ elastic.matrix, np.tile(elastic.matrix, (q, 1, 1))
+        held = tangent.copy()
         crack, grown, lost = before.copy(), np.zeros((q, 6)), np.zeros(q)
         changed = np.zeros(q, dtype=bool)
         left = np.flatnonzero(self._beyond(elastic, values, before))
@@ -148,8 +149,9 @@ class DamagePlasticity(Plastic):
             end = self._end(elastic, values[left], before[left], rate[left])
             own, turn = end.changed, axes[left]
             stress[left], grown[left] = tensors(end.stress, turn), SHEARS * tensors(end.flow, turn)
-            moduli = tangents(end.moduli, sheared(values[left], end.stress, end.moduli), turn)
-            tangent[left] = np.where(own[:, None, None], moduli, elastic.matrix)
+            for whole, parts in ((tangent, end.moduli), (held, end.stiff)):
+                moduli = tangents(parts, sheared(values[left], end.stress, parts), turn)
+                whole[left] = np.where(own[:, None, None], moduli, elastic.matrix)
             changed[left], crack[left] = own, end.crack
             lost[left] = end.axes * (
                 self._taken(end.crack, rate[left]) - self._taken(before[left], rate[left])
@@ -159,7 +161,7 @@ class DamagePlasticity(Plastic):
         made = self.response(elastic, strains, committed, grown, others, stress, tangent, changed, lost)
         given = made.stored - self._stored(elastic, start - plastic, before, rate)
         work = (stress * (strain - start)).sum(axis=1)
-        return replace(made, excess=work - given - made.dissipation)
+        return replace(made, excess=work - given - made.dissipation, held=held)
 
     def _beyond(self, elastic: Isotropic, strains: FloatArray, crack: FloatArray) -> BoolArray:
         """Where principal strains are not those of intact elastic stone, shape (q,)."""
@@ -200,6 +202,7 @@ class DamagePlasticity(Plastic):
         """The ends of steps, by principal strains (q, 3) without plastic ones and λ at the start (q,)."""
         young, crack, strength = elastic.young, before.copy(), self._strength(before, rate)
         held = self._held(elastic, strains, young * before / strength)
+        moduli = held.moduli.copy()
         grows = (held.stress[:, 0] > strength * (1 + ROUNDING)) | (held.outside > SURE)
         if grows.any():
             own, speed = strains[grows], rate[grows]
@@ -208,13 +211,13 @@ class DamagePlasticity(Plastic):
             there = self._held(elastic, own, young * reached / strength)
             # dω/ds, by which stresses of tension strain more as s falls
             growth = -young * (1 + speed * reached) / (speed * strength**2)
-            moduli = self._softening(elastic, there, young * reached / strength, growth)
-            held = held.replaced(grows, replace(there, moduli=moduli))
+            held = held.replaced(grows, there)
+            moduli[grows] = self._softening(elastic, there, young * reached / strength, growth)
         pulled = np.maximum(held.stress, 0.0)
         first = np.where(pulled[:, 0] > 0, pulled[:, 0], 1.0)
         axes = (pulled**2).sum(axis=1) / first**2
         changed: BoolArray = held.flow.any(axis=1) | ((crack > 0) & (axes > 0))
-        return _End(held.stress, held.flow, held.moduli, crack, axes, changed)
+        return _End(held.stress, held.flow, moduli, held.moduli, crack, axes, changed)
 
     def _grown(
         self, elastic: Isotropic, strains: FloatArray, before: FloatArray, rate: FloatArray
@@ -305,10 +308,7 @@ class DamagePlasticity(Plastic):
             own = np.flatnonzero(held.end == number)
             n, m = normals[list(planes)], flows[list(planes)]
             stiff = cracked(elastic, opened[own], pulled)
-            by_first = growth[own, None] * np.maximum(held.stress[own], 0.0) / elastic.young
-            taken = np.matmul(stiff, by_first[:, :, None])
-            stiff -= taken @ stiff[:, :1] / (1 + taken[:, :1])
-            moduli[own] = sliding(stiff, n, m)
+            moduli[own] = sliding(softening(elastic, stiff, held.stress[own], growth[own]), n, m)
         return moduli
 
     @override
@@ -322,7 +322,7 @@ class _End:
 
     Attributes
     ----------
-    stress, flow : Shapes (q, 3) [Pa]. moduli : Shape (q, 3, 3) [Pa].
+    stress, flow : Shapes (q, 3) [Pa]. moduli, stiff : Those where ω stays, shapes (q, 3, 3) [Pa].
     crack : λ, shape (q,).
     axes : How many cracks there are, one for each axis of tension, Σ⟨σ_i⟩²/σ1², shape (q,).
     changed : Points whose tangent is not the elastic one, shape (q,).
@@ -331,6 +331,7 @@ class _End:
     stress: FloatArray
     flow: FloatArray
     moduli: FloatArray
+    stiff: FloatArray
     crack: FloatArray
     axes: FloatArray
     changed: BoolArray

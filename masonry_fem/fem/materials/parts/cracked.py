@@ -72,6 +72,21 @@ def cracked(elastic: Isotropic, opened: FloatArray, pulled: int) -> FloatArray:
     return elastic.young * stiff
 
 
+def softening(elastic: Isotropic, stiff: FloatArray, stress: FloatArray, growth: FloatArray) -> FloatArray:
+    """Derivatives of principal stresses by strains as ω grows, shape (q, 3, 3) [Pa].
+
+    Parameters
+    ----------
+    elastic : Of the intact material.
+    stiff : The same while ω stays, shape (q, 3, 3) [Pa]. stress : Principal stresses, shape (q, 3) [Pa].
+    growth : dω/dσ1, shape (q,) [1/Pa].
+    """
+    by_first = growth[:, None] * np.maximum(stress, 0.0) / elastic.young
+    taken = np.matmul(stiff, by_first[:, :, None])
+    softer: FloatArray = stiff - taken @ stiff[:, :1] / (1 + taken[:, :1])
+    return softer
+
+
 def sliding(stiff: FloatArray, n: FloatArray, m: FloatArray) -> FloatArray:
     """Principal stresses by strains where r planes slip, shape (q, 3, 3) [Pa].
 

@@ -65,7 +65,17 @@ class Foreign:
     """No record of the package."""
 
 
-@pytest.mark.parametrize("value", [len, object(), Foreign(), {1: 2}, np.array([object()]), {1, 2}], ids=repr)
+FOREIGN = {
+    "function": len,
+    "object": object(),
+    "record": Foreign(),
+    "numbered": {1: 2},
+    "objects": np.array([object()]),
+    "set": {1, 2},
+}
+
+
+@pytest.mark.parametrize("value", FOREIGN.values(), ids=FOREIGN)
 def test_nothing_else_is_packed(value):
     with pytest.raises(TreeError, match="expected"):
         packed(value)

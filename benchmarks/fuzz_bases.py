@@ -117,7 +117,7 @@ law = "mohr_coulomb"
 cohesion = "0.2 MPa"
 friction_angle = 30
 dilatancy_angle = "10 deg"
-tension_strength = 1e5
+tensile_strength = 1e5
 fracture_energy = 100
 shear_fracture_energy = 300
 residual = 0.1
@@ -138,7 +138,7 @@ density = 1800
 young = 5e9
 [materials.brick.inelastic]
 law = "brittle_damage"
-tension_strength = "0.5 MPa"
+tensile_strength = "0.5 MPa"
 fracture_energy = 100
 [materials.own]
 density = 1800

@@ -53,7 +53,7 @@ stones = 12
 seed = 1
 """
 DRY = "[[joints]]\nfriction = 0.3\n"
-COHESION = "[[joints]]\nlaw = { kind = 'mohr_coulomb', cohesion = 1e3, tension_strength = 1e3 }\n"
+COHESION = "[[joints]]\nlaw = { kind = 'mohr_coulomb', cohesion = 1e3, tensile_strength = 1e3 }\n"
 PUSH = "[[loads.accelerations]]\nvector = {push}\n"
 MOTION = "[analysis]\nkind = 'dynamics'\nstep = 0.01\nduration = 0.03\n"
 ITERATED = "[solver]\nlinear = 'krylov'\n"

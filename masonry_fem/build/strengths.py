@@ -17,7 +17,7 @@ def strengths_of(scene: specs.Scene, stones: Stones) -> Strengths | None:
     scene : The scene, with its materials and ``design``.
     stones : Its blocks.
     """
-    names = ("tension_strength", "compression_strength")
+    names = ("tensile_strength", "compressive_strength")
     if all(stone.strength(name) is None for stone in scene.materials.values() for name in names):
         return None
 
@@ -33,6 +33,6 @@ def strengths_of(scene: specs.Scene, stones: Stones) -> Strengths | None:
 
     design = scene.design
     found = Strengths(
-        of("tension_strength"), of("compression_strength"), design.material_factor, design.share
+        of("tensile_strength"), of("compressive_strength"), design.material_factor, design.share
     )
     return found if found.known.any() else None

@@ -125,7 +125,7 @@ def _materials(scene: Scene) -> None:
                 raise wrong((key, index, "material"), name, known, nearest(name, scene.materials))
 
     for name, stone in scene.materials.items():
-        for key in ("compression_strength", "tension_strength"):
+        for key in ("compressive_strength", "tensile_strength"):
             own, law = getattr(stone, key), getattr(stone.inelastic, key, None)
             if own is not None and law is not None:
                 expected = f"none beside materials.{name}.inelastic.{key} = {law:g}, which is the stone's"

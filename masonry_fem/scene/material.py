@@ -79,9 +79,9 @@ class Material(Spec, frozen=True, kw_only=True):
     orthotropic : elasticity with axes of its own, in place of `young` and `poisson`
     thermal_expansion : strain by each kelvin, the same in all directions; needed where temperatures change
     damping : Rayleigh damping
-    compression_strength : compressive strength f_c, with which stresses are [compared](strength.md); that of
+    compressive_strength : compressive strength f_c, with which stresses are [compared](strength.md); that of
         the law ``inelastic``, if this has one of that name
-    tension_strength : tensile strength f_t, in the same way
+    tensile_strength : tensile strength f_t, in the same way
     inelastic : how the stone yields, chosen by ``law``; needed by inelastic blocks, those of fidelity
         ``auto`` without it stay elastic, rigid and elastic ones ignore it
     promote_at : share of the stress of first yield at which blocks of fidelity ``auto`` become inelastic
@@ -95,8 +95,8 @@ class Material(Spec, frozen=True, kw_only=True):
     thermal_expansion: Expansion | None = None
     damping: Damping = Damping()
     orthotropic: Orthotropy | None = None
-    compression_strength: Pressure | None = None
-    tension_strength: Pressure | None = None
+    compressive_strength: Pressure | None = None
+    tensile_strength: Pressure | None = None
     inelastic: AnyMaterialLaw | None = None
     promote_at: Annotated[float, Meta(gt=0, le=1)] = 0.9
     degree: Annotated[int, Meta(ge=1, le=4)] = 1
@@ -111,7 +111,7 @@ class Material(Spec, frozen=True, kw_only=True):
 
         Parameters
         ----------
-        name : ``compression_strength`` or ``tension_strength``.
+        name : ``compressive_strength`` or ``tensile_strength``.
         """
         own: float | None = getattr(self, name)
         return getattr(self.inelastic, name, None) if own is None else own

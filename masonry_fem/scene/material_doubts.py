@@ -9,7 +9,7 @@ from masonry_fem.scene.specs import Scene
 
 DENSITIES = (200.0, 12e3)  # aerated concrete to lead [kg/m^3]
 STIFFNESSES = (1e6, 1e12)  # rubber to beyond any stone [Pa]
-STRENGTHS = {"compression_strength": (1e4, 1e9), "tension_strength": (1e2, 1e8)}  # earth to basalt [Pa]
+STRENGTHS = {"compressive_strength": (1e4, 1e9), "tensile_strength": (1e2, 1e8)}  # earth to basalt [Pa]
 LOCKING = 0.4  # ν from which linear elements are too stiff in bending by a tenth and more
 # Relative stress error in the stiffer of two blocks with non-matching meshes, divided by the ratio of their
 # moduli and by the solver's tolerance (from patch tests; the tolerance is relative to the softer block)
@@ -43,7 +43,7 @@ def material_doubts(scene: Scene) -> Iterator[str]:
     if scene.design.material_factor != 1.0 and not known:
         yield (
             f"design.material_factor is {scene.design.material_factor:g}, but no material has a strength to "
-            "be divided by it; expected materials.NAME.compression_strength or tension_strength"
+            "be divided by it; expected materials.NAME.compressive_strength or tensile_strength"
         )
     users = _elastic(scene)
     yield from _locking(scene, users)

@@ -206,7 +206,7 @@ def test_it_does_without_a_first_trial_that_is_not_solved(pier: Path, monkeypatc
 
 def test_warnings_of_trials_are_told_once(pier: Path, caplog) -> None:
     """Mortar that breaks under the block warns in each trial."""
-    law = "joints.0.law={kind='mohr_coulomb', cohesion=500.0, tension_strength=100.0}"
+    law = "joints.0.law={kind='mohr_coulomb', cohesion=500.0, tensile_strength=100.0}"
     found = collapse(load(pier, [law]), acceleration="x", tolerance=0.1)
     assert any("in " in note and "gave way abruptly" in note for note in found.summary.notes)
     # it falls near the multiplier of limit analysis, as if strength were kept: nothing to note

@@ -88,14 +88,14 @@ def test_rigid_stones_beside_elastic_ones_are_asked_as_rigid(where, reached):
 
 
 def test_elastic_stones_with_a_law_take_their_stress_from_what_moves():
-    law = Joint(friction=FRICTION, law=law_record("mohr_coulomb", cohesion=1e5, tension_strength=1e4))
+    law = Joint(friction=FRICTION, law=law_record("mohr_coulomb", cohesion=1e5, tensile_strength=1e4))
     found = solve_scene(beam(joints=(law,), fidelity="elastic", mesh=MeshSettings(divisions=(2, 2))))
     assert plain(found.summary.start) == {"reached": True}
     assert found.summary.message == "Equilibrium after 1 step."
 
 
 def test_joints_with_a_law_are_not_asked():
-    law = Joint(friction=FRICTION, law=law_record("mohr_coulomb", cohesion=1e5, tension_strength=1e4))
+    law = Joint(friction=FRICTION, law=law_record("mohr_coulomb", cohesion=1e5, tensile_strength=1e4))
     told = solve_scene(beam(joints=(law,))).summary.start
     assert told.reached is None
     assert "law of their own" in told.note

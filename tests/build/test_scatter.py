@@ -196,7 +196,7 @@ def test_written_and_read(tmp_path):
     ("keys", "words"),
     [
         ({"variation": {"cohesoin": 0.2}}, r"variation names 'cohesoin'.*did you mean 'cohesion'"),
-        ({"variation": {"tension_strength": 0.2}}, r"names 'tension_strength', expected numbers that"),
+        ({"variation": {"tensile_strength": 0.2}}, r"names 'tensile_strength', expected numbers that"),
         ({"variation": {"mortar.young": 0.2}}, r"names 'mortar\.young'"),
         ({"variation": {"cohesion": 0.0}}, r"cohesion is 0\.0, expected a number > 0 and < 2"),
         ({"distribution": "truncated_normal", "variation": {"cohesion": 0.7}}, r"at most 0\.5 with"),

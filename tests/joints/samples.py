@@ -18,7 +18,7 @@ FRACTURE = STIFFNESS | STRENGTH | ENERGY
 # besides the example in each law's docstring
 VARIANTS = {
     "constant_threshold": [{"critical_opening": 2e-5}],
-    "mohr_coulomb": [{"tension_strength": 0.1e6, "critical_slip": 1e-5}],
+    "mohr_coulomb": [{"tensile_strength": 0.1e6, "critical_slip": 1e-5}],
     "fremond_cangemi": [
         {"viscosity": 5.0, "friction_mode": "damage"},
         {"viscosity": 5.0, "exponent": 2.0},

@@ -51,7 +51,7 @@ def test_shear_has_no_preferred_direction(angle):
 
 def test_bonded_bed_is_elastic_both_ways_up_to_rupture():
     """Stiffness, strength and friction of the usual joint of limit analysis with springs."""
-    law = bed(MohrCoulomb(cohesion=0.35e6, friction=0.75, tension_strength=0.25e6))
+    law = bed(MohrCoulomb(cohesion=0.35e6, friction=0.75, tensile_strength=0.25e6))
     pulled = probe(law, [[x * 0.25e6 / K[0], 0] for x in (-1, 0.5, 0.999, 1.001, 0.5)])
     assert pulled.stress[:, 0] == pytest.approx([-0.25e6, 0.125e6, 0.24975e6, 0, 0], abs=1e-6)
     # the rupture sets the bed's energy free

@@ -74,7 +74,7 @@ def test_energy_is_stored_or_lost_and_never_made():
 
 def test_cohesion_and_mortar_beside_it():
     """Layers in series: closings add; a tie holds in tension with the line of the greatest pressure."""
-    glued = Closure(MohrCoulomb(cohesion=0.3e6, friction=0.6, tension_strength=0.2e6), K, GREATEST)
+    glued = Closure(MohrCoulomb(cohesion=0.3e6, friction=0.6, tensile_strength=0.2e6), K, GREATEST)
     pulled = probe(glued, [[0.5 * 0.2e6 / K, 0], [0.99 * 0.2e6 / K, 0], [1.01 * 0.2e6 / K, 0]])
     assert pulled.stress[:, 0] == pytest.approx([0.1e6, 0.198e6, 0], abs=1e-3)
     bedded = probe(Bed(LAW, 2e10, 1e10), np.zeros((1, 2)), pressure=1e6)

@@ -56,7 +56,7 @@ def pulled(law, stress, axis=2, **keys):
     ("law", "strength"),
     [
         (specs.law_record("mohr_coulomb", cohesion=0.35e6), 0.35e6 / 0.75),
-        (specs.law_record("mohr_coulomb", cohesion=0.35e6, tension_strength=0.2e6), 0.2e6),
+        (specs.law_record("mohr_coulomb", cohesion=0.35e6, tensile_strength=0.2e6), 0.2e6),
         (specs.law_record("constant_threshold", strength=0.3e6), 0.3e6),
     ],
     ids=["cone's tip", "cut-off", "threshold"],

@@ -50,7 +50,7 @@ def test_strength_in_tension():
 
 
 def test_tension_cut_off():
-    law = MohrCoulomb(cohesion=0.35e6, friction=0.75, tension_strength=0.25e6)
+    law = MohrCoulomb(cohesion=0.35e6, friction=0.75, tensile_strength=0.25e6)
     ends = [[x * 0.25e6 / STIFF, 0.0] for x in (0.5, 0.99999, 1.000001)]
     history = pull(law, ends, STIFF)
     assert history.stress[:, 0] == pytest.approx([0.125e6, 0.25e6 * 0.99999, 0.0], rel=1e-9)
@@ -94,7 +94,7 @@ def test_cohesion_of_zero_is_dry():
     ("law", "values", "match"),
     [(MohrCoulomb, {"cohesion": 1.0, "friction": 0.0}, "friction is 0, expected a number > 0"),
      (MohrCoulomb, {"cohesion": -1.0, "friction": 0.6}, "cohesion is -1"),
-     (MohrCoulomb, {"cohesion": 1.0, "friction": 0.6, "tension_strength": -2.0}, "tension_strength is -2"),
+     (MohrCoulomb, {"cohesion": 1.0, "friction": 0.6, "tensile_strength": -2.0}, "tensile_strength is -2"),
      (ConstantThreshold, {"strength": -3.0}, "strength is -3")],
 )  # fmt: skip
 def test_impossible_parameters(law, values, match):

@@ -29,7 +29,7 @@ def glued(dimension: int = 2, **joint: Any) -> Scene:
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("cut", [None, 0.2 * GAMMA, 1e-3])
 def test_pull_takes_weight_and_tension(dimension: int, cut: float | None) -> None:
-    law = law_record("mohr_coulomb", cohesion=COHESION, tension_strength=cut)
+    law = law_record("mohr_coulomb", cohesion=COHESION, tensile_strength=cut)
     up = (0.0,) * (dimension - 1) + (1.0,)
     made = problem(glued(dimension, law=law), pushed("p.b1", up))
     strength = COHESION / MU if cut is None else cut
@@ -40,7 +40,7 @@ def test_pull_takes_weight_and_tension(dimension: int, cut: float | None) -> Non
 @pytest.mark.parametrize("cut", [None, 0.2 * GAMMA])
 def test_shear_takes_cohesion_and_friction(dimension: int, cut: float | None) -> None:
     """Pushed at the foot, so low that it cannot tip: c A + μ W."""
-    law = law_record("mohr_coulomb", cohesion=COHESION, tension_strength=cut)
+    law = law_record("mohr_coulomb", cohesion=COHESION, tensile_strength=cut)
     along = (1.0,) + (0.0,) * (dimension - 1)
     foot = (0.0,) + (0.5,) * (dimension - 2) + (0.0,)
     made = problem(glued(dimension, law=law), pushed("p.b1", along, foot))
@@ -52,7 +52,7 @@ def test_shear_takes_cohesion_and_friction(dimension: int, cut: float | None) ->
 def test_tipping_takes_tension_at_the_heel() -> None:
     """Points at both ends of the joint with half of its area each: F·2 = W/2 + t/2 (b = 1, h = 2)."""
     tension = 0.1 * GAMMA
-    law = law_record("mohr_coulomb", cohesion=GAMMA, tension_strength=tension)
+    law = law_record("mohr_coulomb", cohesion=GAMMA, tensile_strength=tension)
     made = problem(glued(law=law, friction=5.0), pushed("p.b1", (1.0, 0.0), (0.0, 2.0)))
     found = collapse_multiplier(made)
     assert found.multiplier == pytest.approx((weight(made) + tension) / 4, rel=1e-8)

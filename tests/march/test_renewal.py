@@ -244,7 +244,7 @@ def test_reactions_go_over_from_old_contacts_to_new() -> None:
 def test_mortar_holds_its_contacts_and_new_ones_have_none() -> None:
     """A block glued to a wall hangs there; one that falls on it is not glued to it."""
     glued = Joint(
-        law=law_record("mohr_coulomb", cohesion=1e6, tension_strength=5e5),
+        law=law_record("mohr_coulomb", cohesion=1e6, tensile_strength=5e5),
         friction=0.6,
         between=("wall", "held"),
     )
@@ -253,7 +253,7 @@ def test_mortar_holds_its_contacts_and_new_ones_have_none() -> None:
         block("held", (0.5, 0.5), (0.0, 1.0)),
         block("falls", (0.2, 0.2), (0.1, 1.8)),
         joints=(
-            Joint(friction=0.6, law=law_record("mohr_coulomb", cohesion=1e5, tension_strength=5e4)),
+            Joint(friction=0.6, law=law_record("mohr_coulomb", cohesion=1e5, tensile_strength=5e4)),
             glued,
         ),
         duration=0.5,

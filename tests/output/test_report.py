@@ -32,8 +32,8 @@ output = { pictures = false, report = true }
 [materials.stone]
 density = 2400.0
 young = "10 GPa"
-compression_strength = "1 MPa"
-tension_strength = "1 MPa"
+compressive_strength = "1 MPa"
+tensile_strength = "1 MPa"
 
 [[structures]]
 kind = "arch"
@@ -136,7 +136,7 @@ def test_nothing_of_a_scene_is_code(arch):
 def test_the_scene_of_a_run_can_be_run_again(arch):
     _, out = arch
     scene = load(out / "as_run.toml")
-    assert plain(scene.materials["stone"])["compression_strength"] == 1e6
+    assert plain(scene.materials["stone"])["compressive_strength"] == 1e6
     assert scene.title == loads(ARCH).title
 
 

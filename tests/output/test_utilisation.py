@@ -31,8 +31,8 @@ output = {{ pictures = false, fields = false }}
 density = 1e-3
 young = "10 GPa"
 poisson = 0.0
-compression_strength = "4 MPa"
-tension_strength = "0.2 MPa"
+compressive_strength = "4 MPa"
+tensile_strength = "0.2 MPa"
 
 [[structures]]
 kind = "stack"
@@ -185,8 +185,8 @@ output = { pictures = false }
 [materials.stone]
 density = 2400.0
 young = "10 GPa"
-compression_strength = "1 MPa"
-tension_strength = "0.1 MPa"
+compressive_strength = "1 MPa"
+tensile_strength = "0.1 MPa"
 
 [[structures]]
 kind = "arch"
@@ -230,7 +230,7 @@ def test_table_fields_and_console_say_the_same(tmp_path, capsys):
 
 
 def test_without_strengths_nothing_is_said(tmp_path):
-    text = ARCH.replace('compression_strength = "1 MPa"', "").replace('tension_strength = "0.1 MPa"', "")
+    text = ARCH.replace('compressive_strength = "1 MPa"', "").replace('tensile_strength = "0.1 MPa"', "")
     result = run(loads(text), tmp_path / "none")
     assert result.summary.utilisation is None
     assert not (tmp_path / "none" / "stones.csv").exists()
@@ -250,7 +250,7 @@ def test_a_stone_that_has_yielded_uses_all_of_its_strength():
         mesh = { element = "Q1", divisions = [4, 2] }
         output = { pictures = false }
         design.material_factor = 1.5
-        materials.stone = { density = 2000.0, young = "10 GPa", inelastic = { law = "brittle_damage", tension_strength = "1 MPa", fracture_energy = 100 } }
+        materials.stone = { density = 2000.0, young = "10 GPa", inelastic = { law = "brittle_damage", tensile_strength = "1 MPa", fracture_energy = 100 } }
         structures = [{ kind = "block", name = "bar", material = "stone", size = [1.0, 0.5] }]
         supports = [
           { on = "bar/left" },
@@ -270,10 +270,10 @@ def test_a_stone_that_has_yielded_uses_all_of_its_strength():
 def test_a_strength_is_given_once():
     twice = """
     dimension = 2
-    materials.stone = { density = 2000.0, young = "10 GPa", tension_strength = "1 MPa", inelastic = { law = "brittle_damage", tension_strength = "1 MPa", fracture_energy = 100 } }
+    materials.stone = { density = 2000.0, young = "10 GPa", tensile_strength = "1 MPa", inelastic = { law = "brittle_damage", tensile_strength = "1 MPa", fracture_energy = 100 } }
     structures = [{ kind = "stack", name = "it", material = "stone", size = [1.0, 1.0], count = 1 }]
     """  # noqa: E501
-    with pytest.raises(SceneError, match=r"tension_strength is .* expected none beside .*inelastic"):
+    with pytest.raises(SceneError, match=r"tensile_strength is .* expected none beside .*inelastic"):
         loads(twice)
 
 
@@ -284,7 +284,7 @@ def test_stones_without_strengths_are_counted():
 
 def test_partial_factors_of_loads_are_never_hidden(capsys):
     """Without strengths, and in analyses that have no summary of their own for them."""
-    bare = ARCH.replace('compression_strength = "1 MPa"', "").replace('tension_strength = "0.1 MPa"', "")
+    bare = ARCH.replace('compressive_strength = "1 MPa"', "").replace('tensile_strength = "0.1 MPa"', "")
     scene = loads(bare, ["design.loads.gravity=1.35", "fidelity='rigid'"])
     print_summary(plain(solve_scene(scene).summary))
     assert "by partial factors gravity × 1.35" in " ".join(capsys.readouterr().out.split())
@@ -298,7 +298,7 @@ PLATE = """
 dimension = 2
 plane = "stress"
 fidelity = "elastic"
-materials.stone = { density = 2000.0, young = 1e10, compression_strength = 8e6, tension_strength = 1e6 }
+materials.stone = { density = 2000.0, young = 1e10, compressive_strength = 8e6, tensile_strength = 1e6 }
 structures = [{ kind = "block", name = "plate", material = "stone", size = [0.5, 0.3] }]
 supports = [
   { on = "plate/left", components = ["x"] },
@@ -327,7 +327,7 @@ def test_a_cantilever_is_that_of_beam_theory():
         plane = "stress"
         fidelity = "elastic"
         mesh = {{ element = "Q2", divisions = [32, 8] }}
-        materials.stone = {{ density = 2000.0, young = 1e10, poisson = 0.0, compression_strength = {strength}, tension_strength = {strength} }}
+        materials.stone = {{ density = 2000.0, young = 1e10, poisson = 0.0, compressive_strength = {strength}, tensile_strength = {strength} }}
         structures = [{{ kind = "block", name = "beam", material = "stone", size = [{length}, {depth}] }}]
         supports = [{{ on = "beam/left" }}]
         loads.tractions = [{{ on = "beam/right", vector = [0.0, {-shear / depth}] }}]

@@ -143,7 +143,7 @@ BAD = [
         "[materials.stone]",
         "[materials.stone.fine]",
         "line 2: unknown key 'fine' in materials.stone; known keys: 'density', 'young', 'poisson', "
-        "'thermal_expansion', 'damping', 'orthotropic', 'compression_strength', 'tension_strength', "
+        "'thermal_expansion', 'damping', 'orthotropic', 'compressive_strength', 'tensile_strength', "
         "'inelastic', 'promote_at', 'degree'",
     ),
     (

@@ -239,6 +239,6 @@ def test_a_share_out_of_range_is_refused(share):
 
 
 def test_a_law_that_does_not_go_with_the_elements_is_refused_at_the_start():
-    law = material_record("brittle_damage", tension_strength=2e6, fracture_energy=1.0)
+    law = material_record("brittle_damage", tensile_strength=2e6, fracture_energy=1.0)
     with pytest.raises(SceneError, match=r"block 's.b1': .*take smaller elements"):
         ran(squeezed("auto", 1e-6, law=law))

@@ -257,7 +257,7 @@ def bent(end_forces: dict[float, np.ndarray], count: int = 20) -> RunResult:
         structures=(wall, *stones),
         mesh=MeshSettings(element="Q2", divisions=(2, 1)),
         materials={"stone": Material(density=2400.0, young=young, poisson=0.0)},
-        joints=(Joint(friction=1.0, law=law_record("mohr_coulomb", cohesion=1e9, tension_strength=1e9)),),
+        joints=(Joint(friction=1.0, law=law_record("mohr_coulomb", cohesion=1e9, tensile_strength=1e9)),),
         loads=Loads(points=points),
         probes=(Probe(name="tip", block=last, point=(1.0, height / 2)),),
         analysis=Statics(load_steps=5),

@@ -29,7 +29,7 @@ poisson = 0.2
 
 [materials.sandstone.inelastic]
 law = "brittle_damage"
-tension_strength = "3 MPa"
+tensile_strength = "3 MPa"
 fracture_energy = 100
 
 [[structures]]

@@ -73,7 +73,7 @@ class Curve:
 def bent(folder: File, depth: float, rows: int, mouth: float, steps: int) -> np.ndarray:
     """Rows of the curve until the mouth has opened by ``mouth`` [m], shape (steps + 1, 4)."""
     (folder / "beam.geo").write_text(drawing(depth, rows))
-    law = material_record("brittle_damage", tension_strength=STRENGTH, fracture_energy=ENERGY / 2)
+    law = material_record("brittle_damage", tensile_strength=STRENGTH, fracture_energy=ENERGY / 2)
     unit = 0.1 * STRENGTH * depth
     scene = Scene(
         dimension=2,
@@ -134,7 +134,7 @@ def test_a_whole_beam_cracks_where_its_lower_side_has_the_strength(share, cracks
     """σ = 3 P S/(2 d²) (1 − 4 d/(3 π S)) below the load (Timoshenko and Goodier, Theory of Elasticity)."""
     depth, span = 0.1, 0.6
     limit = STRENGTH * 2 * depth**2 / (3 * span) / (1 - 4 * depth / (3 * np.pi * span))
-    law = material_record("brittle_damage", tension_strength=STRENGTH, fracture_energy=ENERGY)
+    law = material_record("brittle_damage", tensile_strength=STRENGTH, fracture_energy=ENERGY)
     mesh = MeshSettings(element="Q2", divisions=(36, 12))
     push = PointForce(block="beam", point=(0.0, depth), vector=(0.0, -0.5 * share * limit))
     result = solve_scene(

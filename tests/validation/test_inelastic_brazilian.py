@@ -90,7 +90,7 @@ def pressed(
     """The disc of a radius [m], and the rows of its curve; Q2 where it is elastic, Q1 where it cracks."""
     order = 2 if fidelity == "elastic" else 1
     (folder / "disc.geo").write_text(drawing(radius, columns, order))
-    law = material_record("brittle_damage", tension_strength=STRENGTH, fracture_energy=ENERGY / 2)
+    law = material_record("brittle_damage", tensile_strength=STRENGTH, fracture_energy=ENERGY / 2)
     edge = np.arcsin(np.sin(ALPHA) / columns)  # of the column that cracks
     strip = [("inner", edge / 2), ("outer", (edge + ALPHA) / 2)]
     scene = Scene(

@@ -187,7 +187,7 @@ def test_a_stone_that_does_not_yield_is_elastic(dimension, element):
         {},
         {"dilatancy_angle": 5.0},
         {"dilatancy_angle": 0.0, "hardening": 1e8},
-        {"law": "mohr_coulomb", "tension_strength": 2e5},
+        {"law": "mohr_coulomb", "tensile_strength": 2e5},
         {"law": "mohr_coulomb", "dilatancy_angle": 10.0},
         {"dimension": 2, "plane": "stress", "dilatancy_angle": 10.0, "hardening": 1e8},
     ],

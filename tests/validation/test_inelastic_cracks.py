@@ -37,7 +37,7 @@ def torn(
     plane: Plane = "strain", **keys: float,
 ) -> Scene:  # fmt: skip
     """A bar of so many square elements on each other, its top lifted by ``way`` [m]."""
-    record = material_record(law, tension_strength=STRENGTH, fracture_energy=energy, **keys)
+    record = material_record(law, tensile_strength=STRENGTH, fracture_energy=energy, **keys)
     stone = Material(density=2000.0, young=YOUNG, poisson=0.0, inelastic=record)
     mesh = MeshSettings(divisions=(1, rows))
     return Scene(
@@ -78,7 +78,7 @@ def test_a_crack_takes_the_fracture_energy_on_every_mesh(rows):
 @pytest.mark.slow
 def test_a_bar_that_could_be_crushed_takes_it_in_its_crack():
     """Nothing is crushed in tension: all is the crack's, which takes what it does on any mesh."""
-    strengths = {"compression_strength": 1e7, "friction_angle": 35.0, "dilatancy_angle": 10.0}
+    strengths = {"compressive_strength": 1e7, "friction_angle": 35.0, "dilatancy_angle": 10.0}
     result = pulled(2, steps=150, law="damage_plasticity", **strengths)
     assert result.march.outcome == "equilibrium"
     assert result.march.ledger.material_dissipation * 2 == pytest.approx(ENERGY, rel=2e-3)

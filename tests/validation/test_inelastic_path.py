@@ -59,7 +59,7 @@ class Curve:
 
 def hung(**keys: Any) -> Scene:
     """The bar; keys of the analysis."""
-    law = material_record("brittle_damage", tension_strength=STRENGTH, fracture_energy=ENERGY)
+    law = material_record("brittle_damage", tensile_strength=STRENGTH, fracture_energy=ENERGY)
     control = {"probe": "top", "against": "below", "direction": (0.0, 2.0), "distance": OPENING}
     return Scene(
         dimension=2,

@@ -242,7 +242,7 @@ def test_stone_between_walls_is_crushed_by_heat(fidelity, plane):
 
 
 def test_stone_between_walls_that_cools_cracks():
-    stone = yielding("brittle_damage", tension_strength=1e6, fracture_energy=2000.0)
+    stone = yielding("brittle_damage", tensile_strength=1e6, fracture_energy=2000.0)
     cold = Loads(temperatures=(Temperature(on="*", change=-CHANGE),))
     result = bar(("left", "right", "bottom"), material=stone, fidelity="inelastic", loads=cold,
                  analysis=Statics(load_steps=8))  # fmt: skip

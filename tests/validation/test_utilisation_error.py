@@ -30,9 +30,9 @@ def utilisation(path, material, mesh, strengths):
 @pytest.mark.parametrize(
     "strengths",
     [
-        {"compression_strength": "1 MPa", "tension_strength": "1 GPa"},
-        {"compression_strength": "10 GPa", "tension_strength": "0.1 MPa"},
-        {"compression_strength": "1 MPa", "tension_strength": "0.1 MPa"},
+        {"compressive_strength": "1 MPa", "tensile_strength": "1 GPa"},
+        {"compressive_strength": "10 GPa", "tensile_strength": "0.1 MPa"},
+        {"compressive_strength": "1 MPa", "tensile_strength": "0.1 MPa"},
     ],
     ids=["pressure", "tension", "both"],
 )

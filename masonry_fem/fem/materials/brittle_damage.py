@@ -1,6 +1,6 @@
 """Brittle damage: stone cracks in tension, and its cracks close again.
 
-BrittleDamage(tension_strength=2e6, fracture_energy=100.0)
+BrittleDamage(tensile_strength=2e6, fracture_energy=100.0)
 
 Strains are those of the intact stone and of cracks across the principal axes of tension:
 
@@ -55,17 +55,17 @@ class BrittleDamage(MaterialLaw):
 
     Attributes
     ----------
-    tension_strength : tensile strength f_t
+    tensile_strength : tensile strength f_t
     fracture_energy : energy G_f that a crack takes per area
 
     Examples
     --------
     law = "brittle_damage"
-    tension_strength = "2 MPa"
+    tensile_strength = "2 MPa"
     fracture_energy = 100
     """
 
-    tension_strength: Annotated[float, Meta(gt=0, extra={"unit": "Pa"})]
+    tensile_strength: Annotated[float, Meta(gt=0, extra={"unit": "Pa"})]
     fracture_energy: Annotated[float, Meta(gt=0, extra={"unit": "J/m^2"})]
 
     name: ClassVar[str] = "brittle_damage"
@@ -78,7 +78,7 @@ class BrittleDamage(MaterialLaw):
 
     @override
     def refuse(self, elastic: Isotropic, size: FloatArray) -> None:
-        longest = 2 * elastic.young * self.fracture_energy / self.tension_strength**2
+        longest = 2 * elastic.young * self.fracture_energy / self.tensile_strength**2
         if size.max() >= longest:
             raise LawError(
                 f"law '{self.name}': elements are up to {size.max():.3g} m wide, expected less than "
@@ -101,7 +101,7 @@ class BrittleDamage(MaterialLaw):
         held = tangent.copy()
         internal, lost, changed = committed.copy(), np.zeros(q), np.zeros(q, dtype=bool)
         greatest = (values @ elastic.matrix[:3, :3])[:, 0]
-        left = np.flatnonzero((before > 0) | (greatest > self.tension_strength * (1 + ROUNDING)))
+        left = np.flatnonzero((before > 0) | (greatest > self.tensile_strength * (1 + ROUNDING)))
         if left.size:
             bar = self._bar(elastic, np.broadcast_to(size, (q,))[left])
             made, moduli, stiff, reached, grows = self._end(bar, values[left], before[left])
@@ -130,8 +130,8 @@ class BrittleDamage(MaterialLaw):
 
     def _bar(self, elastic: Isotropic, size: FloatArray) -> _Bar:
         """How bars soften at points whose bands have widths (q,)."""
-        length = 2 * elastic.young * self.fracture_energy / self.tension_strength**2
-        return _Bar(elastic, self.tension_strength, size / (length - size))
+        length = 2 * elastic.young * self.fracture_energy / self.tensile_strength**2
+        return _Bar(elastic, self.tensile_strength, size / (length - size))
 
     def _end(
         self, bar: _Bar, strains: FloatArray, before: FloatArray

@@ -1,6 +1,6 @@
 """Damage with plasticity: stone that cracks in tension and is crushed under pressure.
 
-DamagePlasticity(tension_strength=2e6, fracture_energy=100.0, compression_strength=30e6, friction_angle=35.0)
+DamagePlasticity(tensile_strength=2e6, fracture_energy=100.0, compressive_strength=30e6, friction_angle=35.0)
 
 With principal stresses σ1 ≥ σ2 ≥ σ3 (tension positive) strains are the sum of those of the intact stone, of
 cracks across the axes of tension, and of crushing:
@@ -74,9 +74,9 @@ class DamagePlasticity(Plastic):
 
     Attributes
     ----------
-    tension_strength : tensile strength f_t, at most f_c (1 − sin φ)/(1 + sin φ)
+    tensile_strength : tensile strength f_t, at most f_c (1 − sin φ)/(1 + sin φ)
     fracture_energy : energy G_f that a crack takes per area
-    compression_strength : uniaxial compressive strength f_c
+    compressive_strength : uniaxial compressive strength f_c
     friction_angle : friction angle φ: strength grows by (1 + sin φ)/(1 − sin φ) times lateral pressure
     dilatancy_angle : dilatancy angle ψ, the growth of volume as stone is crushed, at most φ; equal to φ if
         left out (associated flow)
@@ -84,16 +84,16 @@ class DamagePlasticity(Plastic):
     Examples
     --------
     law = "damage_plasticity"
-    tension_strength = "1 MPa"
+    tensile_strength = "1 MPa"
     fracture_energy = 100
-    compression_strength = "8 MPa"
+    compressive_strength = "8 MPa"
     friction_angle = 35
     dilatancy_angle = 10
     """
 
-    tension_strength: Annotated[float, Meta(gt=0, extra={"unit": "Pa"})]
+    tensile_strength: Annotated[float, Meta(gt=0, extra={"unit": "Pa"})]
     fracture_energy: Annotated[float, Meta(gt=0, extra={"unit": "J/m^2"})]
-    compression_strength: Annotated[float, Meta(gt=0, extra={"unit": "Pa"})]
+    compressive_strength: Annotated[float, Meta(gt=0, extra={"unit": "Pa"})]
     friction_angle: FrictionAngle
     dilatancy_angle: FrictionAngle | None = None
 
@@ -110,17 +110,17 @@ class DamagePlasticity(Plastic):
         super(DamagePlasticity, self).__post_init__()  # with slots the class is another
         self.refuse_dilatancy(self.friction_angle, self.dilatancy_angle)
         sine = sine_cosine(self.friction_angle)[0]
-        most = self.compression_strength * (1 - sine) / (1 + sine)
-        if self.tension_strength > most:
+        most = self.compressive_strength * (1 - sine) / (1 + sine)
+        if self.tensile_strength > most:
             raise LawError(
-                f"law '{self.name}': tension_strength is {self.tension_strength:g} Pa, expected at most "
-                f"{most:.4g} Pa, compression_strength (1 − sin φ)/(1 + sin φ), at which stone in tension "
+                f"law '{self.name}': tensile_strength is {self.tensile_strength:g} Pa, expected at most "
+                f"{most:.4g} Pa, compressive_strength (1 − sin φ)/(1 + sin φ), at which stone in tension "
                 "slips; lower it, or the friction_angle"
             )
 
     @override
     def refuse(self, elastic: Isotropic, size: FloatArray) -> None:
-        longest = elastic.young * self.fracture_energy / self.tension_strength**2
+        longest = elastic.young * self.fracture_energy / self.tensile_strength**2
         if size.max() >= longest:
             raise LawError(
                 f"law '{self.name}': elements are up to {size.max():.3g} m wide, expected less than "
@@ -138,7 +138,7 @@ class DamagePlasticity(Plastic):
         size: FloatArray,
     ) -> Response:
         q, plastic, before = len(strain), committed[:, PLASTIC], committed[:, CRACK]
-        rate = self.tension_strength / self.fracture_energy * np.broadcast_to(size, (q,))
+        rate = self.tensile_strength / self.fracture_energy * np.broadcast_to(size, (q,))
         values, axes = principal((strain - plastic) / SHEARS)
         stress, tangent = (strain - plastic) @ elastic.matrix, np.tile(elastic.matrix, (q, 1, 1))
         held = tangent.copy()
@@ -168,22 +168,22 @@ class DamagePlasticity(Plastic):
         normals, _, bound = self._planes
         trial = strains @ elastic.matrix[:3, :3]
         slips = trial @ normals[0] - bound > ROUNDING * (bound + np.abs(trial).max(axis=1))
-        beyond: BoolArray = (crack > 0) | slips | (trial[:, 0] > self.tension_strength * (1 + ROUNDING))
+        beyond: BoolArray = (crack > 0) | slips | (trial[:, 0] > self.tensile_strength * (1 + ROUNDING))
         return beyond
 
     @property
     def _planes(self) -> tuple[FloatArray, FloatArray, float]:
         """Normals and flows of slip, each of shape (3, 3), and its bound [Pa]."""
         planes = slip_planes(self.friction_angle, self.dilatancy_angle)
-        return *planes, (1 - sine_cosine(self.friction_angle)[0]) * self.compression_strength
+        return *planes, (1 - sine_cosine(self.friction_angle)[0]) * self.compressive_strength
 
     def _strength(self, crack: FloatArray, rate: FloatArray) -> FloatArray:
         """The strength s that λ leaves, shape (q,) [Pa]; ``rate`` is h f_t/G_f, shape (q,)."""
-        return self.tension_strength * np.exp(-np.minimum(rate * crack, BROKEN))
+        return self.tensile_strength * np.exp(-np.minimum(rate * crack, BROKEN))
 
     def _taken(self, crack: FloatArray, rate: FloatArray) -> FloatArray:
         """What a crack has taken that can not be given back, ∫ s dλ − ½ s λ, shape (q,) [J/m³]."""
-        whole = -self.tension_strength / rate * np.expm1(-rate * crack)
+        whole = -self.tensile_strength / rate * np.expm1(-rate * crack)
         return whole - 0.5 * self._strength(crack, rate) * crack
 
     def _stored(

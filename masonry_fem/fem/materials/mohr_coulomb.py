@@ -1,6 +1,6 @@
 """Mohr–Coulomb: friction and cohesion of geomaterials by a pyramid, with a cut-off of tension.
 
-MohrCoulomb(cohesion=2e6, friction_angle=35.0, dilatancy_angle=10.0, tension_strength=0.4e6)
+MohrCoulomb(cohesion=2e6, friction_angle=35.0, dilatancy_angle=10.0, tensile_strength=0.4e6)
 
 With principal stresses σ1 ≥ σ2 ≥ σ3 (tension positive), for each pair i < j and each i
 
@@ -69,7 +69,7 @@ class MohrCoulomb(Plastic):
     friction_angle : friction angle φ
     dilatancy_angle : dilatancy angle ψ, the growth of volume with shear, at most φ; equal to φ if left out
         (associated flow)
-    tension_strength : greatest principal stress f_t; c cot φ, the apex, if left out or if that is less
+    tensile_strength : greatest principal stress f_t; c cot φ, the apex, if left out or if that is less
     hardening : slope H of the cohesion over the plastic slip
     fracture_energy : energy G_f per area that cracks by tension take as strength is lost; if left out, they
         take none of it
@@ -83,13 +83,13 @@ class MohrCoulomb(Plastic):
     cohesion = "2 MPa"
     friction_angle = 35
     dilatancy_angle = 10
-    tension_strength = "0.4 MPa"
+    tensile_strength = "0.4 MPa"
     """
 
     cohesion: Cohesion
     friction_angle: FrictionAngle
     dilatancy_angle: FrictionAngle | None = None
-    tension_strength: Annotated[float, Meta(gt=0, extra={"unit": "Pa"})] | None = None
+    tensile_strength: Annotated[float, Meta(gt=0, extra={"unit": "Pa"})] | None = None
     hardening: Annotated[float, Meta(ge=0, extra={"unit": "Pa"})] = 0.0
     fracture_energy: Annotated[float, Meta(gt=0, extra={"unit": "J/m^2"})] | None = None
     shear_fracture_energy: Annotated[float, Meta(gt=0, extra={"unit": "J/m^2"})] | None = None
@@ -115,7 +115,7 @@ class MohrCoulomb(Plastic):
         if self.fracture_energy is not None and math.isinf(self.tension):
             raise LawError(
                 f"law '{self.name}': fracture_energy is {self.fracture_energy:g}, but without friction "
-                "nothing bounds tension, expected a tension_strength beside it; add one"
+                "nothing bounds tension, expected a tensile_strength beside it; add one"
             )
 
     @property
@@ -128,7 +128,7 @@ class MohrCoulomb(Plastic):
         """The cut-off f_t [Pa]; infinite where neither it nor friction bounds tension."""
         sine, cosine = sine_cosine(self.friction_angle)
         apex = self.cohesion * cosine / sine if sine > 0 else math.inf
-        return apex if self.tension_strength is None else min(self.tension_strength, apex)
+        return apex if self.tensile_strength is None else min(self.tensile_strength, apex)
 
     @property
     def planes(self) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -1,6 +1,6 @@
 """Mohr–Coulomb joint: τ = c + μ σ with a tension cut-off, brittle: c and tension are lost for good.
 
-MohrCoulomb(cohesion=0.35e6, friction=0.75, tension_strength=0.25e6)
+MohrCoulomb(cohesion=0.35e6, friction=0.75, tensile_strength=0.25e6)
 MohrCoulomb.of_angle(cohesion=0.35e6, angle=36.87)
 """
 
@@ -25,7 +25,7 @@ class MohrCoulomb(RigidBrittle):
     Attributes
     ----------
     cohesion : shear strength c without pressure; the tip of the cone is at the tension c/μ
-    tension_strength : tensile strength f_t, a cut-off; c/μ if left out or if that is less
+    tensile_strength : tensile strength f_t, a cut-off; c/μ if left out or if that is less
     residual_friction : friction μ_r once broken; the joint's friction if left out
 
     Examples
@@ -36,7 +36,7 @@ class MohrCoulomb(RigidBrittle):
 
     cohesion: Cohesion
     friction: Annotated[Parameter, Meta(gt=0)]
-    tension_strength: Strength | None = None
+    tensile_strength: Strength | None = None
     residual_friction: Friction | None = None
     critical_slip: Distance = 0.0
     critical_opening: Distance = 0.0
@@ -57,7 +57,7 @@ class MohrCoulomb(RigidBrittle):
     def tension(self, count: int) -> FloatArray:
         apex = self.apex(count)
         return (
-            apex if self.tension_strength is None else np.minimum(spread(self.tension_strength, count), apex)
+            apex if self.tensile_strength is None else np.minimum(spread(self.tensile_strength, count), apex)
         )
 
     @override

@@ -90,8 +90,8 @@ def stone_columns(model: Model, state: SystemState, materials: Any, strengths: S
         "utilisation_of_mean [-]": told.of_mean.tolist(),
         "governs": governed(told),
         "contact_pressure [Pa]": _pressures(model, state).tolist(),
-        "compression_strength [Pa]": known.compression_design.tolist(),
-        "tension_strength [Pa]": known.tension_design.tolist(),
+        "compressive_strength [Pa]": known.compression_design.tolist(),
+        "tensile_strength [Pa]": known.tension_design.tolist(),
         "greatest_sigma_1 [Pa]": told.at_greatest[:, 0].tolist(),
         "greatest_sigma_3 [Pa]": told.at_greatest[:, 2].tolist(),
     }

@@ -11,7 +11,7 @@ SHOWN = (
     "materials", "structures", "overrides", "joints", "supports", "loads", "design", "initial", "analysis",
     "solver", "contact", "mesh",
 )  # fmt: skip
-STRESSES = ("young", "compression_strength", "tension_strength", "cohesion")
+STRESSES = ("young", "compressive_strength", "tensile_strength", "cohesion")
 
 
 def settings(scene: Mapping[str, Any]) -> list[tuple[str, list[tuple[str, str]]]]:

@@ -52,7 +52,7 @@ LAWS = {
     ),
     "Tresca": law_of(material_record("mohr_coulomb", cohesion=1e6, friction_angle=0.0)),
     "Tresca cut off": law_of(
-        material_record("mohr_coulomb", cohesion=1e6, friction_angle=0.0, tension_strength=1e5)
+        material_record("mohr_coulomb", cohesion=1e6, friction_angle=0.0, tensile_strength=1e5)
     ),
     "pyramid that hardens": law_of(
         material_record("mohr_coulomb", cohesion=1e6, friction_angle=30.0, dilatancy_angle=5.0, hardening=2e9)
@@ -63,7 +63,7 @@ LAWS = {
             cohesion=2e6,
             friction_angle=35.0,
             dilatancy_angle=10.0,
-            tension_strength=5e5,
+            tensile_strength=5e5,
             fracture_energy=40.0,
             shear_fracture_energy=3000.0,
             residual=0.1,
@@ -75,9 +75,9 @@ LAWS = {
     "cracks and crushing that are associated": law_of(
         material_record(
             "damage_plasticity",
-            tension_strength=5e5,
+            tensile_strength=5e5,
             fracture_energy=20.0,
-            compression_strength=3e6,
+            compressive_strength=3e6,
             friction_angle=30.0,
         )
     ),

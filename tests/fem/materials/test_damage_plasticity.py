@@ -142,7 +142,7 @@ def test_an_open_crack_and_crushing_along_it_at_once():
 
 
 def test_what_contradicts_itself_or_its_stone_is_refused():
-    with pytest.raises(LawError, match=r"tension_strength is 3e\+06 Pa, expected at most 2\.168e\+06 Pa"):
+    with pytest.raises(LawError, match=r"tensile_strength is 3e\+06 Pa, expected at most 2\.168e\+06 Pa"):
         DamagePlasticity(3e6, ENERGY, PRESSURE, FRICTION)
     with pytest.raises(LawError, match=r"dilatancy_angle is 40, expected at most the friction_angle 35"):
         DamagePlasticity(TENSION, ENERGY, PRESSURE, FRICTION, 40.0)

@@ -253,7 +253,7 @@ def test_elements_that_are_too_wide_to_soften_are_refused():
     [
         ({"cohesion": 0.0}, "cohesion is 0, expected a number > 0"),
         ({"dilatancy_angle": 40.0}, "dilatancy_angle is 40, expected at most the friction_angle 35"),
-        ({"tension_strength": 0.0}, "tension_strength is 0, expected a number > 0"),
+        ({"tensile_strength": 0.0}, "tensile_strength is 0, expected a number > 0"),
         ({"hardening": 1e9, "fracture_energy": 10.0}, "hardening is 1e.09 beside a fracture energy"),
         ({"residual": 0.2}, "residual is 0.2, but nothing is lost, expected a fracture_energy"),
         ({"friction_angle": 0.0, "fracture_energy": 9.0}, "fracture_energy is 9, but without friction"),

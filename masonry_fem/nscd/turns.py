@@ -183,13 +183,6 @@ def _newton(case: Case) -> Method:
     return make_method("newton")
 
 
-def _first_newton(case: Case) -> Method:
-    """Of many elastic blocks, what it does not find soon the interior point finds."""
-    from masonry_fem.nscd.methods.newton import ProximalNewton  # noqa: PLC0415
-
-    return ProximalNewton(rebounds=0) if case.many and case.static else make_method("newton")
-
-
 def _patient_newton(case: Case) -> Method:
     from masonry_fem.nscd.methods.newton import ProximalNewton  # noqa: PLC0415
 
@@ -265,7 +258,7 @@ TURNS = (
     Turn(
         "first newton steps",
         lambda at: at.static or at.elastic or at.warm or at.few or at.plain,
-        _first_newton,
+        _newton,
         _first_steps,
     ),
     Turn("moving newton", lambda at: at.elastic and not at.static, _moving_newton, NEWTON_STEPS),
@@ -281,17 +274,11 @@ TURNS = (
     Turn("interior point", lambda at: at.open and not at.plain, _in_plane(_interior_point), origin="cold"),
     # where the interior point meets a fold of its path the error is local: sweeps get across
     Turn("sweeps", lambda at: (at.rigid or at.plain) and not at.static, _in_plane(_sweeps), origin="best"),
-    Turn(
-        "polish",
-        lambda at: at.open,
-        _in_plane(_newton),
-        lambda at: LARGE_STEPS if at.large else POLISH,
-        "best",
-    ),
+    Turn("polish", lambda at: at.open, _in_plane(_newton), POLISH, "best"),
     Turn("searching newton", lambda at: at.open and at.few and at.elastic, _searching_newton, NEWTON_STEPS),
     Turn(
         "newton from held impulses",
-        lambda at: at.static and at.open and not (at.rigid or at.led or at.many or at.problem.cohesive),
+        lambda at: at.static and at.open and not (at.rigid or at.led or at.problem.cohesive),
         _newton,
         HELD_STEPS,
         "held",

@@ -70,7 +70,6 @@ class ProximalNewton:
     patience : Rounds without progress after which it is stalled.
     moving : Contacts are scaled by all of W, as befits blocks that fly, fall and hinge: scaled by W_el alone,
         what their masses decide changes from step to step. Where blocks press on each other it takes longer.
-    rebounds : Rounds with slip held back that may fail before it is stalled; None: until κ is 1.
     iterations : Newton steps in all.
     library : Linear factor, see ``linear``.
     """
@@ -83,7 +82,6 @@ class ProximalNewton:
     round_steps: int = 40
     patience: int = 20
     moving: bool = False
-    rebounds: int | None = None
     iterations: int = 400
     library: Library = "auto"
 
@@ -159,7 +157,6 @@ class NewtonRun:
         self.escape = Escape()
         self.grip = 0.0  # κ, which holds slip once a step was too short
         self.jammed = False  # this step was
-        self.rebounds = 0  # rounds in which slip went too far
         self.best, self.idle, self.crawling = np.inf, 0, 0
         self.least, self.resting = np.inf, 0  # least error, and how many steps stayed at it
         if start is not None and start.impulse is not None:
@@ -456,9 +453,6 @@ class NewtonRun:
 
     def _grip_harder(self) -> Outcome | None:
         """A round in which slip went too far: hold it more, and begin again."""
-        self.rebounds += 1
-        if self.settings.rebounds is not None and self.rebounds > self.settings.rebounds:
-            return Outcome.STALLED
         self.grip *= _TIGHTER
         self.impulse, self.rigid_velocity = self.round.impulse, self.round.rigid_velocity
         self.round = self._new_round()

@@ -62,10 +62,10 @@ def meeting_step(
         model, begin, past = coupling.model, state.bodies, False
         pairs = lookout.strangers(model, made.after)
         fresh = pairs[~np.isin(lookout.keys(pairs), met)]
-        if model.meet is None or len(fresh) == 0:
+        if model.meet is None:
+            break
+        if len(fresh) == 0:
             lookout.bear(pairs)
-            if model.meet is None:
-                break
             off = lookout.past(coupling, made.after, made.impulse)
             fresh, begin, past = off[~np.isin(lookout.keys(off), slid)], made.after.bodies, True
             if len(fresh) == 0:

@@ -55,8 +55,6 @@ class Meeting:
         after: tuple[Any, ...],
         pairs: IntArray,
         held: np.ndarray,
-        *,
-        slid: bool = False,
     ) -> tuple[Model, IntArray]:
         """The model with the contacts of ``pairs`` (m, 2) of blocks found anew, and which old ones it keeps.
 
@@ -69,7 +67,6 @@ class Meeting:
         before, after : Body states at the start of a step, where contacts are looked for, and at its end.
         pairs : Blocks that are in each other at its end.
         held : Contacts that stay.
-        slid : Pairs lose their contacts also where nothing is found, as one has slid off the other.
 
         Returns
         -------
@@ -94,10 +91,8 @@ class Meeting:
         stones = replace(self.stones, assembly=placed)
         found = self._faces(placed, used, pairs, far, angle)
         fresh, records = touching(self.scene, stones, found, tell=False)
-        if not fresh and not slid:
-            return model, every
         if not fresh:
-            return self._without(model, pairs, held)
+            return model, every
         contacts = place(placed, fresh, rules_of(self.scene, stones, fresh, records), self._surfaces)
         keep, new = self._parted(model, motion, fresh, contacts, held)
         if not new.any():
@@ -125,19 +120,6 @@ class Meeting:
             found=True,
         )
         return made, every[keep[model.contacts.interface]]
-
-    def _without(self, model: Model, pairs: IntArray, held: np.ndarray) -> tuple[Model, IntArray]:
-        """The model without the contacts of pairs, and which it keeps: of those that are held all."""
-        keys = np.array([len(model.assembly.blocks), 1])
-        known = np.sort(np.array([one.blocks for one in model.interfaces], dtype=np.int64), axis=1) @ keys
-        tied = known if self._scatters else known[model.contacts.interface[held]]
-        keep = ~np.isin(known, np.sort(pairs, axis=1) @ keys) | np.isin(known, tied)
-        interfaces, contacts = chosen(model.interfaces, model.contacts, keep)
-        joints = joint_of_interfaces(self.scene, self.stones, interfaces, tell=False)
-        closed = replace(contacts, gap=np.zeros(contacts.count))
-        laws, scatter = joints_at(self.scene, self.stones, interfaces, closed, joints, self.base)
-        made = replace(model, interfaces=interfaces, contacts=contacts, laws=laws, scatter=scatter)
-        return made, np.flatnonzero(keep[model.contacts.interface])
 
     def _parted(
         self, model: Model, motion: tuple[FloatArray, FloatArray], fresh: tuple[Interface, ...],

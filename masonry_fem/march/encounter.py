@@ -4,8 +4,7 @@
 
 An active set of pairs: blocks that no contact keeps apart and that are in each other at the end of the step
 get contacts with the gaps that they had at its start, until none are left. They take the place of those that
-the pair had: a contact is of one corner and one face, and where blocks slide and tilt others bear. So do
-those of pairs that bear on each other past the end of a face, found where the step ends.
+the pair had: a contact is of one corner and one face, and where blocks slide and tilt others bear.
 """
 
 from __future__ import annotations
@@ -57,23 +56,16 @@ def meeting_step(
     """
     made = expelling_step(coupling.model, coupling, state, scheme, settings, until, clock, snaps=snaps)
     lookout.look(made.after.bodies, static=scheme.inertia == 0)
-    met = slid = np.zeros(0, dtype=np.int64)
+    met = np.zeros(0, dtype=np.int64)
     while made.solution.solved:
-        model, begin, past = coupling.model, state.bodies, False
+        model = coupling.model
         pairs = lookout.strangers(model, made.after)
         fresh = pairs[~np.isin(lookout.keys(pairs), met)]
-        if model.meet is None:
-            break
-        if len(fresh) == 0:
+        if model.meet is None or len(fresh) == 0:
             lookout.bear(pairs)
-            off = lookout.past(coupling, made.after, made.impulse)
-            fresh, begin, past = off[~np.isin(lookout.keys(off), slid)], made.after.bodies, True
-            if len(fresh) == 0:
-                break
-            slid = np.concatenate([slid, lookout.keys(fresh)])
-        else:
-            met = np.concatenate([met, lookout.keys(fresh)])
-        found, kept = model.meet(model, begin, made.after.bodies, fresh, ~state.joints.broken, slid=past)
+            break
+        met = np.concatenate([met, lookout.keys(fresh)])
+        found, kept = model.meet(model, state.bodies, made.after.bodies, fresh, ~state.joints.broken)
         if found is model:
             continue
         _tell(coupling, fresh, until)

@@ -20,10 +20,8 @@ from masonry_fem.bodies.base import FloatArray, IntArray
 from masonry_fem.contact.depth import ROUNDING, Overlaps, overlaps
 from masonry_fem.contact.detection import REACH
 from masonry_fem.contact.skin import Layout, Skin
-from masonry_fem.march.coupling import Coupling
 from masonry_fem.march.deformation import second_order
 from masonry_fem.march.model import Model
-from masonry_fem.march.overhang import Overhang
 from masonry_fem.march.state import SystemState
 
 SHARE = 0.25  # of the reach: how far something moves in dynamics until blocks are looked at anew
@@ -104,23 +102,6 @@ class Lookout:
         beyond = self.found.depth - np.maximum(borne, self.known(model, state, pairs))
         strange: IntArray = pairs[beyond > least * self.sizes(pairs)]
         return strange
-
-    def past(self, coupling: Coupling, state: SystemState, impulse: FloatArray) -> IntArray:
-        """Pairs that bear on each other past the end of a face, shape (m, 2); none where nothing has moved.
-
-        Parameters
-        ----------
-        coupling : Body groups at the contacts. state : Where they are now.
-        impulse : Of all contacts, local frames, shape (c, d) [N s].
-        """
-        if self.found is None:
-            return np.zeros((0, 2), dtype=np.int64)
-        here = coupling.placement(state.bodies)
-        return self._overhang.past(coupling.model.contacts, here, impulse, self._skin.size)
-
-    @cached_property
-    def _overhang(self) -> Overhang:
-        return Overhang.of(self._model.assembly)
 
     def bear(self, pairs: IntArray) -> None:
         """Take pairs for strangers only once they are deeper in each other than the last look saw them."""

@@ -49,6 +49,7 @@ from masonry_fem.results.summarise import summarise, wrenches
 from masonry_fem.results.summary import Summary
 from masonry_fem.results.utilisation import Utilisation
 from masonry_fem.scene import check, save, specs
+from masonry_fem.scene.moved import moved
 
 if TYPE_CHECKING:
     from masonry_fem.march.determinacy import ForceDeterminacy
@@ -223,7 +224,7 @@ def _written(
         with Folder(out, "run", title=scene.title, clears=("view", "report"), keeps=keeps):
             figures: Summary | None = None
             try:
-                save(scene, out / "as_run.toml")
+                save(moved(scene, base, out), out / "as_run.toml")
                 if checkpoint is None or going_on is None:
                     recorders.start(built.model)
                     if keeper is not None:

@@ -23,7 +23,6 @@ from msgspec import structs
 from masonry_fem.host.atomic import write_atomic
 from masonry_fem.output.checkpoint import CHECKPOINT, Checkpoint, read_checkpoint, write_checkpoint
 from masonry_fem.output.folder import Folder, ended_by, refuse_busy
-from masonry_fem.output.vtu import Series
 from masonry_fem.records.remark import gathered
 from masonry_fem.records.told import write
 from masonry_fem.results.summary import StageTold
@@ -130,6 +129,8 @@ def _kept(folder: Path) -> Checkpoint | None:
 
 def _joined(out: Path, told: list[StageTold]) -> list[Path]:
     """The histories of all stages as one table, and their field files as one series, times added up."""
+    from masonry_fem.output.vtu import Series  # noqa: PLC0415 - only histories need it
+
     history, made = out / "history.csv", []
     rows: list[dict[str, str]] = []
     columns: dict[str, None] = {"stage": None}

@@ -391,8 +391,9 @@ class NewtonRun:
         residual = graphs.natural_map(pressed, velocity, problem.friction, self.scale)
         size = float(np.linalg.norm(self.impulse))
         last, self.error = self.error, float(np.linalg.norm(residual)) / size if size > 0 else 1.0
-        crawls = before.steps <= 1 and self.weight <= self.least_weight and self.error > _SLOW * last
-        self.crawling = self.crawling + 1 if crawls else 0
+        # where slip is held, it is κ that keeps rounds from coming far
+        crawls = before.slip is None and before.steps <= 1 and self.weight <= self.least_weight
+        self.crawling = self.crawling + 1 if crawls and self.error > _SLOW * last else 0
         if self.crawling >= _CRAWL:
             # statuses are settled, and what is left falls only as fast as α lets it
             self.least_weight, self.crawling = max(0.1 * self.least_weight, _LEAST), 0

@@ -43,6 +43,7 @@ INHERITED = ("PMI_", "PMIX_", "OMPI_", "HYDI_", "MPI_LOCAL")
 OUT, IN = "handed out", "handed in"
 HANDING = frozenset({OUT, IN})  # kinds of work that are no more than the leader's call
 EAGER, NAP = 200, 1e-4  # looks for other ranks without a pause, and the pause between further ones [s]
+HEARD = 0.5  # seconds in which mpiexec reads what a rank has said
 
 Work = Callable[["Member", Any], Any]
 
@@ -211,7 +212,7 @@ class Leader(Alone):
         """Let all ranks end; where one was left in the midst of work, with an exit code and at once."""
         comm = self._member.comm
         if self._amiss:
-            comm.Abort(code)
+            _abort(comm, code)
         self._member.meet()
         comm.scatter([pickle.dumps((None, None))] * self.size)
         self._member.kept.clear()
@@ -294,10 +295,17 @@ def _serve(member: Member) -> None:
             made = pickle.dumps(_done(work, member, share)[0], protocol=5)
         except BaseException as error:  # others wait for this rank in the midst of work
             print(f"masonry-fem: rank {member.rank}: {_said(error)}", file=sys.stderr, flush=True)
-            member.comm.Abort(1)
+            _abort(member.comm, 1)
         member.meet()
         with member.on(IN):
             member.comm.gather(made)
+
+
+def _abort(comm: Any, code: int) -> None:
+    """End all ranks at once, when what was said has been read: mpiexec drops what it has not read by then."""
+    sys.stderr.flush()
+    time.sleep(HEARD)
+    comm.Abort(code)
 
 
 def _done(work: Work, member: Member, share: Any) -> tuple[Any, Exception | None]:

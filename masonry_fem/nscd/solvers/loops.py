@@ -146,13 +146,16 @@ class Loops:
         first = np.cumsum(meetings.sizes[:, 0]) - meetings.sizes[:, 0]
         looped = np.flatnonzero(meetings.loops > 0)
         alike = np.column_stack([meetings.sizes, meetings.anchored])[looped]
-        self._solved: list[tuple[IntArray, FloatArray]] = []
-        self._own = own
+        self._solved: list[tuple[IntArray, FloatArray, FloatArray]] = []
         for size, points, anchored in np.unique(alike, axis=0).tolist():
             chosen = looped[(alike == (size, points, anchored)).all(axis=1)]
             at = order[first[chosen][:, None] + np.arange(size)]
             space = _space(meetings.place[at], turns[at], points, bool(anchored))
-            self._solved.append((contacts[at], _inverted(space, own[contacts[at]])))
+            rows = own[contacts[at]]
+            inverse = _inverted(space, rows)
+            n, e, d = rows.shape[:3]
+            product = (rows @ inverse.reshape(n, e, d, e * d)).reshape(inverse.shape)
+            self._solved.append((contacts[at], inverse, product))
 
     def taken(self, force: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Impulses round the loops that solve the rows there, and what that leaves of the rows, both (c, d).
@@ -162,10 +165,10 @@ class Loops:
         force : The rows, shape (c, d).
         """
         impulse, rest = np.zeros_like(force), force.copy()
-        for contacts, inverse in self._solved:
-            given = inverse @ force[contacts].reshape(len(contacts), -1, 1)
-            impulse[contacts] = given.reshape(*contacts.shape, -1)
-            rest[contacts] -= (self._own[contacts] @ impulse[contacts][..., None])[..., 0]
+        for contacts, inverse, product in self._solved:
+            given = force[contacts].reshape(len(contacts), -1, 1)
+            impulse[contacts] = (inverse @ given).reshape(*contacts.shape, -1)
+            rest[contacts] -= (product @ given).reshape(*contacts.shape, -1)
         return impulse, rest
 
 

@@ -110,7 +110,7 @@ def test_peak_and_fracture_energy_do_not_depend_on_the_mesh(tmp_path):
         load, sag, lost, stored = bent(tmp_path, 0.1, rows, 8e-4, 80).T
         peaks.append(load.max())
         works.append(np.trapezoid(load, sag) / 0.05)
-        # the work is summed up by trapezoids over 80 steps
+        # measured 0.1 % on 10 rows, in 80 steps and in 160, and 0.2 % on 20; why is not known
         assert (lost.sum() + stored[-1]) / 0.05 == pytest.approx(works[-1], rel=4e-3)
         assert load[-1] < 0.02 * load.max()
     assert max(peaks) < 1.02 * min(peaks), peaks

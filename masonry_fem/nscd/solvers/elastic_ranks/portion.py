@@ -75,6 +75,12 @@ class Portion:
         self.contacts = Exchange(member, share.contacts, share.count, share.dimension)
         self.bodies = (BodiesTogether if share.library is None else BodiesOfEach)(member, share)
 
+    @property
+    def rows(self) -> Rows:
+        """Rows of its contacts in the step."""
+        assert self._last is not None
+        return self._last
+
     def close(self) -> None:
         """Let go what PETSc holds."""
         self.contacts.destroy()
@@ -100,17 +106,17 @@ class Portion:
         """Prepare a step."""
         member = self.member
         with member.on("interfaces"):
-            self.rows, blocks = member.together(lambda: self._prepared(values))
+            blocks = member.together(lambda: self._prepared(values))
         self.bodies.factorise(
             np.concatenate([coupled, *(-given.reshape(-1, *coupled.shape[1:]) for given in blocks)])
         )
 
-    def _prepared(self, values: Values) -> tuple[Rows, list[FloatArray]]:
+    def _prepared(self, values: Values) -> list[FloatArray]:
         share = self.share
         self._last = Rows(
             values, share.bodies, share.maps, share.groups, self.coupling, self.places, self._last
         )
-        return self._last, [given for _, given in self._last.eliminated()]
+        return [given for _, given in self._last.eliminated()]
 
     def solve(
         self, force: FloatArray, balance: FloatArray, unknown: Mask

@@ -200,7 +200,7 @@ def _certificate(summary: Mapping[str, Any]) -> Rows:
             continue
         number = value["natural_map"] if name == "rounding" else value
         shown = f"{_number(number)} {units.get(name, '')}".rstrip()
-        if name in BALANCES and (rounding.get(name) or 0.0) > number > ROUNDED:
+        if name in BALANCES and number is not None and (rounding.get(name) or 0.0) > number > ROUNDED:
             shown += f" (rounding alone makes {_number(rounding[name])})"
         yield "certificate", name.replace("_", " "), shown
 

@@ -175,7 +175,8 @@ class Rows:
         self.values, self.bodies, self.groups = values, bodies, groups
         self.maps = np.where(closed[:, None, None, None], maps, 0.0)
         self.own = np.where(closed[:, None, None], values.own, np.eye(d))
-        self.loops = Loops(places, self.own, closed, before and before.loops)
+        last: Loops | None = None if before is None else before.loops
+        self.loops: Loops = Loops(places, self.own, closed, last)
         if before is None:
             self.solved = [self._made(*of_size) for of_size in zip(groups, coupling, strict=True)]
             return

@@ -144,7 +144,9 @@ class Loops:
     def __init__(self, places: Places, own: FloatArray, closed: Mask, before: Loops | None = None) -> None:
         self._closed = closed[places.contacts]
         kept = before is not None and np.array_equal(before._closed, self._closed)
-        self._spaces = before._spaces if before is not None and kept else list(_spaces(places, self._closed))
+        self._spaces: list[tuple[IntArray, FloatArray]] = (
+            before._spaces if before is not None and kept else list(_spaces(places, self._closed))
+        )
         self._solved = []
         for contacts, space in self._spaces:
             rows = own[contacts]

@@ -81,7 +81,8 @@ def mechanism_of_step(made: Increment, model: Model) -> Mechanism:
     made : The step.
     model : The structure, as the step was made with it.
     """
-    points = PointMotion(made.here.points, made.here.frame, made.here.gap <= OPEN * model.length)
+    touches = (made.here.gap <= OPEN * model.length) & ~model.contacts.tied
+    points = PointMotion(made.here.points, made.here.frame, touches)
     deforms = any(group.deforms for group in model.groups)
     rest = DEFORMED if deforms else RIGID
     return recognise(model, BlockMotion.of_step(made, model), points, rest=rest, share=BLURRED)

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from masonry_fem.analyses.reopening import refuse_start
+from masonry_fem.analyses.run.reopening import refuse_start
 from masonry_fem.build import Built, build
 from masonry_fem.errors import MasonryError
 from masonry_fem.limit import Hold, LimitProblem, group_forces, limit_problem

@@ -31,6 +31,7 @@ from masonry_fem.march.model import FloatArray, Load, Model
 from masonry_fem.march.renewal import carried
 from masonry_fem.march.state import SystemState
 from masonry_fem.march.step import initial_state
+from masonry_fem.records.listing import first_few
 from masonry_fem.scene import specs
 from masonry_fem.solid.mesh import IntArray
 
@@ -128,10 +129,9 @@ def _refuse_others(built: Built, left: Left, old: IntArray) -> None:
         if abs(masses[new] - earlier[old[new]]) > ALIKE * earlier[old[new]]:
             told.append(f"'{blocks[new].name}' had a mass of {earlier[old[new]]:g}, and has {masses[new]:g}")
     if told:
-        more = f" and {len(told) - SHOWN} more" if len(told) > SHOWN else ""
         raise MasonryError(
-            f"the scene cannot start from the state that was left: {'; '.join(told[:SHOWN])}{more}. Expected "
-            "stones of the same names as they were: give others other names"
+            f"the scene cannot start from the state that was left: {first_few(told, SHOWN, separator='; ')}. "
+            "Expected stones of the same names as they were: give others other names"
         )
 
 

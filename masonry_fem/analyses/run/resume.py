@@ -11,11 +11,13 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from masonry_fem.analyses.reopening import untrusted
-from masonry_fem.analyses.run import RunResult, go_on
+from masonry_fem.analyses.run.reopening import untrusted
+from masonry_fem.analyses.run.result import RunResult
+from masonry_fem.analyses.run.writing import go_on
 from masonry_fem.output.checkpoint import CHECKPOINT, Checkpoint, CheckpointError, read_checkpoint
 from masonry_fem.output.folder import refuse_busy
 from masonry_fem.records.arguments import texts
+from masonry_fem.records.listing import first_few
 from masonry_fem.scene import loads, specs
 from masonry_fem.scene.overrides import trusting_text
 from masonry_fem.scene.writing import plain
@@ -78,8 +80,8 @@ def _refuse_changes(first: specs.Scene, scene: specs.Scene) -> None:
     ]
     if told:
         raise CheckpointError(
-            f"a run goes on with its own scene, and {'; '.join(told[:SHOWN])}: leave that as it was, or let "
-            "another scene start from where this one ended (analysis.start)"
+            f"a run goes on with its own scene, and {first_few(told, SHOWN, separator='; ')}: leave that as "
+            "it was, or let another scene start from where this one ended (analysis.start)"
         )
 
 

@@ -24,8 +24,9 @@ from masonry_fem.march.model import Model
 from masonry_fem.march.place import Place, begun, relative_velocity
 from masonry_fem.march.rounds import NEWTON_TOLERANCE, Round, Rounds
 from masonry_fem.march.snapping import snapped
-from masonry_fem.march.state import SLIP, STICK, SystemState
+from masonry_fem.march.state import STICK, SystemState
 from masonry_fem.march.steering import SteeredRounds
+from masonry_fem.march.ties import taut_sticks
 from masonry_fem.march.turning import Turned, turned, turned_roughly
 from masonry_fem.march.yielding import settled_stresses
 from masonry_fem.nscd import ContactProblem, Solution, SolverSettings
@@ -191,11 +192,6 @@ def _first(rounds: Rounds) -> Round:
     return made
 
 
-def _status(model: Model, status: NDArray[np.int8]) -> NDArray[np.int8]:
-    """The same, with ties that are taut as contacts that stick: they have no friction to slide against."""
-    return np.where(model.contacts.tied & (status == SLIP), np.int8(STICK), status)
-
-
 def _ended(rounds: Rounds, made: Round, place: Place) -> Increment:
     """The step, its impulses written at ``place``."""
     state, scheme, coupling = rounds.state, rounds.scheme, rounds.coupling
@@ -211,7 +207,7 @@ def _ended(rounds: Rounds, made: Round, place: Place) -> Increment:
         reaction=made.impulse / scheme.step,
         velocity=made.velocity,
         gap=there.gap,
-        status=_status(rounds.model, contact_status(pressed, friction, made.impulse)),
+        status=taut_sticks(rounds.model, contact_status(pressed, friction, made.impulse)),
         frame=there.frame,
         points=there.points,
         reaction_frame=place.contact.frame,

@@ -17,7 +17,7 @@ from masonry_fem.joints.assignment import Assignment
 from masonry_fem.joints.laws.parts.tie import Tie
 from masonry_fem.joints.state import JointState
 from masonry_fem.march.model import FloatArray, Model
-from masonry_fem.march.state import SystemState
+from masonry_fem.march.state import SLIP, STICK, SystemState
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +72,16 @@ def snapped_ties(model: Model, joints: JointState) -> NDArray[np.bool_]:
     return gone
 
 
+def taut_sticks(model: Model, status: NDArray[np.int8]) -> NDArray[np.int8]:
+    """Status of contacts with ties that are taut as sticking: they have no friction to slide against, (c,).
+
+    Parameters
+    ----------
+    model : The structure of c contacts. status : As friction has it, shape (c,).
+    """
+    return np.where(model.contacts.tied & (status == SLIP), np.int8(STICK), status)
+
+
 def tie_forces(model: Model, state: SystemState) -> TieForces | None:
     """What the ties of a model bear in a state; None where it has none.
 
@@ -96,7 +106,7 @@ def tie_forces(model: Model, state: SystemState) -> TieForces | None:
         stress=force / area,
         elongation=elongation,
         strain=elongation / law.length,
-        plastic=-own.crushed / law.length,
+        plastic=(0.0 - own.crushed) / law.length,
         utilisation=force / capacity,
         yields=np.isfinite(capacity),
         snapped=law.snapped(own),

@@ -10,6 +10,7 @@ from __future__ import annotations
 import csv
 import io
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -72,6 +73,13 @@ class InterfaceTable:
     def end(self, made: March, determinacy: ForceDeterminacy | None) -> None:
         """Keep which forces of the last state are facts, for columns of their own."""
         self._determined = determinacy
+        if determinacy is not None and made.model.contacts.ties is not None:
+            faces = np.array([not one.tie for one in made.model.interfaces], dtype=bool)
+            self._determined = replace(
+                determinacy,
+                resultant=determinacy.resultant[faces],
+                determined=determinacy.determined[faces],
+            )
 
     def close(self, summary: Any) -> list[Path]:
         """Write the table."""

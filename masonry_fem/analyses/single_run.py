@@ -15,7 +15,7 @@ from pathlib import Path
 
 from masonry_fem.analyses.bracket import Verdict
 from masonry_fem.analyses.limit import posed
-from masonry_fem.analyses.reopening import begun
+from masonry_fem.analyses.run.reopening import begun
 from masonry_fem.analyses.trials import VERDICTS
 from masonry_fem.build import build, solver_settings
 from masonry_fem.limit import admissible

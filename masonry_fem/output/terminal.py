@@ -136,6 +136,7 @@ def print_summary(told: Any, console: Console | None = None) -> None:
         _utilisation,
         refinement_rows,
         _forces,
+        _ties,
         _limits,
         _determinacy,
         _probes,
@@ -304,6 +305,31 @@ def _forces(summary: Mapping[str, Any]) -> Rows:
         yield "forces", "… by partial factors", factors
     for name, wrench in (summary.get("supports") or {}).items():
         yield "forces", f"support {name}", _force(wrench)
+
+
+def _ties(summary: Mapping[str, Any]) -> Rows:
+    told = summary.get("ties") or {}
+    unit = _force_unit(len(summary.get("applied", ())))
+    hardest = sorted(told, key=lambda name: -told[name]["force"])[:SHOWN_LINES]
+    for name in (one for one in told if one in hardest):
+        yield "ties", name, _tie_words(told[name], unit)
+    if len(told) > len(hardest):
+        yield "ties", "…", f"{_count(len(told) - len(hardest))} more with smaller forces, in ties.csv"
+
+
+def _tie_words(tie: Mapping[str, Any], unit: str) -> str:
+    """What a tie bears."""
+    if tie["snapped"]:
+        return f"snapped, its ends {quantity(tie['elongation'], 'm', 4)} further apart than its length"
+    if tie["force"] == 0:
+        return f"slack by {quantity(-tie['elongation'], 'm', 4)}"
+    words = f"{quantity(tie['force'], unit, 5)}, {quantity(tie['stress'], 'Pa', 4)}"
+    words += f", longer by {quantity(tie['elongation'], 'm', 4)}"
+    if tie["plastic_strain"] > 0:
+        return f"{words}, yielded by {_percent(tie['plastic_strain'])}"
+    return (
+        words if tie.get("utilisation") is None else f"{words}, {_percent(tie['utilisation'])} of its yield"
+    )
 
 
 def _limits(summary: Mapping[str, Any]) -> Rows:

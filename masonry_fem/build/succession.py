@@ -22,6 +22,7 @@ from masonry_fem.build.joints import joint_of_interfaces, joints_at, touching
 from masonry_fem.build.model import Built
 from masonry_fem.build.stones import Stones
 from masonry_fem.build.ties import stretched_from
+from masonry_fem.contact.posed import corners
 from masonry_fem.contact.update import chosen, joined, partners
 from masonry_fem.errors import MasonryError
 from masonry_fem.joints.law import layers_of
@@ -111,28 +112,37 @@ def _numbers(built: Built, left: Left) -> IntArray:
 
 def _refuse_others(built: Built, left: Left, old: IntArray) -> None:
     """Refuse stones that are not those of the same name that were left."""
-    told = []
-    blocks, before = built.stones.assembly.blocks, left.stones
-    for new, number in enumerate(old.tolist()):
-        if number < 0:
-            continue
-        name, was, now = blocks[new].name, before.fidelity[number], built.stones.fidelity[new]
-        if was != now:
-            told.append(f"'{name}' was {was or 'a support'}, and is {now or 'a support'}")
-            continue
-        one, other = built.stones.assembly.solid(new), before.assembly.solid(number)
-        same = one.vertices.shape == other.vertices.shape
-        if not (same and np.allclose(one.vertices, other.vertices, rtol=0, atol=1e-9 * built.model.length)):
-            told.append(f"'{name}' had another shape or place")
-    masses, earlier = _mass_of(built.model), _mass_of(left.model)
-    for new in np.flatnonzero(old >= 0).tolist():
-        if abs(masses[new] - earlier[old[new]]) > ALIKE * earlier[old[new]]:
-            told.append(f"'{blocks[new].name}' had a mass of {earlier[old[new]]:g}, and has {masses[new]:g}")
+    here = np.flatnonzero(old >= 0)
+    there, names = old[here], [built.stones.assembly.blocks[new].name for new in here.tolist()]
+    was, now = (np.array(stones.fidelity, dtype=object) for stones in (left.stones, built.stones))
+    was, now = was[there], now[here]
+    before, mass = _mass_of(left.model)[there], _mass_of(built.model)[here]
+    other, gone, heavier = (
+        np.flatnonzero(differs).tolist()
+        for differs in (
+            was != now,
+            _elsewhere(built, left, here, there),
+            np.abs(mass - before) > ALIKE * before,
+        )
+    )
+    told = [f"'{names[k]}' was {was[k] or 'a support'}, and is {now[k] or 'a support'}" for k in other]
+    told += [f"'{names[k]}' had another shape or place" for k in gone]
+    told += [f"'{names[k]}' had a mass of {before[k]:g}, and has {mass[k]:g}" for k in heavier]
     if told:
         raise MasonryError(
             f"the scene cannot start from the state that was left: {first_few(told, SHOWN, separator='; ')}. "
             "Expected stones of the same names as they were: give others other names"
         )
+
+
+def _elsewhere(built: Built, left: Left, here: IntArray, there: IntArray) -> np.ndarray:
+    """Whether corners of blocks ``here`` are others than those of blocks ``there`` that were left."""
+    own, count = corners(built.stones.assembly)
+    its, before = corners(left.stones.assembly)
+    width = min(own.shape[1], its.shape[1])  # what is beyond repeats the last corner
+    away = np.abs(own[here, :width] - its[there, :width]).max(axis=(1, 2), initial=0.0)
+    found: np.ndarray = (count[here] != before[there]) | (away > 1e-9 * built.model.length)
+    return found
 
 
 def _mass_of(model: Model) -> FloatArray:

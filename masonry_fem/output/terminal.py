@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 SHOWN_LINES = 10  # of a mechanism
+BALANCES = ("natural_map", "cone_violation", "block_balance", "global_balance", "energy_balance")
+ROUNDED = 1e-9  # relative errors from which it is told what rounding makes of them
 SIZES = ("blocks", "shapes", "meshes", "factorisations", "contacts")
 FEM_SIZES = ("meshes", "factorisations")
 GOOD = ("equilibrium", "finished")
@@ -191,12 +193,17 @@ def _start(summary: Mapping[str, Any]) -> Rows:
 
 def _certificate(summary: Mapping[str, Any]) -> Rows:
     units = {"max_penetration": "m", "min_normal_reaction": _force_unit(len(summary.get("applied", ())))}
-    for name, value in (summary.get("certificate") or {}).items():
+    told = summary.get("certificate") or {}
+    rounding = told.get("rounding") or {}
+    for name, value in told.items():
         if name == "written":
             yield from _written(value)
             continue
         number = value["natural_map"] if name == "rounding" else value
-        yield "certificate", name.replace("_", " "), f"{_number(number)} {units.get(name, '')}".rstrip()
+        shown = f"{_number(number)} {units.get(name, '')}".rstrip()
+        if name in BALANCES and number is not None and (rounding.get(name) or 0.0) > number > ROUNDED:
+            shown += f" (rounding alone makes {_number(rounding[name])})"
+        yield "certificate", name.replace("_", " "), shown
 
 
 def _written(told: Mapping[str, Any]) -> Rows:

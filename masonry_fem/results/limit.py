@@ -65,7 +65,7 @@ def answers(problem: LimitProblem, tilt: str | None = None, **others: Any) -> Li
         multiplier=None if collapse is None else _finite(collapse.multiplier),
         least_multiplier=None if collapse is None else _finite(collapse.least),
         unlimited=collapse is not None and math.isinf(collapse.multiplier),
-        mechanism=None if motion is None else _motion(problem, motion),
+        mechanism=None if motion is None else motion_told(problem, motion),
         supports={
             name: {axis: (_finite(end.low), _finite(end.high)) for axis, end in ends.items()}
             for name, ends in thrusts.items()
@@ -122,8 +122,14 @@ def _digits(error: float) -> int:
     return 6 if error < 1e-6 else max(1, int(-math.log10(error)))
 
 
-def _motion(problem: LimitProblem, motion: Mechanism) -> Falling:
-    """A mechanism, and the velocities of the centres of blocks that move."""
+def motion_told(problem: LimitProblem, motion: Mechanism) -> Falling:
+    """A mechanism, and the velocities of the centres of blocks that move.
+
+    Parameters
+    ----------
+    problem : Of limit analysis.
+    motion : Its mechanism.
+    """
     names = [block.name for block in problem.model.assembly.blocks]
     moving = {name for group in motion.groups for name in group}
     rows = zip(motion.blocks.tolist(), motion.centre, motion.velocity, motion.spin, strict=True)

@@ -21,7 +21,7 @@ from pathlib import Path
 from masonry_fem.analyses.bracket import Bracket
 from masonry_fem.analyses.limit import growth_of, posed
 from masonry_fem.analyses.pushing import Push
-from masonry_fem.analyses.reopening import refuse_start
+from masonry_fem.analyses.run.reopening import refuse_start
 from masonry_fem.analyses.trials import Trials, counted, repeated
 from masonry_fem.build import Built, build
 from masonry_fem.errors import MasonryError, ProblemError

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from masonry_fem.analyses.bracket import Verdict
 from masonry_fem.analyses.limit import posed
-from masonry_fem.analyses.reopening import begun
+from masonry_fem.analyses.run.reopening import begun
 from masonry_fem.analyses.trials import VERDICTS
 from masonry_fem.build import build, solver_settings
 from masonry_fem.limit import admissible
@@ -61,8 +61,7 @@ def run_once(scene: specs.Scene, base: Path, observers: Sequence[Observer] = ())
     MasonryError : The scene cannot be built.
     """
     built = build(scene, base)
-    start = begun(scene, built, base)
-    built = built if start is None else start.built
+    built, start = begun(scene, built, base)
     settings, strategy = solver_settings(scene.solver), scene.analysis
     watchers: list[Observer] = list(observers)
     if strategy.seeks_equilibrium:  # an error of 1e-6 is more than what lies between standing and falling
@@ -70,10 +69,7 @@ def run_once(scene: specs.Scene, base: Path, observers: Sequence[Observer] = ())
     else:
         watchers.append(Toppling(built.model, built.bodies, scene.loads.gravity))
     try:
-        ended = march(
-            built.model, strategy, settings, bodies=built.bodies, observers=watchers,
-            start=None if start is None else start.state,
-        )  # fmt: skip
+        ended = march(built.model, strategy, settings, bodies=built.bodies, observers=watchers, start=start)
     except ToppledError as toppled:
         mechanism = mechanism_of_state(toppled.model, toppled.state)
         fall = Fall(mechanism, toppled.model, toppled.state)

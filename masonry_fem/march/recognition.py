@@ -82,7 +82,8 @@ def mechanism_of_step(made: Increment, model: Model) -> Mechanism:
     made : The step.
     model : The structure, as the step was made with it.
     """
-    points = PointMotion(made.here.points, made.here.frame, made.here.gap <= OPEN * model.length)
+    touches = (made.here.gap <= OPEN * model.length) & ~model.contacts.tied
+    points = PointMotion(made.here.points, made.here.frame, touches)
     return _blurred(model, BlockMotion.of_step(made, model), points)
 
 
@@ -94,7 +95,8 @@ def mechanism_of_state(model: Model, state: SystemState) -> Mechanism:
     model : The structure.
     state : Its state, with velocities.
     """
-    points = PointMotion(state.points, state.frame, state.gap <= OPEN * model.length)
+    touches = (state.gap <= OPEN * model.length) & ~model.contacts.tied
+    points = PointMotion(state.points, state.frame, touches)
     return _blurred(model, BlockMotion.of(model, state.bodies, state.bodies), points)
 
 

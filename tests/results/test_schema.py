@@ -140,7 +140,7 @@ def test_a_run_under_way_and_one_that_failed(judged, tmp_path):
     assert judged(told) == []
 
 
-@pytest.mark.parametrize(("place", "figures"), [("march", False), ("errors_of", True)])
+@pytest.mark.parametrize(("place", "figures"), [("writing.march", False), ("asked.errors_of", True)])
 def test_interrupted_runs_keep_what_they_know(judged, tmp_path, monkeypatch, place, figures):
     def interrupted(*arguments, **keys):
         raise KeyboardInterrupt

@@ -7,6 +7,7 @@ Zhang and Makris, Rocking response of free-standing blocks under cycloidal pulse
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -133,6 +134,7 @@ def fate(size: float, turn: float, cycles: float) -> tuple[bool, int]:
     return False, impacts
 
 
+@cache
 def boundary(low: float, high: float, turn: float, cycles: float, mode: int) -> float:
     """Least pulse that overturns the block in a mode: 1 with an impact, 2 without.
 

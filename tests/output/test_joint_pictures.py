@@ -302,3 +302,34 @@ def test_an_axis_that_points_at_the_eye_is_left_out(tmp_path):
     page = sheet.Sheet("Title", "Caption")
     page.bar = sheet.ColourBar("three\nlines\nof words", "viridis", (0.0, 1.0), over=True)
     assert_whole(page.save(tmp_path / "page.png", stage))
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_letters_of_the_axes_keep_clear_of_each_other_and_of_arrows(seed):
+    rng = np.random.default_rng(seed)
+    axes = np.linalg.qr(rng.normal(size=(3, 3)))[0][:2].T
+    if seed % 4 == 0:  # two axes one behind the other
+        axes[1] = 0.6 * axes[0]
+    ends, letters = sheet.triad_of(axes)
+    shown = np.flatnonzero(ends.any(axis=1))
+    assert len(shown) >= 2
+    for one in shown:
+        for other in set(shown) - {one}:
+            assert np.linalg.norm(letters[one] - letters[other]) > 15
+            along = np.clip(letters[one] @ ends[other] / (ends[other] @ ends[other]), 0, 1)
+            assert np.linalg.norm(letters[one] - along * ends[other]) > 8
+
+
+@draws
+def test_pictures_have_the_same_bits_whatever_was_drawn_before(tmp_path):
+    def draw(name: str) -> bytes:
+        stage = Stage(View.of(np.array([[0.0, 0, 0], [1, 1, 1]]), 3), 500)
+        stage.surface(pv.Box((0, 1, 0, 1, 0, 1)), color=picture.COMPRESSION, opacity=0.3)
+        return sheet.Sheet("Title", "Caption").save(tmp_path / name, stage).read_bytes()
+
+    first = draw("first.png")
+    other = Stage(View.of(np.array([[0.0, 0, 0], [3, 1, 0]]), 2), 900)
+    other.surface(pv.Box((0, 3, 0, 1, 0, 0)), color=picture.TENSION)
+    other.image()
+    Stage(View.of(np.array([[0.0, 0, 0], [3, 1, 0]]), 2), 900).surface(pv.Sphere())  # given up half-drawn
+    assert draw("second.png") == first

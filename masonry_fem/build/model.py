@@ -87,9 +87,10 @@ def build(scene: specs.Scene, base: Path, before: Built | None = None, *, solved
     refuse_overlaps(stones, reach)
     interfaces = detect(stones.assembly, reach=reach, angle=scene.contact.angle)
     interfaces, chosen = touching(scene, stones, _between_free(stones, interfaces))
-    _doubt_loose(stones, interfaces)
     _tell_gaps(stones, interfaces)
-    contacts, laws, scatter = contacts_and_joints(scene, stones, interfaces, chosen, base)
+    interfaces, contacts, laws, scatter = contacts_and_joints(scene, stones, interfaces, chosen, base)
+    chosen = [*chosen, *[-1] * (len(interfaces) - len(chosen))]
+    _doubt_loose(stones, interfaces)
     clock.lap("detect")
     if solved:
         points = np.bincount(contacts.blocks.ravel(), minlength=len(stones.assembly.blocks))

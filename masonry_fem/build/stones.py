@@ -163,6 +163,8 @@ def present(scene: specs.Scene, base: Path) -> specs.Scene:
 
     def stays(record: Any) -> bool:
         selectors = [getattr(record, key) for key in ("on", "blocks", "block") if hasattr(record, key)]
+        if isinstance(record, specs.Tie):
+            selectors = [point.block for point in record.points]
         for selector in (*selectors, *getattr(record, "between", ())):
             blocks = split_face(selector)[0]
             chosen = [number for number, own in enumerate(names) if matches(blocks, own)]

@@ -21,6 +21,7 @@ from masonry_fem.bodies.support import SupportGroup
 from masonry_fem.build.joints import joint_of_interfaces, joints_at, touching
 from masonry_fem.build.model import Built
 from masonry_fem.build.stones import Stones
+from masonry_fem.build.ties import stretched_from
 from masonry_fem.contact.posed import corners
 from masonry_fem.contact.update import chosen, joined, partners
 from masonry_fem.errors import MasonryError
@@ -79,6 +80,8 @@ def succeeded(scene: specs.Scene, built: Built, base: Path, left: Left) -> tuple
         bodies = tuple(
             group.scale_velocity(own, 0.0) for group, own in zip(model.groups, bodies, strict=True)
         )
+    if scene.ties:
+        model = _with_ties(scene, built, base, model, bodies, left, origin)
     coupling = connect(model)
     begun = initial_state(model, coupling, bodies)
     known = replace(left.state, bodies=bodies)
@@ -264,14 +267,16 @@ def _with_found(
 ) -> Model:
     """The model with contacts that were found where stones have gone, and its own of stones that are new."""
     count = len(built.stones.assembly.blocks)
-    stays = np.array([max(one.blocks) < count for one in before.interfaces], dtype=bool)
+    stays = np.array([max(one.blocks) < count and not one.tie for one in before.interfaces], dtype=bool)
     kept = chosen(before.interfaces, before.contacts, stays)
-    anew = np.array([(old[list(one.blocks)] < 0).any() for one in model.interfaces], dtype=bool)
+    anew = np.array([one.tie or (old[list(one.blocks)] < 0).any() for one in model.interfaces], dtype=bool)
     interfaces, contacts = joined(kept, chosen(model.interfaces, model.contacts, anew))
     touch, records = touching(scene, built.stones, interfaces, tell=False)
     if len(touch) < len(interfaces):
         chosen_ones = joint_of_interfaces(scene, built.stones, interfaces, tell=False)
-        keep = np.array([scene.joints[record].contact != "none" for record in chosen_ones], dtype=bool)
+        keep = np.array(
+            [record < 0 or scene.joints[record].contact != "none" for record in chosen_ones], dtype=bool
+        )
         interfaces, contacts = chosen(interfaces, contacts, keep)
     closed = replace(contacts, gap=np.zeros(contacts.count))
     laws, scatter = joints_at(scene, built.stones, interfaces, closed, records, base)
@@ -279,6 +284,29 @@ def _with_found(
         model, interfaces=interfaces, contacts=contacts, laws=laws, scatter=scatter,
         joint_records=tuple(records), found=True,
     )  # fmt: skip
+
+
+def _with_ties(
+    scene: specs.Scene, built: Built, base: Path, model: Model, bodies: tuple[Any, ...], left: Left,
+    origin: IntArray,
+) -> Model:  # fmt: skip
+    """The model with ties that are as long as they were, new ones as their points are apart now."""
+    contacts = model.contacts
+    assert contacts.bulge is not None
+    known, fresh = contacts.tied & (origin >= 0), contacts.tied & (origin < 0)
+    if known.any():
+        assert left.model.contacts.bulge is not None
+        bulge, gap = contacts.bulge.copy(), contacts.gap.copy()
+        bulge[known] = left.model.contacts.bulge[origin[known]]
+        gap[known] += contacts.bulge[known] - bulge[known]
+        contacts = replace(contacts, bulge=bulge, gap=gap)
+    here = connect(model).placement(bodies)
+    assert model.contacts.bulge is not None
+    length = np.where(fresh, -(here.gap + model.contacts.bulge), np.nan)
+    contacts = stretched_from(scene, model.interfaces, contacts, length)
+    closed = replace(contacts, gap=np.zeros(contacts.count))
+    laws, scatter = joints_at(scene, built.stones, model.interfaces, closed, list(model.joint_records), base)
+    return replace(model, contacts=contacts, laws=laws, scatter=scatter)
 
 
 def _joints(

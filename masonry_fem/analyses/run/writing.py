@@ -35,8 +35,9 @@ from masonry_fem.output.asked import recorders
 from masonry_fem.output.checkpoint import CHECKPOINT, Checkpoint, CheckpointError
 from masonry_fem.output.folder import Folder, ended_by, refuse_busy
 from masonry_fem.output.history import History
-from masonry_fem.output.recorder import Recorders, Request
+from masonry_fem.output.recorder import Recorder, Recorders, Request
 from masonry_fem.output.terminal import Progress
+from masonry_fem.output.tie_table import TieTable
 from masonry_fem.records.remark import Remark, gathered, remark
 from masonry_fem.records.told import Ending, write
 from masonry_fem.records.tree import same_bits
@@ -274,7 +275,10 @@ def _recorders(scene: specs.Scene, built: Built, out: Path, quiet: bool) -> Reco
     if asked.stones is None:
         asked = structs.replace(asked, stones=strengths is not None or asked.report)
     request = Request(out, scene.title, asked, statics, built.stones.material, strengths)
-    return Recorders([_progress(scene, quiet), History(out), *recorders(request)], asked.every)
+    always: list[Recorder] = [_progress(scene, quiet), History(out)]
+    if scene.ties:
+        always.append(TieTable(out))
+    return Recorders([*always, *recorders(request)], asked.every)
 
 
 def _progress(scene: specs.Scene, quiet: bool) -> Progress:

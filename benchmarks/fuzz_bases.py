@@ -155,6 +155,34 @@ on = "a/bottom"
 on = "d/top"
 motion = { displacement = [0, "-1.2 mm"], time = { kind = "table", points = [[0, 0], [1, 1]] } }
 """,
+    "staged": """
+dimension = 2
+fidelity = "rigid"
+materials = { stone = { density = 2400, compressive_strength = "20 MPa", tensile_strength = "1 MPa" } }
+design = { material_factor = 2, loads = { gravity = 1.35 }, share = 0.1 }
+structures = [
+    { kind = "stack", name = "pier", material = "stone", size = [1, 0.5], count = 3 },
+    { kind = "block", name = "prop", material = "stone", size = [0.2, 1.5], position = [1, 0] },
+]
+supports = [{ on = "prop" }]
+joints = [{ friction = 0.6 }, { friction = 0, between = ["prop", "pier.*"] }]
+loads = { gravity = [0, -9.81] }
+output = { pictures = false, fields = false, report = true, checkpoint_steps = 1 }
+[[stages]]
+name = "first"
+without = ["pier.b3"]
+[[stages]]
+name = "propped"
+[[stages]]
+name = "free"
+after = "propped"
+without = ["prop"]
+analysis = { kind = "statics", load_steps = 2 }
+[[stages]]
+name = "shaken"
+without = ["prop"]
+analysis = { kind = "dynamics", step = "5 ms", duration = "0.02 s" }
+""",
 }
 FOREIGN = """
 dimension = 3

@@ -16,6 +16,7 @@ from PIL import Image
 from masonry_fem import load, study
 from masonry_fem.analyses.collapse import collapse
 from masonry_fem.analyses.refine import refine
+from masonry_fem.analyses.threshold import threshold
 from masonry_fem.scene import loads
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -55,6 +56,7 @@ DEMOS: dict[str, tuple[dict[str, object], dict[str, str]]] = {
             "struck_arch_spread": "spread/thrust",
         },
     ),
+    "tied_arch": ({}, {"tied_arch": "overview", "tied_arch_thrust": "thrust"}),
     "dome": ({}, {"dome": "deformed"}),
     "dome_section": ({}, {"dome_section": "von_mises", "dome_section_cut": "cut_meridian_von_mises"}),
     "dome_on_piers": ({}, {"dome_on_piers_dry": "dry/deformed", "dome_on_piers": "overview"}),
@@ -102,6 +104,29 @@ def make_mechanism() -> None:
         found.write(Path(folder))
         size = shrink(Path(folder) / "mechanism.png", IMAGES / "mechanism.png")
     print(f"mechanism.png  {size / 1e3:.0f} kB")
+
+
+def make_threshold() -> None:
+    """The mechanism of docs/thresholds.md: an arch whose springings part."""
+    changes = [
+        "title='Arch on springings that part'",
+        "fidelity=rigid",
+        "joints.0.placement=corners",
+        "supports=[{on='arch.springing_right', motion={displacement=[0.3, 0.0]}}]",
+    ]
+    with tempfile.TemporaryDirectory() as folder:
+        found = threshold(
+            ROOT / "demos" / "spreading_arch.toml",
+            "supports.0.motion.displacement",
+            (0.2, 0.5),
+            along=(1.0, 0.0),
+            overrides=changes,
+            limit=False,
+            out=folder,
+        )
+        found.write()
+        size = shrink(Path(folder) / "mechanism.png", IMAGES / "threshold.png")
+    print(f"threshold.png  {size / 1e3:.0f} kB")
 
 
 def make_study() -> None:
@@ -201,6 +226,7 @@ if __name__ == "__main__":
     sys.path.insert(0, str(ROOT))
     others = {
         "mechanism": make_mechanism,
+        "threshold": make_threshold,
         "study": make_study,
         "refined": make_refined,
         "reduced": make_reduced,

@@ -96,6 +96,8 @@ TABLES: dict[type[Spec], str] = {
     specs.Closure: "`[joints.closure]`",
     specs.Dilatancy: "`[joints.dilatancy]`",
     specs.Scatter: "`[joints.scatter]`",
+    specs.Tie: "`[[ties]]`",
+    specs.TiePoint: "`points` of a tie",
     specs.Support: "`[[supports]]`",
     specs.Motion: "`motion` of a support",
     specs.Loads: "`[loads]`",

@@ -15,9 +15,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from masonry_fem.analyses.resume import resume
     from masonry_fem.analyses.run import run
     from masonry_fem.analyses.run import solve_scene as solve
+    from masonry_fem.analyses.run.resume import resume
     from masonry_fem.analyses.study.sweep import study
     from masonry_fem.scene import load
     from masonry_fem.scene.specs import Scene
@@ -29,7 +29,7 @@ __all__ = ["Scene", "load", "resume", "run", "solve", "study"]
 _HOMES = {
     "Scene": "masonry_fem.scene.specs:Scene",
     "load": "masonry_fem.scene:load",
-    "resume": "masonry_fem.analyses.resume:resume",
+    "resume": "masonry_fem.analyses.run.resume:resume",
     "run": "masonry_fem.analyses.run:run",
     "solve": "masonry_fem.analyses.run:solve_scene",
     "study": "masonry_fem.analyses.study:study",

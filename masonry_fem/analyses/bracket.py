@@ -4,6 +4,8 @@
     bracket.search(start=0.0, guess=None)
     bracket.stands, bracket.falls, bracket.doubtful, bracket.ending
 
+``between`` does the same where a multiplier that stands and one that falls are known from the start.
+
 A trial may be undecided. Then the gaps to what stands and to what falls are halved, until either end is
 as near to the doubtful range as the tolerance says: that range is told, and never counts as a fall.
 """
@@ -30,7 +32,9 @@ class Bracket:
     Parameters
     ----------
     attempt : Multiplier → verdict.
-    tolerance : Greatest width of the bracket over its upper end. first : First stride without a guess.
+    tolerance : Greatest width of the bracket over its larger end. first : First stride without a guess.
+    least : Width of a bracket that is not narrowed, even near 0; None: next to nothing of the first stride.
+    whole : Whether multipliers are whole numbers.
 
     Attributes
     ----------
@@ -39,8 +43,17 @@ class Bracket:
     trials : Number of them.
     """
 
-    def __init__(self, attempt: Callable[[float], Verdict], *, tolerance: float, first: float) -> None:
+    def __init__(
+        self,
+        attempt: Callable[[float], Verdict],
+        *,
+        tolerance: float,
+        first: float,
+        least: float | None = None,
+        whole: bool = False,
+    ) -> None:
         self._attempt, self._tolerance, self._first = attempt, tolerance, first
+        self._least, self._whole = SMALLEST * first if least is None else least, whole
         self._undecided: list[float] = []
         self.stands: float | None = None
         self.falls: float | None = None
@@ -66,6 +79,20 @@ class Bracket:
         if self.falls is None and not self.doubtful:
             self.ending = "unlimited"
             return
+        self._close_in()
+
+    def between(self, start: float, end: float, guess: float | None) -> None:
+        """Try ``start`` and ``end``, of which the larger falls, both sides of the ``guess``, and close in."""
+        for multiplier in (start, end):
+            self.attempt(multiplier)
+        margin = 0.0 if guess is None else NEAR * max(self._tolerance * abs(guess), self._least)
+        for side in () if guess is None else (guess - margin, guess + margin):
+            if start < side < end:
+                self.attempt(side)
+        self._close_in()
+
+    def _close_in(self) -> None:
+        """Halve the widest gap until all are narrow."""
         while self.trials < MOST and (gaps := self._gaps()):
             below, above = max(gaps, key=lambda gap: gap[1] - gap[0])
             self.attempt(0.5 * (below + above))
@@ -73,6 +100,7 @@ class Bracket:
 
     def attempt(self, multiplier: float) -> Verdict:
         """One trial."""
+        multiplier = round(multiplier) if self._whole else multiplier
         verdict = self._attempt(multiplier)
         self.trials += 1
         if verdict == "undecided":
@@ -109,5 +137,5 @@ class Bracket:
         found = {(ends[0], ends[1])} if self.stands is not None else set()
         if self.falls is not None:
             found.add((ends[-2], ends[-1]))
-        least = max(self._tolerance * ends[-1], SMALLEST * self._first)
+        least = max(self._tolerance * max(abs(ends[0]), abs(ends[-1])), self._least)
         return [gap for gap in found if gap[1] - gap[0] > least]

@@ -21,8 +21,8 @@ from pathlib import Path
 from masonry_fem.analyses.bracket import Bracket
 from masonry_fem.analyses.limit import growth_of, posed
 from masonry_fem.analyses.pushing import Push
-from masonry_fem.analyses.reopening import refuse_start
-from masonry_fem.analyses.trials import Trials, counted
+from masonry_fem.analyses.run.reopening import refuse_start
+from masonry_fem.analyses.trials import Trials, counted, repeated
 from masonry_fem.build import Built, build
 from masonry_fem.errors import MasonryError, ProblemError
 from masonry_fem.limit import collapse_multiplier
@@ -31,7 +31,7 @@ from masonry_fem.march.model import Model
 from masonry_fem.march.recognition import mechanism_of_step
 from masonry_fem.march.state import SystemState
 from masonry_fem.records.arguments import check_share
-from masonry_fem.records.remark import Remark, gathered
+from masonry_fem.records.remark import gathered
 from masonry_fem.results.collapse import CollapseTold, Trial, write_collapse
 from masonry_fem.scene import check, specs
 
@@ -118,7 +118,7 @@ def collapse(
     # what is known when it is interrupted is kept
     with gathered(aloud=False) as remarks, contextlib.suppress(KeyboardInterrupt):
         bracket.search(start, bound if guess is None else guess, sharp=guess is None)
-    trials.notes.extend(_repeated(remarks))
+    trials.notes.extend(repeated(remarks))
     return _result(scene, trials, bracket, bound, tolerance)
 
 
@@ -196,15 +196,6 @@ def _beside_limit(trials: Trials, bracket: Bracket, bound: float, tolerance: flo
         )
     if bracket.stands is not None and bracket.stands > bound * (1 + 2 * tolerance):
         yield f"it stands above the {bound:.6g} of limit analysis, as structures may that have moved far"
-
-
-def _repeated(remarks: Sequence[Remark]) -> Iterator[str]:
-    """Remarks of the trials' marches, one sentence for each kind."""
-    kinds: dict[str, list[str]] = {}
-    for one in remarks:
-        kinds.setdefault(one.code, []).append(one.sentence)
-    for said in kinds.values():
-        yield f"in {counted(len(said), 'trial')}, the last time so: {said[-1]}"
 
 
 def _sentence(trials: Trials, bracket: Bracket, mechanism: Mechanism | None, bound: float | None) -> str:

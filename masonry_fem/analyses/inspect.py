@@ -8,7 +8,7 @@ import numpy as np
 import psutil
 from msgspec import structs
 
-from masonry_fem.analyses.stages import check_stages
+from masonry_fem.analyses.run.stages import check_stages
 from masonry_fem.bodies.support import SupportGroup
 from masonry_fem.build import build
 from masonry_fem.build.foresight import memory_of_run

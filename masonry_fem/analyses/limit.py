@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from masonry_fem.analyses.reopening import refuse_start
+from masonry_fem.analyses.run.reopening import refuse_start
 from masonry_fem.build import Built, build
 from masonry_fem.errors import MasonryError
 from masonry_fem.limit import Hold, LimitProblem, group_forces, limit_problem
@@ -203,6 +203,8 @@ def _notes(scene: specs.Scene, built: Built, problem: LimitProblem) -> Iterable[
             f"inelastic blocks ({len(yielding)}, first '{first}') count as rigid and do not yield or crack: "
             "what is carried here may crush or split them, and nothing spreads in them; give fill as a load"
         )
+    if problem.strength.bounded.any():
+        yield "ties bear the force at which they yield however far they stretch, and do not harden or snap"
     if problem.strength.cohesive:
         yield "joints keep their cohesion however far they move"
     idle = int((~problem.active).sum())

@@ -20,8 +20,8 @@ from msgspec import structs
 
 from masonry_fem.analyses.marking import halved, marked, mesh_overrides
 from masonry_fem.analyses.refine_limits import Limits
-from masonry_fem.analyses.reopening import refuse_start
 from masonry_fem.analyses.run import RunResult, run
+from masonry_fem.analyses.run.reopening import refuse_start
 from masonry_fem.build import Built
 from masonry_fem.errors import MasonryError
 from masonry_fem.host.atomic import announce

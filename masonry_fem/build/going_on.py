@@ -15,6 +15,7 @@ from masonry_fem.build.model import Built
 from masonry_fem.errors import MasonryError
 from masonry_fem.march.model import Model
 from masonry_fem.march.standing import Standing
+from masonry_fem.records.listing import first_few
 from masonry_fem.records.tree import differences
 from masonry_fem.scene import specs
 
@@ -58,8 +59,8 @@ def gone_on(scene: specs.Scene, built: Built, base: Path, standing: Standing) ->
         told.append(f"the state has {len(state.gap)} contacts, expected {count}")
     if told:
         raise MasonryError(
-            f"the saved state does not fit its scene: {'; '.join(told[:SHOWN])}. Files that the scene names "
-            "have changed since; restore them, or run the scene again"
+            f"the saved state does not fit its scene: {first_few(told, SHOWN, separator='; ')}. Files that "
+            "the scene names have changed since; restore them, or run the scene again"
         )
     return model
 

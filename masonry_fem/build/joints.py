@@ -14,6 +14,7 @@ from masonry_fem.build.foresight import foresee_points
 from masonry_fem.build.laws import joint_laws
 from masonry_fem.build.scatter import scatter_factors
 from masonry_fem.build.stones import Stones, block_names
+from masonry_fem.build.ties import with_ties
 from masonry_fem.contact.contacts import Contacts, Interface
 from masonry_fem.contact.place import place
 from masonry_fem.contact.placement import Rule
@@ -32,7 +33,7 @@ ROUNDING = 1e-6  # of an angle [degrees]
 def joint_of_interfaces(
     scene: specs.Scene, stones: Stones, interfaces: tuple[Interface, ...], tell: bool = True
 ) -> list[int]:
-    """Number of the joint record that holds for each interface: the last that matches.
+    """Number of the joint record that holds for each interface: the last that matches; −1 for a tie.
 
     Parameters
     ----------
@@ -48,6 +49,9 @@ def joint_of_interfaces(
     found = []
     idle = set(range(len(scene.joints)))
     for interface in interfaces:
+        if interface.tie:
+            found.append(-1)
+            continue
         angle = inclination(interface)
         first, second = (names[block] for block in interface.blocks)
         matching = [
@@ -66,7 +70,7 @@ def joint_of_interfaces(
         found.append(matching[-1])
         idle -= set(matching)
     if interfaces and tell:
-        _tell_idle(scene, sorted(idle), {interface.label for interface in interfaces})
+        _tell_idle(scene, sorted(idle), {one.label for one in interfaces if not one.tie})
     return found
 
 
@@ -86,7 +90,7 @@ def touching(
     SceneError : No record matches an interface.
     """
     chosen = joint_of_interfaces(scene, stones, interfaces, tell)
-    kept = [k for k, record in enumerate(chosen) if scene.joints[record].contact != "none"]
+    kept = [k for k, record in enumerate(chosen) if record < 0 or scene.joints[record].contact != "none"]
     return tuple(interfaces[k] for k in kept), [chosen[k] for k in kept]
 
 
@@ -122,8 +126,8 @@ def _joins(between: tuple[str, str], first: tuple[str, ...], second: tuple[str, 
 
 def contacts_and_joints(
     scene: specs.Scene, stones: Stones, interfaces: tuple[Interface, ...], chosen: list[int], base: Path
-) -> tuple[Contacts, Assignment, dict[str, np.ndarray]]:
-    """Contact points on all interfaces, their laws, and by parameter the factors by which these scatter.
+) -> tuple[tuple[Interface, ...], Contacts, Assignment, dict[str, np.ndarray]]:
+    """All interfaces and ties, their contacts and laws, and by parameter the factors by which these scatter.
 
     Parameters
     ----------
@@ -131,10 +135,16 @@ def contacts_and_joints(
     interfaces : Where blocks touch.
     chosen : Number of the joint record of each interface.
     base : Folder that the paths in the scene are relative to.
+
+    Raises
+    ------
+    SceneError : A joint or a tie that cannot be.
     """
     foresee_points(scene, [scene.joints[joint].density for joint in chosen])
     contacts = place(stones.assembly, interfaces, rules_of(scene, stones, interfaces, chosen), tell=True)
-    return contacts, *joints_at(scene, stones, interfaces, contacts, chosen, base)
+    interfaces, contacts = with_ties(scene, stones, interfaces, contacts)
+    records = [*chosen, *[-1] * (len(interfaces) - len(chosen))]
+    return interfaces, contacts, *joints_at(scene, stones, interfaces, contacts, records, base)
 
 
 def replaced(
@@ -149,13 +159,15 @@ def replaced(
     base : Folder that the paths in the scene are relative to.
     other : Gives the rule to take for an interface, by its rule so far and its number.
     """
-    chosen = joint_of_interfaces(scene, stones, model.interfaces, tell=False)
-    rules = rules_of(scene, stones, model.interfaces, chosen)
+    touching = tuple(one for one in model.interfaces if not one.tie)  # ties come last
+    chosen = joint_of_interfaces(scene, stones, touching, tell=False)
+    rules = rules_of(scene, stones, touching, chosen)
     wanted = [other(rule, number) for number, rule in enumerate(rules)]
     if wanted == rules:
         return None
-    contacts = place(stones.assembly, model.interfaces, wanted)
-    laws, scatter = joints_at(scene, stones, model.interfaces, contacts, chosen, base)
+    interfaces, contacts = with_ties(scene, stones, touching, place(stones.assembly, touching, wanted))
+    records = [*chosen, *[-1] * (len(interfaces) - len(chosen))]
+    laws, scatter = joints_at(scene, stones, interfaces, contacts, records, base)
     return replace(model, contacts=contacts, laws=laws, scatter=scatter)
 
 

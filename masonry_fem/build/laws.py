@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from masonry_fem.build.scatter import scattered
+from masonry_fem.build.ties import tie_law
 from masonry_fem.contact.contacts import Contacts, Interface
 from masonry_fem.errors import LawError, SceneError
 from masonry_fem.joints.assignment import Assignment
@@ -91,7 +92,7 @@ def joint_laws(
     # all points of an interface are in one group
     groups = (np.ones(len(record), dtype=bool),) if skin is None else (skin <= 0, skin > 0)
     parts: list[tuple[Law, NDArray[np.int64]]] = []
-    dry = np.ones(len(record), dtype=bool)
+    dry = ~contacts.tied
     for index, points in _lawful(scene.joints, record, contacts, interfaces, groups):
         joint, key = scene.joints[index], f"joints.{index}"
         factor = {name: values[contacts.interface[points]] for name, values in scatter.items()}
@@ -103,7 +104,9 @@ def joint_laws(
         part for own in groups for part in _dry(scene.joints, record, np.flatnonzero(dry & own), rubbing)
     )
     every = (*plain, *parts)
-    return Assignment(every if skin is None else tuple(_on_skin(*part, skin) for part in every))
+    every = every if skin is None else tuple(_on_skin(*part, skin) for part in every)
+    tied = np.flatnonzero(contacts.tied)
+    return Assignment((*every, (tie_law(scene, interfaces, contacts, tied), tied)) if len(tied) else every)
 
 
 def _lawful(
@@ -118,7 +121,7 @@ def _lawful(
     ``record`` is the number of each point's joint record, shape (c,), as is that of a group's mask.
     """
     bare = _bare(contacts, interfaces)
-    for index in np.unique(record).tolist():
+    for index in np.unique(record[record >= 0]).tolist():
         joint = joints[index]
         if joint.dry:
             continue

@@ -131,12 +131,13 @@ class Meeting:
             np.sort(np.array([one.blocks for one in each], dtype=np.int64).reshape(-1, 2), axis=1) @ keys
             for each in (model.interfaces, fresh)
         )
-        tied = known if self._scatters else known[model.contacts.interface[held]]
+        ties = np.array([one.tie for one in model.interfaces], dtype=bool)
+        tied = known[~ties] if self._scatters else known[model.contacts.interface[held]]
         block, point = model.contacts.blocks[:, 0], model.contacts.points[:, 0]
         now = np.einsum("cij,cj->ci", motion[0][block], point) + motion[1][block]
         near = partners(model.contacts, now, contacts, contacts.points[:, 0], NEAR * model.length)
         far = np.bincount(contacts.interface[near < 0], minlength=len(fresh)) > 0
-        return ~np.isin(known, anew) | np.isin(known, tied), far | ~np.isin(anew, tied)
+        return ~np.isin(known, anew) | np.isin(known, tied) | ties, far | ~np.isin(anew, tied)
 
     @property
     def _scatters(self) -> bool:

@@ -29,6 +29,7 @@ from masonry_fem.errors import ExtensionError, MasonryError, SceneError
 from masonry_fem.fidelities import Fidelity, Given, deforms, fidelities
 from masonry_fem.march.clock import Clock
 from masonry_fem.march.model import Model, Probe
+from masonry_fem.records.listing import first_few
 from masonry_fem.records.remark import remark
 from masonry_fem.scene import specs
 from masonry_fem.scene.selector import only, select
@@ -86,9 +87,10 @@ def build(scene: specs.Scene, base: Path, before: Built | None = None, *, solved
     refuse_overlaps(stones, reach)
     interfaces = detect(stones.assembly, reach=reach, angle=scene.contact.angle)
     interfaces, chosen = touching(scene, stones, _between_free(stones, interfaces))
-    _doubt_loose(stones, interfaces)
     _tell_gaps(stones, interfaces)
-    contacts, laws, scatter = contacts_and_joints(scene, stones, interfaces, chosen, base)
+    interfaces, contacts, laws, scatter = contacts_and_joints(scene, stones, interfaces, chosen, base)
+    chosen = [*chosen, *[-1] * (len(interfaces) - len(chosen))]
+    _doubt_loose(stones, interfaces)
     clock.lap("detect")
     if solved:
         points = np.bincount(contacts.blocks.ravel(), minlength=len(stones.assembly.blocks))
@@ -229,11 +231,10 @@ def _doubt_loose(stones: Stones, interfaces: tuple[Interface, ...]) -> None:
     """Warn of blocks that no support holds, directly or through others; they may be meant to fly."""
     loose = loose_blocks(stones, interfaces)
     if loose:
-        names = ", ".join(f"'{stones.assembly.blocks[block].name}'" for block in loose[:SHOWN])
-        more = f" and {len(loose) - SHOWN} more" if len(loose) > SHOWN else ""
+        names = first_few((f"'{stones.assembly.blocks[block].name}'" for block in loose), SHOWN)
         remark(
             "loose",
-            f"no support holds {names}{more}, neither directly nor through other blocks; expected "
+            f"no support holds {names}, neither directly nor through other blocks; expected "
             "faces that touch, or a contact.reach [m] as wide as the gaps",
             *(stones.assembly.blocks[block].name for block in loose),
         )

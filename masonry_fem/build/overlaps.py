@@ -6,6 +6,7 @@ from masonry_fem.build.stones import Stones
 from masonry_fem.contact.detection import THROUGH, default_reach
 from masonry_fem.contact.overlap import overlapping, thickness
 from masonry_fem.errors import SceneError
+from masonry_fem.records.listing import first_few
 from masonry_fem.records.remark import remark
 
 SHOWN = 5  # pairs of blocks that a message names
@@ -58,6 +59,5 @@ def _thinner(stones: Stones, overlap: Overlap) -> float:
 
 def _named(stones: Stones, found: list[Overlap]) -> str:
     blocks = stones.assembly.blocks
-    pairs = [f"'{blocks[a].name}' and '{blocks[b].name}' by {depth:.3g} m" for a, b, depth in found[:SHOWN]]
-    more = f" and {len(found) - SHOWN} more pairs" if len(found) > SHOWN else ""
-    return ", ".join(pairs) + more
+    pairs = [f"'{blocks[a].name}' and '{blocks[b].name}' by {depth:.3g} m" for a, b, depth in found]
+    return first_few(pairs, SHOWN, noun="pairs")

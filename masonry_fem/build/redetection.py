@@ -86,7 +86,9 @@ class Redetection:
         stones = replace(self.stones, assembly=moved(self.stones.assembly, rotation, translation))
         keep = _kept(model, held, rigid)
         bound = {
-            tuple(sorted(one.blocks)) for one, stays in zip(model.interfaces, keep, strict=True) if stays
+            tuple(sorted(one.blocks))
+            for one, stays in zip(model.interfaces, keep, strict=True)
+            if stays and not one.tie
         }
         paths = self._paths(model, bodies, time, scheme)
         found = tuple(one for one in self._found(stones, paths) if self._is_fresh(one, rigid, bound))
@@ -146,7 +148,7 @@ class Redetection:
 
 
 def _kept(model: Model, held: np.ndarray, rigid: np.ndarray) -> np.ndarray:
-    """Interfaces that stay: with an elastic block, or of blocks that cohesion still holds, shape (i,)."""
+    """Interfaces that stay: with an elastic block, of blocks that cohesion still holds, and ties, (i,)."""
     if not model.interfaces:
         return np.zeros(0, dtype=bool)
     pairs = np.sort([interface.blocks for interface in model.interfaces], axis=1)
@@ -155,7 +157,8 @@ def _kept(model: Model, held: np.ndarray, rigid: np.ndarray) -> np.ndarray:
     tied[model.contacts.interface[held]] = True
     together = np.zeros(len(pairs), dtype=bool)
     together[number[tied]] = True
-    kept: np.ndarray = together[number] | ~rigid[pairs].all(axis=1)
+    ties = np.array([one.tie for one in model.interfaces], dtype=bool)
+    kept: np.ndarray = together[number] | ~rigid[pairs].all(axis=1) | ties
     return kept
 
 

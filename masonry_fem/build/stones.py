@@ -98,12 +98,7 @@ def lay(scene: specs.Scene, base: Path) -> Stones:
     meshes = [_mesh_of(scene, structure) for structure in scene.structures]
     parts = build_structures(scene.structures, scene.dimension, base, meshes, scene.reading)
     owner = [structure for structure, part in zip(scene.structures, parts, strict=True) for _ in part.blocks]
-    assembly = assemble(parts)
-    if scene.without:
-        absent = set(absentees(scene, block_names(assembly)))
-        here = [number for number in range(len(assembly.blocks)) if number not in absent]
-        assembly = replace(assembly, blocks=tuple(assembly.blocks[number] for number in here))
-        owner = [owner[number] for number in here]
+    assembly, owner = _remaining(scene, assemble(parts), owner)
     names = block_names(assembly)
     told = _told(scene, owner, names)
     free = [None if block.support else own[0] for block, own in zip(assembly.blocks, told, strict=True)]
@@ -113,6 +108,18 @@ def lay(scene: specs.Scene, base: Path) -> Stones:
     solids = enumerate(assembly.shapes[block.shape] for block in assembly.blocks)
     given = frozenset(number for number, shape in solids if shape.mesh is not None)
     return Stones(assembly, tuple(free), materials, motion, clamps, meshes_of, given)
+
+
+def _remaining(
+    scene: specs.Scene, assembly: Assembly, owner: list[specs.Structure]
+) -> tuple[Assembly, list[specs.Structure]]:
+    """The blocks that a scene does not leave out, and the structure of each."""
+    if not scene.without:
+        return assembly, owner
+    absent = set(absentees(scene, block_names(assembly)))
+    here = [number for number in range(len(assembly.blocks)) if number not in absent]
+    blocks = tuple(assembly.blocks[number] for number in here)
+    return replace(assembly, blocks=blocks), [owner[number] for number in here]
 
 
 def absentees(scene: specs.Scene, names: list[tuple[str, ...]]) -> list[int]:
@@ -156,6 +163,8 @@ def present(scene: specs.Scene, base: Path) -> specs.Scene:
 
     def stays(record: Any) -> bool:
         selectors = [getattr(record, key) for key in ("on", "blocks", "block") if hasattr(record, key)]
+        if isinstance(record, specs.Tie):
+            selectors = [point.block for point in record.points]
         for selector in (*selectors, *getattr(record, "between", ())):
             blocks = split_face(selector)[0]
             chosen = [number for number, own in enumerate(names) if matches(blocks, own)]

@@ -21,15 +21,13 @@ def strengths_of(scene: specs.Scene, stones: Stones) -> Strengths | None:
     if all(stone.strength(name) is None for stone in scene.materials.values() for name in names):
         return None
 
+    used, material = np.unique(np.array(stones.material), return_inverse=True)
+
     def of(name: str) -> np.ndarray:
-        known = {material: stone.strength(name) for material, stone in scene.materials.items()}
-        return np.array(
-            [
-                np.nan if own is None or known[material] is None else known[material]
-                for own, material in zip(stones.fidelity, stones.material, strict=True)
-            ],
-            dtype=float,
-        )
+        known = np.array([scene.materials[one].strength(name) for one in used.tolist()], dtype=float)
+        found: np.ndarray = known[material]
+        found[stones.of(None)] = np.nan
+        return found
 
     design = scene.design
     found = Strengths(

@@ -21,6 +21,8 @@ from masonry_fem.bodies.support import SupportGroup
 from masonry_fem.build.joints import joint_of_interfaces, joints_at, touching
 from masonry_fem.build.model import Built
 from masonry_fem.build.stones import Stones
+from masonry_fem.build.ties import stretched_from
+from masonry_fem.contact.posed import corners
 from masonry_fem.contact.update import chosen, joined, partners
 from masonry_fem.errors import MasonryError
 from masonry_fem.joints.law import layers_of
@@ -30,6 +32,7 @@ from masonry_fem.march.model import FloatArray, Load, Model
 from masonry_fem.march.renewal import carried
 from masonry_fem.march.state import SystemState
 from masonry_fem.march.step import initial_state
+from masonry_fem.records.listing import first_few
 from masonry_fem.scene import specs
 from masonry_fem.solid.mesh import IntArray
 
@@ -77,6 +80,8 @@ def succeeded(scene: specs.Scene, built: Built, base: Path, left: Left) -> tuple
         bodies = tuple(
             group.scale_velocity(own, 0.0) for group, own in zip(model.groups, bodies, strict=True)
         )
+    if scene.ties:
+        model = _with_ties(scene, built, base, model, bodies, left, origin)
     coupling = connect(model)
     begun = initial_state(model, coupling, bodies)
     known = replace(left.state, bodies=bodies)
@@ -107,29 +112,37 @@ def _numbers(built: Built, left: Left) -> IntArray:
 
 def _refuse_others(built: Built, left: Left, old: IntArray) -> None:
     """Refuse stones that are not those of the same name that were left."""
-    told = []
-    blocks, before = built.stones.assembly.blocks, left.stones
-    for new, number in enumerate(old.tolist()):
-        if number < 0:
-            continue
-        name, was, now = blocks[new].name, before.fidelity[number], built.stones.fidelity[new]
-        if was != now:
-            told.append(f"'{name}' was {was or 'a support'}, and is {now or 'a support'}")
-            continue
-        one, other = built.stones.assembly.solid(new), before.assembly.solid(number)
-        same = one.vertices.shape == other.vertices.shape
-        if not (same and np.allclose(one.vertices, other.vertices, rtol=0, atol=1e-9 * built.model.length)):
-            told.append(f"'{name}' had another shape or place")
-    masses, earlier = _mass_of(built.model), _mass_of(left.model)
-    for new in np.flatnonzero(old >= 0).tolist():
-        if abs(masses[new] - earlier[old[new]]) > ALIKE * earlier[old[new]]:
-            told.append(f"'{blocks[new].name}' had a mass of {earlier[old[new]]:g}, and has {masses[new]:g}")
-    if told:
-        more = f" and {len(told) - SHOWN} more" if len(told) > SHOWN else ""
-        raise MasonryError(
-            f"the scene cannot start from the state that was left: {'; '.join(told[:SHOWN])}{more}. Expected "
-            "stones of the same names as they were: give others other names"
+    here = np.flatnonzero(old >= 0)
+    there, names = old[here], [built.stones.assembly.blocks[new].name for new in here.tolist()]
+    was, now = (np.array(stones.fidelity, dtype=object) for stones in (left.stones, built.stones))
+    was, now = was[there], now[here]
+    before, mass = _mass_of(left.model)[there], _mass_of(built.model)[here]
+    other, gone, heavier = (
+        np.flatnonzero(differs).tolist()
+        for differs in (
+            was != now,
+            _elsewhere(built, left, here, there),
+            np.abs(mass - before) > ALIKE * before,
         )
+    )
+    told = [f"'{names[k]}' was {was[k] or 'a support'}, and is {now[k] or 'a support'}" for k in other]
+    told += [f"'{names[k]}' had another shape or place" for k in gone]
+    told += [f"'{names[k]}' had a mass of {before[k]:g}, and has {mass[k]:g}" for k in heavier]
+    if told:
+        raise MasonryError(
+            f"the scene cannot start from the state that was left: {first_few(told, SHOWN, separator='; ')}. "
+            "Expected stones of the same names as they were: give others other names"
+        )
+
+
+def _elsewhere(built: Built, left: Left, here: IntArray, there: IntArray) -> np.ndarray:
+    """Whether corners of blocks ``here`` are others than those of blocks ``there`` that were left."""
+    own, count = corners(built.stones.assembly)
+    its, before = corners(left.stones.assembly)
+    width = min(own.shape[1], its.shape[1])  # what is beyond repeats the last corner
+    away = np.abs(own[here, :width] - its[there, :width]).max(axis=(1, 2), initial=0.0)
+    found: np.ndarray = (count[here] != before[there]) | (away > 1e-9 * built.model.length)
+    return found
 
 
 def _mass_of(model: Model) -> FloatArray:
@@ -254,14 +267,16 @@ def _with_found(
 ) -> Model:
     """The model with contacts that were found where stones have gone, and its own of stones that are new."""
     count = len(built.stones.assembly.blocks)
-    stays = np.array([max(one.blocks) < count for one in before.interfaces], dtype=bool)
+    stays = np.array([max(one.blocks) < count and not one.tie for one in before.interfaces], dtype=bool)
     kept = chosen(before.interfaces, before.contacts, stays)
-    anew = np.array([(old[list(one.blocks)] < 0).any() for one in model.interfaces], dtype=bool)
+    anew = np.array([one.tie or (old[list(one.blocks)] < 0).any() for one in model.interfaces], dtype=bool)
     interfaces, contacts = joined(kept, chosen(model.interfaces, model.contacts, anew))
     touch, records = touching(scene, built.stones, interfaces, tell=False)
     if len(touch) < len(interfaces):
         chosen_ones = joint_of_interfaces(scene, built.stones, interfaces, tell=False)
-        keep = np.array([scene.joints[record].contact != "none" for record in chosen_ones], dtype=bool)
+        keep = np.array(
+            [record < 0 or scene.joints[record].contact != "none" for record in chosen_ones], dtype=bool
+        )
         interfaces, contacts = chosen(interfaces, contacts, keep)
     closed = replace(contacts, gap=np.zeros(contacts.count))
     laws, scatter = joints_at(scene, built.stones, interfaces, closed, records, base)
@@ -269,6 +284,29 @@ def _with_found(
         model, interfaces=interfaces, contacts=contacts, laws=laws, scatter=scatter,
         joint_records=tuple(records), found=True,
     )  # fmt: skip
+
+
+def _with_ties(
+    scene: specs.Scene, built: Built, base: Path, model: Model, bodies: tuple[Any, ...], left: Left,
+    origin: IntArray,
+) -> Model:  # fmt: skip
+    """The model with ties that are as long as they were, new ones as their points are apart now."""
+    contacts = model.contacts
+    assert contacts.bulge is not None
+    known, fresh = contacts.tied & (origin >= 0), contacts.tied & (origin < 0)
+    if known.any():
+        assert left.model.contacts.bulge is not None
+        bulge, gap = contacts.bulge.copy(), contacts.gap.copy()
+        bulge[known] = left.model.contacts.bulge[origin[known]]
+        gap[known] += contacts.bulge[known] - bulge[known]
+        contacts = replace(contacts, bulge=bulge, gap=gap)
+    here = connect(model).placement(bodies)
+    assert model.contacts.bulge is not None
+    length = np.where(fresh, -(here.gap + model.contacts.bulge), np.nan)
+    contacts = stretched_from(scene, model.interfaces, contacts, length)
+    closed = replace(contacts, gap=np.zeros(contacts.count))
+    laws, scatter = joints_at(scene, built.stones, model.interfaces, closed, list(model.joint_records), base)
+    return replace(model, contacts=contacts, laws=laws, scatter=scatter)
 
 
 def _joints(

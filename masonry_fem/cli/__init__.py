@@ -31,6 +31,7 @@ from masonry_fem.cli import (
     resume,
     run,
     study,
+    threshold,
     view,
 )
 from masonry_fem.cli.console import complain, speak_readably
@@ -50,6 +51,7 @@ COMMANDS = (
     check,
     limit,
     collapse,
+    threshold,
     study,
     mesh,
     view,

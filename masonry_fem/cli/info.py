@@ -17,8 +17,9 @@ def print_info(options: argparse.Namespace) -> int:
         from masonry_fem.results.limit_analysis import LimitAnalysis
         from masonry_fem.results.study import StudyTold
         from masonry_fem.results.summary import Summary
+        from masonry_fem.results.threshold import ThresholdTold
 
-        print(text(schema(Summary, CollapseTold, LimitAnalysis, StudyTold, Ending)))
+        print(text(schema(Summary, CollapseTold, ThresholdTold, LimitAnalysis, StudyTold, Ending)))
         return 0
     from masonry_fem.host import installation
 

@@ -13,7 +13,7 @@ from masonry_fem.cli.grammar import Commands, Parents
 
 def resume_run(options: argparse.Namespace) -> int:
     """Make the steps that are left; the exit code says how the run ended."""
-    from masonry_fem.analyses.resume import EndedError, resume
+    from masonry_fem.analyses.run.resume import EndedError, resume
     from masonry_fem.host import installation
 
     installation.require_python()

@@ -30,7 +30,8 @@ class Interface:
         corner or an edge stands on a face (area 0).
     gap : Signed distance of the two faces at the polygon's corners, > 0 open, shape (k,) [m].
     area : Area of the polygon [m²; m in 2D].
-    label : Joint label of the faces ("" where they have none or differ).
+    label : Joint label of the faces ("" where they have none or differ); name of a tie.
+    tie : Whether it is no common face, but a tie between two points of the blocks (faces −1).
     """
 
     blocks: tuple[int, int]
@@ -40,6 +41,7 @@ class Interface:
     gap: FloatArray
     area: float
     label: str
+    tie: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +66,10 @@ class Contacts:
     means : Of contacts that are means, the weights of the mesh nodes of each side, rows 2 i + side, shape
         (2c, nodes of the largest mesh); rows of points are empty. None where all are points.
     bulge : By how much nearer round faces are at contacts that are means than their facets: what the points
-        differ by along the normal, less ``gap``, shape (c,) [m]. None where it is nought.
+        differ by along the normal, less ``gap``, shape (c,) [m]. None where it is nought. Of a tie less
+        than 0 by its length without force.
+    ties : Which of them are ties: their normals lead from the candidate's point to the antagonist's, wherever
+        these go, shape (c,). None where none is.
     """
 
     blocks: IntArray
@@ -77,6 +82,7 @@ class Contacts:
     key: IntArray
     means: sparse.csr_array | None = None
     bulge: FloatArray | None = None
+    ties: NDArray[np.bool_] | None = None
 
     @property
     def count(self) -> int:
@@ -87,3 +93,8 @@ class Contacts:
     def dimension(self) -> int:
         """2 or 3."""
         return int(self.frame.shape[1])
+
+    @property
+    def tied(self) -> NDArray[np.bool_]:
+        """Which of them are ties, shape (c,)."""
+        return np.zeros(self.count, dtype=bool) if self.ties is None else self.ties

@@ -24,6 +24,7 @@ from masonry_fem.contact.posed import Posed
 from masonry_fem.contact.surface import PosedFaces, Surface, pose_faces, surfaces_of, typical_size
 from masonry_fem.contact.touching import standing_pairs
 from masonry_fem.errors import GeometryError
+from masonry_fem.records.listing import first_few
 from masonry_fem.records.remark import remark
 from masonry_fem.solid.assembly import Assembly
 from masonry_fem.solid.mesh import IntArray
@@ -143,14 +144,11 @@ def _tell_slivers(assembly: Assembly, found: list[Interface], slivers: IntArray)
     """Warn of pairs of blocks that have nothing but slivers in common: they do not touch."""
     lost = sorted({(min(a, b), max(a, b)) for a, b in slivers.tolist()} - _pairs_of(found))
     if lost:
-        names = ", ".join(
-            f"'{assembly.blocks[a].name}' and '{assembly.blocks[b].name}'" for a, b in lost[:SHOWN]
-        )
-        more = f" and {len(lost) - SHOWN} more pairs" if len(lost) > SHOWN else ""
+        names = [f"'{assembly.blocks[a].name}' and '{assembly.blocks[b].name}'" for a, b in lost]
         remark(
             "sliver",
-            f"{names}{more} have only a sliver in common, less than {SMALLEST:g} of a face, and "
-            "are taken not to touch; widen the overlap, or part the blocks",
+            f"{first_few(names, SHOWN, noun='pairs')} have only a sliver in common, less than {SMALLEST:g} "
+            "of a face, and are taken not to touch; widen the overlap, or part the blocks",
             *(assembly.blocks[one].name for pair in lost for one in pair),
         )
 

@@ -51,19 +51,19 @@ class Posed:
         shape = np.array([block.shape for block in assembly.blocks], dtype=np.int64)
         rotation = np.array([block.pose.rotation for block in assembly.blocks])
         translation = np.array([block.pose.translation for block in assembly.blocks])
-        vertices, count = _padded([solid.vertices for solid in solids])
+        vertices, count = corners(assembly)
         on_face, faces = _padded(
             [np.array([solid.face_points(f)[0] for f in range(len(solid.faces))]) for solid in solids]
         )
         normal, _ = _padded([surface.normals for surface in surfaces])
-        turned = [np.einsum("bij,bkj->bki", rotation, array[shape]) for array in (vertices, on_face, normal)]
+        turned = [np.einsum("bij,bkj->bki", rotation, array[shape]) for array in (on_face, normal)]
         return cls(
             solids,
             shape,
+            vertices,
+            count,
             turned[0] + translation[:, None],
-            count[shape],
-            turned[1] + translation[:, None],
-            turned[2],
+            turned[1],
             faces[shape],
             np.array([surface.convex for surface in surfaces])[shape],
             *_all_edges(solids, shape),
@@ -76,6 +76,16 @@ class Posed:
             self.solids[self.shape[block]].labels[face] for block, face in zip(blocks, faces, strict=True)
         )
         return one if one == two else ""
+
+
+def corners(assembly: Assembly) -> tuple[FloatArray, IntArray]:
+    """Corners of all blocks in the world, padded by repetition, (b, v, d) [m]; how many are real, (b,)."""
+    shape = np.array([block.shape for block in assembly.blocks], dtype=np.int64)
+    rotation = np.array([block.pose.rotation for block in assembly.blocks])
+    translation = np.array([block.pose.translation for block in assembly.blocks])
+    vertices, count = _padded([one.solid.vertices for one in assembly.shapes])
+    turned = np.einsum("bij,bkj->bki", rotation, vertices[shape])
+    return turned + translation[:, None], count[shape]
 
 
 def _all_edges(solids: tuple[Polytope, ...], shape: IntArray) -> tuple[IntArray, IntArray]:

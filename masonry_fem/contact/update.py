@@ -90,7 +90,8 @@ def partners(
     from scipy.spatial import KDTree  # noqa: PLC0415 - only marches that detect anew need it
 
     blocks = max(int(old.blocks.max()), int(new.blocks.max())) + 1
-    pairs = [np.sort(one.blocks, axis=1) @ [blocks, 1] for one in (old, new)]
+    # a tie is continued by a tie only
+    pairs = [np.sort(one.blocks, axis=1) @ [blocks, 1] + blocks**2 * one.tied for one in (old, new)]
     # a further coordinate separates contacts of different pairs of blocks, so that one tree serves all
     _, number = np.unique(np.concatenate(pairs), return_inverse=True)
     lifted = 4.0 * within * number[:, None]
@@ -123,6 +124,7 @@ def joined(
         key=np.concatenate([before.key, after.key]),
         means=_stacked(before, after),
         bulge=_bulges(before, after),
+        ties=None if before.ties is after.ties is None else np.concatenate([before.tied, after.tied]),
     )
 
 
@@ -184,4 +186,5 @@ def picked(contacts: Contacts, rows: IntArray) -> Contacts:
         key=contacts.key[rows],
         means=None if contacts.means is None else contacts.means[both],
         bulge=None if contacts.bulge is None else contacts.bulge[rows],
+        ties=None if contacts.ties is None else contacts.ties[rows],
     )

@@ -37,6 +37,7 @@ from masonry_fem.solid.mesh import Mesh
 
 FloatArray = NDArray[np.float64]
 
+CELLS = 1000  # whose own stresses are taken to the points at once
 AT_ONCE = 4_000_000  # stress components held at once: blocks are taken in portions
 
 
@@ -48,16 +49,14 @@ class ErrorEstimate:
     ----------
     nodal : Values at Gauss points to recovered values at nodes, shape (nodes, m p).
     there : Nodal values to the q points of each cell where both are compared, shape (m q, nodes).
-    here : Gauss values to the same points, shape (m q, m p).
-    volume : What each point stands for, shape (m, q) [m³; m² in 2D].
+    here : A cell's Gauss values to its own points of these, shape (q, p).
     material : For C⁻¹.
     imbalance : What σ* leaves of balance.
     """
 
     nodal: sparse.csr_array
     there: sparse.csr_array
-    here: sparse.csr_array
-    volume: FloatArray
+    here: FloatArray
     material: ElasticMaterial
     imbalance: Imbalance
 
@@ -73,13 +72,13 @@ class ErrorEstimate:
         """
         points, weights = comparison(mesh.cell)
         nodal, there = superconvergent(mesh), _interpolation(mesh, points)
-        own = sparse.csr_array(_own(mesh.cell, points))
-        here = sparse.csr_array(sparse.kron(sparse.eye_array(len(mesh.cells)), own))
-        gradients = lagrange(mesh.cell).gradients(points)
-        jacobian = np.einsum("mkd,pkt->mpdt", mesh.points[mesh.cells], gradients)
-        volume = np.linalg.det(jacobian) * weights
-        imbalance = Imbalance.of(mesh, material.moduli(plane), points, jacobian, volume)
-        return cls(nodal, there, here, volume, material, imbalance)
+        imbalance = Imbalance.of(mesh, material.moduli(plane), points, weights)
+        return cls(nodal, there, _own(mesh.cell, points), material, imbalance)
+
+    @property
+    def volume(self) -> FloatArray:
+        """What each point of comparison stands for, shape (m, q) [m³; m² in 2D]."""
+        return self.imbalance.volume
 
     def squares(self, gauss: FloatArray) -> FloatArray:
         """e² of each cell of b blocks from their stresses (b, m, p, 6), any axes, shape (b, m) [J]."""
@@ -91,7 +90,11 @@ class ErrorEstimate:
             flat = np.ascontiguousarray(part.reshape(len(part), -1, 6).transpose(1, 0, 2)).reshape(
                 -1, 6 * len(part)
             )
-            missing = (self.there @ (self.nodal @ flat) - self.here @ flat).reshape(-1, len(part), 6)
+            better = (self.there @ (self.nodal @ flat)).reshape(m, -1, 6 * len(part))
+            own = flat.reshape(m, -1, 6 * len(part))
+            for start in range(0, m, CELLS):  # all at once would be as large as the stresses
+                better[start : start + CELLS] -= self.here @ own[start : start + CELLS]
+            missing = better.reshape(-1, len(part), 6)
             density = energy_density(missing, self.material)
             result[first : first + portion] = np.einsum(
                 "mqb,mq->bm", density.reshape(*self.volume.shape, len(part)), self.volume

@@ -27,8 +27,20 @@ def exponents(dimension: int, degree: int, lowest: int = 1) -> IntArray:
     )
 
 
-def monomials(places: FloatArray, degree: int) -> tuple[FloatArray, FloatArray]:
-    """Monomials of degree 1 to ``degree`` at p places, shape (t, p), and their slopes, shape (t, p, d).
+def monomials(places: FloatArray, degree: int) -> FloatArray:
+    """Monomials of degree 1 to ``degree`` at p places, shape (t, p).
+
+    Parameters
+    ----------
+    places : Coordinates, best between -1 and 1, shape (p, d).
+    degree : Highest degree, >= 1.
+    """
+    values: FloatArray = np.prod(places ** exponents(places.shape[1], degree)[:, None], axis=2)
+    return values
+
+
+def monomial_slopes(places: FloatArray, degree: int) -> FloatArray:
+    """Their slopes along the coordinates, shape (t, p, d).
 
     Parameters
     ----------
@@ -37,7 +49,6 @@ def monomials(places: FloatArray, degree: int) -> tuple[FloatArray, FloatArray]:
     """
     d = places.shape[1]
     powers = exponents(d, degree)
-    values = np.prod(places ** powers[:, None], axis=2)
     lower = np.maximum(powers[:, None] - np.eye(d, dtype=int), 0)  # t, axis, d
-    slopes = powers[:, None] * np.prod(places[:, None] ** lower[:, None], axis=3)
-    return values, slopes
+    slopes: FloatArray = powers[:, None] * np.prod(places[:, None] ** lower[:, None], axis=3)
+    return slopes

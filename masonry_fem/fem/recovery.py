@@ -132,7 +132,13 @@ class _Patches:
             (values.ravel(), (np.repeat(node, fit.terms), columns.ravel())),
             shape=(len(mesh.points), len(centres) * fit.terms),
         )
-        return sparse.csr_array(evaluate @ terms @ samples.take)
+        return narrow(evaluate @ terms @ samples.take)
+
+
+def narrow(matrix: sparse.csr_array) -> sparse.csr_array:
+    """The same with indices of half the size: a large mesh has as many of them as numbers."""
+    indices, pointers = matrix.indices.astype(np.int32), matrix.indptr.astype(np.int32)
+    return sparse.csr_array((matrix.data, indices, pointers), shape=matrix.shape)
 
 
 def blend(mesh: Mesh) -> sparse.csr_array:
@@ -141,6 +147,8 @@ def blend(mesh: Mesh) -> sparse.csr_array:
     Weights of corners in the value of each node, shape (nodes, nodes).
     """
     nodes = len(mesh.points)
+    if order(mesh.cell) == 1:
+        return sparse.csr_array(sparse.eye_array(nodes))
     simple = lagrange(linear(mesh.cell))
     weight = simple.values(lagrange(mesh.cell).nodes)  # of a cell's nodes by its corners
     local, corner = np.nonzero(weight > 1e-12)

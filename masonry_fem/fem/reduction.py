@@ -52,7 +52,7 @@ class Basis:
         degree : Highest degree, >= 1.
         """
         away = operators.mesh.points - rigid.centroid
-        values, _ = monomials(away / np.abs(away).max(axis=0), degree)
+        values = monomials(away / np.abs(away).max(axis=0), degree)
         fields = np.kron(values.T, np.eye(away.shape[1]))  # each in each component
         for _ in range(2):
             fields = fields - rigid.modes @ (rigid.momentum.T @ fields)

@@ -76,8 +76,8 @@ class StressRecovery:
     def gauss_stress(self, displacement: FloatArray) -> FloatArray:
         """Stresses at the Gauss points for displacements (b, n), shape axes, (b, m, p, 6) [Pa]."""
         b, (m, p), d = len(displacement), self.weight.shape, self.mesh.dimension
-        moved = displacement.reshape(b, -1, d)[:, self.mesh.cells]
-        stretch = (self.gradient @ moved).reshape(b, m, p, d * d)
+        # what cells' nodes are moved by has no name, so that it is let go before the stresses are made
+        stretch = (self.gradient @ displacement.reshape(b, -1, d)[:, self.mesh.cells]).reshape(b, m, p, d * d)
         stress: FloatArray = stretch @ self.moduli
         return stress
 
@@ -94,8 +94,8 @@ def _smoothing(mesh: Mesh, points: FloatArray, volume: FloatArray) -> sparse.csr
     share = volume.sum(axis=1)
     total = np.bincount(mesh.cells.ravel(), np.repeat(share, len(nodes)), len(mesh.points))
     value = share[:, None, None] * spread / total[mesh.cells][:, :, None]
-    rows = np.repeat(mesh.cells.ravel(), p)
-    columns = np.broadcast_to(np.arange(m * p).reshape(m, 1, p), (m, len(nodes), p)).ravel()
+    rows = np.repeat(mesh.cells.ravel().astype(np.int32), p)
+    columns = np.broadcast_to(np.arange(m * p, dtype=np.int32).reshape(m, 1, p), (m, len(nodes), p)).ravel()
     return sparse.csr_array((value.ravel(), (rows, columns)), shape=(len(mesh.points), m * p))
 
 

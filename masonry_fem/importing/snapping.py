@@ -18,6 +18,7 @@ import numpy as np
 from masonry_fem.importing.common_lines import CommonLines
 from masonry_fem.importing.sides import Sides
 from masonry_fem.importing.trimming import trimmed
+from masonry_fem.records.listing import first_few
 from masonry_fem.records.remark import remark
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
@@ -87,14 +88,13 @@ class SnapReport:
             remark(
                 "dropped_stones",
                 f"{title}: {len(self.dropped)} stones are dropped, nothing of them is left within the "
-                f"tolerance: {', '.join(self.dropped[:SHOWN])}; correct their corners or take a smaller "
+                f"tolerance: {first_few(self.dropped, SHOWN)}; correct their corners or take a smaller "
                 "tolerance",
             )
 
 
 def _listed(pairs: Sequence[tuple[str, str, float]]) -> str:
-    said = ", ".join(f"'{one}' and '{two}' by {1e3 * wide:.2g} mm" for one, two, wide in pairs[:SHOWN])
-    return said + (f" and {len(pairs) - SHOWN} more" if len(pairs) > SHOWN else "")
+    return first_few((f"'{one}' and '{two}' by {1e3 * wide:.2g} mm" for one, two, wide in pairs), SHOWN)
 
 
 def snapped(

@@ -22,6 +22,7 @@ from masonry_fem.importing.soundness import check_points
 from masonry_fem.importing.survey_reading import Measured, read_survey
 from masonry_fem.importing.triangles import area_vector
 from masonry_fem.importing.wall_plane import WallPlane
+from masonry_fem.records.listing import first_few
 from masonry_fem.records.remark import remark
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.pose import FloatArray, Pose
@@ -136,8 +137,7 @@ def _tell_plane(plane: WallPlane, stones: Sequence[Measured], spec: SurveyStruct
 
 
 def _named(stones: Sequence[Measured], rows: Sequence[int]) -> str:
-    more = f" and {len(rows) - SHOWN} more" if len(rows) > SHOWN else ""
-    return ", ".join(f"'{stones[row].name}'" for row in rows[:SHOWN]) + more
+    return first_few((f"'{stones[row].name}'" for row in rows), SHOWN)
 
 
 def _ground(outlines: Sequence[FloatArray], tolerance: float) -> FloatArray:

@@ -95,11 +95,16 @@ def settings_of(clarabel: Any, **others: Any) -> Any:
 
 
 def _linear(program: Program, scale: FloatArray, width: int) -> tuple[sparse.csr_array, FloatArray]:
-    """Rows and limits of the bounds on tension and on x, rows · z ≤ limits."""
-    cut = np.flatnonzero(program.strength.cut)
-    columns = program.dimension * cut
-    normal = sparse.csr_array((-scale[cut, 0], (np.arange(len(cut)), columns)), shape=(len(cut), width))
-    limits = program.strength.tension[cut] - program.strength.apex[cut]
+    """Rows and limits of the bounds on tension, on normal forces and on x, rows · z ≤ limits."""
+    strength = program.strength
+    cut, bounded = np.flatnonzero(strength.cut), np.flatnonzero(strength.bounded)
+    points = np.concatenate([cut, bounded])
+    values = np.concatenate([-scale[cut, 0], scale[bounded, 0]])
+    places = np.arange(len(points)), program.dimension * points
+    normal = sparse.csr_array((values, places), shape=(len(points), width))
+    limits = np.concatenate(
+        [strength.tension[cut] - strength.apex[cut], strength.most[bounded] + strength.apex[bounded]]
+    )
     if not np.isfinite(program.upper):
         return normal, limits
     bound = sparse.csr_array(([1.0], ([0], [width - 1])), shape=(1, width))

@@ -39,7 +39,7 @@ def maximise_plane(program: Program) -> Optimum | None:
     bounds[-1, 1] = program.upper
     cost = np.zeros(len(bounds))
     cost[-1] = -1.0
-    rows, limits = _tension(program, edges, len(cost))
+    rows, limits = _bounds(program, edges, len(cost))
     found: Any = linprog(
         cost, A_eq=matrix, b_eq=-fixed, A_ub=rows, b_ub=limits, bounds=bounds,
         method="highs" if c <= SIMPLEX else "highs-ipm",
@@ -66,12 +66,18 @@ def _edges(friction: FloatArray) -> sparse.csr_array:
     return sparse.csr_array(edges)
 
 
-def _tension(program: Program, edges: sparse.csr_array, columns: int) -> tuple[Any, FloatArray | None]:
-    """Rows −(r_N + apex) ≤ tension − apex of the cones that are cut off; None where none is."""
-    cut = np.flatnonzero(program.strength.cut)
-    if not len(cut):
+def _bounds(program: Program, edges: sparse.csr_array, columns: int) -> tuple[Any, FloatArray | None]:
+    """Rows −(r_N + apex) ≤ tension − apex of the cones that are cut off, and those of greatest forces.
+
+    None where none is.
+    """
+    strength = program.strength
+    cut, bounded = np.flatnonzero(strength.cut), np.flatnonzero(strength.bounded)
+    if not len(cut) + len(bounded):
         return None, None
-    normal = -edges[2 * cut]
-    rest = sparse.csr_array((len(cut), columns - normal.shape[1]))
-    limits = program.strength.tension[cut] - program.strength.apex[cut]
+    normal = sparse.csr_array(sparse.vstack([-edges[2 * cut], edges[2 * bounded]]))
+    rest = sparse.csr_array((normal.shape[0], columns - normal.shape[1]))
+    limits = np.concatenate(
+        [strength.tension[cut] - strength.apex[cut], strength.most[bounded] + strength.apex[bounded]]
+    )
     return sparse.csr_array(sparse.hstack([normal, rest])), limits

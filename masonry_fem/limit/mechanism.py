@@ -44,5 +44,6 @@ def mechanism_of(problem: LimitProblem, velocity: FloatArray) -> Mechanism:
     motion.centre[problem.blocks] = problem.centre
     motion.velocity[problem.blocks] = free[:, :d]
     motion.spin[problem.blocks] = free[:, d:] / problem.length
-    points = PointMotion(problem.points, problem.frame, problem.active)
+    faces = problem.active & ~problem.model.contacts.tied
+    points = PointMotion(problem.points, problem.frame, faces)
     return recognise(problem.model, motion, points, rest=AT_REST, friction=problem.strength.friction)

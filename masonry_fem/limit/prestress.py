@@ -73,12 +73,17 @@ def least_prestress(problem: LimitProblem, joints: Sequence[int], pressed: Float
         format="csr",
     )
     strength, others = problem.strength, np.zeros(2 * k + j)
-    given = (strength.friction, strength.apex, strength.tension)
+    given = (
+        (strength.friction, others),
+        (strength.apex, others),
+        (strength.tension, others),
+        (strength.most, np.full(len(others), np.inf)),
+    )
     program = Program(
         matrix=sparse.csr_array(matrix),
         fixed=np.concatenate([problem.dead, -pressed[own] / problem.force, np.zeros(j)]),
         growing=np.concatenate([np.zeros(len(problem.dead) + k), np.ones(j)]),
-        strength=Strength(*(np.concatenate([part, others]) for part in given)),
+        strength=Strength(*(np.concatenate(pair) for pair in given)),
         dimension=d,
         upper=0.0,
     )

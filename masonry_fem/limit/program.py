@@ -64,7 +64,8 @@ class Optimum:
     value : x. force : Contact forces within the strength, and held reactions, shape (c d + h,).
     velocity : V, shape (n,); proves nothing where x is at its bound.
     unbalanced : Largest residual of the equations over the largest load.
-    closing : Largest violation of growing · V = 1 and of v_N ≥ μ ‖v_T‖ over the largest velocity.
+    closing : Largest violation of growing · V = 1 and, where points bear any pressure, of v_N ≥ μ ‖v_T‖, over
+        the largest velocity.
     gap : How far x may be from the true optimum, relative: the difference to the bound that V proves, and
         the power that the errors of forces and V could hide; nan where x is at its bound.
     """
@@ -97,6 +98,7 @@ def judged(program: Program, value: float, force: FloatArray, velocity: FloatArr
     opening = program.matrix.T @ velocity
     motion = program.contact(opening)
     short = np.maximum(program.strength.friction * lengths(motion[:, 1:]) - motion[:, 0], 0.0)
+    short[program.strength.bounded] = 0.0  # these give way at their greatest force
     fast = max(_largest(motion), _largest(velocity), np.finfo(float).tiny)
     wrong = max(_largest(short), _largest(opening[motion.size :]))
     closing = max(wrong / fast, abs(float(program.growing @ velocity) - 1.0))
@@ -109,13 +111,14 @@ def judged(program: Program, value: float, force: FloatArray, velocity: FloatArr
 
 
 def within(program: Program, force: FloatArray) -> FloatArray:
-    """Forces with as much pressure added as brings each contact into its strength, (c d + h,)."""
+    """Forces with as much pressure added as brings each contact into its strength, or taken, (c d + h,)."""
     strength, inside = program.strength, force.copy()
     reaction = program.contact(inside)
     needed = lengths(reaction[:, 1:])
     pressed = np.divide(needed, strength.friction, out=np.zeros_like(needed), where=strength.friction > 0)
     reaction[strength.friction == 0, 1:] = 0.0
     reaction[:, 0] = np.maximum(reaction[:, 0], np.maximum(pressed - strength.apex, -strength.tension))
+    reaction[:, 0] = np.minimum(reaction[:, 0], strength.most)
     return inside
 
 

@@ -29,7 +29,7 @@ def simplest(program: Program, found: Optimum) -> FloatArray:
     found : Its optimum; its own velocities are returned if no better ones are found.
     """
     strength = program.strength
-    if strength.cut.any() or not np.isfinite(found.gap) or program.count > LARGE:
+    if strength.cut.any() or strength.bounded.any() or not np.isfinite(found.gap) or program.count > LARGE:
         return found.velocity
     import clarabel  # noqa: PLC0415 - only mechanisms need it
 

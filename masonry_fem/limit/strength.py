@@ -1,8 +1,9 @@
 """Strength: the reactions that each contact point can bear, a cone cut off by the tension it stands.
 
-    ‖r_T‖ ≤ μ (r_N + apex),    r_N ≥ −tension
+    ‖r_T‖ ≤ μ (r_N + apex),    −tension ≤ r_N ≤ most
 
-Dry joints have neither apex nor tension. Only laws whose strength is a constant have such a set:
+Dry joints have neither apex nor tension, and bear any pressure; ties that yield bear the most that they do.
+Only laws whose strength is a constant have such a set:
 limit analysis knows nothing of the deformation by which others lose theirs.
 """
 
@@ -23,6 +24,7 @@ from masonry_fem.joints.laws.parts.dry import Dry
 from masonry_fem.joints.laws.parts.kinetic import Kinetic
 from masonry_fem.joints.laws.parts.rigid_brittle import RigidBrittle
 from masonry_fem.joints.laws.parts.rough import Rough
+from masonry_fem.joints.laws.parts.tie import Tie
 from masonry_fem.march.model import Model
 from masonry_fem.nscd.graphs import lengths
 
@@ -40,11 +42,13 @@ class Strength:
     friction : Coulomb's μ, shape (c,).
     apex : Tension at the tip of the cone [N], shape (c,).
     tension : Greatest tension [N], at most the apex, shape (c,).
+    most : Greatest normal force [N], infinite but for ties that yield, shape (c,).
     """
 
     friction: FloatArray
     apex: FloatArray
     tension: FloatArray
+    most: FloatArray
 
     @property
     def cohesive(self) -> bool:
@@ -57,21 +61,31 @@ class Strength:
         cut: NDArray[np.bool_] = self.tension < self.apex
         return cut
 
+    @property
+    def bounded(self) -> NDArray[np.bool_]:
+        """Points whose normal force has a greatest value, shape (c,)."""
+        return np.isfinite(self.most)
+
     def scaled(self, force: float) -> Strength:
         """The same with ``force`` [N] as unit of forces."""
-        return replace(self, apex=self.apex / force, tension=self.tension / force)
+        return replace(self, apex=self.apex / force, tension=self.tension / force, most=self.most / force)
 
     def without_cohesion(self) -> Strength:
-        """The friction alone, which remains of the set far from its tip."""
-        return replace(self, apex=np.zeros_like(self.apex), tension=np.zeros_like(self.tension))
+        """The friction alone, which remains of the set far from its tip; nothing where it is bounded."""
+        none = np.zeros_like(self.apex)
+        return replace(self, apex=none, tension=none, most=np.where(self.bounded, 0.0, np.inf))
 
     def dissipation(self, velocity: FloatArray) -> FloatArray:
-        """Power that the points can take at a relative velocity of the dual cone, shape (c,).
+        """Power that the points can take at a relative velocity, in the dual cone where unbounded, (c,).
 
-        The greatest −r·v over the set; it is reached on the rim of the cut (at the tip where none is).
+        The greatest −r·v over the set; it is reached on the rim of the cut (at the tip where none is), and at
+        the greatest normal force where the velocity lies outside of the dual cone.
         """
+        slip = lengths(velocity[:, 1:])
         rim = self.friction * (self.apex - self.tension)
-        power: FloatArray = self.tension * velocity[:, 0] + rim * lengths(velocity[:, 1:])
+        power: FloatArray = self.tension * velocity[:, 0] + rim * slip
+        beyond = np.maximum(self.friction * slip - velocity[:, 0], 0.0)
+        power += np.where(self.bounded, self.most + self.tension, 0.0) * beyond
         return power
 
 
@@ -83,13 +97,14 @@ def strength_of(model: Model) -> Strength:
     LawError : A joint's law has no constant strength.
     """
     count = model.contacts.count
-    strength = Strength(np.zeros(count), np.zeros(count), np.zeros(count))
+    strength = Strength(np.zeros(count), np.zeros(count), np.zeros(count), np.full(count, np.inf))
     for law, points in _parts(model.laws):
         own = _strength(law, len(points), _where(model, points))
         area = model.contacts.area[points]
         strength.friction[points] = own.friction
         strength.apex[points] = area * own.apex
         strength.tension[points] = area * own.tension
+        strength.most[points] = np.where(np.isfinite(own.most), area, 1.0) * own.most
     return strength
 
 
@@ -107,6 +122,9 @@ def _where(model: Model, points: NDArray[np.int64]) -> str:
 
 def _strength(law: Law, count: int, where: str) -> Strength:
     """The strength of a law in stresses [Pa]."""
+    none, any_force = np.zeros(count), np.full(count, np.inf)
+    if isinstance(law, Tie):
+        return Strength(none, none, none, law.strength)
     layers = list(layers_of(law))
     crushing = next((one for one in layers if isinstance(one, Bed) and one.crushing is not None), None)
     if crushing is not None:
@@ -116,12 +134,12 @@ def _strength(law: Law, count: int, where: str) -> Strength:
         )
     core = layers[-1]
     around = [one for one in layers[:-1] if not isinstance(one, LAYERS)]
-    none = np.zeros(count)
     if not around and isinstance(core, Dry):
-        return Strength(np.broadcast_to(np.asarray(core.friction, float), count).copy(), none, none)
+        friction = np.broadcast_to(np.asarray(core.friction, float), count).copy()
+        return Strength(friction, none, none, any_force)
     if not around and isinstance(core, RigidBrittle):
         apex, tension = core.apex(count), core.tension(count)
-        return Strength(core.frictions(count)[0], apex, np.minimum(tension, apex))
+        return Strength(core.frictions(count)[0], apex, np.minimum(tension, apex), any_force)
     raise LawError(
         f"limit analysis knows joints of constant strength, and the law '{core.name}' of {where} gives way "
         "as it opens or slides; take a dry joint with the friction that is left, 'mohr_coulomb' or "

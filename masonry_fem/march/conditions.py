@@ -15,6 +15,7 @@ from masonry_fem.march.coupling import Coupling, Placement
 from masonry_fem.march.model import Model
 from masonry_fem.march.place import Place
 from masonry_fem.march.state import BONDED, OPEN, SLIP, STICK, SystemState
+from masonry_fem.march.ties import snapped_ties
 from masonry_fem.nscd import ContactProblem, Start
 from masonry_fem.nscd.compliance import Shared, only
 from masonry_fem.nscd.graphs import lengths
@@ -62,6 +63,7 @@ def joint_step(
     q += place.bend
     takes_part = ~model.laws.in_velocities | _closed(model, state, scheme, start)
     takes_part |= ~state.joints.broken  # cohesion acts across a gap, too
+    takes_part &= ~snapped_ties(model, state.joints)
     active = np.flatnonzero(takes_part)
     bodies, maps = coupling.bodies, rigid_map
     if len(active) < len(q):
@@ -109,7 +111,7 @@ def _gap_term(
     ``closure`` is the gap at which the faces touch [m].
     """
     laws, h = model.laws, scheme.step
-    shifted = here.gap + h * (1 - scheme.theta) * state.velocity[:, 0] - closure
+    shifted = exact = here.gap + h * (1 - scheme.theta) * state.velocity[:, 0] - closure
     impact = laws.in_velocities & _closed(model, state, scheme, here)
     if scheme.inertia:
         # what closed contacts open by, as blocks turn, is the square of the turn: gaps that contradict each
@@ -118,7 +120,8 @@ def _gap_term(
     term = np.empty_like(state.velocity)
     # an overlap is held, or driven apart slowly; one that is all but rounding is no overlap
     driven = np.where(shifted < -SLIGHT * model.length, model.expulsion, 0.0)
-    approach = np.maximum(shifted / h, -driven)
+    # a tie has no overlap: what it is stretched by is as it is, or errors of steps would add up
+    approach = np.where(model.contacts.tied, exact / h, np.maximum(shifted / h, -driven))
     # cohesion across a gap in the velocity form: contact is for the step that finds it closed
     approach += np.where(laws.in_velocities & ~impact, 2.0 * np.abs(state.velocity[:, 0]), 0.0)
     term[:, 0] = np.where(impact, laws.restitution[:, 0] * state.velocity[:, 0], approach)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from masonry_fem.bodies.base import Attachment, FloatArray, Free, IntArray, Scheme, Sides, nonlinear
+from masonry_fem.contact.kinematics import local_frames
 from masonry_fem.march.model import Model
 from masonry_fem.nscd.blocks import assemble_blocks
 from masonry_fem.nscd.compliance import Alike, Shared
@@ -27,6 +28,7 @@ ROUNDING = 16 * np.finfo(float).eps  # of the largest coordinate: a gap below it
 # Numbers in W_el from which it is kept by kinds of stones: those of some 600 contacts of a wall. There a
 # product takes .35 ms either way, for 100 contacts .12 and .03 ms, for 2600 1.9 and 3.1 ms.
 MANY = 500_000
+NEAR = 0.1  # of a unit vector: what is left of a tangent in the plane across a tie that has turned
 SIGN = np.array([1.0, -1.0])  # candidate, antagonist: v = v_candidate − v_antagonist
 
 
@@ -114,8 +116,12 @@ class Coupling:
             of_antagonist = sides.side == 1
             turn[sides.contact[of_antagonist]] = turns[-1][of_antagonist]
         frame = contacts.frame if self.model.fixed else contacts.frame @ turn.transpose(0, 2, 1)
+        tied = None if self.model.fixed else contacts.ties
         # what elastic blocks move would be lost in places that lie far from the origin
         apart = contacts.points[:, 0] - contacts.points[:, 1]
+        if tied is not None:
+            frame = frame.copy()
+            frame[tied] = _along((moved[:, 1] - moved[:, 0] - apart)[tied], contacts.frame[tied])
         offset = np.einsum("cia,ca->ci", frame, apart + (moved[:, 0] - moved[:, 1]))
         points = contacts.points[:, 0] + moved[:, 0]
         gap = offset[:, 0] - (0.0 if contacts.bulge is None else contacts.bulge)
@@ -134,6 +140,8 @@ class Coupling:
             if group.deforms:
                 second = sides.contact[sides.side == 1]
                 arms[second, 1] -= misfit[second, None] * frame[second, 0]
+        if tied is not None:
+            arms[tied, 1] = contacts.points[tied, 1] + moved[tied, 1]
         return Placement(frame, here, arms, gap, offset, seen)
 
     def rigid_map(self, states: tuple[Any, ...], here: Placement) -> FloatArray:
@@ -329,6 +337,25 @@ def connect(model: Model) -> Coupling:
             bodies[contact, side] = solved + body
             solved += len(group.blocks)
     return Coupling(model, tuple(sides), tuple(attachments), tuple(first_body), bodies, soft)
+
+
+def _along(reach: FloatArray, before: FloatArray) -> FloatArray:
+    """Frames of ties from their candidates' points to their antagonists', (k, d, d).
+
+    Parameters
+    ----------
+    reach : From the one to the other, shape (k, d) [m].
+    before : Frames in the reference, shape (k, d, d); the first tangents stay as near to theirs as can be.
+    """
+    normal = reach / np.linalg.norm(reach, axis=1)[:, None]
+    frame = local_frames(normal)
+    if frame.shape[1] == 3:
+        tangent = before[:, 1] - np.einsum("ki,ki->k", before[:, 1], normal)[:, None] * normal
+        size = np.linalg.norm(tangent, axis=1)
+        near = size > NEAR
+        frame[near, 1] = tangent[near] / size[near, None]
+        frame[near, 2] = np.cross(normal[near], frame[near, 1])
+    return frame
 
 
 def _same(one: tuple[Any, ...], other: tuple[Any, ...]) -> bool:

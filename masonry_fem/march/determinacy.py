@@ -22,6 +22,7 @@ from masonry_fem.march.measure import support_resultants
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
 from masonry_fem.march.step import Increment
+from masonry_fem.march.ties import taut_sticks
 from masonry_fem.nscd.determinacy import determined_resultants, least_norm_reaction
 from masonry_fem.nscd.solution_set import SolutionSet, solution_set
 
@@ -74,7 +75,7 @@ def determine(model: Model, made: Increment) -> ForceDeterminacy:
     reaction[active] = least.impulse / made.scheme.step
     friction = np.zeros(len(reaction))
     friction[active] = problem.friction
-    status = contact_status(made.scheme.step * reaction, friction)
+    status = taut_sticks(model, contact_status(made.scheme.step * reaction, friction))
     state = replace(made.after, reaction=reaction, status=status)
     rows, number = _interface_rows(model, made), model.contacts.interface
     known = determined_resultants(problem, solution, number[active], rows[active], solutions=found)

@@ -24,6 +24,7 @@ from masonry_fem.march.renewal import NEAR, carried
 from masonry_fem.march.state import SystemState
 from masonry_fem.march.step import Increment
 from masonry_fem.nscd import SolverSettings
+from masonry_fem.records.listing import first_few
 
 SHOWN = 3  # pairs of blocks that a message names
 
@@ -93,6 +94,5 @@ def _continued(
 
 def _tell(coupling: Coupling, pairs: np.ndarray, until: float) -> None:
     blocks = coupling.model.assembly.blocks
-    named = [f"'{blocks[a].name}' and '{blocks[b].name}'" for a, b in pairs[:SHOWN].tolist()]
-    more = f" and {len(pairs) - SHOWN} more pairs" if len(pairs) > SHOWN else ""
-    logger.info("%s%s meet at t = %.6g", ", ".join(named), more, until)
+    named = [f"'{blocks[a].name}' and '{blocks[b].name}'" for a, b in pairs.tolist()]
+    logger.info("%s meet at t = %.6g", first_few(named, SHOWN, noun="pairs"), until)

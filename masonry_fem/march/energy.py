@@ -17,6 +17,7 @@ from masonry_fem.march.place import relative_velocity
 from masonry_fem.march.rounding import energy_rounding
 from masonry_fem.march.state import OPEN, SystemState
 from masonry_fem.march.step import Increment
+from masonry_fem.march.ties import borne_at_start, yield_on_the_way
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,13 +155,17 @@ def _joints(model: Model, made: Increment) -> dict[str, float]:
     raising = float((pressed[:, 0] * lift).sum()) / h
     pulled = laws.adhesive_reaction(after, area) - laws.adhesive_reaction(before, area)
     pushed = made.impulse / h - made.before.reaction
+    tied = model.contacts.tied  # also where no step has been made yet they may be taut
+    pushed[tied, 0] = (made.impulse[:, 0] / h - borne_at_start(model, before))[tied]
     delayed = float((after.delayed - before.delayed).sum())
+    springs = pulled * faces * h - pushed * bed
+    springs[:, 0] += yield_on_the_way(model, before, after)
     return {
         "impact_normal": float(work[:, 0].sum()) + raising,
         "friction_dissipation": float(work[:, 1:].sum()) - raising,
         "joint_dissipation": float((after.dissipated - before.dissipated).sum()) - delayed,
         "joint_viscosity": delayed,
-        "numerical_dissipation": 0.5 * float(h * (pulled * faces).sum() - (pushed * bed).sum()),
+        "numerical_dissipation": 0.5 * float(springs.sum()),
     }
 
 

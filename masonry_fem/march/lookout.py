@@ -110,7 +110,8 @@ class Lookout:
             self.borne.depth[deep] = self.found.depth[deep]
 
     def _paired(self, model: Model, pairs: IntArray) -> np.ndarray:
-        return np.isin(self.keys(pairs), self.keys(np.sort(model.contacts.blocks, axis=1)))
+        touching = model.contacts.blocks[~model.contacts.tied]
+        return np.isin(self.keys(pairs), self.keys(np.sort(touching, axis=1)))
 
     def known(self, model: Model, state: SystemState, pairs: IntArray) -> FloatArray:
         """Overlap of pairs that is no fault: of the start, or what beds give way, shape (m,) [m]."""
@@ -128,6 +129,7 @@ class Lookout:
         """Most that beds at each block give way, shape (b,) [m]."""
         most = np.zeros(len(model.assembly.blocks))
         given = -np.minimum(state.joints.given_way[:, 0] + state.joints.dilation, 0.0)
+        given[model.contacts.tied] = 0.0
         np.maximum.at(most, model.contacts.blocks.ravel(), np.repeat(given, 2))
         return most
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 from masonry_fem.march.acting import acted, extents
@@ -107,84 +107,156 @@ def march(
     keeper : Is given what the march knows between its steps. Each step then begins as one that goes on from
         there, so that both give the same bits.
     """
-    model = first = _controlled(model, strategy)
-    ledger, clock, troubles = Ledger(), Clock(), Troubles()
-    headway = Headway(seams=keeper is not None)
+    first, headway = _controlled(model, strategy), Headway(seams=keeper is not None)
     if going_on is None:
-        coupling = connect(model)
-        state = start = _begun(model, coupling, bodies) if start is None else start
-        witness = Witness(model, start.bodies)
+        course = _Course.begun(first, bodies, start, headway)
     else:
-        at = going_on[1]
-        model = _controlled(going_on[0], strategy)
-        coupling = connect(model)
-        coupling.structure.factored = at.factored
-        start, state, ledger = at.start, at.state, at.ledger
-        witness = Witness(first, start.bodies)
-        witness.go_on(at.seen)
-        troubles.go_on(at.troubles)
-        clock.phases.update(at.seconds)
-        headway.done, headway.largest = at.done, at.largest
-    size = extents(model.assembly)
-    balanced: tuple[Model, Increment, StepReport] | None = None
+        course = _Course.taken_up(first, _controlled(going_on[0], strategy), going_on[1], headway)
+    size = extents(first.assembly)
     verdict: Verdict | None
-
-    def standing() -> Standing:
-        """What is known now."""
-        records = model.joint_records
-        built = model.contacts is first.contacts and not model.found
-        found = None if built else Found(model.interfaces, model.contacts, records)
-        return Standing(
-            headway.done, headway.largest, start, rested(model, made.after, strategy.kept), found, ledger,
-            witness.seen, troubles.noted, dict(clock.phases), coupling.structure.factored,
-        )  # fmt: skip
-
-    for here, step in increments(coupling, strategy, state, settings, clock, witness.lookout, headway):
-        coupling, model = here, here.model
-        static = step.scheme.inertia == 0
-        made = acted(model, step, size)
-        report = measure(model, coupling, made)
-        last = model, made, report
-        if keep == report.step and kept is not None:
-            kept.append((model, made))
-        if report.unsettled and balanced is not None:  # results are those of the last balance
+    for coupling, step in increments(
+        course.coupling, strategy, course.state, settings, course.clock, course.witness.lookout, headway
+    ):
+        course.coupling, acting = coupling, acted(coupling.model, step, size)
+        made = course.made = _Made(coupling.model, acting, measure(coupling.model, coupling, acting))
+        if keep == made.report.step and kept is not None:
+            kept.append((made.model, made.step))
+        if course.lost_balance(made):
             verdict = "no_convergence"
-            model, made, report = balanced
             break
-        balanced = model, made, report
-        witness.see(model, made.after)
-        clock.lap("measure")
-        ledger = ledger.add(report)
-        for observer in observers:
-            observer.record(model, made.after, report)
-        clock.lap("output")
-        verdict = _hopeless(report, static)
-        if verdict is None:
-            troubles.see(made, report)
-            verdict = _arrived(model, strategy, report)
+        course.see(made, observers)
+        verdict = course.verdict(made, strategy)
         if verdict is not None:
             break
         if keeper is not None and headway.whole and headway.more:
-            keeper.between(standing())
-            clock.lap("output")
+            keeper.between(course.standing(made, strategy))
+            course.clock.lap("output")
     else:
-        verdict = _out_of_steps(model, strategy, start, made, report, settings)
-    hopeless = _hopeless(last[2], static) is not None
-    reached = None if hopeless or not headway.whole else standing()
+        verdict = _out_of_steps(made.model, strategy, course.start, made.step, made.report, settings)
+    reached = course.reached(strategy)
     if keeper is not None:
         keeper.reached(reached)
-    if made.problem.structure is not None:
-        made.problem.structure.empty()
-    witness.end(model, made.after)
-    troubles.tell_steps(report, strategy, settings)
-    tell_promoted(model, made.after)
-    verdict, objection = _witnessed(verdict, witness, model, made, report, settings, static=static)
-    troubles.tell_overlaps(made, report, model.length, start.gap)
-    end = End(*last, settings, ledger, objection)
-    return March(
-        verdict, sentence(verdict, end), made.after, report, model, made, ledger, clock.phases,
-        end.moving(verdict), tuple(troubles.abrupt), witness, reached,
-    )  # fmt: skip
+    return course.ended(verdict, strategy, settings, reached)
+
+
+@dataclass(slots=True)
+class _Course:
+    """A march under way.
+
+    Attributes
+    ----------
+    first : The structure at its start. coupling : With the contacts of its last step.
+    start, state : Where it began, and where its next steps begin.
+    made : Its last step. balanced : The last one whose balance is one; results are of that.
+    """
+
+    first: Model
+    coupling: Coupling
+    start: SystemState
+    state: SystemState
+    witness: Witness
+    headway: Headway
+    ledger: Ledger = field(default_factory=Ledger)
+    troubles: Troubles = field(default_factory=Troubles)
+    clock: Clock = field(default_factory=Clock)
+    made: _Made | None = None
+    balanced: _Made | None = None
+
+    @classmethod
+    def begun(
+        cls, model: Model, bodies: tuple[Any, ...] | None, start: SystemState | None, headway: Headway
+    ) -> _Course:
+        """Before the first step."""
+        clock, coupling = Clock(), connect(model)
+        start = _begun(model, coupling, bodies) if start is None else start
+        return cls(model, coupling, start, start, Witness(model, start.bodies), headway, clock=clock)
+
+    @classmethod
+    def taken_up(cls, first: Model, model: Model, at: Standing, headway: Headway) -> _Course:
+        """Between two steps, with the contacts that it had then."""
+        clock, coupling, witness = Clock(), connect(model), Witness(first, at.start.bodies)
+        coupling.structure.factored = at.factored
+        headway.done, headway.largest = at.done, at.largest
+        course = cls(first, coupling, at.start, at.state, witness, headway, at.ledger, clock=clock)
+        witness.go_on(at.seen)
+        course.troubles.go_on(at.troubles)
+        clock.phases.update(at.seconds)
+        return course
+
+    def lost_balance(self, made: _Made) -> bool:
+        """Whether a step is not balanced while one before it was: results are of that one."""
+        return bool(made.report.unsettled) and self.balanced is not None
+
+    def see(self, made: _Made, observers: Sequence[Observer]) -> None:
+        """Enter a step that is balanced, and show it."""
+        self.balanced = made
+        self.witness.see(made.model, made.step.after)
+        self.clock.lap("measure")
+        self.ledger = self.ledger.add(made.report)
+        for observer in observers:
+            observer.record(made.model, made.step.after, made.report)
+        self.clock.lap("output")
+
+    def verdict(self, made: _Made, strategy: Strategy) -> Verdict | None:
+        """The verdict where the march ends with a step."""
+        hopeless = _hopeless(made.report, made.static)
+        if hopeless is not None:
+            return hopeless
+        self.troubles.see(made.step, made.report)
+        return _arrived(made.model, strategy, made.report)
+
+    def standing(self, made: _Made, strategy: Strategy) -> Standing:
+        """All that is known after a step."""
+        model, headway = made.model, self.headway
+        built = model.contacts is self.first.contacts and not model.found
+        found = None if built else Found(model.interfaces, model.contacts, model.joint_records)
+        return Standing(
+            headway.done, headway.largest, self.start, rested(model, made.step.after, strategy.kept), found,
+            self.ledger, self.witness.seen, self.troubles.noted, dict(self.clock.phases),
+            self.coupling.structure.factored,
+        )  # fmt: skip
+
+    def reached(self, strategy: Strategy) -> Standing | None:
+        """Where more steps can be made from; None where none can."""
+        assert self.made is not None
+        assert self.balanced is not None
+        hopeless = _hopeless(self.made.report, self.made.static) is not None
+        return None if hopeless or not self.headway.whole else self.standing(self.balanced, strategy)
+
+    def ended(
+        self, verdict: Verdict, strategy: Strategy, settings: SolverSettings, reached: Standing | None
+    ) -> March:
+        """The results, with what is doubtful of them told."""
+        assert self.made is not None
+        assert self.balanced is not None
+        last, witness, troubles = self.made, self.witness, self.troubles
+        model, made, report = self.balanced.model, self.balanced.step, self.balanced.report
+        if made.problem.structure is not None:
+            made.problem.structure.empty()
+        witness.end(model, made.after)
+        troubles.tell_steps(report, strategy, settings)
+        tell_promoted(model, made.after)
+        verdict, objection = _witnessed(verdict, witness, model, made, report, settings, static=last.static)
+        troubles.tell_overlaps(made, report, model.length, self.start.gap)
+        end = End(last.model, last.step, last.report, settings, self.ledger, objection)
+        return March(
+            verdict, sentence(verdict, end), made.after, report, model, made, self.ledger, self.clock.phases,
+            end.moving(verdict), tuple(troubles.abrupt), witness, reached,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class _Made:
+    """A step, the model that it was made with, and what it did."""
+
+    model: Model
+    step: Increment
+    report: StepReport
+
+    @property
+    def static(self) -> bool:
+        """Whether it is one of statics."""
+        return self.step.scheme.inertia == 0
 
 
 def _controlled(model: Model, strategy: Strategy) -> Model:

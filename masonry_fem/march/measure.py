@@ -17,6 +17,7 @@ from masonry_fem.march.rounds import NEWTON_TOLERANCE
 from masonry_fem.march.state import BONDED, OPEN, SLIP, STICK, SystemState
 from masonry_fem.march.step import Increment
 from masonry_fem.march.step_report import StepReport
+from masonry_fem.march.ties import tie_forces
 from masonry_fem.nscd.graphs import lengths
 
 
@@ -72,8 +73,15 @@ def measure(model: Model, coupling: Coupling, made: Increment) -> StepReport:
         adhesion_loss=made.adhesion_loss,
         joint_change=made.joint_change,
         unsettled=_unsettled(model, made),
+        tie_forces=_tie_forces(model, state),
         **energy,
     )
+
+
+def _tie_forces(model: Model, state: SystemState) -> dict[str, float]:
+    """Force of each tie by name [N]."""
+    told = tie_forces(model, state)
+    return {} if told is None else dict(zip(told.names, told.force.tolist(), strict=True))
 
 
 def _unsettled(model: Model, made: Increment) -> str:

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from masonry_fem.records.listing import first_few
 from masonry_fem.records.told import Told
 
 FloatArray = NDArray[np.float64]
@@ -295,5 +296,4 @@ def _spans(numbers: Sequence[int], names: Sequence[str]) -> str:
 
 
 def _listed(joints: Sequence[Joint]) -> str:
-    shown = ", ".join(f"{joint.between[0]} / {joint.between[1]}" for joint in joints[:SHOWN])
-    return f"{shown} and {len(joints) - SHOWN} more" if len(joints) > SHOWN else shown
+    return first_few((f"{joint.between[0]} / {joint.between[1]}" for joint in joints), SHOWN)

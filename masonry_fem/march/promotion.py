@@ -7,6 +7,7 @@ import numpy as np
 from masonry_fem.bodies.base import nonlinear
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
+from masonry_fem.records.listing import first_few
 from masonry_fem.records.remark import remark
 
 SHOWN = 5  # stones that the remark's sentence names
@@ -30,11 +31,10 @@ def tell_promoted(model: Model, state: SystemState) -> None:
     )
     if not names:
         return
-    shown = ", ".join(f"'{name}' at t = {times[name]:.4g}" for name in names[:SHOWN])
-    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+    shown = first_few((f"'{name}' at t = {times[name]:.4g}" for name in names), SHOWN)
     remark(
         "promoted",
         f"{len(names)} of {len(times)} stones of fidelity 'auto' became inelastic, as their stress came to "
-        f"promote_at of that of first yield: {shown}{more}",
+        f"promote_at of that of first yield: {shown}",
         *names,
     )

@@ -19,6 +19,7 @@ from masonry_fem.march.macroblocks import ALIKE, macroblocks
 from masonry_fem.march.mechanism import STRAIGHT, FloatArray, IntArray, Joint, Mechanism, Part
 from masonry_fem.march.model import Model
 from masonry_fem.march.motion import BlockMotion, PointMotion
+from masonry_fem.march.state import SystemState
 from masonry_fem.march.step import Increment
 from masonry_fem.nscd.graphs import lengths
 
@@ -81,10 +82,28 @@ def mechanism_of_step(made: Increment, model: Model) -> Mechanism:
     made : The step.
     model : The structure, as the step was made with it.
     """
-    points = PointMotion(made.here.points, made.here.frame, made.here.gap <= OPEN * model.length)
+    touches = (made.here.gap <= OPEN * model.length) & ~model.contacts.tied
+    points = PointMotion(made.here.points, made.here.frame, touches)
+    return _blurred(model, BlockMotion.of_step(made, model), points)
+
+
+def mechanism_of_state(model: Model, state: SystemState) -> Mechanism:
+    """How blocks move in a state, where they are in it.
+
+    Parameters
+    ----------
+    model : The structure.
+    state : Its state, with velocities.
+    """
+    touches = (state.gap <= OPEN * model.length) & ~model.contacts.tied
+    points = PointMotion(state.points, state.frame, touches)
+    return _blurred(model, BlockMotion.of(model, state.bodies, state.bodies), points)
+
+
+def _blurred(model: Model, motion: BlockMotion, points: PointMotion) -> Mechanism:
+    """The mechanism in motions that steps of a finite length have found."""
     deforms = any(group.deforms for group in model.groups)
-    rest = DEFORMED if deforms else RIGID
-    return recognise(model, BlockMotion.of_step(made, model), points, rest=rest, share=BLURRED)
+    return recognise(model, motion, points, rest=DEFORMED if deforms else RIGID, share=BLURRED)
 
 
 def _ways(

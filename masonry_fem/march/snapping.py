@@ -77,15 +77,11 @@ def snapped(rounds: Rounds, made: Round) -> Snap | None:
     ----------
     rounds : A step of statics. made : Its last round, from the step's start on.
     """
-    model = rounds.model
-    if rounds.settled(made) or not made.solution.solved or model.control is not None:
+    if not _may_snap(rounds, made):
         return None
-    worst = rounds.worst(made)
-    own = [nonlinear(group) for group in model.groups if group.nonlinear and worst in group.blocks]
-    if not own[0].softens:
-        return None
+    groups = rounds.model.groups
     ends = tuple(
-        group.scale_velocity(body, 0.0) for group, body in zip(model.groups, rounds.state.bodies, strict=True)
+        group.scale_velocity(body, 0.0) for group, body in zip(groups, rounds.state.bodies, strict=True)
     )
     brief = replace(rounds.settings, method="newton", max_iterations=STEPS, acceptable=0.0)
     lost: list[FloatArray | float] = [0.0] * len(ends)
@@ -108,6 +104,15 @@ def snapped(rounds: Rounds, made: Round) -> Snap | None:
             if there.solution.solved and still.settled(there):
                 return Snap(still, there, ends, lost)
     return None
+
+
+def _may_snap(rounds: Rounds, made: Round) -> bool:
+    """Whether a round that is solved but not settled is farthest from that in a stone that softens."""
+    if rounds.settled(made) or not made.solution.solved or rounds.model.control is not None:
+        return False
+    worst = rounds.worst(made)
+    own = [nonlinear(group) for group in rounds.model.groups if group.nonlinear and worst in group.blocks]
+    return own[0].softens
 
 
 def _held(rounds: Rounds, ends: tuple[Any, ...]) -> tuple[Any, ...]:

@@ -26,6 +26,7 @@ from masonry_fem.march.rounds import NEWTON_TOLERANCE, Round, Rounds
 from masonry_fem.march.snapping import snapped
 from masonry_fem.march.state import STICK, SystemState
 from masonry_fem.march.steering import SteeredRounds
+from masonry_fem.march.ties import taut_sticks
 from masonry_fem.march.turning import Turned, turned, turned_roughly
 from masonry_fem.march.yielding import settled_stresses
 from masonry_fem.nscd import ContactProblem, Solution, SolverSettings
@@ -206,7 +207,7 @@ def _ended(rounds: Rounds, made: Round, place: Place) -> Increment:
         reaction=made.impulse / scheme.step,
         velocity=made.velocity,
         gap=there.gap,
-        status=contact_status(pressed, friction, made.impulse),
+        status=taut_sticks(rounds.model, contact_status(pressed, friction, made.impulse)),
         frame=there.frame,
         points=there.points,
         reaction_frame=place.contact.frame,

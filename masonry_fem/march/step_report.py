@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -56,6 +56,7 @@ class StepReport:
     unsettled : Which stone is not in balance with its own stresses, and what it is made of; "" where all are.
     speed : Root mean square speed of the mass [m/s].
     load_acceleration : Loads on the blocks over their mass [m/s²].
+    tie_forces : Of each tie [N].
     """
 
     step: int
@@ -104,6 +105,7 @@ class StepReport:
     heat_work: float = 0.0
     unsettled: str = ""
     rounds: int = 0
+    tie_forces: dict[str, float] = field(default_factory=dict)
 
     def inertial_share(self, step: float) -> float:
         """Speed relative to what the loads give in one step from rest: 1 in free fall."""

@@ -15,9 +15,11 @@ from masonry_fem.march.model import Model
 from masonry_fem.march.step import Increment
 from masonry_fem.march.step_report import StepReport
 from masonry_fem.nscd import Outcome, SolverSettings
+from masonry_fem.records.listing import first_few
 
 Verdict = Literal["equilibrium", "finished", "no_convergence", "no_equilibrium"]
 
+SHOWN = 4  # blocks that a sentence names
 UNACCOUNTED = 1e-6  # of the largest energy: what may be missing from the ledger of an equilibrium
 
 
@@ -170,8 +172,7 @@ def _restless(report: StepReport, made: Increment, model: Model) -> str:
     names = [name for name, _, _ in moving_blocks(model, made.after)]
     what = "the state is not yet static"
     if names:
-        others = f" and {len(names) - 4} more" if len(names) > 4 else ""
-        what = f"{', '.join(names[:4])}{others} still {'moves' if len(names) == 1 else 'move'}"
+        what = f"{first_few(names, SHOWN)} still {'moves' if len(names) == 1 else 'move'}"
     return (
         f"Not at rest after {report.so_far}: contact forces could balance the loads, but {what} (at "
         f"{report.inertial_share(made.scheme.step):.1e} of the speed that the loads would give a free block "
@@ -190,8 +191,7 @@ def _no_equilibrium(report: StepReport, moving: tuple[tuple[str, float, str], ..
     for name, _, way in moving:
         ways.setdefault(way, []).append(name)
     parts = [
-        f"{', '.join(names[:4])}{f' and {len(names) - 4} more' if len(names) > 4 else ''} "
-        f"{way if len(names) == 1 else way.rstrip('s')}"
+        f"{first_few(names, SHOWN)} {way if len(names) == 1 else way.rstrip('s')}"
         for way, names in ways.items()
     ]
     cure = "see what should hold them (supports, friction, joints), or run dynamics to watch the motion"

@@ -91,12 +91,7 @@ def spectral_norms(blocks: FloatArray) -> FloatArray:
         for i in range(d):
             for j in range(d):
                 size = _larger(size, abs(blocks[contact, i, j]))
-        unit = blocks[contact] / (size if size > 0 else 1.0)
-        for i in range(d):
-            for j in range(d):
-                square[i, j] = 0.0
-                for k in range(d):
-                    square[i, j] += unit[k, i] * unit[k, j]
+        _square(blocks[contact] / (size if size > 0 else 1.0), square)
         mean = deviation = 0.0
         for i in range(d):
             mean += square[i, i] / d
@@ -116,6 +111,17 @@ def spectral_norms(blocks: FloatArray) -> FloatArray:
             largest = mean + 2 * spread * math.cos(math.acos(min(max(third, -1.0), 1.0)) / 3)
         norms[contact] = size * math.sqrt(largest)
     return norms
+
+
+@compiled(inline="always")
+def _square(block: FloatArray, square: FloatArray) -> None:
+    """Put blockᵀ block (d, d) into ``square``."""
+    d = len(block)
+    for i in range(d):
+        for j in range(d):
+            square[i, j] = 0.0
+            for k in range(d):
+                square[i, j] += block[k, i] * block[k, j]
 
 
 @compiled(inline="always")

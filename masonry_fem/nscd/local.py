@@ -90,11 +90,7 @@ def slip(
     k1, k2 = local[1], local[2]
     a11, a12, a21, a22 = local[5], local[6], local[7], local[8]
     low, high = 0.0, math.inf
-    mean = 0.5 * (a11 + a22)
-    lam = guess
-    if not lam > 0.0 or (a12 == a21 and a12 == 0.0 and a11 == a22):  # exact where A is isotropic
-        across = math.sqrt(c1 * c1 + c2 * c2) - friction * (k1 * c1 + k2 * c2)
-        lam = max(across / (friction * alone) - mean, 1e-3 * mean)
+    lam = _first_slip(local, friction, alone, c1, c2, guess)
     pn, p1, p2, size = alone, 0.0, 0.0, 0.0
     for _ in range(LIMIT):
         m11, m22 = a11 + lam, a22 + lam
@@ -121,12 +117,33 @@ def slip(
         if new == lam:
             break
         lam = new
+    pn, p1, p2 = _onto_cone(pn, p1, p2, size, friction)
+    return pn, p1, p2, lam
+
+
+@compiled(inline="always")
+def _first_slip(
+    local: FloatArray, friction: float, alone: float, c1: float, c2: float, guess: float
+) -> float:
+    """λ to begin with: the guess, or where A is isotropic the exact one."""
+    a11, a12, a21, a22 = local[5], local[6], local[7], local[8]
+    if guess > 0.0 and not (a12 == a21 and a12 == 0.0 and a11 == a22):
+        return guess
+    mean = 0.5 * (a11 + a22)
+    across = math.sqrt(c1 * c1 + c2 * c2) - friction * (local[1] * c1 + local[2] * c2)
+    first: float = max(across / (friction * alone) - mean, 1e-3 * mean)
+    return first
+
+
+@compiled(inline="always")
+def _onto_cone(pn: float, p1: float, p2: float, size: float, friction: float) -> tuple[float, float, float]:
+    """An impulse whose p_T of size ``size`` is near the edge of the cone, put there."""
     if pn <= 0.0 or size == 0.0:
-        return max(pn, 0.0), 0.0, 0.0, lam
+        return max(pn, 0.0), 0.0, 0.0
     if friction > 1.0:  # p_N is the small one
-        return size / friction, p1, p2, lam
+        return size / friction, p1, p2
     onto = friction * pn / size
-    return pn, p1 * onto, p2 * onto, lam
+    return pn, p1 * onto, p2 * onto
 
 
 @compiled(inline="always")

@@ -14,7 +14,7 @@ STYLES = {"stands": "green", "falls": "red", "undecided": "yellow"}
 
 
 class Watch:
-    """A line on standard error with the bracket found so far.
+    """A line on standard error with the bracket found so far, of a collapse or a threshold.
 
         with Watch() as watch:
             collapse(scene, tell=watch.tell)
@@ -46,10 +46,14 @@ class Watch:
 
     def tell(self, trial: Any, stands: float | None, falls: float | None) -> None:
         """A trial has ended: ``multiplier``, ``verdict``, and the bracket."""
+        self.say(trial.multiplier, trial.verdict, stands, falls)
+
+    def say(self, value: float, verdict: str, stands: float | None, falls: float | None) -> None:
+        """The same of any value that is tried."""
         self._count += 1
         if self._status is not None:
             self._status.update(
-                f"trial {self._count}: {trial.multiplier:.6g} {trial.verdict}; "
+                f"trial {self._count}: {value:.6g} {verdict}; "
                 f"stands at {_number(stands)}, falls at {_number(falls)}"
             )
 

@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 
 from masonry_fem.bodies.stress import principal, von_mises
 from masonry_fem.joints.law import layers_of
+from masonry_fem.joints.laws.parts.tie import Tie
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
+from masonry_fem.march.ties import tie_forces
 from masonry_fem.output.grid import Grid, three
 from masonry_fem.output.strength import Strengths, utilisation
 
@@ -28,6 +30,7 @@ REACTION, TRACTION, NORMAL, STATUS = "reaction", "traction", "normal", "status"
 GAP, SLIP, INTERFACE, AREA = "gap", "relative_velocity", "interface", "area"
 ADHESION, JUMP = "adhesion", "jump"
 BED, CRUSHED, DILATION, CLOSURE = "bed", "crushed", "dilation", "closure"
+TIE = "tie"
 SCATTER = "scatter_"  # and the parameter
 CANDIDATE, ANTAGONIST = "candidate", "antagonist"
 TANGENTS, LOCAL, ARMS = ("tangent_1", "tangent_2"), "reaction_local", ("arm_candidate", "arm_antagonist")
@@ -155,7 +158,7 @@ def joint_arrays(model: Model, state: SystemState) -> Arrays:
     dilatancy the opening by sliding [m].
     """
     joints = state.joints
-    if model.laws.all_plain:
+    if all(law.plain for part, _ in model.laws.parts for law in layers_of(part) if law.name != Tie.name):
         return {}
 
     def world(vectors: FloatArray) -> FloatArray:
@@ -184,8 +187,8 @@ def contact_arrays(model: Model, state: SystemState) -> Arrays:
     ``reaction_local`` has their components along the normal and the tangents. ``arm_candidate`` and
     ``arm_antagonist`` are the points where reactions act in the balance of the two blocks
     (``march.acting``). The states of joint laws are added where there are any, and properties that scatter
-    as factors on the scene's
-    values, such as ``scatter_cohesion``.
+    as factors on the scene's values, such as ``scatter_cohesion``; where there are ties ``tie`` leads from
+    the point of one to its other end, and is nought elsewhere [m].
 
     Parameters
     ----------
@@ -195,9 +198,15 @@ def contact_arrays(model: Model, state: SystemState) -> Arrays:
     reaction = three(np.einsum("cai,ca->ci", frame, state.reaction))
     area = contacts.area[:, None]  # nothing belongs to the corner nodes of quadratic triangles
     cohesion = joint_arrays(model, state)
+    ties: Arrays = {}
+    if (told := tie_forces(model, state)) is not None:
+        reach = np.zeros_like(state.points)
+        reach[told.contacts] = told.ends[:, 1] - told.ends[:, 0]
+        ties = {TIE: three(reach)}
     scatter: Arrays = {SCATTER + name.replace(".", "_"): values for name, values in model.scatter.items()}
     return (
         cohesion
+        | ties
         | scatter
         | {
             REACTION: reaction,

@@ -28,8 +28,10 @@ logger = logging.getLogger(__name__)
 OWN = ".masonry-fem"
 LOCK = f"{OWN}/lock"
 RUNNING = "running"
-SUMMARY = {"run": "summary.json", "collapse": "collapse.json", "study": "study.json"}
-LASTING = "cells/"  # of a study: a second one goes on with them
+SUMMARY = {"run": "summary.json", "collapse": "collapse.json"} | {
+    command: f"{command}.json" for command in ("study", "threshold")
+}
+LASTING = "cells/"  # of a study or a search for a threshold: a second one goes on with them
 
 
 class Folder:
@@ -38,7 +40,7 @@ class Folder:
     Parameters
     ----------
     path : Where; made where it is missing.
-    command : Who writes: run, collapse, study, mesh or view.
+    command : Who writes: run, collapse, threshold, study, mesh or view.
     title : Of the scene, for the summary.
     clears : Other commands whose files are removed too, as they are made from this one's.
     keeps : Files, and folders with a ``/`` at their end, that stay: the command goes on with them.

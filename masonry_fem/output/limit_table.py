@@ -70,7 +70,7 @@ def _loads(told: Mapping[str, Any]) -> Rows:
 
 
 def support_rows(told: Mapping[str, Any], dimension: int) -> Rows:
-    """Smallest and largest force of each support on the blocks, by axis.
+    """Smallest and largest force of each support on the blocks, by axis, and of each tie.
 
     Parameters
     ----------
@@ -80,16 +80,19 @@ def support_rows(told: Mapping[str, Any], dimension: int) -> Rows:
     unit = "N/m" if dimension == 2 else "N"
     supports: Mapping[str, Any] = told.get("supports", {})
     inexact: Mapping[str, Any] = told.get("inexact", {})
-    ends = [abs(end) for axes in supports.values() for pair in axes.values() for end in pair if end]
+    every = {f"support {name}": axes for name, axes in supports.items()}
+    every |= {f"tie {name}": {"": pair} for name, pair in (told.get("ties") or {}).items()}
+    ends = [abs(end) for axes in every.values() for pair in axes.values() for end in pair if end]
     least = NOTHING * max(ends, default=0.0)
-    for name, axes in supports.items():
+    for title, axes in every.items():
+        name = title.partition(" ")[2]
         for axis, (low, high) in axes.items():
-            error = inexact.get(name, {}).get(axis, 0.0)
+            error = inexact.get(name, {}).get(axis or "force", 0.0)
             below, above = ("−∞", "∞") if error is not None else ("not found", "not found")
             words = f"{_end(low, below, unit, least)} to {_end(high, above, unit, least)}"
             if error:
                 words += f", ± {quantity(error, unit, 2)}"
-            yield f"support {name}", f"force {axis}", words
+            yield title, f"force {axis}".rstrip(), words
 
 
 def _end(value: float | None, unbounded: str, unit: str, least: float) -> str:

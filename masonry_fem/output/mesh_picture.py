@@ -53,7 +53,7 @@ def write_mesh_files(model: Model, directory: Path, title: str = "") -> list[Pat
     write_vtu(paths[0], grid, {fields.BLOCK: grid.point_block}, arrays, names)
     if can_render():
         paths.append(draw_mesh(model, directory / "mesh.png", title))
-        if model.interfaces:
+        if not all(interface.tie for interface in model.interfaces):
             paths.append(draw_interfaces(model, directory / "interfaces.png", title))
     return paths
 
@@ -95,12 +95,14 @@ def draw_interfaces(model: Model, path: Path, title: str = "", grid: Grid | None
 
     grid = grid or grid_of(model)
     surface = surface_of(pyvista_grid(grid))
-    labels = sorted({interface.label for interface in model.interfaces})
+    interfaces = [interface for interface in model.interfaces if not interface.tie]
+    labels = sorted({interface.label for interface in interfaces})
     unit = "m²" if grid.dimension == 3 else "m"
-    area = sum(interface.area for interface in model.interfaces)
+    area = sum(interface.area for interface in interfaces)
+    points = int((~model.contacts.tied).sum())
     sheet = Sheet(
         title_of(title, "interfaces"),
-        f"{len(model.interfaces)} interfaces, {model.contacts.count} contact points, {area:.4g} {unit}; "
+        f"{len(interfaces)} interfaces, {points} contact points, {area:.4g} {unit}; "
         "normals point to the candidate",
     )
     stage = Stage(View.of(grid.points, grid.dimension), sheet.image_width, model.length)
@@ -108,7 +110,7 @@ def draw_interfaces(model: Model, path: Path, title: str = "", grid: Grid | None
     arrow = pv.Arrow(tip_length=0.3, tip_radius=0.09, shaft_radius=0.028)
     for rank, label in enumerate(labels):
         colour = JOINT_COLOURS[rank % len(JOINT_COLOURS)]
-        chosen = [interface for interface in model.interfaces if interface.label == label]
+        chosen = [interface for interface in interfaces if interface.label == label]
         _add_patches(stage, chosen, colour, grid.dimension)
         cloud = pv.PolyData(np.stack([three(i.polygon).mean(axis=0) for i in chosen]))
         cloud["_normal"] = np.stack([three(i.normal) for i in chosen])

@@ -27,6 +27,7 @@ from masonry_fem.output.sheet import (
     prefix_of,
     quantity,
 )
+from masonry_fem.output.tie_marks import mark_ties
 
 THRUST = "#e0218a"  # a colour that the stress scale has not
 LONGEST = 0.8  # length of the longest arrow over a block's size
@@ -69,6 +70,7 @@ def draw_overview(scenery: Scenery, path: Path, amplification: float | None = No
     stage.surface(shape.deformed(), scalars="_mises", **look)
     stage.lines(shape.deformed_elements(), LINE, 0.8, opacity=0.35)
     stage.lines(shape.deformed_outline(), LINE, 1.8)
+    mark_ties(stage, sheet, scenery, shape, shape.factor)
     shown = size > 1e-6 * greatest
     add_arrows(stage, points[shown], vectors[shown], THRUST, fine=len(points) < 500)
     sample, pixels = legend_sample(greatest, LONGEST * scenery.length * stage.scale)

@@ -38,6 +38,7 @@ from masonry_fem.output.sheet import (
     quantity,
 )
 from masonry_fem.output.thrust import draw_thrust
+from masonry_fem.output.tie_marks import mark_ties
 from masonry_fem.output.utilisation_picture import draw_utilisation
 
 FloatArray = NDArray[np.float64]
@@ -103,6 +104,7 @@ def draw_deformed(scenery: Scenery, path: Path, amplification: float | None = No
     stage.surface(shape.deformed(), scalars="_size", cmap=DISPLACEMENT_COLOURS, clim=limits)
     stage.lines(shape.deformed_outline(), LINE, 1.5, rank=1)
     stage.lines(shape.outline, GHOST, 1.3, rank=2)
+    mark_ties(stage, sheet, scenery, shape, shape.factor)
     return sheet.save(path, stage)
 
 
@@ -251,6 +253,7 @@ def _draw_arrows(
     extent = np.concatenate([shape.deformed().points, points + vectors])
     stage = Stage(View.of(extent, scenery.dimension), sheet.image_width, scenery.length)
     draw_pale(stage, shape.deformed(), shape.deformed_outline())
+    mark_ties(stage, sheet, scenery, shape, 1.0)
     for colour, mask in parts:
         shown = mask & (np.linalg.norm(force, axis=1) > 1e-6 * top)
         add_arrows(stage, points[shown], vectors[shown], colour, fine=len(points) < 500)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
+from masonry_fem.march.ties import without_ties
 from masonry_fem.output import fields
 from masonry_fem.output.grid import POLYHEDRON, Grid, grid_of, three
 from masonry_fem.output.interface_fields import InterfaceFields
@@ -34,6 +35,7 @@ class Scenery:
     ----------
     blocks : pyvista grid with the arrays of ``fields`` on points and cells.
     contacts : pyvista point cloud with theirs; None where nothing touches.
+    ties : The same of ties, whose points are their ends at their candidates; None where there are none.
     dimension : 2 or 3.
     length : A typical block size [m].
     title : First line of each sheet.
@@ -47,6 +49,7 @@ class Scenery:
     length: float
     title: str
     interfaces: Any = None
+    ties: Any = None
 
     @classmethod
     def of(
@@ -66,16 +69,36 @@ class Scenery:
         if model.contacts.count:
             contacts = pv.PolyData(three(state.points))
             contacts.point_data.update(fields.contact_arrays(model, state))
+        contacts, ties = without_ends(contacts)
         faces = None
-        if joints and model.contacts.count:
-            told = interface_forces(model, state)
-            faces = pyvista_faces(InterfaceFields.of(model, told))
-        return cls(blocks, contacts, grid.dimension, model.length, title, faces)
+        if joints and contacts is not None:
+            alone = without_ties(model, state)
+            faces = pyvista_faces(InterfaceFields.of(alone[0], interface_forces(*alone)))
+        return cls(blocks, contacts, grid.dimension, model.length, title, faces, ties)
 
     @property
     def force_unit(self) -> str:
         """Unit of reactions: a plane structure has a metre of depth."""
         return "N/m" if self.dimension == 2 else "N"
+
+
+def without_ends(contacts: Any) -> tuple[Any, Any]:
+    """A cloud of contacts parted in those of faces and the ends of ties; None where there are none."""
+    if contacts is None or fields.TIE not in contacts.point_data:
+        return contacts, None
+    tied = np.asarray(contacts.point_data[fields.TIE], float).any(axis=1)
+    return _some(contacts, ~tied), _some(contacts, tied)
+
+
+def _some(cloud: Any, own: NDArray[np.bool_]) -> Any:
+    """Some points of a cloud; None: there are none."""
+    import pyvista as pv  # noqa: PLC0415
+
+    if not own.any():
+        return None
+    part = pv.PolyData(np.asarray(cloud.points)[own])
+    part.point_data.update({name: np.asarray(cloud.point_data[name])[own] for name in cloud.point_data})
+    return part
 
 
 class DeformedShape:

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 SHOWN_LINES = 10  # of a mechanism
+BALANCES = ("natural_map", "cone_violation", "block_balance", "global_balance", "energy_balance")
+ROUNDED = 1e-9  # relative errors from which it is told what rounding makes of them
 SIZES = ("blocks", "shapes", "meshes", "factorisations", "contacts")
 FEM_SIZES = ("meshes", "factorisations")
 GOOD = ("equilibrium", "finished")
@@ -134,6 +136,7 @@ def print_summary(told: Any, console: Console | None = None) -> None:
         _utilisation,
         refinement_rows,
         _forces,
+        _ties,
         _limits,
         _determinacy,
         _probes,
@@ -190,12 +193,17 @@ def _start(summary: Mapping[str, Any]) -> Rows:
 
 def _certificate(summary: Mapping[str, Any]) -> Rows:
     units = {"max_penetration": "m", "min_normal_reaction": _force_unit(len(summary.get("applied", ())))}
-    for name, value in (summary.get("certificate") or {}).items():
+    told = summary.get("certificate") or {}
+    rounding = told.get("rounding") or {}
+    for name, value in told.items():
         if name == "written":
             yield from _written(value)
             continue
         number = value["natural_map"] if name == "rounding" else value
-        yield "certificate", name.replace("_", " "), f"{_number(number)} {units.get(name, '')}".rstrip()
+        shown = f"{_number(number)} {units.get(name, '')}".rstrip()
+        if name in BALANCES and number is not None and (rounding.get(name) or 0.0) > number > ROUNDED:
+            shown += f" (rounding alone makes {_number(rounding[name])})"
+        yield "certificate", name.replace("_", " "), shown
 
 
 def _written(told: Mapping[str, Any]) -> Rows:
@@ -297,6 +305,31 @@ def _forces(summary: Mapping[str, Any]) -> Rows:
         yield "forces", "… by partial factors", factors
     for name, wrench in (summary.get("supports") or {}).items():
         yield "forces", f"support {name}", _force(wrench)
+
+
+def _ties(summary: Mapping[str, Any]) -> Rows:
+    told = summary.get("ties") or {}
+    unit = _force_unit(len(summary.get("applied", ())))
+    hardest = sorted(told, key=lambda name: -told[name]["force"])[:SHOWN_LINES]
+    for name in (one for one in told if one in hardest):
+        yield "ties", name, _tie_words(told[name], unit)
+    if len(told) > len(hardest):
+        yield "ties", "…", f"{_count(len(told) - len(hardest))} more with smaller forces, in ties.csv"
+
+
+def _tie_words(tie: Mapping[str, Any], unit: str) -> str:
+    """What a tie bears."""
+    if tie["snapped"]:
+        return f"snapped, its ends {quantity(tie['elongation'], 'm', 4)} further apart than its length"
+    if tie["force"] == 0:
+        return f"slack by {quantity(-tie['elongation'], 'm', 4)}"
+    words = f"{quantity(tie['force'], unit, 5)}, {quantity(tie['stress'], 'Pa', 4)}"
+    words += f", longer by {quantity(tie['elongation'], 'm', 4)}"
+    if tie["plastic_strain"] > 0:
+        return f"{words}, yielded by {_percent(tie['plastic_strain'])}"
+    return (
+        words if tie.get("utilisation") is None else f"{words}, {_percent(tie['utilisation'])} of its yield"
+    )
 
 
 def _limits(summary: Mapping[str, Any]) -> Rows:

@@ -22,6 +22,7 @@ from masonry_fem.output.marks import bands, discs
 from masonry_fem.output.render import Stage, View
 from masonry_fem.output.scenery import DeformedShape, Scenery
 from masonry_fem.output.sheet import Key, Sheet, quantity, round_down
+from masonry_fem.output.tie_marks import mark_ties
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -62,6 +63,7 @@ def draw_thrust(scenery: Scenery, path: Path) -> Path:
     for points, side in ((starts, 0), (ends, 1)):  # round where bands meet
         stage.mark(discs(stage.view, points, 0.5 * wide[:, side]), BAND)
     _draw_joints(stage, scenery, status)
+    mark_ties(stage, sheet, scenery, shape, 1.0)
     radius = float(np.clip(0.05 * scenery.length * stage.scale, 2.2, 7.0)) / stage.scale
     if scenery.dimension == 3:
         radius *= 0.8

@@ -16,7 +16,7 @@ from masonry_fem.output import fields
 from masonry_fem.output.folder import RUNNING, Folder, unfinished
 from masonry_fem.output.masks import with_nan
 from masonry_fem.output.picture import draw_all
-from masonry_fem.output.scenery import Scenery, amplification_of
+from masonry_fem.output.scenery import Scenery, amplification_of, without_ends
 from masonry_fem.output.sheet import STRESS_COLOURS
 
 logger = logging.getLogger(__name__)
@@ -67,6 +67,7 @@ def read_scenery(directory: str | Path) -> Scenery:
     if (directory / "contacts.pvd").exists():
         contacts = _read(last_file(directory / "contacts.pvd"))
         contacts.points = contacts.points + contacts.point_data[fields.DISPLACEMENT]
+    contacts, ties = without_ends(contacts)
     faces = None
     if (directory / "interfaces.pvd").exists():
         faces = _read(last_file(directory / "interfaces.pvd"))
@@ -77,6 +78,7 @@ def read_scenery(directory: str | Path) -> Scenery:
         float(blocks.field_data["length"][0]),
         _title(directory),
         faces,
+        ties,
     )
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
+from masonry_fem.march.ties import without_ties
 from masonry_fem.records.told import Told
 
 
@@ -59,6 +60,7 @@ def joint_summary(model: Model, state: SystemState) -> Joints:
     from masonry_fem.output.interface_fields import interface_name  # noqa: PLC0415
     from masonry_fem.output.interfaces import STATUS_WORDS, interface_forces  # noqa: PLC0415
 
+    model, state = without_ties(model, state)
     told = interface_forces(model, state)
     counts = np.bincount(told.status, minlength=len(STATUS_WORDS)).tolist()
 

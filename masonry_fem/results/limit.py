@@ -31,7 +31,8 @@ from masonry_fem.results.limit_analysis import LimitAnalysis, Outside
 from masonry_fem.results.summary import Wrench
 
 LEAST = 1e-6  # smaller shares and factors are taken as zero
-MOST = 24  # supports whose intervals are computed: in 3D each takes a dozen programs
+MOST = 24  # supports, and ties, whose intervals are computed: in 3D each takes a dozen programs
+TIE = "force"  # what stands in the place of an axis for a tie
 OUTSIDE = 1e-3  # of the loads: elastic blocks lean a little
 
 
@@ -54,6 +55,7 @@ def answers(problem: LimitProblem, tilt: str | None = None, **others: Any) -> Li
     if collapse is not None and collapse.mechanism is not None:
         motion = collapse.mechanism
     thrusts = _thrusts(problem, present) if carried.holds else {}
+    ties = _ties(problem, present) if carried.holds else {}
     return LimitAnalysis(
         message=" ".join([_sentence(carried, collapse, motion, tilt), *missing]),
         blocks=len(problem.blocks),
@@ -63,13 +65,14 @@ def answers(problem: LimitProblem, tilt: str | None = None, **others: Any) -> Li
         multiplier=None if collapse is None else _finite(collapse.multiplier),
         least_multiplier=None if collapse is None else _finite(collapse.least),
         unlimited=collapse is not None and math.isinf(collapse.multiplier),
-        mechanism=None if motion is None else _motion(problem, motion),
+        mechanism=None if motion is None else motion_told(problem, motion),
         supports={
             name: {axis: (_finite(end.low), _finite(end.high)) for axis, end in ends.items()}
             for name, ends in thrusts.items()
         },
-        inexact=_inexact(thrusts),
-        certificate=_certificate(carried, collapse, thrusts),
+        ties={name: (_finite(one[TIE].low), _finite(one[TIE].high)) for name, one in ties.items()} or None,
+        inexact=_inexact(thrusts | ties),
+        certificate=_certificate(carried, collapse, thrusts | ties),
         **({"dead": (), "growing": (), "notes": ()} | others),
     )
 
@@ -119,8 +122,14 @@ def _digits(error: float) -> int:
     return 6 if error < 1e-6 else max(1, int(-math.log10(error)))
 
 
-def _motion(problem: LimitProblem, motion: Mechanism) -> Falling:
-    """A mechanism, and the velocities of the centres of blocks that move."""
+def motion_told(problem: LimitProblem, motion: Mechanism) -> Falling:
+    """A mechanism, and the velocities of the centres of blocks that move.
+
+    Parameters
+    ----------
+    problem : Of limit analysis.
+    motion : Its mechanism.
+    """
     names = [block.name for block in problem.model.assembly.blocks]
     moving = {name for group in motion.groups for name in group}
     rows = zip(motion.blocks.tolist(), motion.centre, motion.velocity, motion.spin, strict=True)
@@ -142,6 +151,17 @@ def _thrusts(problem: LimitProblem, present: float) -> dict[str, dict[str, Inter
         }
         for name, resultant in list(supports_of(problem).items())[:MOST]
     }
+
+
+def _ties(problem: LimitProblem, present: float) -> dict[str, dict[str, Interval]]:
+    """Least and greatest force of each tie, by name."""
+    contacts, found = problem.model.contacts, {}
+    for number in np.flatnonzero(contacts.tied & problem.active)[:MOST].tolist():
+        resultant = np.zeros(problem.equilibrium.shape[1])
+        resultant[number * problem.dimension] = 1.0
+        name = problem.model.interfaces[contacts.interface[number]].label
+        found[name] = {TIE: interval(problem, resultant, present, carried=True)}
+    return found
 
 
 def _inexact(thrusts: Mapping[str, Mapping[str, Interval]]) -> dict[str, dict[str, float | None]]:

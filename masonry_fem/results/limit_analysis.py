@@ -36,6 +36,7 @@ class LimitAnalysis(Told, frozen=True, kw_only=True, tag_field="schema", tag=ver
     unlimited : Whether the loads may grow without bound.
     mechanism : How the blocks move at collapse, or under loads that cannot be carried.
     supports : Least and greatest force [N] by support and axis; None: no bound.
+    ties : Least and greatest force [N] by tie; None: there are none, or the loads cannot be carried.
     inexact : By how much an end of these is less exact than the rest [N]; None: it was not found.
     certificate : Relative errors of the programs that were solved.
     notes : What was taken otherwise than the scene says.
@@ -55,6 +56,7 @@ class LimitAnalysis(Told, frozen=True, kw_only=True, tag_field="schema", tag=ver
     unlimited: bool
     mechanism: Falling | None
     supports: dict[str, dict[str, tuple[float | None, float | None]]]
+    ties: dict[str, tuple[float | None, float | None]] | None = None
     inexact: dict[str, dict[str, float | None]]
     certificate: dict[str, float | None]
     notes: tuple[str, ...]

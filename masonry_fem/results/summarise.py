@@ -33,6 +33,7 @@ from masonry_fem.results.summary import (
     WorkTold,
     Wrench,
 )
+from masonry_fem.results.ties import ties_told
 from masonry_fem.scene import specs
 
 if TYPE_CHECKING:
@@ -70,6 +71,7 @@ def summarise(scene: specs.Scene, built: Built, made: March, **others: Any) -> S
         load_factors=scene.design.loads.used or None,
         certificate=certificate(made),
         stress=stress_summary(model, made.state),
+        ties=ties_told(made.model, made.state),
         probes=dict(report.probes),
         status=status_counts(made.state),
         mechanism=_mechanism(made),

@@ -24,6 +24,7 @@ from masonry_fem.results.determinacy import Determinacy
 from masonry_fem.results.discretisation import Errors, RefinementTold
 from masonry_fem.results.joints import Joints
 from masonry_fem.results.limit_analysis import LimitAnalysis
+from masonry_fem.results.ties import TieTold
 from masonry_fem.results.utilisation import Utilisation
 
 FloatArray = NDArray[np.float64]
@@ -242,6 +243,7 @@ class Summary(Told, frozen=True, kw_only=True, tag_field="schema", tag=versioned
     load_factors : Partial factors by which loads were multiplied, by kind; None: all are 1.
     certificate : How well the equations hold.
     stress : None without elastic blocks. utilisation : None where no stone has a strength.
+    ties : What each straight part of a tie bears, by name; None where there are none.
     probes : Displacement of the named points, shape (d,) [m].
     status : Numbers of contacts that are ``open``, ``stick``, ``slip`` and ``bonded``.
     mechanism : How the structure falls. moving : Blocks that move. Both only with ``no_equilibrium``.
@@ -278,6 +280,7 @@ class Summary(Told, frozen=True, kw_only=True, tag_field="schema", tag=versioned
     certificate: Certificate
     stress: Stress | None = None
     utilisation: Utilisation | None = None
+    ties: dict[str, TieTold] | None = None
     probes: dict[str, FloatArray]
     status: dict[str, int]
     mechanism: Falling | None = None

@@ -52,6 +52,7 @@ def cross_check(scene: Scene, base: Path) -> None:
     _fidelities(scene)
     _dimension(scene)
     check_joints(scene)
+    _ties(scene)
     _shapes(scene)
     _analysis(scene)
     _solver(scene)
@@ -91,6 +92,7 @@ def _names(scene: Scene) -> None:
     _unique("probes", (one.name for one in scene.probes))
     _unique("output.cuts", (one.name for one in scene.output.cuts))
     _unique("stages", (one.name for one in scene.stages))
+    _unique("ties", (one.name for one in scene.ties))
     for index, stage in enumerate(scene.stages):
         earlier = [one.name for one in scene.stages[:index]]
         if stage.after is not None and stage.after not in earlier:
@@ -208,6 +210,14 @@ def _shapes(scene: Scene) -> None:
                 lacking = f"{{path}} lacks the key '{path[-1]}', expected {braced(expected)}"
                 raise MisfitError(path[:-1], lacking)
             raise wrong(path, value, expected)
+
+
+def _ties(scene: Scene) -> None:
+    for index, tie in enumerate(scene.ties):
+        for key, expected in tie.faults():
+            if (value := getattr(tie, key)) is None:
+                raise MisfitError(("ties", index), f"{{path}} lacks the key '{key}', expected {expected}")
+            raise wrong(("ties", index, key), value, expected)
 
 
 def _analysis(scene: Scene) -> None:

@@ -10,7 +10,7 @@ these: ``structures.wall.brick``. What a user names freely stands as NAME, and a
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import cast
 
@@ -110,25 +110,31 @@ def explain(query: str) -> str:
     """
     asked = tuple(part for part in query.strip("[]").split(".") if part and not part.isdecimal())
     keys = list(all_keys())
+    parts = [*_meanings(keys, asked), *_meanings_of_kinds(keys, asked)]
+    if not parts:
+        known = [*{part for key in keys for part in (key.name, key.path[-1], *key.table)} - {NAME, ""}]
+        raise MasonryError(
+            f"'{query}' is no key of scene files{nearest(query, known)}; expected one such as "
+            "materials.NAME.young, joints.law or structures.wall; docs/scene.md has all"
+        )
+    return "\n\n".join(dict.fromkeys(parts))
+
+
+def _meanings(keys: Sequence[Key], asked: tuple[str, ...]) -> list[str]:
+    """What the keys mean that end with what is asked; where some are just that, of these alone."""
     found = [key for key in keys if _ends_with(key.path, asked)]
-    kinds = [
-        (key, kind, record)
+    exact = [key for key in found if len(_plain(key.path)) == len(asked)]
+    return [_told(key) for key in exact or found]
+
+
+def _meanings_of_kinds(keys: Sequence[Key], asked: tuple[str, ...]) -> list[str]:
+    """What the kinds of tables mean that end with what is asked."""
+    return [
+        _told_kind((*key.path, kind), record)
         for key in keys
         for kind, record in key.table.items()
         if kind and _ends_with((*key.path, kind), asked)
     ]
-    exact = [key for key in found if len(_plain(key.path)) == len(asked)]
-    found = exact or found
-    if not (found or kinds):
-        known = [*{part for key in keys for part in (key.name, key.path[-1], *key.table)} - {NAME, ""}]
-        hint = nearest(query, known)
-        raise MasonryError(
-            f"'{query}' is no key of scene files{hint or ''}; expected one such as materials.NAME.young, "
-            "joints.law or structures.wall; docs/scene.md has all"
-        )
-    parts = [_told(key) for key in found]
-    parts += [_told_kind((*key.path, kind), record) for key, kind, record in kinds]
-    return "\n\n".join(dict.fromkeys(parts))
 
 
 def _told(key: Key) -> str:

@@ -16,6 +16,7 @@ from masonry_fem.scene.misfit import nearest
 # what a quantity is called in messages, by the unit it is held in
 NOUNS = {
     "m": "a length",
+    "m^2": "an area",
     "s": "a time",
     "Hz": "a frequency",
     "Pa": "a pressure",
@@ -35,7 +36,7 @@ NOUNS = {
 COMMON_UNITS = (
     "Pa", "kPa", "MPa", "GPa", "N/mm^2", "m", "cm", "mm", "km", "s", "ms", "min", "Hz", "N", "kN", "MN",
     "kN/m", "N/m", "kg/m^3", "g/cm^3", "t/m^3", "m/s", "mm/s", "m/s^2", "mm/s^2", "deg", "rad", "rad/s",
-    "MB", "GB", "K", "degC", "1/K",
+    "MB", "GB", "K", "degC", "1/K", "mm^2", "cm^2", "m^2",
 )  # fmt: skip
 # "++" and "*+" do not backtrack; otherwise a long text that is no quantity would take minutes
 _NUMBER_AND_UNIT = re.compile(r"([+-]?(?:\d++\.?\d*+|\.\d++)(?:[eE][+-]?\d++)?)\s*+(.*)")

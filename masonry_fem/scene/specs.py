@@ -62,6 +62,7 @@ from masonry_fem.scene.laws import (
 from masonry_fem.scene.material import Damping, Material, Orthotropy
 from masonry_fem.scene.output import Cut, Output, Probe
 from masonry_fem.scene.solver import Solver
+from masonry_fem.scene.tie import Tie, TiePoint
 from masonry_fem.structures import kinds
 from masonry_fem.structures.parts.opening import Opening
 
@@ -110,6 +111,8 @@ __all__ = [
     "Support",
     "Table",
     "Temperature",
+    "Tie",
+    "TiePoint",
     "TimeFunction",
     "Traction",
     "law_record",
@@ -196,6 +199,8 @@ class Stage(Spec, frozen=True, kw_only=True):
     loads : in place of those of the stage before; in statics the change goes evenly over the steps
     supports : in place of those of the stage before
     joints : in place of those of the stage before; joints whose kind of law changes begin anew
+    ties : in place of those of the stage before. Ties of the same names go on; new ones bear their pretension
+        where their points have gone
     materials : tables in place of those of the same names
     without : blocks that are not there, in place of those of the stage before. What they gave to others goes
         in statics evenly over the steps; stones that appear have no stress, in their reference place
@@ -207,6 +212,7 @@ class Stage(Spec, frozen=True, kw_only=True):
     loads: Loads | None = None
     supports: tuple[Support, ...] | None = None
     joints: tuple[Joint, ...] | None = None
+    ties: tuple[Tie, ...] | None = None
     materials: dict[Name, Material] | None = None
     without: tuple[BlockSelector, ...] | None = None
 
@@ -229,6 +235,7 @@ class Scene(Spec, frozen=True, kw_only=True):
     structures : families of blocks
     overrides : exceptions for single blocks or groups
     joints : what joints do
+    ties : bars, cables and chains between points of blocks
     supports : blocks and faces that are held or moved, besides the supports that structures bring
     without : blocks that are left out; what else the scene says of them is left out, too
     loads : forces and accelerations
@@ -254,6 +261,7 @@ class Scene(Spec, frozen=True, kw_only=True):
     structures: Annotated[tuple[AnyStructure, ...], Meta(min_length=1)]
     overrides: tuple[Override, ...] = ()
     joints: tuple[Joint, ...] = (Joint(),)
+    ties: tuple[Tie, ...] = ()
     supports: tuple[Support, ...] = ()
     without: tuple[BlockSelector, ...] = ()
     loads: Loads = Loads()

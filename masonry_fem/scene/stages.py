@@ -12,7 +12,7 @@ from msgspec import structs
 
 from masonry_fem.scene.specs import Scene, Stage
 
-KEYS = ("analysis", "loads", "supports", "joints", "without")  # replaced as a whole
+KEYS = ("analysis", "loads", "supports", "joints", "ties", "without")  # replaced as a whole
 
 
 def stage_scenes(scene: Scene) -> Iterator[tuple[Stage, Scene]]:

@@ -5,8 +5,8 @@ import io
 import pytest
 from rich.console import Console
 
-from masonry_fem.analyses.discretisation import other
 from masonry_fem.analyses.run import solve_scene
+from masonry_fem.analyses.run.discretisation import other
 from masonry_fem.contact.placement import Rule
 from masonry_fem.output.terminal import print_summary
 from masonry_fem.records.told import plain

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from masonry_fem.analyses.resume import resume
 from masonry_fem.analyses.run import run, solve_scene
+from masonry_fem.analyses.run.resume import resume
 from masonry_fem.errors import MasonryError
 from masonry_fem.output.checkpoint import CheckpointError
 from masonry_fem.scene import loads

@@ -17,9 +17,9 @@ from types import ModuleType
 import pytest
 
 import masonry_fem
-from masonry_fem.analyses.reopening import untrusted
-from masonry_fem.analyses.resume import EndedError, resume
 from masonry_fem.analyses.run import RunResult, run
+from masonry_fem.analyses.run.reopening import untrusted
+from masonry_fem.analyses.run.resume import EndedError, resume
 from masonry_fem.output.checkpoint import CheckpointError
 from masonry_fem.output.history import History
 from masonry_fem.records.tree import is_record, packed

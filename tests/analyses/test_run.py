@@ -114,7 +114,7 @@ def test_an_interrupted_run_leaves_a_summary(tmp_path, monkeypatch):
     def interrupted(*arguments, **keys):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("masonry_fem.analyses.run.march", interrupted)
+    monkeypatch.setattr("masonry_fem.analyses.run.writing.march", interrupted)
     with pytest.raises(KeyboardInterrupt):
         run(scene(), tmp_path)
     kept = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))

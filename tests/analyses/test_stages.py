@@ -11,8 +11,8 @@ import pytest
 from masonry_fem.analyses.collapse import collapse
 from masonry_fem.analyses.inspect import check_scene
 from masonry_fem.analyses.limit import analyse
-from masonry_fem.analyses.resume import resume
 from masonry_fem.analyses.run import run, solve_scene
+from masonry_fem.analyses.run.resume import resume
 from masonry_fem.errors import MasonryError
 from masonry_fem.output.history import History
 from masonry_fem.scene import loads

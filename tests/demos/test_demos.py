@@ -22,6 +22,7 @@ from demos import (
     split_stone,
     spreading_arch,
     struck_arch,
+    tied_arch,
     window_bay,
 )
 from masonry_fem.analyses.inspect import check_scene
@@ -279,6 +280,18 @@ def test_floor_that_turns_cracks_the_wall_on_both_faces(drop):
     assert (wall.below, wall.above) == pytest.approx(wall.exact_openings, rel=0.1 * turn)
     # levers grow with the turn
     assert wall.far == pytest.approx(wall.exact_far, rel=turn)
+
+
+def test_tied_arch_stands_by_its_tie():
+    found = tied_arch.main()
+    assert found.outcome == "equilibrium"
+    assert not found.untied
+    low, high = found.bounds
+    assert low < found.force < high
+    assert found.force == pytest.approx(7868.4, rel=1e-3)
+    tight = tied_arch.main(pretension=12e3)
+    assert found.force < tight.force < 12e3
+    assert tight.thrust < 0 < found.thrust
 
 
 def test_struck_arch_thrusts_as_limit_analysis_allows():

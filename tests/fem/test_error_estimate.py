@@ -6,7 +6,7 @@ from math import factorial
 import numpy as np
 import pytest
 
-from masonry_fem.fem import error_estimate
+from masonry_fem.fem import error_estimate, imbalance
 from masonry_fem.fem.error_estimate import ErrorEstimate, comparison, energy_density
 from masonry_fem.fem.lagrange import is_simplex, lagrange, order, quadrature
 from masonry_fem.fem.material import ElasticMaterial
@@ -105,6 +105,17 @@ def test_blocks_are_taken_in_portions_without_a_difference(monkeypatch):
     whole = estimate.squares(gauss)
     monkeypatch.setattr(error_estimate, "AT_ONCE", 1)
     assert estimate.squares(gauss) == pytest.approx(whole, rel=1e-12)
+
+
+@pytest.mark.parametrize("cell", ["tetra", "hexahedron", "hexahedron27"])
+def test_cells_are_taken_in_portions_without_a_difference(monkeypatch, cell):
+    mesh = box_mesh(cell, (2, 2, 3), (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), distort=0.2)
+    recovery = StressRecovery.of(mesh, STONE, None)
+    gauss = recovery.gauss_stress(np.random.default_rng(2).normal(size=(2, mesh.points.size)))
+    whole = ErrorEstimate.of(mesh, STONE).squares(gauss)
+    monkeypatch.setattr(error_estimate, "CELLS", 5)
+    monkeypatch.setattr(imbalance, "AT_ONCE", 5)
+    assert ErrorEstimate.of(mesh, STONE).squares(gauss) == pytest.approx(whole, rel=1e-12)
 
 
 def _estimated(mesh, material, moved):

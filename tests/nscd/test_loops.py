@@ -95,6 +95,18 @@ def test_rows_are_solved_in_the_space_that_no_stone_feels(sides, count, closed, 
     assert np.abs(found.taken(rows)[0].ravel() - given).max() <= 1e-10
 
 
+def test_loops_of_a_step_before_are_kept_while_the_same_contacts_are_closed():
+    random, closed = np.random.default_rng(3), np.ones(7, dtype=bool)
+    operator = stones(FOUR, 7, 3, turned(7, 3, random))
+    places, force = Places(operator), random.normal(size=(7, 3))
+    rows = [np.eye(3) + 0.3 * random.normal(size=(7, 3, 3)) for _ in range(2)]
+    last = Loops(places, rows[0], closed)
+    for mask in (closed, np.arange(7) != 5):
+        kept, made = Loops(places, rows[1], mask, last), Loops(places, rows[1], mask)
+        for one, other in zip(kept.taken(force), made.taken(force), strict=True):
+            np.testing.assert_array_equal(one, other)
+
+
 def pushed_wall():
     """Bricks pushed sideways until most joints slide, by iterations."""
     wall = WallStructure(name="wall", material="stone", brick=(0.4, 0.2, 0.2), columns=6, courses=6)

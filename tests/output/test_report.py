@@ -265,6 +265,15 @@ def test_what_was_not_asked_is_grey_and_spoils_nothing():
     assert worst(found) == "green"
 
 
+def test_what_rounding_makes_of_the_energy_of_a_structure_at_rest_is_no_fault():
+    told = changed(["certificate", "energy_balance"], 0.4)
+    assert lights(told)[1].colour == "red"
+    told["certificate"]["rounding"] = {"energy_balance": 18.0}
+    light = lights(told)[1]
+    assert light.colour == "green"
+    assert "Balance of energy is 4.0e-01, as rounding alone makes it (good: up to 2e+01)" in light.answer
+
+
 @pytest.mark.slow
 def test_a_browser_shows_the_model_without_an_error(arch):
     """Its legend is written by the viewer once the model is drawn."""

@@ -140,7 +140,7 @@ def test_a_run_under_way_and_one_that_failed(judged, tmp_path):
     assert judged(told) == []
 
 
-@pytest.mark.parametrize(("place", "figures"), [("march", False), ("errors_of", True)])
+@pytest.mark.parametrize(("place", "figures"), [("writing.march", False), ("asked.errors_of", True)])
 def test_interrupted_runs_keep_what_they_know(judged, tmp_path, monkeypatch, place, figures):
     def interrupted(*arguments, **keys):
         raise KeyboardInterrupt
@@ -154,13 +154,19 @@ def test_interrupted_runs_keep_what_they_know(judged, tmp_path, monkeypatch, pla
     assert judged(told) == []
 
 
-def test_collapse_and_limit_analysis(judged, tmp_path, capsys):
+def test_collapse_threshold_and_limit_analysis(judged, tmp_path, capsys):
     scene = tmp_path / "scene.toml"
     scene.write_text(SCENE, encoding="utf-8")
     assert main(["collapse", str(scene), "--acceleration", "x", "--out", str(tmp_path), "--quiet"]) == 0
     told = read(tmp_path / "collapse.json")
     assert (told["outcome"], told["schema"]) == ("bracketed", "collapse/1")
     assert judged(told) == []
+    asked = ["threshold", str(scene), "joints.0.friction", "--between", "0", "1", "--out", str(tmp_path)]
+    assert main(asked) == 2
+    told = read(tmp_path / "threshold.json")
+    assert (told["outcome"], told["schema"]) == ("stands at both ends", "threshold/1")
+    assert judged(told) == []
+    capsys.readouterr()
     assert main(["limit", str(scene), "--tilt", "x", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["schema"] == "limit/1"

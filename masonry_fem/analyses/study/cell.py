@@ -130,6 +130,11 @@ def fingerprint(scene: Scene, base: Path) -> str:
     """Hash of all that a cell's results depend on.
 
     Rigid blocks have no elements: of a scene that has only such the mesh does not count.
+
+    Parameters
+    ----------
+    scene : The scene.
+    base : Folder that the paths in it are relative to.
     """
     tree = plain(scene)
     if _wholly_rigid(scene):

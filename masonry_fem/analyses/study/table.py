@@ -10,6 +10,7 @@ from masonry_fem.analyses.study.outputs import orders
 from masonry_fem.analyses.study.pareto import setting_places
 from masonry_fem.analyses.study.recommendation import percent
 from masonry_fem.analyses.study.row import SOLVED
+from masonry_fem.records.listing import first_few
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -139,10 +140,7 @@ def _failures(study: Study) -> list[str]:
     for row in study.rows:
         if row.outcome not in SOLVED and row.outcome != "missing":
             found.setdefault(row.message, []).append(" · ".join(row.cell.settings.values()))
-    return [
-        f"{', '.join(cells[:SAID])}{f' and {len(cells) - SAID} more' if len(cells) > SAID else ''}: {message}"
-        for message, cells in found.items()
-    ]
+    return [f"{first_few(cells, SAID)}: {message}" for message, cells in found.items()]
 
 
 def _error(value: float, point: Point | None) -> Any:

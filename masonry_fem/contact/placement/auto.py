@@ -64,7 +64,7 @@ def together(patches: Sequence[Patch], rule: Rule) -> list[Spots]:
     if not any(side.mesh for side in patches[0].sides):
         return [corners.points(patch, rule) for patch in patches]
     pieces = Pieces.of(patches)
-    if len(patches) > 1 and all(side.mesh for side in patches[0].sides) and not _facing(pieces):
+    if _apart(patches, pieces):
         return [weighted.on_pieces(pieces)]
     spots = [nodes.points(patch, rule) for patch in patches]
     error = max(misplaced(spots, pieces, side) for side in (0, 1))
@@ -73,6 +73,11 @@ def together(patches: Sequence[Patch], rule: Rule) -> list[Spots]:
     if _nested(pieces):
         return [replace(one, error=error) for one in spots]
     return [weighted.on_pieces(pieces)]
+
+
+def _apart(patches: Sequence[Patch], pieces: Pieces) -> bool:
+    """Whether these are two round faces with meshes whose vertices do not face each other."""
+    return len(patches) > 1 and all(side.mesh for side in patches[0].sides) and not _facing(pieces)
 
 
 def _facing(pieces: Pieces) -> bool:

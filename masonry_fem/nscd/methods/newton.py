@@ -391,12 +391,7 @@ class NewtonRun:
         residual = graphs.natural_map(pressed, velocity, problem.friction, self.scale)
         size = float(np.linalg.norm(self.impulse))
         last, self.error = self.error, float(np.linalg.norm(residual)) / size if size > 0 else 1.0
-        # where slip is held, it is κ that keeps rounds from coming far
-        crawls = before.slip is None and before.steps <= 1 and self.weight <= self.least_weight
-        self.crawling = self.crawling + 1 if crawls and self.error > _SLOW * last else 0
-        if self.crawling >= _CRAWL:
-            # statuses are settled, and what is left falls only as fast as α lets it
-            self.least_weight, self.crawling = max(0.1 * self.least_weight, _LEAST), 0
+        self._watch_crawl(before, last)
         self.weight = self._next_weight(before.steps)
         progress = self.error
         if self.static.any():
@@ -410,6 +405,16 @@ class NewtonRun:
         self.best = min(self.best, progress)
         stuck = self.idle >= self.settings.patience and not self.escape.rounds
         return Outcome.STALLED if stuck else None
+
+    def _watch_crawl(self, before: _Round, last: float) -> None:
+        """Let α fall further where statuses are settled and what is left falls only as fast as α lets it.
+
+        Where slip is held, it is κ that keeps rounds from coming far. ``last`` is the error a round earlier.
+        """
+        crawls = before.slip is None and before.steps <= 1 and self.weight <= self.least_weight
+        self.crawling = self.crawling + 1 if crawls and self.error > _SLOW * last else 0
+        if self.crawling >= _CRAWL:
+            self.least_weight, self.crawling = max(0.1 * self.least_weight, _LEAST), 0
 
     def _next_weight(self, steps: int) -> float:
         """α of the round after one that took so many steps."""

@@ -34,12 +34,7 @@ def couple(
         for other in range(2):
             if bodies[contact, other] < 0:
                 continue
-            for i in range(d):
-                for b in range(m):
-                    total = 0.0
-                    for j in range(d):
-                        total += slope[number, i, j] * maps[contact, other, j, b]
-                    moved[i, b] = total
+            _product(slope[number], maps[contact, other], moved)
             for one in range(2):
                 if bodies[contact, one] < 0:
                     continue
@@ -50,3 +45,14 @@ def couple(
                         if left != 0.0:
                             for b in range(m):
                                 blocks[slot, a, b] += left * moved[i, b]
+
+
+@compiled(inline="always")
+def _product(one: FloatArray, other: FloatArray, found: FloatArray) -> None:
+    """Put the product of two matrices into ``found``."""
+    for i in range(found.shape[0]):
+        for b in range(found.shape[1]):
+            total = 0.0
+            for j in range(one.shape[1]):
+                total += one[i, j] * other[j, b]
+            found[i, b] = total

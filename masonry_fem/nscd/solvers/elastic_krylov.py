@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, gmres
 
+from masonry_fem.host.trim import keep
 from masonry_fem.nscd.krylov import StagnationError
 from masonry_fem.nscd.linear import Factorised
 from masonry_fem.nscd.problem import ContactProblem
@@ -174,7 +175,8 @@ class Rows:
         self.values, self.bodies, self.groups = values, bodies, groups
         self.maps = np.where(closed[:, None, None, None], maps, 0.0)
         self.own = np.where(closed[:, None, None], values.own, np.eye(d))
-        self.loops = Loops(places, self.own, closed)
+        last: Loops | None = None if before is None else before.loops
+        self.loops: Loops = Loops(places, self.own, closed, last)
         if before is None:
             self.solved = [self._made(*of_size) for of_size in zip(groups, coupling, strict=True)]
             return
@@ -269,6 +271,7 @@ class Interfaces:
     """
 
     def __init__(self, problem: ContactProblem, elastic: Mask) -> None:
+        keep()  # each step makes arrays of a hundred megabytes
         self.problem = problem
         self.groups = interfaces_by_size(problem, elastic)
         self.coupling = [problem.operator.among(group) for group in self.groups]

@@ -129,29 +129,42 @@ def next_kink(
     for contact in range(len(x)):
         normal, tangent = x[contact]
         by_normal, by_tangent = direction[contact]
-        now, rough = status[contact], friction[contact]
-        if now == OPEN:
-            if by_normal > 0:
-                length = max(-normal, 0.0) / by_normal
-                if length < least:
-                    least, who = length, contact
-                    new = PLUS if tangent + length * by_tangent > 0 else MINUS
-            continue
-        if now != STICK and by_normal < 0:
-            length = max(normal, 0.0) / -by_normal
-            if length < least:
-                least, who, new = length, contact, OPEN
-        for side in (PLUS, MINUS):
-            if now not in (STICK, side):
-                continue
-            sense = 1.0 if side == PLUS else -1.0
-            beyond = sense * tangent - rough * normal  # of the cone's edge
-            by_beyond = sense * by_tangent - rough * by_normal
-            if now == STICK:
-                beyond, by_beyond = -beyond, -by_beyond
-            if by_beyond < 0:
-                length = max(beyond, 0.0) / -by_beyond
-                if length < least:
-                    least, who = length, contact
-                    new = side if now == STICK else STICK
+        if status[contact] == OPEN:
+            length, to = _closing(normal, tangent, by_normal, by_tangent)
+        else:
+            length, to = _changing(normal, tangent, by_normal, by_tangent, status[contact], friction[contact])
+        if length < least:
+            least, who, new = length, contact, to
     return least, who, new
+
+
+@compiled(inline="always")
+def _closing(normal: float, tangent: float, by_normal: float, by_tangent: float) -> tuple[float, int]:
+    """Length after which an open contact closes, and which way it slides then."""
+    if by_normal <= 0:
+        return np.inf, OPEN
+    length = max(-normal, 0.0) / by_normal
+    return length, PLUS if tangent + length * by_tangent > 0 else MINUS
+
+
+@compiled(inline="always")
+def _changing(
+    normal: float, tangent: float, by_normal: float, by_tangent: float, now: int, rough: float
+) -> tuple[float, int]:
+    """Length after which a closed contact opens, sticks or slides, and what it does then."""
+    least, new = np.inf, now
+    if now != STICK and by_normal < 0:
+        least, new = max(normal, 0.0) / -by_normal, OPEN
+    for side in (PLUS, MINUS):
+        if now not in (STICK, side):
+            continue
+        sense = 1.0 if side == PLUS else -1.0
+        beyond = sense * tangent - rough * normal  # of the cone's edge
+        by_beyond = sense * by_tangent - rough * by_normal
+        if now == STICK:
+            beyond, by_beyond = -beyond, -by_beyond
+        if by_beyond < 0:
+            length = max(beyond, 0.0) / -by_beyond
+            if length < least:
+                least, new = length, side if now == STICK else STICK
+    return least, new

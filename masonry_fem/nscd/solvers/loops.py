@@ -20,6 +20,8 @@ decomposition and multigrid methods", Journal of Scientific Computing 39 (2009).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
@@ -136,26 +138,22 @@ class Loops:
     places : Points that contacts are at.
     own : Derivative of each contact's row by its own impulse, shape (c, d, d).
     closed : Contacts that take part, shape (c,).
+    before : Those of a step before: where the same contacts are closed they are kept.
     """
 
-    def __init__(self, places: Places, own: FloatArray, closed: Mask) -> None:
-        some = np.flatnonzero(closed[places.contacts])
-        contacts, turns = places.contacts[some], places.turns[some]
-        meetings = Meetings(places.ends[some])
-        order = np.argsort(meetings.of_contact, kind="stable")
-        first = np.cumsum(meetings.sizes[:, 0]) - meetings.sizes[:, 0]
-        looped = np.flatnonzero(meetings.loops > 0)
-        alike = np.column_stack([meetings.sizes, meetings.anchored])[looped]
-        self._solved: list[tuple[IntArray, FloatArray, FloatArray]] = []
-        for size, points, anchored in np.unique(alike, axis=0).tolist():
-            chosen = looped[(alike == (size, points, anchored)).all(axis=1)]
-            at = order[first[chosen][:, None] + np.arange(size)]
-            space = _space(meetings.place[at], turns[at], points, bool(anchored))
-            rows = own[contacts[at]]
+    def __init__(self, places: Places, own: FloatArray, closed: Mask, before: Loops | None = None) -> None:
+        self._closed = closed[places.contacts]
+        kept = before is not None and np.array_equal(before._closed, self._closed)
+        self._spaces: list[tuple[IntArray, FloatArray]] = (
+            before._spaces if before is not None and kept else list(_spaces(places, self._closed))
+        )
+        self._solved = []
+        for contacts, space in self._spaces:
+            rows = own[contacts]
             inverse = _inverted(space, rows)
             n, e, d = rows.shape[:3]
             product = (rows @ inverse.reshape(n, e, d, e * d)).reshape(inverse.shape)
-            self._solved.append((contacts[at], inverse, product))
+            self._solved.append((contacts, inverse, product))
 
     def taken(self, force: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Impulses round the loops that solve the rows there, and what that leaves of the rows, both (c, d).
@@ -170,6 +168,25 @@ class Loops:
             impulse[contacts] = (inverse @ given).reshape(*contacts.shape, -1)
             rest[contacts] -= (product @ given).reshape(*contacts.shape, -1)
         return impulse, rest
+
+
+def _spaces(places: Places, closed: Mask) -> Iterator[tuple[IntArray, FloatArray]]:
+    """Contacts (n, e) of n meetings that are alike, and impulses round their loops, shape (n, e d, l).
+
+    Parameters
+    ----------
+    places : Points that contacts are at. closed : Those of its contacts that take part, shape (k,).
+    """
+    contacts, turns = places.contacts[closed], places.turns[closed]
+    meetings = Meetings(places.ends[closed])
+    order = np.argsort(meetings.of_contact, kind="stable")
+    first = np.cumsum(meetings.sizes[:, 0]) - meetings.sizes[:, 0]
+    looped = np.flatnonzero(meetings.loops > 0)
+    alike = np.column_stack([meetings.sizes, meetings.anchored])[looped]
+    for size, points, anchored in np.unique(alike, axis=0).tolist():
+        chosen = looped[(alike == (size, points, anchored)).all(axis=1)]
+        at = order[first[chosen][:, None] + np.arange(size)]
+        yield contacts[at], _space(meetings.place[at], turns[at], points, bool(anchored))
 
 
 def _space(place: IntArray, turns: FloatArray, points: int, anchored: bool) -> FloatArray:

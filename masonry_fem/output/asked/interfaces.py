@@ -10,6 +10,7 @@ from __future__ import annotations
 import csv
 import io
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from masonry_fem.march.determinacy import COMPONENTS, ForceDeterminacy
 from masonry_fem.march.march import March
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
+from masonry_fem.march.ties import without_ties
 from masonry_fem.output.interface_fields import InterfaceFields, labels_of
 from masonry_fem.output.interfaces import STATUS_WORDS, InterfaceForces, interface_forces
 from masonry_fem.output.joint_faces import JointFaces
@@ -60,7 +62,7 @@ class InterfaceTable:
 
     def record(self, model: Model, state: SystemState, report: StepReport) -> None:
         """Keep the state for the table and write the step of the series."""
-        self._last = model, state
+        self._last = model, state = without_ties(model, state)
         if self._fields and model.interfaces:
             told = interface_forces(model, state, self._faces_of(model))
             path = self._series.next_path(state.index)
@@ -71,6 +73,13 @@ class InterfaceTable:
     def end(self, made: March, determinacy: ForceDeterminacy | None) -> None:
         """Keep which forces of the last state are facts, for columns of their own."""
         self._determined = determinacy
+        if determinacy is not None and made.model.contacts.ties is not None:
+            faces = np.array([not one.tie for one in made.model.interfaces], dtype=bool)
+            self._determined = replace(
+                determinacy,
+                resultant=determinacy.resultant[faces],
+                determined=determinacy.determined[faces],
+            )
 
     def close(self, summary: Any) -> list[Path]:
         """Write the table."""

@@ -17,6 +17,7 @@ import numpy as np
 from masonry_fem.host.atomic import write_atomic
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
+from masonry_fem.march.ties import without_ties
 from masonry_fem.output.interfaces import interface_forces
 from masonry_fem.output.recorder import Request, StepReport
 from masonry_fem.output.strength import Strengths
@@ -106,6 +107,7 @@ def stone_columns(model: Model, state: SystemState, materials: Any, strengths: S
 def _pressures(model: Model, state: SystemState) -> np.ndarray:
     """Greatest of N/A of the joints of each block, 0 where none presses, shape (b,) [Pa]."""
     most = np.zeros(len(model.assembly.blocks))
+    model, state = without_ties(model, state)
     if model.interfaces:
         told = interface_forces(model, state)
         area = told.faces.area

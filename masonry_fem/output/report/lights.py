@@ -14,6 +14,7 @@ from typing import Any
 GREEN, AMBER, RED, GREY = "green", "amber", "red", "grey"
 ORDER = (GREY, GREEN, AMBER, RED)
 EXACT, POOR = 1e-9, 1e-6  # errors of the equations, relative
+OVERLAP = 1e-6  # of two stones, relative to the smaller
 SUNK = 1e-3  # of a block: overlap from which a state is no equilibrium
 FINE, COARSE = 0.1, 0.3  # estimated errors of the stress
 UNSURE = 0.5  # of a utilisation: with a larger error it is not known
@@ -69,15 +70,17 @@ def _verdict(summary: Mapping[str, Any]) -> Light:
     return Light(colour, "Does it stand?" if outcome != "finished" else "Did it end?", message)
 
 
-def measures(summary: Mapping[str, Any]) -> Iterator[tuple[str, float, float, float, str]]:
-    """Errors of the equations: what, how much, up to what it is good, up to what it may pass, unit.
+def measures(summary: Mapping[str, Any]) -> Iterator[tuple[str, float, float, float]]:
+    """Errors of the equations: what, how much, up to what it is good, up to what it may pass.
+
+    What rounding alone makes of an error is good: of a structure at rest all energies are rounding.
 
     Parameters
     ----------
     summary : What ``summary.json`` says.
     """
     told = summary["certificate"]
-    rounding = (told.get("rounding") or {}).get("natural_map") or 0.0
+    rounding = told.get("rounding") or {}
     words = {
         "natural_map": "Laws of contact and friction: worst violation",
         "cone_violation": "Friction: worst excess over its limit",
@@ -87,8 +90,8 @@ def measures(summary: Mapping[str, Any]) -> Iterator[tuple[str, float, float, fl
     }
     for key, what in words.items():
         if told.get(key) is not None:
-            least = max(EXACT, rounding) if key == "natural_map" else EXACT
-            yield what, float(told[key]), least, max(POOR, least), ""
+            least = max(EXACT, rounding.get(key) or 0.0)
+            yield what, float(told[key]), least, max(POOR, least)
     written = told.get("written") or {}
     if "balance" in written:
         yield (
@@ -96,11 +99,10 @@ def measures(summary: Mapping[str, Any]) -> Iterator[tuple[str, float, float, fl
             written["balance"]["value"],
             EXACT,
             POOR,
-            "",
         )
     if "overlap" in written:
         what = "Deepest overlap of two stones, relative to the smaller one"
-        yield what, written["overlap"]["share"], 1e-6, SUNK, ""
+        yield what, written["overlap"]["share"], OVERLAP, SUNK
 
 
 def _equations(summary: Mapping[str, Any]) -> Light:
@@ -109,10 +111,14 @@ def _equations(summary: Mapping[str, Any]) -> Light:
     poor = [one for one in found if not one[1] <= one[2]]
     question = "Are the equations of mechanics fulfilled?"
     if not poor:
-        most = max((one[1] for one in found), default=0.0)
+        most = max((one[1] for one in found if one[1] <= EXACT), default=0.0)
         answer = (
             f"Yes: the largest of {len(found)} independent error measures is {most:.1e} (good: up to 1e-9)."
         )
+        for what, value, good, _ in found:
+            if value > EXACT:
+                why = "" if good == OVERLAP else ", as rounding alone makes it"
+                answer += f" {what} is {value:.1e}{why} (good: up to {good:.0e})."
         return Light(GREEN, question, answer)
     what, value, good, *_ = max(poor, key=lambda one: one[1] / one[2])
     return Light(

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.host.ranks import Member
+from masonry_fem.host.trim import keep
 from masonry_fem.nscd.compliance import Alike, Shared
 from masonry_fem.nscd.mumps import petsc
 from masonry_fem.nscd.solvers.elastic_krylov import ACCURACY, ITERATIONS, Rows, Values
@@ -68,6 +69,7 @@ class Portion:
     """
 
     def __init__(self, member: Member, share: Share) -> None:
+        keep()  # each step makes arrays of a hundred megabytes
         self.member, self.share = member, share
         self.operator: Shared | None = None
         self._last: Rows | None = None

@@ -22,6 +22,7 @@ from masonry_fem.march.recognition import mechanism_of_step
 from masonry_fem.nscd import Outcome
 from masonry_fem.nscd.unstressed import from_no_stress
 from masonry_fem.output.sheet import quantity
+from masonry_fem.records.listing import first_few
 from masonry_fem.results.summary import StartTold
 
 CLOSED = 1e-6  # of a block's size: a gap that is none
@@ -64,9 +65,7 @@ class Start:
         if self.thrust is not None:
             words += f" by at least {quantity(self.thrust, 'N/m' if self.plane else 'N', DIGITS)}"
         if self.joints:
-            named = ", ".join(" / ".join(pair) for pair in self.joints[:SHOWN])
-            more = f" and {len(self.joints) - SHOWN} more" if len(self.joints) > SHOWN else ""
-            words += f" between {named}{more}"
+            words += f" between {first_few((' / '.join(pair) for pair in self.joints), SHOWN)}"
         if self.mechanism is not None:
             words += f"; from a start without stress it falls: {self.mechanism.sentence()}"
         return f"{words}."

@@ -1,14 +1,13 @@
 """Reopening: where another run ended, as the start of a scene.
 
-start = begun(scene, built, base)          # None where the scene starts in the reference
-start.built, start.state
+built, state = begun(scene, built, base)   # state is None where the scene starts in the reference
 """
 
 from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,21 +24,8 @@ from masonry_fem.scene import check, loads, specs
 from masonry_fem.scene.overrides import trusting_text
 
 
-@dataclass(frozen=True, slots=True)
-class Begun:
-    """Where a scene begins.
-
-    Attributes
-    ----------
-    built : The scene's, with the contacts and loads of the start. state : Of the start.
-    """
-
-    built: Built
-    state: SystemState
-
-
-def begun(scene: specs.Scene, built: Built, base: Path) -> Begun | None:
-    """Where a scene begins that starts from another run's end; None where it starts in the reference.
+def begun(scene: specs.Scene, built: Built, base: Path) -> tuple[Built, SystemState | None]:
+    """A scene with the contacts and loads of its start, and the state it starts from; None: at rest.
 
     Parameters
     ----------
@@ -51,11 +37,11 @@ def begun(scene: specs.Scene, built: Built, base: Path) -> Begun | None:
     MasonryError : There is no such run, or its stones are others.
     """
     if scene.analysis.start is None:
-        return None
+        return built, None
     _refuse(scene)
     left = reopened(base / scene.analysis.start, trust=_trusts(scene))
     model, state = succeeded(scene, built, base, left)
-    return Begun(replace(built, model=model, bodies=state.bodies), state)
+    return replace(built, model=model, bodies=state.bodies), state
 
 
 def reopened(folder: Path, *, trust: bool = False) -> Left:

@@ -31,7 +31,7 @@ from masonry_fem.scene.moved import moved
 from masonry_fem.scene.stages import predecessor, stage_scenes
 
 if TYPE_CHECKING:
-    from masonry_fem.analyses.run import RunResult
+    from masonry_fem.analyses.run.result import RunResult
 
 GOOD = ("equilibrium", "finished")
 

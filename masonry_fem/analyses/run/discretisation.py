@@ -82,6 +82,7 @@ def contact_error(scene: specs.Scene, built: Built, made: March, base: Path) -> 
             for b in one.blocks
         )
         for one in built.model.interfaces
+        if not one.tie
     ]
     model = replaced(scene, built.stones, built.model, base, lambda rule, i: other(rule, meshed[i]))
     if model is None:

@@ -11,11 +11,13 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from masonry_fem.analyses.reopening import untrusted
-from masonry_fem.analyses.run import RunResult, go_on
+from masonry_fem.analyses.run.reopening import untrusted
+from masonry_fem.analyses.run.result import RunResult
+from masonry_fem.analyses.run.writing import go_on
 from masonry_fem.output.checkpoint import CHECKPOINT, Checkpoint, CheckpointError, read_checkpoint
 from masonry_fem.output.folder import refuse_busy
 from masonry_fem.records.arguments import texts
+from masonry_fem.records.listing import first_few
 from masonry_fem.scene import loads, specs
 from masonry_fem.scene.overrides import trusting_text
 from masonry_fem.scene.writing import plain
@@ -78,8 +80,8 @@ def _refuse_changes(first: specs.Scene, scene: specs.Scene) -> None:
     ]
     if told:
         raise CheckpointError(
-            f"a run goes on with its own scene, and {'; '.join(told[:SHOWN])}: leave that as it was, or let "
-            "another scene start from where this one ended (analysis.start)"
+            f"a run goes on with its own scene, and {first_few(told, SHOWN, separator='; ')}: leave that as "
+            "it was, or let another scene start from where this one ended (analysis.start)"
         )
 
 
@@ -100,20 +102,35 @@ def _shown(value: Any) -> str:
 
 def _refuse_other_steps(before: specs.Analysis, scene: specs.Scene, checkpoint: Checkpoint) -> None:
     """Refuse an analysis whose first steps are not those that were made, and one that has no more."""
-    after = scene.analysis
     done = 0 if checkpoint.standing is None else checkpoint.standing.done
-    one, other = (list(islice(each.schedule(), done)) for each in (before, after))
+    _refuse_other_plan(before, scene.analysis, done)
+    _refuse_other_ramp(before, scene)
+    if checkpoint.outcome and (_steps(before, done, 1) or not _steps(scene.analysis, done, 1)):
+        raise EndedError(
+            f"the run has come to its end ({checkpoint.outcome}), nothing is left to do; for more steps of a "
+            "march in time set analysis.duration, or analysis.max_steps where it ran out of them",
+            checkpoint.outcome,
+        )
+
+
+def _refuse_other_plan(before: specs.Analysis, after: specs.Analysis, done: int) -> None:
+    """Refuse an analysis of another kind, or whose first ``done`` steps are others."""
     counts = {"load_steps", "duration", "max_steps"}
     same = type(before) is type(after) and all(
         getattr(before, key) == getattr(after, key) for key in before.__struct_fields__ if key not in counts
     )
-    if not same or one != other:
+    if not same or _steps(before, 0, done) != _steps(after, 0, done):
         changed = "; ".join(_differences(plain(before), plain(after), "analysis"))
         raise CheckpointError(
             f"the {done} steps that are made are not the first ones of this analysis ({changed}): a march in "
             "time goes on with a longer duration, or more max_steps; let another scene start from where this "
             "one ended for anything else (analysis.start)"
         )
+
+
+def _refuse_other_ramp(before: specs.Analysis, scene: specs.Scene) -> None:
+    """Refuse an analysis whose ramp, which motions follow that have no time of their own, is another."""
+    after = scene.analysis
     motions = [one.motion.time for one in scene.supports if one.motion is not None]
     times = motions + [one.time for one in scene.loads.temperatures]
     if before.ramp != after.ramp and None in times:
@@ -121,13 +138,8 @@ def _refuse_other_steps(before: specs.Analysis, scene: specs.Scene, checkpoint: 
             f"motions or temperatures without a time function go on until t = {before.ramp:g} s, with this "
             f"analysis until {after.ramp:g} s, so that steps that are made would be others; give them a time"
         )
-    if not checkpoint.outcome:
-        return
-    if next(islice(before.schedule(), done, None), None) is not None or not list(
-        islice(after.schedule(), done, done + 1)
-    ):
-        raise EndedError(
-            f"the run has come to its end ({checkpoint.outcome}), nothing is left to do; for more steps of a "
-            "march in time set analysis.duration, or analysis.max_steps where it ran out of them",
-            checkpoint.outcome,
-        )
+
+
+def _steps(plan: specs.Analysis, first: int, count: int) -> list[Any]:
+    """So many steps of an analysis, as far as it has them."""
+    return list(islice(plan.schedule(), first, first + count))

@@ -1,0 +1,53 @@
+"""Result: what a run leaves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+from msgspec import structs
+
+from masonry_fem.build import Built
+from masonry_fem.march.march import March
+from masonry_fem.results.summary import Summary
+
+if TYPE_CHECKING:
+    from masonry_fem.march.determinacy import ForceDeterminacy
+
+
+@dataclass(frozen=True, slots=True)
+class RunResult:
+    """What a run leaves.
+
+    Attributes
+    ----------
+    summary : What ``summary.json`` holds.
+    files : Files written.
+    built, march : The model and the march, for further work in Python.
+    determinacy : Which forces are facts, where the scene asks for it.
+    """
+
+    summary: Summary
+    files: list[Path]
+    built: Built
+    march: March
+    determinacy: ForceDeterminacy | None = None
+
+    @property
+    def outcome(self) -> str:
+        """``equilibrium``, ``finished``, ``no_convergence`` or ``no_equilibrium``."""
+        return self.summary.outcome
+
+    @property
+    def message(self) -> str:
+        """The same as a sentence."""
+        return self.summary.message
+
+    def telling(self, **keys: Any) -> Self:
+        """The same with other values in its summary."""
+        return replace(self, summary=structs.replace(self.summary, **keys))
+
+    def __repr__(self) -> str:
+        """A short table."""
+        return repr(self.summary)

@@ -1,0 +1,62 @@
+"""Solving: a scene in memory, and what its march and its end tell."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from masonry_fem.analyses.run.asked import answered, limits_of
+from masonry_fem.analyses.run.reopening import begun
+from masonry_fem.analyses.run.result import RunResult
+from masonry_fem.analyses.run.start import said, started
+from masonry_fem.build import Built, build, solver_settings
+from masonry_fem.errors import MasonryError
+from masonry_fem.march.march import March, Observer, march
+from masonry_fem.records.remark import gathered
+from masonry_fem.results.limit_analysis import LimitAnalysis
+from masonry_fem.results.summarise import summarise
+from masonry_fem.scene import check, specs
+
+
+def solve_scene(
+    scene: specs.Scene, base: str | Path = Path(), observers: Sequence[Observer] = ()
+) -> RunResult:
+    """Solve a scene without writing anything.
+
+    Parameters
+    ----------
+    scene : What to solve.
+    base : Folder that the paths in it are relative to.
+    observers : Told of every step's state and report, as recorders are.
+
+    Raises
+    ------
+    MasonryError : Where the scene cannot be built.
+    """
+    base = Path(base)
+    if getattr(scene, "stages", ()):
+        raise MasonryError("a scene with stages leaves where each of them ends; run it into a folder")
+    with gathered() as remarks:
+        scene = check(scene, base=base)
+        built, state = begun(scene, build(scene, base), base)
+        limits = limits_of(scene, built)
+        made = march(
+            built.model, scene.analysis, solver_settings(scene.solver), bodies=built.bodies, start=state,
+            observers=observers,
+        )  # fmt: skip
+        result = answered(scene, base, told(scene, built, made, limits))
+    return result.telling(remarks=tuple(remarks))
+
+
+def told(scene: specs.Scene, built: Built, made: March, limits: LimitAnalysis | None) -> RunResult:
+    """What a march tells, before the scene's questions of its end are answered.
+
+    Parameters
+    ----------
+    scene : What was solved. built : Made of it. made : How its march ended.
+    limits : What limit analysis says, where the scene asks for it.
+    """
+    source = started(made)
+    made = said(made, source)
+    start = None if source is None else source.told()
+    return RunResult(summarise(scene, built, made, limit_analysis=limits, start=start), [], built, made)

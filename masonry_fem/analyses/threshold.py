@@ -1,0 +1,326 @@
+"""Threshold: the value of any key of a scene at which it stands no more, by simulation and limit analysis.
+
+    found = threshold("arch.toml", "structures.arch.thickness", ("5 cm", "20 cm"))
+    found.summary.simulation.stands, found.summary.simulation.falls       # 10.77, 10.7
+    found.fall.mechanism.sentence()
+
+A trial is the scene itself with one value of the key, from its start to its end. Either end of the values may
+be the one that stands. What was tried is kept on disk as it becomes known: a second search, or one after a
+kill, goes on with it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import msgspec
+
+from masonry_fem.analyses.bracket import Bracket, Verdict
+from masonry_fem.analyses.single_run import RunEnd, ask_limit_analysis, run_once
+from masonry_fem.analyses.study.cell import fingerprint
+from masonry_fem.analyses.swept_key import SweptKey
+from masonry_fem.analyses.trials import counted, repeated
+from masonry_fem.errors import MasonryError, ProblemError, SceneError
+from masonry_fem.fidelities import deforms
+from masonry_fem.march.clock import Clock
+from masonry_fem.march.mechanism import Falling
+from masonry_fem.output.folder import Folder, make_folder
+from masonry_fem.records.arguments import check_share, texts
+from masonry_fem.records.remark import gathered
+from masonry_fem.records.told import write
+from masonry_fem.results.threshold import Fall, Outcome, Range, ThresholdTold, Tried, write_threshold
+from masonry_fem.scene import check, loads, specs
+
+logger = logging.getLogger(__name__)
+
+Tell = Callable[[float, str, float | None, float | None], None]
+
+FINER = 0.1  # of the tolerance: that of limit analysis, which costs little
+NEAR_ZERO = 1e-3  # of the ends' distance, times the tolerance: a bracket that is narrow even at 0
+
+
+@dataclass(frozen=True, slots=True)
+class Threshold:
+    """What is known of a threshold.
+
+    Attributes
+    ----------
+    summary : What ``threshold.json`` holds.
+    fall : How the structure falls there; None: not known.
+    folder : Where what was tried is kept.
+    """
+
+    summary: ThresholdTold
+    fall: Fall | None
+    folder: Path
+
+    @property
+    def value(self) -> float | None:
+        """Middle of the bracket of the simulation; None where one end is not known."""
+        found = self.summary.simulation
+        return None if found.stands is None or found.falls is None else 0.5 * (found.stands + found.falls)
+
+    def __repr__(self) -> str:
+        """A short table."""
+        return repr(self.summary)
+
+    def write(self, directory: str | Path | None = None, *, pictures: bool = True) -> list[Path]:
+        """Write ``threshold.json``, ``trials.csv`` and ``mechanism.png``; returns their paths."""
+        folder = self.folder if directory is None else Path(directory)
+        return write_threshold(folder, self.summary, self.fall, pictures=pictures)
+
+
+def threshold(
+    scene: str | Path,
+    key: str,
+    between: tuple[str | float, str | float],
+    *,
+    along: Sequence[float] = (),
+    out: str | Path | None = None,
+    overrides: Sequence[str] = (),
+    tolerance: float = 1e-2,
+    limit: bool = True,
+    fresh: bool = False,
+    tell: Tell | None = None,
+) -> Threshold:
+    """Find the value of a key at which a scene stands no more.
+
+    Parameters
+    ----------
+    scene : Path of its file.
+    key : Dotted key, as overrides take it.
+    between : Two values, at one of which it stands and at the other not.
+    along : Direction of a key that is a vector; values are its size along that.
+    out : Folder of what was tried, where a second search finds it; None: ``results/SCENE-threshold``.
+    overrides : Texts ``key=value`` for all trials.
+    tolerance : Width of the bracket over the larger of its ends.
+    limit : Ask limit analysis too, first, and look near its answer.
+    fresh : Try again what is already known.
+    tell : Is told each value, its verdict, and the bracket so far.
+
+    Raises
+    ------
+    MasonryError : The scene cannot be read with these values, or has stages.
+    """
+    check_share("tolerance", tolerance)
+    path = Path(scene)
+    folder = Path("results") / f"{path.stem}-threshold" if out is None else Path(out)
+    trials = _Trials(path, SweptKey.of(key, *between, along), texts(overrides), folder, fresh=fresh)
+    with Folder(folder, "threshold", title=trials.scenes[0].title), gathered(aloud=False) as remarks:
+        make_folder(folder / "cells")
+        static = _limit(trials, FINER * tolerance) if limit else None
+        guess = None if static is None or static.bracket is None else static.middle
+        runs = _Search(trials, run_once, "simulation", tell)
+        runs.search(tolerance, guess)
+    notes = [*trials.notes, *repeated(remarks), *_doubts(runs, static, tolerance)]
+    for note in notes:
+        logger.info("%s", note)
+    summary = ThresholdTold(
+        title=trials.scenes[0].title,
+        key=trials.key.key,
+        unit=trials.key.unit,
+        along=trials.key.along,
+        outcome=runs.outcome,
+        message=_sentence(trials.key, runs, static),
+        simulation=runs.told(),
+        limit_analysis=None if static is None else static.told(),
+        trials=tuple(trial for one in (static, runs) if one is not None for trial in one.made),
+        notes=tuple(notes),
+    )
+    return Threshold(summary, runs.fall, folder)
+
+
+# --- trials -----------------------------------------------------------------------------------
+
+
+class _Trials:
+    """The scenes that values of a key make, and where what became of them is kept."""
+
+    def __init__(
+        self, path: Path, key: SweptKey, overrides: tuple[str, ...], folder: Path, *, fresh: bool
+    ) -> None:
+        try:
+            self._text = path.read_text(encoding="utf-8-sig")
+        except (OSError, UnicodeDecodeError) as error:
+            raise SceneError(f"{path}: cannot be read ({error}); expected a TOML file") from error
+        self._source, self.base, self._overrides = str(path), path.resolve().parent, overrides
+        self._folder, self._fresh = folder / "cells", fresh
+        self.key = key.fitted(self._read)
+        self.scenes = [self.scene(value) for value in (self.key.low, self.key.high)]
+        if any(scene.stages for scene in self.scenes):
+            raise MasonryError(f"{path} has stages, and a threshold is that of one analysis; leave them out")
+        self.notes: list[str] = []
+
+    def scene(self, value: float) -> specs.Scene:
+        """The scene with a value of the key."""
+        return check(self._read(self.key.override(value)), base=self.base)
+
+    def _read(self, override: str) -> specs.Scene:
+        return loads(self._text, [*self._overrides, override], base=self.base, source=self._source)
+
+    def kept(self, scene: specs.Scene, by: str) -> Path:
+        """Where the result of a trial is kept."""
+        return self._folder / f"{fingerprint(scene, self.base)}-{by.partition(' ')[0]}.json"
+
+    def known(self, path: Path) -> Tried | None:
+        """What is kept, where it is to be used."""
+        try:
+            return None if self._fresh else msgspec.json.decode(path.read_bytes(), type=Tried)
+        except (OSError, ValueError):
+            return None
+
+
+class _Search:
+    """The threshold by one way of asking whether a scene stands."""
+
+    def __init__(
+        self,
+        trials: _Trials,
+        ask: Callable[[specs.Scene, Path], RunEnd],
+        by: Literal["simulation", "limit analysis"],
+        tell: Tell | None,
+    ) -> None:
+        self._trials, self._ask, self._by, self._tell = trials, ask, by, tell
+        self._ends: dict[float, RunEnd] = {}  # of those that were not known
+        self._sign = 1.0  # of the direction in which values come nearer to a fall
+        self.made: list[Tried] = []
+        self.bracket: Bracket | None = None
+        self.outcome: Outcome = "interrupted"
+        self.mechanism: Falling | None = None
+        self.fall: Fall | None = None
+
+    def search(self, tolerance: float, guess: float | None) -> None:
+        """Close in to a tolerance; what is known when it is interrupted is kept."""
+        with contextlib.suppress(KeyboardInterrupt):
+            self._search(tolerance, guess)
+            fallen = self.ends[1]
+            if fallen is not None:
+                ended = self._ends.get(fallen) or self._ask(self._trials.scene(fallen), self._trials.base)
+                self.mechanism, self.fall = ended.mechanism, ended.fall
+
+    def _search(self, tolerance: float, guess: float | None) -> None:
+        key = self._trials.key
+        first, last = self.attempt(key.low), self.attempt(key.high)
+        if first == last:
+            self.outcome = "undecided" if first == "undecided" else f"{first} at both ends"  # type: ignore
+            return
+        start, end = key.low, key.high
+        if first == "falls" or last == "stands":
+            start, end = end, start
+        self._sign = sign = 1.0 if start < end else -1.0
+        width = abs(end - start)
+        self.bracket = Bracket(
+            lambda multiplier: self.attempt(sign * multiplier), tolerance=tolerance, first=width,
+            least=1.0 if key.whole else NEAR_ZERO * tolerance * width, whole=key.whole,
+        )  # fmt: skip
+        self.bracket.between(sign * start, sign * end, None if guess is None else sign * guess)
+        self.outcome = "bracketed" if self.bracket.ending == "bracketed" else "undecided"
+
+    def attempt(self, value: float) -> Verdict:
+        """The verdict on a value, from disk where it is known."""
+        value = float(value) + 0.0  # no -0
+        for made in self.made:
+            if made.value == value:
+                return made.verdict
+        scene, clock = self._trials.scene(value), Clock()
+        path = self._trials.kept(scene, self._by)
+        trial = self._trials.known(path)
+        if trial is None:
+            self._ends[value] = ended = self._ask(scene, self._trials.base)
+            clock.lap("trial")
+            trial = Tried(
+                value=value, by=self._by, verdict=ended.verdict, outcome=ended.outcome,
+                message=ended.message, steps=ended.steps, seconds=clock.phases["trial"],
+            )  # fmt: skip
+            write(path, trial)
+        self.made.append(trial)
+        if self._tell is not None:
+            self._tell(value, trial.verdict, *self.ends)
+        return trial.verdict
+
+    @property
+    def ends(self) -> tuple[float | None, float | None]:
+        """Values nearest to each other at which it stands and falls."""
+        if self.bracket is None:
+            return None, None
+        stands, falls = self.bracket.stands, self.bracket.falls
+        return tuple(None if end is None else self._sign * end + 0.0 for end in (stands, falls))  # type: ignore
+
+    @property
+    def middle(self) -> float | None:
+        """Middle of the bracket; None where one end is not known."""
+        stands, falls = self.ends
+        return None if stands is None or falls is None else 0.5 * (stands + falls)
+
+    def told(self) -> Range:
+        """What the summary says."""
+        stands, falls = self.ends
+        return Range(outcome=self.outcome, stands=stands, falls=falls, mechanism=self.mechanism)
+
+    def words(self) -> str:
+        """The range in words."""
+        told = self._trials.key.told
+        said = [
+            f"{verdict} at {told(end)}"
+            for verdict, end in zip(("stands", "falls"), self.ends, strict=True)
+            if end is not None
+        ]
+        if not said:
+            ends = f"{told(self._trials.key.low)} and {told(self._trials.key.high)}"
+            return f"{self.outcome}, {ends}" if "both" in self.outcome else f"{self.outcome} at {ends}"
+        return ", ".join(said) + ("" if self.outcome == "bracketed" else f" ({self.outcome})")
+
+
+# --- limit analysis beside it -----------------------------------------------------------------
+
+
+def _limit(trials: _Trials, tolerance: float) -> _Search | None:
+    """The threshold of limit analysis, where it has one."""
+    scene = trials.scenes[0]
+    if not scene.analysis.seeks_equilibrium or scene.analysis.start is not None:
+        why = "the scene starts where another ended" if scene.analysis.start else "the analysis is in time"
+        trials.notes.append(f"limit analysis is left out: {why}")
+        return None
+    found = _Search(trials, ask_limit_analysis, "limit analysis", None)
+    try:
+        found.search(tolerance, None)
+    except (ProblemError, MasonryError) as error:
+        trials.notes.append(f"limit analysis has no answer: {error}")
+        return None
+    if any(support.motion is not None for support in scene.supports):
+        trials.notes.append("limit analysis leaves motions of supports out: blocks are where they start")
+    if any(deforms(name) for name in scene.fidelities):
+        trials.notes.append("limit analysis counts elastic blocks as rigid")
+    return found
+
+
+def _doubts(runs: _Search, static: _Search | None, tolerance: float) -> Iterator[str]:
+    """What a user should know of the two ranges."""
+    doubtful = [made for made in runs.made if made.verdict == "undecided"]
+    if doubtful:
+        yield (
+            f"{counted(len(doubtful), 'trial')} undecided, the last at {doubtful[-1].value:.6g}: they count "
+            f"neither as standing nor as falling; it said: {doubtful[-1].message}"
+        )
+    if static is None or static.middle is None or runs.middle is None:
+        return
+    apart = runs.middle - static.middle
+    if abs(apart) > 2 * tolerance * abs(static.middle):
+        yield (
+            "the two differ: limit analysis takes rigid blocks where they start, whose joints open as they "
+            "slide and keep their strength, and tells what can be carried at most"
+        )
+
+
+def _sentence(key: SweptKey, runs: _Search, static: _Search | None) -> str:
+    words = [f"{key.key} {runs.words()}"]
+    if runs.mechanism is not None:
+        words.append(f"There {runs.mechanism.sentence}")
+    if static is not None:
+        words.append(f"Limit analysis: {static.words()}")
+    return ". ".join(words) + "."

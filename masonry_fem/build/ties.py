@@ -1,0 +1,249 @@
+"""Ties: those of a scene as contacts of their own, one for each straight part.
+
+    faces, contacts = ties(scene, stones)          # an interface and a contact for each part
+    law = tie_law(scene, names, contacts)          # how they stretch, yield and snap
+
+The normal of such a contact points along the tie from its candidate to its antagonist, and ``bulge`` is less
+than 0 by the length L_0 of the tie without force: its gap L_0 − L is open where the tie is slack.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from hashlib import blake2b
+from itertools import pairwise
+
+import numpy as np
+from scipy import sparse
+
+from masonry_fem.build.stones import Stones, block_names
+from masonry_fem.contact.contacts import Contacts, FloatArray, IntArray, Interface
+from masonry_fem.contact.kinematics import local_frames
+from masonry_fem.contact.update import joined
+from masonry_fem.errors import MasonryError, SceneError
+from masonry_fem.joints.laws.parts.tie import Tie
+from masonry_fem.records.remark import remark
+from masonry_fem.scene import specs
+from masonry_fem.scene.selector import only, select
+
+SHORT = 1e-6  # of a block's size: ends that are nearer to each other have no direction
+STIFFER = 1e3  # the other way round: how much less than its modulus a tie hardens where nothing is said
+NO_WEIGHT = 1e-13  # of a node in a mean: rounding
+
+type Faces = tuple[Interface, ...]
+
+
+def with_ties(
+    scene: specs.Scene, stones: Stones, interfaces: Faces, contacts: Contacts
+) -> tuple[Faces, Contacts]:
+    """Interfaces and contacts where blocks touch, followed by those of the scene's ties.
+
+    Parameters
+    ----------
+    scene : Has the ties. stones : Its blocks.
+    interfaces, contacts : Where these touch.
+
+    Raises
+    ------
+    SceneError : A tie is fixed to no block or to no point of it, has no length, or joins no free block.
+    """
+    if not scene.ties:
+        return interfaces, contacts
+    return joined((interfaces, contacts), ties(scene, stones))
+
+
+def ties(scene: specs.Scene, stones: Stones) -> tuple[Faces, Contacts]:
+    """An interface and a contact for each straight part of each tie.
+
+    Parameters
+    ----------
+    scene : Has the ties. stones : Its blocks.
+
+    Raises
+    ------
+    SceneError : A tie is fixed to no block or to no point of it, has no length, or joins no free block.
+    """
+    names: list[str] = []
+    ends: list[tuple[tuple[int, FloatArray], tuple[int, FloatArray]]] = []
+    of: list[int] = []
+    for index, tie in enumerate(scene.ties):
+        places = [_place(stones, point, f"ties.{index}.points.{k}") for k, point in enumerate(tie.points)]
+        parts = list(pairwise([*places, places[0]] if tie.closed else places))
+        for number, part in enumerate(parts, start=1):
+            names.append(part_name(tie, number, len(parts)))
+            ends.append(part)
+            of.append(index)
+            _refuse(scene, stones, index, names[-1], part)
+    blocks = np.array([[block for block, _ in part] for part in ends], dtype=np.int64)
+    points = np.array([[point for _, point in part] for part in ends])
+    reach = points[:, 1] - points[:, 0]
+    length = np.linalg.norm(reach, axis=1)
+    frame = local_frames(reach / length[:, None])
+    own = [scene.ties[index] for index in of]
+    rest = _rest_length(own, length)
+    faces = tuple(
+        Interface(
+            blocks=(int(pair[0]), int(pair[1])), faces=(-1, -1), normal=frame[k, 0],
+            polygon=points[k].mean(axis=0)[None], gap=np.array([rest[k] - length[k]]), area=0.0,
+            label=names[k], tie=True,
+        )
+        for k, pair in enumerate(blocks)
+    )  # fmt: skip
+    contacts = Contacts(
+        blocks=blocks,
+        interface=np.arange(len(faces)),
+        points=points,
+        facets=np.full((len(faces), 2), -1),
+        frame=frame,
+        gap=rest - length,
+        area=np.array([tie.area for tie in own]),
+        key=np.array([_key(name) for name in names], dtype=np.int64),
+        means=_means(stones, blocks, points, names),
+        bulge=-rest,
+        ties=np.ones(len(faces), dtype=bool),
+    )
+    return faces, contacts
+
+
+def part_name(tie: specs.Tie, number: int, count: int) -> str:
+    """Name of a straight part of a tie.
+
+    Parameters
+    ----------
+    tie : The tie.
+    number : Of the part, from 1 on.
+    count : How many it has.
+    """
+    return tie.name if count == 1 else f"{tie.name}.{number}"
+
+
+def tie_law(scene: specs.Scene, interfaces: Faces, contacts: Contacts, points: IntArray) -> Tie:
+    """How the ties at some contacts stretch, yield and snap.
+
+    Parameters
+    ----------
+    scene : Has the ties.
+    interfaces, contacts : Of the model.
+    points : Numbers of those that are ties, shape (k,).
+    """
+    known = {
+        part_name(tie, number, count): tie
+        for tie in scene.ties
+        for count in (len(tie.points) - (not tie.closed),)
+        for number in range(1, count + 1)
+    }
+    own = [known[interfaces[number].label] for number in contacts.interface[points].tolist()]
+    assert contacts.bulge is not None
+    hardening = [tie.young / STIFFER if tie.hardening is None else tie.hardening for tie in own]
+    return Tie(
+        modulus=np.array([tie.young for tie in own]),
+        length=-contacts.bulge[points],
+        prestress=np.array([tie.pretension / tie.area for tie in own]),
+        strength=np.array([np.inf if tie.yield_stress is None else tie.yield_stress for tie in own]),
+        hardening=np.array(hardening),
+        rupture=np.array([np.inf if tie.rupture_strain is None else tie.rupture_strain for tie in own]),
+    )
+
+
+def _rest_length(own: list[specs.Tie], length: FloatArray) -> FloatArray:
+    """Lengths without force of ties that bear their pretension at a length (k,) [m]."""
+    strain = np.array([tie.pretension / (tie.young * tie.area) for tie in own])
+    rest: FloatArray = length / (1.0 + strain)
+    return rest
+
+
+def _place(stones: Stones, point: specs.TiePoint, key: str) -> tuple[int, FloatArray]:
+    """Block and point of an end."""
+    names, what = block_names(stones.assembly), f"{key}.block"
+    block = only(select(point.block, names, what), point.block, names, what)
+    solid = stones.assembly.solid(block)
+    at = solid.mass_properties().centroid if point.point is None else np.array(point.point, dtype=float)
+    low, high = solid.vertices.min(axis=0), solid.vertices.max(axis=0)
+    away = float(np.linalg.norm(np.maximum(np.maximum(low - at, at - high), 0.0)))
+    if away > 0.1 * float(np.linalg.norm(high - low)):
+        name = stones.assembly.blocks[block].name
+        raise SceneError(
+            f"{key}.point is {away:.3g} m outside '{name}', expected a point of the block in world "
+            "coordinates; correct it, or name the block that it is on"
+        )
+    return block, at
+
+
+def _refuse(
+    scene: specs.Scene, stones: Stones, index: int, name: str,
+    part: tuple[tuple[int, FloatArray], tuple[int, FloatArray]],
+) -> None:  # fmt: skip
+    (first, start), (second, end) = part
+    blocks = stones.assembly.blocks
+    if first == second:
+        raise SceneError(
+            f"ties.{index} ('{name}') leads from '{blocks[first].name}' to itself, expected two blocks; name "
+            "another one, or leave the tie out"
+        )
+    size = float(np.linalg.norm(np.ptp(stones.assembly.solid(first).vertices, axis=0)))
+    if float(np.linalg.norm(end - start)) <= SHORT * size:
+        raise SceneError(
+            f"ties.{index} ('{name}') has its ends on '{blocks[first].name}' and '{blocks[second].name}' in "
+            "one point, expected two: a tie needs a length to stretch"
+        )
+    if stones.fidelity[first] is None and stones.fidelity[second] is None:
+        remark(
+            "idle_tie",
+            f"ties.{index} ('{name}') joins two supports, '{blocks[first].name}' and "
+            f"'{blocks[second].name}': it holds nothing; fix one end to a free block, or drop it",
+            blocks[first].name,
+            blocks[second].name,
+        )
+
+
+def _means(stones: Stones, blocks: IntArray, points: FloatArray, names: list[str]) -> sparse.csr_array | None:
+    """Weights of the nodes of blocks with meshes at the ends, shape (2k, nodes of the largest mesh)."""
+    assembly = stones.assembly
+    rows, columns, values, width = [], [], [], 0
+    ends = zip(blocks.ravel(), points.reshape(-1, points.shape[2]), strict=True)
+    for row, (block, point) in enumerate(ends):
+        placed = assembly.blocks[block]
+        mesh = assembly.shapes[placed.shape].mesh
+        if mesh is None:
+            continue
+        from masonry_fem.fem.locate import in_cells  # noqa: PLC0415 - rigid scenes need no elements
+
+        what = f"tie '{names[row // 2]}' at '{placed.name}'"
+        try:
+            nodes, weights = in_cells(mesh, placed.pose.to_shape(point), what)
+        except MasonryError as error:
+            raise SceneError(str(error)) from error
+        kept = np.abs(weights) > NO_WEIGHT
+        rows += [row] * int(kept.sum())
+        columns += nodes[kept].tolist()
+        values += weights[kept].tolist()
+        width = max(width, len(mesh.points))
+    if not width:
+        return None
+    return sparse.csr_array(sparse.coo_array((values, (rows, columns)), shape=(2 * len(blocks), width)))
+
+
+def _key(name: str) -> int:
+    """Identity of a tie."""
+    return int.from_bytes(blake2b(f"tie\n{name}".encode(), digest_size=8).digest(), signed=True)
+
+
+def stretched_from(scene: specs.Scene, interfaces: Faces, contacts: Contacts, length: FloatArray) -> Contacts:
+    """Contacts whose ties bear their pretension at other lengths than in the reference.
+
+    Parameters
+    ----------
+    scene : Has the ties.
+    interfaces, contacts : Of the model.
+    length : Of each contact that is such a tie; NaN of the others, shape (c,) [m].
+    """
+    found = np.flatnonzero(np.isfinite(length))
+    if not len(found):
+        return contacts
+    assert contacts.bulge is not None
+    law = tie_law(scene, interfaces, contacts, found)
+    bulge, gap = contacts.bulge.copy(), contacts.gap.copy()
+    rest = length[found] / (1.0 + law.prestress / law.modulus)
+    gap[found] += rest + bulge[found]
+    bulge[found] = -rest
+    return replace(contacts, bulge=bulge, gap=gap)

@@ -1,0 +1,73 @@
+"""Command ``threshold``: find the value of a key at which a scene stands no more."""
+# ruff: noqa: PLC0415
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from masonry_fem.cli.console import complain, print_files
+from masonry_fem.cli.exit_codes import THRESHOLD_CODES
+from masonry_fem.cli.grammar import Commands, Parents, overrides_of
+
+
+def find_threshold(options: argparse.Namespace) -> int:
+    """Find the threshold of a key; the exit code says whether it was found."""
+    from masonry_fem.analyses.threshold import threshold
+    from masonry_fem.host import installation
+    from masonry_fem.output.collapse_table import Watch
+    from masonry_fem.output.threshold_table import print_threshold
+    from masonry_fem.records.told import text
+
+    installation.require_python()
+    options.out = options.out or Path("results") / f"{options.scene.stem}-threshold"
+    with Watch(quiet=options.quiet) as watch:
+        found = threshold(
+            options.scene,
+            options.key,
+            tuple(options.between),
+            along=options.along or (),
+            out=options.out,
+            overrides=overrides_of(options),
+            tolerance=options.tolerance,
+            limit=not options.no_limit,
+            fresh=options.fresh,
+            tell=watch.say,
+        )
+    told = found.summary
+    files = found.write(pictures=told.outcome != "interrupted")
+    if options.json:
+        print(text(told))
+    elif not options.quiet:
+        print_threshold(told)
+        print_files(files)
+    code = THRESHOLD_CODES[told.outcome]
+    if code:
+        complain(told.message)
+    return code
+
+
+def add(commands: Commands, parents: Parents) -> None:
+    """What can be written after the command."""
+    own = commands.add_parser(
+        "threshold",
+        parents=[parents.scene, parents.common],
+        help="find the value of a key at which a scene stands no more",
+    )
+    own.add_argument("key", metavar="KEY", help="dotted key, as --set takes it: structures.arch.thickness")
+    own.add_argument(
+        "--between", nargs=2, required=True, metavar=("A", "B"),
+        help="two values: at one it stands, at the other not ('5 cm' '20 cm')",
+    )  # fmt: skip
+    own.add_argument(
+        "--along", nargs="+", type=float, metavar="X",
+        help="direction of a key that is a vector (1 1 0); values are its size along that",
+    )  # fmt: skip
+    own.add_argument(
+        "--tolerance", type=float, default=1e-2, metavar="T", help="relative width of the bracket (0.01)"
+    )
+    own.add_argument("--no-limit", action="store_true", help="do not ask limit analysis")
+    own.add_argument("--fresh", action="store_true", help="try again what is known")
+    own.add_argument("--out", type=Path, metavar="DIR", help="folder (default: results/SCENE-threshold)")
+    own.add_argument("--json", action="store_true", help="print everything as JSON")
+    own.set_defaults(command=find_threshold)

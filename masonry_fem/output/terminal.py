@@ -140,6 +140,7 @@ def print_summary(told: Any, console: Console | None = None) -> None:
         _limits,
         _determinacy,
         _probes,
+        _response,
         _cost,
     ):
         section = ""
@@ -357,6 +358,13 @@ def _determinacy(summary: Mapping[str, Any]) -> Rows:
 def _probes(summary: Mapping[str, Any]) -> Rows:
     for name, displacement in (summary.get("probes") or {}).items():
         yield "displacements", name, _vector(displacement, "m")
+
+
+def _response(summary: Mapping[str, Any]) -> Rows:
+    for name, told in (summary.get("response") or {}).items():
+        greatest, when = quantity(told["greatest"], "m", 4), told["greatest_time"]
+        residual = quantity(float(np.linalg.norm(told["residual"])), "m", 4)
+        yield "response", name, f"peak {greatest} at {when:.4g} s, residual {residual}"
 
 
 def _cost(summary: Mapping[str, Any]) -> Rows:

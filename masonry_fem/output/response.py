@@ -1,19 +1,21 @@
-"""Response of probes in dynamics: ``response.csv``, one line for each axis of a probe, from ``history.csv``.
+"""Response in dynamics: ``response.csv``, a line for each axis of a probe, and ``spectra.csv``, one a period.
 
     motions = read_motions(Path("out/history.csv"), ["top"], 2, ground)
     told = [response_of(one) for one in motions]
     write_response(Path("out/response.csv"), told)
 
-Displacements are from the reference, relative to the ground where accelerograms move it.
+Displacements come from ``history.csv``. They are from the reference, and relative to the ground where
+accelerograms move it.
 """
 
 from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +23,9 @@ from numpy.typing import NDArray
 from masonry_fem.host.atomic import write_atomic
 from masonry_fem.march.shaking import Shaking
 from masonry_fem.output.history import AXES
+
+if TYPE_CHECKING:
+    from masonry_fem.output.spectrum import Spectrum
 
 FloatArray = NDArray[np.float64]
 
@@ -123,5 +128,26 @@ def write_response(path: Path, told: Sequence[ProbeResponse]) -> Path:
         axes = AXES[len(one.peak)]
         numbers = np.column_stack([one.peak, one.peak_time, one.residual, one.swing]).tolist()
         table.writerows([one.name, axis, *row] for axis, row in zip(axes, numbers, strict=True))
+    write_atomic(path, text.getvalue().encode())
+    return path
+
+
+def write_spectra(path: Path, spectra: Mapping[str, Spectrum]) -> Path:
+    """Write spectra of the same periods and damping; a cell is empty where a motion does not tell.
+
+    Parameters
+    ----------
+    path : Of the file. spectra : By the names of their motions.
+    """
+    first = next(iter(spectra.values()))
+    columns = {"period [s]": first.periods}
+    for name, one in spectra.items():
+        columns[f"{name} displacement [m]"] = one.displacements
+        columns[f"{name} pseudo_acceleration [m/s^2]"] = one.accelerations
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(columns)
+    for row in np.column_stack(list(columns.values())).tolist():
+        table.writerow(["" if np.isnan(value) else value for value in row])
     write_atomic(path, text.getvalue().encode())
     return path

@@ -365,6 +365,10 @@ def _response(summary: Mapping[str, Any]) -> Rows:
         greatest, when = quantity(told["greatest"], "m", 4), told["greatest_time"]
         residual = quantity(float(np.linalg.norm(told["residual"])), "m", 4)
         yield "response", name, f"peak {greatest} at {when:.4g} s, residual {residual}"
+    if told := summary.get("spectra"):
+        for name, peak in told["peaks"].items():
+            size, period = peak["pseudo_acceleration"], peak["period"]
+            yield f"spectra, {100 * told['damping']:.3g} %", name, f"peak {size:.4g} m/s² at {period:.3g} s"
 
 
 def _cost(summary: Mapping[str, Any]) -> Rows:

@@ -16,7 +16,8 @@ materials.stone = { density = 2000.0, young = 1e7, poisson = 0.0 }
 mesh = { element = "Q2", divisions = [1, 4] }
 structures = [{ kind = "block", name = "column", material = "stone", size = [0.5, 4.0] }]
 supports = [{ on = "column/bottom" }]
-probes = [{ name = "top", block = "column", point = [0.25, 4.0] }]
+probes = [{ name = "top", block = "column", point = [0.25, 4.0] },
+          { name = "foot", block = "column", point = [0.25, 0.0] }]
 analysis = { kind = "dynamics", step = 0.002, duration = 0.6, theta = 0.5 }
 loads.accelerograms = [{ y = "record.csv", acts = "ACTS" }]
 output = { pictures = false, fields = false }
@@ -58,7 +59,7 @@ def test_the_table_agrees_with_the_history_and_the_summary(made):
     way = np.array([float(line["probes.top_y"]) for line in lines])
     place = int(np.abs(way).argmax())
     with (folder / "response.csv").open(newline="") as file:
-        across, along = csv.DictReader(file)
+        across, along = list(csv.DictReader(file))[:2]
     assert (across["axis"], along["probe"], along["axis"]) == ("x", "top", "y")
     assert float(along["peak [m]"]) == way[place]
     assert float(along["peak_time [s]"]) == float(lines[place]["time"])
@@ -77,3 +78,35 @@ def test_statics_has_no_response(made):
     })  # fmt: skip
     assert result.summary.response is None
     assert not (result.files[0].parent / "response.csv").exists()
+
+
+@pytest.mark.parametrize("acts", ["ground", "inertia"])
+def test_a_probe_on_the_ground_has_its_spectrum(made, acts):
+    """Of a clamped point as of the accelerogram, with oscillators that begin and end with the record."""
+    result = made(acts)
+    table = np.genfromtxt(
+        result.files[0].parent / "spectra.csv", delimiter=",", names=True, deletechars="", replace_space=" "
+    )
+    assert table.dtype.names[:2] == ("period [s]", "accelerograms.0.y displacement [m]")
+    within = (table["period [s]"] > 0.06) & (table["period [s]"] < 0.25)  # peaks come before the end
+    assert within.sum() > 15
+    one = table["accelerograms.0.y pseudo_acceleration [m/s^2]"][within]
+    other = table["probes.foot.y pseudo_acceleration [m/s^2]"][within]
+    np.testing.assert_allclose(other, one, rtol=5e-3)
+    told = result.summary.spectra
+    assert told.damping == 0.05
+    peak = told.peaks["accelerograms.0.y"]
+    column = table["accelerograms.0.y pseudo_acceleration [m/s^2]"]
+    assert (peak.pseudo_acceleration, peak.period) == (column.max(), table["period [s]"][column.argmax()])
+    assert "probes.top.y" in told.peaks
+
+
+def test_the_damping_of_spectra_is_a_key(made):
+    """More of it lowers the peak."""
+    less, more = (
+        made("inertia", **{"fields = false": f"fields = false, spectrum_damping = {one}"}).summary.spectra
+        for one in (0.02, 0.2)
+    )
+    assert (less.damping, more.damping) == (0.02, 0.2)
+    name = "accelerograms.0.y"
+    assert less.peaks[name].pseudo_acceleration > 1.3 * more.peaks[name].pseudo_acceleration

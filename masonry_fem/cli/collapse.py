@@ -36,7 +36,9 @@ def collapse_scene(options: argparse.Namespace) -> int:
                 tell=watch.tell,
             )
         told = found.summary
-        pictures = scene.output.pictures and told.outcome != "interrupted"
+        asked = scene.output.pictures
+        drawn = asked if isinstance(asked, bool) else "mechanism" in asked
+        pictures = drawn and told.outcome != "interrupted"
         files = found.write(options.out, pictures=pictures)
     if options.json:
         print(text(told))

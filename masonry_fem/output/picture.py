@@ -9,6 +9,8 @@ be drawn again without its model (``view``).
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -50,43 +52,64 @@ DISPLACEMENT_COLOURS = "YlGnBu"
 DAMAGE_COLOURS = "inferno_r"
 
 
-def draw_all(scenery: Scenery, directory: Path, amplification: float | None = None) -> list[Path]:
-    """Draw all pictures that the scenery has data for.
+def draw_all(
+    scenery: Scenery, directory: Path, amplification: float | None = None,
+    only: Collection[str] | None = None,
+) -> list[Path]:  # fmt: skip
+    """Draw the pictures that the scenery has data for.
 
     Parameters
     ----------
     scenery : What to draw.
     directory : Folder for the pictures.
     amplification : Of displacements; None to choose one.
+    only : Names of the wanted ones, as in ``output.pictures`` of a scene; None for all.
 
     Returns
     -------
     Paths of the pictures.
     """
-    directory = Path(directory)
-    paths = [draw_deformed(scenery, directory / "deformed.png", amplification)]
+    folder = Path(directory)
+    drawn = _drawers(scenery, amplification)
+    return [draw(folder / f"{name}.png") for name, draw in drawn if only is None or _kind(name) in only]
+
+
+def _kind(name: str) -> str:
+    """What a scene calls a picture: ``stone`` is each ``stone_...``."""
+    return "stone" if name.startswith("stone_") else name
+
+
+def _drawers(scenery: Scenery, amplification: float | None) -> Iterator[tuple[str, Callable[[Path], Path]]]:
+    """Names of the pictures that there is data for, and what draws them."""
+    magnified = [
+        ("deformed", draw_deformed), ("von_mises", draw_von_mises), ("utilisation", draw_utilisation),
+        ("overview", draw_overview), ("opening", draw_opening), ("sliding", draw_sliding),
+    ]  # fmt: skip
+    drawers: dict[str, Callable[[Path], Path]] = {
+        name: partial(draw, scenery, amplification=amplification) for name, draw in magnified
+    }
+    yield "deformed", drawers["deformed"]
     if fields.VON_MISES in scenery.blocks.point_data:
-        paths.append(draw_von_mises(scenery, directory / "von_mises.png", amplification))
-        paths.append(draw_principal(scenery, directory / "principal_stresses.png"))
+        yield "von_mises", drawers["von_mises"]
+        yield "principal_stresses", partial(draw_principal, scenery)
         if fields.UTILISATION in scenery.blocks.point_data:
-            paths.append(draw_utilisation(scenery, directory / "utilisation.png", amplification))
+            yield "utilisation", drawers["utilisation"]
         if fields.STRESS_ERROR in scenery.blocks.cell_data:
-            paths.append(draw_error(scenery, directory / "stress_error.png"))
+            yield "stress_error", partial(draw_error, scenery)
         for measure in measures_of(scenery.blocks):
-            told = directory / f"stone_{measure}.png"
-            paths.append(draw_measure(scenery, measure, told, amplification))
+            draw = partial(draw_measure, scenery, measure, amplification=amplification)
+            yield f"stone_{measure}", draw
         if scenery.contacts is not None:
-            paths.append(draw_overview(scenery, directory / "overview.png", amplification))
+            yield "overview", drawers["overview"]
     if scenery.contacts is not None:
-        paths.append(draw_reactions(scenery, directory / "reactions.png"))
-        paths.append(draw_resultants(scenery, directory / "resultants.png"))
+        yield "reactions", partial(draw_reactions, scenery)
+        yield "resultants", partial(draw_resultants, scenery)
         if np.isfinite(_adhesion(scenery.contacts)).any():
-            paths.append(draw_damage(scenery, directory / "damage.png"))
+            yield "damage", partial(draw_damage, scenery)
     if scenery.interfaces is not None:
-        paths.append(draw_thrust(scenery, directory / "thrust.png"))
-        paths.append(draw_opening(scenery, directory / "opening.png", amplification))
-        paths.append(draw_sliding(scenery, directory / "sliding.png", amplification))
-    return paths
+        yield "thrust", partial(draw_thrust, scenery)
+        yield "opening", drawers["opening"]
+        yield "sliding", drawers["sliding"]
 
 
 def draw_deformed(scenery: Scenery, path: Path, amplification: float | None = None) -> Path:

@@ -101,19 +101,15 @@ class Stage:
 
     def __init__(self, view: View, width: int, block: float = np.inf) -> None:
         """Prepare a stage ``width`` pixels wide; lines become thin where a ``block`` [m] is small."""
-        can_render()  # chooses VTK's window, which is fixed when it is first loaded
-        import pyvista as pv  # noqa: PLC0415  only where pictures are drawn
-
         half_width, half_height = view.half
         height = int(np.clip(width * half_height / half_width, LOWEST, HIGHEST))
         self.view, self.size = view, (width, height)
         self.scale = min(width / (2 * MARGIN * half_width), height / (2 * MARGIN * half_height))
         self._lift = 2.0 / self.scale  # lines stand two pixels' length before their surface
         self._pen = FINE * float(np.clip(block * self.scale / THICK_FROM, 0.3, 1.0))
-        self.plotter: Any = pv.Plotter(
-            off_screen=True, window_size=[FINE * width, FINE * height], lighting="light kit"
-        )
-        self.plotter.set_background("white")
+        self.plotter: Any = _plotter()
+        self.plotter.clear_actors()
+        self.plotter.window_size = [FINE * width, FINE * height]
 
     def surface(self, mesh: Any, **options: Any) -> None:
         """Add faces, flat-lit in 2D; options as of pyvista's ``add_mesh``."""
@@ -147,7 +143,9 @@ class Stage:
             self.plotter.add_mesh(lifted, **(look | options))
 
     def image(self) -> NDArray[np.uint8]:
-        """Draw and end: the stage is gone afterwards."""
+        """Draw and end: the stage is empty afterwards."""
+        from PIL import Image  # noqa: PLC0415
+
         camera, view = self.plotter.camera, self.view
         reach = 4.0 * (float(np.hypot(*view.half)) + view.depth)
         camera.focal_point = view.centre
@@ -157,9 +155,23 @@ class Stage:
         camera.parallel_scale = self.size[1] / (2 * self.scale)
         self.plotter.camera_set = True
         self.plotter.renderer.reset_camera_clipping_range()
-        fine = np.asarray(self.plotter.screenshot(None, return_img=True))
-        self.plotter.close()
-        width, height = self.size
-        tiles = fine.reshape(height, FINE, width, FINE, fine.shape[-1])
-        image: NDArray[np.uint8] = np.rint(tiles.mean(axis=(1, 3))).astype(np.uint8)
-        return image
+        self.plotter.suppress_rendering = False
+        self.plotter.render()
+        fine = self.plotter.screenshot(None, return_img=True)
+        self.plotter.suppress_rendering = True
+        self.plotter.clear_actors()
+        return np.asarray(Image.fromarray(fine).reduce(FINE))
+
+
+@functools.cache
+def _plotter() -> Any:
+    """The one that draws all images: a new one each compiles its shaders again."""
+    can_render()  # chooses VTK's window, which is fixed when it is first loaded
+    import pyvista as pv  # noqa: PLC0415  only where pictures are drawn
+
+    plotter = pv.Plotter(off_screen=True, lighting="light kit")
+    plotter.set_background("white")
+    plotter.disable_anti_aliasing()  # the finer image is what smooths edges
+    plotter.suppress_rendering = True
+    plotter.renderer.UseOITOff()  # glass of one colour looks the same in any order, for half the time
+    return plotter

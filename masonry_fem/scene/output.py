@@ -9,6 +9,10 @@ from msgspec import defstruct
 from masonry_fem.output import asked
 from masonry_fem.records.record import Axis, BlockSelector, Count, Name, Point, Positive, Seconds, Spec
 
+PictureName = Literal[
+    "deformed", "von_mises", "principal_stresses", "utilisation", "stress_error", "stone", "overview",
+    "reactions", "resultants", "damage", "thrust", "opening", "sliding", "mechanism",
+]  # fmt: skip
 CutField = Literal["von_mises", "vertical", "greatest", "least"]
 
 
@@ -66,7 +70,8 @@ class Output(Spec, frozen=True, kw_only=True):
     Attributes
     ----------
     fields : write ``.vtu`` and ``.pvd`` files for ParaView
-    pictures : write PNG pictures of the last state
+    pictures : write PNG pictures of the last state: all that there is data for, or the named ones only, as in
+        ``["overview", "thrust"]``; ``cuts`` come with either
     every : number of steps between field files; the first and the last are always written
     interfaces : write [``interfaces.csv``](results.md#interfacescsv): which forces each joint carries, where,
         and how far it opened and slid. With ``pictures``, thrust lines and maps of opening and sliding are
@@ -89,7 +94,7 @@ class Output(Spec, frozen=True, kw_only=True):
     """
 
     fields: bool = True
-    pictures: bool = True
+    pictures: bool | tuple[PictureName, ...] = True
     every: Count = 1
     interfaces: bool = False
     stones: bool | None = None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from typing import get_args
 
 import msgspec
 import numpy as np
@@ -12,12 +13,14 @@ from masonry_fem.analyses.run import RunResult, run
 from masonry_fem.build import build
 from masonry_fem.errors import SceneError
 from masonry_fem.output import cut, fields, interface_fields, joint_map, picture, render, sheet, thrust
-from masonry_fem.output.asked.pictures import Pictures
+from masonry_fem.output.asked.pictures import Pictures, recorder
 from masonry_fem.output.cut import Plane, area_of, section_of
+from masonry_fem.output.recorder import Request
 from masonry_fem.output.render import Stage, View
 from masonry_fem.output.scenery import Scenery
 from masonry_fem.output.thrust import thrust_segments
 from masonry_fem.scene import check
+from masonry_fem.scene.output import PictureName
 from masonry_fem.scene.specs import (
     Cut,
     Joint,
@@ -302,3 +305,53 @@ def test_an_axis_that_points_at_the_eye_is_left_out(tmp_path):
     page = sheet.Sheet("Title", "Caption")
     page.bar = sheet.ColourBar("three\nlines\nof words", "viridis", (0.0, 1.0), over=True)
     assert_whole(page.save(tmp_path / "page.png", stage))
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_letters_of_the_axes_keep_clear_of_each_other_and_of_arrows(seed):
+    rng = np.random.default_rng(seed)
+    axes = np.linalg.qr(rng.normal(size=(3, 3)))[0][:2].T
+    if seed % 4 == 0:  # two axes one behind the other
+        axes[1] = 0.6 * axes[0]
+    ends, letters = sheet.triad_of(axes)
+    shown = np.flatnonzero(ends.any(axis=1))
+    assert len(shown) >= 2
+    for one in shown:
+        for other in set(shown) - {one}:
+            assert np.linalg.norm(letters[one] - letters[other]) > 15
+            along = np.clip(letters[one] @ ends[other] / (ends[other] @ ends[other]), 0, 1)
+            assert np.linalg.norm(letters[one] - along * ends[other]) > 8
+
+
+@draws
+def test_pictures_have_the_same_bits_whatever_was_drawn_before(tmp_path):
+    def draw(name: str) -> bytes:
+        stage = Stage(View.of(np.array([[0.0, 0, 0], [1, 1, 1]]), 3), 500)
+        stage.surface(pv.Box((0, 1, 0, 1, 0, 1)), color=picture.COMPRESSION, opacity=0.3)
+        return sheet.Sheet("Title", "Caption").save(tmp_path / name, stage).read_bytes()
+
+    first = draw("first.png")
+    other = Stage(View.of(np.array([[0.0, 0, 0], [3, 1, 0]]), 2), 900)
+    other.surface(pv.Box((0, 3, 0, 1, 0, 0)), color=picture.TENSION)
+    other.image()
+    Stage(View.of(np.array([[0.0, 0, 0], [3, 1, 0]]), 2), 900).surface(pv.Sphere())  # given up half-drawn
+    assert draw("second.png") == first
+
+
+@draws
+def test_only_the_pictures_asked_for_are_drawn(arch, tmp_path):
+    scenery = Scenery.of(arch.march.model, arch.march.state, joints=True)
+    every = {path.stem for path in picture.draw_all(scenery, tmp_path / "all")}
+    assert {"deformed", "thrust", "reactions"} < every
+    assert every <= set(get_args(PictureName))
+    paths = picture.draw_all(scenery, tmp_path / "two", only={"thrust", "deformed"})
+    assert sorted(path.name for path in paths) == ["deformed.png", "thrust.png"]
+    assert sorted(path.name for path in (tmp_path / "two").iterdir()) == ["deformed.png", "thrust.png"]
+
+
+def test_a_scene_names_its_pictures_and_thrust_needs_no_other_key(tmp_path):
+    output = Output(pictures=("thrust",))
+    request = Request(tmp_path, "", output, statics=True, materials=())
+    made = recorder(request)
+    assert made._joints
+    assert made._only == {"thrust"}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,21 +21,26 @@ if TYPE_CHECKING:
     from masonry_fem.march.determinacy import ForceDeterminacy
     from masonry_fem.march.march import March
 
+JOINT_PICTURES = {"thrust", "opening", "sliding"}
+
 
 def recorder(request: Request) -> Pictures:
     """Pictures of the end, and the cuts that are asked for."""
     asked = request.asked
     planes = [Plane(one.name, one.point, one.normal, one.show) for one in asked.cuts]
+    only = None if asked.pictures is True else frozenset(asked.pictures)
+    joints = asked.interfaces or bool(only and only & JOINT_PICTURES)
     return Pictures(
-        request.folder, request.title, asked.amplification, joints=asked.interfaces, cuts=planes,
-        strengths=request.strengths,
+        request.folder, request.title, asked.amplification, joints=joints, cuts=planes,
+        strengths=request.strengths, only=only,
     )  # fmt: skip
 
 
 class Pictures:
     """Recorder that draws the last state when the run ends.
 
-    With ``joints`` the thrust and the maps of openings and slides too, and the ``cuts`` asked for.
+    With ``joints`` the thrust and the maps of openings and slides too, and the ``cuts`` asked for; ``only``
+    has the names of the wanted pictures, None for all.
     """
 
     dense = True  # it keeps the state only, which costs nothing
@@ -45,9 +50,11 @@ class Pictures:
     def __init__(
         self, directory: Path, title: str = "", amplification: float | None = None, *,
         joints: bool = False, cuts: Sequence[Plane] = (), strengths: Strengths | None = None,
+        only: Collection[str] | None = None,
     ) -> None:  # fmt: skip
         self._directory, self._title, self._amplification = Path(directory), title, amplification
         self._joints, self._cuts, self._strengths = joints, tuple(cuts), strengths
+        self._only = only
         self._last: tuple[Model, SystemState] | None = None
         self._end: March | None = None
 
@@ -69,7 +76,7 @@ class Pictures:
         if last is None or summary.outcome in ("interrupted", "failed") or not can_render():
             return []
         scenery = Scenery.of(*last, title=self._title, joints=self._joints, strengths=self._strengths)
-        paths = draw_all(scenery, self._directory, self._amplification)
+        paths = draw_all(scenery, self._directory, self._amplification, self._only)
         for plane in self._cuts:
             paths += draw_cut(scenery, plane, self._directory, self._amplification)
         return paths + self._mechanism()
@@ -77,7 +84,8 @@ class Pictures:
     def _mechanism(self) -> list[Path]:
         """Where there is no equilibrium: how it falls, from where it was when the last step began."""
         made = self._end
-        if made is None or made.outcome != "no_equilibrium":
+        wanted = self._only is None or "mechanism" in self._only
+        if made is None or made.outcome != "no_equilibrium" or not wanted:
             return []
         found = mechanism_of_step(made.last, made.model)
         if not found.parts:

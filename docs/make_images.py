@@ -56,6 +56,7 @@ DEMOS: dict[str, tuple[dict[str, object], dict[str, str]]] = {
             "struck_arch_spread": "spread/thrust",
         },
     ),
+    "chained_dome": ({}, {"chained_dome": "resultants"}),
     "tied_arch": ({}, {"tied_arch": "overview", "tied_arch_thrust": "thrust"}),
     "dome": ({}, {"dome": "deformed"}),
     "dome_section": ({}, {"dome_section": "von_mises", "dome_section_cut": "cut_meridian_von_mises"}),

@@ -102,6 +102,7 @@ TABLES: dict[type[Spec], str] = {
     specs.Motion: "`motion` of a support",
     specs.Loads: "`[loads]`",
     specs.Acceleration: "`[[loads.accelerations]]`",
+    specs.Accelerogram: "`[[loads.accelerograms]]`",
     specs.Traction: "`[[loads.tractions]]`",
     specs.PointForce: "`[[loads.points]]`",
     specs.LineForce: "`[[loads.lines]]`",

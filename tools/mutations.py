@@ -224,7 +224,7 @@ class Tests:
         line = lines[one.line - 1].encode()
         lines[one.line - 1] = (line[: one.start] + one.new.encode() + line[one.end :]).decode()
         files = self._files(one, folders)
-        plain = "@njit" in original
+        plain = "@compiled" in original
         own = [file for file in files if Path(file).stem == f"test_{Path(one.file).stem}"]
         kept = [file for file in files if file not in own and self._fresh(file, plain)]
         for group in [own, kept, *([file] for file in files if file not in own + kept)]:
@@ -261,7 +261,7 @@ class Tests:
         chosen = sorted(
             (seconds, name)
             for tests in files
-            for name, (seconds, lines) in self._known(tests, plain="@njit" in text).items()
+            for name, (seconds, lines) in self._known(tests, plain="@compiled" in text).items()
             if within is None or within & set(lines.get(file, ()))
         )
         return sum(seconds for seconds, _ in chosen), [name for _, name in chosen]

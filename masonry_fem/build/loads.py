@@ -12,6 +12,7 @@ from masonry_fem.build.stones import Stones, block_names, faces_of
 from masonry_fem.build.supports import time_factor
 from masonry_fem.errors import SceneError
 from masonry_fem.march.model import Load
+from masonry_fem.march.shaking import Shaking
 from masonry_fem.scene import specs
 from masonry_fem.scene.selector import only, select, split_face
 
@@ -73,7 +74,13 @@ def _add(total: list[FloatArray | None], group: int, force: FloatArray) -> None:
     total[group] = force if present is None else present + force
 
 
-def loads(scene: specs.Scene, stones: Stones, groups: tuple[BodyGroup, ...], base: Path) -> tuple[Load, ...]:
+def loads(
+    scene: specs.Scene,
+    stones: Stones,
+    groups: tuple[BodyGroup, ...],
+    base: Path,
+    ground: Shaking | None = None,
+) -> tuple[Load, ...]:
     """All loads of a scene.
 
     Parameters
@@ -82,6 +89,7 @@ def loads(scene: specs.Scene, stones: Stones, groups: tuple[BodyGroup, ...], bas
     stones : Its blocks.
     groups : Its bodies.
     base : Folder that its paths are relative to.
+    ground : What shakes it.
 
     Raises
     ------
@@ -95,6 +103,10 @@ def loads(scene: specs.Scene, stones: Stones, groups: tuple[BodyGroup, ...], bas
         factor = time_factor(scene, body_force.time, base)
         force = patterns.acceleration(np.array(body_force.vector))
         made.append(Load(f"accelerations.{index}", force, factor))
+    for index, one in enumerate(() if ground is None else ground.components):
+        if not one.moves:
+            force = patterns.acceleration(-np.eye(scene.dimension)[one.axis])
+            made.append(Load(f"accelerograms.{index}", force, one.record.acceleration))
     for index, traction in enumerate(wanted.tractions):
         key = f"loads.tractions.{index}"
         factor = time_factor(scene, traction.time, base)

@@ -20,6 +20,7 @@ from masonry_fem.build.material_law import material_law
 from masonry_fem.build.meeting import Meeting
 from masonry_fem.build.overlaps import refuse_overlaps
 from masonry_fem.build.places import check_places
+from masonry_fem.build.shaking import shaken, shaking
 from masonry_fem.build.stones import Stones, block_names, lay, meshed, present, typical_length
 from masonry_fem.build.supports import last_change
 from masonry_fem.build.temperature import expansions
@@ -29,6 +30,7 @@ from masonry_fem.errors import ExtensionError, MasonryError, SceneError
 from masonry_fem.fidelities import Fidelity, Given, deforms, fidelities
 from masonry_fem.march.clock import Clock
 from masonry_fem.march.model import Model, Probe
+from masonry_fem.march.shaking import Shaking
 from masonry_fem.records.listing import first_few
 from masonry_fem.records.remark import remark
 from masonry_fem.scene import specs
@@ -83,6 +85,8 @@ def build(scene: specs.Scene, base: Path, before: Built | None = None, *, solved
     clock.lap("build")
     stones = meshed(stones, None if before is None else before.stones)
     clock.lap("mesh" if stones.deforming else "build")
+    ground = shaking(scene, base)
+    stones = shaken(stones, ground)
     reach = scene.contact.reach
     refuse_overlaps(stones, reach)
     interfaces = detect(stones.assembly, reach=reach, angle=scene.contact.angle)
@@ -107,17 +111,18 @@ def build(scene: specs.Scene, base: Path, before: Built | None = None, *, solved
         contacts=contacts,
         laws=laws,
         scatter=scatter,
-        loads=loads(scene, stones, groups, base),
+        loads=loads(scene, stones, groups, base, ground),
         probes=_probes(scene, stones, groups),
         length=typical_length(stones.assembly),
         expulsion=scene.contact.expulsion,
         update=_update(scene, stones, base),
         fixed=scene.contact.update == "fixed",
-        changing=_changing(scene, base),
+        changing=_changing(scene, base, ground),
         meet=_meet(scene, stones, base),
         reach=REACH * typical_length(stones.assembly) if reach is None else reach,
         keeps_tangents=scene.solver.tangent == "initial",
         joint_records=tuple(chosen),
+        ground=ground,
     )
     scene.analysis.control(model.probes)  # refuses a name that no probe has
     bodies = _initial(scene, stones, groups)
@@ -125,12 +130,12 @@ def build(scene: specs.Scene, base: Path, before: Built | None = None, *, solved
     return Built(model, stones, bodies, clock.phases)
 
 
-def _changing(scene: specs.Scene, base: Path) -> float:
+def _changing(scene: specs.Scene, base: Path, ground: Shaking | None) -> float:
     """Until when a march to equilibrium goes on, whether or not all is at rest in between [s]."""
     analysis = scene.analysis
     if not (analysis.inertia and analysis.seeks_equilibrium):
         return 0.0
-    changing, end = last_change(scene, base), analysis.end
+    changing, end = last_change(scene, base, ground), analysis.end
     if changing > end * (1 + ROUNDING):
         remark(
             "march_too_short",

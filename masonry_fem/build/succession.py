@@ -296,8 +296,11 @@ def _with_ties(
     known, fresh = contacts.tied & (origin >= 0), contacts.tied & (origin < 0)
     if known.any():
         assert left.model.contacts.bulge is not None
+        # built again, ties have the lengths that their own scene gives them; what they had is in the gaps
+        there = connect(left.model).placement(left.state.bodies)
+        were = left.model.contacts.bulge + (there.gap - left.state.gap)
         bulge, gap = contacts.bulge.copy(), contacts.gap.copy()
-        bulge[known] = left.model.contacts.bulge[origin[known]]
+        bulge[known] = were[origin[known]]
         gap[known] += contacts.bulge[known] - bulge[known]
         contacts = replace(contacts, bulge=bulge, gap=gap)
     here = connect(model).placement(bodies)

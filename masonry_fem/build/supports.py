@@ -9,6 +9,7 @@ import numpy as np
 
 from masonry_fem.bodies.base import FloatArray
 from masonry_fem.bodies.support import Motion
+from masonry_fem.march.shaking import Shaking
 from masonry_fem.scene import specs
 from masonry_fem.scene.checks import records
 from masonry_fem.scene.time_function import Piecewise, evaluator
@@ -59,20 +60,23 @@ def ramp(scene: specs.Scene) -> Callable[[float], float]:
     return lambda time: min(time / end, 1.0)
 
 
-def last_change(scene: specs.Scene, base: Path) -> float:
+def last_change(scene: specs.Scene, base: Path, ground: Shaking | None = None) -> float:
     """Time after which loads and supports no longer change, oscillations apart [s].
 
     Parameters
     ----------
     scene : The scene.
     base : Folder that its paths are relative to.
+    ground : What shakes it.
     """
     functions = [
         evaluator(record, base)
         for _, record in records(scene)
         if isinstance(record, specs.Table | specs.Record)
     ]
-    ends = [function.end for function in functions if isinstance(function, Piecewise)]
+    shaken = () if ground is None else ground.components
+    ends = [float(one.record.times[-1]) for one in shaken]
+    ends += [function.end for function in functions if isinstance(function, Piecewise)]
     times = [one.motion.time for one in scene.supports if one.motion is not None]
     times += [one.time for one in scene.loads.temperatures]
     if any(time is None for time in times):

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from masonry_fem.bodies.base import BodyGroup, Scheme
 from masonry_fem.contact.contacts import Contacts, Interface
 from masonry_fem.joints.assignment import Assignment
+from masonry_fem.march.shaking import Shaking
 from masonry_fem.solid.assembly import Assembly
 
 FloatArray = NDArray[np.float64]
@@ -147,6 +148,7 @@ class Model:
     changing : Time until which loads or supports change: rest before that is no end of a march [s].
     fixed : Whether frames and lever arms stay those of the start, too (small kinematics).
     joint_records : Number of the scene's joint record of each interface.
+    ground : What shakes the ground; None: nothing.
     found : Whether contacts were found on the way, where blocks had gone.
     last_forces : What ``external_forces`` keeps, as loads seldom change.
     """
@@ -169,5 +171,6 @@ class Model:
     control: Control | None = None
     keeps_tangents: bool = False
     joint_records: tuple[int, ...] = ()
+    ground: Shaking | None = None
     found: bool = False
     last_forces: LastForces = field(default_factory=LastForces, compare=False, repr=False)

@@ -23,6 +23,7 @@ from masonry_fem.nscd.cohesion import onto_cones
 from masonry_fem.nscd.in_plane import InPlane
 from masonry_fem.nscd.iterate import Iterate, Method, iterate
 from masonry_fem.nscd.methods import make_method
+from masonry_fem.nscd.methods.newton import ProximalNewton
 from masonry_fem.nscd.outcome import Outcome, Solution
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import Quality, assess, rounding
@@ -49,6 +50,9 @@ _ENDED = {
 }
 # Share of what pushes contacts together that they may be in each other by.
 FOLLOWED = 1e-2
+# The default tolerance. Below it Newton's method goes on from the interior point with such an α and goal.
+USUAL, SHARP = 1e-10, 1e-14
+SHARP_STEPS = 6
 
 
 def solve(
@@ -74,6 +78,8 @@ def solve(
     _check_start(problem, start)
     with one_thread():
         made = _solve(problem, settings, start)
+        if made.converged and settings.tolerance < USUAL and made.method.endswith("+interior_point"):
+            made = _sharpened(problem, made, settings)
         if made.solved:
             made = brought_to_rest(problem, made, settings)
         return made if made.converged else replace(made, rounding=_rounding(problem, made, settings))
@@ -94,6 +100,30 @@ def _solve(problem: ContactProblem, settings: SolverSettings, start: Start | Non
         return _near_enough(problem, made, settings) if made.outcome is Outcome.STALLED else made
     made = _choose(problem, settings, start, loads)
     return made if made.outcome in _ENDED else _without_end(problem, settings, made, loads)
+
+
+def _sharpened(problem: ContactProblem, made: Solution, settings: SolverSettings) -> Solution:
+    """The interior point's state after a few Newton steps with hardly any proximal weight, if that is better.
+
+    Impulses that go round and hardly move anything are what a tolerance says least of; all statuses are
+    settled, so that no more than linear equations are left of the problem.
+    """
+    if not problem.body_count or not problem.operator.elastic().all():
+        return made
+    own = replace(settings, tolerance=SHARP, max_iterations=SHARP_STEPS)
+    start = Start(made.impulse, made.rigid_velocity, made.velocity)
+    sharp = iterate(problem, _with_linear(ProximalNewton(weight=SHARP), settings), own, start)
+    solves = made.linear_solves + sharp.linear_solves
+    if sharp.quality.error >= made.quality.error:
+        return replace(made, linear_solves=solves)
+    return replace(
+        made,
+        impulse=sharp.impulse,
+        velocity=sharp.velocity,
+        rigid_velocity=sharp.rigid_velocity,
+        quality=sharp.quality,
+        linear_solves=solves,
+    )
 
 
 def _without_end(

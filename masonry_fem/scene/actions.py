@@ -119,6 +119,36 @@ class Acceleration(Spec, frozen=True, kw_only=True):
     time: TimeFunction | None = None
 
 
+class Accelerogram(Spec, frozen=True, kw_only=True):
+    """Accelerations of the ground in an earthquake, from files: [how](shaking.md).
+
+    A file is one of PEER (``.AT2``, in g), or a CSV file of time [s] and acceleration; with more columns it
+    has a line of titles, ``time, x, y, z``. Between its values it is linear, outside them zero.
+
+    Attributes
+    ----------
+    x : file of the acceleration along x
+    y : file of the acceleration along y
+    z : file of the acceleration along z, in 3D
+    scale : multiplies the accelerations
+    unit : of CSV files; m/s² by default
+    acts : with ``inertia`` the mass feels −ü and displacements are relative to the ground; with ``ground``
+        all supports and clamped faces move by the displacement of the ground
+    baseline : polynomial in time that is taken from each acceleration, so that its velocity stays nearest to
+        zero
+    start : time of the first value; by default 0
+    """
+
+    x: FilePath | None = None
+    y: FilePath | None = None
+    z: FilePath | None = None
+    scale: float = 1.0
+    unit: Literal["g", "m/s^2", "cm/s^2"] | None = None
+    acts: Literal["inertia", "ground"] = "inertia"
+    baseline: Literal["none", "constant", "linear", "quadratic"] = "none"
+    start: Instant = 0.0
+
+
 class Traction(Spec, frozen=True, kw_only=True):
     """Uniform traction on faces ``blocks/face``.
 
@@ -196,6 +226,7 @@ class Loads(Spec, frozen=True, kw_only=True):
     gravity : acceleration of gravity; none by default
     gravity_time : factor of gravity as a function of time, 1 by default
     accelerations : uniform accelerations besides gravity
+    accelerograms : accelerations of the ground from files
     tractions : forces per area on faces
     points : forces at points
     lines : forces per length along segments
@@ -205,6 +236,7 @@ class Loads(Spec, frozen=True, kw_only=True):
     gravity: AccelerationVector | None = None
     gravity_time: TimeFunction | None = None
     accelerations: tuple[Acceleration, ...] = ()
+    accelerograms: tuple[Accelerogram, ...] = ()
     tractions: tuple[Traction, ...] = ()
     points: tuple[PointForce, ...] = ()
     lines: tuple[LineForce, ...] = ()

@@ -20,6 +20,7 @@ from masonry_fem.scene.lines import KeyPath
 from masonry_fem.scene.material_doubts import material_doubts
 from masonry_fem.scene.misfit import MisfitError, braced, listed, nearest, wrong
 from masonry_fem.scene.specs import (
+    Accelerogram,
     Cut,
     Initial,
     MeshSettings,
@@ -172,6 +173,8 @@ def _dimension(scene: Scene) -> None:
     flat = scene.dimension == 2
     for path, record in records(scene):
         match record:
+            case Accelerogram() if flat and record.z is not None:
+                raise wrong((*path, "z"), record.z, "none in a 2D scene, whose axes are x and y")
             case Support() if flat and record.components and "z" in record.components:
                 raise wrong((*path, "components"), record.components, "only 'x' and 'y' in a 2D scene")
             case Motion():
@@ -224,6 +227,10 @@ def _analysis(scene: Scene) -> None:
     analysis = scene.analysis
     for key, expected in analysis.faults():
         raise wrong(("analysis", key), getattr(analysis, key), expected)
+    if scene.loads.accelerograms and not analysis.inertia:
+        moved = scene.loads.accelerograms[0]
+        expected = "none in statics, which has no time; take analysis.kind = 'dynamics'"
+        raise wrong(("loads", "accelerograms", 0, "acts"), moved.acts, expected)
     if analysis.steers:
         none = f"none with analysis.kind = '{analysis.__struct_config__.tag}': its loads move the blocks"
         for index, support in enumerate(scene.supports):
@@ -264,12 +271,24 @@ def _files(scene: Scene, base: Path) -> None:
             _exists(record.source, (*path, "path"), base)
         elif isinstance(record, Record):
             _exists(record.path, (*path, "path"), base)
+        elif isinstance(record, Accelerogram):
+            _accelerogram(record, path, base)
         elif isinstance(record, PythonLaw | PythonMaterial):
             if Path(record.file).suffix.lower() != ".py":
                 raise wrong((*path, "file"), record.file, "a Python file that ends in '.py'")
             _exists(record.file, (*path, "file"), base)
             for key, expected in record.faults():
                 raise wrong((*path, key), getattr(record, key), expected)
+
+
+def _accelerogram(record: Accelerogram, path: KeyPath, base: Path) -> None:
+    named = [(axis, name) for axis in "xyz" if (name := getattr(record, axis)) is not None]
+    if not named:
+        raise MisfitError(path, "{path} names no file, expected one for an axis, as x = 'RSN6_180.AT2'")
+    for axis, name in named:
+        _exists(name, (*path, axis), base)
+        if Path(name).suffix.lower() == ".at2" and record.unit not in (None, "g"):
+            raise wrong((*path, "unit"), record.unit, f"none, or 'g', as '{name}' is in units of g")
 
 
 def _increasing(table: Table, path: KeyPath) -> None:
@@ -291,6 +310,14 @@ def _exists(name: str, path: KeyPath, base: Path) -> None:
 
 
 def _doubts(scene: Scene) -> Iterator[str]:
+    if any(one.acts == "ground" for one in scene.loads.accelerograms):
+        for name, stone in scene.materials.items():
+            if stone.damping.mass:
+                yield (
+                    f"materials.{name}.damping.mass = {stone.damping.mass:g} 1/s damps velocities in space, "
+                    "and the ground moves: it drags stones back from going with it; take acts = 'inertia', "
+                    "or damping.stiffness"
+                )
     if not _driven(scene):
         yield "nothing acts on the blocks; expected loads.gravity or another load"
     yield from material_doubts(scene)
@@ -305,6 +332,13 @@ def _doubts(scene: Scene) -> Iterator[str]:
 def _driven(scene: Scene) -> bool:
     """Whether loads, initial velocities or supports that move make the blocks do anything."""
     loads = scene.loads
-    pushed = loads.accelerations or loads.tractions or loads.points or loads.lines or loads.temperatures
+    pushed = (
+        loads.accelerations
+        or loads.accelerograms
+        or loads.tractions
+        or loads.points
+        or loads.lines
+        or loads.temperatures
+    )
     moved = any(support.motion is not None for support in scene.supports)
     return loads.gravity is not None or bool(pushed or scene.initial) or moved

@@ -17,6 +17,7 @@ class LoadFactors(Spec, frozen=True, kw_only=True):
     ----------
     gravity : of ``loads.gravity``
     accelerations : of all ``[[loads.accelerations]]``
+    accelerograms : of all ``[[loads.accelerograms]]`` that act as inertia
     tractions : of all ``[[loads.tractions]]``
     points : of all ``[[loads.points]]``
     lines : of all ``[[loads.lines]]``
@@ -24,6 +25,7 @@ class LoadFactors(Spec, frozen=True, kw_only=True):
 
     gravity: Positive = 1.0
     accelerations: Positive = 1.0
+    accelerograms: Positive = 1.0
     tractions: Positive = 1.0
     points: Positive = 1.0
     lines: Positive = 1.0

@@ -35,6 +35,7 @@ from masonry_fem.records.record import (
 from masonry_fem.records.structure import Structure
 from masonry_fem.scene.actions import (
     Acceleration,
+    Accelerogram,
     LineForce,
     Loads,
     Motion,
@@ -68,6 +69,7 @@ from masonry_fem.structures.parts.opening import Opening
 
 __all__ = [
     "Acceleration",
+    "Accelerogram",
     "Analysis",
     "AnyLaw",
     "AnyStructure",

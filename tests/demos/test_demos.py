@@ -9,6 +9,7 @@ from demos import (
     arch,
     arch_inset,
     bouncing,
+    chained_dome,
     crushed_pillar,
     cyclic_joint,
     dome,
@@ -280,6 +281,15 @@ def test_floor_that_turns_cracks_the_wall_on_both_faces(drop):
     assert (wall.below, wall.above) == pytest.approx(wall.exact_openings, rel=0.1 * turn)
     # levers grow with the turn
     assert wall.far == pytest.approx(wall.exact_far, rel=turn)
+
+
+@pytest.mark.parametrize("fidelity", ["rigid", "elastic"])
+def test_a_dome_stands_by_its_chain(fidelity):
+    found = chained_dome.main(fidelity=fidelity)
+    assert (found.outcome, found.unchained) == ("equilibrium", "no_equilibrium")
+    assert len(found.forces) == 12
+    assert found.forces == pytest.approx([39.10e3] * 12, rel=1e-3)
+    assert found.forces == pytest.approx([found.forces[0]] * 12, rel=1e-6)
 
 
 def test_tied_arch_stands_by_its_tie():

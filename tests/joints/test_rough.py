@@ -1,5 +1,7 @@
 """Dilatancy at one point."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -44,3 +46,11 @@ def test_bonded_joint_does_not_dilate():
 def test_dilatancy_above_friction_would_create_energy():
     with pytest.raises(LawError, match=r"dilatancy is 0\.7, expected at most the friction 0\.6"):
         Rough(Dry(0.6), dilatancy=0.7, bound=1e-3)
+
+
+def test_what_is_still_to_be_raised_is_raised_in_a_step():
+    law = Rough(Dry(0.6), dilatancy=0.2, bound=1e-3)
+    state = replace(law.initial(1, 2), dilation=np.array([3e-4]), raised=np.array([1e-4]))
+    area = np.ones(1)
+    reduced, inner = (one.reduce(state, np.zeros((1, 2)), area, 0.5) for one in (law, law.law))
+    assert reduced.shift[0, 0] - inner.shift[0, 0] == pytest.approx(-4e-4, rel=1e-12)

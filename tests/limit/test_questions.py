@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from masonry_fem.build import build
 from masonry_fem.errors import ProblemError
 from masonry_fem.limit import (
     LimitProblem,
@@ -16,11 +18,13 @@ from masonry_fem.limit import (
     collapse_multiplier,
     interface_resultant,
     interval,
+    limit_problem,
     questions,
     support_resultant,
 )
 from masonry_fem.limit.conic import maximise_cones
 from masonry_fem.limit.linear import maximise_plane
+from masonry_fem.limit.problem import Hold
 from masonry_fem.limit.program import Program, judged
 from masonry_fem.nscd.graphs import lengths
 from masonry_fem.results.limit import answers
@@ -350,3 +354,15 @@ def test_space_and_plane_agree() -> None:
     plane = collapse_multiplier(problem(arch(0.2, 9, 0.5), accelerated(1.0, 0.0)))
     space = collapse_multiplier(problem(arch(0.2, 9, 0.5, dimension=3), accelerated(1.0, 0.0, 0.0)))
     assert space.multiplier == pytest.approx(plane.multiplier, rel=1e-7)
+
+
+@pytest.mark.parametrize("block", [1, 2])
+def test_a_held_point_pushes_its_own_block(block: int) -> None:
+    model = build(scene(StackStructure(name="s", material="stone", size=(1.0, 0.5), count=2)), Path()).model
+    free = limit_problem(model)
+    row = free.blocks.tolist().index(block)
+    point = free.centre[row] + [0.1, 0.2]
+    held = limit_problem(model, holds=(Hold(block, point, 0, "side"),)).equilibrium.toarray()[:, -1]
+    expected = np.zeros((2, 3))
+    expected[row] = 1.0, 0.0, -0.2 / model.length
+    assert held == pytest.approx(expected.ravel(), abs=1e-12)

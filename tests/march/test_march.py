@@ -15,13 +15,15 @@ from masonry_fem.contact.place import place
 from masonry_fem.contact.placement import Rule
 from masonry_fem.joints import Assignment, Dry
 from masonry_fem.march.acting import acted, extents
+from masonry_fem.march.conditions import contact_status
 from masonry_fem.march.coupling import connect
 from masonry_fem.march.equilibrium.dynamics import Dynamics
 from masonry_fem.march.equilibrium.equilibrium import Equilibrium
 from masonry_fem.march.equilibrium.statics import Statics
 from masonry_fem.march.march import march
-from masonry_fem.march.measure import measure
+from masonry_fem.march.measure import measure, moving_blocks
 from masonry_fem.march.model import Load, Model
+from masonry_fem.march.state import OPEN, SLIP, STICK
 from masonry_fem.march.step import initial_state, step
 from masonry_fem.nscd import SolverSettings
 from masonry_fem.solid.assembly import Assembly, Block, Shape
@@ -187,3 +189,28 @@ def test_loads_count_with_theta_where_a_step_ends(theta: float, impulses: float)
         SolverSettings(),
     )
     assert made.report.speed == pytest.approx(0.01 * impulses, rel=1e-9)
+
+
+def test_what_presses_by_rounding_only_is_open() -> None:
+    pressed = np.array([[1.0, 0.0], [1e-9, 0.0], [1e-7, 0.0], [1.0, 0.6]])
+    assert contact_status(pressed, np.full(4, 0.6)).tolist() == [STICK, OPEN, STICK, SLIP]
+
+
+def test_a_block_is_as_fast_as_its_fastest_corner() -> None:
+    model = stack(1, dimension=2)
+    rest = tuple(group.rest() for group in model.groups)
+    mass = 1000.0 * np.array([1.0, 1.0, 1.0 / 6.0])
+    bodies = (rest[0], replace(rest[1], velocity=np.sqrt(mass)[None] * [1.0, 0.0, 1.0]))
+    ((name, speed, way),) = moving_blocks(model, initial_state(model, connect(model), bodies))
+    assert (name, way) == ("b1", "tips")
+    assert speed == pytest.approx(np.hypot(1.5, 0.5), rel=1e-12)
+
+
+def test_the_loss_of_adhesion_is_that_of_the_contact_that_loses_most() -> None:
+    model = stack(1, dimension=2)
+    state = initial_state(model, connect(model), tuple(group.rest() for group in model.groups))
+    made = step(model, connect(model), state, Scheme(1.0, 1.0, 0.0), SolverSettings())
+    assert made.adhesion_loss == 0.0
+    joints = (replace(state.joints, adhesion=np.array(own)) for own in ([1.0, 0.5], [0.7, 0.4]))
+    before, after = (replace(state, joints=own) for own in joints)
+    assert replace(made, before=before, after=after).adhesion_loss == pytest.approx(0.3)

@@ -187,3 +187,10 @@ def test_row_pointers_that_fall_are_refused(saved, tmp_path):
     np.savez(tmp_path / "changed.npz", **saved["own"] | {"compliance_indptr": pointer})
     with pytest.raises(ProblemError, match=r"changed\.npz: the array 'compliance_indptr' falls"):
         load_problem(tmp_path / "changed.npz")
+
+
+def test_what_impulses_do_where_there_is_mass_is_divided_by_it(bricks):
+    mass = np.random.default_rng(3).uniform(0.5, 2.0, bricks.rigid_mass.shape)
+    problem = replace(bricks, rigid_mass=mass)
+    B = problem.rigid_matrix().toarray()
+    assert problem.delassus().toarray() == pytest.approx(B / mass.ravel() @ B.T, rel=1e-12, abs=1e-12)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from masonry_fem.nscd import ContactProblem
-from masonry_fem.nscd.scaling import contact_scale
+from masonry_fem.nscd.scaling import contact_scale, whole_scale
 from tests.nscd.families import FAMILIES, blocks
 
 
@@ -51,3 +51,18 @@ def test_elastic_contacts_are_scaled_by_their_compliance_and_rigid_ones_by_their
             block = sum((side / mass[body]) @ side.T for body, side in sides if body >= 0)
             expected[i] = np.linalg.norm(block, ord=2)
         np.testing.assert_allclose(contact_scale(mixed), expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_the_whole_scale_is_that_of_elastic_and_rigid_part_together(d: int) -> None:
+    problem = FAMILIES["elastic dynamics"](np.random.default_rng(d), d)
+    compliance = problem.compliance.toarray().reshape(problem.count, d, problem.count, d)
+    expected = []
+    for i in range(problem.count):
+        block = compliance[i, :, i].copy()
+        for body, side in zip(problem.bodies[i], problem.rigid_map[i], strict=True):
+            if body >= 0:
+                mass = np.where(problem.rigid_mass[body] > 0, problem.rigid_mass[body], 1.0)
+                block += (side / mass) @ side.T
+        expected.append(np.linalg.norm(block, ord=2))
+    np.testing.assert_allclose(whole_scale(problem), expected, rtol=1e-12)

@@ -61,11 +61,10 @@ def run_stages(scene: specs.Scene, out: Path, base: Path, run: Run, *, goes_on: 
         try:
             for stage, own in stage_scenes(scene):
                 after = predecessor(scene, stage)
-                kept = _kept(out / stage.name) if goes_on else None
-                if kept is not None and kept.outcome and stage is not scene.stages[-1]:
+                kept, done = _kept(out / stage.name) if goes_on else (None, False)
+                if done and stage is not scene.stages[-1]:  # the last one is run once more
                     told.append(_done(out / stage.name, stage.name, after))
                     continue
-                kept = None if kept is not None and kept.outcome else kept  # the last one, once more
                 result = run(_starting(own, after, out, base), out / stage.name, kept)
                 end = result.summary
                 told.append(
@@ -126,9 +125,13 @@ def _done(folder: Path, name: str, after: str | None) -> StageTold:
     return StageTold(name=name, after=after, **keys)
 
 
-def _kept(folder: Path) -> Checkpoint | None:
-    """Where a stage can go on; None where it has not begun."""
-    return read_checkpoint(folder) if (folder / CHECKPOINT).exists() else None
+def _kept(folder: Path) -> tuple[Checkpoint | None, bool]:
+    """Where a stage can go on, None where it has not begun or is done; and whether it is done."""
+    if not (folder / CHECKPOINT).exists():
+        return None, False
+    checkpoint = read_checkpoint(folder)
+    done = bool(checkpoint.outcome)
+    return (None if done else checkpoint), done
 
 
 def _joined(out: Path, told: list[StageTold]) -> list[Path]:

@@ -19,6 +19,7 @@ from masonry_fem.march.march import March
 from masonry_fem.march.mechanism import Mechanism
 from masonry_fem.march.motion import FloatArray
 from masonry_fem.march.recognition import mechanism_of_step
+from masonry_fem.march.ties import without_ties
 from masonry_fem.nscd import Outcome
 from masonry_fem.nscd.unstressed import from_no_stress
 from masonry_fem.output.sheet import quantity
@@ -30,6 +31,7 @@ DIGITS = 4
 SHOWN = 4  # joints that are named
 
 COHESIVE = "joints with a law of their own may hold blocks without any thrust, so this is not examined"
+TIED = "ties may hold blocks that would fall without, so this is not examined"
 MIXED = "as rigid stones it would not be, and how elastic ones brace the others is not examined"
 UNTOLD = "no state from a start without stress was found, nor that there is none"
 
@@ -94,7 +96,10 @@ def started(made: March) -> Start | None:
     if soft.all():  # stresses come from deformation, or there are no contacts
         return Start(True)
     if not made.model.laws.all_plain:
-        return Start(None, COHESIVE)
+        tied = made.model.contacts.ties is not None
+        return Start(
+            None, TIED if tied and without_ties(made.model, made.state)[0].laws.all_plain else COHESIVE
+        )
     step = made.last
     closed = step.after.gap[step.contacts] <= CLOSED * made.model.length
     closed |= step.solution.impulse[:, 0] > 0

@@ -36,7 +36,7 @@ from msgspec import Meta
 
 from masonry_fem.errors import LawError
 from masonry_fem.fem.material_law import SHEARS, BoolArray, FloatArray, Isotropic, MaterialLaw, Response
-from masonry_fem.fem.materials.parts.cracked import cracked, softening
+from masonry_fem.fem.materials.parts.cracked import cracked, crossing, softening
 from masonry_fem.fem.materials.parts.principal import principal, sheared, tangents, tensors
 
 ROUNDING = 1e-12  # of the strength: a stress above it by less is none
@@ -111,10 +111,11 @@ class BrittleDamage(MaterialLaw):
             for whole, parts in ((tangent, moduli), (held, stiff)):
                 whole[left[own]] = tangents(parts, sheared(values[left], made, parts), turn)[own]
             internal[left[grows]] = np.column_stack([reached, bar.damage(reached)])[grows]
-            taken = bar.taken(reached) - bar.taken(before[left])
-            pulled = np.maximum(made, 0.0)
-            first = np.where(pulled[:, 0] > 0, pulled[:, 0], 1.0)
-            lost[left] = (pulled**2).sum(axis=1) / first**2 * np.where(grows, taken, 0.0)
+            if grows.any():
+                own, some = left[grows], bar.of(grows)
+                begun = _held(elastic, principal(start[own] / SHEARS)[0], some.opened(before[own]))[0]
+                taken = some.taken(reached[grows]) - some.taken(before[own])
+                lost[own] = crossing(begun, made[grows]) * taken
         stored = 0.5 * (stress * strain).sum(axis=1)
         given = self._stored(elastic, start, before, size)
         return Response(

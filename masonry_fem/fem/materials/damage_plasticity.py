@@ -44,7 +44,7 @@ from msgspec import Meta
 
 from masonry_fem.errors import LawError
 from masonry_fem.fem.material_law import SHEARS, BoolArray, FloatArray, Isotropic, Response
-from masonry_fem.fem.materials.parts.cracked import Held, IntArray, cracked, sliding, softening
+from masonry_fem.fem.materials.parts.cracked import Held, IntArray, cracked, crossing, sliding, softening
 from masonry_fem.fem.materials.parts.plastic import PLASTIC, FrictionAngle, Plastic
 from masonry_fem.fem.materials.parts.principal import principal, sheared, tangents, tensors
 from masonry_fem.fem.materials.parts.slip import sine_cosine, slip_planes
@@ -153,9 +153,13 @@ class DamagePlasticity(Plastic):
                 moduli = tangents(parts, sheared(values[left], end.stress, parts), turn)
                 whole[left] = np.where(own[:, None, None], moduli, elastic.matrix)
             changed[left], crack[left] = own, end.crack
-            lost[left] = end.axes * (
-                self._taken(end.crack, rate[left]) - self._taken(before[left], rate[left])
-            )
+            grows = left[end.crack > before[left]]
+            if grows.size:
+                opened = elastic.young * before[grows] / self._strength(before[grows], rate[grows])
+                begun = principal((start[grows] - plastic[grows]) / SHEARS)[0]
+                taken = self._taken(crack[grows], rate[grows]) - self._taken(before[grows], rate[grows])
+                ends = end.stress[end.crack > before[left]]
+                lost[grows] = crossing(self._held(elastic, begun, opened).stress, ends) * taken
         damage = crack / (crack + self._strength(crack, rate) / elastic.young)
         others, strains = np.column_stack([crack, damage]), (start, strain)
         made = self.response(elastic, strains, committed, grown, others, stress, tangent, changed, lost)
@@ -213,11 +217,8 @@ class DamagePlasticity(Plastic):
             growth = -young * (1 + speed * reached) / (speed * strength**2)
             held = held.replaced(grows, there)
             moduli[grows] = self._softening(elastic, there, young * reached / strength, growth)
-        pulled = np.maximum(held.stress, 0.0)
-        first = np.where(pulled[:, 0] > 0, pulled[:, 0], 1.0)
-        axes = (pulled**2).sum(axis=1) / first**2
-        changed: BoolArray = held.flow.any(axis=1) | ((crack > 0) & (axes > 0))
-        return _End(held.stress, held.flow, moduli, held.moduli, crack, axes, changed)
+        changed: BoolArray = held.flow.any(axis=1) | ((crack > 0) & (held.stress[:, 0] > 0))
+        return _End(held.stress, held.flow, moduli, held.moduli, crack, changed)
 
     def _grown(
         self, elastic: Isotropic, strains: FloatArray, before: FloatArray, rate: FloatArray
@@ -324,7 +325,6 @@ class _End:
     ----------
     stress, flow : Shapes (q, 3) [Pa]. moduli, stiff : Those where ω stays, shapes (q, 3, 3) [Pa].
     crack : λ, shape (q,).
-    axes : How many cracks there are, one for each axis of tension, Σ⟨σ_i⟩²/σ1², shape (q,).
     changed : Points whose tangent is not the elastic one, shape (q,).
     """
 
@@ -333,5 +333,4 @@ class _End:
     moduli: FloatArray
     stiff: FloatArray
     crack: FloatArray
-    axes: FloatArray
     changed: BoolArray

@@ -198,14 +198,7 @@ def _table(path: Path, wanted: Mapping[str, str]) -> dict[str, Any] | None:
         return None
     with path.open(encoding="utf-8", newline="") as file:
         rows = list(csv.reader(file))
-    heads = rows[0]
-    chosen = []
-    for key, name in wanted.items():
-        place = next((i for i, head in enumerate(heads) if head == key or head.startswith(f"{key} [N")), None)
-        if place is not None:
-            scale = next((factor for unit, factor in SCALES.items() if name.endswith(unit)), 1.0)
-            own = name.replace("[kN]", "[kN/m]") if heads[place].endswith("[N/m]") else name
-            chosen.append((own, place, scale))
+    chosen = list(_columns(rows[0], wanted))
     values = [[_cell(row[place], scale) for _, place, scale in chosen] for row in rows[1:]]
     kept = [i for i in range(len(chosen)) if any(row[i] is not None for row in values)]
     return {
@@ -213,6 +206,16 @@ def _table(path: Path, wanted: Mapping[str, str]) -> dict[str, Any] | None:
         "rows": [[row[i] for i in kept] for row in values],
         "count": len(values),
     }
+
+
+def _columns(heads: list[str], wanted: Mapping[str, str]) -> Iterator[tuple[str, int, float]]:
+    """Of the wanted columns that are there: heading in the report, place, and what numbers are divided by."""
+    for key, name in wanted.items():
+        place = next((i for i, head in enumerate(heads) if head == key or head.startswith(f"{key} [N")), None)
+        if place is not None:
+            scale = next((factor for unit, factor in SCALES.items() if name.endswith(unit)), 1.0)
+            own = name.replace("[kN]", "[kN/m]") if heads[place].endswith("[N/m]") else name
+            yield own, place, scale
 
 
 def _cell(text: str, scale: float) -> Any:

@@ -5,7 +5,7 @@ for plot in plots(history): plot.title, plot.lines, plot.ticks
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,23 +66,27 @@ def plots(history: Mapping[str, FloatArray], dimension: int) -> list[Plot]:
     time = history.get("time")
     if time is None or len(time) < 2:
         return []
-    wanted: list[tuple[str, str, dict[str, str]]] = []
-    probes = sorted({name.split(".", 1)[1][:-2] for name in history if name.startswith("probes.")})
-    for name in probes[:LARGEST]:
-        parts = {axis: f"probes.{name}_{axis}" for axis in "xyz"}
-        wanted.append((f"Displacement of {name}", "m", parts))
-    supports = sorted(
-        {name.split(".", 1)[1][:-3] for name in history if name.startswith("support_resultants.")}
-    )
-    force = "N/m" if dimension == 2 else "N"
-    for name in supports[:LARGEST]:
-        parts = {axis: f"support_resultants.{name}_f{axis}" for axis in "xyz"}
-        wanted.append((f"Force of {name}", force, parts))
-    for title, unit, keys in TITLES.values():
-        wanted.append((title, unit, {key.replace("_", " "): key for key in keys}))
+    wanted = [
+        *_vectors(history, "Displacement", "m", "probes", "_"),
+        *_vectors(history, "Force", "N/m" if dimension == 2 else "N", "support_resultants", "_f"),
+        *(
+            (title, unit, {key.replace("_", " "): key for key in keys})
+            for title, unit, keys in TITLES.values()
+        ),
+    ]
     made = [_plot(title, unit, time, {a: history[k] for a, k in parts.items() if k in history})
             for title, unit, parts in wanted]  # fmt: skip
     return [plot for plot in made if plot is not None]
+
+
+def _vectors(
+    history: Mapping[str, FloatArray], what: str, unit: str, kind: str, mark: str
+) -> Iterator[tuple[str, str, dict[str, str]]]:
+    """Title, unit and columns by axis of the first vectors of a kind, whose axes stand after a mark."""
+    start, end = len(kind) + 1, -len(mark) - 1
+    names = sorted({column[start:end] for column in history if column.startswith(f"{kind}.")})
+    for name in names[:LARGEST]:
+        yield f"{what} of {name}", unit, {axis: f"{kind}.{name}{mark}{axis}" for axis in "xyz"}
 
 
 def _plot(title: str, unit: str, time: FloatArray, curves: Mapping[str, FloatArray]) -> Plot | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from masonry_fem.output.sheet import quantity
@@ -90,12 +90,7 @@ def _assumed(scene: Mapping[str, Any], summary: Mapping[str, Any]) -> Iterator[s
         "auto": "Stones are elastic until their stress comes near to their strength, inelastic from then on.",
     }
     yield from (words[name] for name in sorted(fidelities) if name in words)
-    joints = scene.get("joints", [{}])
-    cohesive = any("law" in joint or "mortar" in joint for joint in joints)
-    friction = sorted({str(joint["friction"]) for joint in joints if "friction" in joint})
-    told = f" with μ = {', '.join(friction)}" if friction else ""
-    held = " beyond their cohesion" if cohesive else ""
-    yield f"Joints press and never pull{held}, and slide by Coulomb's law{told}."
+    yield _assumed_of_joints(scene.get("joints", [{}]))
     yield "Loads keep their direction and their material point."
     kind = scene.get("analysis", {}).get("kind", "statics")
     if kind == "statics":
@@ -106,3 +101,11 @@ def _assumed(scene: Mapping[str, Any], summary: Mapping[str, Any]) -> Iterator[s
             f"strength. Of each stone it is the mean over the most utilised "
             f"{100 * summary['utilisation']['share']:g} % of its volume."
         )
+
+
+def _assumed_of_joints(joints: Sequence[Mapping[str, Any]]) -> str:
+    cohesive = any("law" in joint or "mortar" in joint for joint in joints)
+    friction = sorted({str(joint["friction"]) for joint in joints if "friction" in joint})
+    told = f" with μ = {', '.join(friction)}" if friction else ""
+    held = " beyond their cohesion" if cohesive else ""
+    return f"Joints press and never pull{held}, and slide by Coulomb's law{told}."

@@ -2,6 +2,7 @@
 
 stiff = cracked(elastic, opened, pulled=1)          # ω = ``opened`` across the first axis
 sliding(stiff, n, m)                                # and with planes that slip
+crossing(before, after)                             # how many cracks grow in a step
 """
 
 from __future__ import annotations
@@ -70,6 +71,23 @@ def cracked(elastic: Isotropic, opened: FloatArray, pulled: int) -> FloatArray:
     stiff: FloatArray = together[:, None, None] * share[:, :, None] * share[:, None, :]
     stiff[:, [0, 1, 2], [0, 1, 2]] += share
     return elastic.young * stiff
+
+
+def crossing(before: FloatArray, after: FloatArray) -> FloatArray:
+    """How many cracks grow in a step, one for each axis of tension, Σ⟨σ_i⟩²/σ1², shape (q,).
+
+    The mean of its start and its end, each weighted by σ1, so that what cracks take is of second order in
+    the step: beside the tip of a crack stresses turn from tension along two axes to tension along one.
+
+    Parameters
+    ----------
+    before, after : Principal stresses at the start and the end of the step, shapes (q, 3) [Pa].
+    """
+    pulled = np.maximum(np.stack([before, after]), 0.0)
+    first = pulled[:, :, 0]
+    weighted = (pulled**2).sum(axis=2) / np.where(first > 0, first, 1.0)
+    mean: FloatArray = weighted.sum(axis=0) / np.maximum(first.sum(axis=0), np.finfo(float).tiny)
+    return mean
 
 
 def softening(elastic: Isotropic, stiff: FloatArray, stress: FloatArray, growth: FloatArray) -> FloatArray:

@@ -5,6 +5,7 @@ import json
 
 import numpy as np
 import pytest
+from matplotlib import image
 
 from masonry_fem.analyses.run import run
 from masonry_fem.scene import loads
@@ -110,3 +111,19 @@ def test_the_damping_of_spectra_is_a_key(made):
     assert (less.damping, more.damping) == (0.02, 0.2)
     name = "accelerograms.0.y"
     assert less.peaks[name].pseudo_acceleration > 1.3 * more.peaks[name].pseudo_acceleration
+
+
+@pytest.mark.parametrize(
+    ("pictures", "drawn"), [("true", True), ('["response"]', True), ('["thrust"]', False)]
+)
+def test_the_picture_is_drawn_where_it_is_asked_for(made, pictures, drawn):
+    """With all pictures or by its name."""
+    result = made("ground", **{"pictures = false": f"pictures = {pictures}"})
+    path = result.files[0].parent / "response.png"
+    assert path.exists() == (path in result.files) == drawn
+    if drawn:
+        pixels = image.imread(path)
+        assert pixels.shape[1] == 1540
+        for colour in (0x0B6E99, 0x1D2126):  # the probe that went farthest, the accelerogram
+            parts = np.array([colour >> 16, colour >> 8 & 255, colour & 255])
+            assert (np.abs(255 * pixels[:, :, :3] - parts).max(axis=2) < 2).sum() > 100

@@ -10,6 +10,7 @@ import numpy as np
 
 from masonry_fem.analyses.run.result import RunResult
 from masonry_fem.output.history import AXES
+from masonry_fem.output.render import can_render
 from masonry_fem.output.response import (
     ProbeMotion,
     read_motions,
@@ -25,18 +26,22 @@ if TYPE_CHECKING:
     from masonry_fem.output.spectrum import Spectrum
 
 
-def responded(scene: specs.Scene, out: Path, result: RunResult) -> tuple[RunResult, list[Path]]:
+def responded(
+    scene: specs.Scene, out: Path, result: RunResult, *, draws: bool = True
+) -> tuple[RunResult, list[Path]]:
     """A result with the response of its probes, and the files of it; statics has none.
 
     Parameters
     ----------
     scene : What was solved. out : Results folder, with the whole history. result : What its march tells.
+    draws : Whether pictures that the scene asks for are drawn.
     """
     if not scene.analysis.inertia or not result.summary.steps:
         return result, []
     ground, files = result.built.model.ground, []
     names = [probe.name for probe in scene.probes]
     motions = read_motions(out / "history.csv", names, scene.dimension, ground) if names else []
+    told, spectra = [], {}
     if motions:
         told = [response_of(one) for one in motions]
         result = result.telling(response={one.name: ResponseTold.of(one) for one in told})
@@ -45,6 +50,12 @@ def responded(scene: specs.Scene, out: Path, result: RunResult) -> tuple[RunResu
         spectra = _spectra(scene, ground, motions)
         result = result.telling(spectra=SpectraTold.of(spectra))
         files.append(write_spectra(out / "spectra.csv", spectra))
+    asked = scene.output.pictures
+    wanted = asked if isinstance(asked, bool) else "response" in asked
+    if told and draws and wanted and can_render():
+        from masonry_fem.output.response_picture import draw_response  # noqa: PLC0415 - matplotlib
+
+        files.append(draw_response(out / "response.png", scene.title, motions, told, spectra))
     return result, files
 
 

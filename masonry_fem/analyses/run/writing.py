@@ -188,11 +188,12 @@ class _Job:
         self._open()
         result, kept = self._solved()
         clock = Clock()
-        if self.order.draws is not None and not self.order.draws(self.built, result.march):
+        draws = self.order.draws is None or self.order.draws(self.built, result.march)
+        if not draws:
             recorders.undrawn()
         recorders.end(result.march, result.determinacy)
         files = recorders.close(result.summary) + self._saved_problem(kept)
-        result, more = responded(self.scene, out, result)
+        result, more = responded(self.scene, out, result, draws=draws)
         files += more
         clock.lap("output")
         seconds = dict(result.summary.seconds)

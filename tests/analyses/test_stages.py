@@ -217,3 +217,29 @@ def test_stages_are_checked_without_being_run(tmp_path):
     assert found.most_steps == 6
     with pytest.raises(MasonryError, match="selects no block"):
         check_scene(loads(ARCH + STRUCK, ["stages.1.without=['vault.*']"]), tmp_path)
+
+
+def test_report_of_a_history_tells_of_its_stages(tmp_path):
+    import numpy as np
+
+    from masonry_fem.output.report import page
+
+    own = ["fidelity=rigid", "output.report=true", "output.pictures=false"]
+    made = run(loads(ARCH + STRUCK, own), tmp_path)
+    assert tmp_path / "report.html" in made.files
+    told = page._content(tmp_path, tmp_path / "struck", json.loads((tmp_path / "summary.json").read_text()))
+    built, struck = told["stages"]
+    assert built["changes"] == []
+    assert "blocks that are not there: centring.*" in struck["changes"]
+    assert struck["after"] == "built"
+    assert struck["message"] == made.summary.stages[1].message
+    assert len(told["joints"]["rows"]) == made.summary.interfaces  # of the last stage
+    np.testing.assert_allclose(page._history(tmp_path / "history.csv")["time"], [1, 1.2, 1.4, 1.6, 1.8, 2])
+    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert '<section id="stages">' in text
+    assert "centring.*" in text[text.index('<section id="stages">') :]
+
+
+def test_report_of_a_single_analysis_has_no_stages(tmp_path):
+    run(loads(ARCH, ["fidelity=rigid", "output.report=true", "output.pictures=false"]), tmp_path)
+    assert '<section id="stages">' not in (tmp_path / "report.html").read_text(encoding="utf-8")

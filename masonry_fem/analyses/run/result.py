@@ -11,6 +11,7 @@ from msgspec import structs
 from masonry_fem.build import Built
 from masonry_fem.march.march import March
 from masonry_fem.results.summary import Summary
+from masonry_fem.results.tables import table_of
 
 if TYPE_CHECKING:
     from masonry_fem.march.determinacy import ForceDeterminacy
@@ -43,6 +44,20 @@ class RunResult:
     def message(self) -> str:
         """The same as a sentence."""
         return self.summary.message
+
+    def table(self, name: str, *, frame: bool = False) -> Any:
+        """A table that the run wrote, as a dict of arrays by its headings.
+
+        Parameters
+        ----------
+        name : ``stones``, ``interfaces``, ``history``, ...: the file without ``.csv``.
+        frame : As a pandas ``DataFrame``.
+
+        Raises
+        ------
+        OutputError : There is no such table, or pandas is not installed.
+        """
+        return table_of(self.files, name, frame=frame)
 
     def telling(self, **keys: Any) -> Self:
         """The same with other values in its summary."""

@@ -78,6 +78,10 @@ def run_stages(scene: specs.Scene, out: Path, base: Path, run: Run, *, goes_on: 
             message = f"Stage '{told[-1].name}': {told[-1].message}"
             summary = structs.replace(result.summary, title=scene.title, message=message, stages=tuple(told))
             files.append(write(out / "summary.json", summary))
+            if scene.output.report:
+                from masonry_fem.output.report import write_report  # noqa: PLC0415 - only where asked for
+
+                files.append(write_report(out))
     return replace(result, summary=summary, files=files)
 
 

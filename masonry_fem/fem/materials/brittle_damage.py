@@ -112,10 +112,10 @@ class BrittleDamage(MaterialLaw):
                 whole[left[own]] = tangents(parts, sheared(values[left], made, parts), turn)[own]
             internal[left[grows]] = np.column_stack([reached, bar.damage(reached)])[grows]
             if grows.any():
-                own, some = left[grows], bar.of(grows)
-                begun = _held(elastic, principal(start[own] / SHEARS)[0], some.opened(before[own]))[0]
-                taken = some.taken(reached[grows]) - some.taken(before[own])
-                lost[own] = crossing(begun, made[grows]) * taken
+                more, some = left[grows], bar.of(grows)
+                begun = _held(elastic, principal(start[more] / SHEARS)[0], some.opened(before[more]))[0]
+                taken = some.taken(reached[grows]) - some.taken(before[more])
+                lost[more] = crossing(begun, made[grows]) * taken
         stored = 0.5 * (stress * strain).sum(axis=1)
         given = self._stored(elastic, start, before, size)
         return Response(

@@ -21,6 +21,7 @@ from masonry_fem.output.report.lights import lights, measures, worst
 from masonry_fem.output.report.model3d import packed
 from masonry_fem.output.report.plots import plots
 from masonry_fem.output.report.scene_words import assumptions, settings
+from masonry_fem.output.report.stages import stages
 from masonry_fem.output.sheet import quantity
 from masonry_fem.output.terminal import factor_words
 
@@ -75,24 +76,23 @@ def write_report(directory: str | Path) -> Path:
     """
     directory = Path(directory)
     summary = _summary(directory)
+    end = _end_of(directory, summary)
     size = 0
 
     def picture(name: str) -> str | None:
         nonlocal size
-        path = directory / name
+        path = end / name
         if not path.is_file() or size + path.stat().st_size * 4 / 3 > MOST - len(bare):
             return None
         data = b64encode(path.read_bytes()).decode()
         size += len(data)
         return f"data:image/png;base64,{data}"
 
-    content = _content(directory, summary)
+    content = _content(directory, end, summary)
     bare = _rendered(content | {"pictures": []})
-    cuts = {path.name: "Stress in a section" for path in sorted(directory.glob("cut_*.png"))}
-    stones = {path.name: "State of the stones" for path in sorted(directory.glob("stone_*.png"))}
-    wanted = {
-        name: words for name, words in (PICTURES | stones | cuts).items() if (directory / name).is_file()
-    }
+    cuts = {path.name: "Stress in a section" for path in sorted(end.glob("cut_*.png"))}
+    stones = {path.name: "State of the stones" for path in sorted(end.glob("stone_*.png"))}
+    wanted = {name: words for name, words in (PICTURES | stones | cuts).items() if (end / name).is_file()}
     found = [(name, words, picture(name)) for name, words in wanted.items()]
     content["pictures"] = [one for one in found if one[2] is not None]
     content["left_out"] = [name for name, _, data in found if data is None]
@@ -129,11 +129,17 @@ def _rendered(content: Mapping[str, Any]) -> str:
     return made.get_template("page.html").render(content)
 
 
-def _content(directory: Path, summary: dict[str, Any]) -> dict[str, Any]:
-    text, scene = _scene(directory)
+def _end_of(directory: Path, summary: Mapping[str, Any]) -> Path:
+    """Where tables and pictures of the end are: of a history in the folder of its last stage."""
+    stages = summary.get("stages")
+    return directory / str(stages[-1]["name"]) if stages else directory
+
+
+def _content(directory: Path, end: Path, summary: dict[str, Any]) -> dict[str, Any]:
+    text, scene = _scene(end)
     found = lights(summary)
     dimension = len(summary.get("applied") or ()) or int(scene.get("dimension", 3))
-    stones, joints = _table(directory / "stones.csv", STONES), _table(directory / "interfaces.csv", JOINTS)
+    stones, joints = _table(end / "stones.csv", STONES), _table(end / "interfaces.csv", JOINTS)
     _rank(stones, "utilisation", "of the mean stress")
     _rank(joints, "e / edge")
     return {
@@ -152,11 +158,16 @@ def _content(directory: Path, summary: dict[str, Any]) -> dict[str, Any]:
         "joints": joints,
         "rows": ROWS,
         "plots": plots(_history(directory / "history.csv"), dimension),
+        "stages": stages(directory, summary.get("stages") or ()),
         "model": packed(directory),
         "left_out": [],
         "energy": {k.replace("_", " "): v for k, v in (summary.get("energy") or {}).items() if v},
         "seconds": sum(v for v in (summary.get("seconds") or {}).values()),
-        "reproduce": f"masonry-fem run as_run.toml --out {shlex.quote(directory.resolve().name)}",
+        "reproduce": (
+            ""
+            if end != directory
+            else f"masonry-fem run as_run.toml --out {shlex.quote(directory.resolve().name)}"
+        ),
         "digest": hashlib.sha256(text.encode()).hexdigest() if text else "",
     }
 
@@ -240,7 +251,16 @@ def _history(path: Path) -> dict[str, np.ndarray]:
     for place, name in enumerate(rows[0]):
         if name in wanted or name.startswith(("probes.", "support_resultants.")):
             columns[name] = np.array([_float(row[place]) for row in rows[1:] if len(row) == len(rows[0])])
+    if rows[0][0] == "stage":  # each begins at 0
+        ends = np.concatenate([[0.0], columns["time"][:-1]])
+        columns["time"] = columns["time"] + np.cumsum(np.where(_begins(rows), ends, 0.0))
     return columns
+
+
+def _begins(rows: list[list[str]]) -> list[bool]:
+    """Whether each row but the heading is the first of a stage."""
+    names = [row[0] for row in rows[1:] if len(row) == len(rows[0])]
+    return [name != before for name, before in zip(names, [None, *names[:-1]], strict=True)]
 
 
 def _float(text: str) -> float:

@@ -36,6 +36,8 @@ def solve_scene(
     base = Path(base)
     if getattr(scene, "stages", ()):
         raise MasonryError("a scene with stages leaves where each of them ends; run it into a folder")
+    if getattr(scene, "combinations", ()):
+        raise MasonryError("a scene with combinations has several ends; run it into a folder")
     with gathered() as remarks:
         scene = check(scene, base=base)
         built, state = begun(scene, build(scene, base), base)

@@ -142,6 +142,7 @@ def print_summary(told: Any, console: Console | None = None) -> None:
         _limits,
         _determinacy,
         _probes,
+        _response,
         _cost,
     ):
         section = ""
@@ -359,6 +360,17 @@ def _determinacy(summary: Mapping[str, Any]) -> Rows:
 def _probes(summary: Mapping[str, Any]) -> Rows:
     for name, displacement in (summary.get("probes") or {}).items():
         yield "displacements", name, _vector(displacement, "m")
+
+
+def _response(summary: Mapping[str, Any]) -> Rows:
+    for name, told in (summary.get("response") or {}).items():
+        greatest, when = quantity(told["greatest"], "m", 4), told["greatest_time"]
+        residual = quantity(float(np.linalg.norm(told["residual"])), "m", 4)
+        yield "response", name, f"peak {greatest} at {when:.4g} s, residual {residual}"
+    if told := summary.get("spectra"):
+        for name, peak in told["peaks"].items():
+            size, period = peak["pseudo_acceleration"], peak["period"]
+            yield f"spectra, {100 * told['damping']:.3g} %", name, f"peak {size:.4g} m/s² at {period:.3g} s"
 
 
 def _cost(summary: Mapping[str, Any]) -> Rows:

@@ -25,6 +25,7 @@ from masonry_fem.results.determinacy import Determinacy
 from masonry_fem.results.discretisation import Errors, RefinementTold
 from masonry_fem.results.joints import Joints
 from masonry_fem.results.limit_analysis import LimitAnalysis
+from masonry_fem.results.response import ResponseTold, SpectraTold
 from masonry_fem.results.ties import TieTold
 from masonry_fem.results.utilisation import Utilisation
 
@@ -246,6 +247,8 @@ class Summary(Told, frozen=True, kw_only=True, tag_field="schema", tag=versioned
     stress : None without elastic blocks. utilisation : None where no stone has a strength.
     ties : What each straight part of a tie bears, by name; None where there are none.
     probes : Displacement of the named points, shape (d,) [m].
+    response : Of the probes in dynamics, by name; None in statics, without probes or a results folder.
+    spectra : Response spectra of probes and accelerograms; None where there are none of the latter.
     status : Numbers of contacts that are ``open``, ``stick``, ``slip`` and ``bonded``.
     mechanism : How the structure falls. moving : Blocks that move. Both only with ``no_equilibrium``.
     energy : Where the energy went since the start [J].
@@ -284,6 +287,8 @@ class Summary(Told, frozen=True, kw_only=True, tag_field="schema", tag=versioned
     utilisation: Utilisation | None = None
     ties: dict[str, TieTold] | None = None
     probes: dict[str, FloatArray]
+    response: dict[str, ResponseTold] | None = None
+    spectra: SpectraTold | None = None
     status: dict[str, int]
     mechanism: Falling | None = None
     moving: tuple[Mover, ...]

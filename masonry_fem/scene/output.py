@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Literal, cast
+from typing import Annotated, Literal, cast
 
-from msgspec import defstruct
+from msgspec import Meta, defstruct
 
 from masonry_fem.output import asked
 from masonry_fem.records.record import Axis, BlockSelector, Count, Name, Point, Positive, Seconds, Spec
@@ -88,6 +88,8 @@ class Output(Spec, frozen=True, kw_only=True):
     report : write ``report.html``: [all of it in one file](report.md), for somebody who was not there; it
         brings ``interfaces`` and ``stones``
     amplification : factor of displacements in pictures; chosen automatically by default
+    spectrum_damping : damping ratio of the oscillators of [response spectra](shaking.md#response-spectra),
+        which are written where accelerograms act
     checkpoint_steps : number of steps after which ``checkpoint.npz`` is written, from which
         [a run goes on](histories.md); it is also written at the start and at the end
     checkpoint_time : the same by the time of the clock, as ``"5 min"``; both may be given
@@ -104,5 +106,6 @@ class Output(Spec, frozen=True, kw_only=True):
     contact_error: bool = False
     report: bool = False
     amplification: Positive | None = None
+    spectrum_damping: Annotated[float, Meta(ge=0, lt=1)] = 0.05
     checkpoint_steps: Count | None = None
     checkpoint_time: Seconds | None = None

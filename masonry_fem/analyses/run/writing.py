@@ -18,6 +18,7 @@ from masonry_fem.analyses.run.asked import answered, limits_of
 from masonry_fem.analyses.run.combinations import run_combinations
 from masonry_fem.analyses.run.keeping import Keeper
 from masonry_fem.analyses.run.reopening import begun
+from masonry_fem.analyses.run.response import responded
 from masonry_fem.analyses.run.result import RunResult
 from masonry_fem.analyses.run.solving import told
 from masonry_fem.analyses.run.stages import run_stages
@@ -201,6 +202,8 @@ class _Job:
             recorders.undrawn()
         recorders.end(result.march, result.determinacy)
         files = recorders.close(result.summary) + self._saved_problem(kept)
+        result, more = responded(self.scene, out, result)
+        files += more
         clock.lap("output")
         seconds = dict(result.summary.seconds)
         seconds["output"] = round(seconds["output"] + clock.phases["output"], 4)

@@ -71,12 +71,14 @@ class Combinations(Told, frozen=True, kw_only=True):
     Attributes
     ----------
     runs : The combinations, in the order of the scene.
+    shown : Name of the one that all else in the summary is of.
     utilisation : Stones that use most of their strength; None where no stone has one.
     compression, tension : Least and greatest principal value of stones' mean stresses [Pa].
     supports : By name.
     """
 
     runs: tuple[CombinationTold, ...]
+    shown: str
     utilisation: tuple[StoneGoverned, ...] | None = None
     compression: StoneGoverned | None = None
     tension: StoneGoverned | None = None
@@ -173,15 +175,16 @@ def components(count: int) -> tuple[str, ...]:
     return (*(f"force_{axis} [N]" for axis in "xyz"), *(f"moment_{axis} [N m]" for axis in "xyz"))
 
 
-def combinations_told(runs: Sequence[CombinationTold], found: Envelope | None) -> Combinations:
+def combinations_told(runs: Sequence[CombinationTold], found: Envelope | None, shown: str) -> Combinations:
     """What ``summary.json`` says.
 
     Parameters
     ----------
     runs : All combinations. found : Their envelope; None where none came to a good end.
+    shown : Name of the one that the summary is of.
     """
     if found is None:
-        return Combinations(runs=tuple(runs), supports={})
+        return Combinations(runs=tuple(runs), shown=shown, supports={})
     used = found.utilisation
     known = np.flatnonzero(~np.isnan(used.value))
     order = known[np.argsort(-used.value[known], kind="stable")][:TOP].tolist()
@@ -192,6 +195,7 @@ def combinations_told(runs: Sequence[CombinationTold], found: Envelope | None) -
         high = found.tension.stone(int(stressed[found.tension.value[stressed].argmax()]))
     return Combinations(
         runs=tuple(runs),
+        shown=shown,
         utilisation=tuple(map(used.stone, order)) or None,
         compression=low,
         tension=high,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from pathlib import Path
 
 import pytest
 
@@ -11,6 +12,7 @@ from masonry_fem.analyses.collapse import collapse
 from masonry_fem.analyses.inspect import check_scene
 from masonry_fem.analyses.limit import analyse
 from masonry_fem.analyses.run import run, solve_scene
+from masonry_fem.analyses.run.combinations import run_combinations
 from masonry_fem.cli import main
 from masonry_fem.errors import MasonryError
 from masonry_fem.scene import loads
@@ -182,3 +184,36 @@ def test_what_is_of_one_run_refuses_combinations(tmp_path):
         with pytest.raises(MasonryError, match="combinations"):
             call()
     assert check_scene(scene).most_steps == 3 * scene.analysis.steps
+
+
+def test_what_a_load_cannot_act_on_is_refused_before_any_run(tmp_path):
+    text = WALL.format(fidelity="rigid", loads=CASES).replace('"wall.c3.b2"', '"wall.c9.b2"')
+    with pytest.raises(MasonryError, match=r"wall\.c9\.b2"):
+        run(loads(text), tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_what_is_ended_early_says_how_much_is_done(tmp_path):
+    done = []
+
+    def once(scene, out, before):
+        if done:
+            raise KeyboardInterrupt
+        done.append(out.name)
+        return run(scene, out)
+
+    with pytest.raises(KeyboardInterrupt):
+        run_combinations(loads(WALL.format(fidelity="rigid", loads=CASES)), tmp_path, Path(), once)
+    told = json.loads((tmp_path / "summary.json").read_text("utf-8"))
+    assert told["outcome"] == "interrupted"
+    assert "1 of 3 combinations are done" in told["message"]
+    assert (tmp_path / "own" / "stones.csv").exists()
+
+
+def test_the_report_tells_of_the_combinations(tmp_path):
+    text = WALL.format(fidelity="rigid", loads=CASES).replace("stones = true", "report = true")
+    run(loads(text), tmp_path)
+    page = (tmp_path / "report.html").read_text("utf-8")
+    assert "<h2>Load combinations</h2>" in page
+    assert "equilibrium: gravity × 1.35, roof × 1.5, quake × -0.9" in page
+    assert "<h2>Load combinations</h2>" not in (tmp_path / "own" / "report.html").read_text("utf-8")

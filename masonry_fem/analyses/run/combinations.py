@@ -20,10 +20,12 @@ import numpy as np
 from msgspec import structs
 
 from masonry_fem.analyses.run.stages import GOOD
+from masonry_fem.build import Built, build
 from masonry_fem.build.strengths import strengths_of
 from masonry_fem.host.atomic import write_atomic
 from masonry_fem.output.asked.stones import stone_columns
 from masonry_fem.output.folder import Folder, refuse_busy, telling_end
+from masonry_fem.records.remark import gathered
 from masonry_fem.records.told import write
 from masonry_fem.results.combinations import (
     CombinationTold,
@@ -39,11 +41,10 @@ from masonry_fem.scene.moved import moved
 
 if TYPE_CHECKING:
     from masonry_fem.analyses.run.result import RunResult
-    from masonry_fem.build import Built
 
 TABLE = "combinations.csv"
 
-Run = Callable[[specs.Scene, Path, "Built | None"], "RunResult"]
+Run = Callable[[specs.Scene, Path, Built], "RunResult"]
 
 
 def run_combinations(scene: specs.Scene, out: Path, base: Path, run: Run) -> RunResult:
@@ -60,11 +61,14 @@ def run_combinations(scene: specs.Scene, out: Path, base: Path, run: Run) -> Run
     """
     scene = check(scene, base=base)
     refuse_busy(out)
+    with gathered(
+        aloud=False
+    ):  # what a load cannot act on is refused before any run; each run tells the rest
+        before = build(scene, base)
     told: list[CombinationTold] = []
     effects: list[Effects] = []
     files: list[Path] = []
     worst: RunResult | None = None
-    before: Built | None = None
     many = len(scene.combinations)
     with (
         Folder(out, "run", title=scene.title, clears=("view", "report")),
@@ -88,10 +92,14 @@ def run_combinations(scene: specs.Scene, out: Path, base: Path, run: Run) -> Run
         found = envelope(effects) if effects else None
         files += [out / "as_run.toml", _table(out / TABLE, found)]
         summary = structs.replace(
-            shown.summary, title=scene.title, combinations=combinations_told(told, found),
+            shown.summary, title=scene.title, combinations=combinations_told(told, found, told[number].name),
             message=f"Combination '{told[number].name}': {told[number].message}",
         )  # fmt: skip
         files.append(write(out / "summary.json", summary))
+        if scene.output.report:
+            from masonry_fem.output.report import write_report  # noqa: PLC0415 - only where asked for
+
+            files.append(write_report(out))
     return replace(shown, summary=summary, files=files)
 
 

@@ -113,9 +113,7 @@ def _stage(
     return _written(_Order(scene, out, base, quiet, checkpoint))
 
 
-def _combination(
-    scene: specs.Scene, out: Path, before: Built | None, *, base: Path, quiet: bool
-) -> RunResult:
+def _combination(scene: specs.Scene, out: Path, before: Built, *, base: Path, quiet: bool) -> RunResult:
     """Run a load combination with the meshes, matrices and factors of the one before."""
     return _written(_Order(scene, out, base, quiet, before=before))
 

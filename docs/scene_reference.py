@@ -115,6 +115,7 @@ TABLES: dict[type[Spec], str] = {
     specs.Initial: "`[[initial]]`",
     **{record: f'`[analysis]`, `kind = "{name}"`' for name, record in strategies().items()},
     specs.Stage: "`[[stages]]`",
+    specs.Combination: "`[[combinations]]`",
     specs.Solver: "`[solver]`",
     specs.Contact: "`[contact]`",
     specs.Probe: "`[[probes]]`",

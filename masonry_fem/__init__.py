@@ -4,6 +4,7 @@ scene = masonry_fem.load("wall.toml")              # or a masonry_fem.Scene buil
 result = masonry_fem.run(scene, Path("results"))   # solves it and writes tables, fields and pictures
 result = masonry_fem.resume("results")            # goes on where that ended, with output.checkpoint_steps
 result = masonry_fem.solve(scene)                  # solves it and writes nothing
+for model, state, report in masonry_fem.steps(scene): ...    # makes one step after the other
 made = masonry_fem.study(scene, {"mesh.size": [0.2, 0.1]})   # variants of it: speed against accuracy
 
 Importing this loads nothing heavy: each name is fetched where it is first used.
@@ -15,7 +16,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from masonry_fem.analyses.run import run
+    from masonry_fem.analyses.run import run, steps
     from masonry_fem.analyses.run import solve_scene as solve
     from masonry_fem.analyses.run.resume import resume
     from masonry_fem.analyses.study.sweep import study
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 
 __version__ = "0.2.0"
 
-__all__ = ["Scene", "load", "resume", "run", "solve", "study"]
+__all__ = ["Scene", "load", "resume", "run", "solve", "steps", "study"]
 
 _HOMES = {
     "Scene": "masonry_fem.scene.specs:Scene",
@@ -32,6 +33,7 @@ _HOMES = {
     "resume": "masonry_fem.analyses.run.resume:resume",
     "run": "masonry_fem.analyses.run:run",
     "solve": "masonry_fem.analyses.run:solve_scene",
+    "steps": "masonry_fem.analyses.run:steps",
     "study": "masonry_fem.analyses.study:study",
 }
 

@@ -77,7 +77,7 @@ def check_scene(scene: specs.Scene, base: str | Path = Path()) -> Inspection:
         roles={SupportGroup.kind: len(built.stones.of(None))}
         | {name: len(built.stones.of(name)) for name in fidelities()},
         interfaces_by_label=labels,
-        most_steps=scene.analysis.steps,
+        most_steps=scene.analysis.steps * max(len(scene.combinations), 1),
         estimated_memory_mb=memory,
     )
 

@@ -13,6 +13,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from msgspec import structs
+
 from masonry_fem.analyses.bracket import Verdict
 from masonry_fem.analyses.limit import posed
 from masonry_fem.analyses.run.reopening import begun
@@ -60,6 +62,7 @@ def run_once(scene: specs.Scene, base: Path, observers: Sequence[Observer] = ())
     ------
     MasonryError : The scene cannot be built.
     """
+    scene = _unprobed(scene)
     built = build(scene, base)
     built, start = begun(scene, built, base)
     settings, strategy = solver_settings(scene.solver), scene.analysis
@@ -93,6 +96,7 @@ def ask_limit_analysis(scene: specs.Scene, base: Path) -> RunEnd:
     ------
     MasonryError : The scene cannot be built, or a joint has no constant strength.
     """
+    scene = _unprobed(scene)
     built = build(scene, base, solved=False)
     problem, _ = posed(scene, built, dead=("*",) if built.model.loads else ())
     found = admissible(problem)
@@ -100,3 +104,8 @@ def ask_limit_analysis(scene: specs.Scene, base: Path) -> RunEnd:
         return RunEnd("stands", "carried", "The loads can be carried.", 0)
     mechanism = None if found.mechanism is None else motion_told(problem, found.mechanism)
     return RunEnd("falls", "not carried", "The loads cannot be carried.", 0, mechanism)
+
+
+def _unprobed(scene: specs.Scene) -> specs.Scene:
+    """A scene without its probes: nobody reads them here, and a stone that gets thinner may leave them."""
+    return structs.replace(scene, probes=())

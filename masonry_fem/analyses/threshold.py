@@ -154,6 +154,8 @@ class _Trials:
         self.scenes = [self.scene(value) for value in (self.key.low, self.key.high)]
         if any(scene.stages for scene in self.scenes):
             raise MasonryError(f"{path} has stages, and a threshold is that of one analysis; leave them out")
+        if any(scene.combinations for scene in self.scenes):
+            raise MasonryError(f"{path} has combinations, and a threshold is that of one run; leave them out")
         self.notes: list[str] = []
 
     def scene(self, value: float) -> specs.Scene:

@@ -7,9 +7,9 @@ made.outcome, made.message, made.state, made.report
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from masonry_fem.march.acting import acted, extents
 from masonry_fem.march.clock import Clock
@@ -44,6 +44,21 @@ class Observer(Protocol):
     def record(self, model: Model, state: SystemState, report: StepReport) -> None:
         """See the state that a step reached."""
         ...
+
+
+class StepMade(NamedTuple):
+    """A step of a march.
+
+    Attributes
+    ----------
+    model : The structure, with the contacts that the step was made with.
+    state : What it reached: motion of the blocks, forces, gaps and status of the contacts.
+    report : What it did: energies, probes, supports, errors.
+    """
+
+    model: Model
+    state: SystemState
+    report: StepReport
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,6 +122,37 @@ def march(
     keeper : Is given what the march knows between its steps. Each step then begins as one that goes on from
         there, so that both give the same bits.
     """
+    course = marching(
+        model, strategy, settings, bodies=bodies, start=start, observers=observers, keep=keep, kept=kept,
+        going_on=going_on, keeper=keeper,
+    )  # fmt: skip
+    while True:
+        try:
+            next(course)
+        except StopIteration as end:
+            made: March = end.value
+            return made
+
+
+def marching(
+    model: Model,
+    strategy: Strategy,
+    settings: SolverSettings,
+    *,
+    bodies: tuple[Any, ...] | None = None,
+    start: SystemState | None = None,
+    observers: Sequence[Observer] = (),
+    keep: int | None = None,
+    kept: list[tuple[Model, Increment]] | None = None,
+    going_on: tuple[Model, Standing] | None = None,
+    keeper: Keep | None = None,
+) -> Generator[StepMade, None, March]:
+    """The same, step by step: yields each step that is balanced, and returns how the march ended.
+
+    Parameters
+    ----------
+    model, strategy, settings, bodies, start, observers, keep, kept, going_on, keeper : As for ``march``.
+    """
     first, headway = _controlled(model, strategy), Headway(seams=keeper is not None)
     if going_on is None:
         course = _Course.begun(first, bodies, start, headway)
@@ -125,6 +171,7 @@ def march(
             verdict = "no_convergence"
             break
         course.see(made, observers)
+        yield StepMade(made.model, made.step.after, made.report)
         verdict = course.verdict(made, strategy)
         if verdict is not None:
             break

@@ -15,7 +15,7 @@ import fcntl
 import json
 import logging
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Any, Self
 
@@ -260,6 +260,23 @@ def ended_by(error: BaseException, command: str, title: str, so_far: str = "") -
         said = str(error)
     message = "; ".join(filter(None, (said, so_far)))
     return Ending(schema=versioned(command), title=title, outcome=outcome, message=f"{message}.")
+
+
+@contextlib.contextmanager
+def telling_end(out: Path, title: str, so_far: Callable[[], str]) -> Iterator[None]:
+    """Runs one after another: what ends them early is told in the summary above them.
+
+    Parameters
+    ----------
+    out : Folder of the summary. title : Of the scene.
+    so_far : Tells what there is of the results, in words.
+    """
+    try:
+        yield
+    except BaseException as error:
+        with contextlib.suppress(Exception):
+            write(out / "summary.json", ended_by(error, "run", title, so_far()))
+        raise
 
 
 def _lines(names: Iterable[str]) -> bytes:

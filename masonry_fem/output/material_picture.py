@@ -14,6 +14,7 @@ from masonry_fem.output.scenery import DeformedShape, Scenery
 from masonry_fem.output.sheet import HELD, LINE, ColourBar, Key, Sheet, colour_end
 
 COLOURS = "inferno_r"
+WHOLE = {"damage": 1.0}  # measures that end at a value of their own, and their colours with it
 
 
 def measures_of(blocks: Any) -> list[str]:
@@ -43,6 +44,8 @@ def draw_measure(scenery: Scenery, measure: str, path: Path, amplification: floa
     shape = DeformedShape(scenery, amplification)
     values = np.asarray(scenery.blocks.cell_data[measure], float)
     top, limit, over = colour_end(values)
+    if measure in WHOLE:
+        limit, over = WHOLE[measure], False
     limits = (0.0, max(limit, 1e-12))
     word = measure.replace("_", " ")
     sheet = Sheet(

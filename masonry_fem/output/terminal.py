@@ -11,6 +11,7 @@ import numpy as np
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
 from masonry_fem.output.collapse_table import mechanism_lines
+from masonry_fem.output.combination_table import combination_rows
 from masonry_fem.output.limit_table import support_rows
 from masonry_fem.output.recorder import StepReport
 from masonry_fem.output.refinement_table import refinement_rows
@@ -126,6 +127,7 @@ def print_summary(told: Any, console: Console | None = None) -> None:
     table.add_column(style="dim", no_wrap=True)
     table.add_column()
     for part in (
+        combination_rows,
         _size,
         _contacts,
         _mechanism,

@@ -20,6 +20,7 @@ from masonry_fem.march.witness import Written
 from masonry_fem.records.remark import Remark
 from masonry_fem.records.told import Told, versioned
 from masonry_fem.results.blocks import Stress
+from masonry_fem.results.combinations import Combinations
 from masonry_fem.results.determinacy import Determinacy
 from masonry_fem.results.discretisation import Errors, RefinementTold
 from masonry_fem.results.joints import Joints
@@ -258,6 +259,7 @@ class Summary(Told, frozen=True, kw_only=True, tag_field="schema", tag=versioned
     limit_analysis, determinacy, joints : With the keys of ``[output]`` that ask for them.
     start : Whether an equilibrium is reached from a start without stress.
     stages : Of a history, whose last one is told by all else; None: there are none.
+    combinations : Of loads, with their envelope; all else is of the last one, or the first that failed.
     errors : What elements, contact points and steps leave open.
     refinement : With ``--refine-to``: how the error was brought down.
     remarks : What was logged as a warning.
@@ -299,6 +301,7 @@ class Summary(Told, frozen=True, kw_only=True, tag_field="schema", tag=versioned
     limit_analysis: LimitAnalysis | None = None
     start: StartTold | None = None
     stages: tuple[StageTold, ...] | None = None
+    combinations: Combinations | None = None
     errors: Errors
     determinacy: Determinacy | None = None
     joints: Joints | None = None

@@ -16,6 +16,7 @@ from masonry_fem.records.record import (
     Instant,
     Kelvin,
     LineForceVector,
+    Name,
     Point,
     Radians,
     RotationVector,
@@ -113,10 +114,12 @@ class Acceleration(Spec, frozen=True, kw_only=True):
     ----------
     vector : the acceleration
     time : factor as a function of time, 1 by default. In statics, time is the load factor from 0 to 1
+    case : load case, whose factor [combinations](combinations.md) give; without one it acts in all as it is
     """
 
     vector: AccelerationVector
     time: TimeFunction | None = None
+    case: Name | None = None
 
 
 class Accelerogram(Spec, frozen=True, kw_only=True):
@@ -137,6 +140,7 @@ class Accelerogram(Spec, frozen=True, kw_only=True):
     baseline : polynomial in time that is taken from each acceleration, so that its velocity stays nearest to
         zero
     start : time of the first value; by default 0
+    case : load case, whose factor [combinations](combinations.md) give; without one it acts in all as it is
     """
 
     x: FilePath | None = None
@@ -147,6 +151,7 @@ class Accelerogram(Spec, frozen=True, kw_only=True):
     acts: Literal["inertia", "ground"] = "inertia"
     baseline: Literal["none", "constant", "linear", "quadratic"] = "none"
     start: Instant = 0.0
+    case: Name | None = None
 
 
 class Traction(Spec, frozen=True, kw_only=True):
@@ -157,11 +162,13 @@ class Traction(Spec, frozen=True, kw_only=True):
     on : selector of faces
     vector : force per area
     time : factor as a function of time, 1 by default. In statics, time is the load factor from 0 to 1
+    case : load case, whose factor [combinations](combinations.md) give; without one it acts in all as it is
     """
 
     on: FaceSelector
     vector: TractionVector
     time: TimeFunction | None = None
+    case: Name | None = None
 
 
 class PointForce(Spec, frozen=True, kw_only=True):
@@ -173,12 +180,14 @@ class PointForce(Spec, frozen=True, kw_only=True):
     vector : the force
     point : where it acts, in world coordinates of the undeformed structure; the block's centroid by default
     time : factor as a function of time, 1 by default. In statics, time is the load factor from 0 to 1
+    case : load case, whose factor [combinations](combinations.md) give; without one it acts in all as it is
     """
 
     block: BlockSelector
     vector: ForceVector
     point: Point | None = None
     time: TimeFunction | None = None
+    case: Name | None = None
 
 
 class LineForce(Spec, frozen=True, kw_only=True):
@@ -191,6 +200,7 @@ class LineForce(Spec, frozen=True, kw_only=True):
     start : one end of the segment, in world coordinates of the undeformed structure
     end : the other end
     time : factor as a function of time, 1 by default. In statics, time is the load factor from 0 to 1
+    case : load case, whose factor [combinations](combinations.md) give; without one it acts in all as it is
     """
 
     block: BlockSelector
@@ -198,6 +208,7 @@ class LineForce(Spec, frozen=True, kw_only=True):
     start: Point
     end: Point
     time: TimeFunction | None = None
+    case: Name | None = None
 
 
 class Temperature(Spec, frozen=True, kw_only=True):
@@ -211,11 +222,13 @@ class Temperature(Spec, frozen=True, kw_only=True):
     change : the change of temperature where the factor ``time`` is 1
     time : factor as a function of time; by default it grows from 0 to 1 over the analysis. In statics, time
         is the load factor from 0 to 1
+    case : load case, whose factor [combinations](combinations.md) give; without one it acts in all as it is
     """
 
     on: BlockSelector
     change: Kelvin
     time: TimeFunction | None = None
+    case: Name | None = None
 
 
 class Loads(Spec, frozen=True, kw_only=True):
@@ -241,3 +254,16 @@ class Loads(Spec, frozen=True, kw_only=True):
     points: tuple[PointForce, ...] = ()
     lines: tuple[LineForce, ...] = ()
     temperatures: tuple[Temperature, ...] = ()
+
+
+class Combination(Spec, frozen=True, kw_only=True):
+    """A [load combination](combinations.md): a run of its own, in which load cases are multiplied by factors.
+
+    Attributes
+    ----------
+    name : of the folder with its results
+    factors : by load case, that of ``loads.gravity`` is ``gravity``; cases that are not named do not act
+    """
+
+    name: Name
+    factors: dict[Name, float]

@@ -15,6 +15,7 @@ import msgspec
 
 from masonry_fem.fidelities import deforms
 from masonry_fem.joints.kinds import kinds
+from masonry_fem.scene.combinations import GRAVITY, cases_of
 from masonry_fem.scene.joint_checks import check_joints, joint_doubts
 from masonry_fem.scene.lines import KeyPath
 from masonry_fem.scene.material_doubts import material_doubts
@@ -93,6 +94,7 @@ def _names(scene: Scene) -> None:
     _unique("probes", (one.name for one in scene.probes))
     _unique("output.cuts", (one.name for one in scene.output.cuts))
     _unique("stages", (one.name for one in scene.stages))
+    _combinations(scene)
     _unique("ties", (one.name for one in scene.ties))
     for index, stage in enumerate(scene.stages):
         earlier = [one.name for one in scene.stages[:index]]
@@ -104,6 +106,21 @@ def _names(scene: Scene) -> None:
         if stage.analysis is not None and stage.analysis.start is not None:
             where = "none, as a stage begins where the one before has ended, or 'after'"
             raise wrong(("stages", index, "analysis", "start"), stage.analysis.start, where)
+
+
+def _combinations(scene: Scene) -> None:
+    _unique("combinations", (one.name for one in scene.combinations))
+    if scene.combinations and scene.stages:
+        expected = "none beside 'stages': combine the loads of one analysis, which may start where one ended"
+        raise wrong(("combinations", 0, "name"), scene.combinations[0].name, expected)
+    cases = cases_of(scene)
+    for index, one in enumerate(scene.combinations):
+        if not one.factors:
+            raise wrong(("combinations", index, "factors"), one.factors, "factors of at least one load case")
+        for case in one.factors:
+            if case not in cases:
+                known = f"a load case ({listed(cases)})" if cases else "a load case, and no load has one"
+                raise wrong(("combinations", index, "factors"), case, known, nearest(case, cases))
 
 
 def _unique(key: str, names: Iterable[str]) -> None:
@@ -318,6 +335,12 @@ def _doubts(scene: Scene) -> Iterator[str]:
                     "and the ground moves: it drags stones back from going with it; take acts = 'inertia', "
                     "or damping.stiffness"
                 )
+    light = [one.name for one in scene.combinations if not one.factors.get(GRAVITY)]
+    if light and scene.loads.gravity is not None:
+        yield (
+            f"loads.gravity does not act in {listed(light)} of the combinations; if it should, name it in "
+            "their factors: gravity = 1.0"
+        )
     if not _driven(scene):
         yield "nothing acts on the blocks; expected loads.gravity or another load"
     yield from material_doubts(scene)

@@ -36,6 +36,7 @@ from masonry_fem.records.structure import Structure
 from masonry_fem.scene.actions import (
     Acceleration,
     Accelerogram,
+    Combination,
     LineForce,
     Loads,
     Motion,
@@ -74,6 +75,7 @@ __all__ = [
     "AnyLaw",
     "AnyStructure",
     "Closure",
+    "Combination",
     "Contact",
     "Cut",
     "Damping",
@@ -245,6 +247,7 @@ class Scene(Spec, frozen=True, kw_only=True):
     initial : velocities at the start
     analysis : statics, dynamics or a march to equilibrium
     stages : parts of a [history](histories.md), one after another
+    combinations : [combinations](combinations.md) of load cases, each a run of its own
     solver : contact solver
     contact : which faces are in contact
     probes : points whose displacement is recorded
@@ -271,6 +274,7 @@ class Scene(Spec, frozen=True, kw_only=True):
     initial: tuple[Initial, ...] = ()
     analysis: Analysis = Statics()
     stages: tuple[Stage, ...] = ()
+    combinations: tuple[Combination, ...] = ()
     solver: Solver = Solver()
     contact: Contact = Contact()
     probes: tuple[Probe, ...] = ()

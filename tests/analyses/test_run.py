@@ -6,11 +6,12 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import msgspec
+import numpy as np
 import psutil
 import pytest
 
 from masonry_fem.analyses.inspect import check_scene, write_mesh
-from masonry_fem.analyses.run import run, solve_scene
+from masonry_fem.analyses.run import run, solve_scene, steps
 from masonry_fem.errors import MasonryError, SceneError
 from masonry_fem.scene.specs import (
     Dynamics,
@@ -67,6 +68,17 @@ def test_folders_may_be_texts(tmp_path):
     assert solve_scene(scene(), str(tmp_path)).outcome == "finished"
     assert check_scene(scene(), str(tmp_path)).blocks == 3
     assert all(file.parent == out for file in write_mesh(scene(), str(out), str(tmp_path)))
+
+
+def test_steps_are_made_when_they_are_asked_for_and_are_those_of_a_run():
+    walked = steps(scene())
+    first = next(walked)
+    assert first.report.step == first.state.index == 1
+    rest = list(walked)
+    made = solve_scene(scene())
+    assert len(rest) == made.summary.steps - 1
+    np.testing.assert_array_equal(rest[-1].state.reaction, made.march.state.reaction)
+    assert rest[-1].report.time == made.summary.time
 
 
 def test_what_is_no_scene_is_refused(tmp_path):

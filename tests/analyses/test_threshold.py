@@ -46,6 +46,13 @@ def holds(found, limit: float, tolerance: float = 0.01) -> None:
         assert high - low <= tolerance * high
 
 
+def test_a_probe_that_a_smaller_stone_has_left_stops_no_search(pier: Path, tmp_path: Path) -> None:
+    """The block tips where its height is more than B g/a."""
+    pier.write_text(PIER + 'probes = [{ name = "top", block = "pier.b1", point = [0.5, 6.0] }]\n')
+    found = threshold(pier, "structures.pier.size.1", (4.0, 6.0), out=tmp_path / "out")
+    holds(found, 0.5 * 9.81)
+
+
 @pytest.mark.parametrize("ends", [(0.01, 0.9), (0.9, 0.01)])
 def test_either_end_may_be_the_one_that_stands(pier: Path, tmp_path: Path, ends: tuple[float, float]) -> None:
     """A block slides where μ is less than a/g; a push slides it where a is more than μ g."""

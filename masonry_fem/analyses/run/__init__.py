@@ -11,7 +11,7 @@ and ``start`` tell what a scene asks of its end. ``keeping`` writes checkpoints,
 """
 
 from masonry_fem.analyses.run.result import RunResult
-from masonry_fem.analyses.run.solving import solve_scene
+from masonry_fem.analyses.run.solving import solve_scene, steps
 from masonry_fem.analyses.run.writing import go_on, run
 
-__all__ = ["RunResult", "go_on", "run", "solve_scene"]
+__all__ = ["RunResult", "go_on", "run", "solve_scene", "steps"]

@@ -100,7 +100,7 @@ def untrusted(text: str) -> str:
 
 
 def refuse_start(scene: specs.Scene, what: str) -> None:
-    """Refuse a scene that starts from another run's end, or has stages that do.
+    """Refuse a scene that starts from another run's end, or has stages that do, or load combinations.
 
     Parameters
     ----------
@@ -113,6 +113,11 @@ def refuse_start(scene: specs.Scene, what: str) -> None:
     if scene.stages:
         raise MasonryError(
             f"{what} is of one structure, and this one has stages; give a scene without, or 'run' it"
+        )
+    if scene.combinations:
+        raise MasonryError(
+            f"{what} is under one set of loads, and this scene has combinations; give one without, "
+            "such as the as_run.toml of a combination"
         )
     if scene.analysis.start is not None:
         raise MasonryError(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from masonry_fem.analyses.run.asked import answered, limits_of
@@ -11,7 +11,7 @@ from masonry_fem.analyses.run.result import RunResult
 from masonry_fem.analyses.run.start import said, started
 from masonry_fem.build import Built, build, solver_settings
 from masonry_fem.errors import MasonryError
-from masonry_fem.march.march import March, Observer, march
+from masonry_fem.march.march import March, Observer, StepMade, march, marching
 from masonry_fem.records.remark import gathered
 from masonry_fem.results.limit_analysis import LimitAnalysis
 from masonry_fem.results.summarise import summarise
@@ -36,6 +36,8 @@ def solve_scene(
     base = Path(base)
     if getattr(scene, "stages", ()):
         raise MasonryError("a scene with stages leaves where each of them ends; run it into a folder")
+    if getattr(scene, "combinations", ()):
+        raise MasonryError("a scene with combinations has several ends; run it into a folder")
     with gathered() as remarks:
         scene = check(scene, base=base)
         built, state = begun(scene, build(scene, base), base)
@@ -46,6 +48,33 @@ def solve_scene(
         )  # fmt: skip
         result = answered(scene, base, told(scene, built, made, limits))
     return result.telling(remarks=tuple(remarks))
+
+
+def steps(scene: specs.Scene, base: str | Path = Path()) -> Iterator[StepMade]:
+    """Solve a scene step by step: each one is made when it is asked for.
+
+        for model, state, report in masonry_fem.steps(scene):
+            print(report.time, report.probes, state.gap.max())
+
+    Nothing is written. What ``solve`` tells at its end is not told: the last step is all there is.
+
+    Parameters
+    ----------
+    scene : What to solve.
+    base : Folder that the paths in it are relative to.
+
+    Raises
+    ------
+    MasonryError : Where the scene cannot be built.
+    """
+    base = Path(base)
+    if getattr(scene, "stages", ()):
+        raise MasonryError("a scene with stages leaves where each of them ends; run it into a folder")
+    scene = check(scene, base=base)
+    built, state = begun(scene, build(scene, base), base)
+    return marching(
+        built.model, scene.analysis, solver_settings(scene.solver), bodies=built.bodies, start=state
+    )
 
 
 def told(scene: specs.Scene, built: Built, made: March, limits: LimitAnalysis | None) -> RunResult:

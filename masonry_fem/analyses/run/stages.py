@@ -8,7 +8,6 @@ Results of a stage stand in the folder of its name. The history and the series o
 
 from __future__ import annotations
 
-import contextlib
 import csv
 import io
 import json
@@ -22,7 +21,7 @@ from msgspec import structs
 
 from masonry_fem.host.atomic import write_atomic
 from masonry_fem.output.checkpoint import CHECKPOINT, Checkpoint, read_checkpoint, write_checkpoint
-from masonry_fem.output.folder import Folder, ended_by, refuse_busy
+from masonry_fem.output.folder import Folder, refuse_busy, telling_end
 from masonry_fem.records.remark import gathered
 from masonry_fem.records.told import write
 from masonry_fem.results.summary import StageTold
@@ -58,7 +57,7 @@ def run_stages(scene: specs.Scene, out: Path, base: Path, run: Run, *, goes_on: 
     told: list[StageTold] = []
     with Folder(out, "run", title=scene.title, clears=("view",), keeps=keeps):
         write_checkpoint(out / CHECKPOINT, Checkpoint(dumps(moved(scene, base, out)), "", None, {}, ()))
-        try:
+        with telling_end(out, scene.title, lambda: f"{len(told)} of {len(names)} stages are done"):
             for stage, own in stage_scenes(scene):
                 after = predecessor(scene, stage)
                 kept, done = _kept(out / stage.name) if goes_on else (None, False)
@@ -83,11 +82,6 @@ def run_stages(scene: specs.Scene, out: Path, base: Path, run: Run, *, goes_on: 
                 from masonry_fem.output.report import write_report  # noqa: PLC0415 - only where asked for
 
                 files.append(write_report(out))
-        except BaseException as error:
-            with contextlib.suppress(Exception):
-                hold = f"{len(told)} of {len(names)} stages are done"
-                write(out / "summary.json", ended_by(error, "run", scene.title, hold))
-            raise
     return replace(result, summary=summary, files=files)
 
 

@@ -15,6 +15,7 @@ from pathlib import Path
 from msgspec import structs
 
 from masonry_fem.analyses.run.asked import answered, limits_of
+from masonry_fem.analyses.run.combinations import run_combinations
 from masonry_fem.analyses.run.keeping import Keeper
 from masonry_fem.analyses.run.reopening import begun
 from masonry_fem.analyses.run.response import responded
@@ -81,6 +82,10 @@ def run(
         if save_contact is not None:
             raise MasonryError("a contact problem is saved of a single analysis, and the scene has stages")
         return run_stages(scene, out, base, partial(_stage, base=base, quiet=quiet))
+    if getattr(scene, "combinations", ()):
+        if save_contact is not None:
+            raise MasonryError("a contact problem is saved of a single run, and the scene has combinations")
+        return run_combinations(scene, out, base, partial(_combination, base=base, quiet=quiet))
     return _written(_Order(scene, out, base, quiet, save_contact=save_contact, before=before, draws=draws))
 
 
@@ -106,6 +111,11 @@ def _stage(
 ) -> RunResult:
     """Run a stage, or go on with it; one that is done makes no steps."""
     return _written(_Order(scene, out, base, quiet, checkpoint))
+
+
+def _combination(scene: specs.Scene, out: Path, before: Built, *, base: Path, quiet: bool) -> RunResult:
+    """Run a load combination with the meshes, matrices and factors of the one before."""
+    return _written(_Order(scene, out, base, quiet, before=before))
 
 
 @dataclass(frozen=True, slots=True)

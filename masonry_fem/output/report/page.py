@@ -17,6 +17,7 @@ import numpy as np
 
 from masonry_fem.errors import OutputError
 from masonry_fem.host.atomic import write_atomic
+from masonry_fem.output.combination_table import combination_rows
 from masonry_fem.output.report.lights import lights, measures, worst
 from masonry_fem.output.report.model3d import packed
 from masonry_fem.output.report.plots import plots
@@ -131,7 +132,12 @@ def _rendered(content: Mapping[str, Any]) -> str:
 
 
 def _end_of(directory: Path, summary: Mapping[str, Any]) -> Path:
-    """Where tables and pictures of the end are: of a history in the folder of its last stage."""
+    """Where tables and pictures of the end are: of a history in the folder of its last stage.
+
+    Of load combinations they are in the folder of the one that the summary is of.
+    """
+    if combined := summary.get("combinations"):
+        return directory / str(combined["shown"])
     stages = summary.get("stages")
     return directory / str(stages[-1]["name"]) if stages else directory
 
@@ -143,6 +149,7 @@ def _content(directory: Path, end: Path, summary: dict[str, Any]) -> dict[str, A
     stones, joints = _table(end / "stones.csv", STONES), _table(end / "interfaces.csv", JOINTS)
     _rank(stones, "utilisation", "of the mean stress")
     _rank(joints, "e / edge")
+    whole = end if summary.get("combinations") else directory  # histories go through all stages
     return {
         "summary": summary,
         "title": summary.get("title") or directory.resolve().name,
@@ -158,9 +165,10 @@ def _content(directory: Path, end: Path, summary: dict[str, Any]) -> dict[str, A
         "stones": stones,
         "joints": joints,
         "rows": ROWS,
-        "plots": plots(_history(directory / "history.csv"), dimension),
+        "plots": plots(_history(whole / "history.csv"), dimension),
         "stages": stages(directory, summary.get("stages") or ()),
-        "model": packed(directory),
+        "combinations": list(combination_rows(summary)),
+        "model": packed(whole),
         "left_out": [],
         "energy": {k.replace("_", " "): v for k, v in (summary.get("energy") or {}).items() if v},
         "seconds": sum(v for v in (summary.get("seconds") or {}).values()),

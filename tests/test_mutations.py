@@ -49,7 +49,7 @@ def test_the_same_seed_gives_the_same_mutations(tool):
 
 
 SOURCE = """
-from numba import njit
+from numba import njit as compiled
 HALF = 0.5
 
 def plain(a):
@@ -58,12 +58,12 @@ def plain(a):
                 - HALF)
     return -a
 
-@njit
-def compiled(a):
+@compiled
+def turned(a):
     return -a
 """
 TESTS = """
-from masonry_fem.thing import compiled, plain
+from masonry_fem.thing import plain, turned
 
 def test_one():
     assert plain(1.0) == 0.5
@@ -71,8 +71,8 @@ def test_one():
 def test_other():
     assert plain(-1.0) == 1.0
 
-def test_compiled():
-    assert compiled(1.0) == -1.0
+def test_turned():
+    assert turned(1.0) == -1.0
 """
 ASKED = """
 from pathlib import Path
@@ -109,7 +109,7 @@ def test_the_tests_that_come_to_a_line_are_asked(repository, tmp_path):
         [sys.executable, "-c", ASKED], cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(tmp_path / "tools")},
         capture_output=True, text=True, check=False,
     )  # fmt: skip
-    named = [f"tests/test_thing.py::test_{name}" for name in ("one", "other", "compiled")]
+    named = [f"tests/test_thing.py::test_{name}" for name in ("one", "other", "turned")]
     assert done.stdout.splitlines() == [*named, ""], done.stderr
 
 

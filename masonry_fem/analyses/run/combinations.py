@@ -23,7 +23,6 @@ from masonry_fem.analyses.run.stages import GOOD
 from masonry_fem.build import Built, build
 from masonry_fem.build.strengths import strengths_of
 from masonry_fem.host.atomic import write_atomic
-from masonry_fem.output.asked.stones import stone_columns
 from masonry_fem.output.folder import Folder, refuse_busy, telling_end
 from masonry_fem.records.remark import gathered
 from masonry_fem.records.told import write
@@ -110,6 +109,8 @@ def _shown(told: list[CombinationTold]) -> int:
 
 def _effects(scene: specs.Scene, name: str, result: RunResult) -> Effects:
     """What a combination has done."""
+    from masonry_fem.output.asked.stones import stone_columns  # noqa: PLC0415 - only combinations need it
+
     built, made = result.built, result.march
     columns = stone_columns(made.model, made.state, built.stones.material, strengths_of(scene, built.stones))
     local, mean, tension, compression = (

@@ -11,7 +11,7 @@ import pytest
 from masonry_fem.analyses.collapse import collapse
 from masonry_fem.analyses.inspect import check_scene
 from masonry_fem.analyses.limit import analyse
-from masonry_fem.analyses.run import run, solve_scene
+from masonry_fem.analyses.run import run, solve_scene, steps
 from masonry_fem.analyses.run.combinations import run_combinations
 from masonry_fem.cli import main
 from masonry_fem.errors import MasonryError
@@ -177,6 +177,7 @@ def test_what_is_of_one_run_refuses_combinations(tmp_path):
     scene = loads(WALL.format(fidelity="rigid", loads=CASES))
     for call in (
         lambda: solve_scene(scene),
+        lambda: steps(scene),
         lambda: analyse(scene),
         lambda: collapse(scene, tmp_path),
         lambda: run(scene, tmp_path, save_contact=1),

@@ -34,10 +34,7 @@ def solve_scene(
     MasonryError : Where the scene cannot be built.
     """
     base = Path(base)
-    if getattr(scene, "stages", ()):
-        raise MasonryError("a scene with stages leaves where each of them ends; run it into a folder")
-    if getattr(scene, "combinations", ()):
-        raise MasonryError("a scene with combinations has several ends; run it into a folder")
+    _refuse_several(scene)
     with gathered() as remarks:
         scene = check(scene, base=base)
         built, state = begun(scene, build(scene, base), base)
@@ -65,16 +62,23 @@ def steps(scene: specs.Scene, base: str | Path = Path()) -> Iterator[StepMade]:
 
     Raises
     ------
-    MasonryError : Where the scene cannot be built.
+    MasonryError : Where the scene cannot be built, or has more than one march.
     """
     base = Path(base)
-    if getattr(scene, "stages", ()):
-        raise MasonryError("a scene with stages leaves where each of them ends; run it into a folder")
+    _refuse_several(scene)
     scene = check(scene, base=base)
     built, state = begun(scene, build(scene, base), base)
     return marching(
         built.model, scene.analysis, solver_settings(scene.solver), bodies=built.bodies, start=state
     )
+
+
+def _refuse_several(scene: specs.Scene) -> None:
+    """Refuse a scene of several marches: what is no scene is refused by its check."""
+    if getattr(scene, "stages", ()):
+        raise MasonryError("a scene with stages leaves where each of them ends; run it into a folder")
+    if getattr(scene, "combinations", ()):
+        raise MasonryError("a scene with combinations has several ends; run it into a folder")
 
 
 def told(scene: specs.Scene, built: Built, made: March, limits: LimitAnalysis | None) -> RunResult:

@@ -9,8 +9,8 @@ until its end: one that leans by more than 45° or has sunk by its height.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from msgspec import structs
@@ -40,6 +40,7 @@ class RunEnd:
     outcome, message : Of the run, ``toppled`` where a stone has fallen in time; the same as a sentence.
     steps : Made. mechanism : How it falls; None: it does not.
     fall : The same with the structure, for pictures; None: limit analysis, or it does not.
+    leans : By how much each stone has leaned at most, by its name [rad]; empty but in time.
     """
 
     verdict: Verdict
@@ -48,38 +49,45 @@ class RunEnd:
     steps: int
     mechanism: Falling | None = None
     fall: Fall | None = None
+    leans: Mapping[str, float] = field(default_factory=dict)
 
 
-def run_once(scene: specs.Scene, base: Path, observers: Sequence[Observer] = ()) -> RunEnd:
+def run_once(
+    scene: specs.Scene, base: Path, observers: Sequence[Observer] = (), *, probed: bool = False
+) -> RunEnd:
     """Run a scene without writing anything, until it stands, has ended or has fallen.
 
     Parameters
     ----------
     scene : What to run. base : Folder that the paths in it are relative to.
-    observers : Told of every step.
+    observers : Told of every step. probed : Whether they look at the scene's probes.
 
     Raises
     ------
     MasonryError : The scene cannot be built.
     """
-    scene = _unprobed(scene)
+    scene = scene if probed else _unprobed(scene)
     built = build(scene, base)
     built, start = begun(scene, built, base)
     settings, strategy = solver_settings(scene.solver), scene.analysis
     watchers: list[Observer] = list(observers)
+    toppling = None
     if strategy.seeks_equilibrium:  # an error of 1e-6 is more than what lies between standing and falling
         settings = replace(settings, acceptable=0.0)
     else:
-        watchers.append(Toppling(built.model, built.bodies, scene.loads.gravity))
+        toppling = Toppling(built.model, built.bodies, scene.loads.gravity)
+        watchers.append(toppling)
     try:
         ended = march(built.model, strategy, settings, bodies=built.bodies, observers=watchers, start=start)
     except ToppledError as toppled:
         mechanism = mechanism_of_state(toppled.model, toppled.state)
         fall = Fall(mechanism, toppled.model, toppled.state)
-        return RunEnd("falls", "toppled", f"{toppled}.", toppled.state.index, mechanism.told(), fall)
+        leans = {} if toppling is None else toppling.leans
+        return RunEnd("falls", "toppled", f"{toppled}.", toppled.state.index, mechanism.told(), fall, leans)
     verdict: Verdict = "stands" if ended.outcome == "finished" else VERDICTS.get(ended.outcome, "undecided")
     if verdict != "falls":
-        return RunEnd(verdict, ended.outcome, ended.message, ended.state.index)
+        leans = {} if toppling is None else toppling.leans
+        return RunEnd(verdict, ended.outcome, ended.message, ended.state.index, leans=leans)
     mechanism = mechanism_of_step(ended.last, ended.model)
     fall = Fall(mechanism, ended.model, ended.last.before)
     return RunEnd(verdict, ended.outcome, ended.message, ended.state.index, mechanism.told(), fall)

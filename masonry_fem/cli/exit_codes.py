@@ -21,8 +21,8 @@ EXIT_CODES = {"equilibrium": 0, "finished": 0, "no_convergence": 2, "no_equilibr
 WORDS = (
     "Exit codes: 0 equilibrium or finished (collapse, threshold: bracketed; limit: the loads can be "
     "carried), 1 bad input, or a file that cannot be read or written, 2 no convergence (collapse: undecided; "
-    "threshold: undecided, or it stands at both ends; --refine-to: not reached; study: no cell solved), "
-    "3 no equilibrium (collapse: falls at the start; threshold: falls at both ends), "
+    "threshold: undecided, or it stands at both ends; --refine-to: not reached; study: no cell solved, "
+    "no run decided), 3 no equilibrium (collapse: falls at the start; threshold: falls at both ends), "
     "129, 130, 143 ended by SIGHUP, Ctrl-C, SIGTERM, with what was written so far readable, "
     "141 the reader of the output closed it."
 )

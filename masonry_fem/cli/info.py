@@ -14,12 +14,19 @@ def print_info(options: argparse.Namespace) -> int:
     if options.schema:
         from masonry_fem.records.told import Ending, schema, text
         from masonry_fem.results.collapse import CollapseTold
+        from masonry_fem.results.incremental import IncrementalTold
         from masonry_fem.results.limit_analysis import LimitAnalysis
         from masonry_fem.results.study import StudyTold
         from masonry_fem.results.summary import Summary
         from masonry_fem.results.threshold import ThresholdTold
 
-        print(text(schema(Summary, CollapseTold, ThresholdTold, LimitAnalysis, StudyTold, Ending)))
+        print(
+            text(
+                schema(
+                    Summary, CollapseTold, ThresholdTold, LimitAnalysis, StudyTold, IncrementalTold, Ending
+                )
+            )
+        )
         return 0
     from masonry_fem.host import installation
 

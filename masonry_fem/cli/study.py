@@ -1,4 +1,4 @@
-"""Command ``study``: a scene with many settings, their cost and their error."""
+"""Command ``study``: a scene with many settings, their cost and their error; or under many records."""
 # ruff: noqa: PLC0415
 
 from __future__ import annotations
@@ -13,6 +13,8 @@ from masonry_fem.cli.grammar import Commands, Parents, overrides_of, share
 
 def study_scene(options: argparse.Namespace) -> int:
     """Run a scene with many settings; the exit code says whether any was solved."""
+    if options.records:
+        return shake_scene(options)
     from masonry_fem.analyses.study import study
     from masonry_fem.analyses.study.table import print_study
     from masonry_fem.analyses.study.watch import Watch
@@ -47,12 +49,55 @@ def study_scene(options: argparse.Namespace) -> int:
     return 0
 
 
+def shake_scene(options: argparse.Namespace) -> int:
+    """Run a scene under records; the exit code says whether any run could be decided."""
+    from masonry_fem.analyses.incremental import incremental
+    from masonry_fem.analyses.incremental.table import print_incremental
+    from masonry_fem.analyses.study.watch import Watch
+    from masonry_fem.errors import MasonryError
+
+    other = [name for name in ("vary", "reference", "quantity") if getattr(options, name)]
+    if other:
+        raise MasonryError(f"--records and --{other[0]} are two kinds of study; leave one of them out")
+    options.out = options.out or Path("results") / f"{options.scene.stem}-incremental"
+    with Watch(quiet=options.quiet) as watch:
+        made = incremental(
+            options.scene,
+            options.records,
+            scales=options.scales or (),
+            levels=options.levels or (),
+            period=options.period,
+            states=options.state,
+            demand=options.demand,
+            out=options.out,
+            overrides=overrides_of(options),
+            workers=options.workers,
+            time_limit=options.time_limit,
+            fresh=options.fresh,
+            tell=watch.tell,
+        )
+    interrupted = made.told.outcome == "interrupted"
+    files = made.write(pictures=not interrupted)
+    if options.json:
+        print((options.out / "incremental.json").read_text(encoding="utf-8"), end="")
+    elif not options.quiet:
+        print_incremental(made.told)
+        print_files(files)
+    if interrupted:
+        complain(made.outlook)
+        return INTERRUPTED
+    if all(one.verdict == "undecided" for one in made.told.runs):
+        complain("no run could be decided; see the messages in incremental.csv")
+        return EXIT_CODES["no_convergence"]
+    return 0
+
+
 def add(commands: Commands, parents: Parents) -> None:
     """What can be written after the command."""
     own = commands.add_parser(
         "study",
         parents=[parents.scene, parents.common],
-        help="run a scene with many settings: cost and error of each",
+        help="run a scene with many settings: cost and error of each; or under many records: fragility",
     )
     own.add_argument(
         "--vary", action="append", default=[], metavar="KEY=VALUE,VALUE",
@@ -68,6 +113,29 @@ def add(commands: Commands, parents: Parents) -> None:
         help="what to compare: thrust, probes.crown.z, stress.p95 ... (default: everything)",
     )  # fmt: skip
     own.add_argument("--accuracy", default="1%", metavar="A", help="error that is asked for (1%%)")
+    own.add_argument(
+        "--records", nargs="+", default=[], metavar="FILE",
+        help="incremental dynamic analysis in place of settings: accelerograms (.AT2, .csv), or .txt files "
+        "that list some",
+    )  # fmt: skip
+    own.add_argument(
+        "--scales", metavar="S,S",
+        help="with --records: what each is multiplied by, numbers and ranges first:last:step (0.2:2:0.2)",
+    )  # fmt: skip
+    own.add_argument(
+        "--levels", metavar="A,A", help="in place of --scales: intensities that each is scaled to [m/s²]"
+    )
+    own.add_argument(
+        "--period", type=float, metavar="T",
+        help="intensity is the pseudo-acceleration of this period [s] (default: PGA)",
+    )  # fmt: skip
+    own.add_argument(
+        "--state", action="append", default=[], metavar="DEMAND=VALUE",
+        help="a limit besides falling: lean=0.1, probes.top.peak=0.05 (rad, m; may be repeated)",
+    )  # fmt: skip
+    own.add_argument(
+        "--demand", default="lean", metavar="NAME", help="what is drawn against intensity (lean)"
+    )
     own.add_argument("--workers", type=int, metavar="N", help="cells at a time (as cores and memory allow)")
     own.add_argument("--time-limit", type=float, metavar="S", help="CPU seconds a cell may take")
     own.add_argument("--fresh", action="store_true", help="compute again what is known")

@@ -62,11 +62,23 @@ class Toppling:
             for index, (group, state) in enumerate(zip(model.groups, bodies, strict=True))
             if not group.prescribed
         ]
+        self._most = [np.zeros(len(model.groups[index].blocks)) for index, _ in self._free]
+        self._blocks = [model.groups[index].blocks for index, _ in self._free]
+
+    @property
+    def leans(self) -> dict[str, float]:
+        """By how much each stone has leaned at most so far, by its name [rad]."""
+        return {
+            self._names[int(block)]: float(lean)
+            for blocks, most in zip(self._blocks, self._most, strict=True)
+            for block, lean in zip(blocks, most, strict=True)
+        }
 
     def record(self, model: Model, state: SystemState, report: StepReport) -> None:
         """Look at the stones after a step."""
-        for index, posture in self._free:
+        for place, (index, posture) in enumerate(self._free):
             lean, sunk = posture.seen(model.groups[index], state.bodies[index])
+            self._most[place] = np.maximum(self._most[place], lean)
             for excess, how in ((lean / LEANS, "leans by more than 45°"), (sunk, "has sunk by its height")):
                 worst = int(np.argmax(excess))
                 if excess[worst] > 1.0:

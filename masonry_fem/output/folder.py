@@ -29,7 +29,7 @@ OWN = ".masonry-fem"
 LOCK = f"{OWN}/lock"
 RUNNING = "running"
 SUMMARY = {"run": "summary.json", "collapse": "collapse.json"} | {
-    command: f"{command}.json" for command in ("study", "threshold")
+    command: f"{command}.json" for command in ("study", "threshold", "incremental")
 }
 LASTING = "cells/"  # of a study or a search for a threshold: a second one goes on with them
 

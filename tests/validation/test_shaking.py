@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from scipy.integrate import cumulative_trapezoid, solve_ivp
 
+from masonry_fem.analyses.incremental import incremental
 from masonry_fem.analyses.run import solve_scene
 from masonry_fem.analyses.single_run import run_once
 from masonry_fem.scene import loads
@@ -180,3 +181,37 @@ def test_a_block_overturns_where_housner_says(
         pulse = factor * least * np.sin(turn * time)
         np.savetxt(tmp_path / "pulse.csv", np.column_stack([time, pulse]), delimiter=",")
         assert run_once(loads(scene, base=tmp_path), tmp_path).verdict == verdict, factor
+
+
+@pytest.mark.slow
+def test_the_fragility_of_a_block_is_housners_boundary(tmp_path: Path) -> None:
+    """Pulses of half a sine of three lengths, scaled: each overturns it between 0.98 and 1.02 of the least.
+
+    Records that differ only in size make a step, as intensity is that of the scaled record.
+    """
+    (tmp_path / "block.toml").write_text(BLOCK.replace("ACTS", "inertia").replace("DURATION", "3.5"))
+    least, files = {}, []
+    for share, low, high in ((2.0, 1.2, 2.5), (3.0, 1.5, 3.0), (4.0, 2.0, 4.0)):
+        turn = share * FREQUENCY
+        least[f"pulse{share:g}"] = boundary(low, high, turn, 0.5, 2)
+        time = np.linspace(0.0, np.pi / turn, 201)
+        files.append(tmp_path / f"pulse{share:g}.csv")
+        np.savetxt(files[-1], np.column_stack([time, 0.1 * np.sin(turn * time)]), delimiter=",")
+    levels = sorted(factor * one for one in least.values() for factor in (0.98, 1.02))
+    made = incremental(tmp_path / "block.toml", files, levels=levels, out=tmp_path / "out", workers=1)
+    told = made.told.fragilities[0]
+    assert {one.record: (one.stands, one.passes) for one in told.capacities} == {
+        name: (0.98 * one, 1.02 * one) for name, one in least.items()
+    }
+    assert told.outcome == "fitted"
+    assert told.median == pytest.approx(np.exp(np.log(list(least.values())).mean()), rel=0.01)
+
+    time, turn = np.linspace(0.0, np.pi / (3 * FREQUENCY), 201), 3 * FREQUENCY
+    like = []
+    for size in (0.5, 2.0):
+        like.append(tmp_path / f"size{size:g}.csv")
+        np.savetxt(like[-1], np.column_stack([time, size * np.sin(turn * time)]), delimiter=",")
+    levels = [factor * least["pulse3"] for factor in (0.9, 0.98, 1.02)]
+    made = incremental(tmp_path / "block.toml", like, levels=levels, out=tmp_path / "step", workers=1)
+    assert made.told.fragilities[0].outcome == "step"
+    assert made.told.fragilities[0].median_range == (levels[1], levels[2])

@@ -145,7 +145,9 @@ def fingerprint(scene: Scene, base: Path) -> str:
         tree["output"] = {"determinacy": True}
     digest = hashlib.blake2b(digest_size=12)
     digest.update(f"{__version__}\n{_ordered(tree)}\n".encode())
-    for path in sorted(_files(tree, base)):
+    start = scene.analysis.start
+    begun = [] if start is None else [base / start / "checkpoint.npz"]
+    for path in sorted({*_files(tree, base), *(one for one in begun if one.is_file())}):
         digest.update(path.read_bytes())
     return digest.hexdigest()
 

@@ -31,14 +31,15 @@ class Crew:
     ----------
     workers : Cells at a time; None: as many as there are cores.
     limit : CPU time of a cell [s]; None: none.
+    task : What is done with a cell's scene, one of the worker's.
     """
 
-    def __init__(self, workers: int | None = None, limit: float | None = None) -> None:
+    def __init__(self, workers: int | None = None, limit: float | None = None, task: str = "measure") -> None:
         if workers is not None and workers < 1:
             raise MasonryError(f"workers is {workers}, expected at least 1")
         if limit is not None and not limit > 0:
             raise MasonryError(f"time limit is {limit:g} s, expected a positive time")
-        self.workers, self.limit = workers or cores(), limit
+        self.workers, self.limit, self.task = workers or cores(), limit, task
         self._idle: list[WorkerProcess] = []
         self._peak = 0.0
 
@@ -87,7 +88,7 @@ class Crew:
 
         def work() -> None:
             try:
-                row = worker.compute(cell, base, folder, self.limit)
+                row = worker.compute(cell, base, folder, self.limit, self.task)
             except Exception as error:
                 worker.end()
                 row = {"outcome": "failed", "message": f"its worker: {type(error).__name__}: {error}"}

@@ -58,8 +58,17 @@ class WorkerProcess:
         """Whether it can take another cell."""
         return self._process.poll() is None
 
-    def compute(self, cell: Cell, base: Path, folder: Path, limit: float | None) -> dict[str, Any]:
-        """Compute a cell here and wait for it."""
+    def compute(
+        self, cell: Cell, base: Path, folder: Path, limit: float | None, task: str = "measure"
+    ) -> dict[str, Any]:
+        """Compute a cell here and wait for it.
+
+        Parameters
+        ----------
+        cell : What to compute. base : Folder that the paths in its scene are relative to.
+        folder : Where its row goes. limit : CPU time that it may take [s]; None: no limit.
+        task : What is done with its scene.
+        """
         out, log = folder / f"{cell.key}.json", folder / f"{cell.key}.log"
         out.unlink(missing_ok=True)
         if not self._ready:
@@ -71,6 +80,7 @@ class WorkerProcess:
             "out": str(out.resolve()),
             "log": str(log.resolve()),
             "limit": limit,
+            "task": task,
         }
         late = threading.Event()
 

@@ -10,7 +10,7 @@ from masonry_fem.analyses.study.cell import Cell
 from masonry_fem.analyses.study.quantity import Quantities, Quantity
 
 SOLVED = ("equilibrium", "finished")
-KNOWN = (*SOLVED, "no_equilibrium", "no_convergence", "refused")  # another attempt would end alike
+KNOWN = (*SOLVED, "no_equilibrium", "no_convergence", "toppled", "refused")  # another attempt would end alike
 
 
 @dataclass(frozen=True, slots=True)

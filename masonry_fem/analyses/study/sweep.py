@@ -137,7 +137,7 @@ def study(
     # what an earlier study told is removed, its cells are not
     with Folder(folder, "study", title=made.title):
         make_folder(folder / "cells")
-        told, interrupted = _computed(cells, crew, base, folder / "cells", fresh, tell)
+        told, interrupted = computed(cells, crew, base, folder / "cells", fresh, tell)
     rows = tuple(_row(cell, told) for cell in cells)
     wanted.check(rows)
     comparisons = tuple(compare(case, varied, wanted, quantities) for case in _cases(rows, varied))
@@ -162,10 +162,17 @@ def _scene_text(scene: Scene | str | Path, base: str | Path | None) -> tuple[str
     return text, str(path), Path(base or path.parent), path.stem
 
 
-def _computed(
+def computed(
     cells: Sequence[Cell], crew: Crew, base: Path, folder: Path, fresh: bool, tell: Tell | None
 ) -> tuple[dict[str, dict[str, Any]], bool]:
-    """Rows of all cells by key, from the folder where they are known; and whether Ctrl-C came."""
+    """Rows of all cells by key, from the folder where they are known; and whether Ctrl-C came.
+
+    Parameters
+    ----------
+    cells : What is wanted. crew : Who computes them. base : Folder that paths in scenes are relative to.
+    folder : Where rows are kept. fresh : Compute those again that are known.
+    tell : Called with the number of finished cells, the number of all, and what was finished last.
+    """
     unique = {cell.key: cell for cell in cells if cell.scene is not None}
     told = (
         {} if fresh else {key: row for key in unique if (row := _known(folder / f"{key}.json", crew.limit))}

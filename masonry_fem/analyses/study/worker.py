@@ -19,6 +19,7 @@ import signal
 import sys
 import time
 import traceback
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -33,11 +34,12 @@ structures = [{{ kind = "stack", name = "s", material = "stone", size = {size}, 
 loads = {{ gravity = {gravity} }}
 """
 SHORT = 2.0  # CPU time below which a cell is run twice [s]
+Task = Callable[[Any, Path], dict[str, Any]]
 LOST = 64  # exit code of a cell whose own error could not be told
 
 
 def serve() -> None:
-    """Answer requests until the input ends: scene (TOML), base, out, log and limit of a cell."""
+    """Answer requests until the input ends: scene (TOML), base, out, log, limit and task of a cell."""
     from masonry_fem.fidelities import fidelities  # noqa: PLC0415
 
     for dimension in (2, 3):
@@ -71,7 +73,8 @@ def _in_fork(request: dict[str, Any]) -> None:
         os.dup2(log, 2)
         faulthandler.enable()
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-        _write(Path(request["out"]), compute(request["scene"], Path(request["base"]), request["limit"]))
+        row = compute(request["scene"], Path(request["base"]), request["limit"], request["task"])
+        _write(Path(request["out"]), row)
         code = 0
     except BaseException:
         traceback.print_exc()
@@ -80,13 +83,14 @@ def _in_fork(request: dict[str, Any]) -> None:
         os._exit(code)
 
 
-def compute(text: str, base: Path, limit: float | None) -> dict[str, Any]:
-    """Run a scene and tell its quantities and costs; a failure is an outcome, too.
+def compute(text: str, base: Path, limit: float | None, task: str = "measure") -> dict[str, Any]:
+    """Run a scene and tell what the task asks for and its costs; a failure is an outcome, too.
 
     Parameters
     ----------
     text : The scene as TOML. base : Folder that the paths in it are relative to.
     limit : CPU time after which the kernel ends the process [s]; None: no limit.
+    task : ``measure`` for quantities and costs, ``shake`` for demands of a record.
     """
     from masonry_fem.fidelities import deforms  # noqa: PLC0415 - with the rest, after the fork
     from masonry_fem.records.remark import gathered  # noqa: PLC0415
@@ -102,13 +106,16 @@ def compute(text: str, base: Path, limit: float | None) -> dict[str, Any]:
     if limit is not None:
         _, hard = resource.getrlimit(resource.RLIMIT_CPU)
         resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(start + min(limit, SHORT) + limit), hard))
+    run = TASKS[task]
     with gathered() as remarks:
         try:
-            row, cpu, compiled = _timed(scene, base)
+            row, cpu, compiled = _timed(run, scene, base)
             start += compiled
-            if cpu < SHORT:  # loading of compiled code is a large part of it: the second time it is not
+            if (
+                cpu < SHORT and run is _measure
+            ):  # loading of compiled code is a large part of it: the second time it is not
                 first = cpu
-                row, cpu, _ = _timed(scene, base)
+                row, cpu, _ = _timed(run, scene, base)
                 start += max(first - cpu, 0.0)
         except MasonryError as error:
             row = {"outcome": "refused", "message": str(error)}
@@ -124,7 +131,7 @@ def compute(text: str, base: Path, limit: float | None) -> dict[str, Any]:
     }
 
 
-def _timed(scene: Any, base: Path) -> tuple[dict[str, Any], float, float]:
+def _timed(run: Task, scene: Any, base: Path) -> tuple[dict[str, Any], float, float]:
     """A row, and CPU times: of the run, and of compilation, which only the first cell of all pays for [s]."""
     from numba.core import event  # noqa: PLC0415
 
@@ -141,11 +148,11 @@ def _timed(scene: Any, base: Path) -> tuple[dict[str, Any], float, float]:
 
     compiling, start = Compiling(), time.process_time()
     with event.install_listener("numba:compile", compiling):
-        row = _run(scene, base)
+        row = run(scene, base)
     return row, time.process_time() - start - compiling.seconds, compiling.seconds
 
 
-def _run(scene: Any, base: Path) -> dict[str, Any]:
+def _measure(scene: Any, base: Path) -> dict[str, Any]:
     from masonry_fem.analyses.run import solve_scene  # noqa: PLC0415
     from masonry_fem.analyses.study.quantity import measured  # noqa: PLC0415
     from masonry_fem.records.told import plain  # noqa: PLC0415
@@ -164,6 +171,15 @@ def _run(scene: Any, base: Path) -> dict[str, Any]:
         "solver": summary["solver"],
         "quantities": {name: quantity.told() for name, quantity in measured(result).items()},
     }
+
+
+def _shake(scene: Any, base: Path) -> dict[str, Any]:
+    from masonry_fem.analyses.incremental.demand import shaken  # noqa: PLC0415
+
+    return shaken(scene, base)
+
+
+TASKS: dict[str, Task] = {"measure": _measure, "shake": _shake}
 
 
 def _warm(dimension: int, fidelity: str) -> None:

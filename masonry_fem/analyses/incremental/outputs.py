@@ -1,0 +1,103 @@
+"""Files: ``incremental.json``, tables of runs and of fragilities, and their pictures."""
+
+from __future__ import annotations
+
+import csv
+import io
+import logging
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from masonry_fem.analyses.incremental.fragility import Fragility
+from masonry_fem.host import installation
+from masonry_fem.host.atomic import write_atomic
+from masonry_fem.output.folder import Folder
+from masonry_fem.records.told import write
+from masonry_fem.results.incremental import IncrementalTold
+
+logger = logging.getLogger(__name__)
+
+POINTS = 121  # of a fragility's curve
+PICTURES = ("ida.png", "fragility.png")
+
+
+def write_incremental(
+    folder: Path, told: IncrementalTold, fits: Sequence[Fragility], *, demand: str, pictures: bool
+) -> list[Path]:
+    """Write the files of an incremental dynamic analysis, and list them.
+
+    Parameters
+    ----------
+    folder : Where to. told : What was found.
+    fits : Distributions, one a limit. demand : The one that is drawn.
+    pictures : Whether any are drawn, where the machine can.
+    """
+    with Folder(folder, "incremental", title=told.title):
+        paths = [_runs(folder / "incremental.csv", told), _curves(folder / "fragility.csv", told, fits)]
+        if pictures and told.runs and _can_draw():
+            from masonry_fem.analyses.incremental.plot import (  # noqa: PLC0415 - matplotlib
+                draw_curves,
+                draw_fragility,
+            )
+
+            paths.append(draw_curves(folder / PICTURES[0], told, demand))
+            paths.append(draw_fragility(folder / PICTURES[1], told, fits))
+        else:
+            for name in PICTURES:
+                (folder / name).unlink(missing_ok=True)
+        return [*paths, write(folder / "incremental.json", told)]
+
+
+def intensities(told: IncrementalTold) -> NDArray[np.float64]:
+    """Where fragilities are told: from a tenth of the least run to 1.2 of the greatest [m/s²]."""
+    ends = [one.intensity for one in told.runs]
+    return np.geomspace(0.1 * min(ends), 1.2 * max(ends), POINTS)
+
+
+def _runs(path: Path, told: IncrementalTold) -> Path:
+    """A line a run."""
+    demands = list(dict.fromkeys(name for one in told.runs for name in one.demands))
+    units = ["rad" if name == "lean" else "m" for name in demands]
+    titles = [
+        "record", "scale", *dict.fromkeys([f"{told.intensity} [m/s^2]", "PGA [m/s^2]"]), "verdict",
+        *(f"{name} [{unit}]" for name, unit in zip(demands, units, strict=True)),
+        "leans", "swing", "steps", "cpu [s]", "outcome", "message",
+    ]  # fmt: skip
+    rows = (
+        [one.record, one.scale, *([] if told.intensity == "PGA" else [one.intensity]), one.pga, one.verdict]
+        + [one.demands.get(name, "") for name in demands]
+        + [one.leans, one.swing, one.steps, one.cpu, one.outcome, one.message]
+        for one in told.runs
+    )
+    return _table(path, titles, rows)
+
+
+def _curves(path: Path, told: IncrementalTold, fits: Sequence[Fragility]) -> Path:
+    """A line an intensity: probability, and its range, of each limit that is fitted."""
+    columns: dict[str, NDArray[np.float64]] = {}
+    if told.runs:
+        at = columns[f"{told.intensity} [m/s^2]"] = intensities(told)
+        for one, fit in zip(told.fragilities, fits, strict=True):
+            low, high = fit.band(at)
+            columns |= {one.state: fit.probability(at), f"{one.state}, low": low, f"{one.state}, high": high}
+    rows = np.column_stack(list(columns.values())).tolist() if columns else []
+    return _table(path, columns, (["" if np.isnan(value) else value for value in row] for row in rows))
+
+
+def _table(path: Path, titles: Iterable[str], rows: Iterable[Sequence[object]]) -> Path:
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(titles)
+    table.writerows(rows)
+    write_atomic(path, text.getvalue().encode())
+    return path
+
+
+def _can_draw() -> bool:
+    """Whether what pictures are drawn with is installed; a warning says how to install it."""
+    if lack := installation.lacking("pictures"):
+        logger.warning("no pictures: %s", lack)
+    return not lack

@@ -142,9 +142,16 @@ def _stacked(before: Contacts, after: Contacts) -> sparse.csr_array | None:
     if before.means is None and after.means is None:
         return None
     width = max(one.means.shape[1] for one in (before, after) if one.means is not None)
-    parts = [sparse.csr_array((2 * one.count, width)) if one.means is None else one.means
+    # the largest mesh of each may have another number of nodes
+    parts = [sparse.csr_array((2 * one.count, width)) if one.means is None else _widened(one.means, width)
              for one in (before, after)]  # fmt: skip
     return sparse.csr_array(sparse.vstack(parts))
+
+
+def _widened(weights: sparse.csr_array, width: int) -> sparse.csr_array:
+    """The same with so many columns."""
+    parts = (weights.data, weights.indices, weights.indptr)
+    return sparse.csr_array(parts, shape=(weights.shape[0], width))
 
 
 def chosen(

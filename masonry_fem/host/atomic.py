@@ -2,7 +2,9 @@
 
 write_atomic(path, content)        # a reader finds the old file or the new one, never a part of it
 
-While a file is being written it is called NAME.part. ``watchers`` are told of each file before it is begun; a
+While a file is being written it is called NAME.part. What is ``durable`` stands on the disk itself before it
+takes the place of the old file, and its name does before the call returns: a power cut leaves the one or the
+other whole. ``watchers`` are told of each file before it is begun; a
 results folder keeps its list of files in this way, so that the next run can remove them.
 """
 
@@ -18,6 +20,7 @@ from masonry_fem.errors import OutputError
 
 PART = ".part"
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+UNSETTLED = (errno.EINVAL, errno.ENOTSUP, errno.EROFS)  # of file systems that do not tell
 FORBIDDEN = (errno.EACCES, errno.EPERM, errno.EROFS)
 
 watchers: list[Callable[[Path], None]] = []
@@ -29,13 +32,14 @@ def announce(path: Path) -> None:
         watcher(path)
 
 
-def write_atomic(path: Path, content: bytes) -> None:
+def write_atomic(path: Path, content: bytes, *, durable: bool = False) -> None:
     """Replace a file so that a reader finds the old or the new one whole, even after an interruption.
 
     Parameters
     ----------
     path : The file; missing folders are made.
     content : All of its bytes.
+    durable : Even after a power cut; takes as long as the disk does.
 
     Raises
     ------
@@ -47,13 +51,29 @@ def write_atomic(path: Path, content: bytes) -> None:
         announce(path)
         try:
             part.write_bytes(content)
+            if durable:
+                settle(part)
             os.replace(part, path)
+            if durable:
+                settle(path.parent)
         except BaseException:
             with contextlib.suppress(OSError):
                 part.unlink(missing_ok=True)
             raise
     except (OSError, UnicodeEncodeError) as error:
         raise unwritten(path, error) from error
+
+
+def settle(path: Path) -> None:
+    """Wait until a file, or the names in a folder, stand on the disk itself."""
+    file = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(file)
+    except OSError as error:
+        if error.errno not in UNSETTLED:
+            raise
+    finally:
+        os.close(file)
 
 
 def unwritten(path: Path, error: OSError | UnicodeEncodeError) -> OutputError:

@@ -53,7 +53,7 @@ class Checkpoint:
 
 
 def write_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
-    """Replace a checkpoint; whenever the program is ended, the old or the new one is there.
+    """Replace a checkpoint; after a kill, and after a power cut, the old or the new one is there.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def write_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
     named: dict[str, Any] = {str(number): array for number, array in enumerate(arrays)}
     file = io.BytesIO()
     np.savez(file, tree=np.frombuffer(json.dumps(told).encode(), np.uint8), **named)
-    write_atomic(path, file.getvalue())
+    write_atomic(path, file.getvalue(), durable=True)
 
 
 def read_checkpoint(folder: Path) -> Checkpoint:

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from masonry_fem.errors import OutputError
-from masonry_fem.host.atomic import announce, unwritten
+from masonry_fem.host.atomic import announce, settle, unwritten
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
 from masonry_fem.output.recorder import StepReport
@@ -51,7 +51,9 @@ class History:
         self._columns = []
 
     def saved(self) -> dict[str, Any]:
-        """How much of the file is written, and its columns."""
+        """How much of the file is written, and on the disk by then, and its columns."""
+        if self._file is not None:
+            settle(self.path)
         return {"size": 0 if self._file is None else self._file.tell(), "columns": list(self._columns)}
 
     def go_on(self, model: Model, saved: dict[str, Any]) -> None:

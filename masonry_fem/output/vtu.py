@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import base64
 import zlib
-from collections.abc import Iterable
+from collections.abc import Container, Iterable
 from pathlib import Path
 from xml.etree import ElementTree
 from xml.sax.saxutils import quoteattr
@@ -18,7 +18,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 from numpy.typing import NDArray
 
-from masonry_fem.host.atomic import write_atomic
+from masonry_fem.host.atomic import PART, settle, write_atomic
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
 from masonry_fem.output.fields import Arrays
@@ -45,23 +45,28 @@ class Series:
         self.path = directory / f"{name}.pvd"
         self._directory, self._name = directory, name
         self._entries: dict[str, float] = {}
+        self._settled: set[str] = set()
 
     def next_path(self, index: int) -> Path:
         """Where the file of a step goes."""
         return self._directory / "fields" / f"{self._name}_{index:06d}.vtu"
 
-    @property
-    def entries(self) -> dict[str, float]:
-        """Times by the files' names, relative to the results folder."""
+    def saved(self) -> dict[str, float]:
+        """Times by the files' names, relative to the results folder; the files are on the disk by then."""
+        settle_files(self._directory, self._entries, self._settled)
         return dict(self._entries)
 
     def go_on(self, entries: dict[str, float]) -> None:
-        """Keep the files of the same collection that are there."""
+        """Keep the files of the same collection that are there; those of steps to be made anew go."""
         self._entries = {str(name): float(time) for name, time in entries.items()}
+        self._settled = set(self._entries)
+        remove_others(self._directory, f"{self._name}_*.vtu", self._entries)
 
     def add(self, path: Path, time: float) -> None:
         """Enter a file that is complete and rewrite the collection."""
-        self._entries[path.relative_to(self._directory).as_posix()] = time
+        name = path.relative_to(self._directory).as_posix()
+        self._entries[name] = time
+        self._settled.discard(name)
         self.write()
 
     def take_over(self, path: Path, since: float) -> None:
@@ -94,6 +99,36 @@ class Series:
             b"  <Collection>\n" + lines.encode() + b"  </Collection>\n</VTKFile>\n",
         )
         return True
+
+
+def settle_files(directory: Path, names: Iterable[str], settled: set[str]) -> None:
+    """Wait until field files stand on the disk.
+
+    Parameters
+    ----------
+    directory : Results folder. names : Of the files, relative to it.
+    settled : Those that are known to; grows.
+    """
+    waiting = [name for name in names if name not in settled]
+    for name in waiting:
+        settle(directory / name)
+    if waiting:
+        settle(directory / "fields")
+        settled.update(waiting)
+
+
+def remove_others(directory: Path, pattern: str, names: Container[str]) -> None:
+    """Remove field files, and halves of such, that a run left after its checkpoint.
+
+    Parameters
+    ----------
+    directory : Results folder. pattern : Of the files' names in ``fields``.
+    names : Of those that stay, relative to the results folder.
+    """
+    for one in (pattern, pattern + PART):
+        for path in (directory / "fields").glob(one):
+            if path.relative_to(directory).as_posix() not in names:
+                path.unlink(missing_ok=True)
 
 
 def field_data(model: Model, state: SystemState) -> Arrays:

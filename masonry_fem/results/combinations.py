@@ -106,6 +106,53 @@ class Effects:
     supports: dict[str, FloatArray]
 
 
+class EffectsTold(Told, frozen=True, kw_only=True):
+    """The same of a combination as it is kept; what is not known is null.
+
+    Attributes
+    ----------
+    stones, utilisation, tension, compression, supports : As in ``Effects``.
+    """
+
+    stones: list[str]
+    utilisation: list[float | None]
+    tension: list[float | None]
+    compression: list[float | None]
+    supports: dict[str, list[float]]
+
+    @classmethod
+    def from_effects(cls, effects: Effects) -> EffectsTold:
+        """To be kept."""
+        numbers = {key: getattr(effects, key).tolist() for key in ("utilisation", "tension", "compression")}
+        return cls(
+            stones=list(effects.stones),
+            supports={name: np.asarray(force).tolist() for name, force in effects.supports.items()},
+            **{key: [None if np.isnan(one) else one for one in own] for key, own in numbers.items()},
+        )
+
+    def of(self, combination: str) -> Effects:
+        """What was kept, of a combination of that name."""
+        utilisation, tension, compression = (
+            np.array(own, dtype=float) for own in (self.utilisation, self.tension, self.compression)
+        )
+        supports = {name: np.array(force) for name, force in self.supports.items()}
+        return Effects(combination, self.stones, utilisation, tension, compression, supports)
+
+
+class CombinationEnd(Told, frozen=True, kw_only=True):
+    """How a combination has ended.
+
+    Attributes
+    ----------
+    outcome, message : Verdict, and the same as a sentence.
+    effects : What it does; None where it came to no good end.
+    """
+
+    outcome: str
+    message: str
+    effects: EffectsTold | None
+
+
 @dataclass(frozen=True, slots=True)
 class Extremes:
     """Extreme values of several things and the combinations that have them.

@@ -4,17 +4,23 @@ from __future__ import annotations
 
 import csv
 import json
+import os
+import signal
 from pathlib import Path
 
 import pytest
 
+import masonry_fem.analyses.run.combinations as module
 from masonry_fem.analyses.collapse import collapse
 from masonry_fem.analyses.inspect import check_scene
 from masonry_fem.analyses.limit import analyse
 from masonry_fem.analyses.run import run, solve_scene, steps
 from masonry_fem.analyses.run.combinations import run_combinations
+from masonry_fem.analyses.run.resume import EndedError, resume
 from masonry_fem.cli import main
 from masonry_fem.errors import MasonryError
+from masonry_fem.output.checkpoint import CheckpointError
+from masonry_fem.output.history import History
 from masonry_fem.scene import loads
 from masonry_fem.scene.combinations import combination_scenes
 
@@ -197,7 +203,7 @@ def test_what_a_load_cannot_act_on_is_refused_before_any_run(tmp_path):
 def test_what_is_ended_early_says_how_much_is_done(tmp_path):
     done = []
 
-    def once(scene, out, before):
+    def once(scene, out, before, checkpoint):
         if done:
             raise KeyboardInterrupt
         done.append(out.name)
@@ -209,6 +215,78 @@ def test_what_is_ended_early_says_how_much_is_done(tmp_path):
     assert told["outcome"] == "interrupted"
     assert "1 of 3 combinations are done" in told["message"]
     assert (tmp_path / "own" / "stones.csv").exists()
+
+
+SPENT = ("seconds", "peak_memory_mb", "versions", "factorisations")  # what it took, no result
+
+
+def left(folder: Path) -> dict[str, object]:
+    """What stands in a folder, without what it took."""
+    files = [path for path in folder.rglob("*") if path.is_file() and ".masonry-fem" not in path.parts]
+    found: dict[str, object] = {}
+    for path in files:
+        name = path.relative_to(folder).as_posix()
+        if path.name == "summary.json":
+            told = json.loads(path.read_text("utf-8"))
+            found[name] = {key: value for key, value in told.items() if key not in SPENT}
+        elif path.name != "checkpoint.npz":
+            found[name] = path.read_bytes()
+    return found
+
+
+@pytest.mark.parametrize("more", ["", "checkpoint_steps = 2, "])
+@pytest.mark.parametrize("at", [3, 8, 14])
+def test_a_run_that_is_cut_goes_on_with_what_is_not_done(more, at, tmp_path, monkeypatch):
+    """Five steps each: cut in the first, the second and the last one."""
+    text = WALL.format(fidelity="rigid", loads=CASES).replace("pictures =", f"{more}pictures =")
+    scene = loads(text, ["analysis={kind='statics', load_steps=5}"])
+    run(scene, tmp_path / "whole")
+    record, seen = History.record, []
+
+    def ended(self, model, state, report):
+        seen.append(report.step)
+        if len(seen) == at:
+            raise KeyboardInterrupt
+        record(self, model, state, report)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(History, "record", ended)
+        with pytest.raises(KeyboardInterrupt):
+            run(scene, tmp_path / "cut")
+        seen.extend([0] * 100)
+        resumed = resume(tmp_path / "cut")
+    made = len(seen) - 100 - at
+    assert made == 15 - (at - 1) // 5 * 5 - (2 * ((at - 1) % 5 // 2) if more else 0)
+    assert [one.name for one in resumed.summary.combinations.runs] == ["own", "shaken", "roofed"]
+    assert left(tmp_path / "cut") == left(tmp_path / "whole")
+    with pytest.raises(EndedError, match="nothing is left to do"):
+        resume(tmp_path / "cut")
+
+
+def test_a_kill_before_the_envelope_is_written_loses_nothing(tmp_path, monkeypatch):
+    """All are done: only the one that the summary is of is run once more."""
+    scene = loads(WALL.format(fidelity="rigid", loads=CASES), ["combinations.1.factors.quake=9.0"])
+    run(scene, tmp_path / "whole")
+    with monkeypatch.context() as patched:
+        patched.setattr(module, "envelope", lambda effects: os.kill(os.getpid(), signal.SIGINT))
+        with pytest.raises(KeyboardInterrupt):
+            run(scene, tmp_path / "cut")
+    stamps = {name: (tmp_path / "cut" / name / "stones.csv").stat().st_mtime_ns for name in ("own", "roofed")}
+    assert resume(tmp_path / "cut").outcome == "no_equilibrium"
+    assert left(tmp_path / "cut") == left(tmp_path / "whole")
+    for name, stamp in stamps.items():
+        assert (tmp_path / "cut" / name / "stones.csv").stat().st_mtime_ns == stamp
+
+
+def test_another_analysis_of_those_that_are_left_is_refused(tmp_path, monkeypatch):
+    scene = loads(WALL.format(fidelity="rigid", loads=CASES), ["analysis={kind='statics', load_steps=2}"])
+    monkeypatch.setattr(module, "envelope", lambda effects: os.kill(os.getpid(), signal.SIGINT))
+    with pytest.raises(KeyboardInterrupt):
+        run(scene, tmp_path)
+    with pytest.raises(
+        CheckpointError, match=r"done would be of another analysis .*load_steps was 2, and is 4"
+    ):
+        resume(tmp_path, ["analysis.load_steps=4"])
 
 
 def test_the_report_tells_of_the_combinations(tmp_path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import random
 import re
 from collections.abc import Iterator
@@ -71,6 +72,16 @@ COHESION = """
 joints = [{ friction = 0.5, law = { kind = "bilinear", normal_stiffness = 1e11, tangential_stiffness = 1e11, \
 normal_strength = 4e3, tangential_strength = 6e3, normal_energy = 2.0, tangential_energy = 5.0 } }]
 """
+TIE = """
+[[ties]]
+name = "bar"
+points = [{ block = "wall.c4.b1", point = [0.1, 0.95] }, { block = "wall.ground", point = [1.4, -0.05] }]
+section = 1e-4
+young = 2e11
+yield_stress = 1e6
+pretension = 50.0
+"""
+SHAKEN = 'loads.accelerograms = [{ x = "RECORD", acts = "ACTS", scale = 1.5 }]\n'
 SCENES = {
     "rigid, redetected": ("rigid", FLYING + "contact = { update = 'redetect', every = 3 }"),
     "rigid, meeting": ("rigid", FLYING),
@@ -96,24 +107,64 @@ SCENES = {
         'kind = "statics"',
         'kind = "path", probe = "top", direction = [1.0, 0.0], distance = 1e-4',
     ) + 'probes = [{ name = "top", block = "wall.c4.b1", point = [0.0, 1.0] }]'),
+    "tied statics": ("elastic", WALL + TIE),
+    "tied dynamics": ("rigid", FLYING + TIE.replace("wall.c4.b1", "pile.b3").replace("wall.", "pile.")),
+    "shaken ground": ("rigid", FLYING + SHAKEN.replace("ACTS", "ground")),
+    "shaken mass": ("elastic", FLYING + SHAKEN.replace("ACTS", "inertia")),
 }  # fmt: skip
 every = pytest.mark.parametrize("name", SCENES)
+STAGES = (
+    FLYING
+    + """
+contact = { update = "redetect", every = 3 }
+stages = [
+  { name = "shot" },
+  { name = "slid", loads = { gravity = [1.0, -9.81] }, joints = [{ friction = 0.3 }] },
+  { name = "alone", after = "shot", without = ["shot"], analysis = ALONE },
+]
+""".replace("ALONE", '{ kind = "dynamics", step = 0.01, duration = 0.1 }')
+)
+COMBINED = (
+    WALL.replace("vector = [2.0, 0.0]", 'vector = [2.0, 0.0], case = "quake"')
+    + """
+combinations = [
+  { name = "own", factors = { gravity = 1.35 } },
+  { name = "shaken", factors = { gravity = 1.0, quake = 1.1 } },
+  { name = "back", factors = { gravity = 1.0, quake = -1.1 } },
+]
+"""
+)
+SEVERAL = {  # runs in one folder
+    "rigid stages, redetected": ("rigid", STAGES),
+    "elastic stages, redetected": ("elastic", STAGES),
+    "rigid combinations": ("rigid", COMBINED),
+    "elastic combinations": ("elastic", COMBINED),
+}
+
+
+@cache
+def record() -> Path:
+    """An accelerogram."""
+    path = Path(mkdtemp()) / "record.csv"
+    path.write_text("0.0, 0.0\n0.03, 4.0\n0.07, -5.0\n0.12, 0.0\n")
+    return path
 
 
 def scene_of(name: str, *overrides: str):
-    fidelity, text = SCENES[name]
+    fidelity, text = (SCENES | SEVERAL)[name]
     # keys of tables first, as TOML has it
-    return loads(f"fidelity = '{fidelity}'\n{HEAD}{text}", overrides)
+    text = f"fidelity = '{fidelity}'\n{HEAD}{text}".replace("RECORD", record().as_posix())
+    return loads(text, overrides)
 
 
 def cut(scene, folder: Path, at: int, monkeypatch: pytest.MonkeyPatch, base: Path = Path()) -> None:
     """Run until a step, and end it there as Ctrl-C does."""
-    record = History.record
+    kept = History.record
 
     def ended(self, model, state, report):
         if report.step == at:
             raise KeyboardInterrupt
-        record(self, model, state, report)
+        kept(self, model, state, report)
 
     with monkeypatch.context() as patched:
         patched.setattr(History, "record", ended)
@@ -165,6 +216,103 @@ def test_a_run_that_is_cut_gives_the_same_bits(name, tmp_path, monkeypatch):
         out = tmp_path / str(at)
         cut(scene, out, at, monkeypatch)
         assert_same(uncut, resume(out), folder, out)
+
+
+@pytest.mark.slow
+@every
+def test_a_run_that_is_cut_at_ten_moments_gives_the_same_bits(name, tmp_path, monkeypatch):
+    scene, (uncut, folder) = scene_of(name), whole(name)
+    steps = uncut.summary.steps
+    for number in range(10):
+        out = tmp_path / str(number)
+        cut(scene, out, random.Random(f"{name} {number}").randint(2, steps), monkeypatch)
+        assert_same(uncut, resume(out), folder, out)
+
+
+def cut_of_several(name: str, moments: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Cut runs in one folder at random ones of all their steps, and let them go on."""
+    scene, (uncut, folder) = scene_of(name), whole(name)
+    kept, seen = History.record, []
+
+    def ended(self, model, state, report):
+        seen.append(report.step)
+        if len(seen) == at:
+            raise KeyboardInterrupt
+        kept(self, model, state, report)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(History, "record", ended)
+        at = 0
+        run(scene, tmp_path / "all")
+        steps = len(seen)
+        assert steps > 20
+        for number in range(moments):
+            seen.clear()
+            at, out = random.Random(f"{name} {number}").randint(2, steps), tmp_path / str(number)
+            with pytest.raises(KeyboardInterrupt):
+                run(scene, out)
+            at = 0
+            assert_same(uncut, resume(out), folder, out)
+
+
+@pytest.mark.parametrize("name", ["rigid stages, redetected", "rigid combinations"])
+def test_several_runs_that_are_cut_give_the_same_bits(name, tmp_path, monkeypatch):
+    cut_of_several(name, 2, tmp_path, monkeypatch)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SEVERAL)
+def test_several_runs_that_are_cut_at_ten_moments_give_the_same_bits(name, tmp_path, monkeypatch):
+    cut_of_several(name, 10, tmp_path, monkeypatch)
+
+
+@pytest.mark.parametrize("every", [1, 3])
+def test_no_field_file_of_a_later_step_is_left(every, tmp_path, monkeypatch):
+    """Field files that were written after the checkpoint go, also where fewer of them are made then."""
+    asked = "output={pictures=false, interfaces=true, checkpoint_steps=10"
+    scene = scene_of("rigid, redetected", f"{asked}, every={every}}}")
+    cut(scene, tmp_path / "cut", 19, monkeypatch)  # the checkpoint is of step 10
+    names = {path.name for path in (tmp_path / "cut" / "fields").glob("blocks*")}
+    assert max(names) > "blocks_000014.vtu"
+    (tmp_path / "cut" / "fields" / "contacts_000019.vtu.part").write_text("half")
+    (tmp_path / "cut" / "fields" / "own.vtu").write_text("the user's")
+    resume(tmp_path / "cut", ["output.every=7"])
+    found = {path.name for path in (tmp_path / "cut" / "fields").iterdir()}
+    assert "own.vtu" in found
+    for kind in ("blocks", "contacts", "interfaces"):
+        series = (tmp_path / "cut" / f"{kind}.pvd").read_text()
+        assert {name for name in found if name.startswith(kind)} == set(
+            re.findall(rf"{kind}_\d+\.vtu", series)
+        )
+    steps = {name[-10:-4] for name in found if name.startswith("blocks")}
+    assert {name[-10:-4] for name in found if name.startswith("acting")} == steps
+
+
+def test_a_power_cut_finds_what_a_checkpoint_speaks_of_on_the_disk(tmp_path, monkeypatch):
+    """Before a checkpoint takes its name it is on the disk, and before that all that it names."""
+    settled: list[str] = []
+    sync, replace = os.fsync, os.replace
+
+    def synced(file: int) -> None:
+        settled.append(Path(os.readlink(f"/proc/self/fd/{file}")).name)
+        sync(file)
+
+    def named(old: Path, new: Path) -> None:
+        if Path(new).name == "checkpoint.npz":
+            settled.append("named")
+        replace(old, new)
+
+    monkeypatch.setattr(os, "fsync", synced)
+    monkeypatch.setattr(os, "replace", named)
+    run(scene_of("rigid statics"), tmp_path / "out")
+    kinds = [re.sub(r"_\d+", "", name) for name in settled]
+    assert kinds[:3] == ["checkpoint.npz.part", "named", "out"]
+    second = kinds[3 : kinds.index("named", 3) + 2]
+    assert second[0] == "history.csv"
+    assert {"blocks.vtu", "contacts.vtu", "interfaces.vtu", "fields"} <= set(second)
+    assert second[-3:] == ["checkpoint.npz.part", "named", "out"]
+    written = [name for name in settled if re.match(r"\w+_\d+\.vtu", name)]
+    assert len(written) >= len(set(written)) > 10
 
 
 def test_a_run_that_is_cut_again_and_again_gives_the_same_bits(tmp_path, monkeypatch):

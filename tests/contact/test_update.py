@@ -1,7 +1,10 @@
 """Contacts found anew on moved blocks: back to the reference, and from old to new."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy import sparse
 
 from masonry_fem.contact.detection import detect
 from masonry_fem.contact.place import place
@@ -64,3 +67,19 @@ def test_chosen_and_joined_again():
         own = together.interface == number
         assert (together.blocks[own] == interface.blocks).all()
         assert together.area[own].sum() == pytest.approx(interface.area)
+
+
+def test_weights_of_meshes_of_other_sizes_are_joined():
+    """Of the nodes of the largest mesh of either: those that the other lacks weigh nothing."""
+    interfaces, contacts = contacts_of(wall(2, 2))
+    few, many = (
+        replace(contacts, means=sparse.csr_array(np.arange(2.0 * n * contacts.count).reshape(-1, n)))
+        for n in (3, 5)
+    )
+    for first, second in ((few, many), (many, few)):
+        means = joined((interfaces, first), (interfaces, second))[1].means.toarray()
+        assert means.shape == (4 * contacts.count, 5)
+        for own, rows in zip((first, second), np.split(means, 2), strict=True):
+            width = own.means.shape[1]
+            assert (rows[:, :width] == own.means.toarray()).all()
+            assert not rows[:, width:].any()

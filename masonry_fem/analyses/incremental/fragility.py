@@ -94,7 +94,7 @@ def fragility(stands: FloatArray, passes: FloatArray) -> Fragility:
     if not passed:
         return Fragility("never passed", records, 0)
     if low.max() <= high.min():
-        between = (float(np.exp(low.max())), float(np.exp(high.min())))
+        between = (float(stands.max()), float(passes.min()))
         middle = math.sqrt(math.prod(between)) or None  # of what falls at the least intensity none is known
         return Fragility("step", records, passed, middle, 0.0, between)
     # zero in the middle and of unit spread, so that start and limits have a meaning

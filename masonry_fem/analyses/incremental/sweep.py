@@ -10,6 +10,7 @@ from __future__ import annotations
 import logging
 import math
 import os
+import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,6 +33,7 @@ from masonry_fem.records.listing import first_few
 from masonry_fem.records.remark import gathered
 from masonry_fem.results.incremental import Capacity, FragilityTold, IncrementalTold, ShakenTold
 from masonry_fem.scene import check, dumps, loads, specs
+from masonry_fem.scene.overrides import apply
 
 logger = logging.getLogger(__name__)
 
@@ -123,12 +125,12 @@ def incremental(
     MasonryError : The scene or a record cannot be read, or the scene cannot be shaken so.
     """
     path = Path(scene)
-    source = _Source(path, texts(overrides), period)
+    source = _Source(path, texts(overrides), records, period)
     known = ("lean", *(f"probes.{probe.name}.{kind}" for probe in source.scene.probes for kind in DEMANDS))
     limits = {FALLS: math.nan} | _limits(states, known)
     _refuse_unknown(demand, known)
     with gathered(aloud=False) as remarks:
-        shakes = source.shakes(read_records(records, source.axes), scales, levels)
+        shakes = source.shakes(scales, levels)
     folder = Path("results") / f"{path.stem}-incremental" if out is None else Path(out)
     crew = Crew(workers, time_limit, task="shake")
     cells = [one.cell for one in shakes]
@@ -184,15 +186,31 @@ class _Shake:
 class _Source:
     """The scene's text, and the scenes that records make of it."""
 
-    def __init__(self, path: Path, overrides: tuple[str, ...], period: float | None) -> None:
+    def __init__(
+        self, path: Path, overrides: tuple[str, ...], given: Sequence[str | Path], period: float | None
+    ) -> None:
         try:
             self._text = path.read_text(encoding="utf-8-sig")
         except (OSError, UnicodeDecodeError) as error:
             raise SceneError(f"{path}: cannot be read ({error}); expected a TOML file") from error
         self._path, self.base, self._overrides = str(path), path.resolve().parent, overrides
-        self.scene = loads(self._text, overrides, base=self.base, source=self._path)
+        self._records = read_records(given, self._axes())
+        # with a record, as files that the scene names need not be there
+        self.scene, _ = self._scaled(self._records[0], 1.0)
         self._refuse(path)
         self.intensity = Intensity(period, self.scene.output.spectrum_damping)
+
+    def _axes(self) -> list[str]:
+        """Along which the scene is shaken; what is no scene is refused as it is read."""
+        try:
+            tree = tomllib.loads(self._text)
+        except (ValueError, RecursionError):
+            return ["x"]
+        apply(tree, self._overrides)
+        match tree:
+            case {"loads": {"accelerograms": [dict(held), *_]}}:
+                return [axis for axis in "xyz" if axis in held] or ["x"]
+        return ["x"]
 
     def _refuse(self, path: Path) -> None:
         scene = self.scene
@@ -207,26 +225,19 @@ class _Source:
                 "the records take the place of"
             )
 
-    @property
-    def axes(self) -> tuple[str, ...]:
-        """Along which the scene is shaken."""
-        held = self.scene.loads.accelerograms
-        return tuple(axis for axis in "xyz" if held and getattr(held[0], axis) is not None) or ("x",)
-
-    def shakes(
-        self, records: Sequence[Record], scales: str | Sequence[float], levels: str | Sequence[float]
-    ) -> list[_Shake]:
+    def shakes(self, scales: str | Sequence[float], levels: str | Sequence[float]) -> list[_Shake]:
         """All runs, record by record."""
         wanted = parsed_scales(scales, "scales") or parsed_scales(levels, "levels")
         if bool(len(scales)) == bool(len(levels)):
             raise MasonryError("give either scales, as 0.2:2:0.2, or levels of intensity [m/s²]")
-        count = len(records) * len(wanted)
+        count = len(self._records) * len(wanted)
         if count > MOST:
             raise MasonryError(
-                f"{len(records)} records at {len(wanted)} scales are {count} runs, expected at most {MOST}"
+                f"{len(self._records)} records at {len(wanted)} scales are {count} runs, expected at most "
+                f"{MOST}"
             )
         found = []
-        for record in records:
+        for record in self._records:
             scene, _ = self._scaled(record, 1.0)
             ground = shaking(check(scene, base=self.base), self.base)
             assert ground is not None

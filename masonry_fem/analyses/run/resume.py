@@ -102,6 +102,12 @@ def _shown(value: Any) -> str:
 
 def _refuse_other_steps(before: specs.Analysis, scene: specs.Scene, checkpoint: Checkpoint) -> None:
     """Refuse an analysis whose first steps are not those that were made, and one that has no more."""
+    if scene.combinations and before != scene.analysis:
+        changed = "; ".join(_differences(plain(before), plain(scene.analysis), "analysis"))
+        raise CheckpointError(
+            f"combinations that are done would be of another analysis than the others ({changed}): leave "
+            "that as it was, or go on with the folder of one combination"
+        )
     done = 0 if checkpoint.standing is None else checkpoint.standing.done
     _refuse_other_plan(before, scene.analysis, done)
     _refuse_other_ramp(before, scene)

@@ -103,6 +103,8 @@ def go_on(scene: specs.Scene, out: Path, checkpoint: Checkpoint, *, quiet: bool 
     """
     if scene.stages:
         return run_stages(scene, out, out, partial(_stage, base=out, quiet=quiet), goes_on=True)
+    if scene.combinations:
+        return run_combinations(scene, out, out, partial(_combination, base=out, quiet=quiet), goes_on=True)
     return _written(_Order(scene, out, out, quiet, checkpoint))
 
 
@@ -113,9 +115,11 @@ def _stage(
     return _written(_Order(scene, out, base, quiet, checkpoint))
 
 
-def _combination(scene: specs.Scene, out: Path, before: Built, *, base: Path, quiet: bool) -> RunResult:
-    """Run a load combination with the meshes, matrices and factors of the one before."""
-    return _written(_Order(scene, out, base, quiet, before=before))
+def _combination(
+    scene: specs.Scene, out: Path, before: Built, checkpoint: Checkpoint | None, *, base: Path, quiet: bool
+) -> RunResult:
+    """Run a load combination, or go on with it, with the meshes, matrices and factors of the one before."""
+    return _written(_Order(scene, out, base, quiet, checkpoint, before=before))
 
 
 @dataclass(frozen=True, slots=True)

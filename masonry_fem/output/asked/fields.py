@@ -37,7 +37,15 @@ from masonry_fem.output.grid import Grid, fidelity_names, grid_of, three
 from masonry_fem.output.history import AXES, WRENCH
 from masonry_fem.output.recorder import Request, StepReport
 from masonry_fem.output.strength import Strengths
-from masonry_fem.output.vtu import Series, field_data, named, write_points, write_vtu
+from masonry_fem.output.vtu import (
+    Series,
+    field_data,
+    named,
+    remove_others,
+    settle_files,
+    write_points,
+    write_vtu,
+)
 
 
 def recorder(request: Request) -> FieldFiles:
@@ -66,6 +74,8 @@ class FieldFiles:
         self._materials, self._statics = materials, statics
         self._blocks = Series(self._directory, "blocks")
         self._contacts = Series(self._directory, "contacts")
+        self._acting: list[str] = []
+        self._settled: set[str] = set()
         self._grid: Grid | None = None
 
     def start(self, model: Model) -> None:
@@ -73,14 +83,24 @@ class FieldFiles:
         self._grid = grid_of(model, shells=True)
 
     def saved(self) -> dict[str, Any]:
-        """The files of both series."""
-        return {"blocks": self._blocks.entries, "contacts": self._contacts.entries}
+        """The files of both series, and of what acts."""
+        settle_files(self._directory, self._acting, self._settled)
+        return {
+            "blocks": self._blocks.saved(),
+            "contacts": self._contacts.saved(),
+            "acting": list(self._acting),
+        }
 
     def go_on(self, model: Model, saved: dict[str, Any]) -> None:
         """Go on with both series."""
         self.start(model)
         self._blocks.go_on(saved["blocks"])
         self._contacts.go_on(saved["contacts"])
+        # a checkpoint of an earlier version names none, and keeps all
+        self._acting = [str(name) for name in saved.get("acting", ())]
+        if "acting" in saved:
+            remove_others(self._directory, "acting_*.csv", self._acting)
+        self._settled = set(self._acting)
 
     def record(self, model: Model, state: SystemState, report: StepReport) -> None:
         """Write one step and bring the two series up to date."""
@@ -107,8 +127,11 @@ class FieldFiles:
             write_points(path, reference, arrays, meta)
             self._contacts.add(path, report.time)
         if state.acting is not None:
-            path = self._directory / "fields" / f"acting_{state.index:06d}.csv"
-            write_atomic(path, _acting_table(model, state.acting))
+            name = f"fields/acting_{state.index:06d}.csv"
+            write_atomic(self._directory / name, _acting_table(model, state.acting))
+            self._settled.discard(name)
+            if name not in self._acting:
+                self._acting.append(name)
 
     def close(self, summary: Any) -> list[Path]:
         """Name the two series."""

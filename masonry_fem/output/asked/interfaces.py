@@ -54,7 +54,7 @@ class InterfaceTable:
 
     def saved(self) -> dict[str, Any]:
         """The files of the series."""
-        return {"interfaces": self._series.entries}
+        return {"interfaces": self._series.saved()}
 
     def go_on(self, model: Model, saved: dict[str, Any]) -> None:
         """Go on with the series."""

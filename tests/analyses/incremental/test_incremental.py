@@ -143,7 +143,12 @@ def test_a_kill_loses_no_run(column: Path) -> None:
         ((), {"scales": "1", "states": ["lean=-1"]}, "limit of lean is '-1'"),
         ((), {"scales": "1", "demand": "leans"}, "demand 'leans'"),
         ((), {"scales": "1:2000:1"}, "2 records at 2000 scales are 4000 runs, expected at most 2000"),
-        (["analysis={kind='statics'}"], {"scales": "1"}, "is no analysis in time"),
+        (["analysis={kind='statics'}"], {"scales": "1"}, "take analysis.kind = 'dynamics'"),
+        (
+            ["analysis={kind='equilibrium', strategy='linear_damping', step=0.01}"],
+            {"scales": "1"},
+            "is no analysis in time",
+        ),
         (["stages=[{name='a'}]"], {"scales": "1"}, "has stages"),
         (
             ["loads.accelerograms=[{x='pulse4.csv'}, {x='pulse7.csv'}]"],

@@ -57,6 +57,7 @@ DEMOS: dict[str, tuple[dict[str, object], dict[str, str]]] = {
             "struck_arch_spread": "spread/thrust",
         },
     ),
+    "shaken_column": ({}, {"shaken_column": "response"}),
     "chained_dome": ({}, {"chained_dome": "resultants"}),
     "tied_arch": ({}, {"tied_arch": "overview", "tied_arch_thrust": "thrust"}),
     "dome": ({}, {"dome": "deformed"}),

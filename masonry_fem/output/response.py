@@ -1,7 +1,7 @@
 """Response in dynamics: ``response.csv``, a line for each axis of a probe, and ``spectra.csv``, one a period.
 
     motions = read_motions(Path("out/history.csv"), ["top"], 2, ground)
-    told = [response_of(one) for one in motions]
+    told = {one.name: response_of(one) for one in motions}
     write_response(Path("out/response.csv"), told)
 
 Displacements come from ``history.csv``. They are from the reference, and relative to the ground where
@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from masonry_fem.host.atomic import write_atomic
 from masonry_fem.march.shaking import Shaking
 from masonry_fem.output.history import AXES
+from masonry_fem.records.told import Told
 
 if TYPE_CHECKING:
     from masonry_fem.output.spectrum import Spectrum
@@ -49,20 +50,17 @@ class ProbeMotion:
     ground: FloatArray
 
 
-@dataclass(frozen=True, slots=True)
-class ProbeResponse:
+class ResponseTold(Told, frozen=True, kw_only=True):
     """Greatest and last displacements of a probe, relative to the ground.
 
     Attributes
     ----------
-    name : Of the probe.
     peak : Of greatest size along each axis, with sign, shape (d,) [m]. peak_time : When, shape (d,) [s].
     greatest : Length of the longest displacement [m]. greatest_time : When [s].
     residual : At the end of the last step, shape (d,) [m].
     swing : Largest distance from the residual in the last tenth of the steps, shape (d,) [m].
     """
 
-    name: str
     peak: FloatArray
     peak_time: FloatArray
     greatest: float
@@ -90,21 +88,20 @@ def read_motions(
     )
     times, ways = table[:, 0], table[:, 1:].reshape(len(table), len(names), dimension)
     still = np.zeros((len(times), dimension))
-    shift = still if ground is None else np.array([ground.shift(time) for time in times])
-    unseen = still if ground is None else np.array([ground.unseen(time) for time in times])
+    shift = still if ground is None else ground.shift(times)
+    unseen = still if ground is None else ground.unseen(times)
     return [
         ProbeMotion(name, times, ways[:, place] - shift, shift + unseen) for place, name in enumerate(names)
     ]
 
 
-def response_of(motion: ProbeMotion) -> ProbeResponse:
+def response_of(motion: ProbeMotion) -> ResponseTold:
     """Its greatest and last displacements."""
     ways, times = motion.relative, motion.times
     place = np.abs(ways).argmax(axis=0)
     length = np.linalg.norm(ways, axis=1)
     late = ways[-max(1, round(LATE * len(ways))) :]
-    return ProbeResponse(
-        name=motion.name,
+    return ResponseTold(
         peak=np.take_along_axis(ways, place[None], axis=0)[0],
         peak_time=times[place],
         greatest=float(length.max()),
@@ -114,20 +111,20 @@ def response_of(motion: ProbeMotion) -> ProbeResponse:
     )
 
 
-def write_response(path: Path, told: Sequence[ProbeResponse]) -> Path:
+def write_response(path: Path, told: Mapping[str, ResponseTold]) -> Path:
     """Write the table.
 
     Parameters
     ----------
-    path : Of the file. told : Of each probe.
+    path : Of the file. told : Of each probe, by its name.
     """
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(["probe", "axis", "peak [m]", "peak_time [s]", "residual [m]", "swing [m]"])
-    for one in told:
+    for name, one in told.items():
         axes = AXES[len(one.peak)]
         numbers = np.column_stack([one.peak, one.peak_time, one.residual, one.swing]).tolist()
-        table.writerows([one.name, axis, *row] for axis, row in zip(axes, numbers, strict=True))
+        table.writerows([name, axis, *row] for axis, row in zip(axes, numbers, strict=True))
     write_atomic(path, text.getvalue().encode())
     return path
 

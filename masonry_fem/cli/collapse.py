@@ -15,8 +15,8 @@ def collapse_scene(options: argparse.Namespace) -> int:
     """Find the collapse multiplier of a scene; the exit code says whether it was found."""
     scene, base = read_scene(options)
     from masonry_fem.analyses.collapse import collapse
-    from masonry_fem.output.collapse_table import Watch, print_collapse
     from masonry_fem.output.folder import Folder
+    from masonry_fem.output.search_table import Watch, print_collapse
 
     options.out = results_folder(options)
     # before the search, so that a folder that cannot be written to is found at once

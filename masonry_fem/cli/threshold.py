@@ -15,8 +15,7 @@ def find_threshold(options: argparse.Namespace) -> int:
     """Find the threshold of a key; the exit code says whether it was found."""
     from masonry_fem.analyses.threshold import threshold
     from masonry_fem.host import installation
-    from masonry_fem.output.collapse_table import Watch
-    from masonry_fem.output.threshold_table import print_threshold
+    from masonry_fem.output.search_table import Watch, print_threshold
 
     installation.require_python()
     options.out = options.out or Path("results") / f"{options.scene.stem}-threshold"

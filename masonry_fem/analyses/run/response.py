@@ -13,12 +13,12 @@ from masonry_fem.output.history import AXES
 from masonry_fem.output.render import can_render
 from masonry_fem.output.response import (
     ProbeMotion,
+    SpectraTold,
     read_motions,
     response_of,
     write_response,
     write_spectra,
 )
-from masonry_fem.results.response import SpectraTold
 from masonry_fem.scene import specs
 
 if TYPE_CHECKING:

@@ -1,11 +1,16 @@
-"""Trim: memory of this process, and whether what was freed goes back to the system."""
+"""Memory of this process: how much, whether what was freed goes back, and arrays that wait in files."""
 
 from __future__ import annotations
 
 import ctypes
 import platform
 import resource
+import tempfile
 from contextlib import suppress
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
 
 # Codes of mallopt, as <malloc.h> has them.
 TRIM_THRESHOLD, MMAP_MAX = -1, -4
@@ -32,3 +37,26 @@ def peak_memory() -> float:
     """Largest resident memory of this process so far [MB]."""
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return peak / (1024**2 if platform.system() == "Darwin" else 1024)
+
+
+def park(matrix: sparse.csr_array) -> None:
+    """Move a matrix's numbers to a file without a name, out of which they are read as they are asked for.
+
+    Parameters
+    ----------
+    matrix : It remains what it is; what is written to it stays in memory.
+
+    Raises
+    ------
+    OSError : The folder for temporary files has no room.
+    """
+    matrix.data, matrix.indices = _on_disk(matrix.data), _on_disk(matrix.indices)
+
+
+def _on_disk[T: np.generic](values: NDArray[T]) -> NDArray[T]:
+    if values.size == 0 or isinstance(values.base, np.memmap):
+        return values
+    with tempfile.TemporaryFile(prefix="masonry_fem-") as file:
+        values.tofile(file)
+        file.flush()
+        return np.asarray(np.memmap(file, values.dtype, "c", shape=values.shape))

@@ -65,6 +65,19 @@ def test_bonded_bed_is_elastic_both_ways_up_to_rupture():
     assert sheared.rubbed[2] == pytest.approx(0.75e6 * 0.35e6 / K[1], rel=0.02)
 
 
+@pytest.mark.parametrize("friction", [0.0, 0.6])
+def test_what_breaks_in_coarse_steps_loses_all_the_work_put_in(friction):
+    """Of a step in which damage grows nothing is missing: what springs and friction did not take it lost."""
+    law = bed(Bilinear(**FRACTURE | {"friction": friction}))
+    slide = 1.2e-4 * np.arange(1.0, 5.0)
+    history = probe(law, np.column_stack([0 * slide, slide]), pressure=2e5)
+    work = 0.5 * (history.stress[1:, 1] + history.stress[:-1, 1]) * np.diff(slide)
+    taken = np.diff(history.stored + history.dissipated + history.rubbed)
+    broke = np.diff(history.adhesion) < 0
+    assert broke.sum() > 1
+    assert (taken - work)[broke].min() > -1e-9
+
+
 def test_two_springs_of_a_sound_joint():
     """Bed and adhesion in series: 1/(1/k + 1/c)."""
     law = bed(FremondCangemi(normal_stiffness=4e10, tangential_stiffness=4e10, energy=1e3, friction=0.0))

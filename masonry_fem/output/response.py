@@ -11,16 +11,15 @@ accelerograms move it.
 from __future__ import annotations
 
 import csv
-import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from masonry_fem.host.atomic import write_atomic
+from masonry_fem.host.atomic import write_table
 from masonry_fem.march.shaking import Shaking
 from masonry_fem.output.history import AXES
 from masonry_fem.records.told import Told
@@ -152,15 +151,13 @@ def write_response(path: Path, told: Mapping[str, ResponseTold]) -> Path:
     ----------
     path : Of the file. told : Of each probe, by its name.
     """
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(["probe", "axis", "peak [m]", "peak_time [s]", "residual [m]", "swing [m]"])
+    titles = ("probe", "axis", "peak [m]", "peak_time [s]", "residual [m]", "swing [m]")
+    rows: list[list[Any]] = []
     for name, one in told.items():
         axes = AXES[len(one.peak)]
         numbers = np.column_stack([one.peak, one.peak_time, one.residual, one.swing]).tolist()
-        table.writerows([name, axis, *row] for axis, row in zip(axes, numbers, strict=True))
-    write_atomic(path, text.getvalue().encode())
-    return path
+        rows += [[name, axis, *row] for axis, row in zip(axes, numbers, strict=True)]
+    return write_table(path, titles, rows)
 
 
 def write_spectra(path: Path, spectra: Mapping[str, Spectrum]) -> Path:
@@ -175,10 +172,4 @@ def write_spectra(path: Path, spectra: Mapping[str, Spectrum]) -> Path:
     for name, one in spectra.items():
         columns[f"{name} displacement [m]"] = one.displacements
         columns[f"{name} pseudo_acceleration [m/s^2]"] = one.accelerations
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(columns)
-    for row in np.column_stack(list(columns.values())).tolist():
-        table.writerow(["" if np.isnan(value) else value for value in row])
-    write_atomic(path, text.getvalue().encode())
-    return path
+    return write_table(path, columns, np.column_stack(list(columns.values())).tolist())

@@ -7,10 +7,12 @@ import platform
 import resource
 import tempfile
 from contextlib import suppress
+from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-from scipy import sparse
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+    from scipy import sparse
 
 # Codes of mallopt, as <malloc.h> has them.
 TRIM_THRESHOLD, MMAP_MAX = -1, -4
@@ -54,6 +56,8 @@ def park(matrix: sparse.csr_array) -> None:
 
 
 def _on_disk[T: np.generic](values: NDArray[T]) -> NDArray[T]:
+    import numpy as np  # noqa: PLC0415 - the command line reads this file
+
     if values.size == 0 or isinstance(values.base, np.memmap):
         return values
     with tempfile.TemporaryFile(prefix="masonry_fem-") as file:

@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field, replace
-from functools import wraps
 from typing import Any, NamedTuple, Protocol
 
 from masonry_fem.march.acting import acted, extents
@@ -163,17 +162,17 @@ def marching(
 def _to_its_end[**P](course: Callable[P, Generator[StepMade, None, March]]) -> Callable[P, March]:
     """All steps of a march at once."""
 
-    @wraps(course)
-    def made(*given: P.args, **keys: P.kwargs) -> March:
+    def march(*given: P.args, **keys: P.kwargs) -> March:
+        """Make all steps of ``marching``, with the same parameters, and say how they ended."""
         steps = course(*given, **keys)
         while True:
             try:
                 next(steps)
             except StopIteration as end:
-                ended: March = end.value
-                return ended
+                made: March = end.value
+                return made
 
-    return made
+    return march
 
 
 march = _to_its_end(marching)

@@ -1,7 +1,7 @@
 """Barrel vault: courses of straight stones about an axis, every other course shifted by half a stone.
 
-All stones share two shapes, a whole stone and a half one, or each has its own where joints are irregular; their
-frames are those of a voussoir at the crown.
+All stones share two shapes, a whole stone and a half one, or each has its own where joints are irregular.
+Their frames are those of a voussoir at the crown.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ class BarrelVaultStructure(VoussoirStructure, frozen=True, kw_only=True, tag="ba
     """Circular vault about the mean ``radius`` of ``voussoirs`` courses along y; springings as supports.
 
     A course has ``stones`` equal stones with flat faces over the vault's ``depth``. In ``staggered`` vaults
-    every other course is shifted by half a stone, and half stones close it at both ends. With an ``irregularity``
-    all joints are displaced at random, beds by up to that share of a course and heads by up to that share of a
-    stone: then no two stones are alike. The same seed gives the same stones.
+    every other course is shifted by half a stone, and half stones close it at both ends. With an
+    ``irregularity`` all joints are displaced at random, beds by up to that share of a course and heads by up
+    to that share of a stone: then no two stones are alike. The same seed gives the same stones.
 
     Attributes
     ----------

@@ -89,6 +89,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _led(arguments: Sequence[str] | None) -> int:
     """Run one command; its exit code."""
     options = parser().parse_args(arguments)
+    if getattr(options, "no_color", False):
+        os.environ["NO_COLOR"] = "1"  # what prints asks for it
     told = logging.DEBUG if options.debug else logging.INFO if options.verbose else logging.WARNING
     logging.getLogger("masonry_fem").setLevel(told)
     logging.getLogger("masonry_fem.host.compiled").setLevel(logging.INFO)  # nobody waits without knowing why

@@ -50,6 +50,11 @@ def parents() -> Parents:
         help="show what rounds of each step leave of balance, and other notes",
     )
     common.add_argument("--quiet", action="store_true", help="no progress bar, no table")
+    common.add_argument(
+        "--no-color",
+        action="store_true",
+        help="no colours, as with the environment variable NO_COLOR; pipes have none",
+    )
     scene = Parser(add_help=False)
     scene.add_argument("scene", type=Path, metavar="SCENE.toml", help="scene file")
     scene.add_argument(

@@ -29,6 +29,7 @@ FEM_SIZES = ("meshes", "factorisations")
 GOOD = ("equilibrium", "finished")
 ROUNDING = 1e-8  # smaller errors are shown as '<' and this
 CHANGES = ("supports", "probes", "stress", "block_stress")  # by other contact points
+JOINT_STATES = ("closed", "middle_third", "cracked", "hinge", "open", "held")
 AXES = {2: "xy", 3: "xyz"}
 
 
@@ -103,7 +104,9 @@ class Progress:
 
 
 def print_summary(told: Any, console: Console | None = None) -> None:
-    """Print a table of a summary, the outcome first; rows without data are left out.
+    """Print a table of a summary in the order of ``ORDER``; rows without data are left out.
+
+    The outcome stands first.
 
     Parameters
     ----------
@@ -126,25 +129,7 @@ def print_summary(told: Any, console: Console | None = None) -> None:
     table.add_column(style="bold", no_wrap=True)
     table.add_column(style="dim", no_wrap=True)
     table.add_column()
-    for part in (
-        combination_rows,
-        _size,
-        _contacts,
-        _mechanism,
-        _start,
-        _certificate,
-        _stress,
-        _errors,
-        _utilisation,
-        refinement_rows,
-        _forces,
-        _ties,
-        _limits,
-        _determinacy,
-        _probes,
-        _response,
-        _cost,
-    ):
+    for part in ORDER:
         section = ""
         for heading, name, value in part(summary):
             table.add_row("" if heading == section else heading, name, Text(value))
@@ -192,6 +177,26 @@ def _start(summary: Mapping[str, Any]) -> Rows:
             unit = _force_unit(len(summary.get("applied", ())))
             where = ", ".join(" / ".join(pair) for pair in told["joints"][:SHOWN_LINES])
             yield "start", "least thrust", f"{quantity(told['least_thrust'], unit, 4)} between {where}"
+
+
+def _joints(summary: Mapping[str, Any]) -> Rows:
+    if told := summary.get("joints"):
+        counts = [(told[name], name.replace("_", " ")) for name in JOINT_STATES]
+        states = ", ".join(f"{_count(number)} {name}" for number, name in counts if number)
+        slide = f"; {_count(told['slide'])} slide" if told["slide"] else ""
+        yield "joints", "", states + slide
+        for name in ("greatest_opening", "greatest_sliding"):
+            if told[name]["value"] > 0:
+                where = told[name]["interface"]
+                yield "joints", name.replace("_", " "), f"{quantity(told[name]['value'], 'm')} in {where}"
+        if edge := told.get("nearest_edge"):
+            yield (
+                "joints",
+                "nearest to an edge",
+                f"{_percent(edge['value'])} of the way in {edge['interface']}",
+            )
+        if left := told.get("least_margin"):
+            yield "joints", "least μ − T/N", f"{left['value']:.2g} in {left['interface']}"
 
 
 def _certificate(summary: Mapping[str, Any]) -> Rows:
@@ -427,3 +432,26 @@ def _percent(share: float) -> str:
 
 def _number(value: Any) -> str:
     return "–" if value is None else f"{float(value):.2e}"
+
+
+# what was found; stresses; forces and motions; joints; how exact it is; what it cost
+ORDER = (
+    combination_rows,
+    _mechanism,
+    _start,
+    _stress,
+    _errors,
+    _utilisation,
+    refinement_rows,
+    _forces,
+    _ties,
+    _limits,
+    _determinacy,
+    _probes,
+    _response,
+    _joints,
+    _contacts,
+    _certificate,
+    _size,
+    _cost,
+)

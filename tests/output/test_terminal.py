@@ -132,3 +132,36 @@ def test_one_mesh_is_one_mesh():
         "seconds": 0.1,
     }
     assert round_line(made) == "round 1: 1 234 unknowns, 1 mesh (1 new), error 8.96 %, 0.1 s"
+
+
+def test_the_console_goes_from_verdict_to_cost():
+    """Verdict, stresses and utilisation, forces, joints, certificate, cost."""
+    furthest = {"value": 1e-3, "interface": "a / b"}
+    joints = dict.fromkeys(("open", "closed", "middle_third", "cracked", "hinge", "held", "slide"), 0) | {
+        "cracked": 3, "hinge": 2, "slide": 1, "greatest_opening": furthest, "greatest_sliding": furthest,
+        "nearest_edge": {"value": 0.62, "interface": "c / d"},
+        "least_margin": {"value": 0.21, "interface": "e / f"},
+    }  # fmt: skip
+    stone = {
+        "block": "v3",
+        "of_mean": 0.1,
+        "local": 0.2,
+        "governs": "tension",
+        "greatest": 0.3,
+        "error": 0.05,
+    }
+    used = {"share": 0.05, "worst": [stone], "material_factor": 1.0, "over": 0, "rigid": 0, "one_sided": 0,
+            "unchecked": 0}  # fmt: skip
+    text = printed(SUMMARY | {"joints": joints, "utilisation": used})
+    headings = [line.split()[0] for line in text.splitlines() if line[:1].isalpha()]
+    assert headings == [
+        "stress", "utilisation", "forces", "displacements", "joints", "contacts", "certificate", "model",
+        "seconds", "memory",
+    ]  # fmt: skip
+    for words in (
+        "3 cracked, 2 hinge; 1 slide",
+        "1 mm in a / b",
+        "62 % of the way in c / d",
+        "0.21 in e / f",
+    ):
+        assert words in text

@@ -1,9 +1,8 @@
 """Command line ``masonry-fem``: one file per command, each with a few calls into the package.
 
 A command's function ``add(commands, parents)`` adds its parser to ``commands``; ``parents`` has the options
-that commands share. Exit codes are explained in ``exit_codes``. Heavy libraries are imported within
-functions, so
-that ``--help`` does not wait for them.
+that commands share, and ``EXAMPLES`` of the file stand in its help. Exit codes are explained in
+``exit_codes``. Heavy libraries are imported within functions, so that ``--help`` does not wait for them.
 """
 
 from __future__ import annotations
@@ -21,6 +20,7 @@ from masonry_fem.cli import (
     check,
     collapse,
     compile,
+    completion,
     contact,
     explain,
     info,
@@ -36,7 +36,7 @@ from masonry_fem.cli import (
 )
 from masonry_fem.cli.console import complain, speak_readably
 from masonry_fem.cli.exit_codes import BAD_INPUT, INTERRUPTED, PIPE_CLOSED, WORDS
-from masonry_fem.cli.grammar import Parser, parents
+from masonry_fem.cli.grammar import Parser, epilog, parents
 from masonry_fem.cli.signals import answered
 from masonry_fem.errors import MasonryError
 from masonry_fem.host import ranks
@@ -59,6 +59,7 @@ COMMANDS = (
     contact,
     compile,
     explain,
+    completion,
     info,
 )
 
@@ -167,7 +168,7 @@ def parser() -> Parser:
     top = Parser(
         prog="masonry-fem",
         description="Mechanics of block masonry: finite-element stones, true frictional joints.",
-        epilog=WORDS,
+        epilog=epilog((), WORDS),
     )
     top.add_argument("--version", action="version", version=f"masonry-fem {masonry_fem.__version__}")
     commands = top.add_subparsers(required=True, metavar="COMMAND")
@@ -176,5 +177,5 @@ def parser() -> Parser:
         command.add(commands, shared)
     for own, command in zip(commands.choices.values(), COMMANDS, strict=True):
         own.description = str(command.__doc__).partition(": ")[2].partition("\n")[0].capitalize()
-        own.epilog = WORDS
+        own.epilog = epilog(command.EXAMPLES, WORDS)
     return top

@@ -9,6 +9,8 @@ import logging
 from masonry_fem.cli.console import complain
 from masonry_fem.cli.grammar import Commands, Parents
 
+EXAMPLES = (("once after an installation", "masonry-fem compile"),)
+
 
 def compile_all(options: argparse.Namespace) -> int:
     """Solve small scenes that use all compiled code."""

@@ -8,11 +8,12 @@ that commands share, and ``EXAMPLES`` of the file stand in its help. Exit codes 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import logging
 import os
 import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import masonry_fem
@@ -104,7 +105,8 @@ def _answer(options: argparse.Namespace) -> int:
     """Run the command; its exit code."""
     try:
         _refuse_ranks(options)
-        code: int = options.command(options)
+        with _shown(options):
+            code: int = options.command(options)
         sys.stdout.flush()
         return code
     except KeyboardInterrupt as error:
@@ -121,6 +123,18 @@ def _answer(options: argparse.Namespace) -> int:
             raise
         complain(_sentence(error))
     return BAD_INPUT
+
+
+@contextlib.contextmanager
+def _shown(options: argparse.Namespace) -> Iterator[None]:
+    """Lines on a terminal with what is being done."""
+    if getattr(options, "quiet", True) or not sys.stderr.isatty():
+        yield
+        return
+    from masonry_fem.output.display import shown  # noqa: PLC0415 - not on the path of --help
+
+    with shown(True):
+        yield
 
 
 def _refuse_ranks(options: argparse.Namespace) -> None:

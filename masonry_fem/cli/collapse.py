@@ -27,7 +27,7 @@ def collapse_scene(options: argparse.Namespace) -> int:
     options.out = results_folder(options)
     # before the search, so that a folder that cannot be written to is found at once
     with Folder(options.out, "collapse", title=scene.title):
-        with Watch(quiet=options.quiet) as watch:
+        with Watch(options.tolerance) as watch:
             found = collapse(
                 scene,
                 base,

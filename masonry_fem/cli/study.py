@@ -27,7 +27,7 @@ def study_scene(options: argparse.Namespace) -> int:
     from masonry_fem.analyses.study.watch import Watch
 
     options.out = options.out or Path("results") / f"{options.scene.stem}-study"
-    with Watch(quiet=options.quiet) as watch:
+    with Watch() as watch:
         made = study(
             options.scene,
             options.vary,

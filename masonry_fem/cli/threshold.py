@@ -34,7 +34,7 @@ def find_threshold(options: argparse.Namespace) -> int:
 
     installation.require_python()
     options.out = options.out or Path("results") / f"{options.scene.stem}-threshold"
-    with Watch(quiet=options.quiet) as watch:
+    with Watch(options.tolerance) as watch:
         found = threshold(
             options.scene,
             options.key,

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.bodies.base import FloatArray, Free, Scheme, nonlinear
+from masonry_fem.host.phases import phase
 from masonry_fem.joints.fold import Turn, solve_with_laws
 from masonry_fem.joints.state import JointState
 from masonry_fem.march.clock import Clock
@@ -200,7 +201,8 @@ class Rounds:
         guesses = tuple(
             end if group.nonlinear else None for group, end in zip(model.groups, ends, strict=True)
         )
-        compliance = coupling.compliance(place.contact, scheme, guesses)
+        with phase("factors of the stones"):
+            compliance = coupling.compliance(place.contact, scheme, guesses)
         self.clock.lap("factorise" if compliance.nnz else "step")  # rigid blocks have no compliance
         free = tuple(
             group.free(own, at, force, scheme, guess)

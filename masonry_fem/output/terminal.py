@@ -1,13 +1,15 @@
-"""Terminal: what the console shows: a progress bar during a run, and a table of its summary afterwards."""
+"""Terminal: what the console shows of a run: its steps, and a table of its summary afterwards."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from masonry_fem.host.phases import At, phase
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
 from masonry_fem.output.collapse_table import mechanism_lines
@@ -34,72 +36,46 @@ AXES = {2: "xy", 3: "xyz"}
 
 
 class Progress:
-    """Recorder that shows a bar on a terminal: step, residual, kinetic energy, time left.
+    """Recorder that tells of each step as of a phase: step, residual, kinetic energy.
 
     Parameters
     ----------
     total : Number of steps, if it is known.
-    end : Time at which the march ends, if not [s]; the bar then shows time.
-    quiet : Show nothing; so it is, too, if standard error is no terminal.
-    console : Where to write; by default standard error.
+    end : Time at which the march ends, if not [s].
     """
 
     dense = True
 
-    def __init__(
-        self,
-        total: int | None = None,
-        *,
-        end: float | None = None,
-        quiet: bool = False,
-        console: Any = None,
-    ) -> None:
-        self._total, self._end, self._quiet, self._console = total, end, quiet, console
-        self._bar: Any = None
-        self._task: Any = None
+    def __init__(self, total: int | None = None, *, end: float | None = None) -> None:
+        self._total, self._end = total, end
+        self._phase: AbstractContextManager[At] | None = None
+        self._at: At | None = None
 
     def start(self, model: Model) -> None:
-        """Show the empty bar."""
-        if self._quiet:
-            return
-        from rich.console import Console  # noqa: PLC0415  not on the path of --help
-        from rich.progress import BarColumn, TextColumn, TimeRemainingColumn  # noqa: PLC0415
-        from rich.progress import Progress as Bar  # noqa: PLC0415
-
-        console = self._console or Console(stderr=True)
-        if not console.is_terminal:
-            return
-        columns = (
-            TextColumn("step {task.fields[step]}"),
-            BarColumn(),
-            TextColumn(
-                "t {task.fields[time]}  residual {task.fields[residual]}  kinetic {task.fields[kinetic]}"
-            ),
-            TimeRemainingColumn(),
-        )
-        self._bar = Bar(*columns, console=console, transient=True)
-        total = self._total if self._end is None else self._end
-        self._task = self._bar.add_task("", total=total, step="0", time="0", residual="–", kinetic="–")
-        self._bar.start()
+        """The march begins."""
+        self._phase = phase("steps", self._total if self._end is None else self._end)
+        self._at = self._phase.__enter__()
 
     def record(self, model: Model, state: SystemState, report: StepReport) -> None:
-        """Move the bar."""
-        if self._bar is None:
+        """A step is done."""
+        if self._at is None:
             return
-        self._bar.update(
-            self._task,
-            completed=report.step if self._end is None else report.time,
-            step=f"{report.step}" + (f"/{self._total}" if self._total else ""),
-            time=f"{report.time:.4g}",
-            residual=f"{getattr(report, 'natural_map', float('nan')):.1e}",
-            kinetic=quantity(getattr(report, "kinetic_energy", 0.0), "J"),
-        )
+        self._at(
+            report.step if self._end is None else report.time,
+            f"step {report.step}" + (f"/{self._total}" if self._total else "")
+            + f", t {report.time:.4g}, residual {getattr(report, 'natural_map', float('nan')):.1e}, "
+            + f"kinetic {quantity(getattr(report, 'kinetic_energy', 0.0), 'J')}",
+        )  # fmt: skip
+
+    def end(self, made: Any, determinacy: Any) -> None:
+        """The march has ended."""
+        if self._phase is not None:
+            self._phase.__exit__(None, None, None)
+            self._phase = self._at = None
 
     def close(self, summary: Any) -> list[Path]:
-        """Take the bar away."""
-        if self._bar is not None:
-            self._bar.stop()
-            self._bar = None
+        """The same, where it has ended otherwise."""
+        self.end(None, None)
         return []
 
 

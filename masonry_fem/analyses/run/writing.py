@@ -35,6 +35,7 @@ from masonry_fem.march.step import Increment
 from masonry_fem.nscd import save_problem
 from masonry_fem.output.asked import recorders
 from masonry_fem.output.checkpoint import CHECKPOINT, Checkpoint, CheckpointError
+from masonry_fem.output.display import shown
 from masonry_fem.output.folder import Folder, ended_by, refuse_busy
 from masonry_fem.output.history import History
 from masonry_fem.output.recorder import Recorder, Recorders, Request
@@ -69,7 +70,7 @@ def run(
     scene : What to solve. base : Folder that the paths in it are relative to.
     out : Folder for the results; made where it is missing.
     save_contact : Step whose contact problem is saved as ``contact_<step>.npz``.
-    quiet : No progress bar.
+    quiet : Do not show on a terminal what is being done.
     before : The same scene built with other meshes: what it has of these is not made again.
     draws : Asked after the march whether to draw the pictures that the scene asks for.
 
@@ -81,12 +82,15 @@ def run(
     if getattr(scene, "stages", ()):  # what is no scene is refused below
         if save_contact is not None:
             raise MasonryError("a contact problem is saved of a single analysis, and the scene has stages")
-        return run_stages(scene, out, base, partial(_stage, base=base, quiet=quiet))
+        with shown(not quiet):
+            return run_stages(scene, out, base, partial(_stage, base=base))
     if getattr(scene, "combinations", ()):
         if save_contact is not None:
             raise MasonryError("a contact problem is saved of a single run, and the scene has combinations")
-        return run_combinations(scene, out, base, partial(_combination, base=base, quiet=quiet))
-    return _written(_Order(scene, out, base, quiet, save_contact=save_contact, before=before, draws=draws))
+        with shown(not quiet):
+            return run_combinations(scene, out, base, partial(_combination, base=base))
+    with shown(not quiet):
+        return _written(_Order(scene, out, base, save_contact=save_contact, before=before, draws=draws))
 
 
 def go_on(scene: specs.Scene, out: Path, checkpoint: Checkpoint, *, quiet: bool = True) -> RunResult:
@@ -95,27 +99,26 @@ def go_on(scene: specs.Scene, out: Path, checkpoint: Checkpoint, *, quiet: bool 
     Parameters
     ----------
     scene : Of the checkpoint; its analysis may have more steps. out : Results folder.
-    checkpoint : Where to go on. quiet : No progress bar.
+    checkpoint : Where to go on. quiet : Do not show on a terminal what is being done.
 
     Raises
     ------
     MasonryError : The checkpoint does not fit the scene.
     """
-    if scene.stages:
-        return run_stages(scene, out, out, partial(_stage, base=out, quiet=quiet), goes_on=True)
-    return _written(_Order(scene, out, out, quiet, checkpoint))
+    with shown(not quiet):
+        if scene.stages:
+            return run_stages(scene, out, out, partial(_stage, base=out), goes_on=True)
+        return _written(_Order(scene, out, out, checkpoint))
 
 
-def _stage(
-    scene: specs.Scene, out: Path, checkpoint: Checkpoint | None, *, base: Path, quiet: bool
-) -> RunResult:
+def _stage(scene: specs.Scene, out: Path, checkpoint: Checkpoint | None, *, base: Path) -> RunResult:
     """Run a stage, or go on with it; one that is done makes no steps."""
-    return _written(_Order(scene, out, base, quiet, checkpoint))
+    return _written(_Order(scene, out, base, checkpoint))
 
 
-def _combination(scene: specs.Scene, out: Path, before: Built, *, base: Path, quiet: bool) -> RunResult:
+def _combination(scene: specs.Scene, out: Path, before: Built, *, base: Path) -> RunResult:
     """Run a load combination with the meshes, matrices and factors of the one before."""
-    return _written(_Order(scene, out, base, quiet, before=before))
+    return _written(_Order(scene, out, base, before=before))
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +128,6 @@ class _Order:
     scene: specs.Scene
     out: Path
     base: Path
-    quiet: bool
     checkpoint: Checkpoint | None = None
     save_contact: int | None = None
     before: Built | None = None
@@ -152,7 +154,7 @@ def _prepared(order: _Order, remarks: list[Remark]) -> _Job:
     _check_step(order.save_contact, scene.analysis.steps)
     refuse_busy(out)  # before the work of building
     built, start = begun(scene, build(scene, base, order.before), base)
-    made = _recorders(scene, built, out, order.quiet)
+    made = _recorders(scene, built, out)
     limits = limits_of(scene, built)
     going_on = None
     if checkpoint is not None and checkpoint.standing is not None:
@@ -283,20 +285,20 @@ def _check_step(save_contact: int | None, steps: int) -> None:
         raise MasonryError(f"step to save is {save_contact!r}, expected {expected} of this analysis")
 
 
-def _recorders(scene: specs.Scene, built: Built, out: Path, quiet: bool) -> Recorders:
+def _recorders(scene: specs.Scene, built: Built, out: Path) -> Recorders:
     statics = not scene.analysis.inertia
     strengths, asked = strengths_of(scene, built.stones), scene.output
     if asked.stones is None:
         asked = structs.replace(asked, stones=strengths is not None or asked.report)
     request = Request(out, scene.title, asked, statics, built.stones.material, strengths)
-    always: list[Recorder] = [_progress(scene, quiet), History(out)]
+    always: list[Recorder] = [_progress(scene), History(out)]
     if scene.ties:
         always.append(TieTable(out))
     return Recorders([*always, *recorders(request)], asked.every)
 
 
-def _progress(scene: specs.Scene, quiet: bool) -> Progress:
+def _progress(scene: specs.Scene) -> Progress:
     plan = scene.analysis
     if plan.parts > 1:  # how many steps there will be is not known
-        return Progress(end=1.0, quiet=quiet)
-    return Progress(plan.steps, quiet=quiet)
+        return Progress(end=1.0)
+    return Progress(plan.steps)

@@ -80,6 +80,11 @@ def draw_all(
     return paths
 
 
+def drawable(scenery: Scenery) -> list[str]:
+    """Names of the pictures that the scenery has data for, as in ``output.pictures`` of a scene."""
+    return list(dict.fromkeys(_kind(name) for name, _ in _drawers(scenery, None)))
+
+
 def _kind(name: str) -> str:
     """What a scene calls a picture: ``stone`` is each ``stone_...``."""
     return "stone" if name.startswith("stone_") else name

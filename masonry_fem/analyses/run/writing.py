@@ -7,7 +7,7 @@ result.files
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -27,7 +27,7 @@ from masonry_fem.build.going_on import gone_on
 from masonry_fem.build.strengths import strengths_of
 from masonry_fem.errors import MasonryError, OutputError
 from masonry_fem.march.clock import Clock
-from masonry_fem.march.march import March, march
+from masonry_fem.march.march import March, Observer, Seeing, march, seen_by
 from masonry_fem.march.model import Model
 from masonry_fem.march.standing import Standing
 from masonry_fem.march.state import SystemState
@@ -46,7 +46,7 @@ from masonry_fem.records.told import Ending, write
 from masonry_fem.records.tree import same_bits
 from masonry_fem.results.limit_analysis import LimitAnalysis
 from masonry_fem.results.summary import Summary
-from masonry_fem.scene import check, save, specs
+from masonry_fem.scene import check, of_records, save, specs
 from masonry_fem.scene.moved import moved
 
 # what a run that goes on finds in its folder; it makes the rest anew
@@ -62,6 +62,7 @@ def run(
     quiet: bool = True,
     before: Built | None = None,
     draws: Callable[[Built, March], bool] | None = None,
+    observers: Sequence[Observer | Seeing] = (),
 ) -> RunResult:
     """Solve a scene and write its results to the folder ``out``.
 
@@ -73,24 +74,29 @@ def run(
     quiet : Do not show on a terminal what is being done.
     before : The same scene built with other meshes: what it has of these is not made again.
     draws : Asked after the march whether to draw the pictures that the scene asks for.
+    observers : Told of every step: functions of model, state and report, or recorders.
 
     Raises
     ------
     MasonryError : Where the scene cannot be built or has no such step; nothing is written then.
     """
-    out, base = Path(out), Path(base)
-    if getattr(scene, "stages", ()):  # what is no scene is refused below
+    out, base, told_too = Path(out), Path(base), seen_by(observers)
+    scene = of_records(scene, base=base)
+    if scene.stages:
         if save_contact is not None:
             raise MasonryError("a contact problem is saved of a single analysis, and the scene has stages")
         with shown(not quiet):
-            return run_stages(scene, out, base, partial(_stage, base=base))
-    if getattr(scene, "combinations", ()):
+            return run_stages(scene, out, base, partial(_stage, base=base, observers=told_too))
+    if scene.combinations:
         if save_contact is not None:
             raise MasonryError("a contact problem is saved of a single run, and the scene has combinations")
         with shown(not quiet):
-            return run_combinations(scene, out, base, partial(_combination, base=base))
+            return run_combinations(scene, out, base, partial(_combination, base=base, observers=told_too))
     with shown(not quiet):
-        return _written(_Order(scene, out, base, save_contact=save_contact, before=before, draws=draws))
+        order = _Order(
+            scene, out, base, save_contact=save_contact, before=before, draws=draws, observers=told_too
+        )
+        return _written(order)
 
 
 def go_on(scene: specs.Scene, out: Path, checkpoint: Checkpoint, *, quiet: bool = True) -> RunResult:
@@ -111,14 +117,23 @@ def go_on(scene: specs.Scene, out: Path, checkpoint: Checkpoint, *, quiet: bool 
         return _written(_Order(scene, out, out, checkpoint))
 
 
-def _stage(scene: specs.Scene, out: Path, checkpoint: Checkpoint | None, *, base: Path) -> RunResult:
+def _stage(
+    scene: specs.Scene,
+    out: Path,
+    checkpoint: Checkpoint | None,
+    *,
+    base: Path,
+    observers: tuple[Observer, ...] = (),
+) -> RunResult:
     """Run a stage, or go on with it; one that is done makes no steps."""
-    return _written(_Order(scene, out, base, checkpoint))
+    return _written(_Order(scene, out, base, checkpoint, observers=observers))
 
 
-def _combination(scene: specs.Scene, out: Path, before: Built, *, base: Path) -> RunResult:
+def _combination(
+    scene: specs.Scene, out: Path, before: Built, *, base: Path, observers: tuple[Observer, ...]
+) -> RunResult:
     """Run a load combination with the meshes, matrices and factors of the one before."""
-    return _written(_Order(scene, out, base, before=before))
+    return _written(_Order(scene, out, base, before=before, observers=observers))
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,6 +147,7 @@ class _Order:
     save_contact: int | None = None
     before: Built | None = None
     draws: Callable[[Built, March], bool] | None = None
+    observers: tuple[Observer, ...] = ()
 
 
 def _written(order: _Order) -> RunResult:
@@ -247,7 +263,8 @@ class _Job:
         kept: list[tuple[Model, Increment]] = []
         made = march(
             built.model, scene.analysis, solver_settings(scene.solver), bodies=built.bodies, start=self.start,
-            observers=(self.recorders,), keep=self.order.save_contact, kept=kept, going_on=self.going_on,
+            observers=(self.recorders, *self.order.observers), keep=self.order.save_contact, kept=kept,
+            going_on=self.going_on,
             keeper=self.keeper,
         )  # fmt: skip
         result = told(scene, built, made, self.limits)

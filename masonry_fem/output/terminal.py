@@ -29,6 +29,7 @@ ROUNDED = 1e-9  # relative errors from which it is told what rounding makes of t
 SIZES = ("blocks", "shapes", "meshes", "factorisations", "contacts")
 FEM_SIZES = ("meshes", "factorisations")
 GOOD = ("equilibrium", "finished")
+SMALL = 1e-6  # friction that is left: less is none
 ROUNDING = 1e-8  # smaller errors are shown as '<' and this
 CHANGES = ("supports", "probes", "stress", "block_stress")  # by other contact points
 JOINT_STATES = ("closed", "middle_third", "cracked", "hinge", "open", "held")
@@ -166,13 +167,10 @@ def _joints(summary: Mapping[str, Any]) -> Rows:
                 where = told[name]["interface"]
                 yield "joints", name.replace("_", " "), f"{quantity(told[name]['value'], 'm')} in {where}"
         if edge := told.get("nearest_edge"):
-            yield (
-                "joints",
-                "nearest to an edge",
-                f"{_percent(edge['value'])} of the way in {edge['interface']}",
-            )
+            way = f"{100 * edge['value']:.0f} % of the way"
+            yield "joints", "nearest to an edge", f"{way} in {edge['interface']}"
         if left := told.get("least_margin"):
-            yield "joints", "least μ − T/N", f"{left['value']:.2g} in {left['interface']}"
+            yield "joints", "least μ − T/N", f"{_clean(left['value'])} in {left['interface']}"
 
 
 def _certificate(summary: Mapping[str, Any]) -> Rows:
@@ -404,6 +402,11 @@ def _percent(share: float) -> str:
     if 0 < abs(share) < ROUNDING:
         return f"< {100 * ROUNDING:g} %"
     return f"{'−' if share < 0 else ''}{100 * abs(share):.2g} %"
+
+
+def _clean(value: float) -> str:
+    """A number of the size of one, without its rounding."""
+    return "0" if abs(value) < SMALL else f"{value:.2g}".replace("-", "−")
 
 
 def _number(value: Any) -> str:

@@ -156,7 +156,7 @@ Each of these has its tables and figures, held by tests of its own:
 
 | what | page |
 |---|---|
-| limit analysis of arches, walls and domes against independent computations | [Limit analysis](limit_analysis.md) |
+| limit analysis of arches, walls and domes beside independent ones | [Limit analysis](limit_analysis.md) |
 | peeling cracks, bars with snap-back, cyclic shear of joints | [Joints with cohesion](joints.md) |
 | Hertz, Cattaneo and Mindlin, the patch test of oblique cuts | [How contacts are found](detection.md) |
 | estimated against true errors of stress | [How accurate it is](errors.md) |
@@ -164,7 +164,7 @@ Each of these has its tables and figures, held by tests of its own:
 | Duhamel's integral, Housner's block under pulses, spectra | [Shaking](shaking.md#known-answers) |
 | least thickness, friction and spread of arches | [Thresholds](thresholds.md) |
 | rafters, portals and rings with ties | [Ties](ties.md) |
-| real walls and bridges beside their tests | [Gallery](gallery.md), [Strength check](strength.md), [Soil and fill](fill.md) |
+| real walls and bridges beside tests | [Gallery](gallery.md), [Strength](strength.md), [Fill](fill.md) |
 """
 
 

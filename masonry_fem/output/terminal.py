@@ -29,6 +29,7 @@ ROUNDED = 1e-9  # relative errors from which it is told what rounding makes of t
 SIZES = ("blocks", "shapes", "meshes", "factorisations", "contacts")
 FEM_SIZES = ("meshes", "factorisations")
 GOOD = ("equilibrium", "finished")
+NO_WAY = 1e-12  # opening or sliding that is rounding [m]
 SMALL = 1e-6  # friction that is left: less is none
 ROUNDING = 1e-8  # smaller errors are shown as '<' and this
 CHANGES = ("supports", "probes", "stress", "block_stress")  # by other contact points
@@ -163,7 +164,7 @@ def _joints(summary: Mapping[str, Any]) -> Rows:
         slide = f"; {_count(told['slide'])} slide" if told["slide"] else ""
         yield "joints", "", states + slide
         for name in ("greatest_opening", "greatest_sliding"):
-            if told[name]["value"] > 0:
+            if told[name]["value"] > NO_WAY:
                 where = told[name]["interface"]
                 yield "joints", name.replace("_", " "), f"{quantity(told[name]['value'], 'm')} in {where}"
         if edge := told.get("nearest_edge"):

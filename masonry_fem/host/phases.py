@@ -11,7 +11,7 @@ Where nobody listens, which is the default, a phase costs a microsecond and a ca
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Protocol
@@ -73,6 +73,19 @@ def phase(what: str, total: float | None = None) -> Iterator[At]:
         yield at
     finally:
         by.end(at)
+
+
+def counted[T](what: str, items: Sequence[T]) -> Iterator[T]:
+    """The items one after another, as a phase that is done when all have been.
+
+    Parameters
+    ----------
+    what : Is done with each of them. items : Of any kind.
+    """
+    with phase(what, len(items)) as at:
+        for number, item in enumerate(items):
+            yield item
+            at(number + 1)
 
 
 def _unheard(done: float, note: str = "", total: float | None = None) -> None:

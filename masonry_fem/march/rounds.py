@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.bodies.base import FloatArray, Free, Scheme, nonlinear
-from masonry_fem.host.phases import phase
 from masonry_fem.joints.fold import Turn, solve_with_laws
 from masonry_fem.joints.state import JointState
 from masonry_fem.march.clock import Clock
@@ -201,8 +200,7 @@ class Rounds:
         guesses = tuple(
             end if group.nonlinear else None for group, end in zip(model.groups, ends, strict=True)
         )
-        with phase("factors of the stones"):
-            compliance = coupling.compliance(place.contact, scheme, guesses)
+        compliance = coupling.compliance(place.contact, scheme, guesses)
         self.clock.lap("factorise" if compliance.nnz else "step")  # rigid blocks have no compliance
         free = tuple(
             group.free(own, at, force, scheme, guess)

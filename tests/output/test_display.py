@@ -6,7 +6,7 @@ import time
 import pytest
 from rich.console import Console
 
-from masonry_fem.host.phases import heard, listener, phase
+from masonry_fem.host.phases import counted, heard, listener, phase
 from masonry_fem.output.collapse_table import Watch, halvings
 from masonry_fem.output.display import Display, shown, span
 
@@ -114,3 +114,20 @@ def test_a_search_tells_its_trials():
     assert text[1][2] == 1 + halvings(1.5, 2.0, 0.01)
     assert "stands at 1.5, falls at 2" in text[1][1]
     assert text[-1] == "end"
+
+
+def test_items_are_counted():
+    told = []
+
+    class Listener:
+        def begin(self, what, total):
+            told.append((what, total))
+            return lambda done, note="", total=None: told.append(done)
+
+        def end(self, at):
+            told.append("end")
+
+    with heard(Listener()):
+        assert list(counted("factors", ["a", "b"])) == ["a", "b"]
+    assert told == [("factors", 2), 1, 2, "end"]
+    assert list(counted("factors", ["a"])) == ["a"]

@@ -10,6 +10,11 @@ from masonry_fem.cli.console import conclude
 from masonry_fem.cli.exit_codes import COLLAPSE_CODES
 from masonry_fem.cli.grammar import Commands, Parents, read_scene, results_folder
 
+EXAMPLES = (
+    ("the ground tilts until it falls", "masonry-fem collapse demos/rubble_wall.toml --tilt x"),
+    ("a push along x", "masonry-fem collapse demos/low_wall.toml --acceleration x --tolerance 0.05"),
+)
+
 
 def collapse_scene(options: argparse.Namespace) -> int:
     """Find the collapse multiplier of a scene; the exit code says whether it was found."""
@@ -21,7 +26,7 @@ def collapse_scene(options: argparse.Namespace) -> int:
     options.out = results_folder(options)
     # before the search, so that a folder that cannot be written to is found at once
     with Folder(options.out, "collapse", title=scene.title):
-        with Watch(quiet=options.quiet) as watch:
+        with Watch(options.tolerance) as watch:
             found = collapse(
                 scene,
                 base,

@@ -10,6 +10,19 @@ from masonry_fem.cli.console import conclude
 from masonry_fem.cli.exit_codes import THRESHOLD_CODES
 from masonry_fem.cli.grammar import Commands, Parents, overrides_of
 
+EXAMPLES = (
+    (
+        "the thinnest arch that stands",
+        "masonry-fem threshold demos/arch.toml structures.arch.thickness \\\n"
+        "      --between '8 cm' '20 cm' --set fidelity=rigid",
+    ),
+    (
+        "the least friction",
+        "masonry-fem threshold demos/arch.toml joints.0.friction --between 0.1 0.6 \\\n"
+        "      --set fidelity=rigid",
+    ),
+)
+
 
 def find_threshold(options: argparse.Namespace) -> int:
     """Find the threshold of a key; the exit code says whether it was found."""
@@ -19,7 +32,7 @@ def find_threshold(options: argparse.Namespace) -> int:
 
     installation.require_python()
     options.out = options.out or Path("results") / f"{options.scene.stem}-threshold"
-    with Watch(quiet=options.quiet) as watch:
+    with Watch(options.tolerance) as watch:
         found = threshold(
             options.scene,
             options.key,

@@ -13,6 +13,7 @@ from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple, Protocol
 
+from masonry_fem.errors import MasonryError
 from masonry_fem.march.acting import acted, extents
 from masonry_fem.march.clock import Clock
 from masonry_fem.march.coupling import Coupling, connect
@@ -46,6 +47,45 @@ class Observer(Protocol):
     def record(self, model: Model, state: SystemState, report: StepReport) -> None:
         """See the state that a step reached."""
         ...
+
+
+type Seeing = Callable[[Model, SystemState, StepReport], object]
+"""An observer as a function of model, state and report; what it returns is not looked at."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Seer:
+    """An observer made of a function."""
+
+    see: Seeing
+
+    def record(self, model: Model, state: SystemState, report: StepReport) -> None:
+        self.see(model, state, report)
+
+
+def seen_by(observers: Sequence[Observer | Seeing]) -> tuple[Observer, ...]:
+    """Observers, functions among them as such.
+
+    Parameters
+    ----------
+    observers : Recorders, or functions of model, state and report.
+
+    Raises
+    ------
+    MasonryError : One is neither.
+    """
+    made: list[Observer] = []
+    for one in observers:
+        if hasattr(one, "record"):
+            made.append(one)
+        elif callable(one):
+            made.append(_Seer(one))
+        else:
+            raise MasonryError(
+                f"observers has {one!r:.60}, expected a function of model, state and report, or an object "
+                "with a method record(model, state, report)"
+            )
+    return tuple(made)
 
 
 class StepMade(NamedTuple):

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from contextlib import AbstractContextManager
+from math import ceil, log2
 from typing import TYPE_CHECKING, Any, Self
 
+from masonry_fem.host.phases import At, phase
 from masonry_fem.output.tables import columns, print_rows, print_verdict
 from masonry_fem.records.told import plain
 
@@ -15,35 +18,29 @@ STYLES = {"stands": "green", "falls": "red", "undecided": "yellow"}
 
 
 class Watch:
-    """A line on standard error with the bracket found so far, of a collapse or a threshold.
+    """Tells of the trials of a collapse or a threshold as of a phase, with the bracket found so far.
 
-        with Watch() as watch:
-            collapse(scene, tell=watch.tell)
+        with Watch(tolerance=0.01) as watch:
+            collapse(scene, tolerance=0.01, tell=watch.tell)
 
     Parameters
     ----------
-    quiet : Show nothing; so it is, too, if standard error is no terminal.
-    console : Where to write; by default standard error.
+    tolerance : Relative width of the bracket at which the search ends: tells how many trials are left.
     """
 
-    def __init__(self, *, quiet: bool = False, console: Console | None = None) -> None:
-        self._quiet, self._console, self._count = quiet, console, 0
-        self._status: Any = None
+    def __init__(self, tolerance: float) -> None:
+        self._tolerance, self._count = tolerance, 0
+        self._phase: AbstractContextManager[At] = phase("trials")
 
     def __enter__(self) -> Self:
-        """Show that the search begins."""
-        from rich.console import Console  # noqa: PLC0415  not on the path of --help
-
-        console = self._console or Console(stderr=True)
-        if not self._quiet and console.is_terminal:
-            self._status = console.status("build and first trial")
-            self._status.start()
+        """The search begins."""
+        self._at = self._phase.__enter__()
+        self._at(0, "build and first trial")
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Take the line away."""
-        if self._status is not None:
-            self._status.stop()
+        """It has ended."""
+        self._phase.__exit__(None, None, None)
 
     def tell(self, trial: Any, stands: float | None, falls: float | None) -> None:
         """A trial has ended: ``multiplier``, ``verdict``, and the bracket."""
@@ -52,11 +49,23 @@ class Watch:
     def say(self, value: float, verdict: str, stands: float | None, falls: float | None) -> None:
         """The same of any value that is tried."""
         self._count += 1
-        if self._status is not None:
-            self._status.update(
-                f"trial {self._count}: {value:.6g} {verdict}; "
-                f"stands at {_number(stands)}, falls at {_number(falls)}"
-            )
+        words = (
+            f"{self._count}: {value:.6g} {verdict}; stands at {_number(stands)}, falls at {_number(falls)}"
+        )
+        self._at(self._count, words, self._count + halvings(stands, falls, self._tolerance))
+
+
+def halvings(stands: float | None, falls: float | None, tolerance: float) -> int:
+    """How many trials narrow a bracket to its tolerance, if each of them halves it; 1 where it has no end.
+
+    Parameters
+    ----------
+    stands, falls : Its ends; None: not known. tolerance : Relative to the larger one.
+    """
+    if stands is None or falls is None:
+        return 1
+    narrow = tolerance * max(abs(stands), abs(falls))
+    return max(ceil(log2(abs(falls - stands) / narrow)), 0) if narrow > 0 and falls != stands else 0
 
 
 def print_collapse(record: Any, console: Console | None = None) -> None:

@@ -287,6 +287,14 @@ class Scene(Spec, frozen=True, kw_only=True):
     output: Output = Output()
     reading: Reading = Reading()
 
+    def _repr_html_(self) -> str:
+        """The scene as a file would have it, for notebooks."""
+        from html import escape  # noqa: PLC0415 - only notebooks need it
+
+        from masonry_fem.scene.writing import dumps  # noqa: PLC0415 - it needs this file
+
+        return f"<b>{escape(self.title)}</b><pre>{escape(dumps(self))}</pre>"
+
     @property
     def fidelities(self) -> set[str]:
         """Those that stones may have."""

@@ -245,7 +245,7 @@ def shares(flat: FloatArray, corners: NDArray[np.int64]) -> FloatArray:
 
     Returns
     -------
-    Shape (n, k), not negative; rows sum to 1. Each point is within a triangle of the fan from the first corner.
+    Shape (n, k), not negative; rows sum to 1. A point is within a triangle of the fan from the first corner.
     """
     apex, ring = flat[corners[0]], flat[corners[1:]] - flat[corners[0]]
     a, b = ring[:-1], ring[1:]

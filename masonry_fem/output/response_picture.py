@@ -21,6 +21,7 @@ GRID = "#dfe3e7"
 COLOURS = ("#0b6e99", "#d1603d", "#5f8f3e", "#7b5ea7", "#b8860b", "#3d3d3d")
 DASHES = ("--", ":", "-.")  # of accelerograms on the same axis
 SMALL = 1e-6  # of the greatest displacement: an axis with less is left out
+TIME = "time [s]"
 PANEL = (7.0, 3.4)  # [inch]
 GAP = 0.06  # between labels, of the height of a panel
 DECADES = 3.5  # of spectra that are shown
@@ -28,7 +29,7 @@ DECADES = 3.5  # of spectra that are shown
 
 def draw_response(
     path: Path, title: str, motions: Sequence[ProbeMotion], told: Sequence[ResponseTold],
-    spectra: Mapping[str, Spectrum],
+    spectra: Mapping[str, Spectrum], *, clock: str = TIME,
 ) -> Path:  # fmt: skip
     """Draw it, of the six probes that went farthest.
 
@@ -37,6 +38,7 @@ def draw_response(
     path : Of the picture. title : Of the scene.
     motions : Of the probes, one at least. told : Their peaks and residuals.
     spectra : By the names of motions, as in ``spectra.csv``; may be empty.
+    clock : What goes on from step to step, with its unit.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415 - half a second
     from matplotlib.figure import Figure  # noqa: PLC0415
@@ -49,16 +51,15 @@ def draw_response(
     FigureCanvasAgg(figure)
     panels = figure.subplots(len(axes), columns, squeeze=False)
     for line, number in zip(panels, axes, strict=True):
-        _ways(line[0], number, names[number], [motions[k] for k in kept], [told[k] for k in kept])
+        _ways(line[0], number, names[number], [motions[k] for k in kept], [told[k] for k in kept], clock)
         if spectra:
             _spectra(line[1], names[number], [motions[k].name for k in kept], spectra)
     figure.tight_layout(rect=(0, 0.38 / tall, 1, 1 - 0.82 / tall), h_pad=1.6, w_pad=2.2)
     figure.text(
         0.012, 1 - 0.26 / tall, title or "response", fontsize=14, weight="bold", color=INK, va="center"
     )
-    figure.text(
-        0.012, 1 - 0.58 / tall, _caption(len(kept), len(told), spectra), fontsize=9, color=PALE, va="center"
-    )
+    words = _caption(len(kept), len(told), spectra, clock)
+    figure.text(0.012, 1 - 0.58 / tall, words, fontsize=9, color=PALE, va="center")
     _legend(figure, [motions[k].name for k in kept], spectra)
     content = io.BytesIO()
     figure.savefig(content)
@@ -77,9 +78,11 @@ def _axes(told: Sequence[ResponseTold], spectra: Mapping[str, Spectrum]) -> list
     return found or [0]
 
 
-def _caption(shown: int, count: int, spectra: Mapping[str, Spectrum]) -> str:
+def _caption(shown: int, count: int, spectra: Mapping[str, Spectrum], clock: str) -> str:
     """What is drawn, of so many probes."""
-    words = "displacements relative to the ground; dot: peak, right: residual"
+    words = "displacements of probes; dot: greatest, right: last"
+    if clock == TIME:
+        words = "displacements relative to the ground; dot: peak, right: residual"
     if spectra:
         damping = next(iter(spectra.values())).damping
         words += f"; spectra: motion in space, damping ratio {100 * damping:.3g} %"
@@ -104,8 +107,9 @@ def _frame(panel: Any) -> None:
 
 
 def _ways(
-    panel: Any, number: int, name: str, motions: Sequence[ProbeMotion], told: Sequence[ResponseTold]
-) -> None:
+    panel: Any, number: int, name: str, motions: Sequence[ProbeMotion], told: Sequence[ResponseTold],
+    clock: str,
+) -> None:  # fmt: skip
     """Displacements along an axis."""
     factor, prefix = prefix_of(float(max(abs(one.peak[number]) for one in told)))
     for colour, motion, one in zip(COLOURS, motions, told, strict=False):
@@ -122,7 +126,7 @@ def _ways(
             textcoords="offset points", va="center", fontsize=8, color=colour,
         )  # fmt: skip
     panel.set_title(f"displacement along {name}", fontsize=11.5, color=INK, loc="left", weight="bold")
-    panel.set_xlabel("time [s]", fontsize=9.5, color=PALE)
+    panel.set_xlabel(clock, fontsize=9.5, color=PALE)
     panel.set_ylabel(f"[{prefix}m]", fontsize=9.5, color=PALE)
 
 

@@ -27,7 +27,7 @@ help:
 	@touch $@
 
 .venv/.test: pyproject.toml tools/prepare
-	@sh tools/prepare fenicsx,gmsh,pictures,test
+	@sh tools/prepare fenicsx,gmsh,pictures,movies,browser,dxf,test
 	@touch $@ .venv/.demo
 
 .venv/.docs: pyproject.toml tools/prepare

@@ -19,7 +19,7 @@ from masonry_fem.analyses.bracket import Verdict
 from masonry_fem.analyses.limit import posed
 from masonry_fem.analyses.run.reopening import begun
 from masonry_fem.analyses.trials import VERDICTS
-from masonry_fem.build import build, solver_settings
+from masonry_fem.build import build
 from masonry_fem.limit import admissible
 from masonry_fem.march.march import Observer, march
 from masonry_fem.march.mechanism import Falling
@@ -69,7 +69,7 @@ def run_once(
     scene = scene if probed else _unprobed(scene)
     built = build(scene, base)
     built, start = begun(scene, built, base)
-    settings, strategy = solver_settings(scene.solver), scene.analysis
+    settings, strategy = scene.solver.settings, scene.analysis
     watchers: list[Observer] = list(observers)
     toppling = None
     if strategy.seeks_equilibrium:  # an error of 1e-6 is more than what lies between standing and falling

@@ -24,7 +24,13 @@ from masonry_fem.errors import InstallationError
 OLDEST_PYTHON = (3, 12)
 OLDEST_DOLFINX = (0, 9)
 LIBRARIES = ("numpy", "scipy", "numba", "msgspec")
-EXTRAS = {"gmsh": ("gmsh",), "pictures": ("pyvista", "matplotlib")}  # as in pyproject.toml: what is imported
+EXTRAS = {  # as in pyproject.toml: what is imported
+    "gmsh": ("gmsh",),
+    "pictures": ("pyvista", "matplotlib"),
+    "movies": ("imageio_ffmpeg",),
+    "browser": ("trame", "trame_vtk", "trame_vuetify"),
+    "dxf": ("ezdxf",),
+}
 RENDERERS = {
     "EGL": ("libEGL.so.1", "libEGL.so"),
     "OSMesa": ("libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"),

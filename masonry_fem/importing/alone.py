@@ -14,9 +14,14 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from masonry_fem.errors import GeometryError
-from masonry_fem.importing.endings import DRAWINGS, MESHES, PROGRAMS
+from masonry_fem.importing.endings import DRAWINGS, PROGRAMS
 
-BEGINNINGS = dict.fromkeys(MESHES, b"$MeshFormat") | dict.fromkeys(DRAWINGS, b"ISO-10303-21")
+BEGINNINGS = {
+    ".msh": b"$MeshFormat",
+    ".unv": b"    -1",
+    ".med": b"\x89HDF\r\n",
+    **dict.fromkeys(DRAWINGS, b"ISO-10303-21"),
+}
 
 
 @contextmanager
@@ -62,7 +67,8 @@ def _check_beginning(path: Path, title: str, expected: bytes) -> None:
     with path.open("rb") as file:
         found = file.read(len(expected))
     if found != expected:
+        said, wanted = (one.decode(errors="replace") for one in (found, expected))
         raise GeometryError(
-            f"{title} begins with {found.decode(errors='replace')!r}, expected {expected.decode()!r} as in "
-            f"every {path.suffix} file; export it again, or give it the ending of what it is"
+            f"{title} begins with {said!r}, expected {wanted!r} as in every {path.suffix} file; export it "
+            "again, or give it the ending of what it is"
         )

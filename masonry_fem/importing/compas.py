@@ -97,7 +97,7 @@ def _blocks(record: Any) -> Iterator[_Found]:
         return
     elif _is_mesh(record):
         yield _Found("1", record)
-    elif isinstance(record.get("model"), dict) and "boundary_conditions" in record:
+    elif isinstance(record.get("model"), dict) and ("boundary_conditions" in record or "results" in record):
         yield from _blocks(_unwrapped(record["model"]))
     elif isinstance(record.get("elements"), dict | list):
         yield from _of_elements(record)

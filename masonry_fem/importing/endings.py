@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 PROGRAMS = (".geo", ".geo_unrolled")  # a language with loops, files and system calls
-MESHES, DRAWINGS = (".msh",), (".step", ".stp")
+MESHES, DRAWINGS = (".msh", ".unv", ".med"), (".step", ".stp")
 VOLUMES, SURFACES, COMPAS = (".vtu", ".vtk"), (".stl", ".obj", ".ply"), (".json",)
-SURVEYS = (".csv", ".obj")
+INPUTS = (".inp",)
+SURVEYS = (".csv", ".obj", ".dxf")

@@ -1,11 +1,11 @@
 """Mesh files: blocks that were drawn, meshed or surveyed elsewhere.
 
-In files of gmsh (``.msh``, ``.geo``, ``.step``) physical groups of volumes (of surfaces in 2D) are blocks,
-and groups of surfaces (curves) are named faces; without groups each disconnected body is a block ``b1``,
-``b2`` ... A group of several disconnected bodies gives one block each, ``name_1``, ``name_2`` ... Nodes that
-blocks share in the file are duplicated, one for each block. The joint label of a face is its name, or
-``joint`` if it has none.
-For other files see ``volumes``, ``surfaces`` and ``compas``.
+In files that gmsh reads (``.msh``, ``.unv``, ``.med``, ``.geo``, ``.step``) physical groups of volumes (of
+surfaces in 2D) are blocks, and groups of surfaces (curves) are named faces; without groups each disconnected
+body is a block ``b1``, ``b2`` ... A group of several disconnected bodies gives one block each, ``name_1``,
+``name_2`` ... Nodes that blocks share in the file are duplicated, one for each block. The joint label of a
+face is its name, or ``joint`` if it has none.
+For other files see ``volumes``, ``abaqus``, ``surfaces`` and ``compas``.
 """
 
 from __future__ import annotations
@@ -20,9 +20,10 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
 from masonry_fem.errors import GeometryError
+from masonry_fem.importing.abaqus import read_abaqus
 from masonry_fem.importing.alone import alone
 from masonry_fem.importing.compas import read_compas
-from masonry_fem.importing.endings import COMPAS, DRAWINGS, MESHES, PROGRAMS, SURFACES, VOLUMES
+from masonry_fem.importing.endings import COMPAS, DRAWINGS, INPUTS, MESHES, PROGRAMS, SURFACES, VOLUMES
 from masonry_fem.importing.naming import UNSELECTABLE, Names, tell_renamed, unlike
 from masonry_fem.importing.outline import outline
 from masonry_fem.importing.skin import Skin, once, shape_of
@@ -81,6 +82,8 @@ def read(spec: FileStructure, dimension: int, base: Path, settings: MeshSettings
         made = _meshed(spec, path, dimension, settings, title)
     elif kind in VOLUMES:
         made = _volumes(spec, path, dimension, title)
+    elif kind in INPUTS:
+        made = _inputs(spec, path, dimension, title)
     elif kind in SURFACES + COMPAS:
         if dimension == 2:
             raise GeometryError(
@@ -88,7 +91,7 @@ def read(spec: FileStructure, dimension: int, base: Path, settings: MeshSettings
             )
         made = _skins(spec, (read_compas if kind in COMPAS else read_surfaces)(path, title), title)
     else:
-        known = ", ".join(MESHES + GEOMETRIES + VOLUMES + SURFACES + COMPAS)
+        known = ", ".join(MESHES + GEOMETRIES + VOLUMES + INPUTS + SURFACES + COMPAS)
         raise GeometryError(f"{key} is '{spec.path}', expected a file ending in one of {known}; convert it")
     _check_supports(spec, [shape.name.removeprefix(f"{spec.name}.") for shape, _ in made])
     blocks = tuple(
@@ -125,6 +128,21 @@ def _volumes(spec: FileStructure, path: Path, dimension: int, title: str) -> lis
         bodies = [_Body(f"b{number}", body.elements) for number, body in enumerate(bodies, start=1)]
     tags = np.arange(len(points))
     shapes = [_shape(spec, body, tags, points, {}) for body in bodies]
+    return [(shape, _is_support(spec, body.name)) for shape, body in zip(shapes, bodies, strict=True)]
+
+
+def _inputs(spec: FileStructure, path: Path, dimension: int, title: str) -> list[tuple[Shape, bool]]:
+    """Blocks of an input file of Abaqus or CalculiX."""
+    found = read_abaqus(path, dimension, title)
+    points = _placed(spec, found.points, dimension, title)
+    bodies = [
+        body
+        for name, elements in found.parts
+        for body in (_split(name, "_", elements) if name else _split("b", "", elements, always=True))
+    ]
+    tags = np.arange(len(points))
+    bodies = _distinct(bodies, title)
+    shapes = [_shape(spec, body, tags, points, found.named) for body in bodies]
     return [(shape, _is_support(spec, body.name)) for shape, body in zip(shapes, bodies, strict=True)]
 
 
@@ -216,7 +234,9 @@ def _group_names(gmsh: Any, dimension: int, title: str) -> dict[int, str]:
     """Name of each physical group by its tag, one that selectors can use."""
     names = Names(UNSELECTABLE)
     tags = [int(tag) for _, tag in gmsh.model.getPhysicalGroups(dimension)]
-    made = {tag: names.of(gmsh.model.getPhysicalName(dimension, tag)) or f"group{tag}" for tag in tags}
+    made = {
+        tag: names.of(gmsh.model.getPhysicalName(dimension, tag).rstrip()) or f"group{tag}" for tag in tags
+    }
     tell_renamed(title, names.changed)
     return made
 

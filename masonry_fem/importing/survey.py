@@ -61,7 +61,7 @@ def read(spec: SurveyStructure, dimension: int, base: Path) -> Assembly:
             f"{key}: there is no file '{path}'; correct the path (it is relative to the scene)"
         )
     title = f"{key} '{spec.path}'"
-    stones = [Measured(one.name, spec.scale * one.corners) for one in read_survey(path, title)]
+    stones = [Measured(one.name, spec.scale * one.corners) for one in read_survey(path, title, spec.scale)]
     check_points(np.concatenate([stone.corners for stone in stones]), title)
     plane, outlines = _laid(stones, spec, title)
     names = [stone.name for stone in stones]

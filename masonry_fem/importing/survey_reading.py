@@ -1,4 +1,4 @@
-"""Survey reading: the measured polygons of stones from ``.csv`` and ``.obj`` files.
+"""Survey reading: the measured polygons of stones from ``.csv``, ``.obj`` and ``.dxf`` files.
 
 CSV: a line of column names, then one line per corner; the corners of a stone are numbered in order around its
 face. Columns are separated by commas, semicolons or tabs, and ``#`` begins a comment:
@@ -6,7 +6,7 @@ face. Columns are separated by commas, semicolons or tabs, and ``#`` begins a co
     stone,vertex,x,y,z
     c01s01,1,0.000,0.001,0.002
 
-OBJ: each object ``o`` (or group ``g``) is a stone and has one face.
+OBJ: each object ``o`` (or group ``g``) is a stone and has one face. DXF: each closed polyline (``dxf``).
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from masonry_fem.errors import GeometryError
+from masonry_fem.importing.dxf import read_dxf
 from masonry_fem.importing.naming import UNSPACED, Names, tell_renamed, unlike
 from masonry_fem.importing.surfaces import faces_of_obj
 from masonry_fem.solid.pose import FloatArray
@@ -42,20 +43,25 @@ class Measured:
     corners: FloatArray
 
 
-def read_survey(path: Path, title: str) -> list[Measured]:
+def read_survey(path: Path, title: str, scale: float = 1.0) -> list[Measured]:
     """The stones of a survey, in the order of the file.
 
     Parameters
     ----------
-    path : A CSV or OBJ file.
+    path : A CSV, OBJ or DXF file.
     title : Name of the file in messages.
+    scale : From its unit to the metre, as the scene says; corners are returned in its unit.
 
     Raises
     ------
     GeometryError : Another format, lines that cannot be read, stones of fewer than 3 corners, repeated
         corners.
     """
-    stones = _csv(path, title) if path.suffix.lower() == ".csv" else _obj(path, title)
+    kind = path.suffix.lower()
+    if kind == ".dxf":
+        stones = [Measured(name, corners) for name, corners in read_dxf(path, title, scale)]
+    else:
+        stones = _csv(path, title) if kind == ".csv" else _obj(path, title)
     if not stones:
         raise GeometryError(f"{title} holds no stone, expected measured faces; export the survey again")
     for stone in stones:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.output import fields
+from masonry_fem.output.depth import by_depth, faded
 from masonry_fem.output.render import Stage
 from masonry_fem.output.sheet import round_down
 
@@ -50,7 +51,7 @@ def interface_resultants(contacts: Any) -> tuple[FloatArray, FloatArray]:
 
 
 def add_arrows(stage: Stage, points: FloatArray, vectors: FloatArray, colour: str, *, fine: bool) -> None:
-    """Draw arrows.
+    """Draw arrows; many in space are paler the farther they are (``depth``).
 
     Parameters
     ----------
@@ -72,9 +73,11 @@ def add_arrows(stage: Stage, points: FloatArray, vectors: FloatArray, colour: st
         tip_resolution=corners,
         shaft_resolution=corners,
     )
-    cloud = pv.PolyData(points)
-    cloud["_force"] = vectors
-    stage.solid(cloud.glyph(orient="_force", scale="_force", factor=1.0, geom=arrow), colour)
+    for own, strength in by_depth(stage.view, points):
+        cloud = pv.PolyData(points[own])
+        cloud["_force"] = vectors[own]
+        glyphs = cloud.glyph(orient="_force", scale="_force", factor=1.0, geom=arrow)
+        stage.solid(glyphs, faded(colour, strength))
 
 
 def legend_sample(top: float, pixels: float) -> tuple[float, float]:

@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
+from masonry_fem.host.phases import phase
 from masonry_fem.march.state import BONDED, OPEN, SLIP, STICK
 from masonry_fem.output import fields
 from masonry_fem.output.arrows import add_arrows, interface_resultants, legend_sample, reactions
@@ -26,6 +26,7 @@ from masonry_fem.output.error_picture import draw_error
 from masonry_fem.output.joint_map import draw_opening, draw_sliding
 from masonry_fem.output.material_picture import draw_measure, measures_of
 from masonry_fem.output.overview import draw_overview
+from masonry_fem.output.principal_picture import COMPRESSION, draw_principal
 from masonry_fem.output.render import Stage, View
 from masonry_fem.output.scenery import DeformedShape, Scenery
 from masonry_fem.output.sheet import (
@@ -45,7 +46,6 @@ from masonry_fem.output.utilisation_picture import draw_utilisation
 
 FloatArray = NDArray[np.float64]
 
-COMPRESSION, TENSION = "#1f5fa8", "#c8352b"
 STATUS_COLOURS = {OPEN: "#9aa2ab", STICK: "#1b7f5c", SLIP: "#e07b1a", BONDED: "#7a4fa3"}
 STATUS_WORDS = {OPEN: "open", STICK: "stick", SLIP: "slip", BONDED: "bonded"}
 DISPLACEMENT_COLOURS = "YlGnBu"
@@ -70,8 +70,18 @@ def draw_all(
     Paths of the pictures.
     """
     folder = Path(directory)
-    drawn = _drawers(scenery, amplification)
-    return [draw(folder / f"{name}.png") for name, draw in drawn if only is None or _kind(name) in only]
+    drawn = [one for one in _drawers(scenery, amplification) if only is None or _kind(one[0]) in only]
+    paths = []
+    with phase("pictures", len(drawn)) as at:
+        for number, (name, draw) in enumerate(drawn):
+            at(number, name)
+            paths.append(draw(folder / f"{name}.png"))
+    return paths
+
+
+def drawable(scenery: Scenery) -> list[str]:
+    """Names of the pictures that the scenery has data for, as in ``output.pictures`` of a scene."""
+    return list(dict.fromkeys(_kind(name) for name, _ in _drawers(scenery, None)))
 
 
 def _kind(name: str) -> str:
@@ -152,46 +162,6 @@ def draw_von_mises(scenery: Scenery, path: Path, amplification: float | None = N
     stage.surface(shape.deformed(), scalars="_mises", **options)
     stage.lines(shape.deformed_elements(), LINE, 0.9, opacity=0.45)
     stage.lines(shape.deformed_outline(), LINE, 1.6)
-    return sheet.save(path, stage)
-
-
-def draw_principal(scenery: Scenery, path: Path) -> Path:
-    """Principal stresses of the blocks' mean stress, as crosses at their centres."""
-    import pyvista as pv  # noqa: PLC0415
-
-    blocks = scenery.blocks.copy()
-    blocks.points = blocks.points + blocks.point_data[fields.DISPLACEMENT]
-    centres, stress = _block_means(blocks)
-    arrays = fields.stress_arrays(stress)
-    values = np.asarray(arrays[fields.PRINCIPAL], float)
-    directions = np.stack([np.asarray(arrays[name], float) for name in fields.DIRECTIONS], axis=1)
-    if scenery.dimension == 2:
-        values = np.where(np.abs(directions[:, :, 2]) > 0.9, 0.0, values)
-    top = float(np.abs(values).max()) or 1.0
-    arm_length = 0.45 * _spacing(centres, scenery.length)
-    half = arm_length * (values / top)[..., None] * directions
-    sheet = Sheet(
-        title_of(scenery.title, "principal stresses"),
-        f"Mean stress of each block, from {quantity(float(values.min()), 'Pa')} to "
-        f"{quantity(float(values.max()), 'Pa')} (tension positive)",
-    )
-    shape = DeformedShape(scenery, 1.0)
-    stage = Stage(View.of(shape.deformed().points, scenery.dimension), sheet.image_width, scenery.length)
-    draw_pale(stage, shape.deformed(), shape.deformed_outline())
-    radius = max(0.035 * arm_length, 1.3 / stage.scale)
-    for rank, colour, mask in ((3, COMPRESSION, values < 0), (5, TENSION, values > 0)):
-        where, which = np.nonzero(mask)
-        middle, arm = centres[where], half[where, which]
-        bars = pv.PolyData(np.concatenate([middle - arm, middle + arm]))
-        pairs = np.arange(len(where))
-        bars.lines = np.column_stack([np.full_like(pairs, 2), pairs, pairs + len(pairs)]).ravel()
-        if len(where):
-            stage.solid(bars.tube(radius=radius, n_sides=12 if len(where) < 500 else 5), colour, rank=rank)
-    sample, pixels = legend_sample(top, 2 * arm_length * stage.scale)
-    if (values < 0).any():
-        sheet.keys.append(Key(f"compression, {quantity(sample, 'Pa')}", COMPRESSION, "bar", pixels))
-    if (values > 0).any():
-        sheet.keys.append(Key(f"tension, {quantity(sample, 'Pa')}", TENSION, "bar", pixels))
     return sheet.save(path, stage)
 
 
@@ -283,31 +253,6 @@ def _draw_arrows(
     sample, pixels = legend_sample(top, longest * scenery.length * stage.scale)
     sheet.keys += [Key(quantity(sample, scenery.force_unit), parts[0][0], "arrow", pixels), *keys]
     return sheet.save(path, stage)
-
-
-def _block_means(blocks: Any) -> tuple[FloatArray, FloatArray]:
-    """Centre and volume mean of the stress of each block that has one, shapes (b, 3), (b, 6)."""
-    sizes = blocks.compute_cell_sizes(length=False, area=True, volume=True)
-    volume = np.abs(sizes.cell_data["Volume"]) + np.abs(sizes.cell_data["Area"])
-    stress = np.asarray(blocks.cell_data[fields.STRESS], float)
-    known = ~np.isnan(stress[:, 0])
-    volume, stress = volume[known], stress[known]
-    centres = np.asarray(blocks.cell_centers().points, float)[known]
-    _, where = np.unique(np.asarray(blocks.cell_data[fields.BLOCK])[known], return_inverse=True)
-    total = np.bincount(where, volume)[:, None]
-
-    def mean(values: FloatArray) -> FloatArray:
-        return np.stack([np.bincount(where, volume * v) for v in values.T], axis=1) / total
-
-    return mean(centres), mean(stress)
-
-
-def _spacing(centres: FloatArray, length: float) -> float:
-    """Usual distance from a block's centre to the nearest other one: crosses that long stay apart."""
-    if len(centres) < 2:
-        return length
-    distance, _ = cKDTree(centres).query(centres, k=2)
-    return float(np.median(distance[:, 1]))
 
 
 def _top(force: FloatArray) -> float:

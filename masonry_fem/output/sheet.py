@@ -89,6 +89,13 @@ class Sheet:
 
     def save(self, path: Path, stage: Stage) -> Path:
         """Draw the stage, set the page and write the PNG."""
+        content = io.BytesIO()
+        self.page(stage).save(content, "png", dpi=(100, 100), compress_level=PACKED)
+        write_atomic(path, content.getvalue())
+        return path
+
+    def page(self, stage: Stage) -> Any:
+        """The page with the drawn stage, as a Pillow image; the stage is empty afterwards."""
         from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415  half a second
         from matplotlib.figure import Figure  # noqa: PLC0415
         from PIL import Image  # noqa: PLC0415
@@ -108,10 +115,7 @@ class Sheet:
         canvas.draw()
         whole = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
         whole.paste(Image.fromarray(stage.image()), (SIDE, TOP))
-        content = io.BytesIO()
-        whole.save(content, "png", dpi=(100, 100), compress_level=PACKED)
-        write_atomic(path, content.getvalue())
-        return path
+        return whole
 
 
 class _Pen:

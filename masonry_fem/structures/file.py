@@ -8,7 +8,7 @@ from typing import Self
 
 from msgspec.structs import replace
 
-from masonry_fem.importing.endings import COMPAS, DRAWINGS, MESHES, PROGRAMS, SURFACES, VOLUMES
+from masonry_fem.importing.endings import COMPAS, DRAWINGS, INPUTS, MESHES, PROGRAMS, SURFACES, VOLUMES
 from masonry_fem.records.mesh_settings import MeshSettings
 from masonry_fem.records.record import FilePath, Positive
 from masonry_fem.records.structure import ProblemFile, Structure
@@ -18,11 +18,12 @@ from masonry_fem.solid.assembly import Assembly
 class FileStructure(Structure, frozen=True, kw_only=True, tag="file"):
     """Blocks read from a file; its ending tells the format ([import](import.md)).
 
-    ``.msh``, ``.step``, ``.geo``: groups of volumes are blocks, groups of surfaces name faces. ``.vtu``,
-    ``.vtk``: elements, with a cell ``field`` that has the number of each cell's block (by default ``block``);
-    without it each connected part is a block. ``.stl``, ``.obj``, ``.ply``: closed surfaces; each solid,
-    object, group or connected part is a block. ``.json``: assemblies, models and meshes of COMPAS, with the
-    supports that they mark.
+    ``.msh``, ``.unv``, ``.med``, ``.step``, ``.geo``: groups of volumes are blocks, groups of surfaces name
+    faces. ``.inp`` of Abaqus and CalculiX: sets of elements are blocks, surfaces of elements name faces.
+    ``.vtu``, ``.vtk``: elements, with a cell ``field`` that has the number of each cell's block (by default
+    ``block``); without it each connected part is a block. ``.stl``, ``.obj``, ``.ply``: closed surfaces; each
+    solid, object, group or connected part is a block. ``.json``: assemblies, models and meshes of COMPAS,
+    with the supports that they mark.
 
     Supports, friction and loads of a ``Problem`` of compas_dem are used, too, unless ``conditions`` is false;
     what the scene itself says has precedence.
@@ -32,8 +33,8 @@ class FileStructure(Structure, frozen=True, kw_only=True, tag="file"):
 
     Attributes
     ----------
-    path : ``.msh`` (2.2, 4.1), ``.step``, ``.geo``, ``.vtu``, ``.vtk``, ``.stl``, ``.obj``, ``.ply`` or
-        COMPAS ``.json``, relative to the scene file
+    path : ``.msh`` (2.2, 4.1), ``.unv``, ``.med``, ``.step``, ``.geo``, ``.inp``, ``.vtu``, ``.vtk``,
+        ``.stl``, ``.obj``, ``.ply`` or COMPAS ``.json``, relative to the scene file
     trusted : run the file if it is a program (``.geo``): you have read it
     scale : factor from the file's unit of length to the metre
     field : cell field of a ``.vtu`` or ``.vtk`` file with the number of the block of each cell
@@ -48,7 +49,7 @@ class FileStructure(Structure, frozen=True, kw_only=True, tag="file"):
     path = "keystone_arch.msh"
     """
 
-    endings = (*MESHES, *PROGRAMS, *DRAWINGS, *VOLUMES, *SURFACES, *COMPAS)
+    endings = (*MESHES, *PROGRAMS, *DRAWINGS, *VOLUMES, *INPUTS, *SURFACES, *COMPAS)
 
     path: FilePath
     trusted: bool = False

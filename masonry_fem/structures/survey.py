@@ -15,14 +15,15 @@ from masonry_fem.solid.assembly import Assembly
 class SurveyStructure(Structure, frozen=True, kw_only=True, tag="survey"):
     """Wall of stones whose visible faces were measured; each is extruded to the wall's depth.
 
-    The file is a ``.csv`` with the columns ``stone, vertex, x, y, z``, or an ``.obj`` with one polygon per
-    object. The wall's plane is fitted. Sides of neighbours within ``tolerance`` are moved to one line, so
-    that stones touch without gap or overlap; wider gaps stay open. A message reports how far corners were
-    moved. In 2D the polygons themselves are the stones. See [import](import.md#surveys).
+    The file is a ``.csv`` with the columns ``stone, vertex, x, y, z``, an ``.obj`` with one polygon per
+    object, or a ``.dxf`` with a closed polyline around each stone. The wall's plane is fitted. Sides of
+    neighbours within ``tolerance`` are moved to one line, so that stones touch without gap or overlap;
+    wider gaps stay open. A message reports how far corners were moved. In 2D the polygons themselves are
+    the stones. See [import](import.md#surveys).
 
     Attributes
     ----------
-    path : ``.csv`` or ``.obj``, relative to the scene file
+    path : ``.csv``, ``.obj`` or ``.dxf``, relative to the scene file
     depth : length of the stones behind the wall's plane; not used in 2D
     tolerance : gaps and overlaps of joints up to this are closed
     scale : factor from the file's unit of length to the metre

@@ -127,3 +127,19 @@ def test_the_picture_is_drawn_where_it_is_asked_for(made, pictures, drawn):
         for colour in (0x0B6E99, 0x1D2126):  # the probe that went farthest, the accelerogram
             parts = np.array([colour >> 16, colour >> 8 & 255, colour & 255])
             assert (np.abs(255 * pixels[:, :, :3] - parts).max(axis=2) < 2).sum() > 100
+
+
+@pytest.mark.parametrize(
+    ("steps", "pictures", "drawn"),
+    [(3, '["response"]', True), (2, '["response"]', False), (3, '["thrust"]', False)],
+)
+def test_statics_draws_where_probes_went_from_step_to_step(made, steps, pictures, drawn):
+    result = made("inertia", **{
+        'kind = \"dynamics\", step = 0.002, duration = 0.6, theta = 0.5':
+            f'kind = \"statics\", load_steps = {steps}',
+        'loads.accelerograms = [{ y = "record.csv", acts = "inertia" }]': "loads.gravity = [0, -9.81]",
+        "pictures = false": f"pictures = {pictures}",
+    })  # fmt: skip
+    path = result.files[0].parent / "response.png"
+    assert path.exists() == drawn
+    assert (path in result.files) == drawn

@@ -178,7 +178,7 @@ def test_errors_say_what_to_do(tmp_path: Path) -> None:
         reading(tmp_path / "missing.msh")
     strange = tmp_path / "a.dwg"
     strange.write_text("solid\n")
-    with pytest.raises(GeometryError, match=r"\.msh, \.geo"):
+    with pytest.raises(GeometryError, match=r"\.msh, \.unv, \.med, \.geo"):
         reading(strange)
     broken = tmp_path / "broken.msh"
     broken.write_text("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\nnonsense\n")

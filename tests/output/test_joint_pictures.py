@@ -12,7 +12,17 @@ import pytest
 from masonry_fem.analyses.run import RunResult, run
 from masonry_fem.build import build
 from masonry_fem.errors import SceneError
-from masonry_fem.output import cut, fields, interface_fields, joint_map, picture, render, sheet, thrust
+from masonry_fem.output import (
+    cut,
+    fields,
+    interface_fields,
+    joint_map,
+    picture,
+    principal_picture,
+    render,
+    sheet,
+    thrust,
+)
 from masonry_fem.output.asked.pictures import Pictures, recorder
 from masonry_fem.output.cut import Plane, area_of, section_of
 from masonry_fem.output.recorder import Request
@@ -301,7 +311,7 @@ def test_an_axis_that_points_at_the_eye_is_left_out(tmp_path):
     view = View.along(points, np.array([0.0, -1.0, 0.0]), np.array([0.0, 0.0, 1.0]))
     np.testing.assert_allclose(view.axes, [[1, 0, 0], [0, 0, 1], [0, -1, 0]], atol=1e-12)
     stage = Stage(view, 600)
-    stage.surface(pv.Box((0, 1, 0, 1, 0, 1)), color=picture.COMPRESSION)
+    stage.surface(pv.Box((0, 1, 0, 1, 0, 1)), color=principal_picture.COMPRESSION)
     page = sheet.Sheet("Title", "Caption")
     page.bar = sheet.ColourBar("three\nlines\nof words", "viridis", (0.0, 1.0), over=True)
     assert_whole(page.save(tmp_path / "page.png", stage))
@@ -327,12 +337,12 @@ def test_letters_of_the_axes_keep_clear_of_each_other_and_of_arrows(seed):
 def test_pictures_have_the_same_bits_whatever_was_drawn_before(tmp_path):
     def draw(name: str) -> bytes:
         stage = Stage(View.of(np.array([[0.0, 0, 0], [1, 1, 1]]), 3), 500)
-        stage.surface(pv.Box((0, 1, 0, 1, 0, 1)), color=picture.COMPRESSION, opacity=0.3)
+        stage.surface(pv.Box((0, 1, 0, 1, 0, 1)), color=principal_picture.COMPRESSION, opacity=0.3)
         return sheet.Sheet("Title", "Caption").save(tmp_path / name, stage).read_bytes()
 
     first = draw("first.png")
     other = Stage(View.of(np.array([[0.0, 0, 0], [3, 1, 0]]), 2), 900)
-    other.surface(pv.Box((0, 3, 0, 1, 0, 0)), color=picture.TENSION)
+    other.surface(pv.Box((0, 3, 0, 1, 0, 0)), color=principal_picture.TENSION)
     other.image()
     Stage(View.of(np.array([[0.0, 0, 0], [3, 1, 0]]), 2), 900).surface(pv.Sphere())  # given up half-drawn
     assert draw("second.png") == first

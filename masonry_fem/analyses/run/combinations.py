@@ -10,8 +10,6 @@ goes on with those that have not.
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -25,7 +23,7 @@ from msgspec import structs
 from masonry_fem.analyses.run.stages import GOOD
 from masonry_fem.build import Built, build
 from masonry_fem.build.strengths import strengths_of
-from masonry_fem.host.atomic import write_atomic
+from masonry_fem.host.atomic import write_table
 from masonry_fem.output.checkpoint import CHECKPOINT, Checkpoint, read_checkpoint, write_checkpoint
 from masonry_fem.output.folder import Folder, refuse_busy, telling_end
 from masonry_fem.records.remark import gathered
@@ -170,13 +168,8 @@ def _effects(scene: specs.Scene, name: str, result: RunResult) -> Effects:
 
 def _table(path: Path, found: Envelope | None) -> Path:
     """Write the envelope, one line for each extreme."""
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(["of", "name", "quantity", "value", "combination"])
-    if found is not None:
-        table.writerows(_lines(found))
-    write_atomic(path, text.getvalue().encode())
-    return path
+    titles = ("of", "name", "quantity", "value", "combination")
+    return write_table(path, titles, () if found is None else _lines(found))
 
 
 def _lines(found: Envelope) -> Iterator[tuple[Any, ...]]:

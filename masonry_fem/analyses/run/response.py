@@ -9,54 +9,80 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from masonry_fem.analyses.run.result import RunResult
+from masonry_fem.march.equilibrium.statics import Statics
 from masonry_fem.output.history import AXES
 from masonry_fem.output.render import can_render
 from masonry_fem.output.response import (
     ProbeMotion,
+    SpectraTold,
     read_motions,
     response_of,
     write_response,
     write_spectra,
 )
-from masonry_fem.results.response import ResponseTold, SpectraTold
 from masonry_fem.scene import specs
 
 if TYPE_CHECKING:
     from masonry_fem.march.shaking import Shaking
     from masonry_fem.output.spectrum import Spectrum
 
+FEW = 3  # steps: fewer make no line
+
 
 def responded(
     scene: specs.Scene, out: Path, result: RunResult, *, draws: bool = True
 ) -> tuple[RunResult, list[Path]]:
-    """A result with the response of its probes, and the files of it; statics has none.
+    """A result with the response of its probes, and the files of it; in statics a picture of where they went.
 
     Parameters
     ----------
     scene : What was solved. out : Results folder, with the whole history. result : What its march tells.
     draws : Whether pictures that the scene asks for are drawn.
     """
-    if not scene.analysis.inertia or not result.summary.steps:
+    if not result.summary.steps:
         return result, []
-    ground, files = result.built.model.ground, []
-    names = [probe.name for probe in scene.probes]
-    motions = read_motions(out / "history.csv", names, scene.dimension, ground) if names else []
-    told, spectra = [], {}
-    if motions:
-        told = [response_of(one) for one in motions]
-        result = result.telling(response={one.name: ResponseTold.of(one) for one in told})
+    asked = scene.output.pictures
+    draws = draws and (asked if isinstance(asked, bool) else "response" in asked)
+    if not scene.analysis.inertia:
+        return result, _path_in_statics(scene, out, result) if draws else []
+    motions, spectra = _motions(scene, out, result), {}
+    told = {one.name: response_of(one) for one in motions}
+    files = []
+    if told:
+        result = result.telling(response=told)
         files.append(write_response(out / "response.csv", told))
-    if ground is not None:
+    if (ground := result.built.model.ground) is not None:
         spectra = _spectra(scene, ground, motions)
         result = result.telling(spectra=SpectraTold.of(spectra))
         files.append(write_spectra(out / "spectra.csv", spectra))
-    asked = scene.output.pictures
-    wanted = asked if isinstance(asked, bool) else "response" in asked
-    if told and draws and wanted and can_render():
+    if told and draws and can_render():
         from masonry_fem.output.response_picture import draw_response  # noqa: PLC0415 - matplotlib
 
-        files.append(draw_response(out / "response.png", scene.title, motions, told, spectra))
+        path = out / "response.png"
+        files.append(draw_response(path, scene.title, motions, list(told.values()), spectra))
     return result, files
+
+
+def _motions(scene: specs.Scene, out: Path, result: RunResult) -> list[ProbeMotion]:
+    """How the probes went, by the history of the run."""
+    names = [probe.name for probe in scene.probes]
+    if not names:
+        return []
+    return read_motions(out / "history.csv", names, scene.dimension, result.built.model.ground)
+
+
+def _path_in_statics(scene: specs.Scene, out: Path, result: RunResult) -> list[Path]:
+    """Where probes went from load step to load step, from three steps on."""
+    if result.summary.steps < FEW or not can_render():
+        return []
+    from masonry_fem.output.response_picture import draw_response  # noqa: PLC0415 - matplotlib
+
+    motions = _motions(scene, out, result)
+    if not motions:
+        return []
+    told = [response_of(one) for one in motions]
+    clock = "load factor" if isinstance(scene.analysis, Statics) else "time of the march"
+    return [draw_response(out / "response.png", scene.title, motions, told, {}, clock=clock)]
 
 
 def _spectra(scene: specs.Scene, ground: Shaking, motions: Sequence[ProbeMotion]) -> dict[str, Spectrum]:

@@ -91,17 +91,25 @@
   const radius = Math.hypot(...model.span.map((s, i) => (flat && i === 2 ? 0 : s))) / 2;
   const eye = { angle: 0, tilt: 0, zoom: 1, x: 0, y: 0 };
   let chosen = -1;
-  const reset = () => Object.assign(eye, flat ? { angle: 0, tilt: 0 } : { angle: 0.55, tilt: 0.42 }, { zoom: 1, x: 0, y: 0 });
-  reset();
   const turned = () => {
     const [c, s, ct, st] = [Math.cos(eye.angle), Math.sin(eye.angle), Math.cos(eye.tilt), Math.sin(eye.tilt)];
     // columns: where the world's axes go; z is up in space, y in the plane
     return flat ? [c, s * st, s * ct, 0, ct, -st, -s, c * st, c * ct]
       : [c, -s * st, s * ct, s, c * st, -c * ct, 0, ct, st];
   };
+  // half the extent of the box about the model as it is seen at first: the picture is filled, and turning does not change the scale
+  const extent = () => {
+    const t = turned();
+    return [0, 1].map((row) => model.span.reduce((sum, s, i) => sum + Math.abs(t[3 * i + row]) * (flat && i === 2 ? 0 : s) / 2, 0));
+  };
+  const reset = () => {
+    Object.assign(eye, flat ? { angle: 0, tilt: 0 } : { angle: 0.55, tilt: 0.42 }, { zoom: 1, x: 0, y: 0 });
+    eye.fit = extent();
+  };
+  reset();
   const reach = () => {
     const wide = canvas.clientWidth / canvas.clientHeight;
-    const tall = 0.85 * radius / eye.zoom / Math.min(1, wide);
+    const tall = 1.12 * Math.max(eye.fit[1], eye.fit[0] / wide) / eye.zoom;
     return [tall * wide, tall];
   };
   const prefix = (value, unit) => {

@@ -1,0 +1,33 @@
+"""Command ``export``: write the results in a folder as files for other programs."""
+# ruff: noqa: PLC0415
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from masonry_fem.cli.console import print_files
+from masonry_fem.cli.grammar import Commands, Parents
+
+
+def export_results(options: argparse.Namespace) -> int:
+    """Write a file for each name that is given."""
+    from masonry_fem.output.exporting import export
+
+    for path in options.files:
+        print_files(export(options.folder, path, options.step))
+    return 0
+
+
+def add(commands: Commands, parents: Parents) -> None:
+    """What can be written after the command."""
+    own = commands.add_parser(
+        "export", parents=[parents.common], help="write the results in a folder for other programs"
+    )
+    own.add_argument("folder", type=Path, metavar="DIR", help="results folder of a run")
+    own.add_argument(
+        "files", type=Path, nargs="+", metavar="FILE",
+        help=".json (COMPAS, with contact forces), .xdmf (all steps), .csv (a line a block), .glb (glTF)",
+    )  # fmt: skip
+    own.add_argument("--step", type=int, help="recorded step, counted from 1; default: the last")
+    own.set_defaults(command=export_results)

@@ -25,12 +25,14 @@ SHOWN = 3  # pairs that are named
 
 
 def tell_overhang(model: Model, made: Increment) -> None:
-    """Say which blocks bear past the end of a face.
+    """Say which blocks bear past the end of a face where statics ends; what falls touches only in passing.
 
     Parameters
     ----------
     model : The structure. made : The last step.
     """
+    if made.scheme.inertia:
+        return
     pairs, far = past_ends(model, made)
     if not len(pairs):
         return

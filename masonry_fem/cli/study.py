@@ -35,6 +35,7 @@ def study_scene(options: argparse.Namespace) -> int:
             overrides=overrides_of(options),
             reference=options.reference,
             quantities=options.quantity,
+            peaks=options.peak,
             accuracy=share(options.accuracy, "--accuracy"),
             workers=options.workers,
             time_limit=options.time_limit,
@@ -75,6 +76,10 @@ def add(commands: Commands, parents: Parents) -> None:
     own.add_argument(
         "--quantity", action="append", default=[], metavar="NAME",
         help="what to compare: thrust, probes.crown.z, stress.p95 ... (default: everything)",
+    )  # fmt: skip
+    own.add_argument(
+        "--peak", action="append", default=[], metavar="NAME",
+        help="record and compare the greatest size over the steps of supports.NAME.x, probes.NAME, time ...",
     )  # fmt: skip
     own.add_argument("--accuracy", default="1%", metavar="A", help="error that is asked for (1%%)")
     own.add_argument("--workers", type=int, metavar="N", help="cells at a time (as cores and memory allow)")

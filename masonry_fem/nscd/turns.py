@@ -55,8 +55,8 @@ WEAK = 0.97
 # Error below which patience costs more than it brings on many contacts: 240 steps bring a wall that slides
 # from 5.5e-9 to 3.5e-10.
 NEAR = 1e-8
-# Error of an interior point's state that leads Newton's method on: the last steps to it are few, and from 1e-3
-# a wall with one loaded brick takes forty without an end.
+# Error of an interior point's state that leads Newton's method on: the last steps to it are few, and from
+# 1e-3 a wall with one loaded brick takes forty without an end.
 LEADING = 1e-5
 # Newton steps that polish: what takes more seldom ends.
 POLISH = 25

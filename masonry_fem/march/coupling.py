@@ -133,16 +133,21 @@ class Coupling:
             for sides, group, own in zip(self.sides, self.model.groups, turns, strict=True)
         )
         here = contacts.points[:, 0] if self.model.fixed else points
-        arms = np.stack([here, here], axis=1)
-        # not ``apart``: of contacts that are found on the way that is how far their blocks have gone
+        arms = self._arms(here, frame)
+        if tied is not None:
+            arms[tied, 1] = contacts.points[tied, 1] + moved[tied, 1]
+        return Placement(frame, here, arms, gap, offset, seen)
+
+    def _arms(self, here: FloatArray, frame: FloatArray) -> FloatArray:
+        """Where contacts between faces act on either block, shape (c, 2, d) [m]."""
+        contacts, arms = self.model.contacts, np.stack([here, here], axis=1)
+        # of contacts that are found on the way the distance of their points is how far blocks have gone
         misfit = contacts.gap + (0.0 if contacts.bulge is None else contacts.bulge)
         for sides, group in zip(self.sides, self.model.groups, strict=True):
             if group.deforms:
                 second = sides.contact[sides.side == 1]
                 arms[second, 1] -= misfit[second, None] * frame[second, 0]
-        if tied is not None:
-            arms[tied, 1] = contacts.points[tied, 1] + moved[tied, 1]
-        return Placement(frame, here, arms, gap, offset, seen)
+        return arms
 
     def rigid_map(self, states: tuple[Any, ...], here: Placement) -> FloatArray:
         """B by contact and side, signs included, supports too, shape (c, 2, d, m)."""

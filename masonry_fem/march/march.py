@@ -2,12 +2,14 @@
 
 made = march(model, Statics(), SolverSettings())
 made.outcome, made.message, made.state, made.report
+
+``marching`` makes the same march step by step.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple, Protocol
 
@@ -92,7 +94,7 @@ class March:
     standing: Standing | None = None
 
 
-def march(
+def marching(
     model: Model,
     strategy: Strategy,
     settings: SolverSettings,
@@ -104,8 +106,10 @@ def march(
     kept: list[tuple[Model, Increment]] | None = None,
     going_on: tuple[Model, Standing] | None = None,
     keeper: Keep | None = None,
-) -> March:
+) -> Generator[StepMade, None, March]:
     """Make the steps of a strategy until it is satisfied, its steps are used up, or nothing more can be done.
+
+    Yields each step that is balanced, and returns how the march ended.
 
     Parameters
     ----------
@@ -121,37 +125,6 @@ def march(
         then; the steps before are not made again.
     keeper : Is given what the march knows between its steps. Each step then begins as one that goes on from
         there, so that both give the same bits.
-    """
-    course = marching(
-        model, strategy, settings, bodies=bodies, start=start, observers=observers, keep=keep, kept=kept,
-        going_on=going_on, keeper=keeper,
-    )  # fmt: skip
-    while True:
-        try:
-            next(course)
-        except StopIteration as end:
-            made: March = end.value
-            return made
-
-
-def marching(
-    model: Model,
-    strategy: Strategy,
-    settings: SolverSettings,
-    *,
-    bodies: tuple[Any, ...] | None = None,
-    start: SystemState | None = None,
-    observers: Sequence[Observer] = (),
-    keep: int | None = None,
-    kept: list[tuple[Model, Increment]] | None = None,
-    going_on: tuple[Model, Standing] | None = None,
-    keeper: Keep | None = None,
-) -> Generator[StepMade, None, March]:
-    """The same, step by step: yields each step that is balanced, and returns how the march ended.
-
-    Parameters
-    ----------
-    model, strategy, settings, bodies, start, observers, keep, kept, going_on, keeper : As for ``march``.
     """
     first, headway = _controlled(model, strategy), Headway(seams=keeper is not None)
     if going_on is None:
@@ -184,6 +157,25 @@ def marching(
     if keeper is not None:
         keeper.reached(reached)
     return course.ended(verdict, strategy, settings, reached)
+
+
+def _to_its_end[**P](course: Callable[P, Generator[StepMade, None, March]]) -> Callable[P, March]:
+    """All steps of a march at once."""
+
+    def march(*given: P.args, **keys: P.kwargs) -> March:
+        """Make all steps of ``marching``, with the same parameters, and say how they ended."""
+        steps = course(*given, **keys)
+        while True:
+            try:
+                next(steps)
+            except StopIteration as end:
+                made: March = end.value
+                return made
+
+    return march
+
+
+march = _to_its_end(marching)
 
 
 @dataclass(slots=True)

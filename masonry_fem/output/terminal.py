@@ -10,11 +10,11 @@ import numpy as np
 
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
-from masonry_fem.output.collapse_table import mechanism_lines
 from masonry_fem.output.combination_table import combination_rows
 from masonry_fem.output.limit_table import support_rows
 from masonry_fem.output.recorder import StepReport
 from masonry_fem.output.refinement_table import refinement_rows
+from masonry_fem.output.search_table import mechanism_lines
 from masonry_fem.output.sheet import quantity
 from masonry_fem.records.told import plain
 

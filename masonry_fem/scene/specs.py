@@ -8,6 +8,7 @@ laws in ``masonry_fem.joints.laws``; the other nouns in files of this folder. Al
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Literal, Union
 
 from msgspec import Meta
@@ -31,6 +32,7 @@ from masonry_fem.records.record import (
     Spec,
     SpinVector,
     VelocityVector,
+    turn_faults,
 )
 from masonry_fem.records.structure import Structure
 from masonry_fem.scene.actions import (
@@ -162,6 +164,10 @@ class Initial(Spec, frozen=True, kw_only=True):
     blocks: BlockSelector
     velocity: VelocityVector | None = None
     spin: SpinVector | AngularVelocity | None = None
+
+    def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
+        """A spin of the other dimension."""
+        return turn_faults("spin", self.spin, dimension, "rad/s")
 
 
 class Contact(Spec, frozen=True, kw_only=True):

@@ -8,8 +8,6 @@ Results of a combination stand in the folder of its name, ``combinations.csv`` a
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -22,7 +20,7 @@ from msgspec import structs
 from masonry_fem.analyses.run.stages import GOOD
 from masonry_fem.build import Built, build
 from masonry_fem.build.strengths import strengths_of
-from masonry_fem.host.atomic import write_atomic
+from masonry_fem.host.atomic import write_table
 from masonry_fem.output.folder import Folder, refuse_busy, telling_end
 from masonry_fem.records.remark import gathered
 from masonry_fem.records.told import write
@@ -124,13 +122,8 @@ def _effects(scene: specs.Scene, name: str, result: RunResult) -> Effects:
 
 def _table(path: Path, found: Envelope | None) -> Path:
     """Write the envelope, one line for each extreme."""
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(["of", "name", "quantity", "value", "combination"])
-    if found is not None:
-        table.writerows(_lines(found))
-    write_atomic(path, text.getvalue().encode())
-    return path
+    titles = ("of", "name", "quantity", "value", "combination")
+    return write_table(path, titles, () if found is None else _lines(found))
 
 
 def _lines(found: Envelope) -> Iterator[tuple[Any, ...]]:

@@ -9,7 +9,7 @@ from masonry_fem.analyses.run.asked import answered, limits_of
 from masonry_fem.analyses.run.reopening import begun
 from masonry_fem.analyses.run.result import RunResult
 from masonry_fem.analyses.run.start import said, started
-from masonry_fem.build import Built, build, solver_settings
+from masonry_fem.build import Built, build
 from masonry_fem.errors import MasonryError
 from masonry_fem.march.march import March, Observer, StepMade, march, marching
 from masonry_fem.records.remark import gathered
@@ -40,7 +40,7 @@ def solve_scene(
         built, state = begun(scene, build(scene, base), base)
         limits = limits_of(scene, built)
         made = march(
-            built.model, scene.analysis, solver_settings(scene.solver), bodies=built.bodies, start=state,
+            built.model, scene.analysis, scene.solver.settings, bodies=built.bodies, start=state,
             observers=observers,
         )  # fmt: skip
         result = answered(scene, base, told(scene, built, made, limits))
@@ -68,9 +68,7 @@ def steps(scene: specs.Scene, base: str | Path = Path()) -> Iterator[StepMade]:
     _refuse_several(scene)
     scene = check(scene, base=base)
     built, state = begun(scene, build(scene, base), base)
-    return marching(
-        built.model, scene.analysis, solver_settings(scene.solver), bodies=built.bodies, start=state
-    )
+    return marching(built.model, scene.analysis, scene.solver.settings, bodies=built.bodies, start=state)
 
 
 def _refuse_several(scene: specs.Scene) -> None:

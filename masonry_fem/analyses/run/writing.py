@@ -22,7 +22,7 @@ from masonry_fem.analyses.run.response import responded
 from masonry_fem.analyses.run.result import RunResult
 from masonry_fem.analyses.run.solving import told
 from masonry_fem.analyses.run.stages import run_stages
-from masonry_fem.build import Built, build, solver_settings
+from masonry_fem.build import Built, build
 from masonry_fem.build.going_on import gone_on
 from masonry_fem.build.strengths import strengths_of
 from masonry_fem.errors import MasonryError, OutputError
@@ -244,7 +244,7 @@ class _Job:
         scene, built = self.scene, self.built
         kept: list[tuple[Model, Increment]] = []
         made = march(
-            built.model, scene.analysis, solver_settings(scene.solver), bodies=built.bodies, start=self.start,
+            built.model, scene.analysis, scene.solver.settings, bodies=built.bodies, start=self.start,
             observers=(self.recorders,), keep=self.order.save_contact, kept=kept, going_on=self.going_on,
             keeper=self.keeper,
         )  # fmt: skip

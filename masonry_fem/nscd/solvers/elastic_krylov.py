@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, gmres
 
-from masonry_fem.host.trim import keep
+from masonry_fem.host.memory import keep
 from masonry_fem.nscd.krylov import StagnationError
 from masonry_fem.nscd.linear import Factorised
 from masonry_fem.nscd.problem import ContactProblem

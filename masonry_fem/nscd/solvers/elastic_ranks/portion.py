@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from masonry_fem.host.memory import keep
 from masonry_fem.host.ranks import Member
-from masonry_fem.host.trim import keep
 from masonry_fem.nscd.compliance import Alike, Shared
 from masonry_fem.nscd.mumps import petsc
 from masonry_fem.nscd.solvers.elastic_krylov import ACCURACY, ITERATIONS, Rows, Values

@@ -1,10 +1,11 @@
-"""Collapse table: the search for a collapse multiplier on the console, while it runs and at its end."""
+"""Search table: the search for a collapse multiplier or a threshold on the console, and what it found."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Self
 
+from masonry_fem.output.tables import columns, print_rows, print_verdict
 from masonry_fem.records.told import plain
 
 if TYPE_CHECKING:
@@ -67,36 +68,84 @@ def print_collapse(record: Any, console: Console | None = None) -> None:
     console : Where to write; by default standard output.
     """
     from rich.console import Console  # noqa: PLC0415
-    from rich.panel import Panel  # noqa: PLC0415
-    from rich.table import Table  # noqa: PLC0415
     from rich.text import Text  # noqa: PLC0415
 
     console, told = console or Console(), plain(record)
-    style = "green" if told["outcome"] in ("bracketed", "unlimited") else "red"
-    head = Text(str(told["outcome"]), style=f"bold {style}")
-    head.append(f"\n{told['message']}", style="default")
-    console.print(Panel(head, border_style=style, title=told.get("title") or None, title_align="left"))
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
-    for name in ("trial", f"multiplier [{told['unit']}]", "verdict", "steps", "CPU [s]", "outcome"):
-        table.add_column(Text(name), justify="right" if name in ("trial", "steps", "CPU [s]") else "left")
-    for number, trial in enumerate(told["trials"], start=1):
+    print_verdict(console, told, told["outcome"], good=told["outcome"] in ("bracketed", "unlimited"))
+    console.print(Text().append("grows  ", style="bold").append(told["action"]))
+    print_trials(console, "multiplier", told["unit"], told["trials"])
+    limit = told["limit_multiplier"]
+    print_lines(
+        console,
+        {
+            "mechanism": mechanism_lines(told["mechanism"]),
+            "limit analysis": [] if limit is None else [f"at most {limit:.6g}"],
+            "notes": told["notes"],
+        },
+    )
+
+
+def print_threshold(record: Any, console: Console | None = None) -> None:
+    """Print both ranges side by side, the trials and the mechanism.
+
+    Parameters
+    ----------
+    record : What ``threshold.json`` holds.
+    console : Where to write; by default standard output.
+    """
+    from rich.console import Console  # noqa: PLC0415
+    from rich.text import Text  # noqa: PLC0415
+
+    console, told = console or Console(), plain(record)
+    print_verdict(console, told, told["outcome"], good=told["outcome"] == "bracketed")
+    unit = f" [{told['unit']}]" if told["unit"] else ""
+    ranges = columns(("", f"stands{unit}", f"falls{unit}", "outcome"))
+    for name, one in (("simulation", told["simulation"]), ("limit analysis", told["limit_analysis"])):
+        if one is not None:
+            ends = ("–" if one[end] is None else f"{one[end]:.6g}" for end in ("stands", "falls"))
+            ranges.add_row(Text(name, style="bold"), *ends, one["outcome"])
+    console.print(ranges)
+    made = (trial for trial in told["trials"] if trial["by"] == "simulation")
+    print_trials(console, "value", told["unit"], made)
+    print_lines(
+        console, {"mechanism": mechanism_lines(told["simulation"]["mechanism"]), "notes": told["notes"]}
+    )
+
+
+def print_trials(console: Console, name: str, unit: str, trials: Iterable[Mapping[str, Any]]) -> None:
+    """A row for each simulation of a search.
+
+    Parameters
+    ----------
+    console : Where to write.
+    name, unit : Of what is searched for; the unit may be empty.
+    trials : In their order.
+    """
+    from rich.text import Text  # noqa: PLC0415
+
+    titles = ("trial", name + (f" [{unit}]" if unit else ""), "verdict", "steps", "CPU [s]", "outcome")
+    table = columns(titles, ("trial", "steps", "CPU [s]"))
+    for number, trial in enumerate(trials, start=1):
         table.add_row(
             str(number),
-            f"{trial['multiplier']:.6g}",
+            f"{trial[name]:.6g}",
             Text(trial["verdict"], style=STYLES[trial["verdict"]]),
             str(trial["steps"]),
             f"{trial['seconds']:.2f}",
             trial["outcome"].replace("_", " "),
         )
-    console.print(Text().append("grows  ", style="bold").append(told["action"]))
     console.print(table)
-    rows = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
-    rows.add_column(style="bold", no_wrap=True)
-    rows.add_column()
-    for heading, lines in _told(told):
-        for place, line in enumerate(lines):
-            rows.add_row("" if place else heading, Text(line))
-    console.print(rows)
+
+
+def print_lines(console: Console, lines: Mapping[str, Iterable[str]]) -> None:
+    """Lines under their headings.
+
+    Parameters
+    ----------
+    console : Where to write.
+    lines : By heading.
+    """
+    print_rows(console, ([(key, "", line) for line in told] for key, told in lines.items()), named=False)
 
 
 def mechanism_lines(mechanism: Mapping[str, Any] | None, most: int = 16) -> list[str]:
@@ -110,15 +159,6 @@ def mechanism_lines(mechanism: Mapping[str, Any] | None, most: int = 16) -> list
     words = list(mechanism["words"]) if mechanism else []
     more = len(words) - most
     return words if more <= 1 else [*words[:most], f"and {more} more, in the file"]
-
-
-def _told(told: Mapping[str, Any]) -> list[tuple[str, list[str]]]:
-    limit = told["limit_multiplier"]
-    return [
-        ("mechanism", mechanism_lines(told["mechanism"])),
-        ("limit analysis", [] if limit is None else [f"at most {limit:.6g}"]),
-        ("notes", list(told["notes"])),
-    ]
 
 
 def _number(value: float | None) -> str:

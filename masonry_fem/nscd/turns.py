@@ -153,7 +153,7 @@ class Turn:
     twin : Share of friction of the rigid twin that is asked instead, of a problem, which shows what moves.
     above : Error down to which it is worth its time where no tolerance was set, or what tells it of a
         problem.
-    within : Error that elastic blocks are solved to where less is asked for.
+    leading : Error that elastic blocks are solved to where less is asked for.
     """
 
     name: str
@@ -163,7 +163,7 @@ class Turn:
     origin: Literal["given", "best", "held", "cold"] = "given"
     twin: Callable[[Case], float] | None = None
     above: float | Callable[[Case], float] = 0.0
-    within: float = 1.0
+    leading: float = 1.0
 
     def most(self, case: Case) -> int | None:
         """Its limit of iterations on a problem."""
@@ -281,7 +281,7 @@ TURNS = (
         lambda at: at.open and not at.plain,
         _in_plane(_interior_point),
         origin="cold",
-        within=LEADING,
+        leading=LEADING,
     ),
     # where the interior point meets a fold of its path the error is local: sweeps get across
     Turn("sweeps", lambda at: (at.rigid or at.plain) and not at.static, _in_plane(_sweeps), origin="best"),

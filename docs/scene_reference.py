@@ -71,7 +71,8 @@ A selector of blocks is a shell pattern of names of blocks or groups (`wall.c5.*
 | survey | by their direction, as of a box | `bed`, `inclined` (30° to 60°), `head` |
 
 `--set` changes any value from the command line: `--set joints.0.friction=0.4`,
-`--set structures.wall.courses=8`, `--set "analysis={kind='dynamics', step=1e-4, duration=0.01}"`.
+`--set structures.wall.courses=8`, `--set "analysis={kind='dynamics', step=1e-4, duration=0.01}"`. A `*` stands for all items that
+have the rest of the key: `--set "materials.*.young=3 GPa"`.
 
 """  # noqa: E501
 # record -> (heading, key in the file)

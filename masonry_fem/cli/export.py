@@ -9,6 +9,11 @@ from pathlib import Path
 from masonry_fem.cli.console import print_files
 from masonry_fem.cli.grammar import Commands, Parents
 
+EXAMPLES = (
+    ("for ParaView, all steps", "masonry-fem export results/arch arch.xdmf"),
+    ("for COMPAS, and a table of the stones", "masonry-fem export results/arch arch.json arch.csv"),
+)
+
 
 def export_results(options: argparse.Namespace) -> int:
     """Write a file for each name that is given."""

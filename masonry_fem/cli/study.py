@@ -37,6 +37,7 @@ def study_scene(options: argparse.Namespace) -> int:
             overrides=overrides_of(options),
             reference=options.reference,
             quantities=options.quantity,
+            peaks=options.peak,
             accuracy=share(options.accuracy, "--accuracy"),
             workers=options.workers,
             time_limit=options.time_limit,
@@ -120,6 +121,10 @@ def add(commands: Commands, parents: Parents) -> None:
     own.add_argument(
         "--quantity", action="append", default=[], metavar="NAME",
         help="what to compare: thrust, probes.crown.z, stress.p95 ... (default: everything)",
+    )  # fmt: skip
+    own.add_argument(
+        "--peak", action="append", default=[], metavar="NAME",
+        help="record and compare the greatest size over the steps of supports.NAME.x, probes.NAME, time ...",
     )  # fmt: skip
     own.add_argument("--accuracy", default="1%", metavar="A", help="error that is asked for (1%%)")
     own.add_argument(

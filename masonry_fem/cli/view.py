@@ -12,6 +12,7 @@ from masonry_fem.cli.grammar import Commands, Parents
 EXAMPLES = (
     ("in a window", "masonry-fem view results/arch"),
     ("as pictures", "masonry-fem view results/arch --png"),
+    ("as a movie of how it deforms", "masonry-fem view results/arch --movie arch.gif --movie-of growth"),
 )
 
 

@@ -23,6 +23,7 @@ from masonry_fem.march.increments import Headway, increments, rested
 from masonry_fem.march.ledger import Ledger
 from masonry_fem.march.measure import measure
 from masonry_fem.march.model import Model
+from masonry_fem.march.overhang import tell_overhang
 from masonry_fem.march.promotion import tell_promoted
 from masonry_fem.march.standing import Found, Keep, Standing
 from masonry_fem.march.state import SystemState
@@ -315,6 +316,7 @@ class _Course:
         witness.end(model, made.after)
         troubles.tell_steps(report, strategy, settings)
         tell_promoted(model, made.after)
+        tell_overhang(model, made)
         verdict, objection = _witnessed(verdict, witness, model, made, report, settings, static=last.static)
         troubles.tell_overlaps(made, report, model.length, self.start.gap)
         end = End(last.model, last.step, last.report, settings, self.ledger, objection)

@@ -107,8 +107,11 @@ def snapped(rounds: Rounds, made: Round) -> Snap | None:
 
 
 def _may_snap(rounds: Rounds, made: Round) -> bool:
-    """Whether a round that is solved but not settled is farthest from that in a stone that softens."""
-    if rounds.settled(made) or not made.solution.solved or rounds.model.control is not None:
+    """Whether a round that is not settled is farthest from that in a stone that softens.
+
+    By slopes downwards its contacts may have no solution, either: those of damage that stays then have one.
+    """
+    if rounds.settled(made) or made.solution.outcome.moves or rounds.model.control is not None:
         return False
     worst = rounds.worst(made)
     own = [nonlinear(group) for group in rounds.model.groups if group.nonlinear and worst in group.blocks]

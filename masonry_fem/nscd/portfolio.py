@@ -251,7 +251,11 @@ def _made(turn: Turn, case: Case, settings: SolverSettings, start: Start | None)
     """What a turn's method makes of the problem."""
     problem, method = case.problem, _with_linear(turn.make(case), settings)
     if turn.twin is None:
-        return iterate(problem, method, settings, start)
+        if not case.elastic or turn.leading >= settings.tolerance:
+            return iterate(problem, method, settings, start)
+        made = iterate(problem, method, replace(settings, tolerance=turn.leading), start)
+        enough = not made.outcome.moves and made.quality.error <= settings.tolerance
+        return replace(made, outcome=Outcome.CONVERGED) if enough else made
     share = turn.twin(case)
     twin = replace(problem.without_compliance(), friction=share * problem.friction)
     made = iterate(twin, method, settings, start)

@@ -2,7 +2,8 @@
 
     apply(tree, ["analysis.step=1e-3", "structures.arch.voussoirs=21"])
 
-A list item is given by its index or its ``name``. The value is read as TOML; what is not valid TOML is
+A list item is given by its index or its ``name``; ``*`` stands for all items that have the rest of the key
+(``materials.*.tensile_strength=2 MPa``). The value is read as TOML; what is not valid TOML is
 taken as a string (``materials.stone.young=10 GPa``).
 """
 
@@ -39,7 +40,8 @@ def apply(tree: dict[str, Any], overrides: Iterable[str]) -> dict[KeyPath, str]:
         parts = [part.strip() for part in key.split(".")]
         if not equals or not all(parts):
             raise SceneError(f"--set {text}: expected key=value, for example analysis.step=1e-3")
-        changed[_write(tree, parts, parsed(value.strip()), text)] = text
+        for path in _spread(tree, parts, text):
+            changed[_write(tree, path, parsed(value.strip()), text)] = text
     return changed
 
 
@@ -96,6 +98,34 @@ def parsed(text: str) -> Any:
     except ValueError:  # TOMLDecodeError, and numbers of thousands of digits
         return text
     return document["value"] if list(document) == ["value"] else text
+
+
+def _spread(tree: Any, parts: list[str], text: str) -> list[list[str]]:
+    """The keys that a key with ``*`` stands for; any other one is its own."""
+    if "*" not in parts:
+        return [parts]
+    found: list[tuple[list[str], Any]] = [([], tree)]
+    for part in parts:
+        found = [
+            ([*path, key], value)
+            for path, inner in found
+            for key, name, value in _items(inner)
+            if part in ("*", key, name)
+        ]
+    if not found:
+        raise SceneError(
+            f"--set {text}: nothing has such a key, expected that an item which '*' stands for has the rest "
+            "of the key; write the item's name instead"
+        )
+    return [path for path, _ in found]
+
+
+def _items(tree: Any) -> list[tuple[str, Any, Any]]:
+    """Keys and values of a table; of a list indices, names of its tables, and values."""
+    if isinstance(tree, dict):
+        return [(key, key, value) for key, value in tree.items()]
+    items = enumerate(tree) if isinstance(tree, list) else ()
+    return [(str(index), one.get("name") if isinstance(one, dict) else None, one) for index, one in items]
 
 
 def _write(tree: Any, parts: list[str], value: Any, text: str) -> KeyPath:

@@ -136,6 +136,27 @@ def test_head_joints_of_any_width_take_few_linear_solves(size):
     assert not found.impulse[heads & (width > 1e-6)].any()
 
 
+@pytest.mark.parametrize("gap", [1e-13, 5e-13, 1e-12, 1e-11, 1e-10])
+@pytest.mark.parametrize(
+    ("courses", "length", "elements", "size"),
+    [
+        (3, 3.0, (4, 2, 2), (0.5, 0.25, 0.25)),
+        (8, 1.5, (2, 1, 1), (0.5, 0.25, 0.25)),
+        (5, 1.8, (2, 1, 1), (0.3, 0.1, 0.1)),
+    ],
+)
+def test_gaps_that_are_small_beside_what_bricks_close(courses, length, elements, size, gap):
+    """Proximal springs of impulses that go round a loop closed them: up to 75 linear solves."""
+    structure = walls.wall(courses=courses, length=length, elements=elements, brick=size)
+    closed = structure.problem()
+    heads = np.abs(np.array([frame[0, 0] for *_, frame in structure.pairs])) > 0.5
+    free = closed.free_velocity.copy()
+    free[heads, 0] += gap
+    found = newton(replace(closed, free_velocity=free), SolverSettings(tolerance=1e-10))
+    assert found.outcome is Outcome.CONVERGED
+    assert found.linear_solves <= 8
+
+
 @pytest.mark.parametrize("horizontal", [0.55e6, 0.7e6])
 def test_overloaded_cube_is_told_to_tip(horizontal):
     """A10.3: no equilibrium, and U turns the upper cube about its toe (+x, y axis)."""

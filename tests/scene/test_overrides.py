@@ -74,3 +74,14 @@ def test_a_bad_override_is_named(arch, change, expected):
     with pytest.raises(SceneError) as caught:
         loads(arch, (change,))
     assert str(caught.value) == expected
+
+
+def test_a_star_is_all_items_that_have_the_rest_of_the_key(arch):
+    more = ("materials.brick.density=1800", "materials.brick.young=2 GPa", "materials.sand.density=1600")
+    scene = loads(arch, (*more, "materials.*.young=3 GPa", "structures.*.thickness=0.5"))
+    young = {name: material.young for name, material in scene.materials.items()}
+    assert young["brick"] == young["stone"] == 3e9
+    assert young["sand"] is None
+    assert [one.thickness for one in scene.structures] == [0.5]
+    with pytest.raises(SceneError, match="nothing has such a key, expected that an item"):
+        loads(arch, ("materials.*.yuong=3 GPa",))

@@ -53,32 +53,40 @@ class Curve:
         self.rows: list[tuple[float, float, float]] = []
 
     def record(self, model: Any, state: Any, report: Any) -> None:
-        top, below = report.probes["top"][1], report.probes["below"][1]
+        top, below = report.probes["top"][-1], report.probes["below"][-1]
         self.rows.append((report.time, top, top - below))
 
 
-def hung(**keys: Any) -> Scene:
+def hung(dimension: int = 2, **keys: Any) -> Scene:
     """The bar; keys of the analysis."""
+
+    def up(value: float) -> tuple[float, ...]:
+        return (*(0.0,) * (dimension - 1), value)
+
+    sides = dimension - 1
     law = material_record("brittle_damage", tensile_strength=STRENGTH, fracture_energy=ENERGY)
-    control = {"probe": "top", "against": "below", "direction": (0.0, 2.0), "distance": OPENING}
+    control = {"probe": "top", "against": "below", "direction": up(2.0), "distance": OPENING}
     return Scene(
-        dimension=2,
+        dimension=dimension,
         fidelity="inelastic",
         materials={"m": Material(density=2000.0, young=YOUNG, poisson=0.0, inelastic=law)},
         structures=(
             BlockStructure(
-                name="bar", material="m", size=(ROW, LENGTH), mesh=MeshSettings(divisions=(1, ROWS))
+                name="bar",
+                material="m",
+                size=(*(ROW,) * sides, LENGTH),
+                mesh=MeshSettings(divisions=(*(1,) * sides, ROWS)),
             ),
         ),
         supports=(Support(on="bar/bottom"),),
         probes=(
-            Probe(name="top", block="bar", point=(0.0, LENGTH)),
-            Probe(name="below", block="bar", point=(0.0, LENGTH - ROW)),
+            Probe(name="top", block="bar", point=up(LENGTH)),
+            Probe(name="below", block="bar", point=up(LENGTH - ROW)),
         ),
         loads=Loads(
-            gravity=(0.0, -WEIGHT / 2000.0),
+            gravity=up(-WEIGHT / 2000.0),
             gravity_time=STAY,
-            tractions=(Traction(on="bar/top", vector=(0.0, STRENGTH)),),
+            tractions=(Traction(on="bar/top", vector=up(STRENGTH)),),
         ),
         analysis=Path(**(control | {"load_steps": 60} | keys)),
     )
@@ -89,8 +97,9 @@ def followed(scene: Scene) -> tuple[RunResult, Curve]:
     return solve_scene(check(scene), observers=[curve]), curve
 
 
-def test_a_bar_that_snaps_back_follows_its_closed_form():
-    result, curve = followed(hung())
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_a_bar_that_snaps_back_follows_its_closed_form(dimension):
+    result, curve = followed(hung(dimension))
     assert result.outcome == "finished"
     factor, top, opening = np.array(curve.rows).T
     np.testing.assert_allclose(opening, OPENING * np.arange(1, 61) / 60, rtol=1e-8)

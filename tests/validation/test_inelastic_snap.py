@@ -6,10 +6,15 @@ displacement it has another one, whose crack is further open, and statics goes o
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import msgspec
 import numpy as np
 import pytest
 
+from masonry_fem.march import step
+from masonry_fem.march.rounds import Round, Rounds
+from masonry_fem.nscd import Outcome
 from masonry_fem.scene.specs import Loads, MeshSettings, Motion, Statics, Support
 from masonry_fem.structures.block import BlockStructure
 from tests.validation.test_inelastic_path import (
@@ -87,3 +92,20 @@ def test_a_bar_that_is_pulled_snaps_to_the_balance_further_away(fidelity):
     # the crack has taken its energy, nearly all of it in the snap
     taken = result.march.ledger.material_dissipation
     assert taken == pytest.approx(ENERGY * ROW, rel=0.05)
+
+
+def test_it_snaps_where_contacts_find_no_solution_for_slopes_downwards(monkeypatch):
+    """As in walls, where the tangents of a stone that cracks leave a contact problem without a solution."""
+    first = step._first
+
+    def unsolved(rounds: Rounds) -> Round:
+        made = first(rounds)
+        if rounds.settled(made):
+            return made
+        return replace(made, solution=replace(made.solution, outcome=Outcome.STALLED))
+
+    monkeypatch.setattr(step, "_first", unsolved)
+    result, curve = followed(pulled())
+    assert result.outcome == "equilibrium", result.message
+    assert sum(remark.code == "snapped" for remark in result.summary.remarks) == 1
+    assert curve.rows[-1][2] == pytest.approx(closed_form(PULL)[0], rel=1e-7)

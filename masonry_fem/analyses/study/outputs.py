@@ -118,7 +118,9 @@ def lines(study: Study) -> Iterator[dict[str, Any]]:
             "peak_memory_mb": row.memory,
             **row.size,
             **{f"certificate.{name}": value for name, value in row.certificate.items()},
+            **({"yielded": row.yielded} if row.yielded else {}),
             **dict(_values(row)),
+            **{name: value for one in row.peaks for name, value in one.columns()},
             **{f"error.{name}": _number(value[number]) for name, value in made.error.items()},
             **{f"bound.{name}": _number(value[number]) for name, value in made.bound.items()},
         }

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
-GROUPS = ("probes", "supports", "moments", "thrust", "stress", "energy")
+GROUPS = ("probes", "supports", "moments", "thrust", "stress", "energy", "peak")
 AXES = {2: ("x", "y"), 3: ("x", "y", "z")}
 TURNS = {1: ("z",), 3: ("x", "y", "z")}
 SMALL = {

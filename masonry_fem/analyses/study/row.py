@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from masonry_fem.analyses.study.cell import Cell
+from masonry_fem.analyses.study.peak import Peak, asked_for
 from masonry_fem.analyses.study.quantity import Quantities, Quantity
 
 SOLVED = ("equilibrium", "finished")
@@ -27,6 +28,8 @@ class Row:
     seconds : The former by phase. memory : Peak [MB]. size : Counts.
     certificate : Error measures of the run.
     quantities : What is compared; empty where the cell was not solved.
+    peaks : Those that were asked for, up to where the cell came.
+    yielded : Which stones have yielded or cracked, and how far, in words.
     warnings : What the run warned of.
     """
 
@@ -41,6 +44,8 @@ class Row:
     certificate: Mapping[str, float]
     quantities: Quantities
     warnings: tuple[str, ...]
+    peaks: tuple[Peak, ...] = ()
+    yielded: str = ""
 
     @property
     def solved(self) -> bool:
@@ -48,10 +53,20 @@ class Row:
         return self.outcome in SOLVED
 
     @classmethod
-    def of(cls, cell: Cell, told: Mapping[str, Any]) -> Row:
-        """From what a worker left."""
+    def of(cls, cell: Cell, told: Mapping[str, Any], peaks: Sequence[str] = ()) -> Row:
+        """From what a worker left.
+
+        Parameters
+        ----------
+        cell : What was asked. told : The cell's file. peaks : Names of those that are asked for.
+
+        Raises
+        ------
+        MasonryError : The cell's history has no such number.
+        """
         solved = told["outcome"] in SOLVED
         quantities = told.get("quantities", {}) if solved else {}
+        reached = asked_for(told.get("peaks", ()), peaks)
         return cls(
             cell=cell,
             outcome=told["outcome"],
@@ -62,8 +77,13 @@ class Row:
             memory=float(told.get("peak_memory_mb", 0.0)),
             size=told.get("size", {}),
             certificate=told.get("certificate", {}),
-            quantities={name: Quantity.of(one) for name, one in quantities.items()},
+            quantities={name: Quantity.of(one) for name, one in quantities.items()}
+            | {one.name: one.quantity for one in reached if solved},
             warnings=tuple(told.get("warnings", ())),
+            peaks=reached,
+            yielded=", ".join(
+                f"{one['block']} ({one['measure']} {one['greatest']:.3g})" for one in told.get("yielded", ())
+            ),
         )
 
     @classmethod

@@ -96,6 +96,7 @@ def study(
     overrides: Sequence[str] = (),
     reference: Any = None,
     quantities: Sequence[str] = (),
+    peaks: Sequence[str] = (),
     accuracy: float = 0.01,
     workers: int | None = None,
     time_limit: float | None = None,
@@ -114,6 +115,8 @@ def study(
     reference : What to compare with: None for the finest cell, settings of a cell, a results folder, a file,
         or numbers by name.
     quantities : Names, groups or patterns of quantities to compare; empty for all.
+    peaks : Names of numbers whose greatest size over the steps is recorded and compared: ``supports.NAME.x``,
+        ``probes.NAME``, ``time``.
     accuracy : Wanted relative error.
     workers : Number of cells that run at the same time; None: as cores and memory allow.
     time_limit : CPU time that a cell may take [s].
@@ -122,10 +125,10 @@ def study(
 
     Raises
     ------
-    MasonryError : Unknown keys, no values, or too many cells.
+    MasonryError : Unknown keys or peaks, no values, or too many cells.
     """
     check_share("accuracy", accuracy)
-    overrides, quantities = texts(overrides), texts(quantities)
+    overrides, quantities, peaks = texts(overrides), texts(quantities), texts(peaks)
     varied = variations(vary)
     text, source, base, name = _scene_text(scene, base)
     wanted = Reference.of(reference, varied)
@@ -138,7 +141,7 @@ def study(
     with Folder(folder, "study", title=made.title):
         make_folder(folder / "cells")
         told, interrupted = computed(cells, crew, base, folder / "cells", fresh, tell)
-    rows = tuple(_row(cell, told) for cell in cells)
+    rows = tuple(_row(cell, told, peaks) for cell in cells)
     wanted.check(rows)
     comparisons = tuple(compare(case, varied, wanted, quantities) for case in _cases(rows, varied))
     aims = tuple(targets(comparisons, quantities)) if any(row.solved for row in rows) else ()
@@ -199,12 +202,12 @@ def _known(path: Path, limit: float | None) -> dict[str, Any] | None:
     return row if is_known(row, limit) else None
 
 
-def _row(cell: Cell, told: Mapping[str, Any]) -> Row:
+def _row(cell: Cell, told: Mapping[str, Any], peaks: Sequence[str]) -> Row:
     if cell.scene is None:
         return Row.unsolved(cell, "bad_scene", cell.fault)
     if cell.key not in told:
         return Row.unsolved(cell, "missing", "not computed yet")
-    return Row.of(cell, told[cell.key])
+    return Row.of(cell, told[cell.key], peaks)
 
 
 def _cases(rows: Sequence[Row], vary: Sequence[Variation]) -> list[list[Row]]:

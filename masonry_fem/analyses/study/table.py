@@ -50,6 +50,10 @@ def print_study(study: Study, console: Console | None = None) -> None:
                 f"{left} more cells, that are beaten or pose one of these problems, in study.csv", style="dim"
             )
         )
+    peaks = _peaks(study)
+    if peaks.row_count:
+        console.print()
+        console.print(peaks)
     for line in _failures(study):
         console.print(Text(line, style="red"))
     seen = _orders(study)
@@ -88,6 +92,28 @@ def _cells(study: Study, narrow: bool) -> Table:
             *(told[name] for name in (*outcome, *costs)),
             *(_error(*errors[id(row), aim.label]) for aim in aims),
         )
+    return table
+
+
+def _peaks(study: Study) -> Table:
+    """One line a peak of a cell: how great, when, where the probes were, and what has yielded at the end."""
+    from rich.table import Table  # noqa: PLC0415
+    from rich.text import Text  # noqa: PLC0415
+
+    varied, rows = [one.key for one in study.vary], _shown(study)
+    probes = list(dict.fromkeys(probe for row in rows for one in row.peaks for probe in one.probes))
+    yielded = ["yielded"] if any(row.yielded for row in rows) else []
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
+    for name in (*heads(varied), "peak of", "is", "at time", *(f"{probe} [m]" for probe in probes), *yielded):
+        table.add_column(Text(name))
+    for row in rows:
+        for one in row.peaks:
+            told = (", ".join(f"{part:.3g}" for part in one.probes[probe]) for probe in probes)
+            table.add_row(
+                *(Text(row.cell.settings[key]) for key in varied),
+                *map(Text, (one.of, f"{one.value:.4g} {one.unit}", f"{one.time:.4g}", *told)),
+                *(Text(row.yielded) for _ in yielded),
+            )
     return table
 
 

@@ -19,6 +19,7 @@ WORDS = {
     "stress.p95": "the stress that 95 % of the volume is under",
     "stress.max": "the greatest von Mises stress",
     "energy": "the energies",
+    "peak": "the peaks",
 }
 
 

@@ -29,9 +29,12 @@ TINY = """
 dimension = {dimension}
 fidelity = "{fidelity}"
 mesh = {{ divisions = {divisions} }}
-materials = {{ stone = {{ density = 2000, young = 1e9 }} }}
 structures = [{{ kind = "stack", name = "s", material = "stone", size = {size}, count = 2 }}]
 loads = {{ gravity = {gravity} }}
+[materials.stone]
+density = 2000
+young = 1e9
+inelastic = {{ law = "brittle_damage", tensile_strength = 1e6, fracture_energy = 1e6 }}
 """
 SHORT = 2.0  # CPU time below which a cell is run twice [s]
 Task = Callable[[Any, Path], dict[str, Any]]
@@ -154,10 +157,12 @@ def _timed(run: Task, scene: Any, base: Path) -> tuple[dict[str, Any], float, fl
 
 def _measure(scene: Any, base: Path) -> dict[str, Any]:
     from masonry_fem.analyses.run import solve_scene  # noqa: PLC0415
+    from masonry_fem.analyses.study.peak import Peaks  # noqa: PLC0415
     from masonry_fem.analyses.study.quantity import measured  # noqa: PLC0415
     from masonry_fem.records.told import plain  # noqa: PLC0415
 
-    result = solve_scene(scene, base)
+    peaks = Peaks(scene.dimension)
+    result = solve_scene(scene, base, [peaks])
     summary = plain(result.summary)
     measures = summary["certificate"]
     measures["rounding"] = measures["rounding"]["natural_map"]
@@ -169,6 +174,8 @@ def _measure(scene: Any, base: Path) -> dict[str, Any]:
         "size": {name: summary[name] for name in sizes},
         "certificate": {name: value for name, value in measures.items() if name != "written"},
         "solver": summary["solver"],
+        "peaks": peaks.told(),
+        "yielded": (summary.get("stress") or {}).get("yielded") or [],
         "quantities": {name: quantity.told() for name, quantity in measured(result).items()},
     }
 

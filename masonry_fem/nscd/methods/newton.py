@@ -272,6 +272,7 @@ class NewtonRun:
             if (chosen is closed or self._closable(gap, across)) and self._felt(gap, across, closed):
                 apart = self._parted(here, across, gap)
                 chosen = apart if apart.residual < chosen.residual else chosen
+            chosen = self._unclosed(here, chosen, gap)
         self.bonded = False
         if self.problem.cohesion_stiffness is None:  # which may give way farther than blocks do
             self.bonded_size = min(self.bonded_size, float(np.linalg.norm(chosen.rigid_velocity)))
@@ -305,6 +306,30 @@ class NewtonRun:
             factor = self._factor(line)
             found = self._moved(factor, replace(here, line=line), line.residual)
         return found
+
+    def _unclosed(self, here: _Point, chosen: _Point, gap: FloatArray) -> _Point:
+        """The state with all gaps open, if some are small beside what blocks give way by, and no block falls.
+
+        Impulses round a loop of joints, such as a head joint and the beds below it, move nothing but their
+        proximal springs. In these a gap is closed that is smaller than they are compressed, and each round
+        lets go of no more of such impulses than moves the springs by a gap.
+        """
+        problem = self.problem
+        if not self.static.any() or problem.cohesion_stiffness is not None or not self._deformable():
+            return chosen
+        reach = self.scale * float(np.abs(chosen.impulse[:, 0]).max())
+        apart = gap > _NONE * reach
+        let_go = np.setdiff1d(problem.bodies, problem.bodies[~apart])
+        if (let_go >= 0).any() or not (apart & (gap < _SLIGHT * reach)).any():
+            return chosen
+        line = parted_contacts(here.line, here.impulse, apart)
+        found = self._moved(self._factor(line), replace(here, line=line), line.residual)
+        falls = np.linalg.norm(found.rigid_velocity) > _FALLS * np.linalg.norm(chosen.rigid_velocity)
+        return chosen if falls else found
+
+    def _deformable(self) -> bool:
+        """Whether all contacts are those of blocks that deform."""
+        return bool(self.problem.body_count and self.problem.operator.elastic().all())
 
     def _moved(self, factor: NewtonFactor, here: _Point, residual: FloatArray) -> _Point:
         """The point where a residual of the linearised problem is gone."""
@@ -491,6 +516,8 @@ _FULL = 5  # Newton steps of a round without line search
 _NEARER = 0.5  # share of the residual, so that gaps of rounding decide nothing
 _FELT = 10.0  # times the residual without gaps
 _ROUNDING, _WIDE = 1e-6, 0.1  # gaps relative to what the greatest impulse closes at a contact
+_NONE, _SLIGHT = 1e-9, 1e-3  # the same: gaps that are rounding, and those that proximal springs hide
+_FALLS = 10.0  # times the velocity before, of blocks that open gaps let go
 _PARTINGS = 3  # after which Newton's steps settle the rest
 _JAMMED = 0.1  # length of a step that is too short
 _GRIP = 3e-2  # first κ

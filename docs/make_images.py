@@ -57,6 +57,10 @@ DEMOS: dict[str, tuple[dict[str, object], dict[str, str]]] = {
             "struck_arch_spread": "spread/thrust",
         },
     ),
+    "crossed_bridge": (
+        {},
+        {"crossed_bridge": "worst/overview", "crossed_bridge_places": "places"},
+    ),
     "chained_dome": ({}, {"chained_dome": "resultants"}),
     "tied_arch": ({}, {"tied_arch": "overview", "tied_arch_thrust": "thrust"}),
     "dome": ({}, {"dome": "deformed"}),

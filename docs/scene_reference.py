@@ -106,6 +106,7 @@ TABLES: dict[type[Spec], str] = {
     specs.Traction: "`[[loads.tractions]]`",
     specs.PointForce: "`[[loads.points]]`",
     specs.LineForce: "`[[loads.lines]]`",
+    specs.MovingLoad: "`[[loads.moving]]`",
     specs.Temperature: "`[[loads.temperatures]]`",
     specs.Design: "`[design]`",
     specs.LoadFactors: "`[design.loads]`",

@@ -101,7 +101,7 @@ def succeeded(scene: specs.Scene, built: Built, base: Path, left: Left) -> tuple
 
 def _fading(factor: float) -> float:
     """What is left of the forces that statics takes away."""
-    return 1.0 - factor
+    return max(1.0 - factor, 0.0)
 
 
 def _numbers(built: Built, left: Left) -> IntArray:

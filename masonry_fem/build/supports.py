@@ -32,6 +32,8 @@ def time_factor(
     """
     if function is not None:
         return evaluator(function, base)
+    if scene.analysis.ramp < scene.analysis.end and not scene.analysis.inertia:
+        return ramp(scene)
     if not scene.analysis.inertia:
         return lambda load_factor: load_factor
     return lambda _: 1.0
@@ -79,9 +81,17 @@ def last_change(scene: specs.Scene, base: Path, ground: Shaking | None = None) -
     ends += [function.end for function in functions if isinstance(function, Piecewise)]
     times = [one.motion.time for one in scene.supports if one.motion is not None]
     times += [one.time for one in scene.loads.temperatures]
+    ends += [_gone(one) for one in scene.loads.moving if one.speed]
     if any(time is None for time in times):
         ends.append(scene.analysis.ramp)
     return max(ends, default=0.0)
+
+
+def _gone(load: specs.MovingLoad) -> float:
+    """Time at which the last axle of a load has left its path [s]."""
+    way = float(np.linalg.norm(np.diff(np.array(load.path), axis=0), axis=1).sum())
+    behind = max(load.axles) + (0.0 if load.spread is None else load.spread / 2)
+    return max((way + behind - load.begin) / load.speed, 0.0)
 
 
 def _scaled(

@@ -15,14 +15,20 @@ def external_forces(model: Model, time: float) -> tuple[FloatArray, ...]:
     model : The structure with its loads.
     time : Time [s]; the load factor in statics.
     """
-    last, factors = model.last_forces, tuple(load.factor(time) for load in model.loads)
+    last, factors = (
+        model.last_forces,
+        tuple(
+            (load.factor(time), 0.0 if load.travel is None else load.travel.place(time))
+            for load in model.loads
+        ),
+    )
     same = last.loads is model.loads and last.groups is model.groups and last.factors == factors
     if last.forces is not None and same:
         return last.forces
     dimension = model.assembly.dimension
     total = [group.acceleration_force(np.zeros(dimension)) for group in model.groups]
-    for load, factor in zip(model.loads, factors, strict=True):
-        for index, pattern in enumerate(load.forces):
+    for load, (factor, _) in zip(model.loads, factors, strict=True):
+        for index, pattern in enumerate(load.pattern(model.groups, time)):
             if pattern is not None:
                 total[index] = total[index] + factor * pattern
     last.loads, last.groups, last.factors, last.forces = model.loads, model.groups, factors, tuple(total)

@@ -13,6 +13,7 @@ from masonry_fem.march.state import SystemState
 from masonry_fem.output.collapse_table import mechanism_lines
 from masonry_fem.output.combination_table import combination_rows
 from masonry_fem.output.limit_table import support_rows
+from masonry_fem.output.places_table import places_rows
 from masonry_fem.output.recorder import StepReport
 from masonry_fem.output.refinement_table import refinement_rows
 from masonry_fem.output.sheet import quantity
@@ -128,6 +129,7 @@ def print_summary(told: Any, console: Console | None = None) -> None:
     table.add_column()
     for part in (
         combination_rows,
+        places_rows,
         _size,
         _contacts,
         _mechanism,

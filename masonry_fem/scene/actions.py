@@ -9,19 +9,23 @@ from msgspec import Meta
 from masonry_fem.records.record import (
     AccelerationVector,
     BlockSelector,
+    Distance,
     FaceSelector,
     FilePath,
     ForceVector,
     Frequency,
     Instant,
     Kelvin,
+    Length,
     LineForceVector,
+    Metres,
     Name,
     Point,
     Radians,
     RotationVector,
     Selector,
     Spec,
+    Speed,
     TractionVector,
 )
 
@@ -211,6 +215,40 @@ class LineForce(Spec, frozen=True, kw_only=True):
     case: Name | None = None
 
 
+class MovingLoad(Spec, frozen=True, kw_only=True):
+    """Forces that go along a path over faces, as the axles of a vehicle: [how](moving.md).
+
+    Wherever it stands each force goes on along its own direction to the first of the faces, which takes it.
+    What stands beside all of them acts on nothing.
+
+    Attributes
+    ----------
+    on : selector of the faces that it goes over
+    path : points of a line, from where the load comes to where it goes, in world coordinates of the
+        undeformed structure; before the first point and after the last one it goes straight on
+    vector : force of each axle
+    axles : how far each axle is behind the first one
+    spread : length along the path that each force is spread over; by default it acts at a point
+    width : width across the path that each force is spread over, in 3D; by default it acts on a line
+    begin : distance along the path from its first point at which the first axle begins, and where it stays in
+        analyses that do not move it
+    speed : in a march in time, how fast it goes
+    time : factor as a function of time, 1 by default. In statics, time is the load factor from 0 to 1
+    case : load case, whose factor [combinations](combinations.md) give; without one it acts in all as it is
+    """
+
+    on: FaceSelector
+    path: Annotated[tuple[Point, ...], Meta(min_length=2)]
+    vector: ForceVector
+    axles: Annotated[tuple[Distance, ...], Meta(min_length=1)] = (0.0,)
+    spread: Length | None = None
+    width: Length | None = None
+    begin: Metres = 0.0
+    speed: Speed = 0.0
+    time: TimeFunction | None = None
+    case: Name | None = None
+
+
 class Temperature(Spec, frozen=True, kw_only=True):
     """A change of temperature of whole blocks since they had no stress; several on a block add up.
 
@@ -243,6 +281,7 @@ class Loads(Spec, frozen=True, kw_only=True):
     tractions : forces per area on faces
     points : forces at points
     lines : forces per length along segments
+    moving : forces that go along a path over faces
     temperatures : changes of temperature of blocks
     """
 
@@ -253,6 +292,7 @@ class Loads(Spec, frozen=True, kw_only=True):
     tractions: tuple[Traction, ...] = ()
     points: tuple[PointForce, ...] = ()
     lines: tuple[LineForce, ...] = ()
+    moving: tuple[MovingLoad, ...] = ()
     temperatures: tuple[Temperature, ...] = ()
 
 

@@ -26,6 +26,7 @@ from masonry_fem.scene.specs import (
     Initial,
     MeshSettings,
     Motion,
+    MovingLoad,
     Override,
     PythonLaw,
     PythonMaterial,
@@ -35,6 +36,8 @@ from masonry_fem.scene.specs import (
     Support,
     Table,
 )
+
+NEARLY = 1e-12  # of a squared cosine: directions that differ by less are one
 
 
 def cross_check(scene: Scene, base: Path) -> None:
@@ -244,6 +247,11 @@ def _analysis(scene: Scene) -> None:
     analysis = scene.analysis
     for key, expected in analysis.faults():
         raise wrong(("analysis", key), getattr(analysis, key), expected)
+    if analysis.travelled(analysis.end) and not scene.loads.moving:
+        expected = "'statics' where no load moves; take it, or add [[loads.moving]]"
+        raise wrong(("analysis", "kind"), analysis.__struct_config__.tag, expected)
+    for index, load in enumerate(scene.loads.moving):
+        _moving(load, index)
     if scene.loads.accelerograms and not analysis.inertia:
         moved = scene.loads.accelerograms[0]
         expected = "none in statics, which has no time; take analysis.kind = 'dynamics'"
@@ -267,6 +275,26 @@ def _analysis(scene: Scene) -> None:
         # contacts that are solved no better never pass for at rest: the march would end as if blocks slid
         expected = f"at most the tolerance of the equilibrium (analysis.tolerance = {tolerance:g})"
         raise wrong(("solver", "tolerance"), scene.solver.aim, f"{expected}; tighten it or loosen that")
+
+
+def _moving(load: MovingLoad, index: int) -> None:
+    path = ("loads", "moving", index)
+    for number, (one, other) in enumerate(pairwise(load.path), start=1):
+        step = [b - a for a, b in zip(one, other, strict=True)]
+        if not any(step):
+            raise wrong((*path, "path", number), other, "another point than the one before")
+        if _parallel(step, load.vector):
+            expected = "a force that is not zero, and not along its path"
+            raise wrong((*path, "vector"), load.vector, expected)
+    if load.width is not None and len(load.vector) == 2:
+        raise wrong((*path, "width"), load.width, "none in 2D, where forces are by metre of depth")
+
+
+def _parallel(one: Sequence[float], other: Sequence[float]) -> bool:
+    """Whether two vectors have one direction, or one of them has none."""
+    product = sum(a * b for a, b in zip(one, other, strict=True))
+    squares = sum(a * a for a in one) * sum(b * b for b in other)
+    return product * product >= squares * (1 - NEARLY)
 
 
 def _solver(scene: Scene) -> None:
@@ -346,6 +374,13 @@ def _doubts(scene: Scene) -> Iterator[str]:
     yield from material_doubts(scene)
     if not scene.supports and not any(structure.carries for structure in scene.structures):
         yield "nothing holds the blocks; expected a ground, springings or [[supports]]"
+    if not scene.analysis.inertia:
+        for index, load in enumerate(scene.loads.moving):
+            if load.speed:
+                yield (
+                    f"true statics has no velocities: loads.moving.{index}.speed has no effect; "
+                    "analysis.kind = 'crossing' takes loads along their paths"
+                )
     if not scene.analysis.inertia and scene.initial:
         yield "true statics has no velocities: [[initial]] has no effect"
     for index, joint in enumerate(scene.joints):
@@ -361,6 +396,7 @@ def _driven(scene: Scene) -> bool:
         or loads.tractions
         or loads.points
         or loads.lines
+        or loads.moving
         or loads.temperatures
     )
     moved = any(support.motion is not None for support in scene.supports)

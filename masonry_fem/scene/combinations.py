@@ -22,6 +22,7 @@ SCALED = {
     "tractions": "vector",
     "points": "vector",
     "lines": "vector",
+    "moving": "vector",
     "temperatures": "change",
 }  # what a factor multiplies, by kind of load
 

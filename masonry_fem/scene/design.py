@@ -21,6 +21,7 @@ class LoadFactors(Spec, frozen=True, kw_only=True):
     tractions : of all ``[[loads.tractions]]``
     points : of all ``[[loads.points]]``
     lines : of all ``[[loads.lines]]``
+    moving : of all ``[[loads.moving]]``
     """
 
     gravity: Positive = 1.0
@@ -29,6 +30,7 @@ class LoadFactors(Spec, frozen=True, kw_only=True):
     tractions: Positive = 1.0
     points: Positive = 1.0
     lines: Positive = 1.0
+    moving: Positive = 1.0
 
     @property
     def used(self) -> dict[str, float]:

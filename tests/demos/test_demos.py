@@ -10,6 +10,7 @@ from demos import (
     arch_inset,
     bouncing,
     chained_dome,
+    crossed_bridge,
     crushed_pillar,
     cyclic_joint,
     dome,
@@ -169,6 +170,20 @@ def test_every_demo_has_a_text_a_scene_and_a_picture(repository):
         assert [p for p in pictures if not (repository / "docs" / p).is_file()] == []
     orphans = {p.stem for p in (repository / "demos").glob("*.toml")} - {p.stem for p in scripts}
     assert not orphans
+
+
+def test_bridge_bears_its_lorry_wherever_that_is():
+    """Nine places, two metres and a quarter from each other."""
+    found = crossed_bridge.main(places=9)
+    assert found.outcome == "equilibrium"
+    weight = found.upward[0]  # of the bridge alone
+    end = load(crossed_bridge.SCENE).structures[0].ends  # of the road, from the middle
+    for place, upward in zip(found.place, found.upward, strict=True):
+        middle = place - 7.0 - np.array([0.0, 1.3, 4.5])
+        on = np.clip(np.minimum(middle + 0.2, end) - np.maximum(middle - 0.2, -end), 0.0, None) / 0.4
+        assert upward == pytest.approx(weight + 40e3 * on.sum(), rel=1e-9)
+    assert found.utilisation.argmax() not in (0, 8)
+    assert 1.5 < found.thrust.max() / found.thrust[0] < 2.5
 
 
 @pytest.mark.slow

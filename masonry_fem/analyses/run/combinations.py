@@ -8,29 +8,24 @@ Results of a combination stand in the folder of its name, ``combinations.csv`` a
 
 from __future__ import annotations
 
-import csv
-import io
-import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec import structs
 
+from masonry_fem.analyses.run.envelope_table import write_envelope
 from masonry_fem.analyses.run.stages import GOOD
 from masonry_fem.build import Built, build
 from masonry_fem.build.strengths import strengths_of
-from masonry_fem.host.atomic import write_atomic
 from masonry_fem.output.folder import Folder, refuse_busy, telling_end
 from masonry_fem.records.remark import gathered
 from masonry_fem.records.told import write
 from masonry_fem.results.combinations import (
     CombinationTold,
     Effects,
-    Envelope,
-    Extremes,
     combinations_told,
     envelope,
 )
@@ -89,7 +84,7 @@ def run_combinations(scene: specs.Scene, out: Path, base: Path, run: Run) -> Run
                 worst = result
         shown, number = result if worst is None else worst, _shown(told)
         found = envelope(effects) if effects else None
-        files += [out / "as_run.toml", _table(out / TABLE, found)]
+        files += [out / "as_run.toml", write_envelope(out / TABLE, found, "combination")]
         summary = structs.replace(
             shown.summary, title=scene.title, combinations=combinations_told(told, found, told[number].name),
             message=f"Combination '{told[number].name}': {told[number].message}",
@@ -120,33 +115,3 @@ def _effects(scene: specs.Scene, name: str, result: RunResult) -> Effects:
     used = np.where(np.isnan(local), mean, local)
     supports = dict(made.report.support_resultants)
     return Effects(name, columns["block"], used, tension, compression, supports)
-
-
-def _table(path: Path, found: Envelope | None) -> Path:
-    """Write the envelope, one line for each extreme."""
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(["of", "name", "quantity", "value", "combination"])
-    if found is not None:
-        table.writerows(_lines(found))
-    write_atomic(path, text.getvalue().encode())
-    return path
-
-
-def _lines(found: Envelope) -> Iterator[tuple[Any, ...]]:
-    def of_stones(quantity: str, extremes: Extremes) -> Iterator[tuple[Any, ...]]:
-        for name, value, by in zip(
-            extremes.names, extremes.value.tolist(), extremes.combination, strict=True
-        ):
-            if not math.isnan(value):
-                yield "stone", name, quantity, value, by
-
-    yield from of_stones("utilisation [-]", found.utilisation)
-    yield from of_stones("mean_sigma_3 [Pa]", found.compression)
-    yield from of_stones("mean_sigma_1 [Pa]", found.tension)
-    for support, pair in found.supports.items():
-        for end, extremes in zip(("least", "greatest"), pair, strict=True):
-            for axis, value, by in zip(
-                extremes.names, extremes.value.tolist(), extremes.combination, strict=True
-            ):
-                yield "support", support, f"{end}_{axis}", value, by

@@ -47,6 +47,15 @@ class Strategy(Spec, frozen=True, kw_only=True, tag_field="kind"):
         return self.end
 
     @property
+    def loading(self) -> Strategy:
+        """What brings the loads on, without what comes after that."""
+        return self
+
+    def travelled(self, time: float) -> float:
+        """Share of its way that a load which moves has gone by then, without a speed of its own."""
+        return 0.0
+
+    @property
     def parts(self) -> int:
         """Most parts that a step in which joints give way may be divided into."""
         return 1

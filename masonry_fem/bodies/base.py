@@ -326,8 +326,13 @@ class Loaded(Protocol):
     """What loads do to b blocks, and what a step is judged by: balance and energy, from the two states alone.
 
     Forces are arrays of the group's own kind: nodal (b, n), or for rigid blocks the force and the dyadic of
-    its lever arm (b, d + d²), world axes; they add and scale. Loads are dead.
+    its lever arm (b, d + d²), world axes; they add and scale. Loads are dead, but for what
+    ``following`` turns.
     """
+
+    def following(self, force: FloatArray, state: State) -> FloatArray:
+        """A force array of the reference with its directions turned as blocks that turn are in ``state``."""
+        ...
 
     def acceleration_force(self, acceleration: FloatArray) -> FloatArray:
         """Body force of a uniform acceleration (d,) [m/s²]."""

@@ -142,6 +142,15 @@ class RigidGroup(Undeformed):
 
     # --- loads ------------------------------------------------------------------------------------
 
+    def following(self, force: FloatArray, state: RigidState) -> FloatArray:
+        """A force array of the reference with its directions turned with the blocks."""
+        if not self.turns:
+            return force
+        d = self.dimension
+        rows = force.reshape(self.count, d + 1, d)  # the force, and by coordinate of the arm
+        turned: FloatArray = np.einsum("bij,bkj->bki", state.rotation, rows).reshape(force.shape)
+        return turned
+
     def acceleration_force(self, acceleration: FloatArray) -> FloatArray:
         """Body force of a uniform acceleration (d,) [m/s²], a force array."""
         force = self.no_force()

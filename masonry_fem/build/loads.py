@@ -52,6 +52,20 @@ class Patterns:
                 _add(total, group, self.groups[group].traction_force(body, number, np.array(load.vector)))
         return tuple(total)
 
+    def pressure(self, load: specs.PressureLoad, key: str) -> tuple[FloatArray | None, ...]:
+        """Pressure on all matching faces of all matching blocks, against their normals in the reference."""
+        blocks, face = split_face(load.on)
+        assert face is not None  # selectors of faces name one
+        total: list[FloatArray | None] = [None] * len(self.groups)
+        for block in self._free(blocks, f"{key}.on"):
+            group, body = self.place[block]
+            own = self.stones.assembly.blocks[block]
+            solid = self.stones.assembly.shapes[own.shape].solid
+            for number in faces_of(self.stones.assembly, block, face, f"{key}.on"):
+                traction = -load.pressure * (own.pose.rotation @ solid.normal(number))
+                _add(total, group, self.groups[group].traction_force(body, number, traction))
+        return tuple(total)
+
     def points(
         self, block: str, points: list[FloatArray | None], force: FloatArray, key: str
     ) -> tuple[FloatArray | None, ...]:
@@ -128,6 +142,10 @@ def loads(
         key = f"loads.tractions.{index}"
         factor = time_factor(scene, traction.time, base)
         made.append(Load(key, patterns.traction(traction, key), factor))
+    for index, pressure in enumerate(wanted.pressures):
+        key = f"loads.pressures.{index}"
+        factor = time_factor(scene, pressure.time, base)
+        made.append(Load(key, patterns.pressure(pressure, key), factor, follows=True))
     for index, point in enumerate(wanted.points):
         key = f"loads.points.{index}"
         where = None if point.point is None else np.array(point.point)

@@ -93,7 +93,7 @@ def succeeded(scene: specs.Scene, built: Built, base: Path, left: Left) -> tuple
         begun, reaction=state.reaction, status=state.status, **_joints(model, begun, left, state, origin)
     )
     if not scene.analysis.inertia:
-        forces = _released(model, left, old, origin)
+        forces = _released(model, bodies, left, old, origin)
         if any(force is not None and force.any() for force in forces):
             model = replace(model, loads=(*model.loads, Load(RELEASED, forces, _fading)))
     return model, state
@@ -339,14 +339,16 @@ def _laws(model: Model) -> np.ndarray:
 # --- loads ------------------------------------------------------------------------------------------
 
 
-def _released(model: Model, left: Left, old: IntArray, origin: IntArray) -> tuple[FloatArray | None, ...]:
+def _released(
+    model: Model, bodies: tuple[Any, ...], left: Left, old: IntArray, origin: IntArray
+) -> tuple[FloatArray | None, ...]:
     """What held each stone in its place and no longer does, by group: loads, and contacts that are gone."""
     gone = np.ones(left.model.contacts.count, dtype=bool)
     gone[origin[origin >= 0]] = False
-    held = external_forces(left.model, left.state.time)
+    held = external_forces(left.model, left.state.time, left.state.bodies)
     coupling = connect(left.model)
     pushed = _pushed(coupling, left.state, np.where(gone[:, None], left.state.reaction, 0.0))
-    now, (owner, row) = external_forces(model, 0.0), _places(left.model)
+    now, (owner, row) = external_forces(model, 0.0, bodies), _places(left.model)
     total: list[FloatArray | None] = []
     for group, own in zip(model.groups, now, strict=True):
         if group.prescribed:

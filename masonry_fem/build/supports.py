@@ -12,7 +12,7 @@ from masonry_fem.bodies.support import Motion
 from masonry_fem.march.shaking import Shaking
 from masonry_fem.scene import specs
 from masonry_fem.scene.checks import records
-from masonry_fem.scene.time_function import Piecewise, evaluator
+from masonry_fem.scene.time_function import Piecewise, Pulses, evaluator
 
 
 def time_factor(
@@ -74,11 +74,11 @@ def last_change(scene: specs.Scene, base: Path, ground: Shaking | None = None) -
     functions = [
         evaluator(record, base)
         for _, record in records(scene)
-        if isinstance(record, specs.Table | specs.Record)
+        if isinstance(record, specs.Table | specs.Record | specs.Pulse)
     ]
     shaken = () if ground is None else ground.components
     ends = [float(one.record.times[-1]) for one in shaken]
-    ends += [function.end for function in functions if isinstance(function, Piecewise)]
+    ends += [function.end for function in functions if isinstance(function, Piecewise | Pulses)]
     times = [one.motion.time for one in scene.supports if one.motion is not None]
     times += [one.time for one in scene.loads.temperatures]
     ends += [_gone(one) for one in scene.loads.moving if one.speed]

@@ -129,6 +129,12 @@ class CorotationalGroup(Deformable[TurningState]):
         """None: nothing clamps these blocks."""
         return {}
 
+    def following(self, force: FloatArray, state: TurningState) -> FloatArray:
+        """Nodal forces (b, n) of the reference with their directions turned with the frames."""
+        nodal = force.reshape(self.count, -1, self.dimension)
+        turned: FloatArray = np.einsum("bij,bnj->bni", state.rotation, nodal).reshape(force.shape)
+        return turned
+
     def rest(self) -> TurningState:
         """Undeformed, in place, at rest."""
         b, m, d = self.count, self.modes.modes.shape[1], self.dimension

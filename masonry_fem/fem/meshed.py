@@ -121,6 +121,10 @@ class Meshed[S](ABC):
         force[body] = np.outer(self._faces[face], local).ravel()
         return force
 
+    def following(self, force: FloatArray, state: S) -> FloatArray:
+        """The array itself: where kinematics are small directions stay those of the reference."""
+        return force
+
     def point_force(self, body: int, point: FloatArray | None, force: FloatArray) -> FloatArray:
         """Force (d,) [N] at a world point of the reference (None: centroid), nodal (b, n) [N]."""
         centre = self.rotation[body] @ self.modes.centroid + self.translation[body]

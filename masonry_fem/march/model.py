@@ -33,12 +33,14 @@ class Load:
         moves, where it begins.
     factor : Function of time [s], or of the load factor in statics.
     travel : How it moves; None: it stays.
+    follows : Whether its directions turn with the blocks; the pattern is that of the reference.
     """
 
     name: str
     forces: tuple[FloatArray | None, ...]
     factor: Callable[[float], float]
     travel: Travel | None = None
+    follows: bool = False
 
     def pattern(self, groups: tuple[BodyGroup, ...], time: float) -> tuple[FloatArray | None, ...]:
         """The forces where the load is at a time.

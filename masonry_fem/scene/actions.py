@@ -8,7 +8,9 @@ from msgspec import Meta
 
 from masonry_fem.records.record import (
     AccelerationVector,
+    AnyPressure,
     BlockSelector,
+    Count,
     Distance,
     FaceSelector,
     FilePath,
@@ -23,6 +25,7 @@ from masonry_fem.records.record import (
     Point,
     Radians,
     RotationVector,
+    Seconds,
     Selector,
     Spec,
     Speed,
@@ -36,9 +39,11 @@ class Table(Spec, frozen=True, kw_only=True, tag_field="kind", tag="table"):
     Attributes
     ----------
     points : pairs (time, value)
+    repeats : after the last point it begins anew at the first, for ever
     """
 
     points: Annotated[tuple[tuple[Instant, float], ...], Meta(min_length=1)]
+    repeats: bool = False
 
 
 class Sine(Spec, frozen=True, kw_only=True, tag_field="kind", tag="sine"):
@@ -56,22 +61,54 @@ class Sine(Spec, frozen=True, kw_only=True, tag_field="kind", tag="sine"):
     phase: Radians = 0.0
 
 
+class Pulse(Spec, frozen=True, kw_only=True, tag_field="kind", tag="pulse"):
+    """A pulse, or several: the factor is 0 before, between and after them.
+
+    Attributes
+    ----------
+    start : when the first one begins
+    duration : of one pulse
+    shape : ``half_sine``, ``triangle`` and ``rectangle`` are of one sign, ``full_sine`` goes to both sides;
+        steps ought to be short beside the sides of a rectangle, which are steep
+    amplitude : the largest value of the factor
+    every : time from the start of one pulse to that of the next, not shorter than a pulse
+    count : how many there are with ``every``, by default without end; without ``every`` there is one
+    """
+
+    duration: Seconds
+    start: Instant = 0.0
+    shape: Literal["half_sine", "full_sine", "triangle", "rectangle"] = "half_sine"
+    amplitude: float = 1.0
+    every: Seconds | None = None
+    count: Count | None = None
+
+
 class Record(Spec, frozen=True, kw_only=True, tag_field="kind", tag="record"):
     """A factor from two columns (time, value) of a CSV file, linear between the rows.
 
-    The first line may hold titles, and ``#`` begins a comment. Every other line has two finite numbers.
+    The first line may hold titles, and ``#`` begins a comment. Every other line has two finite numbers, or
+    with ``column`` as many as there are titles; time is the first of them.
 
     Attributes
     ----------
     path : the CSV file, relative to the scene file
     scale : multiplies the file's values
+    column : title of the column that holds the values
+    unit : of the values, as ``"kN"``: they become numbers in SI units, so that a vector that they multiply is
+        a direction
+    time_unit : of the times, as ``"ms"``; seconds by default
+    repeats : after the last row it begins anew at the first, for ever
     """
 
     path: FilePath
     scale: float = 1.0
+    column: str | None = None
+    unit: str | None = None
+    time_unit: str | None = None
+    repeats: bool = False
 
 
-TimeFunction = Table | Sine | Record
+TimeFunction = Table | Sine | Pulse | Record
 
 
 class Motion(Spec, frozen=True, kw_only=True):
@@ -175,6 +212,27 @@ class Traction(Spec, frozen=True, kw_only=True):
     case: Name | None = None
 
 
+class PressureLoad(Spec, frozen=True, kw_only=True):
+    """Uniform pressure on faces ``blocks/face``, as of water, which turns with the blocks.
+
+    It acts along the normals of the faces, on rigid and on elastic blocks as these have turned by then; with
+    ``contact.update = "fixed"``, and on blocks with clamped faces, along those of the undeformed structure.
+    That strains turn and stretch faces, too, is left out.
+
+    Attributes
+    ----------
+    on : selector of faces
+    pressure : presses on the blocks where it is positive, and sucks where it is negative
+    time : factor as a function of time, 1 by default. In statics, time is the load factor from 0 to 1
+    case : load case, whose factor [combinations](combinations.md) give; without one it acts in all as it is
+    """
+
+    on: FaceSelector
+    pressure: AnyPressure
+    time: TimeFunction | None = None
+    case: Name | None = None
+
+
 class PointForce(Spec, frozen=True, kw_only=True):
     """Force on a block, at a point of it.
 
@@ -256,14 +314,16 @@ class Temperature(Spec, frozen=True, kw_only=True):
 
     Attributes
     ----------
-    on : selector of blocks; supports among them stay as they are
+    on : selector of blocks, by default all; supports among them stay as they are
+    material : name of a material: only blocks of it among these
     change : the change of temperature where the factor ``time`` is 1
     time : factor as a function of time; by default it grows from 0 to 1 over the analysis. In statics, time
         is the load factor from 0 to 1
     case : load case, whose factor [combinations](combinations.md) give; without one it acts in all as it is
     """
 
-    on: BlockSelector
+    on: BlockSelector = "*"
+    material: str | None = None
     change: Kelvin
     time: TimeFunction | None = None
     case: Name | None = None
@@ -278,7 +338,8 @@ class Loads(Spec, frozen=True, kw_only=True):
     gravity_time : factor of gravity as a function of time, 1 by default
     accelerations : uniform accelerations besides gravity
     accelerograms : accelerations of the ground from files
-    tractions : forces per area on faces
+    tractions : forces per area on faces, which keep their direction
+    pressures : pressures on faces, which turn with them
     points : forces at points
     lines : forces per length along segments
     moving : forces that go along a path over faces
@@ -290,6 +351,7 @@ class Loads(Spec, frozen=True, kw_only=True):
     accelerations: tuple[Acceleration, ...] = ()
     accelerograms: tuple[Accelerogram, ...] = ()
     tractions: tuple[Traction, ...] = ()
+    pressures: tuple[PressureLoad, ...] = ()
     points: tuple[PointForce, ...] = ()
     lines: tuple[LineForce, ...] = ()
     moving: tuple[MovingLoad, ...] = ()

@@ -20,6 +20,7 @@ from masonry_fem.scene.joint_checks import check_joints, joint_doubts
 from masonry_fem.scene.lines import KeyPath
 from masonry_fem.scene.material_doubts import material_doubts
 from masonry_fem.scene.misfit import MisfitError, braced, listed, nearest, wrong
+from masonry_fem.scene.quantity import QuantityError, si_factor, si_value
 from masonry_fem.scene.specs import (
     Accelerogram,
     Cut,
@@ -28,6 +29,7 @@ from masonry_fem.scene.specs import (
     Motion,
     MovingLoad,
     Override,
+    Pulse,
     PythonLaw,
     PythonMaterial,
     Record,
@@ -310,12 +312,16 @@ def _files(scene: Scene, base: Path) -> None:
     for path, record in records(scene):
         if isinstance(record, Table):
             _increasing(record, (*path, "points"))
+        elif isinstance(record, Pulse):
+            _pulse(record, path)
         elif isinstance(record, Structure) and record.source is not None:
             if Path(record.source).suffix.lower() not in record.endings:
                 raise wrong((*path, "path"), record.source, f"a file that ends in {listed(record.endings)}")
             _exists(record.source, (*path, "path"), base)
         elif isinstance(record, Record):
             _exists(record.path, (*path, "path"), base)
+            for key, unit in (("unit", record.unit), ("time_unit", record.time_unit)):
+                _unit(unit, (*path, key))
         elif isinstance(record, Accelerogram):
             _accelerogram(record, path, base)
         elif isinstance(record, PythonLaw | PythonMaterial):
@@ -334,6 +340,25 @@ def _accelerogram(record: Accelerogram, path: KeyPath, base: Path) -> None:
         _exists(name, (*path, axis), base)
         if Path(name).suffix.lower() == ".at2" and record.unit not in (None, "g"):
             raise wrong((*path, "unit"), record.unit, f"none, or 'g', as '{name}' is in units of g")
+
+
+def _pulse(pulse: Pulse, path: KeyPath) -> None:
+    if pulse.every is not None and pulse.every < pulse.duration:
+        expected = f"a time not shorter than a pulse ({pulse.duration:g} s)"
+        raise wrong((*path, "every"), pulse.every, expected)
+    if pulse.count is not None and pulse.every is None:
+        raise wrong((*path, "count"), pulse.count, "none without 'every': there is one pulse; give both")
+
+
+def _unit(unit: str | None, path: KeyPath) -> None:
+    if unit is None:
+        return
+    timed = path[-1] == "time_unit"
+    try:
+        _ = si_value(f"1 {unit}", "s") if timed else si_factor(unit)
+    except QuantityError as error:
+        expected = "a unit of time, as 'ms'" if timed else "a unit, as 'kN'"
+        raise wrong(path, unit, expected, str(error)) from error
 
 
 def _increasing(table: Table, path: KeyPath) -> None:
@@ -394,6 +419,7 @@ def _driven(scene: Scene) -> bool:
         loads.accelerations
         or loads.accelerograms
         or loads.tractions
+        or loads.pressures
         or loads.points
         or loads.lines
         or loads.moving

@@ -20,6 +20,7 @@ SCALED = {
     "accelerations": "vector",
     "accelerograms": "scale",
     "tractions": "vector",
+    "pressures": "pressure",
     "points": "vector",
     "lines": "vector",
     "moving": "vector",

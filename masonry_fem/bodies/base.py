@@ -317,6 +317,13 @@ class Moves(Protocol):
         """A step's start with velocities and material of its end; the motion of supports stays as given."""
         ...
 
+    def set_down(self, state: State, rows: IntArray, rotation: FloatArray, shift: FloatArray) -> State:
+        """Blocks ``rows`` (k,) at rest at x = R X + t without strain: R (k, d, d), t (k, d) [m].
+
+        X are places in the reference. Supports and blocks with clamped faces stay as they are.
+        """
+        ...
+
     def with_velocity(self, state: State, body: int, velocity: FloatArray, spin: FloatArray) -> State:
         """One block set moving at ``velocity`` (d,) [m/s], turning at ``spin`` (1,) or (3,) [rad/s]."""
         ...

@@ -20,6 +20,7 @@ from masonry_fem.bodies.base import BodyGroup
 from masonry_fem.bodies.support import SupportGroup
 from masonry_fem.build.joints import joint_of_interfaces, joints_at, touching
 from masonry_fem.build.model import Built
+from masonry_fem.build.seating import seated
 from masonry_fem.build.stones import Stones
 from masonry_fem.build.ties import stretched_from
 from masonry_fem.contact.posed import corners
@@ -63,7 +64,7 @@ def succeeded(scene: specs.Scene, built: Built, base: Path, left: Left) -> tuple
     ----------
     scene : The scene. built : Made of it, stones in their reference places.
     base : Folder that the scene's paths are relative to.
-    left : The other structure; stones that it has not begin in their reference places, without stress.
+    left : The other structure; stones that it has not begin without stress, where the analysis says.
 
     Raises
     ------
@@ -76,6 +77,8 @@ def succeeded(scene: specs.Scene, built: Built, base: Path, left: Left) -> tuple
     bodies = tuple(
         _taken(group, rest, left, old) for group, rest in zip(model.groups, built.bodies, strict=True)
     )
+    if scene.analysis.new_stones == "moved":
+        bodies = seated(model, bodies, old >= 0)
     if not scene.analysis.inertia:  # no velocity goes into statics
         bodies = tuple(
             group.scale_velocity(own, 0.0) for group, own in zip(model.groups, bodies, strict=True)

@@ -213,7 +213,8 @@ class Stage(Spec, frozen=True, kw_only=True):
         where their points have gone
     materials : tables in place of those of the same names
     without : blocks that are not there, in place of those of the stage before. What they gave to others goes
-        in statics evenly over the steps; stones that appear have no stress, in their reference place
+        in statics evenly over the steps; stones that appear have no stress, and stand where
+        ``analysis.new_stones`` says
     """
 
     name: Name

@@ -57,6 +57,7 @@ DEMOS: dict[str, tuple[dict[str, object], dict[str, str]]] = {
             "struck_arch_spread": "spread/thrust",
         },
     ),
+    "built_wall": ({}, {"built_wall": "settled/overview"}),
     "crossed_bridge": (
         {},
         {"crossed_bridge": "worst/overview", "crossed_bridge_places": "places"},

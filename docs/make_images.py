@@ -103,6 +103,14 @@ def make(name: str) -> None:
             print(f"{image}.png  {size / 1e3:.0f} kB")
 
 
+def make_elastic_floors() -> None:
+    """The demo of the floor that turns, with elastic stones."""
+    with tempfile.TemporaryDirectory() as folder:
+        import_module("demos.floor_rotation").main(out=Path(folder), fidelity="elastic")
+        size = shrink(Path(folder) / "overview.png", IMAGES / "floor_rotation_elastic.png")
+    print(f"floor_rotation_elastic.png  {size / 1e3:.0f} kB")
+
+
 def make_mechanism() -> None:
     """The mechanism of docs/collapse.md: an arch under a growing acceleration."""
     changes = ["title='Arch under a growing acceleration'", "joints.0.inset=1.0"]
@@ -233,6 +241,7 @@ def shrink(source: Path, target: Path) -> int:
 if __name__ == "__main__":
     sys.path.insert(0, str(ROOT))
     others = {
+        "elastic_floors": make_elastic_floors,
         "mechanism": make_mechanism,
         "threshold": make_threshold,
         "study": make_study,

@@ -310,6 +310,14 @@ def test_floor_that_turns_cracks_the_wall_on_both_faces(drop):
     assert wall.far == pytest.approx(wall.exact_far, rel=turn)
 
 
+def test_elastic_floors_turn_as_rigid_ones_do_and_sag():
+    wall = floor_rotation.main(fidelity="elastic")
+    assert wall.outcome == "equilibrium"
+    assert wall.far == pytest.approx(wall.exact_far, rel=5e-3)
+    for found, exact in zip((wall.below, wall.above), wall.exact_openings, strict=True):
+        assert 0.8 * exact < found < 0.95 * exact
+
+
 @pytest.mark.parametrize("fidelity", ["rigid", "elastic"])
 def test_a_dome_stands_by_its_chain(fidelity):
     found = chained_dome.main(fidelity=fidelity)

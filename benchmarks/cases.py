@@ -42,6 +42,7 @@ from masonry_fem.scene.specs import (
     Table,
 )
 from masonry_fem.structures.arch import ArchStructure
+from masonry_fem.structures.barrel_vault import BarrelVaultStructure
 from masonry_fem.structures.block import BlockStructure
 from masonry_fem.structures.rubble import RubbleStructure
 from masonry_fem.structures.wall import WallStructure
@@ -233,6 +234,35 @@ def elastic_rubble(stones: int) -> Row:
     )
 
 
+def elastic_vault(voussoirs: int, stones: int, tolerance: float) -> Row:
+    """A barrel vault whose joints are displaced at random, under its weight: no two stones are alike.
+
+    Parameters
+    ----------
+    voussoirs, stones : Its courses, and stones in each. tolerance : Of the solution.
+    """
+    vault = BarrelVaultStructure(
+        name="vault",
+        material="stone",
+        radius=4.0,
+        thickness=0.6,
+        depth=0.75 * stones,
+        embrace=120.0,
+        voussoirs=voussoirs,
+        stones=stones,
+        irregularity=0.15,
+    )
+    return solved(
+        scene(
+            vault,
+            mesh=MeshSettings(size=0.3),
+            joints=(Joint(friction=0.6),),
+            analysis=Statics(),
+            solver=Solver(tolerance=tolerance),
+        )
+    )
+
+
 def elastic_build(count: int) -> Row:
     """Mesh, contacts, operators and factors only."""
     from masonry_fem.bodies.base import Scheme  # noqa: PLC0415
@@ -350,6 +380,8 @@ CASES: dict[str, Callable[[], Row]] = {
     "elastic rubble, 200 stones": lambda: elastic_rubble(200),
     "elastic rubble, 1000 stones": lambda: elastic_rubble(1000),
     "elastic rubble, 5000 stones": lambda: elastic_rubble(5000),
+    "elastic vault, 180 unlike stones, to 1e-6": lambda: elastic_vault(21, 8, 1e-6),
+    "elastic vault, 512 unlike stones, to 1e-6": lambda: elastic_vault(21, 24, 1e-6),
     "elastic wall 40x40, built": lambda: elastic_build(40),
     "weighted wall 58x58, placed": lambda: weighted_wall(58),
     "one stone 10x10x10": lambda: large_stone(10, Statics()),

@@ -109,3 +109,13 @@ def test_results_page_lists_every_key_of_the_summary(repository):
         *(key for part in ("certificate", "energy", "seconds", "solver") for key in summary[part]),
     ]
     assert [key for key in keys if f"`{key}`" not in text] == []
+
+
+def test_pages_of_parts_are_fresh(repository):
+    """Else run ``python docs/make_parts.py``."""
+    spec = importlib.util.spec_from_file_location("make_parts", repository / "docs/make_parts.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    assert module.main(["--check"]) == 0
+    made = dict(module.pages())
+    assert {"contact_solver_newton.md", "analysis_statics.md", "material_brittle_damage.md"} <= set(made)

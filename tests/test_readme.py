@@ -46,7 +46,7 @@ def test_commands_are_understood(readme):
     commands = re.findall(r"^\| `masonry-fem ([^`]+)` \|", readme, re.M)
     assert {line.split()[0] for line in commands} == {
         "run", "check", "limit", "collapse", "threshold", "study", "mesh", "resume", "view", "report",
-        "contact", "compile", "new", "explain", "info",
+        "contact", "compile", "new", "explain", "completion", "info",
     }  # fmt: skip
     for line in commands:
         options = parser().parse_args(re.sub(r"[][]", "", line).split())

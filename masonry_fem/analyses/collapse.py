@@ -184,10 +184,10 @@ def _doubts(trials: Trials, bracket: Bracket, bound: float | None, tolerance: fl
     if any(trial.message.startswith(AT_LIMIT) for trial in trials.made if trial.verdict == "falls"):
         yield "a trial at the limit, without equilibrium if friction is 0.1 % less, counts as falling"
     if bound is not None:
-        yield from _beside_limit(trials, bracket, bound, tolerance)
+        yield from _beside_limit(bracket, bound, tolerance)
 
 
-def _beside_limit(trials: Trials, bracket: Bracket, bound: float, tolerance: float) -> Iterator[str]:
+def _beside_limit(bracket: Bracket, bound: float, tolerance: float) -> Iterator[str]:
     """How the bracket may lie apart from the ``bound`` of limit analysis."""
     if bracket.falls is not None and bracket.falls < bound * (1 - 2 * tolerance):
         yield (

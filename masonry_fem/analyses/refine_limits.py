@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import psutil
 
-from masonry_fem.host.trim import peak_memory
+from masonry_fem.host.memory import peak_memory
 from masonry_fem.march.march import March
 from masonry_fem.results.discretisation import Round
 

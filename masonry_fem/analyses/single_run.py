@@ -9,7 +9,6 @@ until its end: one that leans by more than 45° or has sunk by its height.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -19,7 +18,7 @@ from masonry_fem.analyses.bracket import Verdict
 from masonry_fem.analyses.limit import posed
 from masonry_fem.analyses.run.reopening import begun
 from masonry_fem.analyses.trials import VERDICTS
-from masonry_fem.build import build, solver_settings
+from masonry_fem.build import build
 from masonry_fem.limit import admissible
 from masonry_fem.march.march import Observer, march
 from masonry_fem.march.mechanism import Falling
@@ -50,13 +49,12 @@ class RunEnd:
     fall: Fall | None = None
 
 
-def run_once(scene: specs.Scene, base: Path, observers: Sequence[Observer] = ()) -> RunEnd:
+def run_once(scene: specs.Scene, base: Path) -> RunEnd:
     """Run a scene without writing anything, until it stands, has ended or has fallen.
 
     Parameters
     ----------
     scene : What to run. base : Folder that the paths in it are relative to.
-    observers : Told of every step.
 
     Raises
     ------
@@ -65,8 +63,8 @@ def run_once(scene: specs.Scene, base: Path, observers: Sequence[Observer] = ())
     scene = _unprobed(scene)
     built = build(scene, base)
     built, start = begun(scene, built, base)
-    settings, strategy = solver_settings(scene.solver), scene.analysis
-    watchers: list[Observer] = list(observers)
+    settings, strategy = scene.solver.settings, scene.analysis
+    watchers: list[Observer] = []
     if strategy.seeks_equilibrium:  # an error of 1e-6 is more than what lies between standing and falling
         settings = replace(settings, acceptable=0.0)
     else:

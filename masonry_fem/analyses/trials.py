@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from masonry_fem.analyses.bracket import Verdict
 from masonry_fem.analyses.pushing import Push
-from masonry_fem.build import Built, solver_settings
+from masonry_fem.build import Built
 from masonry_fem.march.clock import Clock
 from masonry_fem.march.equilibrium import Strategy
 from masonry_fem.march.equilibrium.equilibrium import Equilibrium
@@ -56,7 +56,7 @@ class Trials:
     ) -> None:
         self.built, self.push, self.at_once, self.tell, self.notes = built, push, at_once, tell, notes
         # an error of 1e-6 is more than what lies between standing and falling near the limit
-        self.settings = replace(solver_settings(scene.solver), acceptable=0.0)
+        self.settings = replace(scene.solver.settings, acceptable=0.0)
         self.strategy: Strategy = scene.analysis.loading
         if not self.strategy.seeks_equilibrium:
             self.strategy = Statics()

@@ -1,6 +1,5 @@
 """Composition root: a Scene becomes a Model; only this folder picks concrete classes."""
 
-from masonry_fem.build.analysis import solver_settings
 from masonry_fem.build.model import Built, build
 
-__all__ = ["Built", "build", "solver_settings"]
+__all__ = ["Built", "build"]

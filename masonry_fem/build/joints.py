@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -49,29 +49,32 @@ def joint_of_interfaces(
     found = []
     idle = set(range(len(scene.joints)))
     for interface in interfaces:
-        if interface.tie:
-            found.append(-1)
-            continue
-        angle = inclination(interface)
-        first, second = (names[block] for block in interface.blocks)
-        matching = [
-            index
-            for index, joint in enumerate(scene.joints)
-            if fnmatchcase(interface.label, joint.interface)
-            and joint.inclination[0] - ROUNDING <= angle <= joint.inclination[1] + ROUNDING
-            and (_joins(joint.between, first, second) or _joins(joint.between, second, first))
-        ]
-        if not matching:
-            raise SceneError(
-                f"joints: none matches the interface '{interface.label}' between '{first[0]}' and "
-                f"'{second[0]}', {angle:.3g} degrees to the horizontal; add a joint with interface = '*', "
-                "no 'between' and no 'inclination' as the first one"
-            )
+        matching = [-1] if interface.tie else _matching(scene, interface, names)
         found.append(matching[-1])
         idle -= set(matching)
     if interfaces and tell:
         _tell_idle(scene, sorted(idle), {one.label for one in interfaces if not one.tie})
     return found
+
+
+def _matching(scene: specs.Scene, interface: Interface, names: Sequence[tuple[str, ...]]) -> list[int]:
+    """Numbers of the joint records that match an interface, at least one."""
+    angle = inclination(interface)
+    first, second = (names[block] for block in interface.blocks)
+    matching = [
+        index
+        for index, joint in enumerate(scene.joints)
+        if fnmatchcase(interface.label, joint.interface)
+        and joint.inclination[0] - ROUNDING <= angle <= joint.inclination[1] + ROUNDING
+        and (_joins(joint.between, first, second) or _joins(joint.between, second, first))
+    ]
+    if not matching:
+        raise SceneError(
+            f"joints: none matches the interface '{interface.label}' between '{first[0]}' and "
+            f"'{second[0]}', {angle:.3g} degrees to the horizontal; add a joint with interface = '*', "
+            "no 'between' and no 'inclination' as the first one"
+        )
+    return matching
 
 
 def touching(

@@ -35,6 +35,7 @@ from masonry_fem.joints.laws.parts.rough import Rough
 from masonry_fem.joints.parameters import Parameter
 from masonry_fem.records.remark import remark
 from masonry_fem.scene import specs
+from masonry_fem.scene.laws import program_faults
 from masonry_fem.scene.own_class import Kind, OwnClass, made
 
 FloatArray = NDArray[np.float64]
@@ -280,7 +281,7 @@ def law_of_file(
     SceneError : Where the file is not trusted, cannot be run, has no such law, or the law refuses its
         parameters.
     """
-    for fault, expected in spec.faults():  # none, if the scene has been checked
+    for fault, expected in program_faults(spec):  # none, if the scene has been checked
         raise SceneError(f"{key}.{fault} is {getattr(spec, fault)!r}, expected {expected}")
 
     def parameters(accepted: Collection[str]) -> dict[str, Any]:

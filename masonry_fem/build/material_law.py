@@ -17,6 +17,7 @@ from masonry_fem.errors import LawError, MasonryError, SceneError
 from masonry_fem.fem.material_kinds import law_of
 from masonry_fem.fem.material_law import BoolArray, FloatArray, Isotropic, MaterialLaw, Response
 from masonry_fem.scene import specs
+from masonry_fem.scene.laws import program_faults
 from masonry_fem.scene.own_class import Kind, OwnClass, made
 
 PATH = "masonry_fem.fem.material_law.MaterialLaw"
@@ -43,7 +44,7 @@ def material_law(stone: specs.Material, base: Path) -> MaterialLaw:
     spec = stone.inelastic
     assert spec is not None  # checked when the stones were laid
     if isinstance(spec, specs.PythonMaterial):
-        for fault, expected in spec.faults():  # none, if the scene has been checked
+        for fault, expected in program_faults(spec):  # none, if the scene has been checked
             raise SceneError(f"{KEY}.{fault} is {getattr(spec, fault)!r}, expected {expected}")
         own = OwnClass(spec.file, spec.name, "name")
         return _OwnMaterial(made(OWN_LAW, own, base, KEY, lambda _: spec.parameters or {}))

@@ -28,6 +28,7 @@ from masonry_fem.contact.contacts import Interface
 from masonry_fem.contact.detection import REACH, detect
 from masonry_fem.errors import ExtensionError, MasonryError, SceneError
 from masonry_fem.fidelities import Fidelity, Given, deforms, fidelities
+from masonry_fem.host.phases import phase
 from masonry_fem.march.clock import Clock
 from masonry_fem.march.model import Model, Probe
 from masonry_fem.march.shaking import Shaking
@@ -83,26 +84,32 @@ def build(scene: specs.Scene, base: Path, before: Built | None = None, *, solved
     check_places(stones)
     foresee_meshes(scene, stones)
     clock.lap("build")
-    stones = meshed(stones, None if before is None else before.stones)
+    with phase("meshes") as at:
+        stones = meshed(stones, None if before is None else before.stones, at)
     clock.lap("mesh" if stones.deforming else "build")
     ground = shaking(scene, base)
     stones = shaken(stones, ground)
     reach = scene.contact.reach
-    refuse_overlaps(stones, reach)
-    interfaces = detect(stones.assembly, reach=reach, angle=scene.contact.angle)
-    interfaces, chosen = touching(scene, stones, _between_free(stones, interfaces))
-    _tell_gaps(stones, interfaces)
-    interfaces, contacts, laws, scatter = contacts_and_joints(scene, stones, interfaces, chosen, base)
+    with phase("joints and their contact points") as at:
+        refuse_overlaps(stones, reach)
+        at(1, "no blocks overlap")
+        interfaces = detect(stones.assembly, reach=reach, angle=scene.contact.angle)
+        interfaces, chosen = touching(scene, stones, _between_free(stones, interfaces))
+        at(2, f"{len(interfaces)} joints found")
+        _tell_gaps(stones, interfaces)
+        interfaces, contacts, laws, scatter = contacts_and_joints(scene, stones, interfaces, chosen, base)
     chosen = [*chosen, *[-1] * (len(interfaces) - len(chosen))]
     _doubt_loose(stones, interfaces)
     clock.lap("detect")
     if solved:
         points = np.bincount(contacts.blocks.ravel(), minlength=len(stones.assembly.blocks))
         foresee_memory(scene, memory_of_run(stones, points))
-    for kind in _used(stones):
-        kind.load()
+    with phase("loading libraries"):
+        for kind in _used(stones):
+            kind.load()
     clock.lap("import" if stones.deforming else "build")
-    groups = body_groups(scene, stones, base, () if before is None else before.model.groups)
+    with phase("stiffness and mass of the stones"):
+        groups = body_groups(scene, stones, base, () if before is None else before.model.groups)
     clock.lap("assemble" if stones.deforming else "build")
     model = Model(
         assembly=stones.assembly,

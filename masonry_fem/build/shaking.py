@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
+from masonry_fem.bodies.base import FloatArray
 from masonry_fem.bodies.support import Clamp, Motion
 from masonry_fem.build.stones import Stones
 from masonry_fem.march.shaking import Component, GroundMotion, Shaking, corrected
@@ -71,7 +74,11 @@ def _moved(own: Motion | None, ground: Shaking) -> Motion:
     way = own.displacement
     if way is None:
         return replace(own, displacement=ground.shift)
-    return replace(own, displacement=lambda time: np.asarray(way(time)) + ground.shift(time))
+    return replace(own, displacement=partial(_carried, way, ground))
+
+
+def _carried(way: Callable[[float], FloatArray], ground: Shaking, time: float) -> FloatArray:
+    return np.asarray(way(time)) + ground.shift(time)
 
 
 def _doubt(scene: specs.Scene, record: GroundMotion, name: str, acts: str) -> None:

@@ -22,6 +22,7 @@ from masonry_fem.errors import SceneError
 from masonry_fem.fem.material_kinds import material_kinds
 from masonry_fem.fidelities import deforms
 from masonry_fem.fidelities import fidelity as fidelity_of
+from masonry_fem.host.phases import At
 from masonry_fem.scene import specs
 from masonry_fem.scene.selector import matches, select, split_face
 from masonry_fem.solid.assembly import Assembly, Shape
@@ -286,13 +287,14 @@ def _laws() -> str:
     return ", ".join(f"law = '{name}'" for name in material_kinds())
 
 
-def meshed(stones: Stones, before: Stones | None = None) -> Stones:
+def meshed(stones: Stones, before: Stones | None = None, at: At | None = None) -> Stones:
     """The stones with a mesh for each elastic block, shared by blocks of equal shape and settings.
 
     Parameters
     ----------
     stones : As ``lay`` made them.
     before : Earlier stones, whose meshes are used again where solid and settings are the same.
+    at : Is told how many meshes there are.
 
     Raises
     ------
@@ -323,6 +325,8 @@ def meshed(stones: Stones, before: Stones | None = None) -> Stones:
                 shape = replace(fine, mesh=mesh)
             shapes.append(shape)
             origins.append(origin)
+            if at is not None:
+                at(len(shapes), total=len(assembly.shapes))
         blocks.append(replace(block, shape=number[key]))
     clamps = {block: _moved(held, origins[blocks[block].shape]) for block, held in stones.clamps.items()}
     return replace(stones, assembly=Assembly(assembly.dimension, tuple(shapes), tuple(blocks)), clamps=clamps)

@@ -130,12 +130,16 @@ def _refuse_others(built: Built, left: Left, old: IntArray) -> None:
     )
     told = [f"'{names[k]}' was {was[k] or 'a support'}, and is {now[k] or 'a support'}" for k in other]
     told += [f"'{names[k]}' had another shape or place" for k in gone]
+    heavier = [k for k in heavier if k not in other]  # a support has none
     told += [f"'{names[k]}' had a mass of {before[k]:g}, and has {mass[k]:g}" for k in heavier]
     if told:
+        let_go = any(was[k] is None for k in other)
         raise MasonryError(
             f"the scene cannot start from the state that was left: {first_few(told, SHOWN, separator='; ')}. "
-            "Expected stones of the same names as they were: give others other names"
-        )
+            "Expected stones of the same names as they were: "
+            + ("name all supports, as those of a stage take the place of all before" if let_go else
+               "give others other names")
+        )  # fmt: skip
 
 
 def _elsewhere(built: Built, left: Left, here: IntArray, there: IntArray) -> np.ndarray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -35,8 +36,8 @@ def time_factor(
     if scene.analysis.ramp < scene.analysis.end and not scene.analysis.inertia:
         return ramp(scene)
     if not scene.analysis.inertia:
-        return lambda load_factor: load_factor
-    return lambda _: 1.0
+        return _itself
+    return _one
 
 
 def motion_of(scene: specs.Scene, motion: specs.Motion, base: Path) -> Motion:
@@ -59,7 +60,7 @@ def motion_of(scene: specs.Scene, motion: specs.Motion, base: Path) -> Motion:
 def ramp(scene: specs.Scene) -> Callable[[float], float]:
     """From 0 to 1 over the load factor, the duration, or the first tenth of the allowed steps."""
     end = scene.analysis.ramp
-    return lambda time: min(time / end, 1.0)
+    return partial(_up_to, end)
 
 
 def last_change(scene: specs.Scene, base: Path, ground: Shaking | None = None) -> float:
@@ -98,4 +99,23 @@ def _scaled(
     value: tuple[float, ...] | float, factor: Callable[[float], float]
 ) -> Callable[[float], FloatArray]:
     vector = np.array(value, dtype=float)
-    return lambda time: np.asarray(factor(time) * vector)
+    return partial(_times, vector, factor)
+
+
+# functions with a name of their own: results are pickled with the loads in them
+
+
+def _itself(load_factor: float) -> float:
+    return load_factor
+
+
+def _one(time: float) -> float:
+    return 1.0
+
+
+def _up_to(end: float, time: float) -> float:
+    return min(time / end, 1.0)
+
+
+def _times(vector: FloatArray, factor: Callable[[float], float], time: float) -> FloatArray:
+    return np.asarray(factor(time) * vector)

@@ -9,7 +9,8 @@ than 0 by the length L_0 of the tie without force: its gap L_0 − L is open whe
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from hashlib import blake2b
 from itertools import pairwise
 
@@ -63,23 +64,13 @@ def ties(scene: specs.Scene, stones: Stones) -> tuple[Faces, Contacts]:
     ------
     SceneError : A tie is fixed to no block or to no point of it, has no length, or joins no free block.
     """
-    names: list[str] = []
-    ends: list[tuple[tuple[int, FloatArray], tuple[int, FloatArray]]] = []
-    of: list[int] = []
-    for index, tie in enumerate(scene.ties):
-        places = [_place(stones, point, f"ties.{index}.points.{k}") for k, point in enumerate(tie.points)]
-        parts = list(pairwise([*places, places[0]] if tie.closed else places))
-        for number, part in enumerate(parts, start=1):
-            names.append(part_name(tie, number, len(parts)))
-            ends.append(part)
-            of.append(index)
-            _refuse(scene, stones, index, names[-1], part)
-    blocks = np.array([[block for block, _ in part] for part in ends], dtype=np.int64)
-    points = np.array([[point for _, point in part] for part in ends])
+    parts = list(_straight(scene, stones))
+    names, own = [one.name for one in parts], [one.tie for one in parts]
+    blocks = np.array([[block for block, _ in one.ends] for one in parts], dtype=np.int64)
+    points = np.array([[point for _, point in one.ends] for one in parts])
     reach = points[:, 1] - points[:, 0]
     length = np.linalg.norm(reach, axis=1)
     frame = local_frames(reach / length[:, None])
-    own = [scene.ties[index] for index in of]
     rest = _rest_length(own, length)
     faces = tuple(
         Interface(
@@ -105,16 +96,23 @@ def ties(scene: specs.Scene, stones: Stones) -> tuple[Faces, Contacts]:
     return faces, contacts
 
 
-def part_name(tie: specs.Tie, number: int, count: int) -> str:
-    """Name of a straight part of a tie.
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """A straight part of a tie: its name, and block and point of both ends."""
 
-    Parameters
-    ----------
-    tie : The tie.
-    number : Of the part, from 1 on.
-    count : How many it has.
-    """
-    return tie.name if count == 1 else f"{tie.name}.{number}"
+    name: str
+    tie: specs.Tie
+    ends: tuple[tuple[int, FloatArray], tuple[int, FloatArray]]
+
+
+def _straight(scene: specs.Scene, stones: Stones) -> Iterator[_Part]:
+    """All parts of all ties."""
+    for index, tie in enumerate(scene.ties):
+        places = [_place(stones, point, f"ties.{index}.points.{k}") for k, point in enumerate(tie.points)]
+        ends = pairwise([*places, places[0]] if tie.closed else places)
+        for name, part in zip(tie.parts, ends, strict=True):
+            _refuse(stones, f"ties.{index} ('{name}')", part)
+            yield _Part(name, tie, part)
 
 
 def tie_law(scene: specs.Scene, interfaces: Faces, contacts: Contacts, points: IntArray) -> Tie:
@@ -126,23 +124,23 @@ def tie_law(scene: specs.Scene, interfaces: Faces, contacts: Contacts, points: I
     interfaces, contacts : Of the model.
     points : Numbers of those that are ties, shape (k,).
     """
-    known = {
-        part_name(tie, number, count): tie
-        for tie in scene.ties
-        for count in (len(tie.points) - (not tie.closed),)
-        for number in range(1, count + 1)
-    }
+    known = {name: tie for tie in scene.ties for name in tie.parts}
     own = [known[interfaces[number].label] for number in contacts.interface[points].tolist()]
     assert contacts.bulge is not None
-    hardening = [tie.young / STIFFER if tie.hardening is None else tie.hardening for tie in own]
     return Tie(
         modulus=np.array([tie.young for tie in own]),
         length=-contacts.bulge[points],
         prestress=np.array([tie.pretension / tie.area for tie in own]),
-        strength=np.array([np.inf if tie.yield_stress is None else tie.yield_stress for tie in own]),
-        hardening=np.array(hardening),
-        rupture=np.array([np.inf if tie.rupture_strain is None else tie.rupture_strain for tie in own]),
+        strength=_given([tie.yield_stress for tie in own]),
+        hardening=_given([tie.hardening for tie in own], [tie.young / STIFFER for tie in own]),
+        rupture=_given([tie.rupture_strain for tie in own]),
     )
+
+
+def _given(values: list[float | None], usual: float | list[float] = np.inf) -> FloatArray:
+    """Values, or what is usual where there is none."""
+    found = np.array([np.nan if value is None else value for value in values])
+    return np.where(np.isnan(found), usual, found)
 
 
 def _rest_length(own: list[specs.Tie], length: FloatArray) -> FloatArray:
@@ -169,27 +167,24 @@ def _place(stones: Stones, point: specs.TiePoint, key: str) -> tuple[int, FloatA
     return block, at
 
 
-def _refuse(
-    scene: specs.Scene, stones: Stones, index: int, name: str,
-    part: tuple[tuple[int, FloatArray], tuple[int, FloatArray]],
-) -> None:  # fmt: skip
+def _refuse(stones: Stones, title: str, part: tuple[tuple[int, FloatArray], tuple[int, FloatArray]]) -> None:
     (first, start), (second, end) = part
     blocks = stones.assembly.blocks
     if first == second:
         raise SceneError(
-            f"ties.{index} ('{name}') leads from '{blocks[first].name}' to itself, expected two blocks; name "
+            f"{title} leads from '{blocks[first].name}' to itself, expected two blocks; name "
             "another one, or leave the tie out"
         )
     size = float(np.linalg.norm(np.ptp(stones.assembly.solid(first).vertices, axis=0)))
     if float(np.linalg.norm(end - start)) <= SHORT * size:
         raise SceneError(
-            f"ties.{index} ('{name}') has its ends on '{blocks[first].name}' and '{blocks[second].name}' in "
+            f"{title} has its ends on '{blocks[first].name}' and '{blocks[second].name}' in "
             "one point, expected two: a tie needs a length to stretch"
         )
     if stones.fidelity[first] is None and stones.fidelity[second] is None:
         remark(
             "idle_tie",
-            f"ties.{index} ('{name}') joins two supports, '{blocks[first].name}' and "
+            f"{title} joins two supports, '{blocks[first].name}' and "
             f"'{blocks[second].name}': it holds nothing; fix one end to a free block, or drop it",
             blocks[first].name,
             blocks[second].name,

@@ -1,19 +1,19 @@
 """Command line ``masonry-fem``: one file per command, each with a few calls into the package.
 
 A command's function ``add(commands, parents)`` adds its parser to ``commands``; ``parents`` has the options
-that commands share. Exit codes are explained in ``exit_codes``. Heavy libraries are imported within
-functions, so
-that ``--help`` does not wait for them.
+that commands share, and ``EXAMPLES`` of the file stand in its help. Exit codes are explained in
+``exit_codes``. Heavy libraries are imported within functions, so that ``--help`` does not wait for them.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import logging
 import os
 import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import masonry_fem
@@ -21,6 +21,7 @@ from masonry_fem.cli import (
     check,
     collapse,
     compile,
+    completion,
     contact,
     explain,
     info,
@@ -36,7 +37,7 @@ from masonry_fem.cli import (
 )
 from masonry_fem.cli.console import complain, speak_readably
 from masonry_fem.cli.exit_codes import BAD_INPUT, INTERRUPTED, PIPE_CLOSED, WORDS
-from masonry_fem.cli.grammar import Parser, parents
+from masonry_fem.cli.grammar import Parser, epilog, parents
 from masonry_fem.cli.signals import answered
 from masonry_fem.errors import MasonryError
 from masonry_fem.host import ranks
@@ -59,6 +60,7 @@ COMMANDS = (
     contact,
     compile,
     explain,
+    completion,
     info,
 )
 
@@ -89,6 +91,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _led(arguments: Sequence[str] | None) -> int:
     """Run one command; its exit code."""
     options = parser().parse_args(arguments)
+    if getattr(options, "no_color", False):
+        os.environ["NO_COLOR"] = "1"  # what prints asks for it
     told = logging.DEBUG if options.debug else logging.INFO if options.verbose else logging.WARNING
     logging.getLogger("masonry_fem").setLevel(told)
     logging.getLogger("masonry_fem.host.compiled").setLevel(logging.INFO)  # nobody waits without knowing why
@@ -101,7 +105,8 @@ def _answer(options: argparse.Namespace) -> int:
     """Run the command; its exit code."""
     try:
         _refuse_ranks(options)
-        code: int = options.command(options)
+        with _shown(options):
+            code: int = options.command(options)
         sys.stdout.flush()
         return code
     except KeyboardInterrupt as error:
@@ -118,6 +123,18 @@ def _answer(options: argparse.Namespace) -> int:
             raise
         complain(_sentence(error))
     return BAD_INPUT
+
+
+@contextlib.contextmanager
+def _shown(options: argparse.Namespace) -> Iterator[None]:
+    """Lines on a terminal with what is being done."""
+    if getattr(options, "quiet", True) or not sys.stderr.isatty():
+        yield
+        return
+    from masonry_fem.output.display import shown  # noqa: PLC0415 - not on the path of --help
+
+    with shown(True):
+        yield
 
 
 def _refuse_ranks(options: argparse.Namespace) -> None:
@@ -165,7 +182,7 @@ def parser() -> Parser:
     top = Parser(
         prog="masonry-fem",
         description="Mechanics of block masonry: finite-element stones, true frictional joints.",
-        epilog=WORDS,
+        epilog=epilog((), WORDS),
     )
     top.add_argument("--version", action="version", version=f"masonry-fem {masonry_fem.__version__}")
     commands = top.add_subparsers(required=True, metavar="COMMAND")
@@ -174,5 +191,5 @@ def parser() -> Parser:
         command.add(commands, shared)
     for own, command in zip(commands.choices.values(), COMMANDS, strict=True):
         own.description = str(command.__doc__).partition(": ")[2].partition("\n")[0].capitalize()
-        own.epilog = WORDS
+        own.epilog = epilog(command.EXAMPLES, WORDS)
     return top

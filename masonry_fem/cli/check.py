@@ -9,6 +9,8 @@ from masonry_fem.cli.console import print_table
 from masonry_fem.cli.grammar import Commands, Parents, read_scene
 from masonry_fem.records.told import plain
 
+EXAMPLES = (("how large is it, and are its joints found", "masonry-fem check demos/tower.toml"),)
+
 
 def check_scene(options: argparse.Namespace) -> int:
     """Validate a scene and print its sizes."""

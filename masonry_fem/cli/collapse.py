@@ -6,23 +6,27 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from masonry_fem.cli.console import complain, print_files
+from masonry_fem.cli.console import conclude
 from masonry_fem.cli.exit_codes import COLLAPSE_CODES
 from masonry_fem.cli.grammar import Commands, Parents, read_scene, results_folder
+
+EXAMPLES = (
+    ("the ground tilts until it falls", "masonry-fem collapse demos/rubble_wall.toml --tilt x"),
+    ("a push along x", "masonry-fem collapse demos/low_wall.toml --acceleration x --tolerance 0.05"),
+)
 
 
 def collapse_scene(options: argparse.Namespace) -> int:
     """Find the collapse multiplier of a scene; the exit code says whether it was found."""
     scene, base = read_scene(options)
     from masonry_fem.analyses.collapse import collapse
-    from masonry_fem.output.collapse_table import Watch, print_collapse
     from masonry_fem.output.folder import Folder
-    from masonry_fem.records.told import text
+    from masonry_fem.output.search_table import Watch, print_collapse
 
     options.out = results_folder(options)
     # before the search, so that a folder that cannot be written to is found at once
     with Folder(options.out, "collapse", title=scene.title):
-        with Watch(quiet=options.quiet) as watch:
+        with Watch(options.tolerance) as watch:
             found = collapse(
                 scene,
                 base,
@@ -40,15 +44,7 @@ def collapse_scene(options: argparse.Namespace) -> int:
         drawn = asked if isinstance(asked, bool) else "mechanism" in asked
         pictures = drawn and told.outcome != "interrupted"
         files = found.write(options.out, pictures=pictures)
-    if options.json:
-        print(text(told))
-    elif not options.quiet:
-        print_collapse(told)
-        print_files(files)
-    code = COLLAPSE_CODES[told.outcome]
-    if code:
-        complain(told.message)
-    return code
+    return conclude(options, told, files, print_collapse, COLLAPSE_CODES[told.outcome])
 
 
 def add(commands: Commands, parents: Parents) -> None:

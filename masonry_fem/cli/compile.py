@@ -8,13 +8,13 @@ import logging
 
 from masonry_fem.cli.console import complain
 from masonry_fem.cli.grammar import Commands, Parents
+from masonry_fem.host.phases import phase
+
+EXAMPLES = (("once after an installation", "masonry-fem compile"),)
 
 
 def compile_all(options: argparse.Namespace) -> int:
     """Solve small scenes that use all compiled code."""
-    from rich.console import Console
-    from rich.progress import Progress
-
     from masonry_fem.analyses.rehearsal import SCENES, rehearse
 
     if not options.verbose:  # what these scenes warn of concerns nobody
@@ -22,10 +22,9 @@ def compile_all(options: argparse.Namespace) -> int:
             logging.getLogger(name).setLevel(logging.ERROR)
     if not options.quiet:
         complain("compiling for this processor; the first time this takes one to two minutes")
-    with Progress(console=Console(stderr=True), transient=True, disable=options.quiet) as bar:
-        task = bar.add_task("", total=len(SCENES))
-        for name in rehearse():
-            bar.update(task, advance=1, description=name)
+    with phase("scenes", len(SCENES)) as at:
+        for number, name in enumerate(rehearse()):
+            at(number + 1, f"{number + 1}/{len(SCENES)} {name}")
     return 0
 
 

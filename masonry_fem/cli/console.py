@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import argparse
 import codecs
 import os
 import shutil
 import sys
 import unicodedata
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -51,6 +52,29 @@ def _plain_sign(sign: str) -> str:
 def complain(sentence: str) -> None:
     """One line on standard error."""
     print(f"masonry-fem: {sentence}", file=sys.stderr)
+
+
+def conclude(
+    options: argparse.Namespace, told: Any, files: Sequence[Path], show: Callable[[Any], None], code: int
+) -> int:
+    """Say what a search found, and complain where it found nothing; the exit code again.
+
+    Parameters
+    ----------
+    options : What was asked: ``json``, ``quiet``.
+    told : What was found, with its ``message``. files : That were written.
+    show : Prints it for people. code : Exit code; 0 where all is well.
+    """
+    from masonry_fem.records.told import text  # noqa: PLC0415 - not on the path of --help
+
+    if options.json:
+        print(text(told))
+    elif not options.quiet:
+        show(told)
+        print_files(files)
+    if code:
+        complain(told.message)
+    return code
 
 
 def print_files(files: Sequence[Path]) -> None:

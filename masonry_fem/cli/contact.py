@@ -12,6 +12,11 @@ from pathlib import Path
 from masonry_fem.cli.exit_codes import EXIT_CODES
 from masonry_fem.cli.grammar import Commands, Parents
 
+EXAMPLES = (
+    ("with the method that suits", "masonry-fem contact results/arch/contact_1.npz"),
+    ("by another one, to 1e-12", "masonry-fem contact contact_1.npz --solver newton --tol 1e-12"),
+)
+
 
 def solve_contact(options: argparse.Namespace) -> int:
     """Solve a contact problem from a file; prints JSON."""

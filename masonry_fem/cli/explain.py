@@ -6,6 +6,11 @@ import argparse
 
 from masonry_fem.cli.grammar import Commands, Parents
 
+EXAMPLES = (
+    ("wherever such a key stands", "masonry-fem explain friction"),
+    ("a kind of structure", "masonry-fem explain structures.wall"),
+)
+
 
 def explain_key(options: argparse.Namespace) -> int:
     """Print the meaning of a key, a table or a kind of table."""

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import shutil
 import sys
+import textwrap
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -14,11 +17,18 @@ from masonry_fem.errors import MasonryError
 if TYPE_CHECKING:
     from masonry_fem.scene import Scene
 
+NARROWEST = 11  # columns: argparse goes no lower
 type Commands = argparse._SubParsersAction[Any]
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser whose complaints are bad input, exit code 1, as 2 means no convergence here."""
+    """A parser whose complaints are bad input, exit code 1, as 2 means no convergence here.
+
+    Its epilog is shown as it is written.
+    """
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings, formatter_class=argparse.RawDescriptionHelpFormatter)
 
     def error(self, message: str) -> NoReturn:
         """Print usage and message, end the program."""
@@ -40,6 +50,20 @@ class Parents:
     scene: Parser
 
 
+def epilog(examples: Sequence[tuple[str, str]], words: str) -> str:
+    """What stands below the options of a command.
+
+    Parameters
+    ----------
+    examples : What each one does, and what is typed.
+    words : A paragraph below them.
+    """
+    # as wide as argparse writes its own lines
+    paragraph = textwrap.fill(words, max(shutil.get_terminal_size().columns - 2, NARROWEST))
+    shown = [f"  # {what}\n  {line}" for what, line in examples]
+    return "\n".join([*(["Examples:", *shown, ""] if shown else []), paragraph])
+
+
 def parents() -> Parents:
     """The options that commands share."""
     common = Parser(add_help=False)
@@ -50,6 +74,11 @@ def parents() -> Parents:
         help="show what rounds of each step leave of balance, and other notes",
     )
     common.add_argument("--quiet", action="store_true", help="no progress bar, no table")
+    common.add_argument(
+        "--no-color",
+        action="store_true",
+        help="no colours, as with the environment variable NO_COLOR; pipes have none",
+    )
     scene = Parser(add_help=False)
     scene.add_argument("scene", type=Path, metavar="SCENE.toml", help="scene file")
     scene.add_argument(

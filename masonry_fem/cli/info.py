@@ -8,6 +8,11 @@ from collections.abc import Iterable
 
 from masonry_fem.cli.grammar import Commands, Parents
 
+EXAMPLES = (
+    ("what is installed, what scenes may ask for", "masonry-fem info"),
+    ("the JSON schema of summary.json", "masonry-fem info --schema"),
+)
+
 
 def print_info(options: argparse.Namespace) -> int:
     """Print versions, advice on what is missing, and what scenes may ask for; or the schema of results."""

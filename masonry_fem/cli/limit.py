@@ -8,6 +8,11 @@ import argparse
 from masonry_fem.cli.exit_codes import EXIT_CODES
 from masonry_fem.cli.grammar import Commands, Parents, read_scene
 
+EXAMPLES = (
+    ("can rigid stones carry the loads", "masonry-fem limit demos/spreading_arch.toml"),
+    ("how far may a push along x grow", "masonry-fem limit demos/low_wall.toml --tilt x"),
+)
+
 
 def limit_scene(options: argparse.Namespace) -> int:
     """Decide by limit analysis whether the loads of a scene can be carried; the exit code says so."""

@@ -9,6 +9,13 @@ from pathlib import Path
 from masonry_fem.cli.console import print_files
 from masonry_fem.cli.grammar import Commands, Parents, read_scene, results_folder
 
+EXAMPLES = (
+    (
+        "the elements and the joints that were found",
+        "masonry-fem mesh demos/tower.toml --out results/tower",
+    ),
+)
+
 
 def mesh_scene(options: argparse.Namespace) -> int:
     """Write and picture the mesh and the interfaces."""

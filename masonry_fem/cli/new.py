@@ -9,6 +9,11 @@ from masonry_fem.cli.console import print_files
 from masonry_fem.cli.grammar import Commands, Parents
 from masonry_fem.errors import OutputError
 
+EXAMPLES = (
+    ("a wall in wall.toml, with every key explained", "masonry-fem new wall"),
+    ("an arch in a file of your own", "masonry-fem new arch bridge.toml"),
+)
+
 
 def new_scene(options: argparse.Namespace) -> int:
     """Write a scene with a structure of some kind; a file that is there is left alone."""

@@ -13,6 +13,8 @@ from masonry_fem.errors import OutputError
 
 logger = logging.getLogger(__name__)
 
+EXAMPLES = (("report.html beside the results", "masonry-fem report results/arch"),)
+
 
 def report_results(options: argparse.Namespace) -> int:
     """Write report.html into a results folder, from the files there."""

@@ -10,6 +10,11 @@ from masonry_fem.cli.console import complain, print_files
 from masonry_fem.cli.exit_codes import BAD_INPUT, EXIT_CODES
 from masonry_fem.cli.grammar import Commands, Parents
 
+EXAMPLES = (
+    ("after Ctrl-C or a kill", "masonry-fem resume results/column"),
+    ("more steps than the run had", "masonry-fem resume results/column --set analysis.steps=400"),
+)
+
 
 def resume_run(options: argparse.Namespace) -> int:
     """Make the steps that are left; the exit code says how the run ended."""

@@ -11,6 +11,12 @@ from masonry_fem.cli.exit_codes import BAD_INPUT, EXIT_CODES
 from masonry_fem.cli.grammar import Commands, Parents, read_scene, results_folder, share
 from masonry_fem.errors import MasonryError
 
+EXAMPLES = (
+    ("an arch under its own weight", "masonry-fem run demos/arch.toml --out results/arch"),
+    ("the same with less friction", "masonry-fem run demos/arch.toml --set joints.0.friction=0.4"),
+    ("finer elements where the stress needs them", "masonry-fem run demos/arch.toml --refine-to 5%"),
+)
+
 
 def run_scene(options: argparse.Namespace) -> int:
     """Solve a scene; the exit code says how it ended."""

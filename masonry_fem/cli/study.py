@@ -10,6 +10,15 @@ from masonry_fem.cli.console import complain, print_files
 from masonry_fem.cli.exit_codes import EXIT_CODES, INTERRUPTED
 from masonry_fem.cli.grammar import Commands, Parents, overrides_of, share
 
+EXAMPLES = (
+    ("which mesh is fine enough", "masonry-fem study demos/low_wall.toml --vary mesh.size=0.2,0.1,0.05"),
+    (
+        "geometry against friction, all combinations",
+        "masonry-fem study demos/arch.toml --vary structures.arch.thickness=0.2,0.3 \\\n"
+        "      --vary joints.0.friction=0.4,0.6",
+    ),
+)
+
 
 def study_scene(options: argparse.Namespace) -> int:
     """Run a scene with many settings; the exit code says whether any was solved."""
@@ -18,7 +27,7 @@ def study_scene(options: argparse.Namespace) -> int:
     from masonry_fem.analyses.study.watch import Watch
 
     options.out = options.out or Path("results") / f"{options.scene.stem}-study"
-    with Watch(quiet=options.quiet) as watch:
+    with Watch() as watch:
         made = study(
             options.scene,
             options.vary,

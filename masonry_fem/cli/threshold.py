@@ -6,22 +6,33 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from masonry_fem.cli.console import complain, print_files
+from masonry_fem.cli.console import conclude
 from masonry_fem.cli.exit_codes import THRESHOLD_CODES
 from masonry_fem.cli.grammar import Commands, Parents, overrides_of
+
+EXAMPLES = (
+    (
+        "the thinnest arch that stands",
+        "masonry-fem threshold demos/arch.toml structures.arch.thickness \\\n"
+        "      --between '8 cm' '20 cm' --set fidelity=rigid",
+    ),
+    (
+        "the least friction",
+        "masonry-fem threshold demos/arch.toml joints.0.friction --between 0.1 0.6 \\\n"
+        "      --set fidelity=rigid",
+    ),
+)
 
 
 def find_threshold(options: argparse.Namespace) -> int:
     """Find the threshold of a key; the exit code says whether it was found."""
     from masonry_fem.analyses.threshold import threshold
     from masonry_fem.host import installation
-    from masonry_fem.output.collapse_table import Watch
-    from masonry_fem.output.threshold_table import print_threshold
-    from masonry_fem.records.told import text
+    from masonry_fem.output.search_table import Watch, print_threshold
 
     installation.require_python()
     options.out = options.out or Path("results") / f"{options.scene.stem}-threshold"
-    with Watch(quiet=options.quiet) as watch:
+    with Watch(options.tolerance) as watch:
         found = threshold(
             options.scene,
             options.key,
@@ -36,15 +47,7 @@ def find_threshold(options: argparse.Namespace) -> int:
         )
     told = found.summary
     files = found.write(pictures=told.outcome != "interrupted")
-    if options.json:
-        print(text(told))
-    elif not options.quiet:
-        print_threshold(told)
-        print_files(files)
-    code = THRESHOLD_CODES[told.outcome]
-    if code:
-        complain(told.message)
-    return code
+    return conclude(options, told, files, print_threshold, THRESHOLD_CODES[told.outcome])
 
 
 def add(commands: Commands, parents: Parents) -> None:

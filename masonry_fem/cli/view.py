@@ -9,6 +9,11 @@ from pathlib import Path
 from masonry_fem.cli.console import print_files
 from masonry_fem.cli.grammar import Commands, Parents
 
+EXAMPLES = (
+    ("in a window", "masonry-fem view results/arch"),
+    ("as pictures", "masonry-fem view results/arch --png"),
+)
+
 
 def view_results(options: argparse.Namespace) -> int:
     """Show a results folder, or picture it."""

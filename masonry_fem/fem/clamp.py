@@ -98,7 +98,7 @@ class Clamping:
     ) -> None:
         self.faces = clamps
         self.holds = holds(mesh, clamps, name)
-        self._count, self._dimension = len(rotation), mesh.dimension
+        self._count = len(rotation)
         self._moving = [
             _Moving.of(
                 mesh, self.holds, clamps[index][0], index, row, motion, rotation[row], translation[row]

@@ -27,8 +27,7 @@ from scipy.sparse.linalg import splu
 from masonry_fem.bodies.base import Scheme
 from masonry_fem.fem.assemble import ShapeOperators
 from masonry_fem.fem.modes import RigidModes
-from masonry_fem.host.parked import park
-from masonry_fem.host.trim import trim
+from masonry_fem.host.memory import park, trim
 from masonry_fem.nscd.mumps import LARGE, MumpsFactor, petsc
 
 FloatArray = NDArray[np.float64]

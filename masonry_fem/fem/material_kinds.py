@@ -65,10 +65,14 @@ def material_record(law: str, **keys: Any) -> MaterialRecord:
     return material_kinds()[law].record(**keys)
 
 
+def _again(law: str, keys: dict[str, Any]) -> MaterialRecord:
+    return material_record(law, **keys)
+
+
 def _name(law: type[MaterialLaw]) -> str | None:
     return vars(law).get("name")
 
 
 def _kind(name: str, found: Found) -> MaterialKind:
-    record = table_of(found.kind, name, MaterialRecord, found.file)
+    record = table_of(found.kind, name, MaterialRecord, found.file, _again)
     return MaterialKind(cast("type[MaterialRecord]", record), found.kind, found.file)

@@ -9,10 +9,14 @@ results folder keeps its list of files in this way, so that the next run can rem
 from __future__ import annotations
 
 import contextlib
+import csv
 import errno
+import io
+import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import Any
 
 from masonry_fem.errors import OutputError
 
@@ -54,6 +58,30 @@ def write_atomic(path: Path, content: bytes) -> None:
             raise
     except (OSError, UnicodeEncodeError) as error:
         raise unwritten(path, error) from error
+
+
+def write_table(path: Path, titles: Iterable[str], rows: Iterable[Iterable[Any]]) -> Path:
+    """Write a table as CSV in the same way; what is no number (nan) leaves its cell empty.
+
+    Parameters
+    ----------
+    path : The file, which is returned.
+    titles : Of the columns. rows : Their values, line by line.
+
+    Raises
+    ------
+    OutputError : The disk is full, or the place may not be written to.
+    """
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(titles)
+    table.writerows([_cell(value) for value in row] for row in rows)
+    write_atomic(path, text.getvalue().encode())
+    return path
+
+
+def _cell(value: Any) -> Any:
+    return "" if isinstance(value, float) and math.isnan(value) else value
 
 
 def unwritten(path: Path, error: OSError | UnicodeEncodeError) -> OutputError:

@@ -10,25 +10,41 @@ of them translated before.
 from __future__ import annotations
 
 import logging
-from functools import partial
+import time
 from typing import Any
 
 from numba import njit
 from numba.core import event
 
+from masonry_fem.host.phases import At, listener
+
 __all__ = ["compiled"]
 
+TELLING = 3  # functions whose mean time tells that of others
 logger = logging.getLogger(__name__)
 
-compiled = partial(njit, cache=True)
+_known = 0  # functions that may be compiled, of the modules that are loaded
+
+
+def compiled(*function: Any, **options: Any) -> Any:
+    """A decorator: the function as machine code, made where it is first called, kept beside its source."""
+    global _known  # noqa: PLW0603
+    _known += "inline" not in options  # those are compiled with what calls them
+    return njit(*function, cache=True, **options)
 
 
 class _Telling(event.Listener):
-    """Says, once a process, that code is being compiled and need not be again."""
+    """Says, once a process, that code is being compiled and need not be again; and shows each function."""
 
     told = False
+    made, seconds = 0, 0.0
+    depth, begun = 0, 0.0
+    at: At | None = None
 
     def on_start(self, event: Any) -> None:
+        self.depth += 1
+        if self.depth == 1:
+            self._show(event)
         if not self.told:
             self.told = True
             logger.info(
@@ -37,7 +53,29 @@ class _Telling(event.Listener):
             )
 
     def on_end(self, event: Any) -> None:
-        pass
+        self.depth -= 1
+        self.made += 1
+        if self.depth:
+            return
+        self.seconds += time.monotonic() - self.begun
+        if (by := listener()) is not None and self.at is not None:
+            by.end(self.at)
+        self.at = None
+
+    def _show(self, event: Any) -> None:
+        """Tell which function it is, and how long the rest takes at most."""
+        self.begun = time.monotonic()
+        if (by := listener()) is None:
+            return
+        name = getattr(getattr(event.data.get("dispatcher"), "py_func", None), "__name__", "a loop")
+        self.at = by.begin(f"compiling {name}", None)
+        self.at(0, f"once after installation, at most {max(_known - self.made, 1)} to go{self._left()}")
+
+    def _left(self) -> str:
+        """How long the rest would take at the mean speed so far, after some that tell it."""
+        if self.made < TELLING:
+            return ""
+        return f", {self.seconds / self.made * max(_known - self.made, 1):.0f} s"
 
 
 event.register("numba:compile", _Telling())

@@ -34,7 +34,7 @@ from importlib import import_module
 from typing import Any
 
 from masonry_fem.errors import InstallationError
-from masonry_fem.host.trim import peak_memory
+from masonry_fem.host.memory import peak_memory
 
 # What tells a process of how many it is one, by whatever started it: MPICH and Intel MPI, Open MPI.
 COUNTS = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE")

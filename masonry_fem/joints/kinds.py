@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from inspect import get_annotations
-from typing import cast
+from typing import Any, cast
 
 from masonry_fem.errors import ExtensionError
 from masonry_fem.joints import laws
@@ -55,13 +55,17 @@ def kinds() -> Mapping[str, Kind]:
     return {name: _kind(name, one) for name, one in found.items()}
 
 
+def _again(kind: str, keys: dict[str, Any]) -> LawRecord:
+    return kinds()[kind].record(**keys)
+
+
 def _name(law: type[Law]) -> str | None:
     return vars(law).get("name")
 
 
 def _kind(name: str, found: Found) -> Kind:
     law = found.kind
-    record = table_of(law, name, LawRecord, found.file)
+    record = table_of(law, name, LawRecord, found.file, _again)
     owed = dict.fromkeys(["friction", *(key for base in law.__mro__ for key in get_annotations(base))])
     if lacking := [key for key in owed if key not in parameters(law) and not hasattr(law, key)]:
         raise ExtensionError(

@@ -18,9 +18,10 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from masonry_fem.joints.parameters import FloatArray, Parameter, check_ranges
 from masonry_fem.joints.reduction import Reduction
@@ -48,6 +49,42 @@ class Place:
     laplacian: Callable[[], sparse.csr_array]
 
 
+class Pull(Protocol):
+    """What a law offers that bears tension between two points, not contact of faces: its k contacts are ties.
+
+    Attributes
+    ----------
+    length : Without force, shape (k,) [m]. strength : Stress at which it begins to yield, shape (k,) [Pa].
+    """
+
+    @property
+    def length(self) -> FloatArray: ...  # noqa: D102
+    @property
+    def strength(self) -> FloatArray: ...  # noqa: D102
+
+    def force(self, state: JointState, area: FloatArray) -> FloatArray:
+        """What it bears in a state, shape (k,) [N].
+
+        Parameters
+        ----------
+        state : Of the k ties. area : Their sections, shape (k,) [m²].
+        """
+        ...
+
+    def capacity(self, state: JointState, area: FloatArray) -> FloatArray:
+        """The force at which it yields further, shape (k,) [N].
+
+        Parameters
+        ----------
+        state : Of the k ties. area : Their sections, shape (k,) [m²].
+        """
+        ...
+
+    def snapped(self, state: JointState) -> NDArray[np.bool_]:
+        """Which of the ties have snapped, shape (k,)."""
+        ...
+
+
 class Law(ABC):
     """What every joint law can do. c contact points, d = 2 or 3."""
 
@@ -62,6 +99,11 @@ class Law(ABC):
     def __post_init__(self) -> None:
         """Refuse parameters out of their range."""
         check_ranges(self)
+
+    @property
+    def pull(self) -> Pull | None:
+        """What it is as a law of ties; None where it is one of faces."""
+        return None
 
     @classmethod
     def made(cls, told: Mapping[str, Any], drawn: Mapping[str, Any], place: Place) -> Self:

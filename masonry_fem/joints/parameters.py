@@ -9,7 +9,7 @@ From these follow what a law refuses (``check_ranges``) and what a scene file ma
 from __future__ import annotations
 
 import operator
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import MISSING, fields
 from functools import cache
 from types import UnionType
@@ -17,6 +17,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_typ
 
 import numpy as np
 from msgspec import Meta, Struct, defstruct
+from msgspec.structs import asdict
 from numpy.typing import NDArray
 
 from masonry_fem.errors import ExtensionError, LawError
@@ -101,13 +102,16 @@ def keys_of(law: type) -> list[tuple[str, Any] | tuple[str, Any, Any]]:
     ]
 
 
-def table_of(law: type, name: str, base: type[Struct], file: str) -> type[Struct]:
+def table_of(
+    law: type, name: str, base: type[Struct], file: str, again: Callable[[str, dict[str, Any]], Struct]
+) -> type[Struct]:
     """The record of what a scene file says of a law: its parameters as keys, its docstring as meanings.
 
     Parameters
     ----------
     law : Class of the law. name : In scene files. base : Of the record.
     file : Where the law stands, for messages.
+    again : Makes such a record of its law's name and its keys: ``pickle`` knows the law by the class's name.
 
     Raises
     ------
@@ -116,7 +120,10 @@ def table_of(law: type, name: str, base: type[Struct], file: str) -> type[Struct
     try:
         record = defstruct(
             law.__name__, keys_of(law), bases=(base,), module=law.__module__, frozen=True, kw_only=True,
-            tag=name, namespace={"__doc__": docstring.whole(law)},
+            tag=name,
+            namespace={
+                "__doc__": docstring.whole(law), "__reduce__": lambda own: (again, (name, asdict(own))),
+            },
         )  # fmt: skip
     except (TypeError, NameError) as error:
         raise ExtensionError(

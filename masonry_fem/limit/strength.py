@@ -24,7 +24,6 @@ from masonry_fem.joints.laws.parts.dry import Dry
 from masonry_fem.joints.laws.parts.kinetic import Kinetic
 from masonry_fem.joints.laws.parts.rigid_brittle import RigidBrittle
 from masonry_fem.joints.laws.parts.rough import Rough
-from masonry_fem.joints.laws.parts.tie import Tie
 from masonry_fem.march.model import Model
 from masonry_fem.nscd.graphs import lengths
 
@@ -123,8 +122,8 @@ def _where(model: Model, points: NDArray[np.int64]) -> str:
 def _strength(law: Law, count: int, where: str) -> Strength:
     """The strength of a law in stresses [Pa]."""
     none, any_force = np.zeros(count), np.full(count, np.inf)
-    if isinstance(law, Tie):
-        return Strength(none, none, none, law.strength)
+    if law.pull is not None:
+        return Strength(none, none, none, law.pull.strength)
     layers = list(layers_of(law))
     crushing = next((one for one in layers if isinstance(one, Bed) and one.crushing is not None), None)
     if crushing is not None:

@@ -9,6 +9,7 @@ It sorts the contact sides by group once; each step then runs over groups, never
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -18,6 +19,7 @@ from scipy import sparse
 
 from masonry_fem.bodies.base import Attachment, FloatArray, Free, IntArray, Scheme, Sides, nonlinear
 from masonry_fem.contact.kinematics import local_frames
+from masonry_fem.host.phases import counted
 from masonry_fem.march.model import Model
 from masonry_fem.nscd.blocks import assemble_blocks
 from masonry_fem.nscd.compliance import Alike, Shared
@@ -133,16 +135,21 @@ class Coupling:
             for sides, group, own in zip(self.sides, self.model.groups, turns, strict=True)
         )
         here = contacts.points[:, 0] if self.model.fixed else points
-        arms = np.stack([here, here], axis=1)
-        # not ``apart``: of contacts that are found on the way that is how far their blocks have gone
+        arms = self._arms(here, frame)
+        if tied is not None:
+            arms[tied, 1] = contacts.points[tied, 1] + moved[tied, 1]
+        return Placement(frame, here, arms, gap, offset, seen)
+
+    def _arms(self, here: FloatArray, frame: FloatArray) -> FloatArray:
+        """Where contacts between faces act on either block, shape (c, 2, d) [m]."""
+        contacts, arms = self.model.contacts, np.stack([here, here], axis=1)
+        # of contacts that are found on the way the distance of their points is how far blocks have gone
         misfit = contacts.gap + (0.0 if contacts.bulge is None else contacts.bulge)
         for sides, group in zip(self.sides, self.model.groups, strict=True):
             if group.deforms:
                 second = sides.contact[sides.side == 1]
                 arms[second, 1] -= misfit[second, None] * frame[second, 0]
-        if tied is not None:
-            arms[tied, 1] = contacts.points[tied, 1] + moved[tied, 1]
-        return Placement(frame, here, arms, gap, offset, seen)
+        return arms
 
     def rigid_map(self, states: tuple[Any, ...], here: Placement) -> FloatArray:
         """B by contact and side, signs included, supports too, shape (c, 2, d, m)."""
@@ -232,9 +239,7 @@ class Coupling:
         """W_el by what stones share."""
         kinds = [
             Alike(sides.contact[rows], SIGN[sides.side[rows]][:, :, None, None] * turns, matrix)
-            for sides, attachment, seen, at in zip(
-                self.sides, self.attachments, here.seen, guess, strict=True
-            )
+            for sides, attachment, seen, at in self._factored(here, guess)
             if seen is not None
             for rows, turns, matrix in attachment.kinds(scheme, seen, at)
         ]
@@ -262,12 +267,17 @@ class Coupling:
             masses[first : first + len(mass), :count] = mass
         return Modes(maps, masses)
 
+    def _factored(self, here: Placement, guess: tuple[Any, ...]) -> Iterator[tuple[Any, ...]]:
+        """What each group's part of W_el is made of: a factor each, where it has none yet."""
+        parts = tuple(zip(self.sides, self.attachments, here.seen, guess, strict=True))
+        return counted("factors of the stones", parts)
+
     def _condense(
         self, here: Placement, scheme: Scheme, guess: tuple[Any, ...], symmetric: bool
     ) -> sparse.bsr_array:
         c, d = here.points.shape
         contributions: list[tuple[IntArray, FloatArray]] = []
-        for sides, attachment, seen, at in zip(self.sides, self.attachments, here.seen, guess, strict=True):
+        for sides, attachment, seen, at in self._factored(here, guess):
             if seen is None:
                 continue
             for members, matrix in attachment.compliance(scheme, seen, at):

@@ -2,15 +2,18 @@
 
 made = march(model, Statics(), SolverSettings())
 made.outcome, made.message, made.state, made.report
+
+``marching`` makes the same march step by step.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple, Protocol
 
+from masonry_fem.errors import MasonryError
 from masonry_fem.march.acting import acted, extents
 from masonry_fem.march.clock import Clock
 from masonry_fem.march.coupling import Coupling, connect
@@ -44,6 +47,45 @@ class Observer(Protocol):
     def record(self, model: Model, state: SystemState, report: StepReport) -> None:
         """See the state that a step reached."""
         ...
+
+
+type Seeing = Callable[[Model, SystemState, StepReport], object]
+"""An observer as a function of model, state and report; what it returns is not looked at."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Seer:
+    """An observer made of a function."""
+
+    see: Seeing
+
+    def record(self, model: Model, state: SystemState, report: StepReport) -> None:
+        self.see(model, state, report)
+
+
+def seen_by(observers: Sequence[Observer | Seeing]) -> tuple[Observer, ...]:
+    """Observers, functions among them as such.
+
+    Parameters
+    ----------
+    observers : Recorders, or functions of model, state and report.
+
+    Raises
+    ------
+    MasonryError : One is neither.
+    """
+    made: list[Observer] = []
+    for one in observers:
+        if hasattr(one, "record"):
+            made.append(one)
+        elif callable(one):
+            made.append(_Seer(one))
+        else:
+            raise MasonryError(
+                f"observers has {one!r:.60}, expected a function of model, state and report, or an object "
+                "with a method record(model, state, report)"
+            )
+    return tuple(made)
 
 
 class StepMade(NamedTuple):
@@ -92,7 +134,7 @@ class March:
     standing: Standing | None = None
 
 
-def march(
+def marching(
     model: Model,
     strategy: Strategy,
     settings: SolverSettings,
@@ -104,8 +146,10 @@ def march(
     kept: list[tuple[Model, Increment]] | None = None,
     going_on: tuple[Model, Standing] | None = None,
     keeper: Keep | None = None,
-) -> March:
+) -> Generator[StepMade, None, March]:
     """Make the steps of a strategy until it is satisfied, its steps are used up, or nothing more can be done.
+
+    Yields each step that is balanced, and returns how the march ended.
 
     Parameters
     ----------
@@ -121,37 +165,6 @@ def march(
         then; the steps before are not made again.
     keeper : Is given what the march knows between its steps. Each step then begins as one that goes on from
         there, so that both give the same bits.
-    """
-    course = marching(
-        model, strategy, settings, bodies=bodies, start=start, observers=observers, keep=keep, kept=kept,
-        going_on=going_on, keeper=keeper,
-    )  # fmt: skip
-    while True:
-        try:
-            next(course)
-        except StopIteration as end:
-            made: March = end.value
-            return made
-
-
-def marching(
-    model: Model,
-    strategy: Strategy,
-    settings: SolverSettings,
-    *,
-    bodies: tuple[Any, ...] | None = None,
-    start: SystemState | None = None,
-    observers: Sequence[Observer] = (),
-    keep: int | None = None,
-    kept: list[tuple[Model, Increment]] | None = None,
-    going_on: tuple[Model, Standing] | None = None,
-    keeper: Keep | None = None,
-) -> Generator[StepMade, None, March]:
-    """The same, step by step: yields each step that is balanced, and returns how the march ended.
-
-    Parameters
-    ----------
-    model, strategy, settings, bodies, start, observers, keep, kept, going_on, keeper : As for ``march``.
     """
     first, headway = _controlled(model, strategy), Headway(seams=keeper is not None)
     if going_on is None:
@@ -184,6 +197,25 @@ def marching(
     if keeper is not None:
         keeper.reached(reached)
     return course.ended(verdict, strategy, settings, reached)
+
+
+def _to_its_end[**P](course: Callable[P, Generator[StepMade, None, March]]) -> Callable[P, March]:
+    """All steps of a march at once."""
+
+    def march(*given: P.args, **keys: P.kwargs) -> March:
+        """Make all steps of ``marching``, with the same parameters, and say how they ended."""
+        steps = course(*given, **keys)
+        while True:
+            try:
+                next(steps)
+            except StopIteration as end:
+                made: March = end.value
+                return made
+
+    return march
+
+
+march = _to_its_end(marching)
 
 
 @dataclass(slots=True)

@@ -20,6 +20,8 @@ from masonry_fem.march.step_report import StepReport
 from masonry_fem.march.ties import tie_forces
 from masonry_fem.nscd.graphs import lengths
 
+MOVING = 0.1  # of the fastest block's speed: what moves
+
 
 def measure(model: Model, coupling: Coupling, made: Increment) -> StepReport:
     """Everything worth reporting of a step.
@@ -208,14 +210,13 @@ def _way(turning: float, upward: float, speed: float) -> str:
     return "slides"
 
 
-def moving_blocks(model: Model, state: SystemState, share: float = 0.1) -> list[tuple[str, float, str]]:
+def moving_blocks(model: Model, state: SystemState) -> list[tuple[str, float, str]]:
     """Blocks that move, the fastest first: (name, speed [m/s], 'slides', 'tips', 'falls' or 'rises').
 
     Parameters
     ----------
     model : The structure.
     state : A state of it.
-    share : Least speed of such a block, as a share of the fastest one's.
     """
     found: list[tuple[str, float, str]] = []
     for group, own in zip(model.groups, state.bodies, strict=True):
@@ -227,5 +228,5 @@ def moving_blocks(model: Model, state: SystemState, share: float = 0.1) -> list[
             speed = float(np.linalg.norm(field, axis=1).max())
             found.append((model.assembly.blocks[block].name, speed, _way(turn, float(mean[-1]), speed)))
     fastest = max((speed for _, speed, _ in found), default=0.0)
-    moving = [entry for entry in found if entry[1] > share * fastest and fastest > 0]
+    moving = [entry for entry in found if entry[1] > MOVING * fastest and fastest > 0]
     return sorted(moving, key=lambda entry: -entry[1])

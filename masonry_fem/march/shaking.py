@@ -45,22 +45,24 @@ class GroundMotion:
         ways = steps * self.velocities[:-1] + steps**2 * (2 * self.values[:-1] + self.values[1:]) / 6
         return np.append(0.0, np.cumsum(ways))
 
+    @cached_property
+    def slopes(self) -> FloatArray:
+        """Of the acceleration after each instant, shape (n,) [m/s³]."""
+        return np.append(np.diff(self.values) / np.diff(self.times), 0.0)
+
     def acceleration(self, time: float) -> float:
         """At an instant [m/s²]."""
         return float(np.interp(time, self.times, self.values, left=0.0, right=0.0))
 
-    def displacement(self, time: float) -> float:
-        """At an instant [m]; after the end with the velocity of the end."""
-        if time <= self.times[0]:
-            return 0.0
-        place = min(int(np.searchsorted(self.times, time, side="right")) - 1, len(self.times) - 1)
-        since = time - self.times[place]
+    def displacement(self, time: float | FloatArray) -> FloatArray:
+        """At instants of any shape [m]; after the end with the velocity of the end."""
+        last = len(self.times) - 1
+        place = np.clip(np.searchsorted(self.times, time, side="right") - 1, 0, last)
+        since = np.maximum(time - self.times[place], 0.0)
         way = self.displacements[place] + self.velocities[place] * since
-        if place + 1 < len(self.times):
-            change = self.values[place + 1] - self.values[place]
-            slope = change / (self.times[place + 1] - self.times[place])
-            way += since**2 * (self.values[place] / 2 + slope * since / 6)
-        return float(way)
+        within = since**2 * (self.values[place] / 2 + self.slopes[place] * since / 6)
+        found: FloatArray = way + np.where(place < last, within, 0.0)
+        return found
 
 
 def corrected(record: GroundMotion, degree: int) -> GroundMotion:
@@ -123,17 +125,17 @@ class Shaking:
             total[one.axis] += one.record.acceleration(time)
         return total
 
-    def shift(self, time: float) -> FloatArray:
-        """How far supports have gone, shape (d,) [m]."""
+    def shift(self, time: float | FloatArray) -> FloatArray:
+        """How far supports have gone at instants (...), shape (..., d) [m]."""
         return self._way(time, moves=True)
 
-    def unseen(self, time: float) -> FloatArray:
-        """How far the ground would have gone beyond that, shape (d,) [m]."""
+    def unseen(self, time: float | FloatArray) -> FloatArray:
+        """How far the ground would have gone beyond that at instants (...), shape (..., d) [m]."""
         return self._way(time, moves=False)
 
-    def _way(self, time: float, *, moves: bool) -> FloatArray:
-        total = np.zeros(self.dimension)
+    def _way(self, time: float | FloatArray, *, moves: bool) -> FloatArray:
+        total = np.zeros((*np.shape(time), self.dimension))
         for one in self.components:
             if one.moves == moves:
-                total[one.axis] += one.record.displacement(time)
+                total[..., one.axis] += one.record.displacement(time)
         return total

@@ -87,7 +87,7 @@ class Increment:
         return float((self.before.joints.adhesion - self.after.joints.adhesion).max(initial=0.0))
 
 
-def initial_state(model: Model, coupling: Coupling, bodies: tuple[Any, ...], at: float = 0.0) -> SystemState:
+def initial_state(model: Model, coupling: Coupling, bodies: tuple[Any, ...]) -> SystemState:
     """The structure before any step: body states as given, no reactions yet.
 
     Parameters
@@ -95,12 +95,11 @@ def initial_state(model: Model, coupling: Coupling, bodies: tuple[Any, ...], at:
     model : The structure.
     coupling : Its body groups at their contacts.
     bodies : Body states, one a group.
-    at : Time [s]; the load factor in statics.
     """
     start = begun(coupling, bodies)
     here = start.contact
     return SystemState(
-        time=at,
+        time=0.0,
         index=0,
         bodies=bodies,
         reaction=np.zeros_like(here.points),

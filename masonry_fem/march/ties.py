@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from masonry_fem.contact.update import chosen
 from masonry_fem.joints.assignment import Assignment
-from masonry_fem.joints.laws.parts.tie import Tie
+from masonry_fem.joints.law import Pull
 from masonry_fem.joints.state import JointState
 from masonry_fem.march.model import FloatArray, Model
 from masonry_fem.march.state import SLIP, STICK, SystemState
@@ -52,11 +52,11 @@ class TieForces:
     snapped: NDArray[np.bool_]
 
 
-def _parts(laws: Assignment) -> Iterator[tuple[Tie, NDArray[np.int64]]]:
+def _parts(laws: Assignment) -> Iterator[tuple[Pull, NDArray[np.int64]]]:
     """Laws of ties and their contacts."""
     for law, points in laws.parts:
-        if isinstance(law, Tie):
-            yield law, points
+        if law.pull is not None:
+            yield law.pull, points
 
 
 def snapped_ties(model: Model, joints: JointState) -> NDArray[np.bool_]:
@@ -157,7 +157,7 @@ def without_ties(model: Model, state: SystemState) -> tuple[Model, SystemState]:
     interfaces, contacts = chosen(model.interfaces, model.contacts, keep)
     rows = np.flatnonzero(~tied)
     number = np.cumsum(~tied) - 1
-    parts = tuple((law, number[points]) for law, points in model.laws.parts if not isinstance(law, Tie))
+    parts = tuple((law, number[points]) for law, points in model.laws.parts if law.pull is None)
     faces = replace(
         model,
         interfaces=interfaces,

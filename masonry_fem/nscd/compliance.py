@@ -68,6 +68,17 @@ class Operator(ABC):
         """Dense matrices between the contacts of each of n sets (n, k), shape (n, k d, k d)."""
 
     @abstractmethod
+    def strongest(self, least: float) -> tuple[IntArray, FloatArray]:
+        """Pairs of contacts of a stone that are coupled by more than ``least``, and by how much.
+
+        Coupling is the norm of a block over the geometric mean of those of both contacts' own ones.
+
+        Returns
+        -------
+        Contacts (p, 2), and their coupling (p,). A pair may come once for each stone that it has in common.
+        """
+
+    @abstractmethod
     def magnitudes(self) -> sparse.bsr_array | Shared:
         """The same with no entry below its absolute value: it bounds the rounding of products."""
 
@@ -124,6 +135,13 @@ class Stored(Operator):
 
         taken: FloatArray = take_dense(self.whole.indptr, self.whole.indices, self.whole.data, groups)
         return taken
+
+    def strongest(self, least: float) -> tuple[IntArray, FloatArray]:
+        """Pairs of contacts that are coupled by more than ``least``, and by how much."""
+        rows = np.repeat(np.arange(len(self._count)), self._count)
+        later = rows < self.whole.indices
+        pairs = np.column_stack([rows[later], self.whole.indices[later]]).astype(np.int64)
+        return _stronger(pairs, _norms(self.whole.data[later]), _norms(self.diagonal()), least)
 
     def magnitudes(self) -> sparse.bsr_array:
         """Absolute values."""
@@ -257,6 +275,22 @@ class Shared(Operator):
             taken[:, at, at] += self.bed[groups].reshape(n, -1)
         return taken
 
+    def strongest(self, least: float) -> tuple[IntArray, FloatArray]:
+        """Pairs of contacts of a stone that are coupled by more than ``least``, and by how much."""
+        own, d = _norms(self.diagonal()), self.dimension
+        pairs, norms = [np.zeros((0, 2), dtype=np.int64)], [np.zeros(0)]
+        for kind in self.kinds:
+            s = kind.contacts.shape[1]
+            norm = _norms(kind.matrix.reshape(s, d, s, d).swapaxes(1, 2))
+            # a contact gives way by at least as much as on this side alone
+            most = np.sqrt(np.outer(norm.diagonal(), norm.diagonal()))
+            some = np.array(np.nonzero(np.triu(norm > least * most, 1))).T
+            both = kind.contacts[:, some].reshape(-1, 2)
+            there = (both >= 0).all(axis=1)
+            pairs.append(both[there])
+            norms.append(np.tile(norm[tuple(some.T)], len(kind.contacts))[there])
+        return _stronger(np.concatenate(pairs), np.concatenate(norms), own, least)
+
     def magnitudes(self) -> Shared:
         """Products of absolute values: at least those of the products."""
         kinds = [replace(kind, turns=np.abs(kind.turns), matrix=np.abs(kind.matrix)) for kind in self.kinds]
@@ -311,6 +345,27 @@ class Shared(Operator):
         padded = np.concatenate([*of_sides, np.zeros((1, *shape))])
         total: FloatArray = padded[self._sides[0]] + padded[self._sides[1]]
         return total
+
+
+def _norms(blocks: FloatArray) -> FloatArray:
+    """Frobenius norms of blocks (..., d, d), shape (...)."""
+    norms: FloatArray = np.sqrt(np.einsum("...ij,...ij->...", blocks, blocks))
+    return norms
+
+
+def _stronger(
+    pairs: IntArray, norms: FloatArray, own: FloatArray, least: float
+) -> tuple[IntArray, FloatArray]:
+    """Those of some pairs that are coupled by more than ``least``, and their coupling.
+
+    Parameters
+    ----------
+    pairs : Shape (p, 2). norms : Of the blocks between them, shape (p,).
+    own : Of contacts' own blocks, shape (c,).
+    """
+    scale = np.sqrt(own[pairs].prod(axis=1))
+    strong = norms > least * scale
+    return pairs[strong], norms[strong] / scale[strong]
 
 
 def _parts(kind: Alike) -> Iterator[tuple[IntArray, FloatArray]]:

@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.errors import ExtensionError
+from masonry_fem.host.phases import At, listener, phase
 from masonry_fem.nscd.cohesion import shifted_start, without_offset
 from masonry_fem.nscd.outcome import Outcome, Solution
 from masonry_fem.nscd.problem import ContactProblem
@@ -132,6 +133,14 @@ def iterate(
     -------
     The best state that was offered, and why it ended. A mechanism is shown by the last state instead.
     """
+    with phase(f"contact problem by {method.name.replace('_', ' ')}", 1.0) as at:
+        return _iterated(problem, method, settings, start, at)
+
+
+def _iterated(
+    problem: ContactProblem, method: Method, settings: SolverSettings, start: Start | None, at: At
+) -> Solution:
+    """The same; ``at`` is told how far it is."""
     cpu, wall = time.process_time(), time.monotonic()
     limit = method.iterations if settings.max_iterations is None else settings.max_iterations
     scale = contact_scale(problem)
@@ -148,6 +157,9 @@ def iterate(
         known = None
         best.offer(offer, quality)
         history.append((made, quality.error, time.process_time() - cpu))
+        if listener() is not None:
+            way = _share(history[0][1], best.error, settings.tolerance)
+            at(way, f"{made} iterations, error {best.error:.0e}")
         outcome = _ended(quality, offer, settings, made, limit, time.monotonic() - wall)
         if outcome is not None:
             break
@@ -169,6 +181,13 @@ def iterate(
         method=method.name,
         history=np.array(history, dtype=float).reshape(-1, 3),
     )
+
+
+def _share(first: float, error: float, wanted: float) -> float:
+    """How much of the way to the wanted error is gone, by orders of magnitude."""
+    if not 0 < wanted < error < first < np.inf:
+        return 0.0
+    return float(np.log(first / error) / np.log(first / wanted))
 
 
 def _begun(

@@ -56,7 +56,6 @@ def iterated(
     motions: FloatArray,
     *,
     symmetric: bool,
-    accuracy: float | None = None,
 ) -> Solve:
     """A solver of matrix @ x = rhs that only multiplies.
 
@@ -66,15 +65,13 @@ def iterated(
     partner : Symmetric positive definite, of the same pattern; the matrix itself where ``symmetric``.
     motions : Near null space of the partner, shape (b, m, m).
     symmetric : Conjugate gradients will do.
-    accuracy : Residual to reach, relative to the right-hand side; None: by the kind of matrix. Where
-        rounding ends it earlier, up to a thousand times as much is accepted.
 
     Raises
     ------
     StagnationError : Here where the partner has no multigrid; by the solver where it does not converge.
     """
-    if accuracy is None:
-        accuracy = ACCURACY if symmetric else ACCURACY_SLIDING
+    # where rounding ends it earlier, up to a thousand times as much is accepted
+    accuracy = ACCURACY if symmetric else ACCURACY_SLIDING
     scale = _scale(partner)
     scaled_partner = _scaled(partner, scale)
     scaled = scaled_partner if symmetric else _scaled(matrix, scale)

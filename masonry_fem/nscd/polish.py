@@ -17,15 +17,15 @@ FloatArray = NDArray[np.float64]
 REGULAR = 1e-9
 # Distances from the end, relative to ‖p‖: good enough, and hopeless.
 POLISHED, DIVERGED = 1e-14, 1e2
+STEPS = 20  # most of Newton's method
 
 
-def polished(path: CentralPath, steps: int = 20) -> tuple[FloatArray, float]:
+def polished(path: CentralPath) -> tuple[FloatArray, float]:
     """The best impulses met, in their faces, shape (c, d) [N s], and their distance from the end of the path.
 
     Parameters
     ----------
     path : The central path at a point near its end; its multipliers move on.
-    steps : Most Newton steps.
     """
     u, problem = path.unit * path.weight, path.problem
     c, d = path.member.shape
@@ -33,7 +33,7 @@ def polished(path: CentralPath, steps: int = 20) -> tuple[FloatArray, float]:
     mass = REGULAR * path.system.column**2 / path.unit
     impulse = path.impulse
     best, least = impulse, _distance(path, impulse)
-    for _ in range(steps):
+    for _ in range(STEPS):
         if least <= POLISHED:
             break
         nearest, slope = path.faces.project(_aim(path, impulse))

@@ -257,17 +257,6 @@ class ContactProblem:
         """Free velocity with the rigid motion, q + B (U_0 + M_r⁻¹ f_r), shape (c, d) [m/s]."""
         return self.free_velocity + self.contact_velocity(self.free_rigid_velocity())
 
-    def condensed(self) -> ContactProblem:
-        """The same problem in plain form; needs M_r > 0 everywhere."""
-        if (self.rigid_mass <= 0).any():
-            body = int(np.nonzero(self.rigid_mass <= 0)[0][0])
-            raise ProblemError(
-                f"body {body} has no rigid mass (statics), so the problem has no plain form; "
-                "keep the split form or use a dynamic step"
-            )
-        plain = ContactProblem.plain(self.delassus(), self.plain_velocity(), self.friction)
-        return replace(plain, **{name: getattr(self, name) for name in COHESION}) if self.cohesive else plain
-
 
 def _inverse_mass(mass: FloatArray) -> FloatArray:
     return np.divide(1.0, mass, out=np.zeros_like(mass), where=mass > 0)

@@ -24,18 +24,19 @@ def combination_rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str, str
     for one in told["runs"]:
         factors = ", ".join(f"{case} × {factor:g}" for case, factor in one["factors"].items())
         yield "combinations", one["name"], f"{one['outcome'].replace('_', ' ')}: {factors}"
+    yield from (("envelope", name, words) for name, words in _envelope(told, len(summary.get("applied", ()))))
+
+
+def _envelope(told: Mapping[str, Any], dimension: int) -> Iterator[tuple[str, str]]:
+    """What is the most of all combinations, and in which."""
     for stone in told.get("utilisation") or ():
-        yield "envelope", f"utilisation, {stone['block']}", f"{stone['value']:.3g} ({stone['combination']})"
+        yield f"utilisation, {stone['block']}", f"{stone['value']:.3g} ({stone['combination']})"
     for key in ("compression", "tension"):
         if stone := told.get(key):
             words = f"{quantity(stone['value'], 'Pa', DIGITS)} in {stone['block']} ({stone['combination']})"
-            yield "envelope", f"mean {key}", words
-    dimension = len(summary.get("applied", ()))
+            yield f"mean {key}", words
+    unit = "N/m" if dimension == 2 else "N"
     for name, support in told["supports"].items():
-        for number, axis in enumerate(AXES.get(dimension, "")):
-            pair = (support[end][number] for end in ("least", "greatest"))
-            unit = "N/m" if dimension == 2 else "N"
-            words = " to ".join(
-                f"{quantity(one['value'], unit, DIGITS)} ({one['combination']})" for one in pair
-            )
-            yield "envelope", f"support {name}, {axis}", words
+        for axis, *pair in zip(AXES.get(dimension, ""), support["least"], support["greatest"], strict=False):
+            ends = (f"{quantity(one['value'], unit, DIGITS)} ({one['combination']})" for one in pair)
+            yield f"support {name}, {axis}", " to ".join(ends)

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from masonry_fem.bodies.stress import principal, von_mises
 from masonry_fem.joints.law import layers_of
-from masonry_fem.joints.laws.parts.tie import Tie
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
 from masonry_fem.march.ties import tie_forces
@@ -158,7 +157,7 @@ def joint_arrays(model: Model, state: SystemState) -> Arrays:
     dilatancy the opening by sliding [m].
     """
     joints = state.joints
-    if all(law.plain for part, _ in model.laws.parts for law in layers_of(part) if law.name != Tie.name):
+    if all(law.plain for part, _ in model.laws.parts for law in layers_of(part) if law.pull is None):
         return {}
 
     def world(vectors: FloatArray) -> FloatArray:

@@ -102,10 +102,13 @@ class Folder:
         self._remove(name for name in old if name != summary and name not in stays)
         for other in lists[1:]:
             other.unlink(missing_ok=True)
-        others = set((self.path / OWN).iterdir()) - {self._list, self.path / LOCK}
-        self._theirs = {one: listed(one) for one in sorted(others) if not one.name.endswith(PART)}
+        self._theirs = self._lists_of_others()
         self._names = stays | ({summary} if summary is not None else set())
         write_atomic(self._list, _lines(self._names))
+
+    def _lists_of_others(self) -> dict[Path, list[str]]:
+        others = set((self.path / OWN).iterdir()) - {self._list, self.path / LOCK}
+        return {one: listed(one) for one in sorted(others) if not one.name.endswith(PART)}
 
     def _stays(self, name: str) -> bool:
         return any(name == one or (one.endswith("/") and name.startswith(one)) for one in self._keeps)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from masonry_fem.output.sheet import quantity
+from masonry_fem.output.tables import print_rows, print_verdict
 from masonry_fem.records.told import plain
 
 if TYPE_CHECKING:
@@ -27,31 +28,12 @@ def print_limits(record: Any, dimension: int, console: Console | None = None) ->
     console : Where to write; by default standard output.
     """
     from rich.console import Console  # noqa: PLC0415
-    from rich.panel import Panel  # noqa: PLC0415
-    from rich.table import Table  # noqa: PLC0415
-    from rich.text import Text  # noqa: PLC0415
 
     console, told = console or Console(), plain(record)
-    style = "green" if told["admissible"] else "red"
-    head = Text("admissible" if told["admissible"] else "not admissible", style=f"bold {style}")
-    head.append(f"\n{told['message']}", style="default")
-    console.print(Panel(head, border_style=style, title=told.get("title") or None, title_align="left"))
-    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
-    table.add_column(style="bold", no_wrap=True)
-    table.add_column(style="dim", no_wrap=True)
-    table.add_column()
-    for part in (
-        _model(told),
-        _loads(told),
-        support_rows(told, dimension),
-        _certificate(told),
-        _notes(told),
-    ):
-        section = ""
-        for heading, name, value in part:
-            table.add_row("" if heading == section else heading, name, Text(value))
-            section = heading
-    console.print(table)
+    verdict = "admissible" if told["admissible"] else "not admissible"
+    print_verdict(console, told, verdict, good=told["admissible"])
+    parts = _model(told), _loads(told), support_rows(told, dimension), _certificate(told), _notes(told)
+    print_rows(console, parts)
 
 
 def _model(told: Mapping[str, Any]) -> Rows:
@@ -78,21 +60,24 @@ def support_rows(told: Mapping[str, Any], dimension: int) -> Rows:
     dimension : Of the scene, for units.
     """
     unit = "N/m" if dimension == 2 else "N"
-    supports: Mapping[str, Any] = told.get("supports", {})
-    inexact: Mapping[str, Any] = told.get("inexact", {})
-    every = {f"support {name}": axes for name, axes in supports.items()}
-    every |= {f"tie {name}": {"": pair} for name, pair in (told.get("ties") or {}).items()}
-    ends = [abs(end) for axes in every.values() for pair in axes.values() for end in pair if end]
+    every = list(_intervals(told))
+    ends = [abs(end) for *_, pair in every for end in pair if end]
     least = NOTHING * max(ends, default=0.0)
-    for title, axes in every.items():
-        name = title.partition(" ")[2]
-        for axis, (low, high) in axes.items():
-            error = inexact.get(name, {}).get(axis or "force", 0.0)
-            below, above = ("−∞", "∞") if error is not None else ("not found", "not found")
-            words = f"{_end(low, below, unit, least)} to {_end(high, above, unit, least)}"
-            if error:
-                words += f", ± {quantity(error, unit, 2)}"
-            yield title, f"force {axis}".rstrip(), words
+    for kind, name, axis, pair in every:
+        error = told.get("inexact", {}).get(name, {}).get(axis or "force", 0.0)
+        signs = ("−∞", "∞") if error is not None else ("not found", "not found")
+        low, high = (_end(end, sign, unit, least) for end, sign in zip(pair, signs, strict=True))
+        words = f"{low} to {high}" + (f", ± {quantity(error, unit, 2)}" if error else "")
+        yield f"{kind} {name}", f"force {axis}".rstrip(), words
+
+
+def _intervals(told: Mapping[str, Any]) -> Iterator[tuple[str, str, str, Sequence[float | None]]]:
+    """Kind, name and axis of each force that has an interval, and its ends; ties have no axis."""
+    for name, axes in told.get("supports", {}).items():
+        for axis, pair in axes.items():
+            yield "support", name, axis, pair
+    for name, pair in (told.get("ties") or {}).items():
+        yield "tie", name, "", pair
 
 
 def _end(value: float | None, unbounded: str, unit: str, least: float) -> str:

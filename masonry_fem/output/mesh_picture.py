@@ -12,7 +12,7 @@ from masonry_fem.contact.contacts import Interface
 from masonry_fem.march.model import Model
 from masonry_fem.output import fields
 from masonry_fem.output.backdrop import draw_pale, title_of
-from masonry_fem.output.grid import Grid, fidelity_names, grid_of, three
+from masonry_fem.output.grid import fidelity_names, grid_of, three
 from masonry_fem.output.render import Stage, View, can_render
 from masonry_fem.output.scenery import element_edges_of, outline_of, pyvista_grid, surface_of
 from masonry_fem.output.sheet import LINE, Key, Sheet
@@ -58,9 +58,9 @@ def write_mesh_files(model: Model, directory: Path, title: str = "") -> list[Pat
     return paths
 
 
-def draw_mesh(model: Model, path: Path, title: str = "", grid: Grid | None = None) -> Path:
+def draw_mesh(model: Model, path: Path, title: str = "") -> Path:
     """Blocks coloured by shape, with the edges of their elements."""
-    grid = grid or grid_of(model)
+    grid = grid_of(model)
     shape = np.array([block.shape for block in model.assembly.blocks])
     blocks = pyvista_grid(grid)
     blocks.cell_data["shape"] = shape[grid.cell_block]
@@ -89,11 +89,9 @@ def draw_mesh(model: Model, path: Path, title: str = "", grid: Grid | None = Non
     return sheet.save(path, stage)
 
 
-def draw_interfaces(model: Model, path: Path, title: str = "", grid: Grid | None = None) -> Path:
+def draw_interfaces(model: Model, path: Path, title: str = "") -> Path:
     """Detected interfaces coloured by joint label, each with its normal towards the candidate."""
-    import pyvista as pv  # noqa: PLC0415
-
-    grid = grid or grid_of(model)
+    grid = grid_of(model)
     surface = surface_of(pyvista_grid(grid))
     interfaces = [interface for interface in model.interfaces if not interface.tie]
     labels = sorted({interface.label for interface in interfaces})
@@ -107,16 +105,11 @@ def draw_interfaces(model: Model, path: Path, title: str = "", grid: Grid | None
     )
     stage = Stage(View.of(grid.points, grid.dimension), sheet.image_width, model.length)
     draw_pale(stage, surface, outline_of(surface))
-    arrow = pv.Arrow(tip_length=0.3, tip_radius=0.09, shaft_radius=0.028)
     for rank, label in enumerate(labels):
         colour = JOINT_COLOURS[rank % len(JOINT_COLOURS)]
         chosen = [interface for interface in interfaces if interface.label == label]
         _add_patches(stage, chosen, colour, grid.dimension)
-        cloud = pv.PolyData(np.stack([three(i.polygon).mean(axis=0) for i in chosen]))
-        cloud["_normal"] = np.stack([three(i.normal) for i in chosen])
-        stage.solid(
-            cloud.glyph(orient="_normal", scale=False, factor=0.22 * model.length, geom=arrow), colour
-        )
+        _add_normals(stage, chosen, colour, 0.22 * model.length)
         if rank < SHOWN:
             sheet.keys.append(Key(f"{label or 'no label'} × {len(chosen)}", colour))
     return sheet.save(path, stage)
@@ -133,6 +126,15 @@ def _add_patches(stage: Stage, chosen: list[Interface], colour: str, dimension: 
     else:
         stage.surface(patches, color=colour, opacity=0.55)
         stage.lines(outline_of(patches), colour, 1.6)
+
+
+def _add_normals(stage: Stage, chosen: list[Interface], colour: str, size: float) -> None:
+    import pyvista as pv  # noqa: PLC0415
+
+    cloud = pv.PolyData(np.stack([three(interface.polygon).mean(axis=0) for interface in chosen]))
+    cloud["_normal"] = np.stack([three(interface.normal) for interface in chosen])
+    arrow = pv.Arrow(tip_length=0.3, tip_radius=0.09, shaft_radius=0.028)
+    stage.solid(cloud.glyph(orient="_normal", scale=False, factor=size, geom=arrow), colour)
 
 
 def _poly_data(points: FloatArray, cells: NDArray[np.int64], *, lines: bool) -> Any:

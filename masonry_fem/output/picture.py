@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from masonry_fem.host.phases import phase
 from masonry_fem.march.state import BONDED, OPEN, SLIP, STICK
 from masonry_fem.output import fields
 from masonry_fem.output.arrows import add_arrows, interface_resultants, legend_sample, reactions
@@ -70,8 +71,18 @@ def draw_all(
     Paths of the pictures.
     """
     folder = Path(directory)
-    drawn = _drawers(scenery, amplification)
-    return [draw(folder / f"{name}.png") for name, draw in drawn if only is None or _kind(name) in only]
+    drawn = [one for one in _drawers(scenery, amplification) if only is None or _kind(one[0]) in only]
+    paths = []
+    with phase("pictures", len(drawn)) as at:
+        for number, (name, draw) in enumerate(drawn):
+            at(number, name)
+            paths.append(draw(folder / f"{name}.png"))
+    return paths
+
+
+def drawable(scenery: Scenery) -> list[str]:
+    """Names of the pictures that the scenery has data for, as in ``output.pictures`` of a scene."""
+    return list(dict.fromkeys(_kind(name) for name, _ in _drawers(scenery, None)))
 
 
 def _kind(name: str) -> str:

@@ -1,7 +1,7 @@
 """Response in dynamics: ``response.csv``, a line for each axis of a probe, and ``spectra.csv``, one a period.
 
     motions = read_motions(Path("out/history.csv"), ["top"], 2, ground)
-    told = [response_of(one) for one in motions]
+    told = {one.name: response_of(one) for one in motions}
     write_response(Path("out/response.csv"), told)
 
 Displacements come from ``history.csv``. They are from the reference, and relative to the ground where
@@ -11,18 +11,18 @@ accelerograms move it.
 from __future__ import annotations
 
 import csv
-import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from masonry_fem.host.atomic import write_atomic
+from masonry_fem.host.atomic import write_table
 from masonry_fem.march.shaking import Shaking
 from masonry_fem.output.history import AXES
+from masonry_fem.records.told import Told
 
 if TYPE_CHECKING:
     from masonry_fem.output.spectrum import Spectrum
@@ -49,26 +49,57 @@ class ProbeMotion:
     ground: FloatArray
 
 
-@dataclass(frozen=True, slots=True)
-class ProbeResponse:
+class ResponseTold(Told, frozen=True, kw_only=True):
     """Greatest and last displacements of a probe, relative to the ground.
 
     Attributes
     ----------
-    name : Of the probe.
     peak : Of greatest size along each axis, with sign, shape (d,) [m]. peak_time : When, shape (d,) [s].
     greatest : Length of the longest displacement [m]. greatest_time : When [s].
     residual : At the end of the last step, shape (d,) [m].
     swing : Largest distance from the residual in the last tenth of the steps, shape (d,) [m].
     """
 
-    name: str
     peak: FloatArray
     peak_time: FloatArray
     greatest: float
     greatest_time: float
     residual: FloatArray
     swing: FloatArray
+
+
+class SpectrumPeak(Told, frozen=True, kw_only=True):
+    """Where a response spectrum is greatest.
+
+    Attributes
+    ----------
+    pseudo_acceleration : ω² times the displacement [m/s²]. period : Of the oscillator there [s].
+    """
+
+    pseudo_acceleration: float
+    period: float
+
+
+class SpectraTold(Told, frozen=True, kw_only=True):
+    """Response spectra, which stand in ``spectra.csv``.
+
+    Attributes
+    ----------
+    damping : Ratio of the oscillators [-]. peaks : By the names of motions, as in the table.
+    """
+
+    damping: float
+    peaks: dict[str, SpectrumPeak]
+
+    @classmethod
+    def of(cls, spectra: Mapping[str, Spectrum]) -> SpectraTold:
+        """Their peaks."""
+        peaks = {}
+        for name, one in spectra.items():
+            place = int(np.nanargmax(one.accelerations))
+            top = float(one.accelerations[place])
+            peaks[name] = SpectrumPeak(pseudo_acceleration=top, period=float(one.periods[place]))
+        return cls(damping=next(iter(spectra.values())).damping, peaks=peaks)
 
 
 def read_motions(
@@ -90,21 +121,20 @@ def read_motions(
     )
     times, ways = table[:, 0], table[:, 1:].reshape(len(table), len(names), dimension)
     still = np.zeros((len(times), dimension))
-    shift = still if ground is None else np.array([ground.shift(time) for time in times])
-    unseen = still if ground is None else np.array([ground.unseen(time) for time in times])
+    shift = still if ground is None else ground.shift(times)
+    unseen = still if ground is None else ground.unseen(times)
     return [
         ProbeMotion(name, times, ways[:, place] - shift, shift + unseen) for place, name in enumerate(names)
     ]
 
 
-def response_of(motion: ProbeMotion) -> ProbeResponse:
+def response_of(motion: ProbeMotion) -> ResponseTold:
     """Its greatest and last displacements."""
     ways, times = motion.relative, motion.times
     place = np.abs(ways).argmax(axis=0)
     length = np.linalg.norm(ways, axis=1)
     late = ways[-max(1, round(LATE * len(ways))) :]
-    return ProbeResponse(
-        name=motion.name,
+    return ResponseTold(
         peak=np.take_along_axis(ways, place[None], axis=0)[0],
         peak_time=times[place],
         greatest=float(length.max()),
@@ -114,22 +144,20 @@ def response_of(motion: ProbeMotion) -> ProbeResponse:
     )
 
 
-def write_response(path: Path, told: Sequence[ProbeResponse]) -> Path:
+def write_response(path: Path, told: Mapping[str, ResponseTold]) -> Path:
     """Write the table.
 
     Parameters
     ----------
-    path : Of the file. told : Of each probe.
+    path : Of the file. told : Of each probe, by its name.
     """
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(["probe", "axis", "peak [m]", "peak_time [s]", "residual [m]", "swing [m]"])
-    for one in told:
+    titles = ("probe", "axis", "peak [m]", "peak_time [s]", "residual [m]", "swing [m]")
+    rows: list[list[Any]] = []
+    for name, one in told.items():
         axes = AXES[len(one.peak)]
         numbers = np.column_stack([one.peak, one.peak_time, one.residual, one.swing]).tolist()
-        table.writerows([one.name, axis, *row] for axis, row in zip(axes, numbers, strict=True))
-    write_atomic(path, text.getvalue().encode())
-    return path
+        rows += [[name, axis, *row] for axis, row in zip(axes, numbers, strict=True)]
+    return write_table(path, titles, rows)
 
 
 def write_spectra(path: Path, spectra: Mapping[str, Spectrum]) -> Path:
@@ -144,10 +172,4 @@ def write_spectra(path: Path, spectra: Mapping[str, Spectrum]) -> Path:
     for name, one in spectra.items():
         columns[f"{name} displacement [m]"] = one.displacements
         columns[f"{name} pseudo_acceleration [m/s^2]"] = one.accelerations
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(columns)
-    for row in np.column_stack(list(columns.values())).tolist():
-        table.writerow(["" if np.isnan(value) else value for value in row])
-    write_atomic(path, text.getvalue().encode())
-    return path
+    return write_table(path, columns, np.column_stack(list(columns.values())).tolist())

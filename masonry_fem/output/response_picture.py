@@ -11,7 +11,7 @@ import numpy as np
 
 from masonry_fem.host.atomic import write_atomic
 from masonry_fem.output.history import AXES
-from masonry_fem.output.response import ProbeMotion, ProbeResponse
+from masonry_fem.output.response import ProbeMotion, ResponseTold
 from masonry_fem.output.sheet import INK, PALE, prefix_of, quantity
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ DECADES = 3.5  # of spectra that are shown
 
 
 def draw_response(
-    path: Path, title: str, motions: Sequence[ProbeMotion], told: Sequence[ProbeResponse],
+    path: Path, title: str, motions: Sequence[ProbeMotion], told: Sequence[ResponseTold],
     spectra: Mapping[str, Spectrum],
 ) -> Path:  # fmt: skip
     """Draw it, of the six probes that went farthest.
@@ -42,13 +42,7 @@ def draw_response(
     from matplotlib.figure import Figure  # noqa: PLC0415
 
     kept = sorted(sorted(range(len(told)), key=lambda k: -told[k].greatest)[: len(COLOURS)])
-    names = AXES[len(told[0].peak)]
-    most = max(one.greatest for one in told)
-    axes = [
-        number
-        for number, name in enumerate(names)
-        if _of_ground(spectra, name) or any(abs(one.peak[number]) > SMALL * most for one in told)
-    ] or [0]
+    names, axes = AXES[len(told[0].peak)], _axes(told, spectra)
     columns = 2 if spectra else 1
     tall = PANEL[1] * len(axes) + 1.3
     figure = Figure(figsize=(PANEL[0] * columns, tall), dpi=110, facecolor="white")
@@ -57,23 +51,41 @@ def draw_response(
     for line, number in zip(panels, axes, strict=True):
         _ways(line[0], number, names[number], [motions[k] for k in kept], [told[k] for k in kept])
         if spectra:
-            _spectra(line[1], names[number], [told[k].name for k in kept], spectra)
+            _spectra(line[1], names[number], [motions[k].name for k in kept], spectra)
     figure.tight_layout(rect=(0, 0.38 / tall, 1, 1 - 0.82 / tall), h_pad=1.6, w_pad=2.2)
     figure.text(
         0.012, 1 - 0.26 / tall, title or "response", fontsize=14, weight="bold", color=INK, va="center"
     )
-    words = "displacements relative to the ground; dot: peak, right: residual"
-    if spectra:
-        damping = next(iter(spectra.values())).damping
-        words += f"; spectra: motion in space, damping ratio {100 * damping:.3g} %"
-    if len(kept) < len(told):
-        words += f"; the {len(kept)} of {len(told)} probes that went farthest"
-    figure.text(0.012, 1 - 0.58 / tall, words, fontsize=9, color=PALE, va="center")
-    _legend(figure, [told[k].name for k in kept], spectra)
+    figure.text(
+        0.012, 1 - 0.58 / tall, _caption(len(kept), len(told), spectra), fontsize=9, color=PALE, va="center"
+    )
+    _legend(figure, [motions[k].name for k in kept], spectra)
     content = io.BytesIO()
     figure.savefig(content)
     write_atomic(path, content.getvalue())
     return path
+
+
+def _axes(told: Sequence[ResponseTold], spectra: Mapping[str, Spectrum]) -> list[int]:
+    """Axes along which the ground or a probe moves; the first one where nothing does."""
+    most = max(one.greatest for one in told)
+    found = [
+        number
+        for number, name in enumerate(AXES[len(told[0].peak)])
+        if _of_ground(spectra, name) or any(abs(one.peak[number]) > SMALL * most for one in told)
+    ]
+    return found or [0]
+
+
+def _caption(shown: int, count: int, spectra: Mapping[str, Spectrum]) -> str:
+    """What is drawn, of so many probes."""
+    words = "displacements relative to the ground; dot: peak, right: residual"
+    if spectra:
+        damping = next(iter(spectra.values())).damping
+        words += f"; spectra: motion in space, damping ratio {100 * damping:.3g} %"
+    if shown < count:
+        words += f"; the {shown} of {count} probes that went farthest"
+    return words
 
 
 def _of_ground(spectra: Mapping[str, Spectrum], axis: str) -> list[str]:
@@ -92,7 +104,7 @@ def _frame(panel: Any) -> None:
 
 
 def _ways(
-    panel: Any, number: int, name: str, motions: Sequence[ProbeMotion], told: Sequence[ProbeResponse]
+    panel: Any, number: int, name: str, motions: Sequence[ProbeMotion], told: Sequence[ResponseTold]
 ) -> None:
     """Displacements along an axis."""
     factor, prefix = prefix_of(float(max(abs(one.peak[number]) for one in told)))

@@ -1,21 +1,23 @@
-"""Terminal: what the console shows: a progress bar during a run, and a table of its summary afterwards."""
+"""Terminal: what the console shows of a run: its steps, and a table of its summary afterwards."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from masonry_fem.host.phases import At, phase
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
-from masonry_fem.output.collapse_table import mechanism_lines
 from masonry_fem.output.combination_table import combination_rows
 from masonry_fem.output.limit_table import support_rows
 from masonry_fem.output.places_table import places_rows
 from masonry_fem.output.recorder import StepReport
 from masonry_fem.output.refinement_table import refinement_rows
+from masonry_fem.output.search_table import mechanism_lines
 from masonry_fem.output.sheet import quantity
 from masonry_fem.records.told import plain
 
@@ -28,83 +30,62 @@ ROUNDED = 1e-9  # relative errors from which it is told what rounding makes of t
 SIZES = ("blocks", "shapes", "meshes", "factorisations", "contacts")
 FEM_SIZES = ("meshes", "factorisations")
 GOOD = ("equilibrium", "finished")
+NO_WAY = 1e-12  # opening or sliding that is rounding [m]
+SMALL = 1e-6  # friction that is left: less is none
 ROUNDING = 1e-8  # smaller errors are shown as '<' and this
 CHANGES = ("supports", "probes", "stress", "block_stress")  # by other contact points
+JOINT_STATES = ("closed", "middle_third", "cracked", "hinge", "open", "held")
 AXES = {2: "xy", 3: "xyz"}
 
 
 class Progress:
-    """Recorder that shows a bar on a terminal: step, residual, kinetic energy, time left.
+    """Recorder that tells of each step as of a phase: step, residual, kinetic energy.
 
     Parameters
     ----------
     total : Number of steps, if it is known.
-    end : Time at which the march ends, if not [s]; the bar then shows time.
-    quiet : Show nothing; so it is, too, if standard error is no terminal.
-    console : Where to write; by default standard error.
+    end : Time at which the march ends, if not [s].
     """
 
     dense = True
 
-    def __init__(
-        self,
-        total: int | None = None,
-        *,
-        end: float | None = None,
-        quiet: bool = False,
-        console: Any = None,
-    ) -> None:
-        self._total, self._end, self._quiet, self._console = total, end, quiet, console
-        self._bar: Any = None
-        self._task: Any = None
+    def __init__(self, total: int | None = None, *, end: float | None = None) -> None:
+        self._total, self._end = total, end
+        self._phase: AbstractContextManager[At] | None = None
+        self._at: At | None = None
 
     def start(self, model: Model) -> None:
-        """Show the empty bar."""
-        if self._quiet:
-            return
-        from rich.console import Console  # noqa: PLC0415  not on the path of --help
-        from rich.progress import BarColumn, TextColumn, TimeRemainingColumn  # noqa: PLC0415
-        from rich.progress import Progress as Bar  # noqa: PLC0415
-
-        console = self._console or Console(stderr=True)
-        if not console.is_terminal:
-            return
-        columns = (
-            TextColumn("step {task.fields[step]}"),
-            BarColumn(),
-            TextColumn(
-                "t {task.fields[time]}  residual {task.fields[residual]}  kinetic {task.fields[kinetic]}"
-            ),
-            TimeRemainingColumn(),
-        )
-        self._bar = Bar(*columns, console=console, transient=True)
-        total = self._total if self._end is None else self._end
-        self._task = self._bar.add_task("", total=total, step="0", time="0", residual="–", kinetic="–")
-        self._bar.start()
+        """The march begins."""
+        self._phase = phase("steps", self._total if self._end is None else self._end)
+        self._at = self._phase.__enter__()
 
     def record(self, model: Model, state: SystemState, report: StepReport) -> None:
-        """Move the bar."""
-        if self._bar is None:
+        """A step is done."""
+        if self._at is None:
             return
-        self._bar.update(
-            self._task,
-            completed=report.step if self._end is None else report.time,
-            step=f"{report.step}" + (f"/{self._total}" if self._total else ""),
-            time=f"{report.time:.4g}",
-            residual=f"{getattr(report, 'natural_map', float('nan')):.1e}",
-            kinetic=quantity(getattr(report, "kinetic_energy", 0.0), "J"),
-        )
+        self._at(
+            report.step if self._end is None else report.time,
+            f"step {report.step}" + (f"/{self._total}" if self._total else "")
+            + f", t {report.time:.4g}, residual {getattr(report, 'natural_map', float('nan')):.1e}, "
+            + f"kinetic {quantity(getattr(report, 'kinetic_energy', 0.0), 'J')}",
+        )  # fmt: skip
+
+    def end(self, made: Any, determinacy: Any) -> None:
+        """The march has ended."""
+        if self._phase is not None:
+            self._phase.__exit__(None, None, None)
+            self._phase = self._at = None
 
     def close(self, summary: Any) -> list[Path]:
-        """Take the bar away."""
-        if self._bar is not None:
-            self._bar.stop()
-            self._bar = None
+        """The same, where it has ended otherwise."""
+        self.end(None, None)
         return []
 
 
 def print_summary(told: Any, console: Console | None = None) -> None:
-    """Print a table of a summary, the outcome first; rows without data are left out.
+    """Print a table of a summary in the order of ``ORDER``; rows without data are left out.
+
+    The outcome stands first.
 
     Parameters
     ----------
@@ -127,26 +108,7 @@ def print_summary(told: Any, console: Console | None = None) -> None:
     table.add_column(style="bold", no_wrap=True)
     table.add_column(style="dim", no_wrap=True)
     table.add_column()
-    for part in (
-        combination_rows,
-        places_rows,
-        _size,
-        _contacts,
-        _mechanism,
-        _start,
-        _certificate,
-        _stress,
-        _errors,
-        _utilisation,
-        refinement_rows,
-        _forces,
-        _ties,
-        _limits,
-        _determinacy,
-        _probes,
-        _response,
-        _cost,
-    ):
+    for part in ORDER:
         section = ""
         for heading, name, value in part(summary):
             table.add_row("" if heading == section else heading, name, Text(value))
@@ -194,6 +156,23 @@ def _start(summary: Mapping[str, Any]) -> Rows:
             unit = _force_unit(len(summary.get("applied", ())))
             where = ", ".join(" / ".join(pair) for pair in told["joints"][:SHOWN_LINES])
             yield "start", "least thrust", f"{quantity(told['least_thrust'], unit, 4)} between {where}"
+
+
+def _joints(summary: Mapping[str, Any]) -> Rows:
+    if told := summary.get("joints"):
+        counts = [(told[name], name.replace("_", " ")) for name in JOINT_STATES]
+        states = ", ".join(f"{_count(number)} {name}" for number, name in counts if number)
+        slide = f"; {_count(told['slide'])} slide" if told["slide"] else ""
+        yield "joints", "", states + slide
+        for name in ("greatest_opening", "greatest_sliding"):
+            if told[name]["value"] > NO_WAY:
+                where = told[name]["interface"]
+                yield "joints", name.replace("_", " "), f"{quantity(told[name]['value'], 'm')} in {where}"
+        if edge := told.get("nearest_edge"):
+            way = f"{100 * edge['value']:.0f} % of the way"
+            yield "joints", "nearest to an edge", f"{way} in {edge['interface']}"
+        if left := told.get("least_margin"):
+            yield "joints", "least μ − T/N", f"{_clean(left['value'])} in {left['interface']}"
 
 
 def _certificate(summary: Mapping[str, Any]) -> Rows:
@@ -427,5 +406,34 @@ def _percent(share: float) -> str:
     return f"{'−' if share < 0 else ''}{100 * abs(share):.2g} %"
 
 
+def _clean(value: float) -> str:
+    """A number of the size of one, without its rounding."""
+    return "0" if abs(value) < SMALL else f"{value:.2g}".replace("-", "−")
+
+
 def _number(value: Any) -> str:
     return "–" if value is None else f"{float(value):.2e}"
+
+
+# what was found; stresses; forces and motions; joints; how exact it is; what it cost
+ORDER = (
+    combination_rows,
+    places_rows,
+    _mechanism,
+    _start,
+    _stress,
+    _errors,
+    _utilisation,
+    refinement_rows,
+    _forces,
+    _ties,
+    _limits,
+    _determinacy,
+    _probes,
+    _response,
+    _joints,
+    _contacts,
+    _certificate,
+    _size,
+    _cost,
+)

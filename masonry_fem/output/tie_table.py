@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from pathlib import Path
 from typing import Any
 
-from masonry_fem.host.atomic import write_atomic
+from masonry_fem.host.atomic import write_table
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
 from masonry_fem.march.ties import TieForces, tie_forces
@@ -38,13 +36,8 @@ class TieTable:
         told = None if last is None else tie_forces(*last)
         if last is None or told is None:
             return []
-        text = io.StringIO()
-        table = csv.writer(text, lineterminator="\n")
         columns = tie_columns(last[0], told)
-        table.writerow(columns)
-        table.writerows(zip(*columns.values(), strict=True))
-        write_atomic(self.path, text.getvalue().encode())
-        return [self.path]
+        return [write_table(self.path, columns, zip(*columns.values(), strict=True))]
 
 
 def tie_columns(model: Model, told: TieForces) -> dict[str, list[Any]]:

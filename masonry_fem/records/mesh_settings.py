@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from masonry_fem.records.record import Divisions, Element, Length, Spec
 
 
@@ -20,6 +22,11 @@ class MeshSettings(Spec, frozen=True, kw_only=True):
     element: Element | None = None
     size: Length | None = None
     divisions: Divisions | None = None
+
+    def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
+        """Both a size and numbers."""
+        if self.size is not None and self.divisions is not None:
+            yield "divisions", "none beside 'size': take one of them"
 
     @property
     def elements(self) -> Element:

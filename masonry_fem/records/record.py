@@ -10,6 +10,7 @@ and error messages all follow from the annotation, so a field says everything on
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, Literal
 
 import msgspec
@@ -91,3 +92,23 @@ Element = Literal["Q1", "P1", "Q2", "P2"]
 
 class Spec(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit_defaults=True):
     """Base of all records: frozen, keyword-only, unknown keys refused."""
+
+    def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
+        """Keys whose values do not go together, or not with the scene's dimension: (key, what was expected).
+
+        What a single value must be stands in its annotation. A key within a table is ``openings.0.size``.
+        """
+        return iter(())
+
+
+def turn_faults(key: str, value: object, dimension: int, unit: str) -> Iterator[tuple[str, str]]:
+    """A turn is a number in the plane and a vector in space: fault of one that is not, as ``Spec.faults``.
+
+    Parameters
+    ----------
+    key, value : Of the turn; None: there is none.
+    dimension : Of the scene. unit : Of the turn, in words.
+    """
+    flat = dimension == 2
+    if value is not None and isinstance(value, tuple) == flat:
+        yield key, f"one number in {unit} in a 2D scene" if flat else f"3 numbers in {unit} in a 3D scene"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
@@ -80,10 +79,3 @@ class Structure(Spec, frozen=True, kw_only=True, tag_field="kind"):
     def foreseen(self, dimension: int) -> Foreseen | None:
         """Expected number of blocks by its keys; None if a file decides."""
         return None
-
-    def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
-        """Keys whose values do not go together, or not with the dimension: (key, what was expected).
-
-        What a single value must be stands in its annotation. A key within a table is ``openings.0.size``.
-        """
-        return iter(())

@@ -5,12 +5,10 @@ write_collapse(folder, told, model, state, mechanism)     # collapse.json, trial
 
 from __future__ import annotations
 
-import csv
-import io
 from pathlib import Path
 from typing import Literal
 
-from masonry_fem.host.atomic import write_atomic
+from masonry_fem.host.atomic import write_table
 from masonry_fem.march.mechanism import Falling, Mechanism
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
@@ -91,12 +89,8 @@ def write_collapse(
     pictures : Whether to draw the mechanism.
     """
     columns = ("multiplier", "verdict", "outcome", "steps", "seconds")
-    text = io.StringIO()
-    table = csv.writer(text)
-    table.writerow(columns)
-    table.writerows([getattr(trial, name) for name in columns] for trial in told.trials)
-    paths = [directory / "collapse.json", directory / "trials.csv"]
-    write_atomic(paths[1], text.getvalue().encode())
+    rows = ([getattr(trial, name) for name in columns] for trial in told.trials)
+    paths = [directory / "collapse.json", write_table(directory / "trials.csv", columns, rows)]
     if pictures and mechanism is not None and mechanism.parts and state is not None and can_render():
         scenery = Scenery.of(model, state, title=told.title)
         paths.append(draw_mechanism(scenery, mechanism, directory / "mechanism.png"))

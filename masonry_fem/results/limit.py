@@ -62,9 +62,7 @@ def answers(problem: LimitProblem, tilt: str | None = None, **others: Any) -> Li
         contacts=int(problem.active.sum()),
         admissible=carried.holds,
         share=carried.share,
-        multiplier=None if collapse is None else _finite(collapse.multiplier),
-        least_multiplier=None if collapse is None else _finite(collapse.least),
-        unlimited=collapse is not None and math.isinf(collapse.multiplier),
+        **_multipliers(collapse),
         mechanism=None if motion is None else motion_told(problem, motion),
         supports={
             name: {axis: (_finite(end.low), _finite(end.high)) for axis, end in ends.items()}
@@ -85,6 +83,17 @@ def _collapse(problem: LimitProblem) -> tuple[Collapse | None, list[str]]:
         return collapse_multiplier(problem), []
     except ProblemError as error:
         return None, [f"How far loads may grow is not known: {error}."]
+
+
+def _multipliers(collapse: Collapse | None) -> dict[str, Any]:
+    """Between what factors loads that grow can be carried; none where none grows."""
+    if collapse is None:
+        return {"multiplier": None, "least_multiplier": None, "unlimited": False}
+    return {
+        "multiplier": _finite(collapse.multiplier),
+        "least_multiplier": _finite(collapse.least),
+        "unlimited": math.isinf(collapse.multiplier),
+    }
 
 
 def _sentence(

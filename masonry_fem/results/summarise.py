@@ -11,8 +11,8 @@ import numpy as np
 
 from masonry_fem import __version__
 from masonry_fem.build import Built
+from masonry_fem.host.memory import peak_memory
 from masonry_fem.host.ranks import HANDING, Spent, team
-from masonry_fem.host.trim import peak_memory
 from masonry_fem.march.march import March
 from masonry_fem.march.measure import largest_force
 from masonry_fem.march.model import Model

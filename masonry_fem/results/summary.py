@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from masonry_fem.march.ledger import Ledger
 from masonry_fem.march.mechanism import Falling
 from masonry_fem.march.witness import Written
+from masonry_fem.output.response import ResponseTold, SpectraTold
 from masonry_fem.records.remark import Remark
 from masonry_fem.records.told import Told, versioned
 from masonry_fem.results.blocks import Stress
@@ -26,7 +27,6 @@ from masonry_fem.results.discretisation import Errors, RefinementTold
 from masonry_fem.results.joints import Joints
 from masonry_fem.results.limit_analysis import LimitAnalysis
 from masonry_fem.results.places import Places
-from masonry_fem.results.response import ResponseTold, SpectraTold
 from masonry_fem.results.ties import TieTold
 from masonry_fem.results.utilisation import Utilisation
 

@@ -5,13 +5,11 @@ write_threshold(folder, told, fall)     # threshold.json, trials.csv, mechanism.
 
 from __future__ import annotations
 
-import csv
-import io
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from masonry_fem.host.atomic import write_atomic
+from masonry_fem.host.atomic import write_table
 from masonry_fem.march.mechanism import Falling, Mechanism
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
@@ -119,12 +117,8 @@ def write_threshold(
     pictures : Whether to draw the mechanism.
     """
     columns = ("value", "by", "verdict", "outcome", "steps", "seconds")
-    text = io.StringIO()
-    table = csv.writer(text)
-    table.writerow(columns)
-    table.writerows([getattr(trial, name) for name in columns] for trial in told.trials)
-    paths = [directory / "threshold.json", directory / "trials.csv"]
-    write_atomic(paths[1], text.getvalue().encode())
+    rows = ([getattr(trial, name) for name in columns] for trial in told.trials)
+    paths = [directory / "threshold.json", write_table(directory / "trials.csv", columns, rows)]
     if pictures and fall is not None and fall.mechanism.parts and can_render():
         scenery = Scenery.of(fall.model, fall.state, title=told.title)
         paths.append(draw_mechanism(scenery, fall.mechanism, directory / "mechanism.png"))

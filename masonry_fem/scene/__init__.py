@@ -6,8 +6,8 @@
 The records themselves are in ``masonry_fem.scene.specs``.
 """
 
-from masonry_fem.scene.reading import check, load, loads
+from masonry_fem.scene.reading import check, load, loads, of_records
 from masonry_fem.scene.specs import Scene
 from masonry_fem.scene.writing import dumps, save
 
-__all__ = ["Scene", "check", "dumps", "load", "loads", "save"]
+__all__ = ["Scene", "check", "dumps", "load", "loads", "of_records", "save"]

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.errors import SceneError
+from masonry_fem.scene.actions import is_at2
 from masonry_fem.scene.misfit import shown
 
 FloatArray = NDArray[np.float64]
@@ -22,11 +23,6 @@ COUNT = re.compile(r"NPTS\s*=\s*(\d+)", re.IGNORECASE)
 STEP = re.compile(rf"DT\s*=\s*{NUMBER}", re.IGNORECASE)
 OLD = re.compile(rf"\s*(\d+)\s+{NUMBER}\s+NPTS\s*,\s*DT", re.IGNORECASE)
 HEADER = 4  # lines of an .AT2 file before its values
-
-
-def is_at2(path: Path) -> bool:
-    """Whether a file is named as one of PEER."""
-    return path.suffix.lower() == ".at2"
 
 
 def read_accelerogram(path: Path, axis: str, unit: str | None) -> tuple[FloatArray, FloatArray]:
@@ -46,7 +42,7 @@ def read_accelerogram(path: Path, axis: str, unit: str | None) -> tuple[FloatArr
         lines = path.read_text(encoding="utf-8-sig", errors="strict").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise SceneError(f"{path}: cannot be read as text ({error}); expected an accelerogram") from error
-    if is_at2(path):
+    if is_at2(path.name):
         return _at2(path, lines)
     times, values = _csv(path, lines, axis)
     return times, UNITS[unit or "m/s^2"] * values
@@ -85,35 +81,40 @@ def _at2(path: Path, lines: list[str]) -> tuple[FloatArray, FloatArray]:
 
 def _csv(path: Path, lines: list[str], axis: str) -> tuple[FloatArray, FloatArray]:
     """Time and one of the other columns."""
-    rows: list[list[float]] = []
-    titles: list[str] | None = None
-    for place, line in enumerate(lines, start=1):
-        words = line.partition("#")[0].replace(",", " ").replace(";", " ").split()
-        if not words:
-            continue
-        if titles is None and not rows and not _is_number(words[0]):
-            titles = [word.strip("\"'").lower() for word in words]
-            continue
-        row = _numbers(path, place, words)
-        width = len(rows[0]) if rows else max(len(row), 2)
+    told = [(place, _words(line)) for place, line in enumerate(lines, start=1) if _words(line)]
+    titles: list[str] = []
+    if told and not _is_number(told[0][1][0]):
+        titles = [word.strip("\"'").lower() for word in told.pop(0)[1]]
+    if len(told) < 2:
+        raise SceneError(f"{path}: holds {len(told)} lines of numbers, expected time [s] and acceleration")
+    rows = [_numbers(path, place, words) for place, words in told]
+    width = max(len(rows[0]), 2)
+    for (place, _), row, before in zip(told, rows, [None, *rows], strict=False):
         if len(row) != width:
             raise SceneError(f"{path}, line {place}: {len(row)} numbers, expected {width}; correct it")
-        if rows and row[0] <= rows[-1][0]:
+        if before is not None and row[0] <= before[0]:
             raise SceneError(
-                f"{path}, line {place}: time {row[0]:g} s after {rows[-1][0]:g} s, expected increasing times"
+                f"{path}, line {place}: time {row[0]:g} s after {before[0]:g} s, expected increasing times"
             )
-        rows.append(row)
-    if len(rows) < 2:
-        raise SceneError(f"{path}: holds {len(rows)} lines of numbers, expected time [s] and acceleration")
-    table, column = np.array(rows), 1
-    if table.shape[1] > 2:
-        if titles is None or axis not in titles or len(titles) != table.shape[1]:
-            raise SceneError(
-                f"{path}: has {table.shape[1]} columns and none titled '{axis}', expected a first line as "
-                "'time, x, y, z', or two columns"
-            )
-        column = titles.index(axis)
-    return table[:, 0], table[:, column]
+    table = np.array(rows)
+    return table[:, 0], table[:, _column(path, titles, width, axis)]
+
+
+def _words(line: str) -> list[str]:
+    """What stands in a line before a comment."""
+    return line.partition("#")[0].replace(",", " ").replace(";", " ").split()
+
+
+def _column(path: Path, titles: list[str], width: int, axis: str) -> int:
+    """Which column has the acceleration along an axis: of two the second."""
+    if width == 2:
+        return 1
+    if axis not in titles or len(titles) != width:
+        raise SceneError(
+            f"{path}: has {width} columns and none titled '{axis}', expected a first line as "
+            "'time, x, y, z', or two columns"
+        )
+    return titles.index(axis)
 
 
 def _numbers(path: Path, place: int, words: list[str]) -> list[float]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import pairwise
 from typing import Annotated, Literal
 
 from msgspec import Meta
@@ -30,6 +32,7 @@ from masonry_fem.records.record import (
     Spec,
     Speed,
     TractionVector,
+    turn_faults,
 )
 
 
@@ -44,6 +47,12 @@ class Table(Spec, frozen=True, kw_only=True, tag_field="kind", tag="table"):
 
     points: Annotated[tuple[tuple[Instant, float], ...], Meta(min_length=1)]
     repeats: bool = False
+
+    def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
+        """Times that do not increase."""
+        for index, (before, after) in enumerate(pairwise(self.points), start=1):
+            if after[0] <= before[0]:
+                yield f"points.{index}.0", f"a time after the one before ({before[0]:g} s)"
 
 
 class Sine(Spec, frozen=True, kw_only=True, tag_field="kind", tag="sine"):
@@ -130,6 +139,10 @@ class Motion(Spec, frozen=True, kw_only=True):
     pivot: Point | None = None
     time: TimeFunction | None = None
 
+    def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
+        """A rotation of the other dimension."""
+        return turn_faults("rotation", self.rotation, dimension, "rad")
+
 
 class Support(Spec, frozen=True, kw_only=True):
     """Blocks, or faces (``blocks/face``), that are held or moved.
@@ -146,6 +159,11 @@ class Support(Spec, frozen=True, kw_only=True):
     on: Selector
     components: Annotated[tuple[Literal["x", "y", "z"], ...], Meta(min_length=1)] | None = None
     motion: Motion | None = None
+
+    def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
+        """A third axis in the plane."""
+        if dimension == 2 and "z" in (self.components or ()):
+            yield "components", "only 'x' and 'y' in a 2D scene"
 
 
 class Acceleration(Spec, frozen=True, kw_only=True):
@@ -193,6 +211,27 @@ class Accelerogram(Spec, frozen=True, kw_only=True):
     baseline: Literal["none", "constant", "linear", "quadratic"] = "none"
     start: Instant = 0.0
     case: Name | None = None
+
+    @property
+    def files(self) -> dict[str, str]:
+        """Its files by the axes along which they act."""
+        named = {axis: getattr(self, axis) for axis in "xyz"}
+        return {axis: name for axis, name in named.items() if name is not None}
+
+    def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
+        """No file, one along a third axis in the plane, or a unit beside that of a file."""
+        if not self.files:
+            yield "x", "a file along some axis, as x = 'RSN6_180.AT2'"
+        if dimension == 2 and self.z is not None:
+            yield "z", "none in a 2D scene, whose axes are x and y"
+        for name in self.files.values():
+            if is_at2(name) and self.unit not in (None, "g"):
+                yield "unit", f"none, or 'g', as '{name}' is in units of g"
+
+
+def is_at2(name: str) -> bool:
+    """Whether a file is named as one of PEER."""
+    return name.lower().endswith(".at2")
 
 
 class Traction(Spec, frozen=True, kw_only=True):

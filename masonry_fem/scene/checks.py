@@ -23,10 +23,6 @@ from masonry_fem.scene.misfit import MisfitError, braced, listed, nearest, wrong
 from masonry_fem.scene.quantity import QuantityError, si_factor, si_value
 from masonry_fem.scene.specs import (
     Accelerogram,
-    Cut,
-    Initial,
-    MeshSettings,
-    Motion,
     MovingLoad,
     Override,
     Pulse,
@@ -34,9 +30,8 @@ from masonry_fem.scene.specs import (
     PythonMaterial,
     Record,
     Scene,
+    Spec,
     Structure,
-    Support,
-    Table,
 )
 
 NEARLY = 1e-12  # of a squared cosine: directions that differ by less are one
@@ -57,10 +52,8 @@ def cross_check(scene: Scene, base: Path) -> None:
     _names(scene)
     _materials(scene)
     _fidelities(scene)
-    _dimension(scene)
+    _own_faults(scene)
     check_joints(scene)
-    _ties(scene)
-    _shapes(scene)
     _analysis(scene)
     _solver(scene)
     _files(scene, base)
@@ -98,9 +91,13 @@ def _names(scene: Scene) -> None:
     _unique("structures", (one.name for one in scene.structures))
     _unique("probes", (one.name for one in scene.probes))
     _unique("output.cuts", (one.name for one in scene.output.cuts))
-    _unique("stages", (one.name for one in scene.stages))
-    _combinations(scene)
     _unique("ties", (one.name for one in scene.ties))
+    _combinations(scene)
+    _stages(scene)
+
+
+def _stages(scene: Scene) -> None:
+    _unique("stages", (one.name for one in scene.stages))
     for index, stage in enumerate(scene.stages):
         earlier = [one.name for one in scene.stages[:index]]
         if stage.after is not None and stage.after not in earlier:
@@ -149,23 +146,6 @@ def _materials(scene: Scene) -> None:
                 known = f"one of the materials {listed(scene.materials)}" if scene.materials else "a material"
                 raise wrong((key, index, "material"), name, known, nearest(name, scene.materials))
 
-    for name, stone in scene.materials.items():
-        for key in ("compressive_strength", "tensile_strength"):
-            own, law = getattr(stone, key), getattr(stone.inelastic, key, None)
-            if own is not None and law is not None:
-                expected = f"none beside materials.{name}.inelastic.{key} = {law:g}, which is the stone's"
-                raise wrong(("materials", name, key), own, expected)
-        if stone.orthotropic is None:
-            continue
-        for other in ("young", "inelastic"):
-            if (given := getattr(stone, other)) is not None:
-                expected = "none beside 'orthotropic'"
-                raise wrong(
-                    ("materials", name, other), given, f"{expected}, which is elastic and has its own"
-                )
-        for key, expected in stone.orthotropic.faults(scene.dimension):
-            raise wrong(("materials", name, "orthotropic", key), getattr(stone.orthotropic, key), expected)
-
 
 def _fidelities(scene: Scene) -> None:
     """Elastic blocks need a stiffness; those that an override may make rigid are left to the build."""
@@ -187,68 +167,30 @@ def _young(scene: Scene, material: str, users: str) -> None:
         )
 
 
-# --- dimension --------------------------------------------------------------------------------
+# --- what a record says of itself -------------------------------------------------------------
 
 
-def _dimension(scene: Scene) -> None:
-    """What only one of 2D and 3D allows; lengths of vectors were held against it on reading."""
-    flat = scene.dimension == 2
+def _own_faults(scene: Scene) -> None:
+    """Each record by itself; lengths of vectors were held against the dimension on reading."""
     for path, record in records(scene):
-        match record:
-            case Accelerogram() if flat and record.z is not None:
-                raise wrong((*path, "z"), record.z, "none in a 2D scene, whose axes are x and y")
-            case Support() if flat and record.components and "z" in record.components:
-                raise wrong((*path, "components"), record.components, "only 'x' and 'y' in a 2D scene")
-            case Motion():
-                _turn(record.rotation, (*path, "rotation"), flat, "rad")
-            case Cut() if flat:
-                raise wrong(path, record.name, "no cut in a 2D scene, all of which the other pictures show")
-            case Cut() if not any(record.normal):
-                raise wrong((*path, "normal"), record.normal, "a normal that is not zero")
-            case Initial():
-                _turn(record.spin, (*path, "spin"), flat, "rad/s")
-            case MeshSettings() if record.size is not None and record.divisions is not None:
-                raise MisfitError(path, "{path} has both 'size' and 'divisions', expected one of them")
-            case _:
-                pass
-
-
-def _turn(value: Any, path: KeyPath, flat: bool, unit: str) -> None:
-    if value is not None and isinstance(value, tuple) == flat:
-        expected = f"one number in {unit} in a 2D scene" if flat else f"3 numbers in {unit} in a 3D scene"
-        raise wrong(path, value, expected)
-
-
-# --- structures, analysis, files --------------------------------------------------------------
-
-
-def _shapes(scene: Scene) -> None:
-    for index, structure in enumerate(scene.structures):
-        for key, expected in structure.faults(scene.dimension):
-            path: KeyPath = ("structures", index)
-            value: Any = structure
+        for key, expected in record.faults(scene.dimension) if isinstance(record, Spec) else ():
+            value: Any = record
+            place = path
             for part in key.split("."):  # 'openings.0.size': a key of a table within
                 step = int(part) if part.isdecimal() else part
                 value = value[step] if isinstance(step, int) else getattr(value, step)
-                path = (*path, step)
+                place = (*place, step)
             if value is None:
-                lacking = f"{{path}} lacks the key '{path[-1]}', expected {braced(expected)}"
-                raise MisfitError(path[:-1], lacking)
-            raise wrong(path, value, expected)
+                lacking = f"{{path}} lacks the key '{place[-1]}', expected {braced(expected)}"
+                raise MisfitError(place[:-1], lacking)
+            raise wrong(place, value, expected)
 
 
-def _ties(scene: Scene) -> None:
-    for index, tie in enumerate(scene.ties):
-        for key, expected in tie.faults():
-            if (value := getattr(tie, key)) is None:
-                raise MisfitError(("ties", index), f"{{path}} lacks the key '{key}', expected {expected}")
-            raise wrong(("ties", index, key), value, expected)
+# --- analysis, files --------------------------------------------------------------------------
 
 
 def _analysis(scene: Scene) -> None:
     analysis = scene.analysis
-    for key, expected in analysis.faults():
-        raise wrong(("analysis", key), getattr(analysis, key), expected)
     if analysis.travelled(analysis.end) and not scene.loads.moving:
         expected = "'statics' where no load moves; take it, or add [[loads.moving]]"
         raise wrong(("analysis", "kind"), analysis.__struct_config__.tag, expected)
@@ -259,19 +201,7 @@ def _analysis(scene: Scene) -> None:
         expected = "none in statics, which has no time; take analysis.kind = 'dynamics'"
         raise wrong(("loads", "accelerograms", 0, "acts"), moved.acts, expected)
     if analysis.steers:
-        none = f"none with analysis.kind = '{analysis.__struct_config__.tag}': its loads move the blocks"
-        for index, support in enumerate(scene.supports):
-            if support.motion is not None:
-                raise wrong(("supports", index, "motion"), support.motion, f"{none}; push by a load instead")
-        if scene.loads.temperatures:
-            heated = scene.loads.temperatures[0].on
-            raise wrong(("loads", "temperatures", 0, "on"), heated, f"{none}; heat them in statics")
-        for index, joint in enumerate(scene.joints):
-            name = "" if joint.law is None else joint.law.kind
-            if (kind := kinds().get(name)) is not None and kind.law.softens:
-                expected = "'elastic', or no law: a path (analysis.kind) cannot follow joints that soften"
-                cure = "; where these are to break move a support in statics"
-                raise wrong(("joints", index, "law", "kind"), name, expected, cure)
+        _steered(scene)
     tolerance = getattr(analysis, "tolerance", None)
     if tolerance is not None and scene.solver.aim > tolerance:
         # contacts that are solved no better never pass for at rest: the march would end as if blocks slid
@@ -299,6 +229,23 @@ def _parallel(one: Sequence[float], other: Sequence[float]) -> bool:
     return product * product >= squares * (1 - NEARLY)
 
 
+def _steered(scene: Scene) -> None:
+    """A path moves the blocks by its loads alone, and cannot follow what softens."""
+    none = f"none with analysis.kind = '{scene.analysis.__struct_config__.tag}': its loads move the blocks"
+    for index, support in enumerate(scene.supports):
+        if support.motion is not None:
+            raise wrong(("supports", index, "motion"), support.motion, f"{none}; push by a load instead")
+    if scene.loads.temperatures:
+        heated = scene.loads.temperatures[0].on
+        raise wrong(("loads", "temperatures", 0, "on"), heated, f"{none}; heat them in statics")
+    for index, joint in enumerate(scene.joints):
+        name = "" if joint.law is None else joint.law.kind
+        if (kind := kinds().get(name)) is not None and kind.law.softens:
+            expected = "'elastic', or no law: a path (analysis.kind) cannot follow joints that soften"
+            cure = "; where these are to break move a support in statics"
+            raise wrong(("joints", index, "law", "kind"), name, expected, cure)
+
+
 def _solver(scene: Scene) -> None:
     solver = scene.solver
     for name, usual in (("relaxation", 1.0), ("threads", None)):
@@ -310,9 +257,7 @@ def _solver(scene: Scene) -> None:
 
 def _files(scene: Scene, base: Path) -> None:
     for path, record in records(scene):
-        if isinstance(record, Table):
-            _increasing(record, (*path, "points"))
-        elif isinstance(record, Pulse):
+        if isinstance(record, Pulse):
             _pulse(record, path)
         elif isinstance(record, Structure) and record.source is not None:
             if Path(record.source).suffix.lower() not in record.endings:
@@ -323,23 +268,10 @@ def _files(scene: Scene, base: Path) -> None:
             for key, unit in (("unit", record.unit), ("time_unit", record.time_unit)):
                 _unit(unit, (*path, key))
         elif isinstance(record, Accelerogram):
-            _accelerogram(record, path, base)
+            for axis, name in record.files.items():
+                _exists(name, (*path, axis), base)
         elif isinstance(record, PythonLaw | PythonMaterial):
-            if Path(record.file).suffix.lower() != ".py":
-                raise wrong((*path, "file"), record.file, "a Python file that ends in '.py'")
             _exists(record.file, (*path, "file"), base)
-            for key, expected in record.faults():
-                raise wrong((*path, key), getattr(record, key), expected)
-
-
-def _accelerogram(record: Accelerogram, path: KeyPath, base: Path) -> None:
-    named = [(axis, name) for axis in "xyz" if (name := getattr(record, axis)) is not None]
-    if not named:
-        raise MisfitError(path, "{path} names no file, expected one for an axis, as x = 'RSN6_180.AT2'")
-    for axis, name in named:
-        _exists(name, (*path, axis), base)
-        if Path(name).suffix.lower() == ".at2" and record.unit not in (None, "g"):
-            raise wrong((*path, "unit"), record.unit, f"none, or 'g', as '{name}' is in units of g")
 
 
 def _pulse(pulse: Pulse, path: KeyPath) -> None:
@@ -361,12 +293,6 @@ def _unit(unit: str | None, path: KeyPath) -> None:
         raise wrong(path, unit, expected, str(error)) from error
 
 
-def _increasing(table: Table, path: KeyPath) -> None:
-    for index, (before, after) in enumerate(pairwise(table.points), start=1):
-        if after[0] <= before[0]:
-            raise wrong((*path, index, 0), after[0], f"a time after the one before ({before[0]:g} s)")
-
-
 def _exists(name: str, path: KeyPath, base: Path) -> None:
     if not (base / name).is_file():
         folder = (base / name).parent
@@ -380,20 +306,8 @@ def _exists(name: str, path: KeyPath, base: Path) -> None:
 
 
 def _doubts(scene: Scene) -> Iterator[str]:
-    if any(one.acts == "ground" for one in scene.loads.accelerograms):
-        for name, stone in scene.materials.items():
-            if stone.damping.mass:
-                yield (
-                    f"materials.{name}.damping.mass = {stone.damping.mass:g} 1/s damps velocities in space, "
-                    "and the ground moves: it drags stones back from going with it; take acts = 'inertia', "
-                    "or damping.stiffness"
-                )
-    light = [one.name for one in scene.combinations if not one.factors.get(GRAVITY)]
-    if light and scene.loads.gravity is not None:
-        yield (
-            f"loads.gravity does not act in {listed(light)} of the combinations; if it should, name it in "
-            "their factors: gravity = 1.0"
-        )
+    yield from _dragged(scene)
+    yield from _light(scene)
     if not _driven(scene):
         yield "nothing acts on the blocks; expected loads.gravity or another load"
     yield from material_doubts(scene)
@@ -410,6 +324,29 @@ def _doubts(scene: Scene) -> Iterator[str]:
         yield "true statics has no velocities: [[initial]] has no effect"
     for index, joint in enumerate(scene.joints):
         yield from joint_doubts(joint, f"joints.{index}")
+
+
+def _dragged(scene: Scene) -> Iterator[str]:
+    """Damping that holds stones in space while their ground moves."""
+    if not any(one.acts == "ground" for one in scene.loads.accelerograms):
+        return
+    for name, stone in scene.materials.items():
+        if stone.damping.mass:
+            yield (
+                f"materials.{name}.damping.mass = {stone.damping.mass:g} 1/s damps velocities in space, "
+                "and the ground moves: it drags stones back from going with it; take acts = 'inertia', "
+                "or damping.stiffness"
+            )
+
+
+def _light(scene: Scene) -> Iterator[str]:
+    """Combinations in which nothing weighs."""
+    light = [one.name for one in scene.combinations if not one.factors.get(GRAVITY)]
+    if light and scene.loads.gravity is not None:
+        yield (
+            f"loads.gravity does not act in {listed(light)} of the combinations; if it should, name it in "
+            "their factors: gravity = 1.0"
+        )
 
 
 def _driven(scene: Scene) -> bool:

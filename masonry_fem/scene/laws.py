@@ -66,9 +66,9 @@ class PythonLaw(LawRecord, frozen=True, kw_only=True, tag="python"):
     trusted: bool = False
     parameters: dict[Name, float | bool | str] | None = None
 
-    def faults(self) -> Iterator[tuple[str, str]]:
-        """A program without trust: the key and what is expected of it."""
-        return _untrusted(self)
+    def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
+        """No program, or one without trust."""
+        return program_faults(self)
 
 
 class PythonMaterial(MaterialRecord, frozen=True, kw_only=True, tag="python"):
@@ -91,12 +91,15 @@ class PythonMaterial(MaterialRecord, frozen=True, kw_only=True, tag="python"):
     trusted: bool = False
     parameters: dict[Name, float | bool | str] | None = None
 
-    def faults(self) -> Iterator[tuple[str, str]]:
-        """A program without trust: the key and what is expected of it."""
-        return _untrusted(self)
+    def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
+        """No program, or one without trust."""
+        return program_faults(self)
 
 
-def _untrusted(program: PythonLaw | PythonMaterial) -> Iterator[tuple[str, str]]:
+def program_faults(program: PythonLaw | PythonMaterial) -> Iterator[tuple[str, str]]:
+    """A file that is no program, or is not trusted: the key and what is expected of it."""
+    if not program.file.lower().endswith(".py"):
+        yield "file", "a Python file that ends in '.py'"
     if not program.trusted:
         yield (
             "trusted",

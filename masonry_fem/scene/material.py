@@ -101,6 +101,17 @@ class Material(Spec, frozen=True, kw_only=True):
     promote_at: Annotated[float, Meta(gt=0, le=1)] = 0.9
     degree: Annotated[int, Meta(ge=1, le=4)] = 1
 
+    def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
+        """Strengths or elasticity that are given twice."""
+        for key in ("compressive_strength", "tensile_strength"):
+            own, law = getattr(self, key), getattr(self.inelastic, key, None)
+            if own is not None and law is not None:
+                yield key, f"none beside inelastic.{key} = {law:g}, which is the stone's"
+        if self.orthotropic is not None:
+            for key in ("young", "inelastic"):
+                if getattr(self, key) is not None:
+                    yield key, "none beside 'orthotropic', which is elastic and has its own"
+
     @property
     def stiff(self) -> bool:
         """Whether it has a stiffness, as blocks that deform need it."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, Literal, cast
 
 from msgspec import Meta, defstruct
@@ -49,6 +50,13 @@ class Cut(Spec, frozen=True, kw_only=True):
     point: Point
     normal: Axis
     show: tuple[CutField, ...] = ("von_mises",)
+
+    def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
+        """A cut through the plane, or along none."""
+        if dimension == 2:
+            yield "name", "no cut in a 2D scene, all of which the other pictures show"
+        if not any(self.normal):
+            yield "normal", "a normal that is not zero"
 
 
 def _with_outputs(record: type[Output]) -> type[Output]:

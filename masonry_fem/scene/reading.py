@@ -107,8 +107,7 @@ def check(scene: Scene, *, base: str | Path = ".", source: str = "scene") -> Sce
     ------
     SceneError : It is no Scene, or describes something impossible.
     """
-    if not isinstance(scene, Scene):
-        raise SceneError(f"scene is {scene!r:.60}, expected a Scene; read a file with masonry_fem.load")
+    _refuse_other(scene)
     checked = _scene(plain(scene), _Origin(source), Path(base))
     completed = with_conditions(checked, Path(base))
     if completed is not checked:
@@ -119,6 +118,44 @@ def check(scene: Scene, *, base: str | Path = ".", source: str = "scene") -> Sce
             f"{source}: {doubt}",
         )
     return checked
+
+
+def of_records(scene: Scene, *, base: str | Path = ".") -> Scene:
+    """The same scene, made of records where it was made of dicts and lists.
+
+    Parameters
+    ----------
+    scene : The scene. base : Folder that its paths are relative to.
+
+    Raises
+    ------
+    SceneError : It is no Scene, or a value is not what its key expects.
+    """
+    _refuse_other(scene)
+    rough = any(_rough(key, getattr(scene, key)) for key in scene.__struct_fields__)
+    return _scene(plain(scene), _Origin("scene"), Path(base)) if rough else scene
+
+
+def _rough(key: str, value: Any) -> bool:
+    """Whether a value of a scene has dicts or lists in the place of records and tuples."""
+    named = key == "materials" and isinstance(value, dict)
+    inner = value.values() if named else value if isinstance(value, tuple) else ()
+    return (
+        isinstance(value, list)
+        or (isinstance(value, dict) and not named)
+        or any(isinstance(one, dict) for one in inner)
+    )
+
+
+def _refuse_other(scene: Any) -> None:
+    """Refuse what is no scene.
+
+    Raises
+    ------
+    SceneError : It is none.
+    """
+    if not isinstance(scene, Scene):
+        raise SceneError(f"scene is {scene!r:.60}, expected a Scene; read a file with masonry_fem.load")
 
 
 @dataclass(frozen=True, slots=True)

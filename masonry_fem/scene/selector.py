@@ -82,4 +82,9 @@ def nothing_selected(selector: str, names: Iterable[str], what: str, noun: str =
     known = list(dict.fromkeys(name for name in names if name))
     near = nearest(selector, known)
     some = listed(known[:SHOWN]) + (", ..." if len(known) > SHOWN else "")
+    if not known and noun.startswith("face"):
+        some = (
+            "none with a name: give faces names in their file (in gmsh physical groups of surfaces), select "
+            "the whole block, or lay it on a block that is a support"
+        )
     return f"{what} = '{selector}' selects no {noun}{near}; there are {some or 'none'}"

@@ -8,6 +8,7 @@ from msgspec import Meta
 
 from masonry_fem.nscd.methods import GONE
 from masonry_fem.nscd.methods import names as methods
+from masonry_fem.nscd.settings import ACCEPTABLE, SolverSettings
 from masonry_fem.records.record import Count, Seconds, Spec
 
 if TYPE_CHECKING:
@@ -57,3 +58,17 @@ class Solver(Spec, frozen=True, kw_only=True):
     def aim(self) -> float:
         """The tolerance that is asked for, or aimed at."""
         return AIM if self.tolerance is None else self.tolerance
+
+    @property
+    def settings(self) -> SolverSettings:
+        """The same as settings of the contact solver."""
+        return SolverSettings(
+            method=self.method,
+            tolerance=self.aim,
+            acceptable=ACCEPTABLE if self.tolerance is None else 0.0,
+            max_iterations=self.max_iterations,
+            time_limit=self.time_limit,
+            relaxation=self.relaxation,
+            threads=self.threads,
+            linear=self.linear,
+        )

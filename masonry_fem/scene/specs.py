@@ -8,6 +8,7 @@ laws in ``masonry_fem.joints.laws``; the other nouns in files of this folder. Al
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Literal, Union
 
 from msgspec import Meta
@@ -31,6 +32,7 @@ from masonry_fem.records.record import (
     Spec,
     SpinVector,
     VelocityVector,
+    turn_faults,
 )
 from masonry_fem.records.structure import Structure
 from masonry_fem.scene.actions import (
@@ -169,6 +171,10 @@ class Initial(Spec, frozen=True, kw_only=True):
     velocity: VelocityVector | None = None
     spin: SpinVector | AngularVelocity | None = None
 
+    def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
+        """A spin of the other dimension."""
+        return turn_faults("spin", self.spin, dimension, "rad/s")
+
 
 class Contact(Spec, frozen=True, kw_only=True):
     """Which faces count as touching, and how contacts follow blocks that move.
@@ -287,6 +293,14 @@ class Scene(Spec, frozen=True, kw_only=True):
     probes: tuple[Probe, ...] = ()
     output: Output = Output()
     reading: Reading = Reading()
+
+    def _repr_html_(self) -> str:
+        """The scene as a file would have it, for notebooks."""
+        from html import escape  # noqa: PLC0415 - only notebooks need it
+
+        from masonry_fem.scene.writing import dumps  # noqa: PLC0415 - it needs this file
+
+        return f"<b>{escape(self.title)}</b><pre>{escape(dumps(self))}</pre>"
 
     @property
     def fidelities(self) -> set[str]:

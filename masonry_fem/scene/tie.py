@@ -67,12 +67,15 @@ class Tie(Spec, frozen=True, kw_only=True):
             return self.section
         return 0.25 * math.pi * (self.diameter or 0.0) ** 2
 
-    def faults(self) -> Iterator[tuple[str, str]]:
-        """Keys that contradict others, and what is expected of them."""
-        if self.section is None and self.diameter is None:
-            yield "section", "the area of its cross-section, or a diameter"
-        if self.section is not None and self.diameter is not None:
-            yield "diameter", "none beside 'section', which is the area itself"
+    @property
+    def parts(self) -> list[str]:
+        """Names of its straight parts."""
+        count = len(self.points) - (not self.closed)
+        return [self.name] if count == 1 else [f"{self.name}.{number}" for number in range(1, count + 1)]
+
+    def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
+        """Section, ends and strengths that contradict each other."""
+        yield from self._section_faults()
         if self.closed and len(self.points) < 3:
             yield "closed", "false: what leads back to its first point has three points at least"
         if self.hardening is not None and self.yield_stress is None:
@@ -82,3 +85,9 @@ class Tie(Spec, frozen=True, kw_only=True):
         start = self.pretension / (self.young * self.area) if self.area else 0.0
         if self.rupture_strain is not None and start >= self.rupture_strain:
             yield "rupture_strain", f"more than the strain of the pretension, {start:g}"
+
+    def _section_faults(self) -> Iterator[tuple[str, str]]:
+        if self.section is None and self.diameter is None:
+            yield "section", "the area of its cross-section, or a diameter"
+        if self.section is not None and self.diameter is not None:
+            yield "diameter", "none beside 'section', which is the area itself"

@@ -1,13 +1,16 @@
 """Barrel vault: courses of straight stones about an axis, every other course shifted by half a stone.
 
-All stones share two shapes, a whole stone and a half one; their frames are those of a voussoir at the crown.
+All stones share two shapes, a whole stone and a half one, or each has its own where joints are irregular.
+Their frames are those of a voussoir at the crown.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Annotated
 
 import numpy as np
+from msgspec import Meta
 
 from masonry_fem.errors import GeometryError
 from masonry_fem.records.record import Angle, Count, Length
@@ -26,7 +29,9 @@ class BarrelVaultStructure(VoussoirStructure, frozen=True, kw_only=True, tag="ba
     """Circular vault about the mean ``radius`` of ``voussoirs`` courses along y; springings as supports.
 
     A course has ``stones`` equal stones with flat faces over the vault's ``depth``. In ``staggered`` vaults
-    every other course is shifted by half a stone, and half stones close it at both ends.
+    every other course is shifted by half a stone, and half stones close it at both ends. With an
+    ``irregularity`` all joints are displaced at random, beds by up to that share of a course and heads by up
+    to that share of a stone: then no two stones are alike. The same seed gives the same stones.
 
     Attributes
     ----------
@@ -38,6 +43,8 @@ class BarrelVaultStructure(VoussoirStructure, frozen=True, kw_only=True, tag="ba
     embrace : full opening angle
     stones : number of stones in a course without half stones
     staggered : every other course is shifted by half a stone
+    irregularity : greatest displacement of a joint over the size of a regular stone
+    seed : seed of the random displacements
 
     Examples
     --------
@@ -55,6 +62,8 @@ class BarrelVaultStructure(VoussoirStructure, frozen=True, kw_only=True, tag="ba
     embrace: Angle = 180.0
     stones: Count
     staggered: bool = True
+    irregularity: Annotated[float, Meta(ge=0, le=0.2)] = 0.0
+    seed: Annotated[int, Meta(ge=0)] = 0
 
     def foreseen(self, dimension: int) -> Foreseen:
         """Its stones, in every other staggered course one more, and two springings."""
@@ -88,25 +97,40 @@ def build(spec: BarrelVaultStructure, dimension: int) -> Assembly:
         faces = [Offset(Circle(spec.radius), side * spec.thickness / 2) for side in (-1, 1)]
         lay_springings(quarry, [Voussoir.between(faces, (-half, -half), (half, half))])
     first, length = len(quarry.shapes), spec.depth / spec.stones
-    shapes = [
-        Shape(f"{spec.name}.{noun}", _stone(spec, step, part * length))
-        for noun, part in (("stone", 1.0), ("half", 0.5))
-    ]
+    random = np.random.default_rng(spec.seed)
+    beds = half - step * _displaced(np.arange(spec.voussoirs + 1.0), spec, random)
+    shapes: list[Shape] = []
+    kinds: dict[tuple[float, float], int] = {}
     blocks = []
     for course in range(spec.voussoirs):
-        group, turn = f"{spec.name}.c{course + 1}", turned(half - (course + 0.5) * step, 3)
+        group, turn = f"{spec.name}.c{course + 1}", turned((beds[course] + beds[course + 1]) / 2, 3)
         groups = (spec.name, group, *roles(spec.name, course, spec.voussoirs))
-        for number, (start, kind) in enumerate(_course(spec, course), start=1):
+        span = beds[course] - beds[course + 1] if spec.irregularity else step
+        heads = _displaced(_heads(spec, course), spec, random)
+        for number, (start, part) in enumerate(zip(heads, np.diff(heads), strict=False), start=1):
+            name, kind = f"{group}.s{number}", (span, part)
+            if kind not in kinds:
+                kinds[kind] = first + len(kinds)
+                noun = name if spec.irregularity else f"{spec.name}.{'stone' if part == 1 else 'half'}"
+                shapes.append(Shape(noun, _stone(spec, span, part * length)))
             place = origin + np.array([0.0, start * length, 0.0])
-            blocks.append(Block(f"{group}.s{number}", first + kind, Pose(turn, place), groups))
+            blocks.append(Block(name, kinds[kind], Pose(turn, place), groups))
     return Assembly(3, (*quarry.shapes, *shapes), (*quarry.blocks, *blocks))
 
 
-def _course(spec: BarrelVaultStructure, course: int) -> list[tuple[float, int]]:
-    """Stones of a course: (near end in stones, 0 for a whole one or 1 for a half)."""
+def _heads(spec: BarrelVaultStructure, course: int) -> FloatArray:
+    """Head joints of a course, its ends among them, in stones from the front."""
+    whole = np.arange(spec.stones + 1.0)
     if not (spec.staggered and course % 2):
-        return [(float(k), 0) for k in range(spec.stones)]
-    return [(0.0, 1), *((k + 0.5, 0) for k in range(spec.stones - 1)), (spec.stones - 0.5, 1)]
+        return whole
+    return np.concatenate([whole[:1], whole[:-1] + 0.5, whole[-1:]])
+
+
+def _displaced(joints: FloatArray, spec: BarrelVaultStructure, random: np.random.Generator) -> FloatArray:
+    """Joints displaced by up to the vault's irregularity; the first and the last stay."""
+    shift = spec.irregularity * random.uniform(-1, 1, len(joints))
+    shift[[0, -1]] = 0.0
+    return joints + shift
 
 
 def _stone(spec: BarrelVaultStructure, step: float, length: float) -> Polytope:

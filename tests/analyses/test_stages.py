@@ -243,3 +243,26 @@ def test_report_of_a_history_tells_of_its_stages(tmp_path):
 def test_report_of_a_single_analysis_has_no_stages(tmp_path):
     run(loads(ARCH, ["fidelity=rigid", "output.report=true", "output.pictures=false"]), tmp_path)
     assert '<section id="stages">' not in (tmp_path / "report.html").read_text(encoding="utf-8")
+
+
+def test_a_support_that_a_stage_leaves_out_is_told(tmp_path):
+    scene = """
+    dimension = 2
+    fidelity = "rigid"
+    materials = { stone = { density = 2400 } }
+    loads = { gravity = [0, -9.81] }
+    output = { pictures = false, fields = false }
+    structures = [
+        { kind = "block", name = "left", material = "stone", size = [1, 1] },
+        { kind = "block", name = "right", material = "stone", size = [1, 1], position = [1, 0] },
+        { kind = "block", name = "top", material = "stone", size = [2, 1], position = [0, 1] },
+    ]
+    supports = [{ on = "left" }, { on = "right" }]
+    stages = [
+        { name = "built" },
+        { name = "sunk", supports = [{ on = "right", motion = { displacement = [0, -0.01] } }] },
+    ]
+    """
+    said = r"'left' was a support, and is rigid\. .*name all supports, as those of a stage take the place"
+    with pytest.raises(MasonryError, match=said):
+        run(loads(scene), tmp_path)

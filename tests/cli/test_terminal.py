@@ -1,7 +1,9 @@
 """Terminals of any encoding and width, and signals: what a command says and how it ends."""
 
 import importlib
+import io
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -10,11 +12,13 @@ import time
 from types import SimpleNamespace
 
 import pytest
+from rich.console import Console
 
 from masonry_fem import cli
 from masonry_fem.cli import console, exit_codes
 from masonry_fem.cli.signals import answered
 from masonry_fem.nscd.mumps import petsc
+from masonry_fem.output.terminal import print_summary
 
 SCENE = """
 title = "Gewölbe μ = ½ – σ₁"
@@ -189,3 +193,27 @@ def test_a_signal_waits_until_a_module_is_loaded(number, tmp_path, monkeypatch):
     assert time.monotonic() - begun < 10  # what waits by then is interrupted
     assert received.number == number
     assert sys.modules.pop(name).loaded
+
+
+@pytest.mark.parametrize(("asked", "settings"), [(["--no-color"], {}), ([], {"NO_COLOR": "1"}), ([], {})])
+def test_colours_go_when_they_are_not_wanted(asked, settings, monkeypatch):
+    """On a terminal that shows colours; bold letters stay."""
+    for name in ("NO_COLOR", "FORCE_COLOR", "TTY_COMPATIBLE"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in settings.items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.setenv("TERM", "xterm-256color")
+    shown = io.StringIO()
+
+    def command(options):
+        made = Console(file=shown, force_terminal=True)
+        print_summary({"outcome": "equilibrium", "message": "It stands."}, made)
+        return 0
+
+    options = cli.parser().parse_args(["info", *asked])
+    options.command = command
+    monkeypatch.setattr(cli, "parser", lambda: SimpleNamespace(parse_args=lambda _: options))
+    assert cli.main([]) == 0
+    coloured = re.search(r"\x1b\[[0-9;]*3[0-7]m", shown.getvalue()) is not None
+    assert coloured == (not asked and not settings)
+    os.environ.pop("NO_COLOR", None)

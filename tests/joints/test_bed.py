@@ -60,6 +60,22 @@ def test_bonded_bed_is_elastic_both_ways_up_to_rupture():
     sheared = probe(law, [[0, x * peak / K[1]] for x in (0.5, 0.999, 1.001, 1.5)], pressure=1e6)
     assert sheared.stress[:, 1] == pytest.approx([0.5 * peak, 0.999 * peak, 0.75e6, 0.75e6], rel=1e-9)
     assert sheared.settled.all()
+    # its shear energy, less what it keeps and what friction takes as it slides back to its residual stress
+    assert sheared.dissipated[2] == pytest.approx(0.5 * 0.35e6**2 / K[1], rel=0.02)
+    assert sheared.rubbed[2] == pytest.approx(0.75e6 * 0.35e6 / K[1], rel=0.02)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.6])
+def test_what_breaks_in_coarse_steps_loses_all_the_work_put_in(friction):
+    """Of a step in which damage grows nothing is missing: what springs and friction did not take it lost."""
+    law = bed(Bilinear(**FRACTURE | {"friction": friction}))
+    slide = 1.2e-4 * np.arange(1.0, 5.0)
+    history = probe(law, np.column_stack([0 * slide, slide]), pressure=2e5)
+    work = 0.5 * (history.stress[1:, 1] + history.stress[:-1, 1]) * np.diff(slide)
+    taken = np.diff(history.stored + history.dissipated + history.rubbed)
+    broke = np.diff(history.adhesion) < 0
+    assert broke.sum() > 1
+    assert (taken - work)[broke].min() > -1e-9
 
 
 def test_two_springs_of_a_sound_joint():

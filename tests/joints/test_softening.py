@@ -54,6 +54,13 @@ def test_monerie_acary_in_shear():
 
 
 @pytest.mark.parametrize("shape", SHAPES)
+def test_demand_is_the_opening_over_that_of_further_damage(shape):
+    openings = CRITICAL[0] * np.array([0.5, 1.0, 3.0, 1.5, 3.0, 1e6, 1e6])
+    history = probe(shape(**DATA), [[x, 0] for x in openings])
+    assert history.demand == pytest.approx([0.5, 1.0, 3.0, 0.5, 1.0, 1e6 / 3.0, 0.0], rel=1e-6)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("angle", [0.0, 0.3, 1.5, np.pi / 2])
 @pytest.mark.parametrize("mixing", [1.0, 2.0])
 def test_energy_of_a_mode(shape, angle, mixing):

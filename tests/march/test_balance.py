@@ -11,15 +11,28 @@ import masonry_fem.march.measure as measuring
 import masonry_fem.march.rounds as rounds_of_steps
 import masonry_fem.march.turning as rounds_that_turn
 from masonry_fem.bodies.base import Scheme
+from masonry_fem.bodies.support import SupportGroup
+from masonry_fem.contact.detection import detect
+from masonry_fem.contact.place import place
+from masonry_fem.contact.placement import Rule
+from masonry_fem.fem.groups import elastic_groups
+from masonry_fem.fem.material import ElasticMaterial
+from masonry_fem.joints import Assignment, Dry
 from masonry_fem.joints.fold import solve_with_laws
 from masonry_fem.march.acting import Acting, relative
+from masonry_fem.march.clock import Clock
 from masonry_fem.march.conditions import shifted_jump
 from masonry_fem.march.coupling import connect
 from masonry_fem.march.loads import external_forces
+from masonry_fem.march.model import Model
 from masonry_fem.march.motion import BlockMotion, greatest_shift
 from masonry_fem.march.place import begun, reached, turning
 from masonry_fem.march.step import initial_state, step
 from masonry_fem.nscd import SolverSettings
+from masonry_fem.solid.assembly import Assembly, Block, Shape
+from masonry_fem.solid.polytope import Polytope
+from masonry_fem.solid.pose import Pose
+from tests.fem.meshes import box, box_mesh
 from tests.march.test_march import G, stack
 
 WEIGHT = 1000 * G  # of a cube [N], in the plane a metre deep
@@ -183,6 +196,51 @@ def test_arms_of_loads_turn_with_a_block_and_contacts_may_balance_that() -> None
     change[0, :, 0] = -moments[0]
     place = replace(start, rigid_map=start.rigid_map - change)
     assert turning(coupling, there, free, tuple(forces), scheme, impulse, place) < 1e-12
+
+
+def test_impulses_on_stones_that_deform_turn_with_their_joints() -> None:
+    """An impulse p whose joint turns by φ about its point: 2 p sin(φ/2) of it is left."""
+    low, high = (0.0, 0.0), (1.0, 1.0)
+    stone = Shape("stone", box(low, high), box_mesh("quad", (1, 1), low, high, 0.0))
+    slab = Shape("slab", Polytope.box((-1.0, -1.0), (2.0, 0.0)))
+    blocks = (Block("ground", 1, Pose.identity(2), support=True), Block("b", 0, Pose.identity(2)))
+    assembly = Assembly(2, (stone, slab), blocks)
+    interfaces = detect(assembly)
+    (group,) = elastic_groups(assembly, {1: ElasticMaterial(1e9, 0.2, 1000.0)}, turns=True)
+    contacts = place(assembly, interfaces, [Rule("nodes")] * len(interfaces))
+    laws = Assignment.of(Dry(0.6), contacts.count)
+    model = Model(
+        assembly, (SupportGroup(assembly, [0], [None]), group), interfaces, contacts, laws, (), (), 1.0
+    )
+    coupling, scheme = connect(model), Scheme(1.0, 1.0, 0.0)
+    start = begun(coupling, tuple(one.rest() for one in model.groups))
+    forces = tuple(one.no_force() for one in model.groups)
+    free = tuple(
+        one.free(own, own, force, scheme)
+        for one, own, force in zip(model.groups, start.bodies, forces, strict=True)
+    )
+    c, s = np.cos(0.01), np.sin(0.01)
+    turn = np.array([[c, -s], [s, c]])
+    seen = tuple(None if one is None else one @ turn for one in start.contact.seen)
+    there = replace(start, contact=replace(start.contact, seen=seen))
+    impulse = np.zeros((contacts.count, 2))
+    impulse[0] = 3.0, 4.0
+    left = turning(coupling, there, free, forces, scheme, impulse, start)
+    assert left == pytest.approx(2 * np.sin(0.005), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("residuals", "kept"),
+    [((1e-3,), True), ((1e-3, 4e-4), True), ((1e-3, 6e-4), False), ((1e-10, 9e-11), True)],
+)
+def test_tangents_are_kept_while_a_round_halves_what_is_left(residuals, kept) -> None:
+    model = replace(stack(1, 2), keeps_tangents=True)
+    coupling = connect(model)
+    state = initial_state(model, coupling, tuple(group.rest() for group in model.groups))
+    scheme, start = Scheme(1.0, 1.0, 0.0), begun(coupling, state.bodies)
+    rounds = rounds_of_steps.Rounds(model, coupling, state, scheme, SolverSettings(), 1.0, Clock(), start)
+    last = replace(rounds.solved(start, None), residuals=residuals, tangents=("of the first round",))
+    assert rounds._tangents(last, ("new",)) == (last.tangents if kept else ("new",))
 
 
 def test_a_step_tells_the_efforts_of_all_its_rounds(monkeypatch) -> None:

@@ -203,6 +203,24 @@ def test_the_way_of_the_faces_is_booked_once(keys, gap):
     assert abs(told.impact_normal) <= (0.2 if gap else 1e-6) * told.external_work
 
 
+@pytest.mark.parametrize("steps", [1, 4])
+def test_a_weight_that_grows_in_steps_works_more_than_mortar_stores(steps: int) -> None:
+    """A block settles by δ = W/(k A): the end force of each of n steps works W δ (n + 1)/(2 n) in all."""
+    stone = StackStructure(name="s", material="stone", size=(1.0, 0.5), count=1)
+    mortar = specs.Mortar(normal_stiffness=1e9, tangential_stiffness=1e9)
+    result = brick(
+        fidelity="rigid",
+        structures=(stone,),
+        joints=(specs.Joint(friction=0.6, mortar=mortar),),
+        analysis=specs.Statics(load_steps=steps),
+    )
+    told, weight = ledger(result), 0.5 * 2400 * G
+    half = 0.5 * weight**2 / 1e9
+    assert told.external_work == pytest.approx(half * (1 + 1 / steps), rel=1e-9)
+    assert told.joints == pytest.approx(half, rel=1e-9)
+    assert told.numerical_dissipation == pytest.approx(half / steps, rel=1e-9)
+
+
 def test_what_rough_joints_raise_is_no_impact() -> None:
     """A block slides up its asperities as the floor is drawn away; a stop without friction holds it back."""
     sizes = {"floor": (3.0, 0.2), "stone": (1.0, 0.5), "stop": (0.2, 0.5)}

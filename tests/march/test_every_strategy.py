@@ -30,7 +30,7 @@ def test_its_keys_are_explained(name):
 
 @every
 def test_its_example_has_no_fault(name):
-    assert list(strategy(name).faults()) == []
+    assert list(strategy(name).faults(3)) == []
 
 
 @every

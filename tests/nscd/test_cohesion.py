@@ -24,6 +24,7 @@ from masonry_fem.nscd.cohesion import without_offset
 from masonry_fem.nscd.determinacy import determined_resultants, least_norm_reaction
 from masonry_fem.nscd.scaling import contact_scale, free_speed
 from tests.nscd.families import CASES, FAMILIES
+from tests.nscd.plain_form import condensed
 from tests.nscd.plane import plane_problem, plane_wall
 from tests.nscd.walls import rigid_wall
 
@@ -484,7 +485,7 @@ def test_an_offset_goes_into_loads():
 
 def test_condensed_keeps_cohesion():
     problem = glued(plane_wall(2, 2), np.random.default_rng(4))
-    one, other = solve(problem, TIGHT), solve(problem.condensed(), TIGHT)
+    one, other = solve(problem, TIGHT), solve(condensed(problem), TIGHT)
     assert other.velocity == pytest.approx(one.velocity, abs=1e-7 * np.abs(one.velocity).max())
 
 

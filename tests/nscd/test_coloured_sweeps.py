@@ -13,6 +13,7 @@ from masonry_fem.errors import ProblemError
 from masonry_fem.nscd import Outcome, SolverSettings, Start, assess, load_problem, solve, threads
 from masonry_fem.nscd.solvers.sweep_form import SweepForm
 from tests.nscd.families import FAMILIES
+from tests.nscd.plain_form import condensed
 from tests.nscd.plane import plane_wall
 from tests.nscd.walls import rigid_wall
 
@@ -30,7 +31,7 @@ def walls():
         rigid_wall(12, 8, horizontal=0.5, friction=0.3),
         plane_wall(12, 16, horizontal=0.3, mass=1.0),
     )
-    dry = {"3D": space, "plain 3D": space.condensed(), "2D": plane, "plain 2D": plane.condensed()}
+    dry = {"3D": space, "plain 3D": condensed(space), "2D": plane, "plain 2D": condensed(plane)}
     return dry | {"cohesive 3D": with_cohesion(space), "cohesive 2D": with_cohesion(plane)}
 
 

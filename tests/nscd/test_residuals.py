@@ -7,6 +7,7 @@ import pytest
 from scipy import sparse
 
 from masonry_fem.nscd import ContactProblem, SolverSettings, assess, rounding, solve
+from masonry_fem.nscd.residuals import balance_rounding
 from tests.nscd.walls import rigid_wall
 
 NONE = np.zeros((0, 6))
@@ -129,3 +130,39 @@ def test_very_rough_contacts_blow_up_slip_and_the_rounding_that_is_told(friction
         error, known = assess(stuck, moved, NONE).error, rounding(stuck, moved, NONE).error
         assert known <= 1e-14 * friction
         assert error <= known if shift < 1e-16 else error >= max(0.1 * friction * shift, 10 * known)
+
+
+@pytest.mark.parametrize("pressed", [(0.5, -0.075, 0.0), (0.3, 0.2, -0.1)])
+def test_rounding_of_one_contact_is_what_its_formula_says(pressed):
+    """p̃ is known to γ₂ |p|, v̂ to (1 + μ) γ (|W| |p| + |q|): both count, however the other turns out."""
+    problem, p = single(mu=0.5), np.array([pressed])
+    told = rounding(problem, p, NONE, scale=np.array([4.0]))
+    unit = np.finfo(float).eps / 2
+    # three products with W, two rigid maps of six columns, and q
+    sizes = np.array([2.0, 4.0, 4.0]) * np.abs(p[0]) + np.abs(problem.free_velocity[0])
+    of_velocity = np.sqrt(3 + 2 * 6 + 1) * unit * sizes
+    part, augmented = np.sqrt(2) * unit * np.linalg.norm(p), 1.5 * np.linalg.norm(of_velocity)
+    assert told.natural_map == pytest.approx((part + augmented / 4.0) / np.linalg.norm(p), rel=1e-12, abs=0.0)
+    assert told.max_penetration == pytest.approx(of_velocity[0], rel=1e-12, abs=0.0)
+
+
+@pytest.mark.parametrize("touching", [1, 2])
+def test_rounding_of_a_balance_grows_with_the_root_of_its_terms(touching):
+    """Three components of each contact on the body, its load, and its momentum before and after."""
+    maps = np.zeros((touching, 2, 3, 6))
+    maps[:, 0, :, :3] = np.eye(3)
+    problem = ContactProblem(
+        friction=np.full(touching, 0.5),
+        free_velocity=np.zeros((touching, 3)),
+        compliance=sparse.bsr_array((3 * touching, 3 * touching), blocksize=(3, 3)),
+        bodies=np.tile([0, -1], (touching, 1)),
+        rigid_map=maps,
+        rigid_mass=np.full((1, 6), 2.0),
+        rigid_impulse=np.array([[-5.0, 0, 0, 0, 0, 0]]),
+        rigid_velocity=np.array([[1.0, 0, 0, 0, 0, 0]]),
+    )
+    p, U = np.tile([7.0 / touching, 0.0, 0.0], (touching, 1)), np.array([[-3.0, 0, 0, 0, 0, 0]])
+    sizes = 7.0 + 5.0 + 2.0 * (3.0 + 1.0)
+    bound = np.sqrt(3 * touching + 3) * np.finfo(float).eps / 2 * sizes
+    assert balance_rounding(problem, p, U) == pytest.approx([bound], rel=1e-12, abs=0.0)
+    assert rounding(problem, p, U).block_balance == pytest.approx(bound / 8.0, rel=1e-12, abs=0.0)

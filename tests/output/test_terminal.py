@@ -5,6 +5,7 @@ import io
 import pytest
 from rich.console import Console
 
+from masonry_fem.host.phases import heard
 from masonry_fem.output.refinement_table import round_line
 from masonry_fem.output.sheet import quantity, round_down
 from masonry_fem.output.terminal import Progress, print_summary
@@ -69,23 +70,32 @@ def test_bad_outcomes_are_shown_too():
     assert "no equilibrium" in printed({"outcome": "no_equilibrium", "message": "v3 slides"})
 
 
-@pytest.mark.parametrize(
-    ("terminal", "quiet", "shown"), [(True, False, True), (False, False, False), (True, True, False)]
-)
-def test_progress_shows_on_terminals_only(report, terminal, quiet, shown):
-    out = io.StringIO()
-    progress = Progress(10, quiet=quiet, console=Console(file=out, force_terminal=terminal, width=120))
-    progress.start(None)
-    for step in range(1, 4):
-        progress.record(None, None, report(step))
-    assert progress.close({}) == []
-    assert bool(out.getvalue()) == shown
-    if shown:
-        assert "step 3/10" in out.getvalue()
-        assert "1.0e-11" in out.getvalue()
+def test_a_march_tells_its_steps(report):
+    told = []
+
+    class Listener:
+        def begin(self, what, total):
+            told.append((what, total))
+            return lambda done, note="", total=None: told.append((done, note))
+
+        def end(self, at):
+            told.append("end")
+
+    with heard(Listener()):
+        progress = Progress(10)
+        progress.start(None)
+        for step in range(1, 4):
+            progress.record(None, None, report(step))
+        assert progress.close({}) == []
+        assert progress.close({}) == []
+    assert told[0] == ("steps", 10)
+    assert told[3][0] == 3
+    assert "step 3/10" in told[3][1]
+    assert "1.0e-11" in told[3][1]
+    assert told[4:] == ["end"]
 
 
-def test_progress_is_silent_in_a_pipe_by_default(report, capsys):
+def test_progress_is_silent_where_nobody_listens(report, capsys):
     progress = Progress()
     progress.start(None)
     progress.record(None, None, report(1))
@@ -132,3 +142,36 @@ def test_one_mesh_is_one_mesh():
         "seconds": 0.1,
     }
     assert round_line(made) == "round 1: 1 234 unknowns, 1 mesh (1 new), error 8.96 %, 0.1 s"
+
+
+def test_the_console_goes_from_verdict_to_cost():
+    """Verdict, stresses and utilisation, forces, joints, certificate, cost."""
+    furthest = {"value": 1e-3, "interface": "a / b"}
+    joints = dict.fromkeys(("open", "closed", "middle_third", "cracked", "hinge", "held", "slide"), 0) | {
+        "cracked": 3, "hinge": 2, "slide": 1, "greatest_opening": furthest, "greatest_sliding": furthest,
+        "nearest_edge": {"value": 0.62, "interface": "c / d"},
+        "least_margin": {"value": 0.21, "interface": "e / f"},
+    }  # fmt: skip
+    stone = {
+        "block": "v3",
+        "of_mean": 0.1,
+        "local": 0.2,
+        "governs": "tension",
+        "greatest": 0.3,
+        "error": 0.05,
+    }
+    used = {"share": 0.05, "worst": [stone], "material_factor": 1.0, "over": 0, "rigid": 0, "one_sided": 0,
+            "unchecked": 0}  # fmt: skip
+    text = printed(SUMMARY | {"joints": joints, "utilisation": used})
+    headings = [line.split()[0] for line in text.splitlines() if line[:1].isalpha()]
+    assert headings == [
+        "stress", "utilisation", "forces", "displacements", "joints", "contacts", "certificate", "model",
+        "seconds", "memory",
+    ]  # fmt: skip
+    for words in (
+        "3 cracked, 2 hinge; 1 slide",
+        "1 mm in a / b",
+        "62 % of the way in c / d",
+        "0.21 in e / f",
+    ):
+        assert words in text

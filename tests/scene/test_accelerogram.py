@@ -79,7 +79,7 @@ def test_a_file_that_is_no_text_is_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("more", "said"),
     [
-        ("{}", "names no file"),
+        ("{}", "lacks the key 'x', expected a file along some axis"),
         ("{ x = 'b.csv' }", "existing file"),
         ("{ z = 'a.csv' }", "none in a 2D scene"),
         ("{ x = 'a.AT2', unit = 'm/s^2' }", "units of g"),

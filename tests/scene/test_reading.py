@@ -154,7 +154,7 @@ BAD = [
     (
         "dimension = 2",
         "dimension = 2\nmesh = { size = 0.1, divisions = [1, 1] }",
-        "line 2: mesh has both 'size' and 'divisions', expected one of them",
+        "line 2: mesh.divisions is [1, 1], expected none beside 'size': take one of them",
     ),
     (
         "[loads]",

@@ -38,3 +38,10 @@ def test_selecting_nothing_names_the_nearest():
         "supports.0.on = 'wal.c0.b1' selects no block; did you mean 'wall.c0.b1'?; "
         "there are 'wall.c0.b0', 'wall', 'wall.c0.b1', 'wall.c1.b0', 'arch.v0', 'arch'"
     )
+
+
+def test_faces_without_names_are_told_with_what_to_do():
+    with pytest.raises(
+        SceneError, match=r"'bottom' selects no face of block 'p'; .*physical groups of surfaces"
+    ):
+        select("bottom", [()], "supports.0.on", "face of block 'p'")

@@ -80,6 +80,33 @@ def test_stones_lie_in_bond(staggered: bool) -> None:
     assert radial == pytest.approx(10 * 0.2 * 2.0, rel=1e-9)
 
 
+@pytest.mark.parametrize("staggered", [True, False])
+def test_irregular_stones_are_all_unlike_and_fill_the_vault(staggered: bool) -> None:
+    made = vault(staggered=staggered, irregularity=0.2, seed=3)
+    stones = [made.solid(i) for i, block in enumerate(made.blocks) if not block.support]
+    volumes = np.sort([solid.mass_properties().volume for solid in stones])
+    assert len(stones) == 9 * 4 + (4 if staggered else 0)
+    assert np.diff(volumes).min() > 1e-6 * volumes.max()
+    assert overlapping(made) == []
+    interfaces = detect(made)
+    assert max(np.abs(one.gap).max() for one in interfaces) < 1e-12
+    radial = sum(one.area for one in interfaces if one.label == "radial")
+    assert radial == pytest.approx(10 * 0.2 * 2.0, rel=1e-9)
+    # a course is a prism between two bed joints through the axis
+    beds = np.array([made.solid(b).vertices[:, [0, 2]] for b in range(len(made.blocks))][2:], dtype=object)
+    angles = np.unique(np.round([np.arctan2(*point) for stone in beds for point in stone], 9))
+    ring = np.sin(np.diff(angles)).sum() * (1.1**2 - 0.9**2) / 2
+    assert volumes.sum() == pytest.approx(2.0 * ring, rel=1e-6)
+
+
+def test_a_seed_tells_irregular_vaults_apart() -> None:
+    def first(**keys):
+        return vault(irregularity=0.1, **keys).shapes[-1].solid.vertices
+
+    np.testing.assert_array_equal(first(seed=1), first(seed=1))
+    assert np.abs(first(seed=1) - first(seed=2)).max() > 1e-3
+
+
 def test_courses_have_names() -> None:
     made = vault(voussoirs=3, stones=2)
     names = [block.name for block in made.blocks]

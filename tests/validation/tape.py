@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from masonry_fem.build import Built, build, solver_settings
+from masonry_fem.build import Built, build
 from masonry_fem.march.march import March, march
 from masonry_fem.march.state import SystemState
 from masonry_fem.march.step_report import StepReport
@@ -51,5 +51,5 @@ def taped(**fields: Any) -> tuple[Tape, March, Built]:
     """March a scene given by its fields."""
     scene, tape = check(Scene(**fields)), Tape()
     built = build(scene, Path())
-    plan, settings = scene.analysis, solver_settings(scene.solver)
+    plan, settings = scene.analysis, scene.solver.settings
     return tape, march(built.model, plan, settings, bodies=built.bodies, observers=(tape,)), built

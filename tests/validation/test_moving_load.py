@@ -44,8 +44,8 @@ fidelity = "{fidelity}"
 materials.stone = {{ density = 2000.0, young = 1e9, poisson = 0.2 }}
 mesh = {{ element = "Q2", divisions = [2, 2] }}
 structures = [
-  {{ kind = "arch", name = "arch", material = "stone", radius = 2.0, thickness = {thickness}, voussoirs = 13,
-  }},
+  {{ kind = "arch", name = "arch", material = "stone", radius = 2.0, thickness = {thickness}, \
+voussoirs = 13 }},
 ]
 joints = [{{ friction = 0.7 }}]
 contact.update = "fixed"

@@ -19,6 +19,7 @@ from masonry_fem.analyses.run.result import RunResult
 from masonry_fem.build import Built
 from masonry_fem.build.strengths import strengths_of
 from masonry_fem.errors import ProblemError
+from masonry_fem.host.phases import phase
 from masonry_fem.march.march import March
 from masonry_fem.march.state import SystemState
 from masonry_fem.records.remark import remark
@@ -72,7 +73,8 @@ def limits_of(scene: specs.Scene, built: Built) -> LimitAnalysis | None:
     from masonry_fem.analyses.limit import cross_check  # noqa: PLC0415 - only who asks needs its solvers
 
     try:
-        return cross_check(scene, built)
+        with phase("limit analysis"):
+            return cross_check(scene, built)
     except ProblemError as error:
         remark("limit_analysis", f"limit analysis has no answer: {error}")
         return None

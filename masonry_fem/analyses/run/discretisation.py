@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from masonry_fem.build import Built, solver_settings
+from masonry_fem.build import Built
 from masonry_fem.build.joints import replaced
 from masonry_fem.contact.placement import Rule
 from masonry_fem.march.clock import Clock
@@ -88,7 +88,7 @@ def contact_error(scene: specs.Scene, built: Built, made: March, base: Path) -> 
     if model is None:
         return ContactError(note="contact points at corners of rigid faces: more would carry nothing else")
     with gathered(aloud=False):  # of what is compared only
-        again = march(model, scene.analysis, solver_settings(scene.solver), bodies=built.bodies)
+        again = march(model, scene.analysis, scene.solver.settings, bodies=built.bodies)
     clock.lap("again")
     alike = again.outcome == made.outcome
     return ContactError(

@@ -13,12 +13,12 @@ from masonry_fem.output.history import AXES
 from masonry_fem.output.render import can_render
 from masonry_fem.output.response import (
     ProbeMotion,
+    SpectraTold,
     read_motions,
     response_of,
     write_response,
     write_spectra,
 )
-from masonry_fem.results.response import ResponseTold, SpectraTold
 from masonry_fem.scene import specs
 
 if TYPE_CHECKING:
@@ -38,15 +38,13 @@ def responded(
     """
     if not scene.analysis.inertia or not result.summary.steps:
         return result, []
-    ground, files = result.built.model.ground, []
-    names = [probe.name for probe in scene.probes]
-    motions = read_motions(out / "history.csv", names, scene.dimension, ground) if names else []
-    told, spectra = [], {}
-    if motions:
-        told = [response_of(one) for one in motions]
-        result = result.telling(response={one.name: ResponseTold.of(one) for one in told})
+    motions, spectra = _motions(scene, out, result), {}
+    told = {one.name: response_of(one) for one in motions}
+    files = []
+    if told:
+        result = result.telling(response=told)
         files.append(write_response(out / "response.csv", told))
-    if ground is not None:
+    if (ground := result.built.model.ground) is not None:
         spectra = _spectra(scene, ground, motions)
         result = result.telling(spectra=SpectraTold.of(spectra))
         files.append(write_spectra(out / "spectra.csv", spectra))
@@ -55,8 +53,17 @@ def responded(
     if told and draws and wanted and can_render():
         from masonry_fem.output.response_picture import draw_response  # noqa: PLC0415 - matplotlib
 
-        files.append(draw_response(out / "response.png", scene.title, motions, told, spectra))
+        path = out / "response.png"
+        files.append(draw_response(path, scene.title, motions, list(told.values()), spectra))
     return result, files
+
+
+def _motions(scene: specs.Scene, out: Path, result: RunResult) -> list[ProbeMotion]:
+    """How the probes went, by the history of the run."""
+    names = [probe.name for probe in scene.probes]
+    if not names:
+        return []
+    return read_motions(out / "history.csv", names, scene.dimension, result.built.model.ground)
 
 
 def _spectra(scene: specs.Scene, ground: Shaking, motions: Sequence[ProbeMotion]) -> dict[str, Spectrum]:

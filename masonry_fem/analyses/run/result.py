@@ -9,12 +9,15 @@ from typing import TYPE_CHECKING, Any, Self
 from msgspec import structs
 
 from masonry_fem.build import Built
+from masonry_fem.build.strengths import strengths_of
 from masonry_fem.march.march import March
 from masonry_fem.results.summary import Summary
 from masonry_fem.results.tables import table_of
 
 if TYPE_CHECKING:
     from masonry_fem.march.determinacy import ForceDeterminacy
+    from masonry_fem.output.notebook import Picture
+    from masonry_fem.scene.specs import Scene
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +30,7 @@ class RunResult:
     files : Files written.
     built, march : The model and the march, for further work in Python.
     determinacy : Which forces are facts, where the scene asks for it.
+    scene : What was solved.
     """
 
     summary: Summary
@@ -34,6 +38,7 @@ class RunResult:
     built: Built
     march: March
     determinacy: ForceDeterminacy | None = None
+    scene: Scene | None = None
 
     @property
     def outcome(self) -> str:
@@ -59,9 +64,35 @@ class RunResult:
         """
         return table_of(self.files, name, frame=frame)
 
+    def plot(self, name: str | None = None, *, amplification: float | None = None) -> Picture:
+        """A picture of the end, which a notebook shows and ``save(path)`` writes as PNG.
+
+        Parameters
+        ----------
+        name : ``deformed``, ``von_mises``, ``thrust``, ...: as in ``output.pictures``; None: ``overview``
+            where stones have stresses, else ``deformed``.
+        amplification : Of displacements; None to choose one.
+
+        Raises
+        ------
+        OutputError : There is nothing to draw it from, or nothing to draw it with.
+        """
+        from masonry_fem.output.notebook import picture_of  # noqa: PLC0415 - only who asks needs it
+
+        strengths = None if self.scene is None else strengths_of(self.scene, self.built.stones)
+        return picture_of(
+            self.march, self.determinacy, self.summary, name, amplification=amplification, strengths=strengths
+        )
+
     def telling(self, **keys: Any) -> Self:
         """The same with other values in its summary."""
         return replace(self, summary=structs.replace(self.summary, **keys))
+
+    def _repr_html_(self) -> str:
+        """The console's table, for notebooks."""
+        from masonry_fem.output.notebook import summary_html  # noqa: PLC0415 - only notebooks need it
+
+        return summary_html(self.summary)
 
     def __repr__(self) -> str:
         """A short table."""

@@ -49,7 +49,7 @@ def resume(
     folder : Results folder of a run with checkpoints.
     overrides : Texts ``dotted.key=value``: more steps, or other outputs.
     trust : Run the files of the scene that are programs.
-    quiet : No progress bar.
+    quiet : Do not show on a terminal what is being done.
 
     Raises
     ------

@@ -9,17 +9,17 @@ from masonry_fem.analyses.run.asked import answered, limits_of
 from masonry_fem.analyses.run.reopening import begun
 from masonry_fem.analyses.run.result import RunResult
 from masonry_fem.analyses.run.start import said, started
-from masonry_fem.build import Built, build, solver_settings
+from masonry_fem.build import Built, build
 from masonry_fem.errors import MasonryError
-from masonry_fem.march.march import March, Observer, StepMade, march, marching
+from masonry_fem.march.march import March, Observer, Seeing, StepMade, march, marching, seen_by
 from masonry_fem.records.remark import gathered
 from masonry_fem.results.limit_analysis import LimitAnalysis
 from masonry_fem.results.summarise import summarise
-from masonry_fem.scene import check, specs
+from masonry_fem.scene import check, of_records, specs
 
 
 def solve_scene(
-    scene: specs.Scene, base: str | Path = Path(), observers: Sequence[Observer] = ()
+    scene: specs.Scene, base: str | Path = Path(), observers: Sequence[Observer | Seeing] = ()
 ) -> RunResult:
     """Solve a scene without writing anything.
 
@@ -27,21 +27,22 @@ def solve_scene(
     ----------
     scene : What to solve.
     base : Folder that the paths in it are relative to.
-    observers : Told of every step's state and report, as recorders are.
+    observers : Told of every step: functions of model, state and report, or recorders.
 
     Raises
     ------
     MasonryError : Where the scene cannot be built.
     """
     base = Path(base)
+    scene = of_records(scene, base=base)
     _refuse_several(scene)
     with gathered() as remarks:
         scene = check(scene, base=base)
         built, state = begun(scene, build(scene, base), base)
         limits = limits_of(scene, built)
         made = march(
-            built.model, scene.analysis, solver_settings(scene.solver), bodies=built.bodies, start=state,
-            observers=observers,
+            built.model, scene.analysis, scene.solver.settings, bodies=built.bodies, start=state,
+            observers=seen_by(observers),
         )  # fmt: skip
         result = answered(scene, base, told(scene, built, made, limits))
     return result.telling(remarks=tuple(remarks))
@@ -65,19 +66,18 @@ def steps(scene: specs.Scene, base: str | Path = Path()) -> Iterator[StepMade]:
     MasonryError : Where the scene cannot be built, or has more than one march.
     """
     base = Path(base)
+    scene = of_records(scene, base=base)
     _refuse_several(scene)
     scene = check(scene, base=base)
     built, state = begun(scene, build(scene, base), base)
-    return marching(
-        built.model, scene.analysis, solver_settings(scene.solver), bodies=built.bodies, start=state
-    )
+    return marching(built.model, scene.analysis, scene.solver.settings, bodies=built.bodies, start=state)
 
 
 def _refuse_several(scene: specs.Scene) -> None:
-    """Refuse a scene of several marches: what is no scene is refused by its check."""
-    if getattr(scene, "stages", ()):
+    """Refuse a scene of several marches."""
+    if scene.stages:
         raise MasonryError("a scene with stages leaves where each of them ends; run it into a folder")
-    if getattr(scene, "combinations", ()):
+    if scene.combinations:
         raise MasonryError("a scene with combinations has several ends; run it into a folder")
 
 
@@ -92,4 +92,5 @@ def told(scene: specs.Scene, built: Built, made: March, limits: LimitAnalysis | 
     source = started(made)
     made = said(made, source)
     start = None if source is None else source.told()
-    return RunResult(summarise(scene, built, made, limit_analysis=limits, start=start), [], built, made)
+    summary = summarise(scene, built, made, limit_analysis=limits, start=start)
+    return RunResult(summary, [], built, made, scene=scene)

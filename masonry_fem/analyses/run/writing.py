@@ -7,7 +7,7 @@ result.files
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -23,12 +23,12 @@ from masonry_fem.analyses.run.response import responded
 from masonry_fem.analyses.run.result import RunResult
 from masonry_fem.analyses.run.solving import told
 from masonry_fem.analyses.run.stages import run_stages
-from masonry_fem.build import Built, build, solver_settings
+from masonry_fem.build import Built, build
 from masonry_fem.build.going_on import gone_on
 from masonry_fem.build.strengths import strengths_of
 from masonry_fem.errors import MasonryError, OutputError
 from masonry_fem.march.clock import Clock
-from masonry_fem.march.march import March, march
+from masonry_fem.march.march import March, Observer, Seeing, march, seen_by
 from masonry_fem.march.model import Model
 from masonry_fem.march.standing import Standing
 from masonry_fem.march.state import SystemState
@@ -36,6 +36,7 @@ from masonry_fem.march.step import Increment
 from masonry_fem.nscd import save_problem
 from masonry_fem.output.asked import recorders
 from masonry_fem.output.checkpoint import CHECKPOINT, Checkpoint, CheckpointError
+from masonry_fem.output.display import shown
 from masonry_fem.output.folder import Folder, ended_by, refuse_busy
 from masonry_fem.output.history import History
 from masonry_fem.output.recorder import Recorder, Recorders, Request
@@ -46,7 +47,7 @@ from masonry_fem.records.told import Ending, write
 from masonry_fem.records.tree import same_bits
 from masonry_fem.results.limit_analysis import LimitAnalysis
 from masonry_fem.results.summary import Summary
-from masonry_fem.scene import check, save, specs
+from masonry_fem.scene import check, of_records, save, specs
 from masonry_fem.scene.moved import moved
 
 # what a run that goes on finds in its folder; it makes the rest anew
@@ -62,6 +63,7 @@ def run(
     quiet: bool = True,
     before: Built | None = None,
     draws: Callable[[Built, March], bool] | None = None,
+    observers: Sequence[Observer | Seeing] = (),
 ) -> RunResult:
     """Solve a scene and write its results to the folder ``out``.
 
@@ -70,24 +72,32 @@ def run(
     scene : What to solve. base : Folder that the paths in it are relative to.
     out : Folder for the results; made where it is missing.
     save_contact : Step whose contact problem is saved as ``contact_<step>.npz``.
-    quiet : No progress bar.
+    quiet : Do not show on a terminal what is being done.
     before : The same scene built with other meshes: what it has of these is not made again.
     draws : Asked after the march whether to draw the pictures that the scene asks for.
+    observers : Told of every step: functions of model, state and report, or recorders.
 
     Raises
     ------
     MasonryError : Where the scene cannot be built or has no such step; nothing is written then.
     """
-    out, base = Path(out), Path(base)
-    if getattr(scene, "stages", ()):  # what is no scene is refused below
+    out, base, told_too = Path(out), Path(base), seen_by(observers)
+    scene = of_records(scene, base=base)
+    if scene.stages:
         if save_contact is not None:
             raise MasonryError("a contact problem is saved of a single analysis, and the scene has stages")
-        return run_stages(scene, out, base, partial(_stage, base=base, quiet=quiet))
-    if getattr(scene, "combinations", ()):
+        with shown(not quiet):
+            return run_stages(scene, out, base, partial(_stage, base=base, observers=told_too))
+    if scene.combinations:
         if save_contact is not None:
             raise MasonryError("a contact problem is saved of a single run, and the scene has combinations")
-        return run_combinations(scene, out, base, partial(_combination, base=base, quiet=quiet))
-    return _written(_Order(scene, out, base, quiet, save_contact=save_contact, before=before, draws=draws))
+        with shown(not quiet):
+            return run_combinations(scene, out, base, partial(_combination, base=base, observers=told_too))
+    with shown(not quiet):
+        order = _Order(
+            scene, out, base, save_contact=save_contact, before=before, draws=draws, observers=told_too
+        )
+        return _written(order)
 
 
 def go_on(scene: specs.Scene, out: Path, checkpoint: Checkpoint, *, quiet: bool = True) -> RunResult:
@@ -96,27 +106,35 @@ def go_on(scene: specs.Scene, out: Path, checkpoint: Checkpoint, *, quiet: bool 
     Parameters
     ----------
     scene : Of the checkpoint; its analysis may have more steps. out : Results folder.
-    checkpoint : Where to go on. quiet : No progress bar.
+    checkpoint : Where to go on. quiet : Do not show on a terminal what is being done.
 
     Raises
     ------
     MasonryError : The checkpoint does not fit the scene.
     """
-    if scene.stages:
-        return run_stages(scene, out, out, partial(_stage, base=out, quiet=quiet), goes_on=True)
-    return _written(_Order(scene, out, out, quiet, checkpoint))
+    with shown(not quiet):
+        if scene.stages:
+            return run_stages(scene, out, out, partial(_stage, base=out), goes_on=True)
+        return _written(_Order(scene, out, out, checkpoint))
 
 
 def _stage(
-    scene: specs.Scene, out: Path, checkpoint: Checkpoint | None, *, base: Path, quiet: bool
+    scene: specs.Scene,
+    out: Path,
+    checkpoint: Checkpoint | None,
+    *,
+    base: Path,
+    observers: tuple[Observer, ...] = (),
 ) -> RunResult:
     """Run a stage, or go on with it; one that is done makes no steps."""
-    return _written(_Order(scene, out, base, quiet, checkpoint))
+    return _written(_Order(scene, out, base, checkpoint, observers=observers))
 
 
-def _combination(scene: specs.Scene, out: Path, before: Built, *, base: Path, quiet: bool) -> RunResult:
+def _combination(
+    scene: specs.Scene, out: Path, before: Built, *, base: Path, observers: tuple[Observer, ...]
+) -> RunResult:
     """Run a load combination with the meshes, matrices and factors of the one before."""
-    return _written(_Order(scene, out, base, quiet, before=before))
+    return _written(_Order(scene, out, base, before=before, observers=observers))
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,11 +144,11 @@ class _Order:
     scene: specs.Scene
     out: Path
     base: Path
-    quiet: bool
     checkpoint: Checkpoint | None = None
     save_contact: int | None = None
     before: Built | None = None
     draws: Callable[[Built, March], bool] | None = None
+    observers: tuple[Observer, ...] = ()
 
 
 def _written(order: _Order) -> RunResult:
@@ -154,7 +172,7 @@ def _prepared(order: _Order, remarks: list[Remark]) -> _Job:
     refuse_busy(out)  # before the work of building
     built, start = begun(scene, build(scene, base, order.before), base)
     places = PlacesTable(scene, built, out) if scene.loads.moving else None
-    made = _recorders(scene, built, out, order.quiet, places)
+    made = _recorders(scene, built, out, places)
     limits = limits_of(scene, built)
     going_on = None
     if checkpoint is not None and checkpoint.standing is not None:
@@ -251,8 +269,9 @@ class _Job:
         scene, built = self.scene, self.built
         kept: list[tuple[Model, Increment]] = []
         made = march(
-            built.model, scene.analysis, solver_settings(scene.solver), bodies=built.bodies, start=self.start,
-            observers=(self.recorders,), keep=self.order.save_contact, kept=kept, going_on=self.going_on,
+            built.model, scene.analysis, scene.solver.settings, bodies=built.bodies, start=self.start,
+            observers=(self.recorders, *self.order.observers), keep=self.order.save_contact, kept=kept,
+            going_on=self.going_on,
             keeper=self.keeper,
         )  # fmt: skip
         result = told(scene, built, made, self.limits)
@@ -290,15 +309,13 @@ def _check_step(save_contact: int | None, steps: int) -> None:
         raise MasonryError(f"step to save is {save_contact!r}, expected {expected} of this analysis")
 
 
-def _recorders(
-    scene: specs.Scene, built: Built, out: Path, quiet: bool, places: PlacesTable | None
-) -> Recorders:
+def _recorders(scene: specs.Scene, built: Built, out: Path, places: PlacesTable | None) -> Recorders:
     statics = not scene.analysis.inertia
     strengths, asked = strengths_of(scene, built.stones), scene.output
     if asked.stones is None:
         asked = structs.replace(asked, stones=strengths is not None or asked.report)
     request = Request(out, scene.title, asked, statics, built.stones.material, strengths)
-    always: list[Recorder] = [_progress(scene, quiet), History(out)]
+    always: list[Recorder] = [_progress(scene), History(out)]
     if places is not None:
         always.append(places)
     if scene.ties:
@@ -306,8 +323,8 @@ def _recorders(
     return Recorders([*always, *recorders(request)], asked.every)
 
 
-def _progress(scene: specs.Scene, quiet: bool) -> Progress:
+def _progress(scene: specs.Scene) -> Progress:
     plan = scene.analysis
     if plan.parts > 1:  # how many steps there will be is not known
-        return Progress(end=1.0, quiet=quiet)
-    return Progress(plan.steps, quiet=quiet)
+        return Progress(end=1.0)
+    return Progress(plan.steps)

@@ -44,7 +44,7 @@ def recommend(
         return _none(target, accuracy, singular)
     good = [point for point in points if point.bound <= accuracy]
     if not good:
-        return _none(target, accuracy, _what_lacks(target, points, comparisons, vary))
+        return _none(target, accuracy, _what_lacks(target, points, comparisons))
     least = min(point.cpu for point in good)
     alike = [point for point in good if point.cpu <= least + max(SAME * least, INSTANT)]
     chosen = min(alike, key=lambda point: (point.bound, point.cpu))
@@ -150,9 +150,7 @@ def _singular(target: Target, comparisons: Sequence[Comparison]) -> str:
     return ""
 
 
-def _what_lacks(
-    target: Target, points: Sequence[Point], comparisons: Sequence[Comparison], vary: Sequence[Variation]
-) -> str:
+def _what_lacks(target: Target, points: Sequence[Point], comparisons: Sequence[Comparison]) -> str:
     """What keeps the best setting from being known to be good enough."""
     best = min(points, key=lambda point: (point.bound, point.error))
     if math.isfinite(best.bound):

@@ -2,58 +2,31 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Self
+from contextlib import AbstractContextManager
+from typing import Self
 
-if TYPE_CHECKING:
-    from rich.console import Console
+from masonry_fem.host.phases import At, phase
 
 
 class Watch:
-    """A bar on standard error with the number of finished cells.
+    """Tells of the cells of a study as of a phase.
 
-        with Watch() as watch:
-            study(scene, vary, tell=watch.tell)
-
-    Parameters
-    ----------
-    quiet : Show nothing; so it is, too, if standard error is no terminal.
-    console : Where to write; by default standard error.
+    with Watch() as watch:
+        study(scene, vary, tell=watch.tell)
     """
 
-    def __init__(self, *, quiet: bool = False, console: Console | None = None) -> None:
-        self._quiet, self._console = quiet, console
-        self._bar: Any = None
-        self._task: Any = None
+    def __init__(self) -> None:
+        self._phase: AbstractContextManager[At] = phase("cells")
 
     def __enter__(self) -> Self:
-        """Show an empty bar."""
-        from rich.console import Console  # noqa: PLC0415 - not on the path of --help
-        from rich.progress import (  # noqa: PLC0415  # noqa: PLC0415
-            BarColumn,
-            MofNCompleteColumn,
-            Progress,
-            TextColumn,
-            TimeElapsedColumn,
-            TimeRemainingColumn,
-        )
-
-        console = self._console or Console(stderr=True)
-        if not self._quiet and console.is_terminal:
-            columns = (
-                TextColumn("cells"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(),
-                TextColumn("left"), TimeRemainingColumn(), TextColumn("{task.fields[last]}"),
-            )  # fmt: skip
-            self._bar = Progress(*columns, console=console, transient=True)
-            self._task = self._bar.add_task("", total=None, last="")
-            self._bar.start()
+        """The study begins."""
+        self._at = self._phase.__enter__()
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Take the bar away."""
-        if self._bar is not None:
-            self._bar.stop()
+        """It has ended."""
+        self._phase.__exit__(None, None, None)
 
     def tell(self, done: int, total: int, last: str) -> None:
         """A cell has ended."""
-        if self._bar is not None:
-            self._bar.update(self._task, completed=done, total=total, last=last)
+        self._at(done, f"{done}/{total} {last}", total)

@@ -49,7 +49,7 @@ class Dynamics(Strategy, frozen=True, kw_only=True, tag="dynamics"):
         """Equal steps."""
         return equal_steps(self.step, self.theta, self.steps)
 
-    def faults(self) -> Iterator[tuple[str, str]]:
+    def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
         """Durations of no step, or of more than can be made."""
         yield from step_faults(self.step)
         if self.duration < self.step:

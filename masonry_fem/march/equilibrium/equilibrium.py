@@ -81,6 +81,6 @@ class Equilibrium(Strategy, frozen=True, kw_only=True, tag="equilibrium"):
         measures = (report.static_balance, report.natural_map, report.inertial_share(self.step))
         return all(measure <= self.tolerance for measure in measures)
 
-    def faults(self) -> Iterator[tuple[str, str]]:
+    def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
         """Steps of which numbers cannot be computed."""
         return step_faults(self.step)

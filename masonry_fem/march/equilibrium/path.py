@@ -84,7 +84,7 @@ class Path(Strategy, frozen=True, kw_only=True, tag="path"):
         against = None if self.against is None else known[self.against]
         return Control(known[self.probe], against, direction / np.linalg.norm(direction), self.distance)
 
-    def faults(self) -> Iterator[tuple[str, str]]:
+    def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
         """No direction."""
         if not any(self.direction):
             yield "direction", "a vector that is not zero"

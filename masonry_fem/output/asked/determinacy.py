@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from masonry_fem.host.atomic import write_atomic
+from masonry_fem.host.atomic import write_table
 from masonry_fem.march.determinacy import COMPONENTS, ForceDeterminacy
 from masonry_fem.march.march import March
 from masonry_fem.march.model import Model
@@ -50,22 +48,11 @@ def write_determinacy(path: Path, model: Model, told: ForceDeterminacy) -> Path:
     """Write resultants of the least-norm reactions, each component with 1 where it is determined."""
     names = COMPONENTS[model.assembly.dimension]
     points = np.bincount(model.contacts.interface, minlength=len(model.interfaces))
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(
-        [
-            "interface",
-            "candidate",
-            "antagonist",
-            "label",
-            "points",
-            *names,
-            *(f"{n}_determined" for n in names),
-        ]
-    )
+    titles = ["interface", "candidate", "antagonist", "label", "points"]
+    titles += [*names, *(f"{name}_determined" for name in names)]
+    rows = []
     for k, interface in enumerate(model.interfaces):
         blocks = [model.assembly.blocks[block].name for block in interface.blocks]
         known = told.determined[k].astype(int).tolist()
-        table.writerow([k, *blocks, interface.label, points[k], *told.resultant[k].tolist(), *known])
-    write_atomic(path, text.getvalue().encode())
-    return path
+        rows.append([k, *blocks, interface.label, points[k], *told.resultant[k].tolist(), *known])
+    return write_table(path, titles, rows)

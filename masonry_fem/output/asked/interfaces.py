@@ -7,16 +7,13 @@ such value: an open one has no centre of pressure.
 
 from __future__ import annotations
 
-import csv
-import io
-import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from masonry_fem.host.atomic import write_atomic
+from masonry_fem.host.atomic import write_table
 from masonry_fem.march.determinacy import COMPONENTS, ForceDeterminacy
 from masonry_fem.march.march import March
 from masonry_fem.march.model import Model
@@ -106,12 +103,7 @@ def write_interfaces(
     columns = interface_columns(model, state, told)
     if determined is not None:
         columns |= _determined(model, determined)
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(columns)
-    table.writerows([_cell(value) for value in row] for row in zip(*columns.values(), strict=True))
-    write_atomic(path, text.getvalue().encode())
-    return path
+    return write_table(path, columns, zip(*columns.values(), strict=True))
 
 
 def interface_columns(model: Model, state: SystemState, told: InterfaceForces) -> Columns:
@@ -180,7 +172,3 @@ def _determined(model: Model, told: ForceDeterminacy) -> Columns:
         "shear_force_determined": np.logical_and.reduce(shear).astype(int).tolist(),
         "centre_determined": centre.astype(int).tolist(),
     }
-
-
-def _cell(value: Any) -> Any:
-    return "" if isinstance(value, float) and math.isnan(value) else value

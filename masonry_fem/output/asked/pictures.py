@@ -39,8 +39,13 @@ def recorder(request: Request) -> Pictures:
 class Pictures:
     """Recorder that draws the last state when the run ends.
 
-    With ``joints`` the thrust and the maps of openings and slides too, and the ``cuts`` asked for; ``only``
-    has the names of the wanted pictures, None for all.
+    Parameters
+    ----------
+    directory : Folder for them. title : First line of each.
+    amplification : Of displacements; None to choose one.
+    joints : Draw the thrust and the maps of openings and slides, too. cuts : Sections to draw.
+    strengths : Of the stones, for their utilisation.
+    only : Names of the wanted pictures; None for all.
     """
 
     dense = True  # it keeps the state only, which costs nothing

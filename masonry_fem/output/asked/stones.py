@@ -6,15 +6,12 @@ the mean stress is known, and of stones without a strength no utilisation.
 
 from __future__ import annotations
 
-import csv
-import io
-import math
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from masonry_fem.host.atomic import write_atomic
+from masonry_fem.host.atomic import write_table
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
 from masonry_fem.march.ties import without_ties
@@ -54,12 +51,7 @@ class StoneTable:
         if last is None:
             return []
         columns = stone_columns(*last, self._materials, self._strengths)
-        text = io.StringIO()
-        table = csv.writer(text, lineterminator="\n")
-        table.writerow(columns)
-        table.writerows([_cell(value) for value in row] for row in zip(*columns.values(), strict=True))
-        write_atomic(self._path, text.getvalue().encode())
-        return [self._path]
+        return [write_table(self._path, columns, zip(*columns.values(), strict=True))]
 
 
 def stone_columns(model: Model, state: SystemState, materials: Any, strengths: Strengths | None) -> Columns:
@@ -116,7 +108,3 @@ def _pressures(model: Model, state: SystemState) -> np.ndarray:
             blocks = np.array([one.blocks[side] for one in model.interfaces])
             np.maximum.at(most, blocks, pressure)
     return most
-
-
-def _cell(value: Any) -> Any:
-    return "" if isinstance(value, float) and math.isnan(value) else value

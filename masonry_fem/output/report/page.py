@@ -17,6 +17,7 @@ import numpy as np
 
 from masonry_fem.errors import OutputError
 from masonry_fem.host.atomic import write_atomic
+from masonry_fem.host.phases import phase
 from masonry_fem.output.combination_table import combination_rows
 from masonry_fem.output.report.lights import lights, measures, worst
 from masonry_fem.output.report.model3d import packed
@@ -77,7 +78,12 @@ def write_report(directory: str | Path) -> Path:
     ------
     OutputError : The folder has no summary of a run.
     """
-    directory = Path(directory)
+    with phase("report"):
+        return _written(Path(directory))
+
+
+def _written(directory: Path) -> Path:
+    """The same."""
     summary = _summary(directory)
     end = _end_of(directory, summary)
     size = 0

@@ -20,7 +20,7 @@ from typing import ClassVar, override
 
 import numpy as np
 
-from masonry_fem.joints.law import Law
+from masonry_fem.joints.law import Law, Pull
 from masonry_fem.joints.parameters import FloatArray
 from masonry_fem.joints.reduction import Reduction
 from masonry_fem.joints.state import JointState
@@ -52,6 +52,11 @@ class Tie(Law):
 
     name: ClassVar[str] = "tie"
     memory: ClassVar[int] = 1  # 1 where it has snapped
+
+    @property
+    @override
+    def pull(self) -> Pull:
+        return self
 
     @override
     def initial(self, count: int, dimension: int) -> JointState:

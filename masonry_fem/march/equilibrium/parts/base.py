@@ -91,10 +91,6 @@ class Strategy(Spec, frozen=True, kw_only=True, tag_field="kind"):
         """Whether the state that a step reached is an equilibrium."""
         return False
 
-    def faults(self) -> Iterator[tuple[str, str]]:
-        """Keys whose values do not go together: (key, what was expected)."""
-        return iter(())
-
 
 def step_faults(step: float) -> Iterator[tuple[str, str]]:
     """A step of which numbers cannot be computed."""

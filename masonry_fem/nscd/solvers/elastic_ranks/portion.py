@@ -8,15 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from masonry_fem.host.memory import keep
 from masonry_fem.host.ranks import Member
-from masonry_fem.host.trim import keep
 from masonry_fem.nscd.compliance import Alike, Shared
 from masonry_fem.nscd.mumps import petsc
-from masonry_fem.nscd.solvers.elastic_krylov import ACCURACY, ITERATIONS, Rows, Values
+from masonry_fem.nscd.solvers.elastic_krylov import ACCURACY, ITERATIONS, Rows, Sets, Values
 from masonry_fem.nscd.solvers.elastic_ranks.bodies import BodiesOfEach, BodiesTogether
 from masonry_fem.nscd.solvers.elastic_ranks.exchange import Exchange
 from masonry_fem.nscd.solvers.elastic_ranks.share import KEPT, Share, Step
-from masonry_fem.nscd.solvers.loops import Places
 
 FloatArray = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -73,7 +72,7 @@ class Portion:
         self.member, self.share = member, share
         self.operator: Shared | None = None
         self._last: Rows | None = None
-        self.coupling = member.together(self._coupled)
+        self.interfaces, self.seams = member.together(self._coupled)
         self.contacts = Exchange(member, share.contacts, share.count, share.dimension)
         self.bodies = (BodiesTogether if share.library is None else BodiesOfEach)(member, share)
 
@@ -88,13 +87,12 @@ class Portion:
         self.contacts.destroy()
         self.bodies.destroy()
 
-    def _coupled(self) -> list[FloatArray]:
-        """Blocks of W_el within interfaces; and the operator of the rank's own stones."""
+    def _coupled(self) -> tuple[Sets, Sets]:
+        """Interfaces and seams of the rank's own contacts; and the operator of its own stones."""
         share = self.share
         t, d = len(share.contacts), share.dimension
         bed = None if share.bed is None else np.concatenate([share.bed, np.zeros((t - share.count, d))])
         whole = Shared(t, d, [kind for kind, _ in share.kinds], bed=bed)
-        self.places = Places(whole.only(np.arange(share.count)))
         own = [
             Alike(kind.contacts[some], kind.turns[some], kind.matrix)
             for kind, some in share.kinds
@@ -102,7 +100,8 @@ class Portion:
         ]
         self.operator = Shared(t, d, own, bed=bed) if own else None
         with self.member.on("interfaces"):
-            return [whole.among(group) for group in share.groups]
+            mine = whole.only(np.arange(share.count))
+            return Sets.of(mine, share.groups), Sets.at_seams(mine, share.groups)
 
     def take(self, values: Values, coupled: FloatArray) -> None:
         """Prepare a step."""
@@ -115,9 +114,7 @@ class Portion:
 
     def _prepared(self, values: Values) -> list[FloatArray]:
         share = self.share
-        self._last = Rows(
-            values, share.bodies, share.maps, share.groups, self.coupling, self.places, self._last
-        )
+        self._last = Rows(values, share.bodies, share.maps, self.interfaces, self.seams, self._last)
         return [given for _, given in self._last.eliminated()]
 
     def solve(
@@ -162,12 +159,11 @@ class Portion:
         """
         rows, member = self.rows, self.member
         with member.on("preconditioner"):
-            around, force = rows.loops.taken(force)
             at_rest = rows.inside(force)
             given = rows.to_bodies(at_rest, len(self.share.places))
         motion = self.bodies.moved(balance, given, refined=refined)
         with member.on("preconditioner"):
-            return around + rows.moving(at_rest, motion), motion
+            return rows.moving(at_rest, motion), motion
 
     def _product(self, x: FloatArray, motion: FloatArray) -> FloatArray:
         """The rows of the rank's own contacts times x and U, shape (c, d)."""

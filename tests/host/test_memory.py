@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from masonry_fem.host.parked import park
+from masonry_fem.host.memory import park
 
 
 def test_a_parked_matrix_is_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,69 @@
+"""Tables: what results look like on the console: a verdict in a frame, columns, and rows under headings."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+
+def print_verdict(console: Console, told: Mapping[str, Any], words: str, *, good: bool) -> None:
+    """The verdict and the message of a result in a frame that has its title.
+
+    Parameters
+    ----------
+    console : Where to write.
+    told : The result. words : The verdict. good : Whether it is green.
+    """
+    from rich.panel import Panel  # noqa: PLC0415
+    from rich.text import Text  # noqa: PLC0415
+
+    style = "green" if good else "red"
+    head = Text(words, style=f"bold {style}").append(f"\n{told['message']}", style="default")
+    console.print(Panel(head, border_style=style, title=told.get("title") or None, title_align="left"))
+
+
+def columns(titles: Sequence[str], numbers: Collection[str] = ()) -> Table:
+    """A table without lines.
+
+    Parameters
+    ----------
+    titles : Of its columns. numbers : Titles of those that are set to the right.
+    """
+    from rich.table import Table  # noqa: PLC0415
+    from rich.text import Text  # noqa: PLC0415
+
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
+    for title in titles:
+        table.add_column(Text(title), justify="right" if title in numbers else "left")
+    return table
+
+
+def print_rows(
+    console: Console, parts: Iterable[Iterable[tuple[str, str, str]]], *, named: bool = True
+) -> None:
+    """Rows of a heading, a name and a value, with each heading once in a part.
+
+    Parameters
+    ----------
+    console : Where to write.
+    parts : Rows by part. named : Whether there is room for names.
+    """
+    from rich.table import Table  # noqa: PLC0415
+    from rich.text import Text  # noqa: PLC0415
+
+    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
+    table.add_column(style="bold", no_wrap=True)
+    if named:
+        table.add_column(style="dim", no_wrap=True)
+    table.add_column()
+    for part in parts:
+        section = ""
+        for heading, name, value in part:
+            told = "" if heading == section else heading
+            table.add_row(told, *([name] if named else []), Text(value))
+            section = heading
+    console.print(table)

@@ -58,6 +58,11 @@ DEMOS: dict[str, tuple[dict[str, object], dict[str, str]]] = {
         },
     ),
     "shaken_column": ({}, {"shaken_column": "response"}),
+    "built_wall": ({}, {"built_wall": "settled/overview"}),
+    "crossed_bridge": (
+        {},
+        {"crossed_bridge": "worst/overview", "crossed_bridge_places": "places"},
+    ),
     "chained_dome": ({}, {"chained_dome": "resultants"}),
     "tied_arch": ({}, {"tied_arch": "overview", "tied_arch_thrust": "thrust"}),
     "dome": ({}, {"dome": "deformed"}),
@@ -97,6 +102,14 @@ def make(name: str) -> None:
         for image, picture in pictures.items():
             size = shrink(Path(folder) / f"{picture}.png", IMAGES / f"{image}.png")
             print(f"{image}.png  {size / 1e3:.0f} kB")
+
+
+def make_elastic_floors() -> None:
+    """The demo of the floor that turns, with elastic stones."""
+    with tempfile.TemporaryDirectory() as folder:
+        import_module("demos.floor_rotation").main(out=Path(folder), fidelity="elastic")
+        size = shrink(Path(folder) / "overview.png", IMAGES / "floor_rotation_elastic.png")
+    print(f"floor_rotation_elastic.png  {size / 1e3:.0f} kB")
 
 
 def make_mechanism() -> None:
@@ -229,6 +242,7 @@ def shrink(source: Path, target: Path) -> int:
 if __name__ == "__main__":
     sys.path.insert(0, str(ROOT))
     others = {
+        "elastic_floors": make_elastic_floors,
         "mechanism": make_mechanism,
         "threshold": make_threshold,
         "study": make_study,

@@ -136,7 +136,7 @@ def growth_of(
             f"{listed(dead)} is named dead beside a tilt or an acceleration, expected none: all loads stay "
             "then; leave it out"
         )
-    end = scene.analysis.end
+    end = scene.analysis.loading.end
     names = {_name(load): load for load in model.loads}
     growing = [] if tilt is not None else _growing(names, dead)
     live = group_forces(model, {names[name].name: names[name].factor(end) for name in growing})

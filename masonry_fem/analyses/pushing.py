@@ -17,6 +17,7 @@ from masonry_fem.errors import MasonryError
 from masonry_fem.march.equilibrium import Strategy
 from masonry_fem.march.model import Load, Model
 from masonry_fem.scene import specs
+from masonry_fem.scene.time_function import endless
 
 Share = Callable[[float], float]  # multiplier -> factor of a pattern of forces
 
@@ -152,7 +153,7 @@ def _goes_on(scene: specs.Scene) -> bool:
         return False
     times = [scene.loads.gravity_time]
     times += [support.motion.time for support in scene.supports if support.motion is not None]
-    return any(isinstance(time, specs.Sine) for time in times)
+    return any(endless(time) for time in times)
 
 
 def _times(function: Callable[[float], float], share: float, time: float) -> float:

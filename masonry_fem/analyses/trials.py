@@ -57,7 +57,7 @@ class Trials:
         self.built, self.push, self.at_once, self.tell, self.notes = built, push, at_once, tell, notes
         # an error of 1e-6 is more than what lies between standing and falling near the limit
         self.settings = replace(scene.solver.settings, acceptable=0.0)
-        self.strategy: Strategy = scene.analysis
+        self.strategy: Strategy = scene.analysis.loading
         if not self.strategy.seeks_equilibrium:
             self.strategy = Statics()
             notes.append("dynamics does not end by standing or falling: statics was taken for the trials")

@@ -317,6 +317,13 @@ class Moves(Protocol):
         """A step's start with velocities and material of its end; the motion of supports stays as given."""
         ...
 
+    def set_down(self, state: State, rows: IntArray, rotation: FloatArray, shift: FloatArray) -> State:
+        """Blocks ``rows`` (k,) at rest at x = R X + t without strain: R (k, d, d), t (k, d) [m].
+
+        X are places in the reference. Supports and blocks with clamped faces stay as they are.
+        """
+        ...
+
     def with_velocity(self, state: State, body: int, velocity: FloatArray, spin: FloatArray) -> State:
         """One block set moving at ``velocity`` (d,) [m/s], turning at ``spin`` (1,) or (3,) [rad/s]."""
         ...
@@ -326,8 +333,13 @@ class Loaded(Protocol):
     """What loads do to b blocks, and what a step is judged by: balance and energy, from the two states alone.
 
     Forces are arrays of the group's own kind: nodal (b, n), or for rigid blocks the force and the dyadic of
-    its lever arm (b, d + d²), world axes; they add and scale. Loads are dead.
+    its lever arm (b, d + d²), world axes; they add and scale. Loads are dead, but for what
+    ``following`` turns.
     """
+
+    def following(self, force: FloatArray, state: State) -> FloatArray:
+        """A force array of the reference with its directions turned as blocks that turn are in ``state``."""
+        ...
 
     def acceleration_force(self, acceleration: FloatArray) -> FloatArray:
         """Body force of a uniform acceleration (d,) [m/s²]."""

@@ -123,6 +123,16 @@ class RigidGroup(Undeformed):
         turned = np.zeros((self.count, self.dimension, self.dimension))
         return RigidState(np.zeros_like(self.centres), turned, np.zeros((self.count, self.freedoms)))
 
+    def set_down(
+        self, state: RigidState, rows: IntArray, rotation: FloatArray, shift: FloatArray
+    ) -> RigidState:
+        """Blocks ``rows`` (k,) at rest at x = R X + t: R (k, d, d), t (k, d) [m]."""
+        gone, turned, velocity = state.shift.copy(), state.turned.copy(), state.velocity.copy()
+        turned[rows] = rotation - np.eye(self.dimension)
+        gone[rows] = shift + np.einsum("kij,kj->ki", turned[rows], self.centres[rows])
+        velocity[rows] = 0.0
+        return RigidState(gone, turned, velocity)
+
     def with_velocity(
         self, state: RigidState, body: int, velocity: FloatArray, spin: FloatArray
     ) -> RigidState:
@@ -141,6 +151,15 @@ class RigidGroup(Undeformed):
         return self._current_axes(state.rotation), self._scale
 
     # --- loads ------------------------------------------------------------------------------------
+
+    def following(self, force: FloatArray, state: RigidState) -> FloatArray:
+        """A force array of the reference with its directions turned with the blocks."""
+        if not self.turns:
+            return force
+        d = self.dimension
+        rows = force.reshape(self.count, d + 1, d)  # the force, and by coordinate of the arm
+        turned: FloatArray = np.einsum("bij,bkj->bki", state.rotation, rows).reshape(force.shape)
+        return turned
 
     def acceleration_force(self, acceleration: FloatArray) -> FloatArray:
         """Body force of a uniform acceleration (d,) [m/s²], a force array."""

@@ -258,6 +258,16 @@ class SupportGroup(Undeformed):
         """No force: a support has no mass."""
         return self.no_force()
 
+    def set_down(
+        self, state: SupportState, rows: IntArray, rotation: FloatArray, shift: FloatArray
+    ) -> SupportState:
+        """The state itself: the motion is given."""
+        return state
+
+    def following(self, force: FloatArray, state: SupportState) -> FloatArray:
+        """The array itself: what acts on a support goes to the ground."""
+        return force
+
     def traction_force(self, body: int, face: int, traction: FloatArray) -> FloatArray:
         """No force: what acts on a support goes to the ground."""
         return self.no_force()

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -10,12 +12,15 @@ import numpy as np
 from masonry_fem.bodies.base import BodyGroup, FloatArray
 from masonry_fem.build.stones import Stones, block_names, faces_of
 from masonry_fem.build.supports import time_factor
+from masonry_fem.build.track import TrackFaces, lines_across, track_of
 from masonry_fem.errors import SceneError
 from masonry_fem.march.model import Load
+from masonry_fem.march.moving import Travel
 from masonry_fem.march.shaking import Shaking
 from masonry_fem.scene import specs
 from masonry_fem.scene.selector import only, select, split_face
 
+ACROSS = 8  # lines, side by side, of a load that moves with a width
 LINE_POINTS = 20  # equal pieces of a line force, each at its middle
 
 
@@ -47,6 +52,20 @@ class Patterns:
                 _add(total, group, self.groups[group].traction_force(body, number, np.array(load.vector)))
         return tuple(total)
 
+    def pressure(self, load: specs.PressureLoad, key: str) -> tuple[FloatArray | None, ...]:
+        """Pressure on all matching faces of all matching blocks, against their normals in the reference."""
+        blocks, face = split_face(load.on)
+        assert face is not None  # selectors of faces name one
+        total: list[FloatArray | None] = [None] * len(self.groups)
+        for block in self._free(blocks, f"{key}.on"):
+            group, body = self.place[block]
+            own = self.stones.assembly.blocks[block]
+            solid = self.stones.assembly.shapes[own.shape].solid
+            for number in faces_of(self.stones.assembly, block, face, f"{key}.on"):
+                traction = -load.pressure * (own.pose.rotation @ solid.normal(number))
+                _add(total, group, self.groups[group].traction_force(body, number, traction))
+        return tuple(total)
+
     def points(
         self, block: str, points: list[FloatArray | None], force: FloatArray, key: str
     ) -> tuple[FloatArray | None, ...]:
@@ -57,6 +76,18 @@ class Patterns:
         for point in points:
             _add(total, group, self.groups[group].point_force(body, point, force))
         return tuple(total)
+
+    def faces(self, on: str, key: str) -> TrackFaces:
+        """The matching faces of all matching blocks."""
+        blocks, face = split_face(on)
+        assert face is not None  # selectors of faces name one
+        found = []
+        for block in self._free(blocks, key):
+            own = self.stones.assembly.blocks[block]
+            solid = self.stones.assembly.shapes[own.shape].solid
+            for number in faces_of(self.stones.assembly, block, face, key):
+                found.append((*self.place[block], own.pose.to_world(solid.face_points(number))))
+        return TrackFaces.of(found)
 
     def _free(self, selector: str, key: str) -> list[int]:
         chosen = select(selector, self.names, key)
@@ -111,6 +142,10 @@ def loads(
         key = f"loads.tractions.{index}"
         factor = time_factor(scene, traction.time, base)
         made.append(Load(key, patterns.traction(traction, key), factor))
+    for index, pressure in enumerate(wanted.pressures):
+        key = f"loads.pressures.{index}"
+        factor = time_factor(scene, pressure.time, base)
+        made.append(Load(key, patterns.pressure(pressure, key), factor, follows=True))
     for index, point in enumerate(wanted.points):
         key = f"loads.points.{index}"
         where = None if point.point is None else np.array(point.point)
@@ -119,6 +154,11 @@ def loads(
     for index, line in enumerate(wanted.lines):
         key = f"loads.lines.{index}"
         made.append(Load(key, _line(patterns, line, key), time_factor(scene, line.time, base)))
+    for index, moving in enumerate(wanted.moving):
+        key = f"loads.moving.{index}"
+        travel = _travel(patterns, moving, _place(scene, moving), key)
+        forces = travel.forces(groups, travel.place(0.0))
+        made.append(Load(key, forces, time_factor(scene, moving.time, base), travel))
     return tuple(_factored(load, scene.design.loads) for load in made)
 
 
@@ -127,7 +167,41 @@ def _factored(load: Load, factors: specs.LoadFactors) -> Load:
     factor: float = getattr(factors, load.name.removeprefix("loads.").partition(".")[0])
     if factor == 1.0:
         return load
-    return replace(load, forces=tuple(None if force is None else factor * force for force in load.forces))
+    forces = tuple(None if force is None else factor * force for force in load.forces)
+    return replace(load, forces=forces, travel=None if load.travel is None else load.travel.scaled(factor))
+
+
+def _travel(patterns: Patterns, load: specs.MovingLoad, place: Callable[[float], float], key: str) -> Travel:
+    """How a load moves over the faces that it meets."""
+    path, force = np.array(load.path), np.array(load.vector)
+    across = [0.0] if load.width is None else list(lines_across(load.width, ACROSS))
+    track = track_of(patterns.faces(load.on, f"{key}.on"), path, force, np.array(across))
+    behind = np.array(load.axles)
+    spread = 0.0 if load.spread is None else load.spread
+    half = 0.5 * spread + behind.max()
+    way = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
+    if not ((track.end > load.begin - half) & (track.start < way + half)).any():
+        raise SceneError(
+            f"{key}.path goes over none of the faces of {key}.on = '{load.on}', as seen along {key}.vector = "
+            f"{list(load.vector)}; let it, or name other faces"
+        )
+    return Travel(track, path, force, behind, spread, place)
+
+
+def _place(scene: specs.Scene, load: specs.MovingLoad) -> Callable[[float], float]:
+    """How far along its path a load is at a time."""
+    if scene.analysis.inertia:
+        return partial(_at_speed, load.begin, load.speed)
+    way = float(np.linalg.norm(np.diff(np.array(load.path), axis=0), axis=1).sum())
+    return partial(_between, scene.analysis.travelled, load.begin, way)
+
+
+def _at_speed(begin: float, speed: float, time: float) -> float:
+    return begin + speed * time
+
+
+def _between(travelled: Callable[[float], float], begin: float, way: float, time: float) -> float:
+    return begin + travelled(time) * (way - begin)
 
 
 def _line(patterns: Patterns, line: specs.LineForce, key: str) -> tuple[FloatArray | None, ...]:

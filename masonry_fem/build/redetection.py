@@ -133,7 +133,7 @@ class Redetection:
     def _paths(self, model: Model, bodies: tuple[Any, ...], time: float, scheme: Scheme) -> _Paths:
         interval, assembly = self.every * scheme.step, model.assembly
         pulled, motion = 0.0, BlockMotion.of(model, bodies, bodies)
-        for group, force in zip(model.groups, external_forces(model, time), strict=True):
+        for group, force in zip(model.groups, external_forces(model, time, bodies), strict=True):
             if not group.prescribed and scheme.inertia > 0:
                 push = np.linalg.norm(group.resultant(force)[:, : assembly.dimension], axis=1) / group.mass
                 pulled = max(pulled, 0.5 * interval**2 * float(push.max(initial=0.0)))

@@ -20,6 +20,7 @@ from masonry_fem.bodies.base import BodyGroup
 from masonry_fem.bodies.support import SupportGroup
 from masonry_fem.build.joints import joint_of_interfaces, joints_at, touching
 from masonry_fem.build.model import Built
+from masonry_fem.build.seating import seated
 from masonry_fem.build.stones import Stones
 from masonry_fem.build.ties import stretched_from
 from masonry_fem.contact.posed import corners
@@ -63,7 +64,7 @@ def succeeded(scene: specs.Scene, built: Built, base: Path, left: Left) -> tuple
     ----------
     scene : The scene. built : Made of it, stones in their reference places.
     base : Folder that the scene's paths are relative to.
-    left : The other structure; stones that it has not begin in their reference places, without stress.
+    left : The other structure; stones that it has not begin without stress, where the analysis says.
 
     Raises
     ------
@@ -76,6 +77,8 @@ def succeeded(scene: specs.Scene, built: Built, base: Path, left: Left) -> tuple
     bodies = tuple(
         _taken(group, rest, left, old) for group, rest in zip(model.groups, built.bodies, strict=True)
     )
+    if scene.analysis.new_stones == "moved":
+        bodies = seated(model, bodies, old >= 0)
     if not scene.analysis.inertia:  # no velocity goes into statics
         bodies = tuple(
             group.scale_velocity(own, 0.0) for group, own in zip(model.groups, bodies, strict=True)
@@ -93,7 +96,7 @@ def succeeded(scene: specs.Scene, built: Built, base: Path, left: Left) -> tuple
         begun, reaction=state.reaction, status=state.status, **_joints(model, begun, left, state, origin)
     )
     if not scene.analysis.inertia:
-        forces = _released(model, left, old, origin)
+        forces = _released(model, bodies, left, old, origin)
         if any(force is not None and force.any() for force in forces):
             model = replace(model, loads=(*model.loads, Load(RELEASED, forces, _fading)))
     return model, state
@@ -101,7 +104,7 @@ def succeeded(scene: specs.Scene, built: Built, base: Path, left: Left) -> tuple
 
 def _fading(factor: float) -> float:
     """What is left of the forces that statics takes away."""
-    return 1.0 - factor
+    return max(1.0 - factor, 0.0)
 
 
 def _numbers(built: Built, left: Left) -> IntArray:
@@ -343,14 +346,16 @@ def _laws(model: Model) -> np.ndarray:
 # --- loads ------------------------------------------------------------------------------------------
 
 
-def _released(model: Model, left: Left, old: IntArray, origin: IntArray) -> tuple[FloatArray | None, ...]:
+def _released(
+    model: Model, bodies: tuple[Any, ...], left: Left, old: IntArray, origin: IntArray
+) -> tuple[FloatArray | None, ...]:
     """What held each stone in its place and no longer does, by group: loads, and contacts that are gone."""
     gone = np.ones(left.model.contacts.count, dtype=bool)
     gone[origin[origin >= 0]] = False
-    held = external_forces(left.model, left.state.time)
+    held = external_forces(left.model, left.state.time, left.state.bodies)
     coupling = connect(left.model)
     pushed = _pushed(coupling, left.state, np.where(gone[:, None], left.state.reaction, 0.0))
-    now, (owner, row) = external_forces(model, 0.0), _places(left.model)
+    now, (owner, row) = external_forces(model, 0.0, bodies), _places(left.model)
     total: list[FloatArray | None] = []
     for group, own in zip(model.groups, now, strict=True):
         if group.prescribed:

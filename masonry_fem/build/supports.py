@@ -13,7 +13,7 @@ from masonry_fem.bodies.support import Motion
 from masonry_fem.march.shaking import Shaking
 from masonry_fem.scene import specs
 from masonry_fem.scene.checks import records
-from masonry_fem.scene.time_function import Piecewise, evaluator
+from masonry_fem.scene.time_function import Piecewise, Pulses, evaluator
 
 
 def time_factor(
@@ -33,6 +33,8 @@ def time_factor(
     """
     if function is not None:
         return evaluator(function, base)
+    if scene.analysis.ramp < scene.analysis.end and not scene.analysis.inertia:
+        return ramp(scene)
     if not scene.analysis.inertia:
         return _itself
     return _one
@@ -73,16 +75,24 @@ def last_change(scene: specs.Scene, base: Path, ground: Shaking | None = None) -
     functions = [
         evaluator(record, base)
         for _, record in records(scene)
-        if isinstance(record, specs.Table | specs.Record)
+        if isinstance(record, specs.Table | specs.Record | specs.Pulse)
     ]
     shaken = () if ground is None else ground.components
     ends = [float(one.record.times[-1]) for one in shaken]
-    ends += [function.end for function in functions if isinstance(function, Piecewise)]
+    ends += [function.end for function in functions if isinstance(function, Piecewise | Pulses)]
     times = [one.motion.time for one in scene.supports if one.motion is not None]
     times += [one.time for one in scene.loads.temperatures]
+    ends += [_gone(one) for one in scene.loads.moving if one.speed]
     if any(time is None for time in times):
         ends.append(scene.analysis.ramp)
     return max(ends, default=0.0)
+
+
+def _gone(load: specs.MovingLoad) -> float:
+    """Time at which the last axle of a load has left its path [s]."""
+    way = float(np.linalg.norm(np.diff(np.array(load.path), axis=0), axis=1).sum())
+    behind = max(load.axles) + (0.0 if load.spread is None else load.spread / 2)
+    return max((way + behind - load.begin) / load.speed, 0.0)
 
 
 def _scaled(

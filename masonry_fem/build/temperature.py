@@ -34,6 +34,13 @@ def expansions(
     for index, one in enumerate(scene.loads.temperatures):
         key = f"loads.temperatures.{index}.on"
         free = [block for block in select(one.on, names, key) if stones.fidelity[block] is not None]
+        if one.material is not None:
+            free = [block for block in free if stones.material[block] == one.material]
+            if not free:
+                raise SceneError(
+                    f"loads.temperatures.{index}.material = '{one.material}' is that of no free block among "
+                    f"'{one.on}'; name a material that they have, or select others"
+                )
         if not free:
             raise SceneError(
                 f"{key} = '{one.on}' selects supports only, which do not expand; choose a free block"

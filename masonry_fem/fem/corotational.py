@@ -129,6 +129,33 @@ class CorotationalGroup(Deformable[TurningState]):
         """None: nothing clamps these blocks."""
         return {}
 
+    def set_down(
+        self, state: TurningState, rows: IntArray, rotation: FloatArray, shift: FloatArray
+    ) -> TurningState:
+        """Blocks ``rows`` (k,) at rest at x = R X + t without strain: R (k, d, d), t (k, d) [m]."""
+        poses, rest = self.rotation[rows], self.rest()
+        centres = poses @ self.modes.centroid + self.translation[rows]
+        turn = rotation - np.eye(self.dimension)
+        away = shift + np.einsum("kij,kj->ki", turn, centres)
+        gone, turned = state.shift.copy(), state.turned.copy()
+        gone[rows] = np.einsum("kji,kj->ki", poses, away)
+        turned[rows] = poses.swapaxes(1, 2) @ turn @ poses
+        bent, rigid, velocity = (
+            own.copy() for own in (state.displacement, state.rigid_velocity, state.velocity)
+        )
+        bent[rows], rigid[rows], velocity[rows] = (
+            own[rows] for own in (rest.displacement, rest.rigid_velocity, rest.velocity)
+        )
+        return replace(
+            state, shift=gone, turned=turned, displacement=bent, rigid_velocity=rigid, velocity=velocity
+        )
+
+    def following(self, force: FloatArray, state: TurningState) -> FloatArray:
+        """Nodal forces (b, n) of the reference with their directions turned with the frames."""
+        nodal = force.reshape(self.count, -1, self.dimension)
+        turned: FloatArray = np.einsum("bij,bnj->bni", state.rotation, nodal).reshape(force.shape)
+        return turned
+
     def rest(self) -> TurningState:
         """Undeformed, in place, at rest."""
         b, m, d = self.count, self.modes.modes.shape[1], self.dimension

@@ -94,6 +94,26 @@ class ElasticGroup(Deformable[ElasticState]):
         # Φᵀ M at held dofs: how their motion pushes the rigid modes
         self._pull: FloatArray = modes.momentum[self.holds.dofs]
 
+    def set_down(
+        self, state: ElasticState, rows: IntArray, rotation: FloatArray, shift: FloatArray
+    ) -> ElasticState:
+        """Blocks ``rows`` (k,) at rest at x = R X + t without strain: R (k, d, d), t (k, d) [m].
+
+        With small kinematics turns are taken to first order. Blocks with clamped faces stay as they are.
+        """
+        if self.modes.count < len(self.modes.from_motion):
+            return state
+        poses = self.rotation[rows]
+        centres = poses @ self.modes.centroid + self.translation[rows]
+        turn = rotation - np.eye(self.dimension)
+        away = np.einsum("kji,kj->ki", poses, shift + np.einsum("kij,kj->ki", turn, centres))
+        own = poses.swapaxes(1, 2) @ turn @ poses
+        pairs = ((1, 0),) if self.dimension == 2 else ((2, 1), (0, 2), (1, 0))
+        spin = np.stack([0.5 * (own[:, i, j] - own[:, j, i]) for i, j in pairs], axis=1)
+        rigid = state.rigid_displacement.copy()
+        rigid[rows] = np.concatenate([away, spin], axis=1) @ self.modes.from_motion.T
+        return replace(state, rigid_displacement=rigid)
+
     def attach(self, sides: Sides) -> SmallAttachment:
         """The blocks seen through contact sides."""
         return SmallAttachment.of(self, sides)

@@ -121,10 +121,14 @@ class Meshed[S](ABC):
         force[body] = np.outer(self._faces[face], local).ravel()
         return force
 
+    def following(self, force: FloatArray, state: S) -> FloatArray:
+        """The array itself: where kinematics are small directions stay those of the reference."""
+        return force
+
     def point_force(self, body: int, point: FloatArray | None, force: FloatArray) -> FloatArray:
         """Force (d,) [N] at a world point of the reference (None: centroid), nodal (b, n) [N]."""
         centre = self.rotation[body] @ self.modes.centroid + self.translation[body]
-        nodes, weights = self._weights(body, centre if point is None else point)
+        nodes, weights = self._located_at(body, centre if point is None else point)
         total = self.no_force()
         local = self.rotation[body].T @ np.asarray(force, dtype=float)
         total[body].reshape(-1, self.dimension)[nodes] = np.outer(weights, local)
@@ -144,9 +148,13 @@ class Meshed[S](ABC):
         """Nodes and weights of a world point of one block; kept, since probes ask at every step."""
         key = (body, np.asarray(point, dtype=float).tobytes())
         if key not in self._located:
-            local = self.rotation[body].T @ (np.asarray(point, dtype=float) - self.translation[body])
-            self._located[key] = in_cells(self.mesh, local, f"block '{self.names[body]}', point {point}")
+            self._located[key] = self._located_at(body, point)
         return self._located[key]
+
+    def _located_at(self, body: int, point: FloatArray) -> tuple[NDArray[np.int64], FloatArray]:
+        """Nodes and weights of a world point of one block."""
+        local = self.rotation[body].T @ (np.asarray(point, dtype=float) - self.translation[body])
+        return in_cells(self.mesh, local, f"block '{self.names[body]}', point {point}")
 
     def _world(self, nodal: FloatArray, body: int) -> FloatArray:
         """Nodal vectors (n,) of one block in world axes, shape (nodes, d)."""

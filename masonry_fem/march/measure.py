@@ -37,7 +37,7 @@ def measure(model: Model, coupling: Coupling, made: Increment) -> StepReport:
     stored = stored_energy(model, state, made.scheme.inertia)
     energy = energies(model, coupling, made, stored)
     supports = support_resultants(model, made, acting.contact)
-    applied = resultant(model, external_forces(model, state.time))
+    applied = resultant(model, external_forces(model, state.time, state.bodies))
     mass = sum(float(group.mass.sum()) for group in model.groups if not group.prescribed)
     acceleration = _load(acting) / mass if mass > 0 else 0.0
     return StepReport(
@@ -168,7 +168,7 @@ def largest_force(acting: Acting, supports: dict[str, FloatArray]) -> float:
 
 def _static_balance(model: Model, made: Increment, held: FloatArray) -> float:
     """Distance of the reached state to a static equilibrium, relative to a block's load."""
-    forces = external_forces(model, made.after.time)
+    forces = external_forces(model, made.after.time, made.after.bodies)
     return _balance(model, made, forces, Scheme(made.scheme.step, 1.0, 0.0), held)
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from masonry_fem.bodies.base import BodyGroup, Scheme
 from masonry_fem.contact.contacts import Contacts, Interface
 from masonry_fem.joints.assignment import Assignment
+from masonry_fem.march.moving import Travel
 from masonry_fem.march.shaking import Shaking
 from masonry_fem.solid.assembly import Assembly
 
@@ -28,13 +29,28 @@ class Load:
     Attributes
     ----------
     name : As in the scene.
-    forces : Pattern on each body group, the group's own array; None where it does not act.
+    forces : Pattern on each body group, the group's own array; None where it does not act. Of a load that
+        moves, where it begins.
     factor : Function of time [s], or of the load factor in statics.
+    travel : How it moves; None: it stays.
+    follows : Whether its directions turn with the blocks; the pattern is that of the reference.
     """
 
     name: str
     forces: tuple[FloatArray | None, ...]
     factor: Callable[[float], float]
+    travel: Travel | None = None
+    follows: bool = False
+
+    def pattern(self, groups: tuple[BodyGroup, ...], time: float) -> tuple[FloatArray | None, ...]:
+        """The forces where the load is at a time.
+
+        Parameters
+        ----------
+        groups : Body groups. time : In [s], or the load factor.
+        """
+        travel = self.travel
+        return self.forces if travel is None else travel.forces(groups, travel.place(time))
 
 
 @dataclass(slots=True)
@@ -43,7 +59,7 @@ class LastForces:
 
     loads: tuple[Load, ...] = ()
     groups: tuple[BodyGroup, ...] = ()
-    factors: tuple[float, ...] = ()
+    factors: tuple[tuple[float, float], ...] = ()
     forces: tuple[FloatArray, ...] | None = None
 
 

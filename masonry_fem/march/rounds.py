@@ -21,7 +21,7 @@ from masonry_fem.joints.state import JointState
 from masonry_fem.march.clock import Clock
 from masonry_fem.march.conditions import first_guess, joint_step
 from masonry_fem.march.coupling import Coupling
-from masonry_fem.march.loads import blend, external_forces
+from masonry_fem.march.loads import blend, blend_following, dead_forces, followed, following_forces
 from masonry_fem.march.model import Model
 from masonry_fem.march.place import Place
 from masonry_fem.march.state import SystemState
@@ -42,11 +42,14 @@ class Loading:
     Attributes
     ----------
     end : Time at its end [s], in statics the load factor.
-    forces : F_θ by group.
+    forces : F_θ by group, with blocks where they were taken to be (``Rounds.at``).
+    dead : The part that keeps its direction. following : The part that turns with blocks, in the reference.
     """
 
     end: float
     forces: tuple[FloatArray, ...]
+    dead: tuple[FloatArray, ...]
+    following: tuple[FloatArray | None, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,8 +183,15 @@ class Rounds:
 
     def loaded(self, end: float) -> Loading:
         """What acts in a step that ends at a time [s], in statics at a load factor."""
-        before, after = external_forces(self.model, self.state.time), external_forces(self.model, end)
-        return Loading(end, blend(before, after, self.scheme.theta))
+        model, since, theta = self.model, self.state.time, self.scheme.theta
+        dead = blend(dead_forces(model, since), dead_forces(model, end), theta)
+        following = blend_following(following_forces(model, since), following_forces(model, end), theta)
+        return Loading(end, dead, dead, following)
+
+    def at(self, loading: Loading, place: Place) -> Loading:
+        """What acts where blocks have gone to a place: some loads turn with them."""
+        forces = followed(self.model, loading.dead, loading.following, place.bodies)
+        return loading if forces is loading.dead else replace(loading, forces=forces)
 
     def _solved(self, place: Place, last: Round | None, ends: tuple[Any, ...]) -> Round:
         """The round as its contacts make it."""
@@ -189,6 +199,7 @@ class Rounds:
 
     def _under(self, loading: Loading, place: Place, last: Round | None, ends: tuple[Any, ...]) -> Round:
         """The round with given loads."""
+        loading = self.at(loading, place)
         free, taken, active = self._taken(loading, place, last, ends)
         return self._led(loading, place, last, free, taken, active)
 

@@ -219,11 +219,12 @@ def _ended(rounds: Rounds, made: Round, place: Place) -> Increment:
     if place is not made.place:
         nodal = coupling.nodal_impulses(made.impulse, place.contact)
     rounds.clock.lap("step")
+    forces = rounds.at(made.loading, place).forces
     unsettled = None
     if not rounds.settled(made):
         unsettled = rounds.worst(made)
     return Increment(
-        state, after, made.problem, made.solution, made.active, made.impulse, made.loading.forces, scheme,
+        state, after, made.problem, made.solution, made.active, made.impulse, forces, scheme,
         made.free, made.rigid, rigid_impulse, nodal, place.contact, place.rigid_map, made.change,
         residuals=made.residuals, unsettled=unsettled,
     )  # fmt: skip

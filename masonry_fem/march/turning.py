@@ -136,9 +136,8 @@ def _left(rounds: Rounds, made: Round, there: Place) -> tuple[float, float]:
 
     The first relative to the largest load or impulse, the second to the model's length.
     """
-    left = turning(
-        rounds.coupling, there, made.free, made.loading.forces, rounds.scheme, made.impulse, made.place
-    )
+    forces = rounds.at(made.loading, there).forces
+    left = turning(rounds.coupling, there, made.free, forces, rounds.scheme, made.impulse, made.place)
     way = there.contact.offset - rounds.start.contact.offset - rounds.scheme.step * made.velocity
     return left, float(np.abs(way).max(initial=0.0)) / rounds.model.length
 

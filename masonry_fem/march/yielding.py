@@ -99,6 +99,7 @@ def _between(rounds: Rounds, start: _Guess, end: _Guess, share: float) -> _Guess
     nodal = rounds.coupling.nodal_impulses(impulse, end.place.contact)
     loading = end.loading
     if start.loading is not loading:
-        loading = rounds.loaded(start.loading.end + share * (loading.end - start.loading.end))
+        between = start.loading.end + share * (loading.end - start.loading.end)
+        loading = rounds.at(rounds.loaded(between), end.place)
     left = max(rounds.unbalanced(bodies, impulse, nodal, end.place, loading))[0]
     return _Guess(end.place, bodies, impulse, left, loading)

@@ -42,7 +42,7 @@ def mean_stress(model: Model, state: SystemState) -> tuple[FloatArray, FloatArra
     count, d = len(model.assembly.blocks), model.assembly.dimension
     stress, volume = np.full((count, 6), np.nan), np.full(count, np.nan)
     given: FloatArray | None = None
-    forces = external_forces(model, state.time)
+    forces = external_forces(model, state.time, state.bodies)
     for group, moved, force in zip(model.groups, state.bodies, forces, strict=True):
         if group.prescribed:
             continue

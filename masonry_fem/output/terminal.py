@@ -14,6 +14,7 @@ from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
 from masonry_fem.output.combination_table import combination_rows
 from masonry_fem.output.limit_table import support_rows
+from masonry_fem.output.places_table import places_rows
 from masonry_fem.output.recorder import StepReport
 from masonry_fem.output.refinement_table import refinement_rows
 from masonry_fem.output.search_table import mechanism_lines
@@ -417,6 +418,7 @@ def _number(value: Any) -> str:
 # what was found; stresses; forces and motions; joints; how exact it is; what it cost
 ORDER = (
     combination_rows,
+    places_rows,
     _mechanism,
     _start,
     _stress,

@@ -26,6 +26,7 @@ from masonry_fem.results.determinacy import Determinacy
 from masonry_fem.results.discretisation import Errors, RefinementTold
 from masonry_fem.results.joints import Joints
 from masonry_fem.results.limit_analysis import LimitAnalysis
+from masonry_fem.results.places import Places
 from masonry_fem.results.ties import TieTold
 from masonry_fem.results.utilisation import Utilisation
 
@@ -260,6 +261,7 @@ class Summary(Told, frozen=True, kw_only=True, tag_field="schema", tag=versioned
     start : Whether an equilibrium is reached from a start without stress.
     stages : Of a history, whose last one is told by all else; None: there are none.
     combinations : Of loads, with their envelope; all else is of the last one, or the first that failed.
+    places : Of a load that moves, with their envelope; all else is of the last one; None: none moves.
     errors : What elements, contact points and steps leave open.
     refinement : With ``--refine-to``: how the error was brought down.
     remarks : What was logged as a warning.
@@ -302,6 +304,7 @@ class Summary(Told, frozen=True, kw_only=True, tag_field="schema", tag=versioned
     start: StartTold | None = None
     stages: tuple[StageTold, ...] | None = None
     combinations: Combinations | None = None
+    places: Places | None = None
     errors: Errors
     determinacy: Determinacy | None = None
     joints: Joints | None = None

@@ -10,20 +10,27 @@ from msgspec import Meta
 
 from masonry_fem.records.record import (
     AccelerationVector,
+    AnyPressure,
     BlockSelector,
+    Count,
+    Distance,
     FaceSelector,
     FilePath,
     ForceVector,
     Frequency,
     Instant,
     Kelvin,
+    Length,
     LineForceVector,
+    Metres,
     Name,
     Point,
     Radians,
     RotationVector,
+    Seconds,
     Selector,
     Spec,
+    Speed,
     TractionVector,
     turn_faults,
 )
@@ -35,9 +42,11 @@ class Table(Spec, frozen=True, kw_only=True, tag_field="kind", tag="table"):
     Attributes
     ----------
     points : pairs (time, value)
+    repeats : after the last point it begins anew at the first, for ever
     """
 
     points: Annotated[tuple[tuple[Instant, float], ...], Meta(min_length=1)]
+    repeats: bool = False
 
     def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
         """Times that do not increase."""
@@ -61,22 +70,54 @@ class Sine(Spec, frozen=True, kw_only=True, tag_field="kind", tag="sine"):
     phase: Radians = 0.0
 
 
+class Pulse(Spec, frozen=True, kw_only=True, tag_field="kind", tag="pulse"):
+    """A pulse, or several: the factor is 0 before, between and after them.
+
+    Attributes
+    ----------
+    start : when the first one begins
+    duration : of one pulse
+    shape : ``half_sine``, ``triangle`` and ``rectangle`` are of one sign, ``full_sine`` goes to both sides;
+        steps ought to be short beside the sides of a rectangle, which are steep
+    amplitude : the largest value of the factor
+    every : time from the start of one pulse to that of the next, not shorter than a pulse
+    count : how many there are with ``every``, by default without end; without ``every`` there is one
+    """
+
+    duration: Seconds
+    start: Instant = 0.0
+    shape: Literal["half_sine", "full_sine", "triangle", "rectangle"] = "half_sine"
+    amplitude: float = 1.0
+    every: Seconds | None = None
+    count: Count | None = None
+
+
 class Record(Spec, frozen=True, kw_only=True, tag_field="kind", tag="record"):
     """A factor from two columns (time, value) of a CSV file, linear between the rows.
 
-    The first line may hold titles, and ``#`` begins a comment. Every other line has two finite numbers.
+    The first line may hold titles, and ``#`` begins a comment. Every other line has two finite numbers, or
+    with ``column`` as many as there are titles; time is the first of them.
 
     Attributes
     ----------
     path : the CSV file, relative to the scene file
     scale : multiplies the file's values
+    column : title of the column that holds the values
+    unit : of the values, as ``"kN"``: they become numbers in SI units, so that a vector that they multiply is
+        a direction
+    time_unit : of the times, as ``"ms"``; seconds by default
+    repeats : after the last row it begins anew at the first, for ever
     """
 
     path: FilePath
     scale: float = 1.0
+    column: str | None = None
+    unit: str | None = None
+    time_unit: str | None = None
+    repeats: bool = False
 
 
-TimeFunction = Table | Sine | Record
+TimeFunction = Table | Sine | Pulse | Record
 
 
 class Motion(Spec, frozen=True, kw_only=True):
@@ -210,6 +251,27 @@ class Traction(Spec, frozen=True, kw_only=True):
     case: Name | None = None
 
 
+class PressureLoad(Spec, frozen=True, kw_only=True):
+    """Uniform pressure on faces ``blocks/face``, as of water, which turns with the blocks.
+
+    It acts along the normals of the faces, on rigid and on elastic blocks as these have turned by then; with
+    ``contact.update = "fixed"``, and on blocks with clamped faces, along those of the undeformed structure.
+    That strains turn and stretch faces, too, is left out.
+
+    Attributes
+    ----------
+    on : selector of faces
+    pressure : presses on the blocks where it is positive, and sucks where it is negative
+    time : factor as a function of time, 1 by default. In statics, time is the load factor from 0 to 1
+    case : load case, whose factor [combinations](combinations.md) give; without one it acts in all as it is
+    """
+
+    on: FaceSelector
+    pressure: AnyPressure
+    time: TimeFunction | None = None
+    case: Name | None = None
+
+
 class PointForce(Spec, frozen=True, kw_only=True):
     """Force on a block, at a point of it.
 
@@ -250,6 +312,40 @@ class LineForce(Spec, frozen=True, kw_only=True):
     case: Name | None = None
 
 
+class MovingLoad(Spec, frozen=True, kw_only=True):
+    """Forces that go along a path over faces, as the axles of a vehicle: [how](moving.md).
+
+    Wherever it stands each force goes on along its own direction to the first of the faces, which takes it.
+    What stands beside all of them acts on nothing.
+
+    Attributes
+    ----------
+    on : selector of the faces that it goes over
+    path : points of a line, from where the load comes to where it goes, in world coordinates of the
+        undeformed structure; before the first point and after the last one it goes straight on
+    vector : force of each axle
+    axles : how far each axle is behind the first one
+    spread : length along the path that each force is spread over; by default it acts at a point
+    width : width across the path that each force is spread over, in 3D; by default it acts on a line
+    begin : distance along the path from its first point at which the first axle begins, and where it stays in
+        analyses that do not move it
+    speed : in a march in time, how fast it goes
+    time : factor as a function of time, 1 by default. In statics, time is the load factor from 0 to 1
+    case : load case, whose factor [combinations](combinations.md) give; without one it acts in all as it is
+    """
+
+    on: FaceSelector
+    path: Annotated[tuple[Point, ...], Meta(min_length=2)]
+    vector: ForceVector
+    axles: Annotated[tuple[Distance, ...], Meta(min_length=1)] = (0.0,)
+    spread: Length | None = None
+    width: Length | None = None
+    begin: Metres = 0.0
+    speed: Speed = 0.0
+    time: TimeFunction | None = None
+    case: Name | None = None
+
+
 class Temperature(Spec, frozen=True, kw_only=True):
     """A change of temperature of whole blocks since they had no stress; several on a block add up.
 
@@ -257,14 +353,16 @@ class Temperature(Spec, frozen=True, kw_only=True):
 
     Attributes
     ----------
-    on : selector of blocks; supports among them stay as they are
+    on : selector of blocks, by default all; supports among them stay as they are
+    material : name of a material: only blocks of it among these
     change : the change of temperature where the factor ``time`` is 1
     time : factor as a function of time; by default it grows from 0 to 1 over the analysis. In statics, time
         is the load factor from 0 to 1
     case : load case, whose factor [combinations](combinations.md) give; without one it acts in all as it is
     """
 
-    on: BlockSelector
+    on: BlockSelector = "*"
+    material: str | None = None
     change: Kelvin
     time: TimeFunction | None = None
     case: Name | None = None
@@ -279,9 +377,11 @@ class Loads(Spec, frozen=True, kw_only=True):
     gravity_time : factor of gravity as a function of time, 1 by default
     accelerations : uniform accelerations besides gravity
     accelerograms : accelerations of the ground from files
-    tractions : forces per area on faces
+    tractions : forces per area on faces, which keep their direction
+    pressures : pressures on faces, which turn with them
     points : forces at points
     lines : forces per length along segments
+    moving : forces that go along a path over faces
     temperatures : changes of temperature of blocks
     """
 
@@ -290,8 +390,10 @@ class Loads(Spec, frozen=True, kw_only=True):
     accelerations: tuple[Acceleration, ...] = ()
     accelerograms: tuple[Accelerogram, ...] = ()
     tractions: tuple[Traction, ...] = ()
+    pressures: tuple[PressureLoad, ...] = ()
     points: tuple[PointForce, ...] = ()
     lines: tuple[LineForce, ...] = ()
+    moving: tuple[MovingLoad, ...] = ()
     temperatures: tuple[Temperature, ...] = ()
 
 

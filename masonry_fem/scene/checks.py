@@ -7,6 +7,7 @@ meant. What depends on the blocks (whether they touch, what a selector selects) 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -19,9 +20,12 @@ from masonry_fem.scene.joint_checks import check_joints, joint_doubts
 from masonry_fem.scene.lines import KeyPath
 from masonry_fem.scene.material_doubts import material_doubts
 from masonry_fem.scene.misfit import MisfitError, braced, listed, nearest, wrong
+from masonry_fem.scene.quantity import QuantityError, si_factor, si_value
 from masonry_fem.scene.specs import (
     Accelerogram,
+    MovingLoad,
     Override,
+    Pulse,
     PythonLaw,
     PythonMaterial,
     Record,
@@ -29,6 +33,8 @@ from masonry_fem.scene.specs import (
     Spec,
     Structure,
 )
+
+NEARLY = 1e-12  # of a squared cosine: directions that differ by less are one
 
 
 def cross_check(scene: Scene, base: Path) -> None:
@@ -185,6 +191,11 @@ def _own_faults(scene: Scene) -> None:
 
 def _analysis(scene: Scene) -> None:
     analysis = scene.analysis
+    if analysis.travelled(analysis.end) and not scene.loads.moving:
+        expected = "'statics' where no load moves; take it, or add [[loads.moving]]"
+        raise wrong(("analysis", "kind"), analysis.__struct_config__.tag, expected)
+    for index, load in enumerate(scene.loads.moving):
+        _moving(load, index)
     if scene.loads.accelerograms and not analysis.inertia:
         moved = scene.loads.accelerograms[0]
         expected = "none in statics, which has no time; take analysis.kind = 'dynamics'"
@@ -196,6 +207,26 @@ def _analysis(scene: Scene) -> None:
         # contacts that are solved no better never pass for at rest: the march would end as if blocks slid
         expected = f"at most the tolerance of the equilibrium (analysis.tolerance = {tolerance:g})"
         raise wrong(("solver", "tolerance"), scene.solver.aim, f"{expected}; tighten it or loosen that")
+
+
+def _moving(load: MovingLoad, index: int) -> None:
+    path = ("loads", "moving", index)
+    for number, (one, other) in enumerate(pairwise(load.path), start=1):
+        step = [b - a for a, b in zip(one, other, strict=True)]
+        if not any(step):
+            raise wrong((*path, "path", number), other, "another point than the one before")
+        if _parallel(step, load.vector):
+            expected = "a force that is not zero, and not along its path"
+            raise wrong((*path, "vector"), load.vector, expected)
+    if load.width is not None and len(load.vector) == 2:
+        raise wrong((*path, "width"), load.width, "none in 2D, where forces are by metre of depth")
+
+
+def _parallel(one: Sequence[float], other: Sequence[float]) -> bool:
+    """Whether two vectors have one direction, or one of them has none."""
+    product = sum(a * b for a, b in zip(one, other, strict=True))
+    squares = sum(a * a for a in one) * sum(b * b for b in other)
+    return product * product >= squares * (1 - NEARLY)
 
 
 def _steered(scene: Scene) -> None:
@@ -226,17 +257,40 @@ def _solver(scene: Scene) -> None:
 
 def _files(scene: Scene, base: Path) -> None:
     for path, record in records(scene):
-        if isinstance(record, Structure) and record.source is not None:
+        if isinstance(record, Pulse):
+            _pulse(record, path)
+        elif isinstance(record, Structure) and record.source is not None:
             if Path(record.source).suffix.lower() not in record.endings:
                 raise wrong((*path, "path"), record.source, f"a file that ends in {listed(record.endings)}")
             _exists(record.source, (*path, "path"), base)
         elif isinstance(record, Record):
             _exists(record.path, (*path, "path"), base)
+            for key, unit in (("unit", record.unit), ("time_unit", record.time_unit)):
+                _unit(unit, (*path, key))
         elif isinstance(record, Accelerogram):
             for axis, name in record.files.items():
                 _exists(name, (*path, axis), base)
         elif isinstance(record, PythonLaw | PythonMaterial):
             _exists(record.file, (*path, "file"), base)
+
+
+def _pulse(pulse: Pulse, path: KeyPath) -> None:
+    if pulse.every is not None and pulse.every < pulse.duration:
+        expected = f"a time not shorter than a pulse ({pulse.duration:g} s)"
+        raise wrong((*path, "every"), pulse.every, expected)
+    if pulse.count is not None and pulse.every is None:
+        raise wrong((*path, "count"), pulse.count, "none without 'every': there is one pulse; give both")
+
+
+def _unit(unit: str | None, path: KeyPath) -> None:
+    if unit is None:
+        return
+    timed = path[-1] == "time_unit"
+    try:
+        _ = si_value(f"1 {unit}", "s") if timed else si_factor(unit)
+    except QuantityError as error:
+        expected = "a unit of time, as 'ms'" if timed else "a unit, as 'kN'"
+        raise wrong(path, unit, expected, str(error)) from error
 
 
 def _exists(name: str, path: KeyPath, base: Path) -> None:
@@ -259,6 +313,13 @@ def _doubts(scene: Scene) -> Iterator[str]:
     yield from material_doubts(scene)
     if not scene.supports and not any(structure.carries for structure in scene.structures):
         yield "nothing holds the blocks; expected a ground, springings or [[supports]]"
+    if not scene.analysis.inertia:
+        for index, load in enumerate(scene.loads.moving):
+            if load.speed:
+                yield (
+                    f"true statics has no velocities: loads.moving.{index}.speed has no effect; "
+                    "analysis.kind = 'crossing' takes loads along their paths"
+                )
     if not scene.analysis.inertia and scene.initial:
         yield "true statics has no velocities: [[initial]] has no effect"
     for index, joint in enumerate(scene.joints):
@@ -295,8 +356,10 @@ def _driven(scene: Scene) -> bool:
         loads.accelerations
         or loads.accelerograms
         or loads.tractions
+        or loads.pressures
         or loads.points
         or loads.lines
+        or loads.moving
         or loads.temperatures
     )
     moved = any(support.motion is not None for support in scene.supports)

@@ -20,8 +20,10 @@ SCALED = {
     "accelerations": "vector",
     "accelerograms": "scale",
     "tractions": "vector",
+    "pressures": "pressure",
     "points": "vector",
     "lines": "vector",
+    "moving": "vector",
     "temperatures": "change",
 }  # what a factor multiplies, by kind of load
 

@@ -19,16 +19,20 @@ class LoadFactors(Spec, frozen=True, kw_only=True):
     accelerations : of all ``[[loads.accelerations]]``
     accelerograms : of all ``[[loads.accelerograms]]`` that act as inertia
     tractions : of all ``[[loads.tractions]]``
+    pressures : of all ``[[loads.pressures]]``
     points : of all ``[[loads.points]]``
     lines : of all ``[[loads.lines]]``
+    moving : of all ``[[loads.moving]]``
     """
 
     gravity: Positive = 1.0
     accelerations: Positive = 1.0
     accelerograms: Positive = 1.0
     tractions: Positive = 1.0
+    pressures: Positive = 1.0
     points: Positive = 1.0
     lines: Positive = 1.0
+    moving: Positive = 1.0
 
     @property
     def used(self) -> dict[str, float]:

@@ -12,7 +12,7 @@ from masonry_fem.records.record import Axis, BlockSelector, Count, Name, Point, 
 
 PictureName = Literal[
     "deformed", "von_mises", "principal_stresses", "utilisation", "stress_error", "stone", "overview",
-    "reactions", "resultants", "damage", "thrust", "opening", "sliding", "mechanism", "response",
+    "reactions", "resultants", "damage", "thrust", "opening", "sliding", "mechanism", "response", "places",
 ]  # fmt: skip
 CutField = Literal["von_mises", "vertical", "greatest", "least"]
 

@@ -89,6 +89,29 @@ def si_value(text: str, unit: str | None) -> float:
     return float(quantity.to(target.units).magnitude)
 
 
+def si_factor(unit: str) -> float:
+    """By how much a number with a unit becomes one in SI units.
+
+    Parameters
+    ----------
+    unit : As ``"kN"``; of temperatures, of their changes.
+
+    Raises
+    ------
+    QuantityError : It is no known unit.
+    """
+    written = _EXPONENT.sub(r"^\1", unit.strip())
+    if not written or not _UNITS.fullmatch(re.sub(r"[()\s]+", " ", written)):
+        raise QuantityError(f"; '{unit}' is no known unit{nearest(unit, COMMON_UNITS)}")
+    if _SCALE.fullmatch(written):
+        written = f"delta_{written}"
+    registry = _registry()
+    try:
+        return float(registry.Quantity(1.0, registry.parse_units(written)).to_base_units().magnitude)
+    except Exception as error:
+        raise QuantityError(f"; '{unit}' is no known unit{nearest(unit, COMMON_UNITS)}") from error
+
+
 @cache
 def _registry() -> Any:
     """The units library's registry, made once; its definitions are kept parsed where there is a place."""

@@ -42,7 +42,10 @@ from masonry_fem.scene.actions import (
     LineForce,
     Loads,
     Motion,
+    MovingLoad,
     PointForce,
+    PressureLoad,
+    Pulse,
     Record,
     Sine,
     Support,
@@ -96,12 +99,15 @@ __all__ = [
     "MeshSettings",
     "Mortar",
     "Motion",
+    "MovingLoad",
     "Opening",
     "Orthotropy",
     "Output",
     "Override",
     "PointForce",
+    "PressureLoad",
     "Probe",
+    "Pulse",
     "PythonLaw",
     "PythonMaterial",
     "Reading",
@@ -213,7 +219,8 @@ class Stage(Spec, frozen=True, kw_only=True):
         where their points have gone
     materials : tables in place of those of the same names
     without : blocks that are not there, in place of those of the stage before. What they gave to others goes
-        in statics evenly over the steps; stones that appear have no stress, in their reference place
+        in statics evenly over the steps; stones that appear have no stress, and stand where
+        ``analysis.new_stones`` says
     """
 
     name: Name

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from masonry_fem.errors import SceneError
 from masonry_fem.scene.misfit import shown
-from masonry_fem.scene.specs import Record, Sine, Table, TimeFunction
+from masonry_fem.scene.quantity import si_factor
+from masonry_fem.scene.specs import Pulse, Record, Sine, Table, TimeFunction
 
 
 class Factor(Protocol):
@@ -73,28 +74,106 @@ class Piecewise:
     ----------
     times : Increasing instants [s], shape (n,).
     values : Factors there, shape (n,).
+    repeats : After the last point it begins anew at the first.
     """
 
     times: NDArray[np.float64]
     values: NDArray[np.float64]
+    repeats: bool = False
 
     @property
     def end(self) -> float:
-        """Time after which it stays as it is [s]."""
+        """Time after which it stays as it is, or only repeats [s]."""
+        if self.repeats:
+            return 0.0
         changes = np.flatnonzero(np.diff(self.values))
         return float(self.times[changes[-1] + 1]) if len(changes) else 0.0
 
     def __call__(self, time: float) -> float:
         """The interpolated factor."""
-        return float(np.interp(time, self.times, self.values))
+        return float(np.interp(self._within(time), self.times, self.values))
+
+    def _within(self, time: float) -> float:
+        """The same time the first time round."""
+        first, last = float(self.times[0]), float(self.times[-1])
+        if self.repeats and time > last > first:
+            return first + (time - first) % (last - first)
+        return time
 
     def rate(self, time: float) -> float:
         """Slope of the segment that begins at or holds ``time`` [1/s]."""
+        time = self._within(time)
+        if self.repeats and time == self.times[-1] > self.times[0]:
+            time = float(self.times[0])
         i = int(np.searchsorted(self.times, time, side="right"))
         if i == 0 or i == len(self.times):
             return 0.0
         rise = self.values[i] - self.values[i - 1]
         return float(rise / (self.times[i] - self.times[i - 1]))
+
+
+@dataclass(frozen=True, slots=True)
+class Pulses:
+    """Pulses of one shape.
+
+    Attributes
+    ----------
+    function : What the scene says.
+    """
+
+    function: Pulse
+
+    @property
+    def end(self) -> float:
+        """Time after which there are none, or after which they only repeat [s]."""
+        own = self.function
+        if own.every is None:
+            return own.start + own.duration
+        return 0.0 if own.count is None else own.start + (own.count - 1) * own.every + own.duration
+
+    def _since(self, time: float) -> float | None:
+        """Share of its duration that the pulse has gone at a time; None where there is none."""
+        own = self.function
+        since = time - own.start
+        if since < 0:
+            return None
+        if own.every is not None:
+            number, since = divmod(since, own.every)
+            if own.count is not None and number >= own.count:
+                return None
+        return since / own.duration if since < own.duration else None
+
+    def __call__(self, time: float) -> float:
+        """The factor at ``time`` [s]."""
+        share = self._since(time)
+        if share is None:
+            return 0.0
+        match self.function.shape:
+            case "half_sine":
+                height = sin(pi * share)
+            case "full_sine":
+                height = sin(2 * pi * share)
+            case "triangle":
+                height = 1.0 - abs(2 * share - 1.0)
+            case "rectangle":
+                height = 1.0
+        return self.function.amplitude * height
+
+    def rate(self, time: float) -> float:
+        """Its derivative from the right [1/s]; 0 on the sides of a rectangle."""
+        share = self._since(time)
+        if share is None:
+            return 0.0
+        match self.function.shape:
+            case "half_sine":
+                slope = pi * cos(pi * share)
+            case "full_sine":
+                slope = 2 * pi * cos(2 * pi * share)
+            case "triangle":
+                slope = 2.0 if share < 0.5 else -2.0
+            case "rectangle":
+                slope = 0.0
+        return self.function.amplitude * slope / self.function.duration
 
 
 def evaluator(function: TimeFunction | None, base: str | Path = ".") -> Factor:
@@ -116,19 +195,45 @@ def evaluator(function: TimeFunction | None, base: str | Path = ".") -> Factor:
             return Wave(function.frequency, function.amplitude, function.phase)
         case Table():
             times, values = np.array(function.points, dtype=float).T
-            return Piecewise(times, values)
+            return Piecewise(times, values, function.repeats)
+        case Pulse():
+            return Pulses(function)
         case Record():
-            times, values = read_record(Path(base) / function.path)
-            return Piecewise(times, function.scale * values)
+            times, values = read_record(Path(base) / function.path, function.column)
+            time_unit, unit = (
+                1.0 if name is None else si_factor(name) for name in (function.time_unit, function.unit)
+            )
+            return Piecewise(time_unit * times, function.scale * unit * values, function.repeats)
 
 
-def read_record(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Times [s] and values of a CSV file of two columns; ``#`` and one line of titles are skipped.
+def endless(function: TimeFunction | None) -> bool:
+    """Whether a time function never comes to an end."""
+    match function:
+        case Sine():
+            return True
+        case Table() | Record():
+            return function.repeats
+        case Pulse():
+            return function.every is not None and function.count is None
+        case _:
+            return False
+
+
+def read_record(path: Path, column: str | None = None) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Times and values of a CSV file of two columns; ``#`` and one line of titles are skipped.
+
+    Parameters
+    ----------
+    path : Of the file.
+    column : Title of the column of values; the file then has a line of titles, and as many columns.
 
     Raises
     ------
-    SceneError : A file that is no text, any other line that is not two numbers, times that do not increase.
+    SceneError : A file that is no text, any other line that is not two numbers, times that do not increase,
+        or no such column.
     """
+    if column is not None:
+        return _read_column(path, column)
     rows: list[tuple[float, float]] = []
     titled = False
     try:
@@ -152,6 +257,43 @@ def read_record(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
             rows.append(row)
     if not rows:
         raise SceneError(f"{path}: holds no numbers; expected two columns, time [s] and value")
+    times, values = np.array(rows).T
+    return times, values
+
+
+def _read_column(path: Path, column: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The first column and the one with a title."""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise SceneError(f"{path}: cannot be read; expected a CSV file with a line of titles") from error
+    titles: list[str] = []
+    rows: list[tuple[float, float]] = []
+    for number, line in enumerate(text.splitlines(), start=1):
+        words = line.partition("#")[0].strip()
+        if not words:
+            continue
+        cells = [cell.strip().strip('"') for cell in (words.split(";") if ";" in words else words.split(","))]
+        if not titles:
+            titles = cells
+            if column not in titles[1:]:
+                known = ", ".join(f"'{title}'" for title in titles[1:]) or "several"
+                raise SceneError(
+                    f"{path}, line {number}: no column '{column}', expected one of {known} after "
+                    "that of the time; correct the key 'column'"
+                )
+            continue
+        row = _row([cells[0], cells[titles.index(column)]]) if len(cells) == len(titles) else None
+        if row is None:
+            expected = f"{len(titles)} cells, with finite numbers for the time and for '{column}'"
+            raise SceneError(f"{path}, line {number}: {shown(line)}, expected {expected}; correct it")
+        if rows and row[0] <= rows[-1][0]:
+            raise SceneError(
+                f"{path}, line {number}: time {row[0]:g} after {rows[-1][0]:g}, expected increasing times"
+            )
+        rows.append(row)
+    if not rows:
+        raise SceneError(f"{path}: holds no numbers; expected a line of titles and lines of numbers")
     times, values = np.array(rows).T
     return times, values
 

@@ -324,3 +324,32 @@ def test_two_strips_that_are_bonded_bend_as_bimetal_does():
     curvature = 1.5 * STRAIN / (2 * thick)
     assert moved[1] == pytest.approx(curvature * length**2 / 2, rel=1e-2)
     assert moved[0] == pytest.approx(STRAIN / 2 * length, rel=1e-2)  # where they meet both have half of it
+
+
+def test_a_material_is_heated_among_the_blocks_that_are_named():
+    warm = Material(density=2000.0, young=YOUNG, poisson=POISSON, thermal_expansion=EXPANSION)
+    plain = Material(density=2000.0, young=YOUNG, poisson=POISSON)
+    parts = tuple(
+        BlockStructure(name=name, material=own, size=SIZE[:2], position=(2.0 * SIZE[0] * place, 0.0),
+                       mesh=MeshSettings(divisions=(1, 1)))
+        for place, (name, own) in enumerate({"a": "warm", "b": "plain"}.items())
+    )  # fmt: skip
+
+    def heated(**keys: Any) -> dict[str, np.ndarray]:
+        probes = tuple(
+            Probe(name=part.name, block=part.name, point=(part.position[0] + SIZE[0], 0.0)) for part in parts
+        )
+        held = tuple(Support(on=f"{part.name}/{face}", components=(axis,))
+                     for part in parts for face, axis in (("left", "x"), ("bottom", "y")))  # fmt: skip
+        loads = Loads(temperatures=(Temperature(change=CHANGE, **keys),))
+        materials = {"warm": warm, "plain": plain}
+        made = bar(
+            (), 2, warm, materials=materials, structures=parts, supports=held, probes=probes, loads=loads
+        )
+        return made.march.report.probes
+
+    moved = heated(material="warm")
+    assert moved["a"][0] == pytest.approx(STRAIN * SIZE[0], rel=1e-9)
+    assert abs(moved["b"][0]) <= 1e-12 * STRAIN
+    with pytest.raises(SceneError, match=r"material = 'warm' is that of no free block among 'b'"):
+        heated(on="b", material="warm")

@@ -10,20 +10,19 @@ goes on with those that have not.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import msgspec
 import numpy as np
 from msgspec import structs
 
+from masonry_fem.analyses.run.envelope_table import write_envelope
 from masonry_fem.analyses.run.stages import GOOD
 from masonry_fem.build import Built, build
 from masonry_fem.build.strengths import strengths_of
-from masonry_fem.host.atomic import write_table
 from masonry_fem.output.checkpoint import CHECKPOINT, Checkpoint, read_checkpoint, write_checkpoint
 from masonry_fem.output.folder import Folder, refuse_busy, telling_end
 from masonry_fem.records.remark import gathered
@@ -33,8 +32,6 @@ from masonry_fem.results.combinations import (
     CombinationTold,
     Effects,
     EffectsTold,
-    Envelope,
-    Extremes,
     combinations_told,
     envelope,
 )
@@ -108,7 +105,7 @@ def run_combinations(
         assert shown is not None
         number = _shown(told)
         found = envelope(effects) if effects else None
-        files += [out / "as_run.toml", _table(out / TABLE, found)]
+        files += [out / "as_run.toml", write_envelope(out / TABLE, found, "combination")]
         summary = structs.replace(
             shown.summary, title=scene.title, combinations=combinations_told(told, found, told[number].name),
             message=f"Combination '{told[number].name}': {told[number].message}",
@@ -164,28 +161,3 @@ def _effects(scene: specs.Scene, name: str, result: RunResult) -> Effects:
     used = np.where(np.isnan(local), mean, local)
     supports = dict(made.report.support_resultants)
     return Effects(name, columns["block"], used, tension, compression, supports)
-
-
-def _table(path: Path, found: Envelope | None) -> Path:
-    """Write the envelope, one line for each extreme."""
-    titles = ("of", "name", "quantity", "value", "combination")
-    return write_table(path, titles, () if found is None else _lines(found))
-
-
-def _lines(found: Envelope) -> Iterator[tuple[Any, ...]]:
-    def of_stones(quantity: str, extremes: Extremes) -> Iterator[tuple[Any, ...]]:
-        for name, value, by in zip(
-            extremes.names, extremes.value.tolist(), extremes.combination, strict=True
-        ):
-            if not math.isnan(value):
-                yield "stone", name, quantity, value, by
-
-    yield from of_stones("utilisation [-]", found.utilisation)
-    yield from of_stones("mean_sigma_3 [Pa]", found.compression)
-    yield from of_stones("mean_sigma_1 [Pa]", found.tension)
-    for support, pair in found.supports.items():
-        for end, extremes in zip(("least", "greatest"), pair, strict=True):
-            for axis, value, by in zip(
-                extremes.names, extremes.value.tolist(), extremes.combination, strict=True
-            ):
-                yield "support", support, f"{end}_{axis}", value, by

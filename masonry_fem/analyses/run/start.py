@@ -136,7 +136,7 @@ def _needing(made: March, motion: Mechanism, impulse: FloatArray) -> Start:
     from masonry_fem.limit.prestress import least_prestress  # noqa: PLC0415
 
     try:
-        forces = external_forces(made.model, made.state.time)
+        forces = external_forces(made.model, made.state.time, made.state.bodies)
         # what runs off is looked at where it was
         bodies = made.state.bodies if made.outcome == "equilibrium" else made.last.before.bodies
         problem = limit_problem(made.model, forces, bodies=bodies)

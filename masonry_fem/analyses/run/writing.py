@@ -17,6 +17,7 @@ from msgspec import structs
 from masonry_fem.analyses.run.asked import answered, limits_of
 from masonry_fem.analyses.run.combinations import run_combinations
 from masonry_fem.analyses.run.keeping import Keeper
+from masonry_fem.analyses.run.places import PlacesTable
 from masonry_fem.analyses.run.reopening import begun
 from masonry_fem.analyses.run.response import responded
 from masonry_fem.analyses.run.result import RunResult
@@ -174,7 +175,8 @@ def _prepared(order: _Order, remarks: list[Remark]) -> _Job:
     _check_step(order.save_contact, scene.analysis.steps)
     refuse_busy(out)  # before the work of building
     built, start = begun(scene, build(scene, base, order.before), base)
-    made = _recorders(scene, built, out)
+    places = PlacesTable(scene, built, out) if scene.loads.moving else None
+    made = _recorders(scene, built, out, places)
     limits = limits_of(scene, built)
     going_on = None
     if checkpoint is not None and checkpoint.standing is not None:
@@ -186,7 +188,7 @@ def _prepared(order: _Order, remarks: list[Remark]) -> _Job:
             )
         remarks[:] = checkpoint.remarks  # has what building it remarked on already
     keeper = Keeper.of(order.scene, base, out, made, remarks)
-    return _Job(order, scene, built, start, limits, going_on, made, keeper, remarks)
+    return _Job(order, scene, built, start, limits, going_on, made, keeper, remarks, places)
 
 
 @dataclass(slots=True)
@@ -199,6 +201,7 @@ class _Job:
     start : State that it starts from; None: at rest in the reference.
     limits : What limit analysis says of it. going_on : Where the march goes on.
     recorders, keeper : Write results, and checkpoints. remarks : Made so far; grows.
+    places : Tables of a load that moves; None: none does.
     figures : The summary as far as it is known.
     """
 
@@ -211,6 +214,7 @@ class _Job:
     recorders: Recorders
     keeper: Keeper | None
     remarks: list[Remark]
+    places: PlacesTable | None
     figures: Summary | None = field(default=None, init=False)
 
     def done(self) -> RunResult:
@@ -227,6 +231,9 @@ class _Job:
         files = recorders.close(result.summary) + self._saved_problem(kept)
         result, more = responded(self.scene, out, result, draws=draws)
         files += more
+        if self.places is not None:
+            result, more = self.places.told(result, draws=draws)
+            files += more
         clock.lap("output")
         seconds = dict(result.summary.seconds)
         seconds["output"] = round(seconds["output"] + clock.phases["output"], 4)
@@ -306,13 +313,15 @@ def _check_step(save_contact: int | None, steps: int) -> None:
         raise MasonryError(f"step to save is {save_contact!r}, expected {expected} of this analysis")
 
 
-def _recorders(scene: specs.Scene, built: Built, out: Path) -> Recorders:
+def _recorders(scene: specs.Scene, built: Built, out: Path, places: PlacesTable | None) -> Recorders:
     statics = not scene.analysis.inertia
     strengths, asked = strengths_of(scene, built.stones), scene.output
     if asked.stones is None:
         asked = structs.replace(asked, stones=strengths is not None or asked.report)
     request = Request(out, scene.title, asked, statics, built.stones.material, strengths)
     always: list[Recorder] = [_progress(scene), History(out)]
+    if places is not None:
+        always.append(places)
     if scene.ties:
         always.append(TieTable(out))
     return Recorders([*always, *recorders(request)], asked.every)

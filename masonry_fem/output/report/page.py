@@ -35,6 +35,7 @@ PICTURES = {
     "utilisation.png": "What share of its strength the stone uses",
     "thrust.png": "Thrust: how forces pass through the stones",
     "mechanism.png": "How it falls",
+    "places.png": "What the moving load leads to, place by place",
     "response.png": "How far probes went, and response spectra",
     "opening.png": "Cracks: how far joints have opened",
     "sliding.png": "How far joints have slid",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from masonry_fem.bodies.base import Scheme
 from masonry_fem.records.record import FilePath, Spec
@@ -23,9 +23,12 @@ class Strategy(Spec, frozen=True, kw_only=True, tag_field="kind"):
     ----------
     start : results folder of another run of the same stones (``output.checkpoint_steps``), whose end is
         [where this one begins](histories.md); loads that this scene lacks go evenly over the steps of statics
+    new_stones : where stones begin that were not there before, in a run with ``start`` or a stage: in their
+        ``reference`` places, or ``moved`` as the stones are that they touch; without stress in both cases
     """
 
     start: FilePath | None = None
+    new_stones: Literal["reference", "moved"] = "reference"
 
     @property
     @abstractmethod
@@ -45,6 +48,15 @@ class Strategy(Spec, frozen=True, kw_only=True, tag_field="kind"):
     def ramp(self) -> float:
         """Time by which motions without a function of time have come to their end [s]."""
         return self.end
+
+    @property
+    def loading(self) -> Strategy:
+        """What brings the loads on, without what comes after that."""
+        return self
+
+    def travelled(self, time: float) -> float:
+        """Share of its way that a load which moves has gone by then, without a speed of its own."""
+        return 0.0
 
     @property
     def parts(self) -> int:

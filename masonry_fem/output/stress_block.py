@@ -230,7 +230,9 @@ def _largest(corners: FloatArray, centre: FloatArray) -> FloatArray:
         matrix = _cut_line(corners[rows], values) / np.linalg.norm(slope, axis=1)[:, None, None]
         ridge = 1e-12 * np.maximum(np.trace(matrix, axis1=1, axis2=2), area)[:, None, None] * np.eye(2)
         change = np.linalg.solve(matrix + ridge, -first[:, :, None])[:, :, 0]
-        return change, np.linalg.norm(first, axis=1) <= TOLERANCE * area
+        # a line beside the polygon tells the direction only
+        far = np.linalg.norm(change, axis=1) / np.linalg.norm(slope, axis=1)
+        return change / np.maximum(far, 1.0)[:, None], np.linalg.norm(first, axis=1) <= TOLERANCE * area
 
     outwards = centre / np.linalg.norm(centre, axis=1)[:, None]
     reach = np.einsum("ika,ia->ik", corners, outwards).max(axis=1)

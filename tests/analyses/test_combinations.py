@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import os
-import signal
 from pathlib import Path
 
 import pytest
@@ -263,12 +261,16 @@ def test_a_run_that_is_cut_goes_on_with_what_is_not_done(more, at, tmp_path, mon
         resume(tmp_path / "cut")
 
 
+def ctrl_c(_):
+    raise KeyboardInterrupt
+
+
 def test_a_kill_before_the_envelope_is_written_loses_nothing(tmp_path, monkeypatch):
     """All are done: only the one that the summary is of is run once more."""
     scene = loads(WALL.format(fidelity="rigid", loads=CASES), ["combinations.1.factors.quake=9.0"])
     run(scene, tmp_path / "whole")
     with monkeypatch.context() as patched:
-        patched.setattr(module, "envelope", lambda effects: os.kill(os.getpid(), signal.SIGINT))
+        patched.setattr(module, "envelope", ctrl_c)
         with pytest.raises(KeyboardInterrupt):
             run(scene, tmp_path / "cut")
     stamps = {name: (tmp_path / "cut" / name / "stones.csv").stat().st_mtime_ns for name in ("own", "roofed")}
@@ -280,7 +282,7 @@ def test_a_kill_before_the_envelope_is_written_loses_nothing(tmp_path, monkeypat
 
 def test_another_analysis_of_those_that_are_left_is_refused(tmp_path, monkeypatch):
     scene = loads(WALL.format(fidelity="rigid", loads=CASES), ["analysis={kind='statics', load_steps=2}"])
-    monkeypatch.setattr(module, "envelope", lambda effects: os.kill(os.getpid(), signal.SIGINT))
+    monkeypatch.setattr(module, "envelope", ctrl_c)
     with pytest.raises(KeyboardInterrupt):
         run(scene, tmp_path)
     with pytest.raises(

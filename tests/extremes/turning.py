@@ -23,6 +23,7 @@ from scipy.spatial.transform import Rotation
 from masonry_fem.analyses.run import RunResult, solve_scene
 from masonry_fem.build import model as building
 from masonry_fem.build.stones import Stones, meshed
+from masonry_fem.host.phases import At
 from masonry_fem.scene.specs import Loads, Motion, Scene
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.pose import Pose
@@ -49,8 +50,8 @@ def solve_turned(scene: Scene, rotation: FloatArray, base: Path = Path()) -> Run
 def turned(rotation: FloatArray) -> Iterator[None]:
     """All stones that are meshed meanwhile are turned about the origin."""
 
-    def meshed_and_turned(stones: Stones, before: Stones | None = None) -> Stones:
-        made = meshed(stones, before)
+    def meshed_and_turned(stones: Stones, before: Stones | None = None, at: At | None = None) -> Stones:
+        made = meshed(stones, before, at)
         return replace(made, assembly=_assembly(made.assembly, rotation))
 
     with patch.object(building, "meshed", meshed_and_turned):

@@ -101,6 +101,11 @@ RUNS = {
          "probes=[{name='top', block='it.b2', point=[0.5, 2.0]}]", "fidelity='elastic'"],
         "finished",
     ),
+    "crossing": (
+        ["analysis={kind='crossing', places=3}",
+         "loads.moving=[{on='it.b2/top', path=[[0.0, 2.0], [1.0, 2.0]], vector=[0.0, -1e3], spread=0.1}]"],
+        "equilibrium",
+    ),
     "elastic": (["fidelity='elastic'", "output.contact_error=true"], "equilibrium"),
     "reduced": (["fidelity='reduced'"], "equilibrium"),
     "inelastic": (["fidelity='inelastic'", YIELDING], "equilibrium"),

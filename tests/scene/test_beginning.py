@@ -66,7 +66,7 @@ def test_every_key_is_explained_by_its_path():
         ("structures.wall", 'example:\n    kind = "wall"'),
         ("wall", "structures.wall: Wall of"),
         ("[design]", "material_factor: a number > 0; default 1.0\n    by which strengths"),
-        ("analysis", "kinds: dynamics, equilibrium, path, statics"),
+        ("analysis", "kinds: crossing, dynamics, equilibrium, path, statics"),
         ("output.stones", "stones.csv (docs/results.md#stonescsv)"),
     ],
 )

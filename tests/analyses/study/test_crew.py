@@ -120,7 +120,9 @@ def test_what_lacked_memory_has_another_attempt_alone(monkeypatch, tmp_path: Pat
         def __init__(self, log: Path) -> None:
             self.log = log
 
-        def compute(self, cell: Cell, base: Path, folder: Path, limit: float | None) -> dict[str, object]:
+        def compute(
+            self, cell: Cell, base: Path, folder: Path, limit: float | None, task: str
+        ) -> dict[str, object]:
             running.append(cell.key)
             together.append(len(running))
             time.sleep(0.2)
@@ -140,7 +142,7 @@ def test_what_lacked_memory_has_another_attempt_alone(monkeypatch, tmp_path: Pat
     assert max(together) == 2
 
 
-def test_compilation_is_not_the_cost_of_the_cell_that_is_first(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_compilation_is_not_the_cost_of_the_cell_that_is_first() -> None:
     def busy(seconds: float) -> None:
         end = time.process_time() + seconds
         while time.process_time() < end:
@@ -154,7 +156,6 @@ def test_compilation_is_not_the_cost_of_the_cell_that_is_first(monkeypatch: pyte
                 busy(0.1)
         return {}
 
-    monkeypatch.setattr(worker, "_run", run)
-    _, cpu, compiled = worker._timed(None, Path())
+    _, cpu, compiled = worker._timed(run, None, Path())
     assert compiled == pytest.approx(0.2, abs=0.02)
     assert cpu == pytest.approx(0.05, abs=0.02)

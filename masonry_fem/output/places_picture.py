@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from masonry_fem.host.atomic import write_atomic
+from masonry_fem.output.chart import COLOURS, blank, frame, save
 from masonry_fem.output.history import AXES
 from masonry_fem.output.sheet import INK, PALE, prefix_of
 
-GRID = "#dfe3e7"
-COLOURS = ("#0b6e99", "#d1603d", "#5f8f3e", "#7b5ea7", "#b8860b", "#3d3d3d")
 PANEL = (9.0, 2.9)  # [inch]
 ZERO = 1e-9  # of the greatest force: a component with less is left out
 
@@ -27,13 +24,9 @@ def draw_places(path: Path, title: str, rows: Sequence[Mapping[str, Any]], dimen
     path : Of the picture. title : Of the scene. rows : Lines of ``places.csv`` at which all stood, in turn.
     dimension : Of the scene.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415 - half a second
-    from matplotlib.figure import Figure  # noqa: PLC0415
-
     panels = [*_reactions(rows, dimension), *_stones(rows), *_joints(rows)]
     tall = PANEL[1] * len(panels) + 0.6
-    figure = Figure(figsize=(PANEL[0], tall), dpi=110, facecolor="white")
-    FigureCanvasAgg(figure)
+    figure = blank(PANEL[0], tall)
     axes = np.ravel(figure.subplots(len(panels), 1, sharex=True, squeeze=False))
     places = _column(rows, "place [m]")
     for axis, (heading, unit, lines) in zip(axes, panels, strict=True):
@@ -44,14 +37,15 @@ def draw_places(path: Path, title: str, rows: Sequence[Mapping[str, Any]], dimen
             axis.plot(places, values / factor, "o-", ms=3.5, lw=1.5, color=colour, label=name)
         axis.set_title(heading, fontsize=11.5, color=INK, loc="left", weight="bold")
         axis.set_ylabel(f"[{prefix}{unit}]" if unit else "[-]", fontsize=9.5, color=PALE)
-        _frame(axis, len(lines) > 1)
+        frame(axis)
+        if len(lines) > 1:
+            axis.legend(
+                frameon=False, fontsize=9, labelcolor=INK, loc="center left", bbox_to_anchor=(1.0, 0.5)
+            )
     axes[-1].set_xlabel("place of the first axle along its path [m]", fontsize=9.5, color=PALE)
     figure.suptitle(title or "a load that moves", x=0.012, ha="left", fontsize=14, weight="bold", color=INK)
     figure.tight_layout(rect=(0, 0, 1, 1 - 0.25 / tall), h_pad=1.4)
-    content = io.BytesIO()
-    figure.savefig(content)
-    write_atomic(path, content.getvalue())
-    return path
+    return save(figure, path)
 
 
 Panel = tuple[str, str, dict[str, np.ndarray]]
@@ -100,15 +94,3 @@ def _joints(rows: Sequence[Mapping[str, Any]]) -> list[Panel]:
         if lines:
             found.append((heading, "", lines))
     return found
-
-
-def _frame(panel: Any, legend: bool) -> None:
-    for side in ("top", "right"):
-        panel.spines[side].set_visible(False)
-    for side in ("left", "bottom"):
-        panel.spines[side].set_color(PALE)
-    panel.grid(which="major", color=GRID, lw=0.8)
-    panel.tick_params(which="both", colors=PALE, labelsize=9)
-    panel.set_axisbelow(True)
-    if legend:
-        panel.legend(frameon=False, fontsize=9, labelcolor=INK, loc="center left", bbox_to_anchor=(1.0, 0.5))

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from masonry_fem.host.atomic import write_atomic
+from masonry_fem.output.chart import COLOURS, blank, frame, head, save
 from masonry_fem.output.history import AXES
 from masonry_fem.output.response import ProbeMotion, ResponseTold
 from masonry_fem.output.sheet import INK, PALE, prefix_of, quantity
@@ -17,8 +16,6 @@ from masonry_fem.output.sheet import INK, PALE, prefix_of, quantity
 if TYPE_CHECKING:
     from masonry_fem.output.spectrum import Spectrum
 
-GRID = "#dfe3e7"
-COLOURS = ("#0b6e99", "#d1603d", "#5f8f3e", "#7b5ea7", "#b8860b", "#3d3d3d")
 DASHES = ("--", ":", "-.")  # of accelerograms on the same axis
 SMALL = 1e-6  # of the greatest displacement: an axis with less is left out
 TIME = "time [s]"
@@ -40,31 +37,20 @@ def draw_response(
     spectra : By the names of motions, as in ``spectra.csv``; may be empty.
     clock : What goes on from step to step, with its unit.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415 - half a second
-    from matplotlib.figure import Figure  # noqa: PLC0415
-
     kept = sorted(sorted(range(len(told)), key=lambda k: -told[k].greatest)[: len(COLOURS)])
     names, axes = AXES[len(told[0].peak)], _axes(told, spectra)
     columns = 2 if spectra else 1
     tall = PANEL[1] * len(axes) + 1.3
-    figure = Figure(figsize=(PANEL[0] * columns, tall), dpi=110, facecolor="white")
-    FigureCanvasAgg(figure)
+    figure = blank(PANEL[0] * columns, tall)
     panels = figure.subplots(len(axes), columns, squeeze=False)
     for line, number in zip(panels, axes, strict=True):
         _ways(line[0], number, names[number], [motions[k] for k in kept], [told[k] for k in kept], clock)
         if spectra:
             _spectra(line[1], names[number], [motions[k].name for k in kept], spectra)
     figure.tight_layout(rect=(0, 0.38 / tall, 1, 1 - 0.82 / tall), h_pad=1.6, w_pad=2.2)
-    figure.text(
-        0.012, 1 - 0.26 / tall, title or "response", fontsize=14, weight="bold", color=INK, va="center"
-    )
-    words = _caption(len(kept), len(told), spectra, clock)
-    figure.text(0.012, 1 - 0.58 / tall, words, fontsize=9, color=PALE, va="center")
+    head(figure, title or "response", _caption(len(kept), len(told), spectra, clock))
     _legend(figure, [motions[k].name for k in kept], spectra)
-    content = io.BytesIO()
-    figure.savefig(content)
-    write_atomic(path, content.getvalue())
-    return path
+    return save(figure, path)
 
 
 def _axes(told: Sequence[ResponseTold], spectra: Mapping[str, Spectrum]) -> list[int]:
@@ -96,16 +82,6 @@ def _of_ground(spectra: Mapping[str, Spectrum], axis: str) -> list[str]:
     return [name for name in spectra if name.startswith("accelerograms.") and name.endswith(f".{axis}")]
 
 
-def _frame(panel: Any) -> None:
-    for side in ("top", "right"):
-        panel.spines[side].set_visible(False)
-    for side in ("left", "bottom"):
-        panel.spines[side].set_color(PALE)
-    panel.grid(which="major", color=GRID, lw=0.8)
-    panel.tick_params(which="both", colors=PALE, labelsize=9)
-    panel.set_axisbelow(True)
-
-
 def _ways(
     panel: Any, number: int, name: str, motions: Sequence[ProbeMotion], told: Sequence[ResponseTold],
     clock: str,
@@ -115,7 +91,7 @@ def _ways(
     for colour, motion, one in zip(COLOURS, motions, told, strict=False):
         panel.plot(motion.times, motion.relative[:, number] / factor, color=colour, lw=1.2)
         panel.plot(one.peak_time[number], one.peak[number] / factor, "o", ms=5.5, color=colour, mec="white")
-    _frame(panel)
+    frame(panel)
     panel.margins(x=0.0, y=0.1)
     low, high = panel.get_ylim()
     residual = np.array([one.residual[number] for one in told])
@@ -150,7 +126,7 @@ def _spectra(panel: Any, name: str, probes: Sequence[str], spectra: Mapping[str,
         drawn.append((spectra[record], INK, DASHES[place % len(DASHES)]))
     for one, colour, dash in drawn:
         panel.plot(one.periods, one.accelerations, color=colour, ls=dash, lw=1.4)
-    _frame(panel)
+    frame(panel)
     panel.set_xscale("log")
     tops = [float(np.nanmax(one.accelerations)) for one, _, _ in drawn]
     if max(tops, default=0.0) > 0:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -12,14 +11,12 @@ from numpy.typing import NDArray
 
 from masonry_fem.analyses.incremental.fragility import Fragility
 from masonry_fem.analyses.incremental.outputs import intensities
-from masonry_fem.host.atomic import write_atomic
+from masonry_fem.output.chart import COLOURS, blank, frame, head, save
 from masonry_fem.output.sheet import INK, PALE
 from masonry_fem.results.incremental import IncrementalTold, ShakenTold
 
 FloatArray = NDArray[np.float64]
 
-GRID = "#dfe3e7"
-COLOURS = ("#0b6e99", "#d1603d", "#5f8f3e", "#7b5ea7", "#b8860b", "#3d3d3d")
 NAMED = 12  # records: of more none is named
 SHARES = ((0.16, ":"), (0.5, "-"), (0.84, "--"))  # of the records that ask for less
 LEAST = 5  # records, of which these are drawn
@@ -126,32 +123,15 @@ def _shares(panel: Any, curves: dict[str, tuple[FloatArray, FloatArray]], edge: 
 
 
 def _figure(panels: int) -> tuple[Any, list[Any]]:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415 - half a second
-    from matplotlib.figure import Figure  # noqa: PLC0415
-
-    figure = Figure(figsize=(7.6, 4.2 * panels + 0.6), dpi=110, facecolor="white")
-    FigureCanvasAgg(figure)
+    figure = blank(7.6, 4.2 * panels + 0.6)
     found = list(figure.subplots(panels, 1, squeeze=False)[:, 0])
     for panel in found:
-        for side in ("top", "right"):
-            panel.spines[side].set_visible(False)
-        for side in ("left", "bottom"):
-            panel.spines[side].set_color(PALE)
-        panel.grid(which="major", color=GRID, lw=0.8)
-        panel.tick_params(which="both", colors=PALE, labelsize=9)
-        panel.set_axisbelow(True)
+        frame(panel)
     return figure, found
 
 
 def _written(figure: Any, path: Path, title: str, words: str) -> Path:
     top = 1 - 0.75 / figure.get_figheight()
     figure.tight_layout(rect=(0, 0, 1, top))
-    tall = figure.get_figheight()
-    figure.text(
-        0.012, 1 - 0.26 / tall, title or "records", fontsize=14, weight="bold", color=INK, va="center"
-    )
-    figure.text(0.012, 1 - 0.56 / tall, words, fontsize=9, color=PALE, va="center")
-    content = io.BytesIO()
-    figure.savefig(content)
-    write_atomic(path, content.getvalue())
-    return path
+    head(figure, title or "records", words)
+    return save(figure, path)

@@ -8,7 +8,6 @@ the reference than this error are hollow.
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,13 +16,12 @@ from typing import TYPE_CHECKING, Any
 from masonry_fem.analyses.study.pareto import Point
 from masonry_fem.analyses.study.target import Target
 from masonry_fem.analyses.study.variation import Variation
-from masonry_fem.host.atomic import write_atomic
+from masonry_fem.output.chart import COLOURS, blank, frame, head, save
+from masonry_fem.output.sheet import INK, PALE
 
 if TYPE_CHECKING:
     from masonry_fem.analyses.study.sweep import Study
 
-INK, PALE, GRID = "#1d2126", "#5d6670", "#dfe3e7"
-COLOURS = ("#0b6e99", "#d1603d", "#5f8f3e", "#7b5ea7", "#b8860b", "#3d3d3d")
 MARKS = ("o", "s", "^", "D", "v", "P")
 FLOOR = 1e-8  # errors below are rounding
 NEAR = 0.1  # of what the reference may be off: distances from it below that tell nothing
@@ -46,14 +44,10 @@ def draw(study: Study, path: Path) -> Path:
     study : The study.
     path : The picture.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415 - half a second
-    from matplotlib.figure import Figure  # noqa: PLC0415
-
     telling = _telling(study)
     columns = min(2, len(telling))
     lines = math.ceil(len(telling) / columns)
-    figure = Figure(figsize=(PANEL[0] * columns, PANEL[1] * lines + 1.1), dpi=110, facecolor="white")
-    FigureCanvasAgg(figure)
+    figure = blank(PANEL[0] * columns, PANEL[1] * lines + 1.1)
     axes = figure.subplots(lines, columns, squeeze=False).ravel()
     marks = _Marks.of(study.vary)
     for axis, (target, points) in zip(axes, telling, strict=False):
@@ -66,10 +60,7 @@ def draw(study: Study, path: Path) -> Path:
     figure.canvas.draw()
     for axis, (_, points) in zip(axes, telling, strict=False):
         _label(axis, points, marks)
-    content = io.BytesIO()
-    figure.savefig(content)
-    write_atomic(path, content.getvalue())
-    return path
+    return save(figure, path)
 
 
 def _telling(study: Study) -> list[tuple[Target, list[Point]]]:
@@ -138,13 +129,7 @@ def tail(key: str) -> str:
 def _panel(axis: Any, target: Target, points: Sequence[Point], marks: _Marks, accuracy: float) -> None:
     axis.set_xscale("log")
     axis.set_yscale("log")
-    for side in ("top", "right"):
-        axis.spines[side].set_visible(False)
-    for side in ("left", "bottom"):
-        axis.spines[side].set_color(PALE)
-    axis.grid(which="major", color=GRID, lw=0.8)
-    axis.tick_params(which="both", colors=PALE, labelsize=9)
-    axis.set_axisbelow(True)
+    frame(axis)
     axis.yaxis.set_major_formatter(lambda value, _: f"{100 * value:g} %")
     axis.yaxis.set_minor_formatter(lambda value, _: _minor(100 * value, axis.get_ylim(), " %"))
     axis.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
@@ -232,23 +217,20 @@ def _head(figure: Any, study: Study, marks: _Marks) -> None:
     """Title, what labels say, and the legend of colours."""
     from matplotlib.lines import Line2D  # noqa: PLC0415
 
-    tall = figure.get_figheight()
-    figure.text(
-        0.012, 1 - 0.26 / tall, study.title or "study", fontsize=14, weight="bold", color=INK, va="center"
-    )
     parts = [" · ".join(tail(one.key) for one in marks.rest)] if marks.rest else []
     words = [f"labels: {parts[0]}"] if parts else []
     words += [
         "line up: bound of the true error",
         "star: the reference, at what it may be off; hollow: the same",
     ]
-    figure.text(0.012, 1 - 0.58 / tall, ";  ".join(words), fontsize=9, color=PALE, va="center")
+    head(figure, study.title or "study", ";  ".join(words))
     handles = [
         Line2D([], [], marker=mark, ls="none", color=colour, ms=7, label=text)
         for colour, mark, text in marks.legend()
     ]
     if handles:
         figure.legend(
-            handles=handles, loc="upper right", bbox_to_anchor=(0.995, 1 - 0.1 / tall), ncols=len(handles),
+            handles=handles, loc="upper right", bbox_to_anchor=(0.995, 1 - 0.1 / figure.get_figheight()),
+            ncols=len(handles),
             frameon=False, fontsize=9.5, handletextpad=0.2, columnspacing=1.2, labelcolor=INK,
         )  # fmt: skip

@@ -4,9 +4,10 @@
 
 Blocks are the ``*ELSET`` of solids where these are at least two, have no element in common and leave none
 out; otherwise the sets that ``*ELEMENT, ELSET=`` names. Faces of ``*SURFACE, TYPE=ELEMENT`` have its name.
-Parts are placed as their ``*INSTANCE`` says. Materials, steps and boundary conditions are not read.
+Parts are placed as their ``*INSTANCE`` says. ``*INCLUDE`` brings the lines of files in the same folder or
+below. Materials, steps and boundary conditions are not read.
 Serendipity elements (C3D20, CPS8) get the nodes in the middle of faces and of the body that they lack,
-where their functions put them.
+where their functions put them. Wedges (C3D6) are divided into three tetrahedra.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from masonry_fem.solid.pose import FloatArray
 KINDS = {  # kind and number of nodes, by dimension and by how a type's name begins, the longest first
     3: {
         "C3D20": ("hexahedron20", 20), "C3D10": ("tetra10", 10), "C3D8": ("hexahedron", 8),
-        "C3D4": ("tetra", 4),
+        "C3D6": ("wedge", 6), "C3D4": ("tetra", 4),
     },
     2: {
         prefix + number: kind
@@ -39,6 +40,7 @@ KINDS = {  # kind and number of nodes, by dimension and by how a type's name beg
 FACES = {  # corners of faces S1, S2 ..., as both programs number them
     "tetra": ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)),
     "hexahedron": ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0)),
+    "wedge": ((0, 1, 2), (3, 5, 4), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)),
     "triangle": ((0, 1), (1, 2), (2, 0)),
     "quad": ((0, 1), (1, 2), (2, 3), (3, 0)),
 }
@@ -47,6 +49,16 @@ HEX_FACES = (
     (0, 3, 7, 4, 11, 19, 15, 16), (1, 2, 6, 5, 9, 18, 13, 17), (0, 1, 5, 4, 8, 17, 12, 16),
     (3, 2, 6, 7, 10, 18, 14, 19), (0, 1, 2, 3, 8, 9, 10, 11), (4, 5, 6, 7, 12, 13, 14, 15),
 )  # fmt: skip
+
+# a wedge by the corner that shall be its first, and its tetrahedra by the diagonal of the far face
+TURNS = np.array([
+    (0, 1, 2, 3, 4, 5), (1, 2, 0, 4, 5, 3), (2, 0, 1, 5, 3, 4),
+    (3, 5, 4, 0, 2, 1), (4, 3, 5, 1, 0, 2), (5, 4, 3, 2, 1, 0),
+])  # fmt: skip
+TETRAHEDRA = np.array([
+    ((0, 1, 2, 5), (0, 1, 5, 4), (0, 4, 5, 3)),
+    ((0, 1, 2, 4), (0, 4, 2, 5), (0, 4, 5, 3)),
+])  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,16 +85,19 @@ class _Part:
     own: dict[str, list[int]] = field(default_factory=dict)  # sets that *ELEMENT names
     sets: dict[str, list[int | str]] = field(default_factory=dict)
     surfaces: dict[str, list[tuple[str, str]]] = field(default_factory=dict)
+    unknown: dict[str, str] = field(
+        default_factory=dict
+    )  # types that are not read, and the first line of each
 
 
 @dataclass(frozen=True, slots=True)
 class _Card:
-    """A keyword with its options, the lines under it, and the number of its line."""
+    """A keyword with its options, the lines under it, and where it stands."""
 
     word: str
     options: dict[str, str]
     rows: list[list[str]]
-    line: int
+    line: str
 
     def named(self, option: str, title: str) -> str:
         if option not in self.options:
@@ -103,7 +118,7 @@ def read_abaqus(path: Path, dimension: int, title: str) -> Read:
     ------
     GeometryError : A line that cannot be read, solids of a kind that is not known, several kinds in a block.
     """
-    cards = list(_cards(path.read_text(encoding="utf-8", errors="replace")))
+    cards = list(_cards(path, title))
     points: list[FloatArray] = []
     parts: list[tuple[str, Elements]] = []
     named: dict[tuple[int, ...], str] = {}
@@ -126,24 +141,71 @@ def read_abaqus(path: Path, dimension: int, title: str) -> Read:
     return Read(np.concatenate(points), parts, named)
 
 
-def _cards(text: str) -> Iterator[_Card]:
+def _cards(path: Path, title: str) -> Iterator[_Card]:
     """The cards of a file."""
     card: _Card | None = None
-    for number, line in enumerate(text.splitlines(), start=1):
-        words = line.strip()
-        if not words or words.startswith("**"):
-            continue
+    for place, words in _lines(path, title, {}):
         if words.startswith("*"):
             if card is not None:
                 yield card
-            head, *rest = (one.strip() for one in words[1:].split(","))
-            pairs = (one.partition("=") for one in rest if one)
-            options = {key.strip().upper(): value.strip().strip('"') for key, _, value in pairs}
-            card = _Card(" ".join(head.upper().split()), options, [], number)
+            word, options = _head(words)
+            card = _Card(word, options, [], place)
         elif card is not None:
             card.rows.append([one.strip() for one in words.rstrip(",").split(",")])
     if card is not None:
         yield card
+
+
+def _head(words: str) -> tuple[str, dict[str, str]]:
+    """A card's keyword and options."""
+    head, *rest = (one.strip() for one in words[1:].split(","))
+    pairs = (one.partition("=") for one in rest if one)
+    options = {key.strip().upper(): value.strip().strip('"') for key, _, value in pairs}
+    return " ".join(head.upper().split()), options
+
+
+def _lines(
+    path: Path, title: str, files: dict[Path, None], within: tuple[Path, ...] = ()
+) -> Iterator[tuple[str, str]]:
+    """The lines of a file that say something, those of included files in their place, and where each is.
+
+    Included files are added to ``files``.
+    """
+    for number, line in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), start=1):
+        words = line.strip()
+        if not words or words.startswith("**"):
+            continue
+        place = f"{number} of '{path.name}'" if within else str(number)
+        if not words.startswith("*") or _head(words)[0] != "INCLUDE":
+            yield place, words
+            continue
+        name = _head(words)[1].get("INPUT", "")
+        folder = (within[0] if within else path).parent
+        found = (folder / name).resolve()
+        if found in (one.resolve() for one in (*within, path)):
+            raise GeometryError(
+                f"{title}, line {place}: '{name}' includes itself, expected an end; correct the file"
+            )
+        if not found.is_relative_to(folder.resolve()) or not found.is_file():
+            raise GeometryError(
+                f"{title}, line {place}: it includes '{name}', expected a file in its folder or below; "
+                "put it there"
+            )
+        files[found] = None
+        yield from _lines(found, title, files, (*within, path))
+
+
+def included(path: Path) -> list[Path]:
+    """The files beside an ``.inp`` that it includes, and those that these include.
+
+    Raises
+    ------
+    GeometryError : One is missing, not below the file's folder, or includes itself.
+    """
+    files: dict[Path, None] = {}
+    for _ in _lines(path, path.name, files):
+        pass
+    return list(files)
 
 
 def _placed(cards: list[_Card], title: str) -> Iterator[tuple[str, _Part, _Move]]:
@@ -153,11 +215,6 @@ def _placed(cards: list[_Card], title: str) -> Iterator[tuple[str, _Part, _Move]
     instances: list[tuple[str, str, _Card]] = []
     inside = False
     for card in cards:
-        if card.word == "INCLUDE":
-            raise GeometryError(
-                f"{title}, line {card.line}: it includes '{card.options.get('INPUT', '')}', expected one "
-                "file with nodes and elements; put them together"
-            )
         if card.word == "PART":
             now = parts.setdefault(card.named("NAME", title).upper(), _Part())
         elif card.word == "END PART":
@@ -236,6 +293,7 @@ def _take_elements(part: _Part, card: _Card, title: str) -> None:
     counts = (count for named in KINDS.values() for own, (_, count) in named.items() if _is(kind, own))
     width = 1 + next(counts, 0)
     if width == 1:  # shells, springs and whatever else is no solid: a line each
+        part.unknown.setdefault(kind, card.line)
         return
     if len(words) % width:
         raise GeometryError(
@@ -267,6 +325,13 @@ def _made(part: _Part, dimension: int, title: str) -> Read:
     tags = np.array(sorted(part.nodes), dtype=np.int64)
     points = np.array([part.nodes[tag] for tag in tags.tolist()], dtype=float).reshape(-1, 3)
     solids = _solids(part, dimension)
+    for kind, line in part.unknown.items():
+        if kind.startswith({2: ("CPS", "CPE"), 3: ("C3D",)}[dimension]):
+            raise GeometryError(
+                f"{title}, line {line}: elements of TYPE={kind}, expected "
+                f"{', '.join(sorted(KINDS[dimension]))}; without them the blocks would have "
+                "holes: mesh it with these"
+            )
     blocks = _blocks(part, set(solids), title)
     parts: list[tuple[str, Elements]] = []
     for name, members in blocks.items():
@@ -347,7 +412,9 @@ def _named(
                 faces = FACES[kind.rstrip("0123456789")]
                 number = int(side[1:]) - 1 if side[1:].isdigit() else -1
                 if 0 <= number < len(faces):
-                    named[tuple(sorted(row[nodes[corner]] for corner in faces[number]))] = name
+                    corners = [row[nodes[corner]] for corner in faces[number]]
+                    for face in _halves(corners) if kind == "wedge" else [corners]:
+                        named[tuple(sorted(face))] = name
     return named
 
 
@@ -372,5 +439,31 @@ def _complete_quads(rows: IntArray, points: FloatArray) -> tuple[IntArray, Float
     return np.hstack([rows, inner]), np.concatenate([points, middle])
 
 
-FULL = {"hexahedron20": _complete_hexahedra, "quad8": _complete_quads}
-COMPLETE = {"hexahedron20": "hexahedron27", "quad8": "quad9"}
+def _divide_wedges(rows: IntArray, points: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Three tetrahedra of each wedge, whose faces fit those of its neighbours.
+
+    Each face with four corners is cut from the corner with the least number, in both wedges alike.
+
+    References
+    ----------
+    Dompierre, Labbé, Vallet and Camarero, How to subdivide pyramids, prisms and hexahedra into tetrahedra,
+    8th International Meshing Roundtable (1999).
+    """
+    turned = np.take_along_axis(rows, TURNS[rows.argmin(axis=1)], axis=1)  # its least number comes first
+    first = np.minimum(turned[:, 1], turned[:, 5]) < np.minimum(turned[:, 2], turned[:, 4])
+    cut = np.where(first[:, None, None], TETRAHEDRA[0], TETRAHEDRA[1])
+    divided = np.take_along_axis(turned[:, None, :], cut, axis=2).reshape(-1, 4)
+    return divided, points
+
+
+def _halves(corners: list[int]) -> list[list[int]]:
+    """The triangles of a wedge's face: itself, or two that are cut from the corner with the least number."""
+    if len(corners) == 3:
+        return [corners]
+    at = corners.index(min(corners))
+    a, b, c, d = corners[at:] + corners[:at]
+    return [[a, b, c], [a, c, d]]
+
+
+FULL = {"hexahedron20": _complete_hexahedra, "quad8": _complete_quads, "wedge": _divide_wedges}
+COMPLETE = {"hexahedron20": "hexahedron27", "quad8": "quad9", "wedge": "tetra"}

@@ -1,10 +1,10 @@
 """Mesh files: blocks that were drawn, meshed or surveyed elsewhere.
 
 In files that gmsh reads (``.msh``, ``.unv``, ``.med``, ``.geo``, ``.step``) physical groups of volumes (of
-surfaces in 2D) are blocks, and groups of surfaces (curves) are named faces; without groups each disconnected
-body is a block ``b1``, ``b2`` ... A group of several disconnected bodies gives one block each, ``name_1``,
-``name_2`` ... Nodes that blocks share in the file are duplicated, one for each block. The joint label of a
-face is its name, or ``joint`` if it has none.
+surfaces in 2D) are blocks, and groups of surfaces (curves) are named faces; without groups each volume of the
+model is a block ``b1``, ``b2`` ... A group or volume of several disconnected bodies gives one block each,
+``name_1``, ``name_2`` ... Nodes that blocks share in the file are duplicated, one for each block. The joint
+label of a face is its name, or ``joint`` if it has none.
 For other files see ``volumes``, ``abaqus``, ``surfaces`` and ``compas``.
 """
 
@@ -219,15 +219,26 @@ def _of_groups(gmsh: Any, dimension: int, spec: FileStructure) -> list[_Body]:
 
 
 def _of_entities(gmsh: Any, dimension: int, spec: FileStructure) -> list[_Body]:
-    """The bodies of a file without groups, numbered; elements of different kinds do not make one."""
-    bodies: list[_Body] = []
+    """The bodies of a file without groups, numbered: the disconnected parts of each of gmsh's entities."""
     entities = [int(entity) for _, entity in gmsh.model.getEntities(dimension)]
-    parts = [elements_of(gmsh, dimension, [entity], f"'{spec.path}'") for entity in entities]
-    found = [part for part in parts if part is not None]
-    for kind in dict.fromkeys(part.kind for part in found):
-        alike = np.concatenate([part.nodes for part in found if part.kind == kind])
-        bodies += _split("b", "", Elements(kind, alike), always=True)
-    return bodies
+    found = [elements_of(gmsh, dimension, [entity], f"'{spec.path}'") for entity in entities]
+    parts = [part for part in found if part is not None]
+    _tell_shared(parts, dimension, spec)
+    bodies = [body for part in parts for body in _split("b", "", part, always=True)]
+    return [_Body(f"b{number}", body.elements) for number, body in enumerate(bodies, start=1)]
+
+
+def _tell_shared(parts: list[Elements], dimension: int, spec: FileStructure) -> None:
+    """Remark entities with common nodes: they are blocks with joints between them."""
+    nodes = np.concatenate([np.unique(part.nodes) for part in parts]) if parts else np.empty(0, np.int64)
+    if len(np.unique(nodes)) < len(nodes):
+        what = {2: "surfaces", 3: "volumes"}[dimension]
+        remark(
+            "shared_nodes",
+            f"structures.{spec.name}.path '{spec.path}' has no physical groups, and some of its {len(parts)} "
+            f"{what} share nodes; each of them is a block of its own, with joints between them; put {what} "
+            "that make one block in one physical group",
+        )
 
 
 def _group_names(gmsh: Any, dimension: int, title: str) -> dict[int, str]:

@@ -8,7 +8,7 @@ import pytest
 
 from masonry_fem.contact.detection import detect
 from masonry_fem.errors import GeometryError
-from masonry_fem.importing.abaqus import read_abaqus
+from masonry_fem.importing.abaqus import included, read_abaqus
 from masonry_fem.importing.mesh_files import read
 from masonry_fem.scene.specs import MeshSettings
 from masonry_fem.structures.file import FileStructure
@@ -165,11 +165,13 @@ def test_instances_are_moved_and_turned(tmp_path):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (("*Node, nset=Nall", "*Include, input=nodes.inp\n*Node"), "put them together"),
+        (("*Node, nset=Nall", "*Include, input=nodes.inp\n*Node"), "includes 'nodes.inp', expected a"),
+        (("*Node, nset=Nall", "*Include, input=../stack.inp\n*Node"), "expected a file in its folder"),
+        (("*Node, nset=Nall", "*Include, input=stack.inp\n*Node"), "includes itself"),
         (("5, 6, 7, 8", "5, 6, 7, 99"), "the node 99"),
         (("1, 0, 0, 0", "1, 0, 0, O"), "are no numbers"),
         (("5, 6, 7, 8", "5, 6, 7"), "cut off or damaged"),
-        (("type=C3D8", "type=C3D6"), "no solid"),
+        (("type=C3D8", "type=C3D15"), "TYPE=C3D15, expected C3D10, C3D20"),
         (("*Element, type=C3D8", "*Element"), "no TYPE="),
     ],
 )  # fmt: skip
@@ -179,6 +181,72 @@ def test_damaged_files_are_told(tmp_path, change, said):
     assert change[0] in text
     path.write_text(text.replace(*change, 1))
     with pytest.raises(GeometryError, match=said):
+        reading(path)
+
+
+def wedges(tmp_path: Path) -> Path:
+    """A cube of 2×2×2 cells of two wedges each, numbered at random, on a cube of one hexahedron."""
+    axis = np.linspace(0, 1, 3)
+    points = np.array([(x, y, z) for z in axis for y in axis for x in axis])
+    numbers = 1 + np.random.default_rng(0).permutation(len(points))
+    rows = []
+    for x, y, z in np.ndindex(2, 2, 2):
+        at = x + 3 * y + 9 * z
+        low = (at, at + 1, at + 4, at + 3)
+        for corners in ((0, 1, 2), (0, 2, 3)) if (x + y) % 2 else ((0, 1, 3), (1, 2, 3)):
+            base = [low[corner] for corner in corners]
+            rows.append([*base, *(node + 9 for node in base)])
+    below = np.array(BOX, float) - (0, 0, 1)
+    text = ["*NODE", *(f"{n}, {x}, {y}, {z}" for n, (x, y, z) in zip(numbers, points, strict=True))]
+    text += [
+        *lines_of(below, 101),
+        "*ELEMENT, TYPE=C3D8, ELSET=low",
+        f"90, {', '.join(map(str, range(101, 109)))}",
+    ]
+    text += ["*ELEMENT, TYPE=C3D6, ELSET=high"]
+    text += [f"{i}, {', '.join(map(str, numbers[row]))}" for i, row in enumerate(np.array(rows), start=1)]
+    outer = [
+        (i, side)
+        for i, row in enumerate(rows, start=1)
+        for side, ids in SIDES
+        if points[row][ids, 0].max() == 0
+    ]
+    text += ["*SURFACE, NAME=west", *(f"{i}, {side}" for i, side in outer)]
+    path = tmp_path / "wedges.inp"
+    path.write_text("\n".join(text))
+    return path
+
+
+SIDES = (("S3", [0, 3, 4, 1]), ("S4", [1, 4, 5, 2]), ("S5", [2, 5, 3, 0]))
+
+
+def test_wedges_are_divided_into_tetrahedra_that_fit(tmp_path):
+    made = reading(wedges(tmp_path))
+    low, high = made.shapes
+    assert (low.mesh.cell, high.mesh.cell, len(high.mesh.cells)) == ("hexahedron", "tetra", 48)
+    check(high.mesh, high.solid)
+    assert len(high.mesh.facets) == 48, "each outer square is two triangles: no gap within"
+    (west,) = [i for i, name in enumerate(high.solid.names) if name == "west"]
+    np.testing.assert_allclose(high.solid.vertices[list(high.solid.faces[west])][:, 0], 0.0)
+    assert len(high.solid.faces[west]) == 4
+    (joint,) = detect(made)
+    assert joint.area == pytest.approx(1.0)
+
+
+def test_included_files_stand_in_their_place(tmp_path):
+    path = stack(tmp_path)
+    whole = reading(path)
+    text = path.read_text()
+    (tmp_path / "parts").mkdir()
+    nodes = text[text.index("1, 0, 0, 0") : text.index("*Element")]
+    (tmp_path / "parts" / "nodes.txt").write_text(nodes)
+    (tmp_path / "nodes.inp").write_text("*INCLUDE, INPUT=parts/nodes.txt\n")
+    path.write_text(text.replace(nodes, "*Include, input=nodes.inp\n"))
+    made = reading(path)
+    np.testing.assert_array_equal(made.shapes[0].mesh.points, whole.shapes[0].mesh.points)
+    assert included(path) == [tmp_path / "nodes.inp", tmp_path / "parts" / "nodes.txt"]
+    (tmp_path / "parts" / "nodes.txt").write_text(nodes.replace("1, 0, 0, 0", "1, 0, 0, O"))
+    with pytest.raises(GeometryError, match="below line 3"):
         reading(path)
 
 

@@ -90,6 +90,18 @@ def test_bodies_without_groups(tmp_path: Path) -> None:
     assert sorted(volumes) == pytest.approx([1.0, 2.0])
 
 
+def test_volumes_that_share_nodes_are_blocks_of_their_own(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    made = reading(two_boxes(tmp_path / "two.msh", groups=False, version=4.1))
+    assert [block.name for block in made.blocks] == ["f.b1", "f.b2"]
+    (joint,) = detect(made)
+    assert joint.area == pytest.approx(1.0)
+    (warned,) = caplog.records
+    assert "some of its 2 volumes share nodes" in warned.getMessage()
+    assert "physical group" in warned.getMessage()
+
+
 def test_step_is_read_in_metres(tmp_path: Path) -> None:
     """gmsh writes STEP in millimetres, so its unit boxes are cubes of 1 mm."""
     made = reading(two_boxes(tmp_path / "two.step", groups=False), element="P2", size=0.6e-3)

@@ -17,8 +17,10 @@ from typing import Any
 
 from masonry_fem import __version__
 from masonry_fem.analyses.study.variation import Variation
-from masonry_fem.errors import MasonryError, SceneError
+from masonry_fem.errors import GeometryError, MasonryError, SceneError
 from masonry_fem.fidelities import deforms
+from masonry_fem.importing.abaqus import included
+from masonry_fem.importing.endings import INPUTS
 from masonry_fem.scene import Scene, dumps, loads
 from masonry_fem.scene.writing import plain
 
@@ -177,8 +179,17 @@ def _files(value: Any, base: Path) -> Iterator[Path]:
         try:
             if path.is_file():
                 yield path
+                yield from _included(path)
         except OSError:  # a text too long to be a name
             return
+
+
+def _included(path: Path) -> list[Path]:
+    """Files that an Abaqus file includes; none where one is missing, which the cell will tell."""
+    try:
+        return included(path) if path.suffix.lower() in INPUTS else []
+    except GeometryError:
+        return []
 
 
 def _table(tree: Any, path: str) -> dict[str, Any]:

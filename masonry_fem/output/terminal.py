@@ -13,6 +13,7 @@ from masonry_fem.host.phases import At, phase
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
 from masonry_fem.output.combination_table import combination_rows
+from masonry_fem.output.components import greatest, in_words, rounded
 from masonry_fem.output.limit_table import support_rows
 from masonry_fem.output.places_table import places_rows
 from masonry_fem.output.recorder import StepReport
@@ -339,15 +340,19 @@ def _determinacy(summary: Mapping[str, Any]) -> Rows:
 
 
 def _probes(summary: Mapping[str, Any]) -> Rows:
-    for name, displacement in (summary.get("probes") or {}).items():
-        yield "displacements", name, _vector(displacement, "m")
+    told = summary.get("probes") or {}
+    beside = greatest(told.values())
+    for name, displacement in told.items():
+        yield "displacements", name, _vector(displacement, "m", beside)
 
 
 def _response(summary: Mapping[str, Any]) -> Rows:
-    for name, told in (summary.get("response") or {}).items():
-        greatest, when = quantity(told["greatest"], "m", 4), told["greatest_time"]
-        residual = quantity(float(np.linalg.norm(told["residual"])), "m", 4)
-        yield "response", name, f"peak {greatest} at {when:.4g} s, residual {residual}"
+    response = summary.get("response") or {}
+    beside = max((told["greatest"] for told in response.values()), default=0.0)
+    for name, told in response.items():
+        sizes = (told["greatest"], float(np.linalg.norm(told["residual"])))
+        peak, residual = (quantity(rounded(size, "m", beside), "m", 4) for size in sizes)
+        yield "response", name, f"peak {peak} at {told['greatest_time']:.4g} s, residual {residual}"
     if told := summary.get("spectra"):
         for name, peak in told["peaks"].items():
             size, period = peak["pseudo_acceleration"], peak["period"]
@@ -382,13 +387,9 @@ def _force_unit(components: int) -> str:
     return "N/m" if components == 2 else "N"
 
 
-def _vector(values: Sequence[float] | Any, unit: str) -> str:
-    flat = [float(value) for value in np.ravel(np.asarray(values, float))]
-    largest = max((abs(value) for value in flat), default=0.0)
-    # what is rounding beside the largest component is shown as zero
-    clean = [0.0 if abs(value) <= 1e-9 * largest else value for value in flat]
-    names = AXES.get(len(flat), "x" * len(flat))
-    return "  ".join(f"{name} {quantity(value, unit, 5)}" for name, value in zip(names, clean, strict=True))
+def _vector(values: Sequence[float] | Any, unit: str, beside: float = 0.0) -> str:
+    names = AXES.get(np.size(values), "x" * np.size(values))
+    return in_words(values, unit, names, 5, beside)
 
 
 def _plural(number: Any, things: str) -> str:

@@ -45,6 +45,18 @@ def test_forces_of_plane_structures_are_per_metre():
     assert "N/m" not in printed(SUMMARY)
 
 
+def test_motions_that_are_rounding_beside_the_greatest_are_zero():
+    """Of 10 µm the solver leaves 1.4e-13 m sideways; 2e-10 m is more than that."""
+    moved = {"crown": [-1.4e-13, -1.02e-5], "foot": [3e-13, 2e-10], "held": [0.0, 0.0]}
+    text = printed({"probes": moved})
+    for words in ("x 0 m  y −10.2 µm", "x 0 m  y 0.2 nm", "x 0 m  y 0 m"):
+        assert words in text
+    alone = printed({"probes": {"foot": [3e-13, 2e-10]}})
+    assert "x 0.0003 nm" in alone
+    forces = printed({"applied": [1e-3, -1e5]})
+    assert "x 1 mN/m" in forces, "the balance of forces is more exact"
+
+
 def test_the_two_maxima_of_stress_are_told_apart():
     both = {
         "max_von_mises": {"value": 165e3, "block": "a"},

@@ -19,6 +19,7 @@ from masonry_fem.errors import OutputError
 from masonry_fem.host.atomic import write_atomic
 from masonry_fem.host.phases import phase
 from masonry_fem.output.combination_table import combination_rows
+from masonry_fem.output.components import greatest, in_words
 from masonry_fem.output.report.lights import lights, measures, worst
 from masonry_fem.output.report.model3d import packed
 from masonry_fem.output.report.plots import plots
@@ -134,7 +135,7 @@ def _rendered(content: Mapping[str, Any]) -> str:
 
     loader = PackageLoader("masonry_fem.output.report", "template")
     made = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    made.filters |= {"quantity": quantity, "number": _number, "vector": _vector}
+    made.filters |= {"quantity": quantity, "number": _number, "vector": _vector, "greatest": greatest}
     return made.get_template("page.html").render(content)
 
 
@@ -293,10 +294,6 @@ def _number(value: Any) -> str:
     return f"{value:.4g}".replace("-", "−") if isinstance(value, float | int) else str(value)
 
 
-def _vector(values: Any, unit: str) -> str:
-    """Components, what is rounding beside the largest one as 0."""
-    flat = [float(value) for value in np.ravel(values)]
-    largest = max(map(abs, flat), default=0.0)
-    clean = [0.0 if abs(value) <= 1e-9 * largest else value for value in flat]
-    names = "xyz" if len(flat) > 1 else "z"
-    return ",  ".join(f"{name} {quantity(value, unit, 4)}" for name, value in zip(names, clean, strict=False))
+def _vector(values: Any, unit: str, beside: float = 0.0) -> str:
+    """Components by axis; a moment in the plane has one."""
+    return in_words(values, unit, "xyz" if np.size(values) > 1 else "z", 4, beside, ",  ")

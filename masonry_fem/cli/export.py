@@ -11,6 +11,7 @@ from masonry_fem.cli.grammar import Commands, Parents
 
 EXAMPLES = (
     ("for ParaView, all steps", "masonry-fem export results/arch arch.xdmf"),
+    ("for ParaView, the end with a name for each stone", "masonry-fem export results/arch arch.vtm"),
     ("for COMPAS, and a table of the stones", "masonry-fem export results/arch arch.json arch.csv"),
 )
 
@@ -32,7 +33,8 @@ def add(commands: Commands, parents: Parents) -> None:
     own.add_argument("folder", type=Path, metavar="DIR", help="results folder of a run")
     own.add_argument(
         "files", type=Path, nargs="+", metavar="FILE",
-        help=".json (COMPAS, with contact forces), .xdmf (all steps), .csv (a line a block), .glb (glTF)",
+        help=".json (COMPAS, with contact forces), .xdmf (all steps), .vtm (blocks by name, for ParaView), "
+        ".csv (a line a block), .glb (glTF)",
     )  # fmt: skip
     own.add_argument("--step", type=int, help="recorded step, counted from 1; default: the last")
     own.set_defaults(command=export_results)

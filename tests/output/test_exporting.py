@@ -5,6 +5,7 @@ import json
 
 import numpy as np
 import pytest
+import pyvista
 
 from masonry_fem.cli import main
 from masonry_fem.errors import SceneError
@@ -46,6 +47,22 @@ def test_the_table_has_the_ends_of_each_block(wall, tmp_path):
         else:
             assert float(row["least_principal"]) == stress[:, 2].min()
             assert float(row["greatest_principal"]) == stress[:, 0].max()
+
+
+def test_parts_of_the_multiblock_have_the_names_and_fields_of_the_blocks(wall, tmp_path):
+    export(wall, tmp_path / "wall.vtm", step=3)
+    parts = pyvista.read(tmp_path / "wall.vtm")
+    blocks = Recorded.of(wall).blocks(2)
+    assert parts.keys() == names_of(blocks)
+    cells, points = (np.asarray(data["block"]) for data in (blocks.cell_data, blocks.point_data))
+    for number, part in enumerate(parts):
+        assert part.n_cells == (cells == number).sum()
+        here = points == number
+        np.testing.assert_array_equal(
+            np.sort(part.point_data["displacement"], axis=0),
+            np.sort(blocks.point_data["displacement"][here], axis=0),
+        )
+        assert ("von_mises" in part.point_data) == (names_of(blocks)[number] != "ground"), "as it has stress"
 
 
 def test_motions_are_those_that_blocks_were_given(wall):

@@ -26,7 +26,7 @@ class Inspection(Told, frozen=True, kw_only=True):
     Attributes
     ----------
     title : Of the scene. blocks, shapes, meshes, interfaces, contacts, unknowns : Their numbers.
-    roles : Numbers of supports and of blocks of each fidelity.
+    names : Of the blocks. roles : Numbers of supports and of blocks of each fidelity.
     interfaces_by_label : Numbers of interfaces of each joint.
     most_steps : Steps of the analysis. estimated_memory_mb : Of a run [MB].
     """
@@ -38,6 +38,7 @@ class Inspection(Told, frozen=True, kw_only=True):
     interfaces: int
     contacts: int
     unknowns: int
+    names: tuple[str, ...]
     roles: dict[str, int]
     interfaces_by_label: dict[str, int]
     most_steps: int
@@ -74,6 +75,7 @@ def check_scene(scene: specs.Scene, base: str | Path = Path()) -> Inspection:
     return Inspection(
         title=scene.title,
         **size(built.model),
+        names=tuple(block.name for block in built.model.assembly.blocks),
         roles={SupportGroup.kind: len(built.stones.of(None))}
         | {name: len(built.stones.of(name)) for name in fidelities()},
         interfaces_by_label=labels,

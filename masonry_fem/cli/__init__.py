@@ -36,7 +36,7 @@ from masonry_fem.cli import (
     threshold,
     view,
 )
-from masonry_fem.cli.console import complain, speak_readably
+from masonry_fem.cli.console import Fitted, complain, speak_readably
 from masonry_fem.cli.exit_codes import BAD_INPUT, INTERRUPTED, PIPE_CLOSED, WORDS
 from masonry_fem.cli.grammar import Parser, epilog, parents
 from masonry_fem.cli.signals import answered
@@ -75,7 +75,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if "-no_signal_handler" not in asked:
         os.environ["PETSC_OPTIONS"] = " ".join([*asked, "-no_signal_handler"])
     os.environ.setdefault("UCX_DEBUG_SIGNO", "0")  # MPI's transport would take SIGHUP for a wish to debug it
-    logging.basicConfig(format="%(levelname)s: %(message)s")
+    log = logging.StreamHandler()
+    log.setFormatter(Fitted("%(levelname)s: %(message)s"))
+    logging.basicConfig(handlers=[log])
     try:
         if ranks.join():
             return 0  # this rank has worked for the one that leads

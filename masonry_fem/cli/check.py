@@ -7,9 +7,12 @@ import argparse
 
 from masonry_fem.cli.console import print_table
 from masonry_fem.cli.grammar import Commands, Parents, read_scene
+from masonry_fem.records.listing import first_few
 from masonry_fem.records.told import plain
 
 EXAMPLES = (("how large is it, and are its joints found", "masonry-fem check demos/tower.toml"),)
+
+NAMED = 12  # blocks
 
 
 def check_scene(options: argparse.Namespace) -> int:
@@ -18,6 +21,8 @@ def check_scene(options: argparse.Namespace) -> int:
     from masonry_fem.analyses.inspect import check_scene as check
 
     facts = plain(check(scene, base))
+    if "names" in facts:
+        facts["names"] = first_few(facts["names"], NAMED)
     facts["estimated_memory"] = f"{facts.pop('estimated_memory_mb'):.0f} MB"
     if not options.quiet:
         print_table(facts)

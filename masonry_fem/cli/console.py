@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import argparse
 import codecs
+import logging
 import os
 import shutil
 import sys
+import textwrap
 import unicodedata
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -51,7 +53,28 @@ def _plain_sign(sign: str) -> str:
 
 def complain(sentence: str) -> None:
     """One line on standard error."""
-    print(f"masonry-fem: {sentence}", file=sys.stderr)
+    print(fitted(f"masonry-fem: {sentence}"), file=sys.stderr)
+
+
+def fitted(text: str) -> str:
+    """The text with lines broken between words on a terminal, and whole for files and pipes."""
+    if not sys.stderr.isatty():
+        return text
+    width = shutil.get_terminal_size().columns
+    return "\n".join(
+        textwrap.fill(line, width, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
+        if len(line) > width
+        else line
+        for line in text.split("\n")
+    )
+
+
+class Fitted(logging.Formatter):
+    """Messages of the log, fitted to the terminal."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """The record as text."""
+        return fitted(super().format(record))
 
 
 def conclude(

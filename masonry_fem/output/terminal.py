@@ -207,16 +207,16 @@ def _written(told: Mapping[str, Any]) -> Rows:
 def _stress(summary: Mapping[str, Any]) -> Rows:
     stress = summary.get("stress") or {}
     names = {
-        "max_von_mises": "max von Mises at Gauss points",
-        "max_von_mises_nodal": "… at nodes, as pictured",
-        "p95_von_mises": "95 % of volume under",
-        "min_principal": "greatest compression",
-        "max_principal": "greatest tension",
+        "max_von_mises": ("max von Mises", " at Gauss points"),
+        "max_von_mises_nodal": ("… as pictured", " at nodes"),
+        "p95_von_mises": ("95 % of volume under", ""),
+        "min_principal": ("greatest compression", ""),
+        "max_principal": ("greatest tension", ""),
     }
-    for key, name in names.items():
+    for key, (name, where) in names.items():
         value = stress.get(key)
         if isinstance(value, Mapping):
-            yield "stress", name, f"{quantity(value['value'], 'Pa')} in {value['block']}"
+            yield "stress", name, f"{quantity(value['value'], 'Pa')}{where} in {value['block']}"
         elif value is not None:
             yield "stress", name, quantity(value, "Pa")
 
@@ -242,7 +242,7 @@ def _utilisation(summary: Mapping[str, Any]) -> Rows:
     if not told:
         return
     share = _percent(told["share"])
-    yield "utilisation", f"of the worst {share} of a stone", "± error (at a point, of the mean stress)"
+    yield "utilisation", f"worst {share} of a stone", "± error (at a point, of the mean stress)"
     for stone in told["worst"]:
         yield "utilisation", stone["block"], utilisation_words(stone)
     yield "utilisation", "partial factor", f"strengths are divided by {told['material_factor']:g}"
@@ -361,7 +361,7 @@ def _response(summary: Mapping[str, Any]) -> Rows:
 
 def _cost(summary: Mapping[str, Any]) -> Rows:
     if solver := summary.get("solver"):
-        words = [f"{value} {name.replace('_', ' ')}" for name, value in solver.items() if name != "method"]
+        words = [_plural(value, name.replace("_", " ")) for name, value in solver.items() if name != "method"]
         # names of methods that had turns are long, and would take their width from all lines
         yield "solver", "", ", ".join([str(solver.get("method", "")), *words]).removeprefix(", ")
     if seconds := summary.get("seconds"):

@@ -66,7 +66,9 @@ def test_folders_may_be_texts(tmp_path):
     out = tmp_path / "out"
     assert out / "summary.json" in run(scene(), str(out), base=str(tmp_path)).files
     assert solve_scene(scene(), str(tmp_path)).outcome == "finished"
-    assert check_scene(scene(), str(tmp_path)).blocks == 3
+    found = check_scene(scene(), str(tmp_path))
+    assert found.blocks == len(found.names) == 3
+    assert "pile.ground" in found.names
     assert all(file.parent == out for file in write_mesh(scene(), str(out), str(tmp_path)))
 
 

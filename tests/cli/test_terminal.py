@@ -217,3 +217,15 @@ def test_colours_go_when_they_are_not_wanted(asked, settings, monkeypatch):
     coloured = re.search(r"\x1b\[[0-9;]*3[0-7]m", shown.getvalue()) is not None
     assert coloured == (not asked and not settings)
     os.environ.pop("NO_COLOR", None)
+
+
+def test_long_messages_are_broken_between_words_on_terminals_only(monkeypatch):
+    sentence = "masonry-fem: structures.s.path " + "is a word of several words " * 6 + "x" * 90
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setattr("sys.stderr", io.StringIO())
+    assert console.fitted(sentence) == sentence
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+    told = console.fitted(sentence)
+    assert " ".join(told.split()) == sentence
+    assert all(len(line) <= 80 for line in told.splitlines()[:-1])
+    assert told.splitlines()[-1].strip() == "x" * 90, "a path stays whole"

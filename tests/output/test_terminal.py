@@ -64,8 +64,8 @@ def test_the_two_maxima_of_stress_are_told_apart():
     }
     text = printed(SUMMARY | {"stress": both, "shapes": 1})
     lines = text.splitlines()
-    assert any("at Gauss points" in line and "165 kPa in a" in line for line in lines)
-    assert any("at nodes, as pictured" in line and "203 kPa in b" in line for line in lines)
+    assert any("165 kPa at Gauss points in a" in line for line in lines)
+    assert any("as pictured" in line and "203 kPa at nodes in b" in line for line in lines)
     assert "1 shape," in text
 
 

@@ -43,7 +43,12 @@ def notes(
     """
     said = []
     cases = [one.key for one in vary if one.is_case]
-    if cases:
+    if explores(vary, reference):
+        said.append(
+            "each cell is a problem of its own: its values are shown; for errors vary the mesh or another "
+            "key of accuracy, too"
+        )
+    elif cases:
         said.append(
             f"{' and '.join(cases)} poses another problem with each value: each is compared with its own "
             "finest cell, errors are the worst of all, costs their sum"
@@ -61,6 +66,17 @@ def notes(
             "CPU times of cells side by side, which share caches and memory, are a few per cent longer"
         )
     return said
+
+
+def explores(vary: Sequence[Variation], reference: Reference) -> bool:
+    """Whether no two cells pose one problem, so that none tells of another's error.
+
+    Parameters
+    ----------
+    vary : Keys and their values.
+    reference : What cells are compared with.
+    """
+    return reference.given is None and all(one.is_case for one in vary if len(one.values) > 1)
 
 
 def unseen(scene: Scene, vary: Sequence[Variation], rows: Sequence[Row]) -> list[str]:

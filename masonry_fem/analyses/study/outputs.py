@@ -1,4 +1,4 @@
-"""Files: what a study leaves in its folder: ``study.csv``, ``study.json`` and ``pareto.png``."""
+"""Files: what a study leaves in its folder: ``study.csv``, ``study.json``, a picture."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from masonry_fem.analyses.study.comparison import Comparison
 from masonry_fem.analyses.study.pareto import Point
 from masonry_fem.analyses.study.row import Row
+from masonry_fem.analyses.study.values import draw_values, drawable
 from masonry_fem.host import installation
 from masonry_fem.host.atomic import write_atomic
 from masonry_fem.output.folder import Folder
@@ -32,8 +33,8 @@ def write_study(study: Study, folder: Path, *, pictures: bool) -> list[Path]:
     ----------
     study : What was computed.
     folder : Where to.
-    pictures : Whether to draw ``pareto.png``, where at least two settings can be compared; one that was there
-        before is removed otherwise.
+    pictures : Whether to draw ``pareto.png``, where at least two settings can be compared, and
+        ``values.png``, where each cell is a problem of its own; those of before are removed otherwise.
     """
     with Folder(folder, "study", title=study.title):
         paths = [_write_table(study, folder / "study.csv"), write(folder / "study.json", told(study))]
@@ -44,13 +45,18 @@ def write_study(study: Study, folder: Path, *, pictures: bool) -> list[Path]:
             paths.append(draw(study, picture))
         else:
             picture.unlink(missing_ok=True)
+        curves = folder / "values.png"
+        if pictures and drawable(study) and _can_draw():
+            paths.append(draw_values(study, curves))
+        else:
+            curves.unlink(missing_ok=True)
     return paths
 
 
 def _can_draw() -> bool:
     """Whether what the picture is drawn with is installed; a warning says how to install it."""
     if lack := installation.lacking("pictures"):
-        logger.warning("no pareto.png: %s", lack)
+        logger.warning("no picture: %s", lack)
     return not lack
 
 

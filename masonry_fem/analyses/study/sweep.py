@@ -16,7 +16,7 @@ from typing import Any
 from masonry_fem.analyses.study.cell import Cell, plan
 from masonry_fem.analyses.study.comparison import Comparison, compare
 from masonry_fem.analyses.study.crew import Crew
-from masonry_fem.analyses.study.notes import notes, replaced, unseen
+from masonry_fem.analyses.study.notes import explores, notes, replaced, unseen
 from masonry_fem.analyses.study.outputs import write_study
 from masonry_fem.analyses.study.pareto import Point, gather
 from masonry_fem.analyses.study.recommendation import recommend
@@ -70,6 +70,11 @@ class Study:
             f"{self.folder}; the same command goes on with the {open_cells} left"
         )
 
+    @property
+    def explores(self) -> bool:
+        """Whether each cell is a problem of its own, so that values are told, and no errors."""
+        return explores(self.vary, self.reference)
+
     def points(self, target: Target) -> list[Point]:
         """Cost and error of each setting for a target."""
         return gather(self.comparisons, self.vary, target.names)
@@ -83,7 +88,7 @@ class Study:
         raise MasonryError(f"no cell has {wanted}")
 
     def write(self, directory: str | Path | None = None, *, pictures: bool = True) -> list[Path]:
-        """Write ``study.csv``, ``study.json`` and ``pareto.png``; returns their paths."""
+        """Write ``study.csv``, ``study.json`` and ``pareto.png`` or ``values.png``; returns their paths."""
         return write_study(self, self.folder if directory is None else Path(directory), pictures=pictures)
 
 
@@ -146,7 +151,8 @@ def study(
     comparisons = tuple(compare(case, varied, wanted, quantities) for case in _cases(rows, varied))
     aims = tuple(targets(comparisons, quantities)) if any(row.solved for row in rows) else ()
     blind = unseen(made, varied, rows) if wanted.given is None else []
-    advice = tuple(recommend(aim, comparisons, varied, accuracy, blind) for aim in aims)
+    advised = () if explores(varied, wanted) else aims
+    advice = tuple(recommend(aim, comparisons, varied, accuracy, blind) for aim in advised)
     said = (*replaced(text, varied, overrides), *notes(varied, rows, comparisons, wanted))
     return Study(
         made.title, varied, rows, wanted, comparisons, aims, accuracy, advice, said, folder, interrupted

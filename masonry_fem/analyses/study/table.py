@@ -10,6 +10,7 @@ from masonry_fem.analyses.study.outputs import orders
 from masonry_fem.analyses.study.pareto import setting_places
 from masonry_fem.analyses.study.recommendation import percent
 from masonry_fem.analyses.study.row import SOLVED
+from masonry_fem.analyses.study.values import shown, words
 from masonry_fem.records.listing import first_few
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 WIDE, NARROW = 160, 130  # characters: of a file or a pipe; where some columns are left out
 SHOWN = 60  # cells; of more the best are shown
 SAID = 3  # cells that a message names
+FEW = 2  # quantities with a column where it is narrow
 SHORT = {"stress.means": "means", "stress.p95": "p95", "stress.max": "max"}
 
 
@@ -77,20 +79,24 @@ def _cells(study: Study, narrow: bool) -> Table:
 
     varied, aims = [one.key for one in study.vary], study.targets
     failed = any(row.outcome not in SOLVED for row in study.rows)
-    gap, costs = (1, ("CPU [s]", "MB")) if narrow else (2, ("CPU [s]", "mostly", "MB", "unknowns"))
+    gap = 1 if narrow else 2
+    costs = ("CPU [s]", "MB") if narrow or study.explores else ("CPU [s]", "mostly", "MB", "unknowns")
     table = Table(box=None, pad_edge=False, padding=(0, gap, 0, 0), header_style="dim")
     outcome = ["outcome"] if failed else []
     for name in (*heads(varied), *outcome):
         table.add_column(Text(name), no_wrap=True)
-    for name in (*costs, *(f"{SHORT.get(aim.label, aim.label)} %" for aim in aims)):
+    names = shown(aims)[: FEW if narrow else None] if study.explores else []
+    errors = {} if study.explores else _errors(study)
+    off = [] if study.explores else [f"{SHORT.get(aim.label, aim.label)} %" for aim in aims]
+    for name in (*costs, *(name.replace(".", "\n", 1) for name in names), *off):
         table.add_column(Text(name), justify="right")
-    errors = _errors(study)
     for row in _shown(study):
         told = _told(row)
         table.add_row(
             *(Text(row.cell.settings[key]) for key in varied),
             *(told[name] for name in (*outcome, *costs)),
-            *(_error(*errors[id(row), aim.label]) for aim in aims),
+            *(words(row, name) for name in names),
+            *(_error(*errors[id(row), aim.label]) for aim in aims if errors),
         )
     return table
 
@@ -135,7 +141,7 @@ def _shown(study: Study) -> list[Row]:
     """Rows to print: one of those that pose one problem; of many the best, and those that failed."""
     unique = {row.cell.key or id(row): row for row in reversed(study.rows)}
     rows = [row for row in study.rows if unique[row.cell.key or id(row)] is row]
-    if len(rows) <= SHOWN:
+    if len(rows) <= SHOWN or study.explores:
         return rows
     best = {point.places for aim in study.targets for point in study.points(aim) if point.best}
     return [row for row in rows if setting_places(study.vary, row) in best]

@@ -10,6 +10,8 @@ import pytest
 
 from masonry_fem import cli
 from masonry_fem.analyses.study import study
+from masonry_fem.analyses.study.target import Target
+from masonry_fem.analyses.study.values import shown
 from masonry_fem.errors import MasonryError
 from masonry_fem.scene import load
 
@@ -223,3 +225,29 @@ def test_cells_left_alone_have_no_picture_and_no_advice(scene: Path, tmp_path: P
     made.write()
     assert not (tmp_path / "pareto.png").exists()
     assert json.loads((tmp_path / "study.json").read_text())["recommendations"][0]["bound"] is None
+
+
+@pytest.mark.slow
+def test_where_each_cell_is_a_problem_of_its_own_values_are_told(scene: Path, tmp_path: Path, capsys) -> None:
+    """As in a study of a dimension: no errors, no advice, but what each cell comes to, and curves."""
+    (tmp_path / "pareto.png").write_bytes(b"of before")
+    words = ["study", str(scene), "--vary", "structures.pier.count=2,3", "--set", "fidelity=rigid"]
+    assert cli.main([*words, "--quantity", "supports", "--out", str(tmp_path)]) == 0
+    printed = capsys.readouterr().out
+    assert "40 kN/m" in printed
+    assert "60 kN/m" in printed
+    assert "Advice" not in printed
+    assert "problem of its own" in printed
+    assert (tmp_path / "values.png").stat().st_size > 5000
+    assert not (tmp_path / "pareto.png").exists()
+    assert json.loads((tmp_path / "study.json").read_text())["recommendations"] == []
+
+
+def test_columns_are_the_first_of_each_target() -> None:
+    aims = [
+        Target("energy", "", ("e",)),
+        Target("probes", "", ("p1", "p2", "p3")),
+        Target("stress.max", "", ("s",)),
+    ]
+    assert shown(aims) == ["p1", "s", "p2", "p3"]
+    assert shown(aims[:1]) == ["e"]

@@ -1,0 +1,122 @@
+"""Values: what a study shows where each of its cells is a problem of its own: quantities over a key.
+
+    names = shown(study.targets)                  # of the quantities that have a column
+    draw_values(study, Path("values.png"))
+
+Vectors are shown by their size. The key with the most numbers is the abscissa, the others make lines.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import chain, zip_longest
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from masonry_fem.analyses.study.quantity import Quantity
+from masonry_fem.analyses.study.row import Row
+from masonry_fem.analyses.study.target import Target
+from masonry_fem.output.chart import COLOURS, blank, frame, head, save
+from masonry_fem.output.sheet import INK, PALE, quantity
+
+if TYPE_CHECKING:
+    from masonry_fem.analyses.study.sweep import Study
+    from masonry_fem.analyses.study.variation import Variation
+
+MOST = 4  # quantities
+ASIDE = (
+    "supports",
+    "moments",
+    "energy",
+    "stress.means",
+)  # groups that have a column only if nothing else has
+PANEL = (5.2, 3.6)  # [inch]
+
+
+def shown(aims: Sequence[Target]) -> list[str]:
+    """Names of quantities that are shown: the first of each target, then the second of each.
+
+    Parameters
+    ----------
+    aims : The study's targets.
+    """
+    first = [aim for aim in aims if aim.label not in ASIDE] or list(aims)
+    turns = zip_longest(*(aim.names for aim in first))
+    return [name for name in chain.from_iterable(turns) if name is not None][:MOST]
+
+
+def number(row: Row, name: str) -> float:
+    """A quantity of a cell, of vectors the size; NaN where the cell has none."""
+    found = row.quantities.get(name)
+    return math.nan if found is None else _number(found)
+
+
+def words(row: Row, name: str) -> str:
+    """The same with its unit; a dash where the cell has none."""
+    found = row.quantities.get(name)
+    return "–" if found is None else quantity(_number(found), found.unit, 4)
+
+
+def _number(found: Quantity) -> float:
+    return found.values[0] if len(found.values) == 1 else found.size
+
+
+def drawable(study: Study) -> bool:
+    """Whether there is a curve: a key with several values, and a quantity that cells have."""
+    return study.explores and len(_abscissa(study.vary).values) > 1 and bool(shown(study.targets))
+
+
+def draw_values(study: Study, path: Path) -> Path:
+    """Draw each quantity over the key with the most values.
+
+    Parameters
+    ----------
+    study : The study. path : The picture.
+    """
+    names, key = shown(study.targets), _abscissa(study.vary)
+    columns = min(2, len(names))
+    lines = math.ceil(len(names) / columns)
+    figure = blank(PANEL[0] * columns, PANEL[1] * lines + 0.9)
+    panels = figure.subplots(lines, columns, squeeze=False).ravel()
+    counts = all(isinstance(value, int | float) for value in key.values)
+    places = [float(value) for value in key.values] if counts else list(range(len(key.values)))
+    others = [one for one in study.vary if one is not key and len(one.values) > 1]
+    for panel, name in zip(panels, names, strict=False):
+        frame(panel)
+        unit = next((row.quantities[name].unit for row in study.rows if name in row.quantities), "")
+        for place, (label, rows) in enumerate(_lines(study.rows, others).items()):
+            spots = sorted((places[_place(key, row)], number(row, name)) for row in rows)
+            across, up = zip(*spots, strict=True)
+            panel.plot(across, up, "o-", ms=5, lw=1.6, color=COLOURS[place % len(COLOURS)], label=label)
+        if not counts:
+            panel.set_xticks(places, [key.text(at) for at in range(len(places))])
+        panel.set_title(name, fontsize=11, color=INK, loc="left", weight="bold")
+        panel.set_xlabel(key.key.rpartition(".")[2], fontsize=9.5, color=PALE)
+        panel.set_ylabel(f"[{unit}]" if unit else "", fontsize=9.5, color=PALE)
+        panel.margins(0.06, 0.12)
+    for panel in panels[len(names) :]:
+        panel.set_visible(False)
+    if others:
+        panels[0].legend(frameon=False, fontsize=9, labelcolor=INK)
+    head(figure, study.title or "study", "sizes of vectors; cells that were not solved are left out")
+    figure.tight_layout(rect=(0, 0, 1, 1 - 0.8 / figure.get_figheight()))
+    return save(figure, path)
+
+
+def _abscissa(vary: Sequence[Variation]) -> Variation:
+    """The key with the most values."""
+    return max(vary, key=lambda one: len(one.values))
+
+
+def _place(key: Variation, row: Row) -> int:
+    return [key.text(at) for at in range(len(key.values))].index(row.cell.settings[key.key])
+
+
+def _lines(rows: Sequence[Row], others: Sequence[Variation]) -> dict[str, list[Row]]:
+    """Cells that a line joins, by what they have in common."""
+    found: dict[str, list[Row]] = {}
+    for row in rows:
+        label = ", ".join(f"{one.key.rpartition('.')[2]} = {row.cell.settings[one.key]}" for one in others)
+        found.setdefault(label, []).append(row)
+    return found

@@ -47,13 +47,23 @@ def shown(aims: Sequence[Target]) -> list[str]:
 
 
 def number(row: Row, name: str) -> float:
-    """A quantity of a cell, of vectors the size; NaN where the cell has none."""
+    """A quantity of a cell, of vectors the size; NaN where the cell has none.
+
+    Parameters
+    ----------
+    row : The cell. name : Of the quantity.
+    """
     found = row.quantities.get(name)
     return math.nan if found is None else _number(found)
 
 
 def words(row: Row, name: str) -> str:
-    """The same with its unit; a dash where the cell has none."""
+    """The same with its unit; a dash where the cell has none.
+
+    Parameters
+    ----------
+    row : The cell. name : Of the quantity.
+    """
     found = row.quantities.get(name)
     return "–" if found is None else quantity(_number(found), found.unit, 4)
 

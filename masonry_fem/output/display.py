@@ -123,6 +123,7 @@ class Display:
 def _bars(console: Console, delay: float) -> Any:
     """Lines of all phases that are older than ``delay``."""
     from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn  # noqa: PLC0415
+    from rich.table import Column  # noqa: PLC0415
     from rich.text import Text  # noqa: PLC0415
 
     class Time(ProgressColumn):
@@ -146,11 +147,11 @@ def _bars(console: Console, delay: float) -> Any:
         def make_tasks_table(self, tasks: Any) -> Any:
             return super().make_tasks_table([task for task in tasks if (task.elapsed or 0.0) >= delay])
 
-    columns = (
+    columns = (  # where it is narrow the note has a second line, nothing else
         TextColumn("{task.description}", markup=False),
-        BarColumn(WIDTH),
-        Time(),
-        TextColumn("{task.fields[note]}", markup=False),
+        BarColumn(WIDTH, table_column=Column(no_wrap=True)),
+        Time(Column(no_wrap=True)),
+        TextColumn("{task.fields[note]}", markup=False, table_column=Column()),
     )
     return Bars(*columns, console=console, transient=True, redirect_stdout=False)
 

@@ -1,6 +1,7 @@
 """Display: on a terminal, what takes long is shown with the time that is left; elsewhere nothing is."""
 
 import io
+import re
 import time
 
 import pytest
@@ -11,10 +12,10 @@ from masonry_fem.output.display import Display, shown, span
 from masonry_fem.output.search_table import Watch, halvings
 
 
-def displayed(work, *, terminal=True, delay=0.05):
+def displayed(work, *, terminal=True, delay=0.05, width=120):
     """What a terminal gets while ``work`` runs."""
     out = io.StringIO()
-    with Display(Console(file=out, force_terminal=terminal, width=120), delay) as display, heard(display):
+    with Display(Console(file=out, force_terminal=terminal, width=width), delay) as display, heard(display):
         work()
     return out.getvalue()
 
@@ -30,6 +31,17 @@ def test_what_takes_long_is_shown_with_the_time_left():
     assert "meshes" in text
     assert "stone [1]" in text
     assert "left" in text
+
+
+def test_a_long_note_leaves_the_time_in_one_line():
+    def search():
+        with phase("trials", 4) as at:
+            at(1, "stands at 41.7625, falls at 38.55, the next is 40.1562 of 60")
+            time.sleep(0.4)
+
+    text = displayed(search, width=60)
+    assert re.search(r"about \d+ s left", text)
+    assert "of 60" in text, "all of the note is there"
 
 
 def test_what_is_short_is_not_shown():

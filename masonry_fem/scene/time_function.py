@@ -7,6 +7,7 @@ push.rate(0.0)          # 12.57: df/dt [1/s], the velocity of a prescribed motio
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import cos, pi, sin
 from pathlib import Path
@@ -236,23 +237,19 @@ def read_record(path: Path, column: str | None = None) -> tuple[NDArray[np.float
         return _read_column(path, column)
     rows: list[tuple[float, float]] = []
     titled = False
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise SceneError(f"{path}: cannot be read; expected a CSV file of time and value") from error
-    for number, line in enumerate(text.splitlines(), start=1):
-        cells = line.partition("#")[0].replace(",", " ").replace(";", " ").split()
+    for line in _lines(path, "a CSV file of time and value"):
+        cells = line.words.replace(",", " ").replace(";", " ").split()
         if not cells:
             continue
         row = _row(cells)
         if row is None:
             if rows or titled or _is_number(cells[0]):
-                expected = "two finite numbers: time [s] and value"
-                raise SceneError(f"{path}, line {number}: {shown(line)}, expected {expected}; correct it")
+                raise line.fault("two finite numbers: time [s] and value")
             titled = True
         elif rows and row[0] <= rows[-1][0]:
-            raise SceneError(f"{path}, line {number}: time {row[0]:g} s after {rows[-1][0]:g} s, "
-                             "expected increasing times")  # fmt: skip
+            raise SceneError(
+                f"{line.place}: time {row[0]:g} s after {rows[-1][0]:g} s, expected increasing times"
+            )
         else:
             rows.append(row)
     if not rows:
@@ -263,39 +260,64 @@ def read_record(path: Path, column: str | None = None) -> tuple[NDArray[np.float
 
 def _read_column(path: Path, column: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The first column and the one with a title."""
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise SceneError(f"{path}: cannot be read; expected a CSV file with a line of titles") from error
-    titles: list[str] = []
     rows: list[tuple[float, float]] = []
-    for number, line in enumerate(text.splitlines(), start=1):
-        words = line.partition("#")[0].strip()
-        if not words:
-            continue
-        cells = [cell.strip().strip('"') for cell in (words.split(";") if ";" in words else words.split(","))]
+    titles: list[str] = []
+    for line in _lines(path, "a CSV file with a line of titles"):
+        cells = line.cells()
         if not titles:
             titles = cells
-            if column not in titles[1:]:
-                known = ", ".join(f"'{title}'" for title in titles[1:]) or "several"
-                raise SceneError(
-                    f"{path}, line {number}: no column '{column}', expected one of {known} after "
-                    "that of the time; correct the key 'column'"
-                )
+            _refuse_unknown(column, titles, line)
             continue
         row = _row([cells[0], cells[titles.index(column)]]) if len(cells) == len(titles) else None
         if row is None:
-            expected = f"{len(titles)} cells, with finite numbers for the time and for '{column}'"
-            raise SceneError(f"{path}, line {number}: {shown(line)}, expected {expected}; correct it")
+            raise line.fault(f"{len(titles)} cells, with finite numbers for the time and for '{column}'")
         if rows and row[0] <= rows[-1][0]:
             raise SceneError(
-                f"{path}, line {number}: time {row[0]:g} after {rows[-1][0]:g}, expected increasing times"
+                f"{line.place}: time {row[0]:g} after {rows[-1][0]:g}, expected increasing times"
             )
         rows.append(row)
     if not rows:
         raise SceneError(f"{path}: holds no numbers; expected a line of titles and lines of numbers")
     times, values = np.array(rows).T
     return times, values
+
+
+@dataclass(frozen=True, slots=True)
+class _Line:
+    """A line of a table: where it is, as it stands there, and without its comment."""
+
+    place: str
+    text: str
+    words: str
+
+    def cells(self) -> list[str]:
+        """Between semicolons, or commas where there is none."""
+        return [cell.strip().strip('"') for cell in self.words.split(";" if ";" in self.words else ",")]
+
+    def fault(self, expected: str) -> SceneError:
+        """The error to raise."""
+        return SceneError(f"{self.place}: {shown(self.text)}, expected {expected}; correct it")
+
+
+def _lines(path: Path, expected: str) -> Iterator[_Line]:
+    """Lines of a file that are not empty."""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise SceneError(f"{path}: cannot be read; expected {expected}") from error
+    for number, line in enumerate(text.splitlines(), start=1):
+        words = line.partition("#")[0].strip()
+        if words:
+            yield _Line(f"{path}, line {number}", line, words)
+
+
+def _refuse_unknown(column: str, titles: list[str], line: _Line) -> None:
+    if column not in titles[1:]:
+        known = ", ".join(f"'{title}'" for title in titles[1:]) or "several"
+        raise SceneError(
+            f"{line.place}: no column '{column}', expected one of {known} after that of the time; correct "
+            "the key 'column'"
+        )
 
 
 def _is_number(word: str) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -55,7 +54,17 @@ class Part:
         ------
         GeometryError : It cannot be read.
         """
-        READ.get(card.word, Part._nothing)(self, card)
+        match card.word:
+            case "NODE":
+                for number, *place in card.numbers():
+                    self.nodes[int(number)] = [*place, 0.0, 0.0][:3]
+            case "ELEMENT":
+                self._take_elements(card)
+            case "ELSET":
+                self._take_set(card)
+            case "SURFACE" if card.options.get("TYPE", "ELEMENT").upper() == "ELEMENT":
+                pairs = self.surfaces.setdefault(card.named("NAME"), [])
+                pairs.extend((row[0], row[1].upper()) for row in card.rows if len(row) > 1)
 
     def solids(self, dimension: int) -> dict[int, tuple[str, list[int]]]:
         """Kind and nodes of the elements of the scene's dimension."""
@@ -105,11 +114,7 @@ class Part:
             made |= {member} if isinstance(member, int) else self.members(member, title, (*within, name))
         return made
 
-    def _nodes(self, card: Card) -> None:
-        for number, *place in card.numbers():
-            self.nodes[int(number)] = [*place, 0.0, 0.0][:3]
-
-    def _elements(self, card: Card) -> None:
+    def _take_elements(self, card: Card) -> None:
         """Elements, whose nodes may go on in further lines."""
         kind = card.named("TYPE").upper()
         words = [int(one) for row in card.numbers() for one in row]
@@ -127,7 +132,7 @@ class Part:
         if "ELSET" in card.options:
             self.own.setdefault(card.options["ELSET"], []).extend(number for number, *_ in rows)
 
-    def _set(self, card: Card) -> None:
+    def _take_set(self, card: Card) -> None:
         members = self.sets.setdefault(card.named("ELSET"), [])
         if "GENERATE" not in card.options:
             words = (word for row in card.rows for word in row if word)
@@ -136,19 +141,6 @@ class Part:
         for row in card.numbers():
             first, last, *step = map(int, row)
             members.extend(range(first, last + 1, step[0] if step else 1))
-
-    def _surface(self, card: Card) -> None:
-        if card.options.get("TYPE", "ELEMENT").upper() == "ELEMENT":
-            pairs = self.surfaces.setdefault(card.named("NAME"), [])
-            pairs.extend((row[0], row[1].upper()) for row in card.rows if len(row) > 1)
-
-    def _nothing(self, card: Card) -> None:
-        """What is not read."""
-
-
-READ: dict[str, Callable[[Part, Card], None]] = {
-    "NODE": Part._nodes, "ELEMENT": Part._elements, "ELSET": Part._set, "SURFACE": Part._surface,
-}  # fmt: skip
 
 
 def _divide(sets: list[set[int]], whole: set[int]) -> bool:

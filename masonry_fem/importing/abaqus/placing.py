@@ -69,10 +69,23 @@ class Placing:
         ------
         GeometryError : The file is not whole, or the card cannot be read.
         """
-        if card.word in BOUNDS:
-            BOUNDS[card.word](self, card)
-        elif not self._inside:
-            (self._now or self.loose).take(card)
+        match card.word:
+            case "PART":
+                self._now = self.parts.setdefault(card.named("NAME").upper(), Part())
+            case "END PART":
+                self._now = None
+            case "INSTANCE":
+                self.instances.append((card.named("NAME"), card.named("PART").upper(), card))
+                self._inside = True
+            case "END INSTANCE":
+                self._inside = False
+            case "INCLUDE":
+                raise card.fault(
+                    f"it includes '{card.options.get('INPUT', '')}', expected one file with nodes and "
+                    "elements; put them together"
+                )
+            case _ if not self._inside:
+                (self._now or self.loose).take(card)
 
     def placed(self) -> Iterator[tuple[str, Part, Move]]:
         """Each part by the name of its instance, and where it is; a file without parts is one.
@@ -90,28 +103,3 @@ class Placing:
                     f"{', '.join(self.parts) or 'none'}; correct the file"
                 )
             yield name, self.parts[part], Move.of(card)
-
-    def _part(self, card: Card) -> None:
-        self._now = self.parts.setdefault(card.named("NAME").upper(), Part())
-
-    def _end_part(self, card: Card) -> None:
-        self._now = None
-
-    def _instance(self, card: Card) -> None:
-        self.instances.append((card.named("NAME"), card.named("PART").upper(), card))
-        self._inside = True
-
-    def _end_instance(self, card: Card) -> None:
-        self._inside = False
-
-    def _include(self, card: Card) -> None:
-        raise card.fault(
-            f"it includes '{card.options.get('INPUT', '')}', expected one file with nodes and elements; put "
-            "them together"
-        )
-
-
-BOUNDS = {  # what cards between which others stand do
-    "PART": Placing._part, "END PART": Placing._end_part, "INSTANCE": Placing._instance,
-    "END INSTANCE": Placing._end_instance, "INCLUDE": Placing._include,
-}  # fmt: skip

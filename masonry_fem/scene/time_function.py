@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from masonry_fem.errors import SceneError
 from masonry_fem.scene.misfit import shown
-from masonry_fem.scene.quantity import si_factor
+from masonry_fem.scene.quantity import is_number, si_factor
 from masonry_fem.scene.specs import Pulse, Record, Sine, Table, TimeFunction
 
 
@@ -233,34 +233,37 @@ def read_record(path: Path, column: str | None = None) -> tuple[NDArray[np.float
     SceneError : A file that is no text, any other line that is not two numbers, times that do not increase,
         or no such column.
     """
-    if column is not None:
-        return _read_column(path, column)
+    if column is None:
+        pairs, unit, form = _plain(path), " s", "two columns, time [s] and value"
+    else:
+        pairs, unit, form = _titled(path, column), "", "a line of titles and lines of numbers"
     rows: list[tuple[float, float]] = []
-    titled = False
-    for line in _lines(path, "a CSV file of time and value"):
-        cells = line.words.replace(",", " ").replace(";", " ").split()
-        if not cells:
-            continue
-        row = _row(cells)
-        if row is None:
-            if rows or titled or _is_number(cells[0]):
-                raise line.fault("two finite numbers: time [s] and value")
-            titled = True
-        elif rows and row[0] <= rows[-1][0]:
-            raise SceneError(
-                f"{line.place}: time {row[0]:g} s after {rows[-1][0]:g} s, expected increasing times"
-            )
-        else:
-            rows.append(row)
+    for line, row in pairs:
+        if rows and row[0] <= rows[-1][0]:
+            told = f"time {row[0]:g}{unit} after {rows[-1][0]:g}{unit}"
+            raise SceneError(f"{line.place}: {told}, expected increasing times")
+        rows.append(row)
     if not rows:
-        raise SceneError(f"{path}: holds no numbers; expected two columns, time [s] and value")
+        raise SceneError(f"{path}: holds no numbers; expected {form}")
     times, values = np.array(rows).T
     return times, values
 
 
-def _read_column(path: Path, column: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The first column and the one with a title."""
-    rows: list[tuple[float, float]] = []
+def _plain(path: Path) -> Iterator[tuple[_Line, tuple[float, float]]]:
+    """Lines of two numbers, after at most one of titles."""
+    begun = False
+    for line in _lines(path, "a CSV file of time and value"):
+        cells = line.words.replace(",", " ").replace(";", " ").split()
+        row = _row(cells)
+        if row is not None:
+            yield line, row
+        elif cells and (begun or is_number(cells[0])):
+            raise line.fault("two finite numbers: time [s] and value")
+        begun = begun or bool(cells)
+
+
+def _titled(path: Path, column: str) -> Iterator[tuple[_Line, tuple[float, float]]]:
+    """The first column and the one with a title, line by line."""
     titles: list[str] = []
     for line in _lines(path, "a CSV file with a line of titles"):
         cells = line.cells()
@@ -271,15 +274,7 @@ def _read_column(path: Path, column: str) -> tuple[NDArray[np.float64], NDArray[
         row = _row([cells[0], cells[titles.index(column)]]) if len(cells) == len(titles) else None
         if row is None:
             raise line.fault(f"{len(titles)} cells, with finite numbers for the time and for '{column}'")
-        if rows and row[0] <= rows[-1][0]:
-            raise SceneError(
-                f"{line.place}: time {row[0]:g} after {rows[-1][0]:g}, expected increasing times"
-            )
-        rows.append(row)
-    if not rows:
-        raise SceneError(f"{path}: holds no numbers; expected a line of titles and lines of numbers")
-    times, values = np.array(rows).T
-    return times, values
+        yield line, row
 
 
 @dataclass(frozen=True, slots=True)
@@ -318,15 +313,6 @@ def _refuse_unknown(column: str, titles: list[str], line: _Line) -> None:
             f"{line.place}: no column '{column}', expected one of {known} after that of the time; correct "
             "the key 'column'"
         )
-
-
-def _is_number(word: str) -> bool:
-    """Whether a word is meant as a number, 'nan' among them: then its line is no line of titles."""
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True
 
 
 def _row(cells: list[str]) -> tuple[float, float] | None:

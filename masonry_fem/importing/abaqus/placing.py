@@ -54,7 +54,13 @@ class Move:
 
 @dataclass(slots=True)
 class Placing:
-    """What cards put together: parts by name in capitals, their instances, and what stands in no part."""
+    """What cards put together.
+
+    Attributes
+    ----------
+    parts : By name in capitals. loose : What stands in no part.
+    instances : Name, name of the part, and card of each.
+    """
 
     parts: dict[str, Part] = field(default_factory=dict)
     loose: Part = field(default_factory=Part)

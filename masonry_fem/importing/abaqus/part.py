@@ -82,6 +82,8 @@ class Part:
         ----------
         solids : Numbers of the elements that count. title : Of the file, for messages.
         """
+        if not solids:
+            return {}
         sets = [(name, self.members(name, title) & solids) for name in self.sets]
         proper = {name: found for name, found in sets if found and found != solids}
         if len(proper) > 1 and _divide(list(proper.values()), solids):

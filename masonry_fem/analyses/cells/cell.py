@@ -1,7 +1,7 @@
 """Cell: a trial of a search: a scene with changed keys, and the name of what is kept of it.
 
-cell = Cell.of(source.scene("mesh.size=0.2"), source.base, {"mesh.size": "0.2"})
-cell.key                     # hash of all that its results depend on
+scene = source.scene("mesh.size=0.2")
+cell = Cell((), {"mesh.size": "0.2"}, dumps(scene), fingerprint(scene, source.base))
 """
 
 from __future__ import annotations

@@ -17,6 +17,8 @@ from masonry_fem.fidelities import deforms
 from masonry_fem.scene import Scene
 from masonry_fem.scene.writing import plain
 
+MOST = 2000  # cells of a search
+
 
 @dataclass(frozen=True, slots=True)
 class Cell:

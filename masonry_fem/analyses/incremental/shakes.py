@@ -15,10 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from masonry_fem.analyses.cells.cell import Cell, fingerprint
+from masonry_fem.analyses.cells.cell import MOST, Cell, fingerprint
 from masonry_fem.analyses.cells.source import Source
 from masonry_fem.analyses.incremental.records import Intensity, Record, parsed_scales, read_records
-from masonry_fem.analyses.study.plan import MOST
 from masonry_fem.build.shaking import shaking
 from masonry_fem.errors import MasonryError
 from masonry_fem.results.incremental import ShakenTold

@@ -13,13 +13,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
-from masonry_fem.analyses.cells.cell import Cell, fingerprint
+from masonry_fem.analyses.cells.cell import MOST, Cell, fingerprint
 from masonry_fem.analyses.cells.source import Source
 from masonry_fem.analyses.study.variation import Variation
 from masonry_fem.errors import MasonryError, SceneError
 from masonry_fem.scene import dumps
 
-MOST = 2000
 RIVALS = {"size": "divisions", "divisions": "size"}
 
 

@@ -93,6 +93,8 @@ BARS = QUICK | {
     "elastic wall 10x10, 20 steps": Bar("≤ 80 ms a step", step_below(80.0)),
     "elastic wall 20x20, 20 steps": Bar("-"),
     "weighted wall 58x58, placed": Bar("10 000 interfaces in < 2 s", lambda row: row["place_s"] < 2.0),
+    "weighted plane wall 58x58, placed": Bar("10 000 interfaces in < 2 s", lambda row: row["place_s"] < 2.0),
+    "weighted vault, 180 unlike stones, placed": Bar("-"),
     "one stone 10x10x10": Bar("-"),
     "one stone 20x20x20": Bar("-"),
     "one stone 20x20x20, one step": Bar("-"),

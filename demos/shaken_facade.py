@@ -10,8 +10,8 @@ Load
     (``shaken_column.py``), as of a ground of 0.8 Hz. Steps of 10 ms, θ = ½. No damping but that of impacts
     and friction: what hits does not rebound.
 What to look at
-    With its bars the façade moves by some millimetres and comes back; they bear up to 68 kN each, and yield at
-    109 kN. Without them it rocks outwards, as the side walls hold it only from behind, and falls into the
+    With its bars the façade moves by some millimetres and comes back; they bear up to 68 kN each, and yield
+    at 109 kN. Without them it rocks outwards, as the side walls hold it only from behind, and falls into the
     street after 4 s.
 Reference
     A stiff wall of 0.5 m × 5.5 m lifts at g · 0.5/5.5 = 0.89 m/s².

@@ -6,10 +6,11 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from masonry_fem.cli.console import complain, print_files
+from masonry_fem.cli.console import complain, conclude_run, print_files
 from masonry_fem.cli.exit_codes import BAD_INPUT, EXIT_CODES
 from masonry_fem.cli.grammar import Commands, Parents, read_scene, results_folder, share
 from masonry_fem.errors import MasonryError
+from masonry_fem.host.garbage import put_off
 
 EXAMPLES = (
     ("an arch under its own weight", "masonry-fem run demos/arch.toml --out results/arch"),
@@ -20,6 +21,11 @@ EXAMPLES = (
 
 def run_scene(options: argparse.Namespace) -> int:
     """Solve a scene; the exit code says how it ended."""
+    with put_off():
+        return _solved(options)
+
+
+def _solved(options: argparse.Namespace) -> int:
     if options.refine_to is not None:
         return refine_scene(options)
     scene, base = read_scene(options)
@@ -27,17 +33,7 @@ def run_scene(options: argparse.Namespace) -> int:
 
     options.out = results_folder(options)
     result = run(scene, options.out, base=base, save_contact=options.save_contact, quiet=options.quiet)
-    code = EXIT_CODES.get(result.outcome, BAD_INPUT)
-    if not options.quiet:
-        from masonry_fem.output.terminal import print_summary
-        from masonry_fem.records.told import plain
-
-        # errors are printed once, at the end, on standard error
-        print_summary(plain(result.summary) | ({"message": ""} if code else {}))
-        print_files(result.files)
-    if code:
-        complain(result.message)
-    return code
+    return conclude_run(options, result)
 
 
 def refine_scene(options: argparse.Namespace) -> int:

@@ -2,7 +2,7 @@
 
     part = Part.of(problem, chosen, impulse, rigid_velocity)
     solution = iterate(part.problem, method, settings, part.start)
-    impulse, rigid_velocity = part.put(solution)
+    impulse, rigid_velocity = part.put(solution.impulse, solution.rigid_velocity)
 
 Its contacts are those of its bodies. What the other contacts push, and how the other bodies move, become
 loads and motions of its own.
@@ -14,9 +14,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
 
 from masonry_fem.nscd.compliance import only
-from masonry_fem.nscd.outcome import Solution
 from masonry_fem.nscd.problem import COHESION, ContactProblem
 from masonry_fem.nscd.settings import Start
 from masonry_fem.nscd.structure import Structure
@@ -81,12 +82,16 @@ class Part:
         """The state that it was taken from."""
         return Start(self.impulse[self.contacts], self.rigid_velocity[self.bodies])
 
-    def put(self, solution: Solution) -> tuple[FloatArray, FloatArray]:
-        """Impulses and U of the whole, the part's own from its solution, shapes (c, d) and (b, m)."""
-        impulse, rigid_velocity = self.impulse.copy(), self.rigid_velocity.copy()
-        impulse[self.contacts] = solution.impulse
-        rigid_velocity[self.bodies] = solution.rigid_velocity
-        return impulse, rigid_velocity
+    def put(self, impulse: FloatArray, rigid_velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Impulses (c, d) and U (b, m) of the whole with those of the part in their places.
+
+        Parameters
+        ----------
+        impulse, rigid_velocity : Of the part, shapes (k, d) and (n, m).
+        """
+        whole, motion = self.impulse.copy(), self.rigid_velocity.copy()
+        whole[self.contacts], motion[self.bodies] = impulse, rigid_velocity
+        return whole, motion
 
 
 def touched(problem: ContactProblem, chosen: Mask) -> Mask:
@@ -117,3 +122,16 @@ def unsettled(problem: ContactProblem, residual: FloatArray, least: float) -> Ma
     chosen[order[int(np.searchsorted(np.cumsum(of_bodies[order]), least**2, side="right")) :]] = True
     chosen[problem.bodies[touched(problem, chosen[:-1])]] = True
     return chosen[:-1]
+
+
+def clusters(problem: ContactProblem) -> list[Mask]:
+    """Bodies that hang together by contacts, cluster by cluster, each of shape (b,).
+
+    Parameters
+    ----------
+    problem : The contact problem.
+    """
+    pairs = problem.bodies[(problem.bodies >= 0).all(axis=1)]
+    graph = sparse.coo_array((np.ones(len(pairs)), tuple(pairs.T)), shape=(problem.body_count,) * 2)
+    count, number = connected_components(graph, directed=False)
+    return [number == cluster for cluster in range(count)]

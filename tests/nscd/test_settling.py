@@ -7,7 +7,7 @@ from scipy import sparse
 from masonry_fem.nscd import SolverSettings
 from masonry_fem.nscd.iterate import iterate
 from masonry_fem.nscd.methods.newton import NewtonRun, ProximalNewton
-from masonry_fem.nscd.part import Part, touched, unsettled
+from masonry_fem.nscd.part import Part, clusters, touched, unsettled
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import assess
 from masonry_fem.nscd.settings import Start
@@ -81,7 +81,7 @@ def test_a_disturbed_part_of_a_solution_comes_back_to_it() -> None:
     part = Part.of(problem, chosen, impulse, np.where(chosen[:, None], 0.0, motion))
     solution = iterate(part.problem, ProximalNewton(), SolverSettings(tolerance=1e-11))
     assert solution.converged
-    back = part.put(solution)
+    back = part.put(solution.impulse, solution.rigid_velocity)
     assert assess(problem, *back).error < 1e-9
     others = np.setdiff1d(np.arange(problem.count), part.contacts)
     np.testing.assert_array_equal(back[0][others], impulse[others])
@@ -108,6 +108,14 @@ def test_neighbours_of_unsettled_bodies_belong_to_them() -> None:
     beside = problem.bodies[np.isin(problem.bodies, pair).any(axis=1)]
     expected = np.unique(beside[beside >= 0])
     np.testing.assert_array_equal(np.flatnonzero(unsettled(problem, residual, 0.1)), expected)
+
+
+def test_bodies_that_do_not_touch_are_clusters_of_their_own() -> None:
+    problem, _ = boards(4)
+    np.testing.assert_array_equal(clusters(problem), np.eye(4, dtype=bool))
+    standing = wall(4, 2.0, (2, 1, 1)).problem()
+    (whole,) = clusters(standing)
+    assert whole.all()
 
 
 def solved(steps: int) -> tuple[int, float]:

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from masonry_fem.nscd.iterate import iterate
 from masonry_fem.nscd.methods.interior_point import InteriorPoint
 from masonry_fem.nscd.outcome import Solution
-from masonry_fem.nscd.part import Part, touched, unsettled
+from masonry_fem.nscd.part import Part, clusters, touched, unsettled
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.settings import ACCEPTABLE, SolverSettings, Start
 
@@ -81,10 +81,17 @@ class Settling:
         else:
             return None
         part = Part.of(self.problem, chosen, impulse, rigid_velocity)
-        found = self._rest(part, float(np.clip(SHARE * error, FINEST, COARSEST)))
-        if found.quality.error > max(ENOUGH * error, ACCEPTABLE):
-            return None
-        return part.put(found)
+        tolerance, enough = float(np.clip(SHARE * error, FINEST, COARSEST)), max(ENOUGH * error, ACCEPTABLE)
+        settled, start = False, part.start
+        assert start.impulse is not None
+        assert start.rigid_velocity is not None
+        state = start.impulse, start.rigid_velocity
+        for cluster in clusters(part.problem):
+            alone = Part.of(part.problem, cluster, *state)
+            found = self._rest(alone, tolerance)
+            if found.quality.error <= enough:
+                state, settled = alone.put(found.impulse, found.rigid_velocity), True
+        return part.put(*state) if settled else None
 
     def _rest(self, part: Part, tolerance: float) -> Solution:
         """A part's best state: with slip held from the start; few contacts begin inside the cones, too."""

@@ -26,6 +26,7 @@ from masonry_fem.output.recorder import StepReport
 from masonry_fem.results.summarise import peak_memory
 from masonry_fem.scene import check
 from masonry_fem.scene.specs import (
+    Contact,
     Dynamics,
     Joint,
     Loads,
@@ -40,6 +41,8 @@ from masonry_fem.scene.specs import (
     Structure,
     Support,
     Table,
+    Traction,
+    material_record,
 )
 from masonry_fem.structures.arch import ArchStructure
 from masonry_fem.structures.barrel_vault import BarrelVaultStructure
@@ -214,6 +217,53 @@ def elastic_steps(count: int, steps: int) -> Row:
     return told(result) | {"step_ms": shown, "first_step_ms": 1e3 * times[0]}
 
 
+def pressed_wall(analysis: Statics | Dynamics, **keys: Any) -> tuple[RunResult, StepTimes]:
+    """A wall of 10×10 bricks of 4×2×2 elements under its weight and, growing, 2 MPa on its top."""
+    end = analysis.duration if isinstance(analysis, Dynamics) else 1.0
+    grows = Table(points=((0.0, 0.0), (end, 1.0)))
+    stone = {"density": 2400.0, "young": 10e9, "poisson": 0.2}
+    law = material_record("drucker_prager", cohesion=4e5, friction_angle=30.0, dilatancy_angle=10.0)
+    given = {
+        "materials": {"stone": Material(**stone), "weak": Material(**stone, inelastic=law)},
+        "mesh": MeshSettings(divisions=(4, 2, 2)),
+        "loads": Loads(
+            gravity=(0.0, 0.0, -G),
+            tractions=(Traction(on="wall.c10.*/top", vector=(0.0, 0.0, -2e6), time=grows),),
+        ),
+        "analysis": analysis,
+    }
+    times = StepTimes()
+    return solve_scene(check(scene(wall(10, 10), **given | keys)), observers=(times,)), times
+
+
+def beside(one: tuple[RunResult, StepTimes], other: tuple[RunResult, StepTimes]) -> Row:
+    """What the steps of a march cost beside those of another, the first one, with all before it, left out."""
+    (result, taken), (_, compared) = one, other
+    ratios = np.array(taken[1:]) / np.array(compared[1:])
+    return told(result) | {
+        "steps_s": [round(value, 3) for value in taken[1:]],
+        "beside_s": [round(value, 3) for value in compared[1:]],
+        "ratio": sum(taken[1:]) / sum(compared[1:]),
+        "worst": float(ratios.max()),
+    }
+
+
+def some_that_yield(analysis: Statics | Dynamics) -> Row:
+    """One brick in ten is inelastic and weak, beside a wall of elastic bricks."""
+    weak = tuple(
+        Override(blocks=f"wall.c{course}.b{1 + 3 * course % 10}", fidelity="inelastic", material="weak")
+        for course in range(1, 11)
+    )
+    inelastic, elastic = pressed_wall(analysis, overrides=weak), pressed_wall(analysis)
+    yielded = inelastic[0].summary.stress.yielded or ()
+    return beside(inelastic, elastic) | {"yielded": len(yielded)}
+
+
+def bricks_that_turn(analysis: Statics | Dynamics) -> Row:
+    """Bricks with frames that rotate, beside small rotations and contacts of the start."""
+    return beside(pressed_wall(analysis), pressed_wall(analysis, contact=Contact(update="fixed")))
+
+
 def elastic_rubble(stones: int) -> Row:
     """A wall of rubble under its weight: no two stones are alike. A stone fills 0.015 m³ in the mean."""
     rubble = RubbleStructure(
@@ -377,6 +427,9 @@ CASES: dict[str, Callable[[], Row]] = {
     "elastic wall 40x40, .2 g, to 1e-8": lambda: elastic_wall(40, Statics(), 1e-8, push=0.2, friction=0.3),
     "elastic wall 10x10, 20 steps": lambda: elastic_steps(10, 20),
     "elastic wall 20x20, 20 steps": lambda: elastic_steps(20, 20),
+    "one brick in ten yields, statics": lambda: some_that_yield(Statics(load_steps=8)),
+    "bricks that turn, statics": lambda: bricks_that_turn(Statics(load_steps=8)),
+    "bricks that turn, dynamics": lambda: bricks_that_turn(Dynamics(step=1e-3, duration=6e-3, theta=1.0)),
     "elastic rubble, 200 stones": lambda: elastic_rubble(200),
     "elastic rubble, 1000 stones": lambda: elastic_rubble(1000),
     "elastic rubble, 5000 stones": lambda: elastic_rubble(5000),

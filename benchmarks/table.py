@@ -64,6 +64,10 @@ def solved_within(seconds: float, memory: float) -> Callable[[Row], bool]:
     )
 
 
+def times_at_most(limit: float) -> Callable[[Row], bool]:
+    return lambda row: row["outcome"] in {"equilibrium", "finished"} and row["ratio"] <= limit
+
+
 def peer(median: float, reaction: str) -> Bar:
     return Bar(f"LMGC90: median {median} ms a step, reactions to {reaction}", step_below(median))
 
@@ -92,6 +96,8 @@ BARS = QUICK | {
     "elastic wall 40x40, .2 g, to 1e-8": Bar("< 200 s", solved_within(200.0, 8192)),
     "elastic wall 10x10, 20 steps": Bar("≤ 80 ms a step", step_below(80.0)),
     "elastic wall 20x20, 20 steps": Bar("-"),
+    "one brick in ten yields, statics": Bar("≤ 2 elastic walls", times_at_most(2.0)),
+    "bricks that turn, statics": Bar("≤ 1.3 of small rotations", times_at_most(1.3)),
     "weighted wall 58x58, placed": Bar("10 000 interfaces in < 2 s", lambda row: row["place_s"] < 2.0),
     "one stone 10x10x10": Bar("-"),
     "one stone 20x20x20": Bar("-"),
@@ -137,6 +143,8 @@ def cost(row: Row) -> str:
         return f"{row['total']:.3f} s"
     if "median_us" in row:
         return f"median {row['median_us']:.2f}, worst {row['worst_us']:.2f} µs"
+    if "ratio" in row:
+        return f"steps {row['ratio']:.2f} times as dear, at most {row['worst']:.2f}"
     if "step_ms" in row:
         step = row["step_ms"]
         return (

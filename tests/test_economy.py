@@ -221,8 +221,8 @@ def test_a_rigid_run_loads_only_what_it_uses(tmp_path):
     assert not libraries & {"dolfinx", "ufl", "basix", "petsc4py", "mpi4py", "gmsh", "meshio", "pyvista",
                             "matplotlib", "clarabel", "rich", "pint", "pyamg"}  # fmt: skip
     # of fem only the laws of materials, whose keys scenes may have
-    own = {"analyses.study", "fem._compat", "fem.assemble", "fem.condense", "fem.elastic", "fem.groups",
-           "fem.inelastic", "fem.lagrange", "limit", "meshing.mesher",
+    own = {"analyses.cells", "analyses.study", "fem._compat", "fem.assemble", "fem.condense", "fem.elastic",
+           "fem.groups", "fem.inelastic", "fem.lagrange", "limit", "meshing.mesher",
            "importing.mesh_files", "importing.apart", "output.interfaces", "output.asked.fields",
            "output.asked.pictures"}  # fmt: skip
     assert not loaded & {"scipy.optimize", "scipy.spatial", *(f"masonry_fem.{name}" for name in own)}

@@ -22,21 +22,23 @@ from masonry_fem.analyses.bracket import Bracket
 from masonry_fem.analyses.limit import growth_of, posed
 from masonry_fem.analyses.pushing import Push
 from masonry_fem.analyses.run.reopening import refuse_start
-from masonry_fem.analyses.trials import Trials, counted, repeated
+from masonry_fem.analyses.trials import Trials
 from masonry_fem.build import Built, build
 from masonry_fem.errors import MasonryError, ProblemError
 from masonry_fem.limit import collapse_multiplier
 from masonry_fem.march.mechanism import Mechanism
 from masonry_fem.march.model import Model
-from masonry_fem.march.recognition import mechanism_of_step
 from masonry_fem.march.state import SystemState
 from masonry_fem.records.arguments import check_share
-from masonry_fem.records.remark import gathered
-from masonry_fem.results.collapse import CollapseTold, Trial, write_collapse
+from masonry_fem.records.listing import counted
+from masonry_fem.records.remark import gathered, repeated
+from masonry_fem.results.collapse import CollapseTold, Trial
+from masonry_fem.results.search import Fall, write_search
 from masonry_fem.scene import check, specs
 
 logger = logging.getLogger(__name__)
 
+COLUMNS = ("multiplier", "verdict", "outcome", "steps", "seconds")  # of the trials
 AT_LIMIT = "The loads are at the limit"  # how the message of such a march begins
 
 
@@ -68,9 +70,10 @@ class CollapseResult:
 
     def write(self, directory: str | Path, *, pictures: bool = True) -> list[Path]:
         """Write ``collapse.json``, ``trials.csv`` and ``mechanism.png`` to a folder."""
-        return write_collapse(
-            Path(directory), self.summary, self.model, self.state, self.mechanism, pictures=pictures
-        )
+        fall = None
+        if self.mechanism is not None and self.state is not None:
+            fall = Fall(self.mechanism, self.model, self.state)
+        return write_search(Path(directory), "collapse", self.summary, COLUMNS, fall, pictures=pictures)
 
 
 def collapse(
@@ -145,12 +148,8 @@ def _result(
     scene: specs.Scene, trials: Trials, bracket: Bracket, bound: float | None, tolerance: float
 ) -> CollapseResult:
     """What is known now."""
-    mechanism = state = None
-    model = trials.built.model
-    if trials.fallen is not None:
-        fall = trials.fallen[0]
-        model, state = fall.model, fall.last.before
-        mechanism = mechanism_of_step(fall.last, model)
+    fall = None if trials.fallen is None else Fall.of(trials.fallen[0])
+    mechanism = None if fall is None else fall.mechanism
     notes = [*trials.notes, *_doubts(trials, bracket, bound, tolerance)]
     for note in notes:
         logger.info("%s", note)
@@ -167,7 +166,9 @@ def _result(
         trials=tuple(trials.made),
         notes=tuple(notes),
     )
-    return CollapseResult(summary, mechanism, model, state)
+    if fall is None:
+        return CollapseResult(summary, None, trials.built.model, None)
+    return CollapseResult(summary, fall.mechanism, fall.model, fall.state)
 
 
 def _doubts(trials: Trials, bracket: Bracket, bound: float | None, tolerance: float) -> Iterator[str]:

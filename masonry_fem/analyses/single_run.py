@@ -23,10 +23,10 @@ from masonry_fem.build import build
 from masonry_fem.limit import admissible
 from masonry_fem.march.march import Observer, march
 from masonry_fem.march.mechanism import Falling
-from masonry_fem.march.recognition import mechanism_of_state, mechanism_of_step
+from masonry_fem.march.recognition import mechanism_of_state
 from masonry_fem.march.toppling import ToppledError, Toppling
 from masonry_fem.results.limit import motion_told
-from masonry_fem.results.threshold import Fall
+from masonry_fem.results.search import Fall
 from masonry_fem.scene import specs
 
 
@@ -88,9 +88,8 @@ def run_once(
     if verdict != "falls":
         leans = {} if toppling is None else toppling.leans
         return RunEnd(verdict, ended.outcome, ended.message, ended.state.index, leans=leans)
-    mechanism = mechanism_of_step(ended.last, ended.model)
-    fall = Fall(mechanism, ended.model, ended.last.before)
-    return RunEnd(verdict, ended.outcome, ended.message, ended.state.index, mechanism.told(), fall)
+    fall = Fall.of(ended)
+    return RunEnd(verdict, ended.outcome, ended.message, ended.state.index, fall.mechanism.told(), fall)
 
 
 def ask_limit_analysis(scene: specs.Scene, base: Path) -> RunEnd:

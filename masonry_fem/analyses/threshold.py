@@ -18,28 +18,29 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-import msgspec
-
 from masonry_fem.analyses.bracket import Bracket, Verdict
+from masonry_fem.analyses.cells.cell import fingerprint
+from masonry_fem.analyses.cells.kept import Kept
+from masonry_fem.analyses.cells.source import Source
 from masonry_fem.analyses.single_run import RunEnd, ask_limit_analysis, run_once
-from masonry_fem.analyses.study.cell import fingerprint
 from masonry_fem.analyses.swept_key import SweptKey
-from masonry_fem.analyses.trials import counted, repeated
-from masonry_fem.errors import MasonryError, ProblemError, SceneError
+from masonry_fem.errors import MasonryError, ProblemError
 from masonry_fem.fidelities import deforms
 from masonry_fem.march.clock import Clock
 from masonry_fem.march.mechanism import Falling
-from masonry_fem.output.folder import Folder, make_folder
-from masonry_fem.records.arguments import check_share, texts
-from masonry_fem.records.remark import gathered
-from masonry_fem.records.told import write
-from masonry_fem.results.threshold import Fall, Outcome, Range, ThresholdTold, Tried, write_threshold
-from masonry_fem.scene import check, loads, specs
+from masonry_fem.output.folder import Folder
+from masonry_fem.records.arguments import check_share
+from masonry_fem.records.listing import counted
+from masonry_fem.records.remark import gathered, repeated
+from masonry_fem.results.search import Fall, write_search
+from masonry_fem.results.threshold import Outcome, Range, ThresholdTold, Tried
+from masonry_fem.scene import check, specs
 
 logger = logging.getLogger(__name__)
 
 Tell = Callable[[float, str, float | None, float | None], None]
 
+COLUMNS = ("value", "by", "verdict", "outcome", "steps", "seconds")  # of the trials
 FINER = 0.1  # of the tolerance: that of limit analysis, which costs little
 NEAR_ZERO = 1e-3  # of the ends' distance, times the tolerance: a bracket that is narrow even at 0
 
@@ -72,7 +73,7 @@ class Threshold:
     def write(self, directory: str | Path | None = None, *, pictures: bool = True) -> list[Path]:
         """Write ``threshold.json``, ``trials.csv`` and ``mechanism.png``; returns their paths."""
         folder = self.folder if directory is None else Path(directory)
-        return write_threshold(folder, self.summary, self.fall, pictures=pictures)
+        return write_search(folder, "threshold", self.summary, COLUMNS, self.fall, pictures=pictures)
 
 
 def threshold(
@@ -108,14 +109,15 @@ def threshold(
     MasonryError : The scene cannot be read with these values, or has stages.
     """
     check_share("tolerance", tolerance)
-    path = Path(scene)
-    folder = Path("results") / f"{path.stem}-threshold" if out is None else Path(out)
-    trials = _Trials(path, SweptKey.of(key, *between, along), texts(overrides), folder, fresh=fresh)
+    trials = _Trials(
+        Source.of(scene, overrides, Path(scene).resolve().parent), SweptKey.of(key, *between, along)
+    )
+    folder = trials.source.folder(out, "threshold")
     with Folder(folder, "threshold", title=trials.scenes[0].title), gathered(aloud=False) as remarks:
-        make_folder(folder / "cells")
-        static = _limit(trials, FINER * tolerance) if limit else None
+        kept = Kept(folder, fresh=fresh)
+        static = _limit(trials, kept, FINER * tolerance) if limit else None
         guess = None if static is None or static.bracket is None else static.middle
-        runs = _Search(trials, run_once, "simulation", tell)
+        runs = _Search(trials, kept, run_once, "simulation", tell)
         runs.search(tolerance, guess)
     notes = [*trials.notes, *repeated(remarks), *_doubts(runs, static, tolerance)]
     for note in notes:
@@ -139,42 +141,21 @@ def threshold(
 
 
 class _Trials:
-    """The scenes that values of a key make, and where what became of them is kept."""
+    """The scenes that values of a key make."""
 
-    def __init__(
-        self, path: Path, key: SweptKey, overrides: tuple[str, ...], folder: Path, *, fresh: bool
-    ) -> None:
-        try:
-            self._text = path.read_text(encoding="utf-8-sig")
-        except (OSError, UnicodeDecodeError) as error:
-            raise SceneError(f"{path}: cannot be read ({error}); expected a TOML file") from error
-        self._source, self.base, self._overrides = str(path), path.resolve().parent, overrides
-        self._folder, self._fresh = folder / "cells", fresh
-        self.key = key.fitted(self._read)
+    def __init__(self, source: Source, key: SweptKey) -> None:
+        self.source, self.key = source, key.fitted(source.scene)
         self.scenes = [self.scene(value) for value in (self.key.low, self.key.high)]
-        if any(scene.stages for scene in self.scenes):
-            raise MasonryError(f"{path} has stages, and a threshold is that of one analysis; leave them out")
-        if any(scene.combinations for scene in self.scenes):
-            raise MasonryError(f"{path} has combinations, and a threshold is that of one run; leave them out")
+        for scene in self.scenes:
+            source.refuse(scene, {
+                "stages": "a threshold is that of one analysis",
+                "combinations": "a threshold is that of one run",
+            })  # fmt: skip
         self.notes: list[str] = []
 
     def scene(self, value: float) -> specs.Scene:
         """The scene with a value of the key."""
-        return check(self._read(self.key.override(value)), base=self.base)
-
-    def _read(self, override: str) -> specs.Scene:
-        return loads(self._text, [*self._overrides, override], base=self.base, source=self._source)
-
-    def kept(self, scene: specs.Scene, by: str) -> Path:
-        """Where the result of a trial is kept."""
-        return self._folder / f"{fingerprint(scene, self.base)}-{by.partition(' ')[0]}.json"
-
-    def known(self, path: Path) -> Tried | None:
-        """What is kept, where it is to be used."""
-        try:
-            return None if self._fresh else msgspec.json.decode(path.read_bytes(), type=Tried)
-        except (OSError, ValueError):
-            return None
+        return check(self.source.scene(self.key.override(value)), base=self.source.base)
 
 
 class _Search:
@@ -183,11 +164,13 @@ class _Search:
     def __init__(
         self,
         trials: _Trials,
+        kept: Kept,
         ask: Callable[[specs.Scene, Path], RunEnd],
         by: Literal["simulation", "limit analysis"],
         tell: Tell | None,
     ) -> None:
-        self._trials, self._ask, self._by, self._tell = trials, ask, by, tell
+        self._trials, self._kept, self._ask, self._by, self._tell = trials, kept, ask, by, tell
+        self._base = trials.source.base
         self._ends: dict[float, RunEnd] = {}  # of those that were not known
         self._sign = 1.0  # of the direction in which values come nearer to a fall
         self.made: list[Tried] = []
@@ -202,7 +185,7 @@ class _Search:
             self._search(tolerance, guess)
             fallen = self.ends[1]
             if fallen is not None:
-                ended = self._ends.get(fallen) or self._ask(self._trials.scene(fallen), self._trials.base)
+                ended = self._ends.get(fallen) or self._ask(self._trials.scene(fallen), self._base)
                 self.mechanism, self.fall = ended.mechanism, ended.fall
 
     def _search(self, tolerance: float, guess: float | None) -> None:
@@ -230,16 +213,16 @@ class _Search:
             if made.value == value:
                 return made.verdict
         scene, clock = self._trials.scene(value), Clock()
-        path = self._trials.kept(scene, self._by)
-        trial = self._trials.known(path)
+        key = f"{fingerprint(scene, self._base)}-{self._by.partition(' ')[0]}"
+        trial = self._kept.row(key, Tried)
         if trial is None:
-            self._ends[value] = ended = self._ask(scene, self._trials.base)
+            self._ends[value] = ended = self._ask(scene, self._base)
             clock.lap("trial")
             trial = Tried(
                 value=value, by=self._by, verdict=ended.verdict, outcome=ended.outcome,
                 message=ended.message, steps=ended.steps, seconds=clock.phases["trial"],
             )  # fmt: skip
-            write(path, trial)
+            self._kept.keep(key, trial)
         self.made.append(trial)
         if self._tell is not None:
             self._tell(value, trial.verdict, *self.ends)
@@ -281,14 +264,14 @@ class _Search:
 # --- limit analysis beside it -----------------------------------------------------------------
 
 
-def _limit(trials: _Trials, tolerance: float) -> _Search | None:
+def _limit(trials: _Trials, kept: Kept, tolerance: float) -> _Search | None:
     """The threshold of limit analysis, where it has one."""
     scene = trials.scenes[0]
     if not scene.analysis.seeks_equilibrium or scene.analysis.start is not None:
         why = "the scene starts where another ended" if scene.analysis.start else "the analysis is in time"
         trials.notes.append(f"limit analysis is left out: {why}")
         return None
-    found = _Search(trials, ask_limit_analysis, "limit analysis", None)
+    found = _Search(trials, kept, ask_limit_analysis, "limit analysis", None)
     try:
         found.search(tolerance, None)
     except (ProblemError, MasonryError) as error:

@@ -7,7 +7,7 @@ trials.made, trials.fallen
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 
 from masonry_fem.analyses.bracket import Verdict
@@ -23,7 +23,6 @@ from masonry_fem.march.model import Model
 from masonry_fem.march.motion import greatest_shift
 from masonry_fem.march.recognition import OPEN
 from masonry_fem.march.state import SystemState
-from masonry_fem.records.remark import Remark
 from masonry_fem.results.collapse import Trial
 from masonry_fem.scene import specs
 
@@ -135,23 +134,3 @@ def _rested(model: Model, state: SystemState) -> SystemState:
         group.scale_velocity(own, 0.0) for group, own in zip(model.groups, state.bodies, strict=True)
     )
     return replace(state, index=0, bodies=bodies, velocity=0 * state.velocity, rigid_velocity=None)
-
-
-def counted(number: int, thing: str) -> str:
-    """A number of things in words, as ``2 trials``.
-
-    Parameters
-    ----------
-    number : How many.
-    thing : What, in the singular.
-    """
-    return f"{number} {thing}{'' if number == 1 else 's'}"
-
-
-def repeated(remarks: Sequence[Remark]) -> Iterator[str]:
-    """Remarks of the trials' marches, one sentence for each kind."""
-    kinds: dict[str, list[str]] = {}
-    for one in remarks:
-        kinds.setdefault(one.code, []).append(one.sentence)
-    for said in kinds.values():
-        yield f"in {counted(len(said), 'trial')}, the last time so: {said[-1]}"

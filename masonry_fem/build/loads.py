@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -66,16 +67,17 @@ class Patterns:
                 _add(total, group, self.groups[group].traction_force(body, number, traction))
         return tuple(total)
 
-    def points(
-        self, block: str, points: list[FloatArray | None], force: FloatArray, key: str
-    ) -> tuple[FloatArray | None, ...]:
-        """The same force at each of the points of one block (None: its centroid)."""
-        total: list[FloatArray | None] = [None] * len(self.groups)
-        what = f"{key}.block"
-        group, body = self.place[only(self._free(block, what), block, self.names, what)]
-        for point in points:
-            _add(total, group, self.groups[group].point_force(body, point, force))
-        return tuple(total)
+    def point(self, load: specs.PointForce, key: str) -> tuple[FloatArray | None, ...]:
+        """A force at a point of a block, or at its centroid."""
+        where = None if load.point is None else np.array(load.point)
+        return self._forces(load.block, [where], np.array(load.vector), key)
+
+    def line(self, load: specs.LineForce, key: str) -> tuple[FloatArray | None, ...]:
+        """A force along a line, as one at the middle of each of its equal pieces."""
+        start, end = np.array(load.start), np.array(load.end)
+        at = (np.arange(LINE_POINTS) + 0.5) / LINE_POINTS
+        share = np.array(load.vector) * np.linalg.norm(end - start) / LINE_POINTS
+        return self._forces(load.block, [start + s * (end - start) for s in at], share, key)
 
     def faces(self, on: str, key: str) -> TrackFaces:
         """The matching faces of all matching blocks."""
@@ -88,6 +90,17 @@ class Patterns:
             for number in faces_of(self.stones.assembly, block, face, key):
                 found.append((*self.place[block], own.pose.to_world(solid.face_points(number))))
         return TrackFaces.of(found)
+
+    def _forces(
+        self, block: str, points: Sequence[FloatArray | None], force: FloatArray, key: str
+    ) -> tuple[FloatArray | None, ...]:
+        """The same force at each of the points of one block (None: its centroid)."""
+        total: list[FloatArray | None] = [None] * len(self.groups)
+        what = f"{key}.block"
+        group, body = self.place[only(self._free(block, what), block, self.names, what)]
+        for point in points:
+            _add(total, group, self.groups[group].point_force(body, point, force))
+        return tuple(total)
 
     def _free(self, selector: str, key: str) -> list[int]:
         chosen = select(selector, self.names, key)
@@ -103,6 +116,12 @@ class Patterns:
 def _add(total: list[FloatArray | None], group: int, force: FloatArray) -> None:
     present = total[group]
     total[group] = force if present is None else present + force
+
+
+PATTERNS: dict[str, Callable[[Patterns, Any, str], tuple[FloatArray | None, ...]]] = {
+    "tractions": Patterns.traction, "pressures": Patterns.pressure, "points": Patterns.point,
+    "lines": Patterns.line,
+}  # fmt: skip
 
 
 def loads(
@@ -126,40 +145,34 @@ def loads(
     ------
     SceneError : A selector selects nothing, or what a load cannot act on.
     """
-    patterns, wanted, made = Patterns(stones, groups), scene.loads, []
-    if wanted.gravity is not None:
-        factor = time_factor(scene, wanted.gravity_time, base)
-        made.append(Load("gravity", patterns.acceleration(np.array(wanted.gravity)), factor))
-    for index, body_force in enumerate(wanted.accelerations):
-        factor = time_factor(scene, body_force.time, base)
-        force = patterns.acceleration(np.array(body_force.vector))
-        made.append(Load(f"accelerations.{index}", force, factor))
-    for index, one in enumerate(() if ground is None else ground.components):
-        if not one.moves:
-            force = patterns.acceleration(-np.eye(scene.dimension)[one.axis])
-            made.append(Load(f"accelerograms.{index}", force, one.record.acceleration))
-    for index, traction in enumerate(wanted.tractions):
-        key = f"loads.tractions.{index}"
-        factor = time_factor(scene, traction.time, base)
-        made.append(Load(key, patterns.traction(traction, key), factor))
-    for index, pressure in enumerate(wanted.pressures):
-        key = f"loads.pressures.{index}"
-        factor = time_factor(scene, pressure.time, base)
-        made.append(Load(key, patterns.pressure(pressure, key), factor, follows=True))
-    for index, point in enumerate(wanted.points):
-        key = f"loads.points.{index}"
-        where = None if point.point is None else np.array(point.point)
-        force = patterns.points(point.block, [where], np.array(point.vector), key)
-        made.append(Load(key, force, time_factor(scene, point.time, base)))
-    for index, line in enumerate(wanted.lines):
-        key = f"loads.lines.{index}"
-        made.append(Load(key, _line(patterns, line, key), time_factor(scene, line.time, base)))
-    for index, moving in enumerate(wanted.moving):
+    patterns = Patterns(stones, groups)
+    made = list(_inertial(scene, patterns, base, ground))
+    for kind, pattern in PATTERNS.items():
+        for index, load in enumerate(getattr(scene.loads, kind)):
+            key = f"loads.{kind}.{index}"
+            factor = time_factor(scene, load.time, base)
+            made.append(Load(key, pattern(patterns, load, key), factor, follows=kind == "pressures"))
+    for index, moving in enumerate(scene.loads.moving):
         key = f"loads.moving.{index}"
         travel = _travel(patterns, moving, _place(scene, moving), key)
         forces = travel.forces(groups, travel.place(0.0))
         made.append(Load(key, forces, time_factor(scene, moving.time, base), travel))
     return tuple(_factored(load, scene.design.loads) for load in made)
+
+
+def _inertial(scene: specs.Scene, patterns: Patterns, base: Path, ground: Shaking | None) -> Iterator[Load]:
+    """What acts on all mass: gravity, other accelerations, and those of a ground that stays."""
+    wanted = scene.loads
+    if wanted.gravity is not None:
+        factor = time_factor(scene, wanted.gravity_time, base)
+        yield Load("gravity", patterns.acceleration(np.array(wanted.gravity)), factor)
+    for index, body_force in enumerate(wanted.accelerations):
+        factor = time_factor(scene, body_force.time, base)
+        yield Load(f"accelerations.{index}", patterns.acceleration(np.array(body_force.vector)), factor)
+    for index, one in enumerate(() if ground is None else ground.components):
+        if not one.moves:
+            force = patterns.acceleration(-np.eye(scene.dimension)[one.axis])
+            yield Load(f"accelerograms.{index}", force, one.record.acceleration)
 
 
 def _factored(load: Load, factors: specs.LoadFactors) -> Load:
@@ -202,11 +215,3 @@ def _at_speed(begin: float, speed: float, time: float) -> float:
 
 def _between(travelled: Callable[[float], float], begin: float, way: float, time: float) -> float:
     return begin + travelled(time) * (way - begin)
-
-
-def _line(patterns: Patterns, line: specs.LineForce, key: str) -> tuple[FloatArray | None, ...]:
-    start, end = np.array(line.start), np.array(line.end)
-    at = (np.arange(LINE_POINTS) + 0.5) / LINE_POINTS
-    share = np.array(line.vector) * np.linalg.norm(end - start) / LINE_POINTS
-    points: list[FloatArray | None] = [start + s * (end - start) for s in at]
-    return patterns.points(line.block, points, share, key)

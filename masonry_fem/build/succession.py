@@ -116,24 +116,26 @@ def _numbers(built: Built, left: Left) -> IntArray:
 def _refuse_others(built: Built, left: Left, old: IntArray) -> None:
     """Refuse stones that are not those of the same name that were left."""
     here = np.flatnonzero(old >= 0)
-    there, names = old[here], [built.stones.assembly.blocks[new].name for new in here.tolist()]
-    was, now = (np.array(stones.fidelity, dtype=object) for stones in (left.stones, built.stones))
-    was, now = was[there], now[here]
-    before, mass = _mass_of(left.model)[there], _mass_of(built.model)[here]
-    other, gone, heavier = (
-        np.flatnonzero(differs).tolist()
-        for differs in (
-            was != now,
-            _elsewhere(built, left, here, there),
-            np.abs(mass - before) > ALIKE * before,
-        )
+    there = old[here]
+    was, now = (
+        np.array(stones.fidelity, dtype=object)[places]
+        for stones, places in ((left.stones, there), (built.stones, here))
     )
-    told = [f"'{names[k]}' was {was[k] or 'a support'}, and is {now[k] or 'a support'}" for k in other]
-    told += [f"'{names[k]}' had another shape or place" for k in gone]
-    heavier = [k for k in heavier if k not in other]  # a support has none
-    told += [f"'{names[k]}' had a mass of {before[k]:g}, and has {mass[k]:g}" for k in heavier]
+    before, mass = _mass_of(left.model)[there], _mass_of(built.model)[here]
+    other = was != now
+    heavier = ~other & (np.abs(mass - before) > ALIKE * before)  # a support has none
+    gone = _elsewhere(built, left, here, there)
+    names = [built.stones.assembly.blocks[block].name for block in here]
+    told = [
+        f"'{names[k]}' was {was[k] or 'a support'}, and is {now[k] or 'a support'}"
+        for k in np.flatnonzero(other)
+    ]
+    told += [f"'{names[k]}' had another shape or place" for k in np.flatnonzero(gone)]
+    told += [
+        f"'{names[k]}' had a mass of {before[k]:g}, and has {mass[k]:g}" for k in np.flatnonzero(heavier)
+    ]
     if told:
-        let_go = any(was[k] is None for k in other)
+        let_go = any(fidelity is None for fidelity in was[other])
         raise MasonryError(
             f"the scene cannot start from the state that was left: {first_few(told, SHOWN, separator='; ')}. "
             "Expected stones of the same names as they were: "

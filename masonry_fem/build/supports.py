@@ -80,12 +80,15 @@ def last_change(scene: specs.Scene, base: Path, ground: Shaking | None = None) -
     shaken = () if ground is None else ground.components
     ends = [float(one.record.times[-1]) for one in shaken]
     ends += [function.end for function in functions if isinstance(function, Piecewise | Pulses)]
+    ends += [_gone(one) for one in scene.loads.moving if one.speed]
+    return max([*ends, *_ramps(scene)], default=0.0)
+
+
+def _ramps(scene: specs.Scene) -> list[float]:
+    """Time by which motions and temperatures without a function of time have come to their ends; or none."""
     times = [one.motion.time for one in scene.supports if one.motion is not None]
     times += [one.time for one in scene.loads.temperatures]
-    ends += [_gone(one) for one in scene.loads.moving if one.speed]
-    if any(time is None for time in times):
-        ends.append(scene.analysis.ramp)
-    return max(ends, default=0.0)
+    return [scene.analysis.ramp] if None in times else []
 
 
 def _gone(load: specs.MovingLoad) -> float:

@@ -21,12 +21,12 @@ def collapse_scene(options: argparse.Namespace) -> int:
     scene, base = read_scene(options)
     from masonry_fem.analyses.collapse import collapse
     from masonry_fem.output.folder import Folder
-    from masonry_fem.output.search_table import Watch, print_collapse
+    from masonry_fem.output.search_table import print_collapse, watched
 
     options.out = results_folder(options)
     # before the search, so that a folder that cannot be written to is found at once
     with Folder(options.out, "collapse", title=scene.title):
-        with Watch(options.tolerance) as watch:
+        with watched(options.tolerance) as say:
             found = collapse(
                 scene,
                 base,
@@ -37,7 +37,7 @@ def collapse_scene(options: argparse.Namespace) -> int:
                 start=options.start,
                 at_once=options.at_once,
                 limit=not options.no_limit,
-                tell=watch.tell,
+                tell=lambda trial, *ends: say(trial.multiplier, trial.verdict, *ends),
             )
         told = found.summary
         asked = scene.output.pictures

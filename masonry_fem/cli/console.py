@@ -12,6 +12,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from masonry_fem.cli.exit_codes import BAD_INPUT, EXIT_CODES
+
 NARROW = 72  # columns: narrower tables would cut off figures
 PLAIN = {
     "–": "-", "—": "-", "−": "-", "×": "x", "·": ".", "•": "*", "…": "...", "°": " deg", "∞": "inf",
@@ -74,6 +76,26 @@ def conclude(
         print_files(files)
     if code:
         complain(told.message)
+    return code
+
+
+def conclude_run(options: argparse.Namespace, result: Any) -> int:
+    """Say how a run ended; its exit code.
+
+    Parameters
+    ----------
+    options : What was asked: ``quiet``. result : Of the run.
+    """
+    code = EXIT_CODES.get(result.outcome, BAD_INPUT)
+    if not options.quiet:
+        from masonry_fem.output.terminal import print_summary  # noqa: PLC0415 - not on the path of --help
+        from masonry_fem.records.told import plain  # noqa: PLC0415
+
+        # errors are printed once, at the end, on standard error
+        print_summary(plain(result.summary) | ({"message": ""} if code else {}))
+        print_files(result.files)
+    if code:
+        complain(result.message)
     return code
 
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from masonry_fem.cli.console import complain, print_files
+from masonry_fem.cli.console import conclude_run
 from masonry_fem.cli.exit_codes import BAD_INPUT, EXIT_CODES
 from masonry_fem.cli.grammar import Commands, Parents
 
@@ -29,16 +29,7 @@ def resume_run(options: argparse.Namespace) -> int:
         if not options.quiet:
             print(f"{options.out}: {ended}")
         return EXIT_CODES.get(ended.outcome, BAD_INPUT)
-    code = EXIT_CODES.get(result.outcome, BAD_INPUT)
-    if not options.quiet:
-        from masonry_fem.output.terminal import print_summary
-        from masonry_fem.records.told import plain
-
-        print_summary(plain(result.summary) | ({"message": ""} if code else {}))
-        print_files(result.files)
-    if code:
-        complain(result.message)
-    return code
+    return conclude_run(options, result)
 
 
 def add(commands: Commands, parents: Parents) -> None:

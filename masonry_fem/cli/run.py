@@ -6,7 +6,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from masonry_fem.cli.console import complain, print_files
+from masonry_fem.cli.console import complain, conclude_run, print_files
 from masonry_fem.cli.exit_codes import BAD_INPUT, EXIT_CODES
 from masonry_fem.cli.grammar import Commands, Parents, read_scene, results_folder, share
 from masonry_fem.errors import MasonryError
@@ -27,17 +27,7 @@ def run_scene(options: argparse.Namespace) -> int:
 
     options.out = results_folder(options)
     result = run(scene, options.out, base=base, save_contact=options.save_contact, quiet=options.quiet)
-    code = EXIT_CODES.get(result.outcome, BAD_INPUT)
-    if not options.quiet:
-        from masonry_fem.output.terminal import print_summary
-        from masonry_fem.records.told import plain
-
-        # errors are printed once, at the end, on standard error
-        print_summary(plain(result.summary) | ({"message": ""} if code else {}))
-        print_files(result.files)
-    if code:
-        complain(result.message)
-    return code
+    return conclude_run(options, result)
 
 
 def refine_scene(options: argparse.Namespace) -> int:

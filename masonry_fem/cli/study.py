@@ -4,11 +4,14 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from masonry_fem.cli.console import complain, print_files
 from masonry_fem.cli.exit_codes import EXIT_CODES, INTERRUPTED
 from masonry_fem.cli.grammar import Commands, Parents, overrides_of, share
+from masonry_fem.host.phases import At, phase
 
 EXAMPLES = (
     ("which mesh is fine enough", "masonry-fem study demos/low_wall.toml --vary mesh.size=0.2,0.1,0.05"),
@@ -26,51 +29,30 @@ def study_scene(options: argparse.Namespace) -> int:
         return shake_scene(options)
     from masonry_fem.analyses.study import study
     from masonry_fem.analyses.study.table import print_study
-    from masonry_fem.analyses.study.watch import Watch
 
-    options.out = options.out or Path("results") / f"{options.scene.stem}-study"
-    with Watch() as watch:
+    with phase("cells") as at:
         made = study(
             options.scene,
             options.vary,
-            out=options.out,
-            overrides=overrides_of(options),
             reference=options.reference,
             quantities=options.quantity,
             peaks=options.peak,
             accuracy=share(options.accuracy, "--accuracy"),
-            workers=options.workers,
-            time_limit=options.time_limit,
-            fresh=options.fresh,
-            tell=watch.tell,
+            **_shared(options, "study", at),
         )
-    files = made.write(pictures=not made.interrupted)
-    if options.json:
-        print((options.out / "study.json").read_text(encoding="utf-8"), end="")
-    elif not options.quiet:
-        print_study(made)
-        print_files(files)
-    if made.interrupted:
-        complain(made.outlook)
-        return INTERRUPTED
-    if not any(row.solved for row in made.rows):
-        complain("no cell was solved; see the messages in study.csv")
-        return EXIT_CODES["no_convergence"]
-    return 0
+    return _concluded(options, made, "study", print_study, "no cell was solved")
 
 
 def shake_scene(options: argparse.Namespace) -> int:
     """Run a scene under records; the exit code says whether any run could be decided."""
     from masonry_fem.analyses.incremental import incremental
     from masonry_fem.analyses.incremental.table import print_incremental
-    from masonry_fem.analyses.study.watch import Watch
     from masonry_fem.errors import MasonryError
 
     other = [name for name in ("vary", "reference", "quantity") if getattr(options, name)]
     if other:
         raise MasonryError(f"--records and --{other[0]} are two kinds of study; leave one of them out")
-    options.out = options.out or Path("results") / f"{options.scene.stem}-incremental"
-    with Watch() as watch:
+    with phase("cells") as at:
         made = incremental(
             options.scene,
             options.records,
@@ -79,25 +61,46 @@ def shake_scene(options: argparse.Namespace) -> int:
             period=options.period,
             states=options.state,
             demand=options.demand,
-            out=options.out,
-            overrides=overrides_of(options),
-            workers=options.workers,
-            time_limit=options.time_limit,
-            fresh=options.fresh,
-            tell=watch.tell,
+            **_shared(options, "incremental", at),
         )
-    interrupted = made.told.outcome == "interrupted"
-    files = made.write(pictures=not interrupted)
+    return _concluded(options, made, "incremental", print_incremental, "no run could be decided")
+
+
+def _shared(options: argparse.Namespace, kind: str, at: At) -> dict[str, Any]:
+    """What both kinds of study are told; ``at`` is told how far it is."""
+
+    def tell(done: int, total: int, last: str) -> None:
+        at(done, f"{done}/{total} {last}", total)
+
+    options.out = options.out or Path("results") / f"{options.scene.stem}-{kind}"
+    names = ("out", "workers", "time_limit", "fresh")
+    return {name: getattr(options, name) for name in names} | {
+        "overrides": overrides_of(options),
+        "tell": tell,
+    }
+
+
+def _concluded(
+    options: argparse.Namespace, made: Any, kind: str, show: Callable[[Any], None], lost: str
+) -> int:
+    """Write and say what was found; the exit code.
+
+    Parameters
+    ----------
+    options : What was asked. made : What was found. kind : Name of its files.
+    show : Prints it for people. lost : What to complain of where no cell came to an end.
+    """
+    files = made.write(pictures=not made.interrupted)
     if options.json:
-        print((options.out / "incremental.json").read_text(encoding="utf-8"), end="")
+        print((options.out / f"{kind}.json").read_text(encoding="utf-8"), end="")
     elif not options.quiet:
-        print_incremental(made.told)
+        show(made)
         print_files(files)
-    if interrupted:
+    if made.interrupted:
         complain(made.outlook)
         return INTERRUPTED
-    if all(one.verdict == "undecided" for one in made.told.runs):
-        complain("no run could be decided; see the messages in incremental.csv")
+    if not made.decided:
+        complain(f"{lost}; see the messages in {kind}.csv")
         return EXIT_CODES["no_convergence"]
     return 0
 

@@ -28,11 +28,11 @@ def find_threshold(options: argparse.Namespace) -> int:
     """Find the threshold of a key; the exit code says whether it was found."""
     from masonry_fem.analyses.threshold import threshold
     from masonry_fem.host import installation
-    from masonry_fem.output.search_table import Watch, print_threshold
+    from masonry_fem.output.search_table import print_threshold, watched
 
     installation.require_python()
     options.out = options.out or Path("results") / f"{options.scene.stem}-threshold"
-    with Watch(options.tolerance) as watch:
+    with watched(options.tolerance) as say:
         found = threshold(
             options.scene,
             options.key,
@@ -43,7 +43,7 @@ def find_threshold(options: argparse.Namespace) -> int:
             tolerance=options.tolerance,
             limit=not options.no_limit,
             fresh=options.fresh,
-            tell=watch.say,
+            tell=say,
         )
     told = found.summary
     files = found.write(pictures=told.outcome != "interrupted")

@@ -16,7 +16,8 @@ import errno
 import io
 import math
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -96,6 +97,32 @@ def write_table(path: Path, titles: Iterable[str], rows: Iterable[Iterable[Any]]
     table = csv.writer(text, lineterminator="\n")
     table.writerow(titles)
     table.writerows([_cell(value) for value in row] for row in rows)
+    write_atomic(path, text.getvalue().encode())
+    return path
+
+
+def write_records(
+    path: Path, records: Iterable[Mapping[str, Any]], first: Sequence[str] = (), end: str = "\n"
+) -> Path:
+    """Write a table as CSV in the same way, a line a record; what a record lacks leaves its cell empty.
+
+    Parameters
+    ----------
+    path : The file, which is returned.
+    records : Values by the titles of their columns.
+    first : Titles of the first columns; the others follow as they come. end : Of each line.
+
+    Raises
+    ------
+    OutputError : The disk is full, or the place may not be written to.
+    """
+    rows = list(records)
+    text = io.StringIO()
+    table = csv.DictWriter(
+        text, list(dict.fromkeys([*first, *chain.from_iterable(rows)])), restval="", lineterminator=end
+    )
+    table.writeheader()
+    table.writerows(rows)
     write_atomic(path, text.getvalue().encode())
     return path
 

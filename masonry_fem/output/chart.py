@@ -12,14 +12,25 @@ matplotlib, which takes half a second to load, is loaded by the first of these.
 from __future__ import annotations
 
 import io
+import logging
 from pathlib import Path
 from typing import Any
 
+from masonry_fem.host import installation
 from masonry_fem.host.atomic import write_atomic
 from masonry_fem.output.sheet import INK, PALE
 
+logger = logging.getLogger(__name__)
+
 GRID = "#dfe3e7"
 COLOURS = ("#0b6e99", "#d1603d", "#5f8f3e", "#7b5ea7", "#b8860b", "#3d3d3d")
+
+
+def can_draw(what: str) -> bool:
+    """Whether ``what`` can be drawn: its library is installed; a warning says how to install it."""
+    if lack := installation.lacking("pictures"):
+        logger.warning("no %s: %s", what, lack)
+    return not lack
 
 
 def blank(width: float, height: float) -> Any:

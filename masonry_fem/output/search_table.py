@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from math import ceil, log2
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
-from masonry_fem.host.phases import At, phase
+from masonry_fem.host.phases import phase
 from masonry_fem.output.tables import columns, print_rows, print_verdict
 from masonry_fem.records.told import plain
 
@@ -17,42 +17,32 @@ if TYPE_CHECKING:
 STYLES = {"stands": "green", "falls": "red", "undecided": "yellow"}
 
 
-class Watch:
-    """Tells of the trials of a collapse or a threshold as of a phase, with the bracket found so far.
+@contextmanager
+def watched(tolerance: float) -> Iterator[Callable[[float, str, float | None, float | None], None]]:
+    """Tell of the trials of a collapse or a threshold as of a phase, with the bracket found so far.
 
-        with Watch(tolerance=0.01) as watch:
-            collapse(scene, tolerance=0.01, tell=watch.tell)
+        with watched(tolerance=0.01) as say:
+            threshold(scene, key, between, tolerance=0.01, tell=say)
 
     Parameters
     ----------
     tolerance : Relative width of the bracket at which the search ends: tells how many trials are left.
+
+    Yields
+    ------
+    What is told each value that was tried, its verdict, and the bracket.
     """
+    count = 0
 
-    def __init__(self, tolerance: float) -> None:
-        self._tolerance, self._count = tolerance, 0
-        self._phase: AbstractContextManager[At] = phase("trials")
+    def say(value: float, verdict: str, stands: float | None, falls: float | None) -> None:
+        nonlocal count
+        count += 1
+        words = f"{count}: {value:.6g} {verdict}; stands at {_number(stands)}, falls at {_number(falls)}"
+        at(count, words, count + halvings(stands, falls, tolerance))
 
-    def __enter__(self) -> Self:
-        """The search begins."""
-        self._at = self._phase.__enter__()
-        self._at(0, "build and first trial")
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        """It has ended."""
-        self._phase.__exit__(None, None, None)
-
-    def tell(self, trial: Any, stands: float | None, falls: float | None) -> None:
-        """A trial has ended: ``multiplier``, ``verdict``, and the bracket."""
-        self.say(trial.multiplier, trial.verdict, stands, falls)
-
-    def say(self, value: float, verdict: str, stands: float | None, falls: float | None) -> None:
-        """The same of any value that is tried."""
-        self._count += 1
-        words = (
-            f"{self._count}: {value:.6g} {verdict}; stands at {_number(stands)}, falls at {_number(falls)}"
-        )
-        self._at(self._count, words, self._count + halvings(stands, falls, self._tolerance))
+    with phase("trials") as at:
+        at(0, "build and first trial")
+        yield say
 
 
 def halvings(stands: float | None, falls: float | None, tolerance: float) -> int:

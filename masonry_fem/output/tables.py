@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -26,20 +26,38 @@ def print_verdict(console: Console, told: Mapping[str, Any], words: str, *, good
     console.print(Panel(head, border_style=style, title=told.get("title") or None, title_align="left"))
 
 
-def columns(titles: Sequence[str], numbers: Collection[str] = ()) -> Table:
+def columns(titles: Iterable[str], numbers: Collection[str] = (), *, gap: int = 2) -> Table:
     """A table without lines.
 
     Parameters
     ----------
     titles : Of its columns. numbers : Titles of those that are set to the right.
+    gap : Between columns.
     """
     from rich.table import Table  # noqa: PLC0415
     from rich.text import Text  # noqa: PLC0415
 
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
+    table = Table(box=None, pad_edge=False, padding=(0, gap, 0, 0), header_style="dim")
     for title in titles:
         table.add_column(Text(title), justify="right" if title in numbers else "left")
     return table
+
+
+def print_advice(console: Console, sentences: Iterable[tuple[str, bool]], notes: Iterable[str]) -> None:
+    """Sentences behind bullets, and notes.
+
+    Parameters
+    ----------
+    console : Where to write.
+    sentences : Each, and whether its bullet is green. notes : What a reader should know besides.
+    """
+    from rich.text import Text  # noqa: PLC0415
+
+    for words, good in sentences:
+        bullet = Text("• ", style="green" if good else "yellow")
+        console.print(bullet.append(words, style="default"))
+    for note in notes:
+        console.print(Text(f"note: {note}", style="dim"))
 
 
 def print_rows(

@@ -19,3 +19,14 @@ def first_few(texts: Iterable[str], most: int, *, separator: str = ", ", noun: s
     left = len(said) - most
     more = " and " + " ".join(filter(None, (str(left), "more", noun))) if left > 0 else ""
     return separator.join(said[:most]) + more
+
+
+def counted(number: int, thing: str) -> str:
+    """A number of things in words, as ``2 trials``.
+
+    Parameters
+    ----------
+    number : How many.
+    thing : What, in the singular.
+    """
+    return f"{number} {thing}{'' if number == 1 else 's'}"

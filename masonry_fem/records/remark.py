@@ -10,10 +10,11 @@ It is made where it is found, logged as a warning there and then, and kept in th
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 
+from masonry_fem.records.listing import counted
 from masonry_fem.records.told import Told
 
 logger = logging.getLogger(__name__)
@@ -59,3 +60,12 @@ def gathered(*, aloud: bool = True) -> Iterator[list[Remark]]:
         _gathering.reset(token)
         if outer is not None and aloud:
             outer[0].extend(found)
+
+
+def repeated(remarks: Sequence[Remark]) -> Iterator[str]:
+    """Remarks of many trials, one sentence for each kind."""
+    kinds: dict[str, list[str]] = {}
+    for one in remarks:
+        kinds.setdefault(one.code, []).append(one.sentence)
+    for said in kinds.values():
+        yield f"in {counted(len(said), 'trial')}, the last time so: {said[-1]}"

@@ -59,8 +59,8 @@ class Structure(Spec, frozen=True, kw_only=True, tag_field="kind"):
 
     @property
     def carries(self) -> bool:
-        """True where it brings supports of its own."""
-        return False
+        """True where it brings supports of its own, as with a key ``ground``."""
+        return bool(getattr(self, "ground", False))
 
     @property
     def source(self) -> str | None:

@@ -69,6 +69,19 @@ def write(path: Path, value: Any) -> Path:
     return path
 
 
+def known[T](path: Path, kind: type[T]) -> T | None:
+    """What a file that was written so holds; None where it is not there or holds something else.
+
+    Parameters
+    ----------
+    path : Of the file. kind : Of the record.
+    """
+    try:
+        return msgspec.json.decode(path.read_bytes(), type=kind)
+    except (OSError, ValueError):
+        return None
+
+
 def schema(*records: type[Told]) -> dict[str, Any]:
     """JSON schema of what is one of some records."""
     found, parts = msgspec.json.schema_components(records, schema_hook=lambda _: {"type": "array"})

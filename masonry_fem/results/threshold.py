@@ -1,22 +1,11 @@
-"""ThresholdFiles: what a search for the threshold of a key leaves in its folder.
-
-write_threshold(folder, told, fall)     # threshold.json, trials.csv, mechanism.png
-"""
+"""Threshold: what ``threshold.json`` holds of a search for the threshold of a key."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Literal
 
-from masonry_fem.host.atomic import write_table
-from masonry_fem.march.mechanism import Falling, Mechanism
-from masonry_fem.march.model import Model
-from masonry_fem.march.state import SystemState
-from masonry_fem.output.mechanism_picture import draw_mechanism
-from masonry_fem.output.render import can_render
-from masonry_fem.output.scenery import Scenery
-from masonry_fem.records.told import Told, versioned, write
+from masonry_fem.march.mechanism import Falling
+from masonry_fem.records.told import Told, versioned
 
 Outcome = Literal["bracketed", "undecided", "stands at both ends", "falls at both ends", "interrupted"]
 
@@ -87,40 +76,3 @@ class ThresholdTold(Told, frozen=True, kw_only=True, tag_field="schema", tag=ver
         """The verdict, and a line a trial."""
         lines = [f"{one.value:>12.6g}  {one.verdict:<9}  {one.by}" for one in self.trials]
         return "\n".join([f"{self.outcome}: {self.message}", *lines])
-
-
-@dataclass(frozen=True, slots=True)
-class Fall:
-    """How a structure falls.
-
-    Attributes
-    ----------
-    mechanism : Its parts, hinges and sliding joints.
-    model, state : The structure, and its state where that begins.
-    """
-
-    mechanism: Mechanism
-    model: Model
-    state: SystemState
-
-
-def write_threshold(
-    directory: Path, told: ThresholdTold, fall: Fall | None, *, pictures: bool = True
-) -> list[Path]:
-    """Write what was found, the trials as a table and, where this machine can draw, the mechanism.
-
-    Parameters
-    ----------
-    directory : Where to.
-    told : What was found.
-    fall : How the structure falls at the threshold; None: not known.
-    pictures : Whether to draw the mechanism.
-    """
-    columns = ("value", "by", "verdict", "outcome", "steps", "seconds")
-    rows = ([getattr(trial, name) for name in columns] for trial in told.trials)
-    paths = [directory / "threshold.json", write_table(directory / "trials.csv", columns, rows)]
-    if pictures and fall is not None and fall.mechanism.parts and can_render():
-        scenery = Scenery.of(fall.model, fall.state, title=told.title)
-        paths.append(draw_mechanism(scenery, fall.mechanism, directory / "mechanism.png"))
-    write(paths[0], told)  # last: until then it says "running"
-    return paths

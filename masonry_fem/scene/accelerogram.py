@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from masonry_fem.errors import SceneError
 from masonry_fem.scene.actions import is_at2
 from masonry_fem.scene.misfit import shown
+from masonry_fem.scene.quantity import is_number
 
 FloatArray = NDArray[np.float64]
 
@@ -83,7 +84,7 @@ def _csv(path: Path, lines: list[str], axis: str) -> tuple[FloatArray, FloatArra
     """Time and one of the other columns."""
     told = [(place, _words(line)) for place, line in enumerate(lines, start=1) if _words(line)]
     titles: list[str] = []
-    if told and not _is_number(told[0][1][0]):
+    if told and not is_number(told[0][1][0]):
         titles = [word.strip("\"'").lower() for word in told.pop(0)[1]]
     if len(told) < 2:
         raise SceneError(f"{path}: holds {len(told)} lines of numbers, expected time [s] and acceleration")
@@ -127,11 +128,3 @@ def _numbers(path: Path, place: int, words: list[str]) -> list[float]:
         told = shown(" ".join(words))
         raise SceneError(f"{path}, line {place}: {told}, expected finite numbers; correct it")
     return values
-
-
-def _is_number(word: str) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True

@@ -121,3 +121,12 @@ def _registry() -> Any:
         return UnitRegistry(cache_folder=":auto:")
     except Exception:  # no folder to write to, or a file that another process is just writing
         return UnitRegistry()
+
+
+def is_number(word: str) -> bool:
+    """Whether a word of a table is meant as a number, 'nan' among them: a line with it has no titles."""
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True

@@ -7,6 +7,7 @@ push.rate(0.0)          # 12.57: df/dt [1/s], the velocity of a prescribed motio
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import cos, pi, sin
 from pathlib import Path
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 
 from masonry_fem.errors import SceneError
 from masonry_fem.scene.misfit import shown
-from masonry_fem.scene.quantity import si_factor
+from masonry_fem.scene.quantity import is_number, si_factor
 from masonry_fem.scene.specs import Pulse, Record, Sine, Table, TimeFunction
 
 
@@ -232,79 +233,86 @@ def read_record(path: Path, column: str | None = None) -> tuple[NDArray[np.float
     SceneError : A file that is no text, any other line that is not two numbers, times that do not increase,
         or no such column.
     """
-    if column is not None:
-        return _read_column(path, column)
+    if column is None:
+        pairs, unit, form = _plain(path), " s", "two columns, time [s] and value"
+    else:
+        pairs, unit, form = _titled(path, column), "", "a line of titles and lines of numbers"
     rows: list[tuple[float, float]] = []
-    titled = False
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise SceneError(f"{path}: cannot be read; expected a CSV file of time and value") from error
-    for number, line in enumerate(text.splitlines(), start=1):
-        cells = line.partition("#")[0].replace(",", " ").replace(";", " ").split()
-        if not cells:
-            continue
-        row = _row(cells)
-        if row is None:
-            if rows or titled or _is_number(cells[0]):
-                expected = "two finite numbers: time [s] and value"
-                raise SceneError(f"{path}, line {number}: {shown(line)}, expected {expected}; correct it")
-            titled = True
-        elif rows and row[0] <= rows[-1][0]:
-            raise SceneError(f"{path}, line {number}: time {row[0]:g} s after {rows[-1][0]:g} s, "
-                             "expected increasing times")  # fmt: skip
-        else:
-            rows.append(row)
+    for line, row in pairs:
+        if rows and row[0] <= rows[-1][0]:
+            told = f"time {row[0]:g}{unit} after {rows[-1][0]:g}{unit}"
+            raise SceneError(f"{line.place}: {told}, expected increasing times")
+        rows.append(row)
     if not rows:
-        raise SceneError(f"{path}: holds no numbers; expected two columns, time [s] and value")
+        raise SceneError(f"{path}: holds no numbers; expected {form}")
     times, values = np.array(rows).T
     return times, values
 
 
-def _read_column(path: Path, column: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The first column and the one with a title."""
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise SceneError(f"{path}: cannot be read; expected a CSV file with a line of titles") from error
+def _plain(path: Path) -> Iterator[tuple[_Line, tuple[float, float]]]:
+    """Lines of two numbers, after at most one of titles."""
+    begun = False
+    for line in _lines(path, "a CSV file of time and value"):
+        cells = line.words.replace(",", " ").replace(";", " ").split()
+        row = _row(cells)
+        if row is not None:
+            yield line, row
+        elif cells and (begun or is_number(cells[0])):
+            raise line.fault("two finite numbers: time [s] and value")
+        begun = begun or bool(cells)
+
+
+def _titled(path: Path, column: str) -> Iterator[tuple[_Line, tuple[float, float]]]:
+    """The first column and the one with a title, line by line."""
     titles: list[str] = []
-    rows: list[tuple[float, float]] = []
-    for number, line in enumerate(text.splitlines(), start=1):
-        words = line.partition("#")[0].strip()
-        if not words:
-            continue
-        cells = [cell.strip().strip('"') for cell in (words.split(";") if ";" in words else words.split(","))]
+    for line in _lines(path, "a CSV file with a line of titles"):
+        cells = line.cells()
         if not titles:
             titles = cells
-            if column not in titles[1:]:
-                known = ", ".join(f"'{title}'" for title in titles[1:]) or "several"
-                raise SceneError(
-                    f"{path}, line {number}: no column '{column}', expected one of {known} after "
-                    "that of the time; correct the key 'column'"
-                )
+            _refuse_unknown(column, titles, line)
             continue
         row = _row([cells[0], cells[titles.index(column)]]) if len(cells) == len(titles) else None
         if row is None:
-            expected = f"{len(titles)} cells, with finite numbers for the time and for '{column}'"
-            raise SceneError(f"{path}, line {number}: {shown(line)}, expected {expected}; correct it")
-        if rows and row[0] <= rows[-1][0]:
-            raise SceneError(
-                f"{path}, line {number}: time {row[0]:g} after {rows[-1][0]:g}, expected increasing times"
-            )
-        rows.append(row)
-    if not rows:
-        raise SceneError(f"{path}: holds no numbers; expected a line of titles and lines of numbers")
-    times, values = np.array(rows).T
-    return times, values
+            raise line.fault(f"{len(titles)} cells, with finite numbers for the time and for '{column}'")
+        yield line, row
 
 
-def _is_number(word: str) -> bool:
-    """Whether a word is meant as a number, 'nan' among them: then its line is no line of titles."""
+@dataclass(frozen=True, slots=True)
+class _Line:
+    """A line of a table: where it is, as it stands there, and without its comment."""
+
+    place: str
+    text: str
+    words: str
+
+    def cells(self) -> list[str]:
+        """Between semicolons, or commas where there is none."""
+        return [cell.strip().strip('"') for cell in self.words.split(";" if ";" in self.words else ",")]
+
+    def fault(self, expected: str) -> SceneError:
+        """The error to raise."""
+        return SceneError(f"{self.place}: {shown(self.text)}, expected {expected}; correct it")
+
+
+def _lines(path: Path, expected: str) -> Iterator[_Line]:
+    """Lines of a file that are not empty."""
     try:
-        float(word)
-    except ValueError:
-        return False
-    return True
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise SceneError(f"{path}: cannot be read; expected {expected}") from error
+    for number, line in enumerate(text.splitlines(), start=1):
+        words = line.partition("#")[0].strip()
+        if words:
+            yield _Line(f"{path}, line {number}", line, words)
+
+
+def _refuse_unknown(column: str, titles: list[str], line: _Line) -> None:
+    if column not in titles[1:]:
+        known = ", ".join(f"'{title}'" for title in titles[1:]) or "several"
+        raise SceneError(
+            f"{line.place}: no column '{column}', expected one of {known} after that of the time; correct "
+            "the key 'column'"
+        )
 
 
 def _row(cells: list[str]) -> tuple[float, float] | None:

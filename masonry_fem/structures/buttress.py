@@ -63,11 +63,6 @@ class ButtressStructure(Structure, frozen=True, kw_only=True, tag="buttress"):
     position: Point | None = None
     ground: bool = True
 
-    @property
-    def carries(self) -> bool:
-        """Whether it brings its ground."""
-        return self.ground
-
     def foreseen(self, dimension: int) -> Foreseen:
         """Its courses, all as long as that at the foot, and the ground."""
         return Foreseen(self.courses * self.stones + self.ground, ("courses", "stones"))

@@ -59,11 +59,6 @@ class ColumnStructure(Structure, frozen=True, kw_only=True, tag="column"):
     centre: Point | None = None
     ground: bool = True
 
-    @property
-    def carries(self) -> bool:
-        """Whether it brings its ground."""
-        return self.ground
-
     def foreseen(self, dimension: int) -> Foreseen:
         """Its drums, with their number of sides, plinth, capital and ground."""
         added = (self.plinth is not None) + (self.capital is not None) + self.ground

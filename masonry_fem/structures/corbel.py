@@ -51,11 +51,6 @@ class CorbelStructure(Structure, frozen=True, kw_only=True, tag="corbel"):
     table: bool = False
     ground: bool = True
 
-    @property
-    def carries(self) -> bool:
-        """Whether it brings its ground."""
-        return self.ground
-
     def foreseen(self, dimension: int) -> Foreseen:
         """Its boxes, and the ground."""
         return Foreseen(self.count + self.ground, ("count",))

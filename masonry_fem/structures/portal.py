@@ -67,11 +67,6 @@ class PortalStructure(Structure, frozen=True, kw_only=True, tag="portal"):
     straight: bool = False
     ground: bool = True
 
-    @property
-    def carries(self) -> bool:
-        """Whether it brings the ground below its piers."""
-        return self.ground
-
     def foreseen(self, dimension: int) -> Foreseen:
         """Its voussoirs and the blocks of two piers, each with its ground."""
         blocks = self.voussoirs + 2 * (self.courses + self.ground)

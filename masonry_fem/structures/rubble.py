@@ -63,11 +63,6 @@ class RubbleStructure(Structure, frozen=True, kw_only=True, tag="rubble"):
     ground: bool = True
 
     @property
-    def carries(self) -> bool:
-        """Whether it brings its ground."""
-        return self.ground
-
-    @property
     def stone_size(self) -> float:
         """Mean size of a stone [m], before it is flattened to its elongation."""
         volume = self.elongation

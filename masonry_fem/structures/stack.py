@@ -40,11 +40,6 @@ class StackStructure(Structure, frozen=True, kw_only=True, tag="stack"):
     gap: Distance = 0.0
     ground: bool = True
 
-    @property
-    def carries(self) -> bool:
-        """Whether it brings its ground."""
-        return self.ground
-
     def foreseen(self, dimension: int) -> Foreseen:
         """Its boxes, and the ground."""
         return Foreseen(self.count + self.ground, ("count",))

@@ -86,11 +86,6 @@ class WallStructure(Structure, frozen=True, kw_only=True, tag="wall"):
     ground: bool = True
 
     @property
-    def carries(self) -> bool:
-        """Whether it brings its ground."""
-        return self.ground
-
-    @property
     def length(self) -> float:
         """Of the wall [m]."""
         if self.columns is not None:

@@ -170,6 +170,7 @@ def test_instances_are_moved_and_turned(tmp_path):
         (("1, 0, 0, 0", "1, 0, 0, O"), "are no numbers"),
         (("5, 6, 7, 8", "5, 6, 7"), "cut off or damaged"),
         (("type=C3D8", "type=C3D6"), "no solid"),
+        (("*Element, type=C3D8", "*ELSET, ELSET=a\na\n*Element, type=C3D6"), "no solid"),
         (("*Element, type=C3D8", "*Element"), "no TYPE="),
     ],
 )  # fmt: skip

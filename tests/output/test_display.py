@@ -8,7 +8,7 @@ from rich.console import Console
 
 from masonry_fem.host.phases import counted, heard, listener, phase
 from masonry_fem.output.display import Display, shown, span
-from masonry_fem.output.search_table import Watch, halvings
+from masonry_fem.output.search_table import halvings, watched
 
 
 def displayed(work, *, terminal=True, delay=0.05):
@@ -108,8 +108,8 @@ def test_a_search_tells_its_trials():
         def end(self, at):
             text.append("end")
 
-    with heard(Listener()), Watch(0.01) as watch:
-        watch.say(1.5, "stands", 1.5, 2.0)
+    with heard(Listener()), watched(0.01) as say:
+        say(1.5, "stands", 1.5, 2.0)
     assert text[1][0] == 1
     assert text[1][2] == 1 + halvings(1.5, 2.0, 0.01)
     assert "stands at 1.5, falls at 2" in text[1][1]

@@ -164,6 +164,7 @@ Each of these has its tables and figures, held by tests of its own:
 | Duhamel's integral, Housner's block under pulses, spectra | [Shaking](shaking.md#known-answers) |
 | least thickness, friction and spread of arches | [Thresholds](thresholds.md) |
 | rafters, portals and rings with ties | [Ties](ties.md) |
+| laws of stone, limit loads, cracks, stones that turn | [Stones that turn, yield and crack](inelastic.md) |
 | real walls and bridges beside tests | [Gallery](gallery.md), [Strength](strength.md), [Fill](fill.md) |
 """
 

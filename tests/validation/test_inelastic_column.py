@@ -161,6 +161,23 @@ def test_a_plate_has_the_uniaxial_strength(element, law):
     assert not result.march.state.bodies[1].memory.stress[..., 2].any()
 
 
+@pytest.mark.parametrize(("dimension", "plane"), [(3, "strain"), (2, "strain"), (2, "stress")])
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_stone_that_could_crack_is_crushed_at_its_strength(element, dimension, plane):
+    """Damage with plasticity on all elements: f_c where two sides are free, in plane strain where one is."""
+    record = material_record(
+        "damage_plasticity", tensile_strength=5e5, fracture_energy=50.0, compressive_strength=STRENGTH,
+        friction_angle=PHI,
+    )  # fmt: skip
+    scene = squeezed(dimension, plane=plane, element=element, steps=2)
+    materials = {"m": msgspec.structs.replace(scene.materials["m"], inelastic=record)}
+    result = ran(msgspec.structs.replace(scene, materials=materials))
+    assert result.march.outcome == "equilibrium"
+    assert load(result) == pytest.approx(STRENGTH, rel=1e-8)
+    assert result.march.ledger.imbalance <= 1e-9
+    assert {one.measure for one in result.summary.stress.yielded} == {"plastic_strain"}
+
+
 @pytest.mark.parametrize(("dimension", "element"), [(2, "Q1"), (2, "P2"), (3, "Q1"), (3, "P1")])
 def test_a_stone_that_does_not_yield_is_elastic(dimension, element):
     keys = {"closing": 1e-4, "friction": 0.4, "element": element, "cohesion": 1e9}

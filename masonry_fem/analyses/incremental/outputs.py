@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-import csv
-import io
-import logging
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.analyses.incremental.fragility import Fragility
-from masonry_fem.host import installation
-from masonry_fem.host.atomic import write_atomic
+from masonry_fem.host.atomic import write_table
+from masonry_fem.output.chart import can_draw
 from masonry_fem.output.folder import Folder
 from masonry_fem.records.told import write
 from masonry_fem.results.incremental import IncrementalTold
-
-logger = logging.getLogger(__name__)
 
 POINTS = 121  # of a fragility's curve
 PICTURES = ("ida.png", "fragility.png")
@@ -37,7 +32,7 @@ def write_incremental(
     """
     with Folder(folder, "incremental", title=told.title):
         paths = [_runs(folder / "incremental.csv", told), _curves(folder / "fragility.csv", told, fits)]
-        if pictures and told.runs and _can_draw():
+        if pictures and told.runs and can_draw("pictures"):
             from masonry_fem.analyses.incremental.plot import (  # noqa: PLC0415 - matplotlib
                 draw_curves,
                 draw_fragility,
@@ -57,13 +52,17 @@ def intensities(told: IncrementalTold) -> NDArray[np.float64]:
     return np.geomspace(0.1 * min(ends), 1.2 * max(ends), POINTS)
 
 
+def unit_of(demand: str) -> str:
+    """Unit of a demand."""
+    return "rad" if demand == "lean" else "m"
+
+
 def _runs(path: Path, told: IncrementalTold) -> Path:
     """A line a run."""
     demands = list(dict.fromkeys(name for one in told.runs for name in one.demands))
-    units = ["rad" if name == "lean" else "m" for name in demands]
     titles = [
         "record", "scale", *dict.fromkeys([f"{told.intensity} [m/s^2]", "PGA [m/s^2]"]), "verdict",
-        *(f"{name} [{unit}]" for name, unit in zip(demands, units, strict=True)),
+        *(f"{name} [{unit_of(name)}]" for name in demands),
         "leans", "swing", "steps", "cpu [s]", "outcome", "message",
     ]  # fmt: skip
     rows = (
@@ -72,7 +71,7 @@ def _runs(path: Path, told: IncrementalTold) -> Path:
         + [one.leans, one.swing, one.steps, one.cpu, one.outcome, one.message]
         for one in told.runs
     )
-    return _table(path, titles, rows)
+    return write_table(path, titles, rows)
 
 
 def _curves(path: Path, told: IncrementalTold, fits: Sequence[Fragility]) -> Path:
@@ -84,20 +83,4 @@ def _curves(path: Path, told: IncrementalTold, fits: Sequence[Fragility]) -> Pat
             low, high = fit.band(at)
             columns |= {one.state: fit.probability(at), f"{one.state}, low": low, f"{one.state}, high": high}
     rows = np.column_stack(list(columns.values())).tolist() if columns else []
-    return _table(path, columns, (["" if np.isnan(value) else value for value in row] for row in rows))
-
-
-def _table(path: Path, titles: Iterable[str], rows: Iterable[Sequence[object]]) -> Path:
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(titles)
-    table.writerows(rows)
-    write_atomic(path, text.getvalue().encode())
-    return path
-
-
-def _can_draw() -> bool:
-    """Whether what pictures are drawn with is installed; a warning says how to install it."""
-    if lack := installation.lacking("pictures"):
-        logger.warning("no pictures: %s", lack)
-    return not lack
+    return write_table(path, columns, rows)

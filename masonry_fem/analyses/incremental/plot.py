@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.analyses.incremental.fragility import Fragility
-from masonry_fem.analyses.incremental.outputs import intensities
+from masonry_fem.analyses.incremental.outputs import intensities, unit_of
 from masonry_fem.output.chart import COLOURS, blank, frame, head, save
 from masonry_fem.output.sheet import INK, PALE
 from masonry_fem.results.incremental import IncrementalTold, ShakenTold
@@ -32,7 +32,7 @@ def draw_curves(path: Path, told: IncrementalTold, demand: str) -> Path:
     """
     figure, (panel,) = _figure(1)
     records = list(dict.fromkeys(one.record for one in told.runs))
-    curves = {name: _curve([one for one in told.runs if one.record == name], demand) for name in records}
+    curves = {name: _curve(told.runs, name, demand) for name in records}
     most = max((float(way.max(initial=0.0, where=np.isfinite(way))) for _, way in curves.values()), default=0)
     edge = ROOM * (most or 1.0)
     for place, (name, (at, way)) in enumerate(curves.items()):
@@ -49,9 +49,10 @@ def draw_curves(path: Path, told: IncrementalTold, demand: str) -> Path:
         _shares(panel, curves, edge)
     panel.set_xlim(0.0, edge)
     panel.set_ylim(0.0, _top(curves))
-    unit = "rad" if demand == "lean" else "m"
     words = "greatest lean of a stone" if demand == "lean" else demand
-    panel.set_xlabel(f"{words} [{unit}]; at the right edge: a stone falls", fontsize=9.5, color=PALE)
+    panel.set_xlabel(
+        f"{words} [{unit_of(demand)}]; at the right edge: a stone falls", fontsize=9.5, color=PALE
+    )
     panel.set_ylabel(f"{told.intensity} [m/s²]", fontsize=9.5, color=PALE)
     if panel.get_legend_handles_labels()[0]:
         panel.legend(
@@ -95,9 +96,10 @@ def _figures(one: Any, fit: Fragility) -> str:
     return f"{sample}: θ = {fit.median:.3g} m/s², β = {fit.dispersion:.2g}; band: {100 * one.confidence:g} %"
 
 
-def _curve(runs: Sequence[ShakenTold], demand: str) -> tuple[FloatArray, FloatArray]:
-    """Intensities, and demands there, infinite where it falls."""
-    own = sorted((one for one in runs if one.verdict != "undecided"), key=lambda one: one.intensity)
+def _curve(runs: Sequence[ShakenTold], record: str, demand: str) -> tuple[FloatArray, FloatArray]:
+    """Intensities of a record, and demands there, infinite where it falls."""
+    own = [one for one in runs if one.record == record and one.verdict != "undecided"]
+    own.sort(key=lambda one: one.intensity)
     ways = [one.demands.get(demand, np.inf) for one in own]
     return np.array([one.intensity for one in own]), np.array(ways, dtype=float)
 

@@ -98,25 +98,32 @@ def parsed_scales(given: str | Sequence[float], name: str) -> tuple[float, ...]:
     ------
     MasonryError : One is no positive number.
     """
-    found: list[float] = []
-    for part in given.split(",") if isinstance(given, str) else given:
-        try:
-            ends = [float(word) for word in part.split(":")] if isinstance(part, str) else [float(part)]
-        except (TypeError, ValueError):
-            ends = []
-        if len(ends) == 3 and all(0 < end < math.inf for end in ends) and ends[0] <= ends[1]:
-            first, last, step = ends
-            count = math.floor((last - first) / step * (1 + 1e-9) + 1e-9) + 1
-            if count > 1e5:
-                raise MasonryError(f"{name}: {part} are {count} numbers; expected a larger step")
-            found += [float(f"{first + k * step:.12g}") for k in range(count)]
-        elif len(ends) == 1 and 0 < ends[0] < math.inf:
-            found += ends
-        else:
-            raise MasonryError(
-                f"{name}: '{part}', expected positive numbers, or ranges first:last:step, as 0.2:2:0.2"
-            )
-    return tuple(sorted(set(found)))
+    parts = given.split(",") if isinstance(given, str) else given
+    return tuple(sorted({number for part in parts for number in _numbers(part, name)}))
+
+
+def _numbers(part: str | float, name: str) -> Sequence[float]:
+    """Numbers that a number or a range stands for."""
+    try:
+        ends = [float(word) for word in (part.split(":") if isinstance(part, str) else [part])]
+    except (TypeError, ValueError):
+        ends = []
+    if all(0 < end < math.inf for end in ends):
+        if len(ends) == 1:
+            return ends
+        if len(ends) == 3 and ends[0] <= ends[1]:
+            return _range(f"{name}: {part}", *ends)
+    raise MasonryError(
+        f"{name}: '{part}', expected positive numbers, or ranges first:last:step, as 0.2:2:0.2"
+    )
+
+
+def _range(words: str, first: float, last: float, step: float) -> list[float]:
+    """Numbers from the first to the last, both included."""
+    count = math.floor((last - first) / step * (1 + 1e-9) + 1e-9) + 1
+    if count > 1e5:
+        raise MasonryError(f"{words} are {count} numbers; expected a larger step")
+    return [float(f"{first + k * step:.12g}") for k in range(count)]
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,22 +11,20 @@ goes on with those that have not.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import msgspec
 import numpy as np
-from msgspec import structs
 
 from masonry_fem.analyses.run.envelope_table import write_envelope
-from masonry_fem.analyses.run.stages import GOOD
+from masonry_fem.analyses.run.stages import GOOD, kept_part, told_above
 from masonry_fem.build import Built, build
 from masonry_fem.build.strengths import strengths_of
-from masonry_fem.output.checkpoint import CHECKPOINT, Checkpoint, read_checkpoint, write_checkpoint
+from masonry_fem.output.checkpoint import CHECKPOINT, Checkpoint, write_checkpoint
 from masonry_fem.output.folder import Folder, refuse_busy, telling_end
 from masonry_fem.records.remark import gathered
-from masonry_fem.records.told import write
+from masonry_fem.records.told import known, write
 from masonry_fem.results.combinations import (
     CombinationEnd,
     CombinationTold,
@@ -71,74 +69,82 @@ def run_combinations(
         aloud=False
     ):  # what a load cannot act on is refused before any run; each run tells the rest
         before = build(scene, base)
-    told: list[CombinationTold] = []
-    effects: list[Effects] = []
-    files: list[Path] = []
-    shown: RunResult | None = None  # the first that failed, else the last
+    done = _Done(out, run, before, goes_on)
     many, text = len(scene.combinations), dumps(moved(scene, base, out))
     keeps = [CHECKPOINT, *(f"{one.name}/" for one in scene.combinations)] if goes_on else []
     with (
         Folder(out, "run", title=scene.title, clears=("view", "report"), keeps=keeps),
-        telling_end(out, scene.title, lambda: f"{len(told)} of {many} combinations are done"),
+        telling_end(out, scene.title, lambda: f"{len(done.told)} of {many} combinations are done"),
     ):
         write_checkpoint(out / CHECKPOINT, Checkpoint(text, "", None, {}, ()))
         save(moved(scene, base, out), out / "as_run.toml")
-        for one, own in combination_scenes(scene):
-            place = out / one.name
-            ended = _ended(place) if goes_on else None
-            failed = any(other.outcome not in GOOD for other in told)
-            if ended is None or (not failed and (ended.outcome not in GOOD or len(told) == many - 1)):
-                # what the summary is of is needed as a whole
-                result = run(own, place, before, _kept(place) if goes_on and ended is None else None)
-                before = result.built
-                ended = _end(own, one.name, result)
-                write(place / ENDED, ended)
-                files += [*result.files, place / ENDED]
-                shown = shown if failed else result
-            told.append(
-                CombinationTold(
-                    name=one.name, factors=one.factors, outcome=ended.outcome, message=ended.message
-                )
-            )
-            if ended.effects is not None:
-                effects.append(ended.effects.of(one.name))
-        assert shown is not None
-        number = _shown(told)
-        found = envelope(effects) if effects else None
-        files += [out / "as_run.toml", write_envelope(out / TABLE, found, "combination")]
-        summary = structs.replace(
-            shown.summary, title=scene.title, combinations=combinations_told(told, found, told[number].name),
-            message=f"Combination '{told[number].name}': {told[number].message}",
+        for number, (one, own) in enumerate(combination_scenes(scene), start=1):
+            done.take(one, own, last=number == many)
+        result = done.result(scene)
+        ended = Checkpoint(text, result.outcome, None, {}, ())
+        write_checkpoint(out / CHECKPOINT, ended)  # last: nothing is left
+    return result
+
+
+@dataclass
+class _Done:
+    """The combinations that are done.
+
+    Attributes
+    ----------
+    out : Results folder. run : Runs one. before : What there is of a model.
+    goes_on : Take those that are kept.
+    told, effects, files : How each has ended, what those that stand have done, and what was written.
+    shown : Run that the summary is of: the first that failed, else the last.
+    """
+
+    out: Path
+    run: Run
+    before: Built
+    goes_on: bool
+    told: list[CombinationTold] = field(default_factory=list)
+    effects: list[Effects] = field(default_factory=list)
+    files: list[Path] = field(default_factory=list)
+    shown: RunResult | None = None
+
+    @property
+    def failed(self) -> int | None:
+        """Number of the first that failed; None: none did."""
+        return next((n for n, one in enumerate(self.told) if one.outcome not in GOOD), None)
+
+    def take(self, one: specs.Combination, scene: specs.Scene, *, last: bool) -> None:
+        """Run a combination, unless it is known; what the summary is of is needed as a whole."""
+        ended = known(self.out / one.name / ENDED, CombinationEnd) if self.goes_on else None
+        if ended is None or (self.failed is None and (last or ended.outcome not in GOOD)):
+            ended = self._run(one.name, scene, begun=self.goes_on and ended is None)
+        self.told.append(
+            CombinationTold(name=one.name, factors=one.factors, outcome=ended.outcome, message=ended.message)
+        )
+        if ended.effects is not None:
+            self.effects.append(ended.effects.of(one.name))
+
+    def _run(self, name: str, scene: specs.Scene, *, begun: bool) -> CombinationEnd:
+        """Run one, from its checkpoint if it may have ``begun``."""
+        place = self.out / name
+        result = self.run(scene, place, self.before, kept_part(place)[0] if begun else None)
+        self.before = result.built
+        if self.failed is None:
+            self.shown = result
+        ended = _end(scene, name, result)
+        self.files += [*result.files, write(place / ENDED, ended)]
+        return ended
+
+    def result(self, scene: specs.Scene) -> RunResult:
+        """What there is of all of them, with the envelope, and its files."""
+        assert self.shown is not None
+        shown = self.told[-1 if self.failed is None else self.failed]
+        found = envelope(self.effects) if self.effects else None
+        table = write_envelope(self.out / TABLE, found, "combination")
+        return told_above(
+            self.shown, scene, self.out, [*self.files, self.out / "as_run.toml", table],
+            combinations=combinations_told(self.told, found, shown.name),
+            message=f"Combination '{shown.name}': {shown.message}",
         )  # fmt: skip
-        files.append(write(out / "summary.json", summary))
-        if scene.output.report:
-            from masonry_fem.output.report import write_report  # noqa: PLC0415 - only where asked for
-
-            files.append(write_report(out))
-        outcome = summary.outcome
-        write_checkpoint(out / CHECKPOINT, Checkpoint(text, outcome, None, {}, ()))  # last: nothing is left
-    return replace(shown, summary=summary, files=files)
-
-
-def _shown(told: list[CombinationTold]) -> int:
-    """Number of the combination that the summary is of: the first that failed, else the last."""
-    return next((n for n, one in enumerate(told) if one.outcome not in GOOD), len(told) - 1)
-
-
-def _kept(folder: Path) -> Checkpoint | None:
-    """Where a combination can go on; None where it begins anew."""
-    if not (folder / CHECKPOINT).exists():
-        return None
-    checkpoint = read_checkpoint(folder)
-    return None if checkpoint.outcome else checkpoint
-
-
-def _ended(folder: Path) -> CombinationEnd | None:
-    """What is kept of a combination that has ended; None where it has not."""
-    try:
-        return msgspec.json.decode((folder / ENDED).read_bytes(), type=CombinationEnd)
-    except (OSError, ValueError):
-        return None
 
 
 def _end(scene: specs.Scene, name: str, result: RunResult) -> CombinationEnd:

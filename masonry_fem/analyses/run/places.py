@@ -6,8 +6,6 @@ result, files = places.told(result)             # with what the summary says, an
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,7 +16,7 @@ from numpy.typing import NDArray
 from masonry_fem.analyses.run.envelope_table import write_envelope
 from masonry_fem.build import Built
 from masonry_fem.build.strengths import strengths_of
-from masonry_fem.host.atomic import write_atomic
+from masonry_fem.host.atomic import write_records
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
 from masonry_fem.march.ties import without_ties
@@ -93,12 +91,7 @@ class PlacesTable:
         """Write the tables."""
         if not self._rows:
             return []
-        path, text = self._out / "places.csv", io.StringIO()
-        columns = list(dict.fromkeys(title for row in self._rows for title in row))
-        table = csv.DictWriter(text, columns, restval="", lineterminator="\n")
-        table.writeheader()
-        table.writerows(self._rows)
-        write_atomic(path, text.getvalue().encode())
+        path = write_records(self._out / "places.csv", self._rows)
         return [path, write_envelope(self._out / "envelope.csv", self._envelope(), "place [m]")]
 
     def told(self, result: RunResult, *, draws: bool) -> tuple[RunResult, list[Path]]:

@@ -9,17 +9,16 @@ Results of a stage stand in the folder of its name. The history and the series o
 from __future__ import annotations
 
 import csv
-import io
 import json
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from msgspec import structs
 
-from masonry_fem.host.atomic import write_atomic
+from masonry_fem.host.atomic import write_records
 from masonry_fem.output.checkpoint import CHECKPOINT, Checkpoint, read_checkpoint, write_checkpoint
 from masonry_fem.output.folder import Folder, refuse_busy, telling_end
 from masonry_fem.records.remark import gathered
@@ -60,7 +59,7 @@ def run_stages(scene: specs.Scene, out: Path, base: Path, run: Run, *, goes_on: 
         with telling_end(out, scene.title, lambda: f"{len(told)} of {len(names)} stages are done"):
             for stage, own in stage_scenes(scene):
                 after = predecessor(scene, stage)
-                kept, done = _kept(out / stage.name) if goes_on else (None, False)
+                kept, done = kept_part(out / stage.name) if goes_on else (None, False)
                 if done and stage is not scene.stages[-1]:  # the last one is run once more
                     told.append(_done(out / stage.name, stage.name, after))
                     continue
@@ -76,13 +75,7 @@ def run_stages(scene: specs.Scene, out: Path, base: Path, run: Run, *, goes_on: 
                     break
             files = [*result.files, *_joined(out, told)]
             message = f"Stage '{told[-1].name}': {told[-1].message}"
-            summary = structs.replace(result.summary, title=scene.title, message=message, stages=tuple(told))
-            files.append(write(out / "summary.json", summary))
-            if scene.output.report:
-                from masonry_fem.output.report import write_report  # noqa: PLC0415 - only where asked for
-
-                files.append(write_report(out))
-    return replace(result, summary=summary, files=files)
+            return told_above(result, scene, out, files, message=message, stages=tuple(told))
 
 
 def check_stages(scene: specs.Scene, base: Path) -> list[specs.Scene]:
@@ -119,8 +112,27 @@ def _done(folder: Path, name: str, after: str | None) -> StageTold:
     return StageTold(name=name, after=after, **keys)
 
 
-def _kept(folder: Path) -> tuple[Checkpoint | None, bool]:
-    """Where a stage can go on, None where it has not begun or is done; and whether it is done."""
+def told_above(
+    shown: RunResult, scene: specs.Scene, out: Path, files: Sequence[Path], **changes: Any
+) -> RunResult:
+    """Write what is told of several runs, each in a folder of its own: the summary, and the report if asked.
+
+    Parameters
+    ----------
+    shown : Run that the summary is of. scene : Of all runs. out : Folder of all.
+    files : Written before. changes : What the summary says otherwise.
+    """
+    summary = structs.replace(shown.summary, title=scene.title, **changes)
+    written = [*files, write(out / "summary.json", summary)]
+    if scene.output.report:
+        from masonry_fem.output.report import write_report  # noqa: PLC0415 - only where asked for
+
+        written.append(write_report(out))
+    return replace(shown, summary=summary, files=written)
+
+
+def kept_part(folder: Path) -> tuple[Checkpoint | None, bool]:
+    """Where one of several runs can go on, None where it has not begun or is done; and whether it is done."""
     if not (folder / CHECKPOINT).exists():
         return None, False
     checkpoint = read_checkpoint(folder)
@@ -132,24 +144,15 @@ def _joined(out: Path, told: list[StageTold]) -> list[Path]:
     """The histories of all stages as one table, and their field files as one series, times added up."""
     from masonry_fem.output.vtu import Series  # noqa: PLC0415 - only histories need it
 
-    history, made = out / "history.csv", []
     rows: list[dict[str, str]] = []
-    columns: dict[str, None] = {"stage": None}
     series = {name: Series(out, name) for name in ("blocks", "contacts", "interfaces")}
     since = 0.0
     for stage in told:
         with (out / stage.name / "history.csv").open(encoding="utf-8", newline="") as file:
             for row in csv.DictReader(file):
                 rows.append({"stage": stage.name} | row)
-        columns |= dict.fromkeys(rows[-1])
         for name, whole in series.items():
             whole.take_over(out / stage.name / f"{name}.pvd", since)
         since += stage.time
-    text = io.StringIO()
-    table = csv.DictWriter(text, list(columns), restval="")
-    table.writeheader()
-    table.writerows(rows)
-    write_atomic(history, text.getvalue().encode())
-    made.append(history)
-    made += [whole.path for whole in series.values() if whole.write()]
-    return made
+    history = write_records(out / "history.csv", rows, first=("stage",), end="\r\n")
+    return [history, *(whole.path for whole in series.values() if whole.write())]

@@ -5,24 +5,23 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from itertools import chain
 
-from masonry_fem.analyses.study.cell import room
+from masonry_fem.analyses.cells.source import Source
 from masonry_fem.analyses.study.comparison import Comparison
+from masonry_fem.analyses.study.plan import room
 from masonry_fem.analyses.study.reference import Reference
 from masonry_fem.analyses.study.row import Row
 from masonry_fem.analyses.study.variation import Variation
 from masonry_fem.scene import Scene
 
 
-def replaced(text: str, vary: Sequence[Variation], overrides: Sequence[str]) -> list[str]:
+def replaced(source: Source, vary: Sequence[Variation]) -> list[str]:
     """Notes on keys of the scene that varied keys replace.
 
     Parameters
     ----------
-    text : The scene as TOML.
-    vary : Keys and their values.
-    overrides : Texts ``key=value`` for all cells.
+    source : The scene. vary : Keys and their values.
     """
-    made = room(text, vary, overrides)
+    made = room(source, vary)
     return [f"what is varied replaces a key of the scene, whose rest is {one}" for one in made]
 
 

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
-import logging
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -13,16 +10,14 @@ from typing import TYPE_CHECKING, Any
 from masonry_fem.analyses.study.comparison import Comparison
 from masonry_fem.analyses.study.pareto import Point
 from masonry_fem.analyses.study.row import Row
-from masonry_fem.host import installation
-from masonry_fem.host.atomic import write_atomic
+from masonry_fem.host.atomic import write_records
+from masonry_fem.output.chart import can_draw
 from masonry_fem.output.folder import Folder
 from masonry_fem.records.told import write
 from masonry_fem.results.study import Choice, OrderTold, StudyTold
 
 if TYPE_CHECKING:
     from masonry_fem.analyses.study.sweep import Study
-
-logger = logging.getLogger(__name__)
 
 
 def write_study(study: Study, folder: Path, *, pictures: bool) -> list[Path]:
@@ -36,22 +31,17 @@ def write_study(study: Study, folder: Path, *, pictures: bool) -> list[Path]:
         before is removed otherwise.
     """
     with Folder(folder, "study", title=study.title):
-        paths = [_write_table(study, folder / "study.csv"), write(folder / "study.json", told(study))]
+        table = write_records(folder / "study.csv", lines(study), end="\r\n")
+        paths = [table, write(folder / "study.json", told(study))]
         picture = folder / "pareto.png"
-        if pictures and any(_comparable(study.points(target)) for target in study.targets) and _can_draw():
+        compared = any(_comparable(study.points(target)) for target in study.targets)
+        if pictures and compared and can_draw(picture.name):
             from masonry_fem.analyses.study.plot import draw  # noqa: PLC0415 - matplotlib
 
             paths.append(draw(study, picture))
         else:
             picture.unlink(missing_ok=True)
     return paths
-
-
-def _can_draw() -> bool:
-    """Whether what the picture is drawn with is installed; a warning says how to install it."""
-    if lack := installation.lacking("pictures"):
-        logger.warning("no pareto.png: %s", lack)
-    return not lack
 
 
 def _comparable(points: Sequence[Point]) -> bool:
@@ -140,14 +130,3 @@ def _values(row: Row) -> Iterator[tuple[str, float]]:
 
 def _number(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
-
-
-def _write_table(study: Study, path: Path) -> Path:
-    records = list(lines(study))
-    columns = dict.fromkeys(name for record in records for name in record)
-    text = io.StringIO()
-    writer = csv.DictWriter(text, list(columns), restval="")
-    writer.writeheader()
-    writer.writerows(records)
-    write_atomic(path, text.getvalue().encode())
-    return path

@@ -6,12 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from masonry_fem.analyses.study.cell import Cell
+from masonry_fem.analyses.cells.cell import Cell
+from masonry_fem.analyses.cells.kept import SOLVED
 from masonry_fem.analyses.study.peak import Peak, asked_for
 from masonry_fem.analyses.study.quantity import Quantities, Quantity
-
-SOLVED = ("equilibrium", "finished")
-KNOWN = (*SOLVED, "no_equilibrium", "no_convergence", "toppled", "refused")  # another attempt would end alike
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,16 +88,3 @@ class Row:
     def unsolved(cls, cell: Cell, outcome: str, message: str) -> Row:
         """Of a cell that was not computed."""
         return cls.of(cell, {"outcome": outcome, "message": message})
-
-
-def is_known(told: Mapping[str, Any], limit: float | None) -> bool:
-    """Whether a cell's stored result need not be computed again.
-
-    Parameters
-    ----------
-    told : Contents of the cell's file.
-    limit : CPU time that another attempt would have [s]; None for no limit.
-    """
-    if told.get("outcome") == "time_limit":
-        return limit is not None and limit <= told.get("limit", 0.0)
-    return told.get("outcome") in KNOWN

@@ -7,30 +7,30 @@ made.write(Path("results/arch-study"))
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from masonry_fem.analyses.study.cell import Cell, plan
+from masonry_fem.analyses.cells.cell import Cell
+from masonry_fem.analyses.cells.crew import Crew
+from masonry_fem.analyses.cells.kept import Kept, Tell, outlook
+from masonry_fem.analyses.cells.source import Source
 from masonry_fem.analyses.study.comparison import Comparison, compare
-from masonry_fem.analyses.study.crew import Crew
 from masonry_fem.analyses.study.notes import notes, replaced, unseen
 from masonry_fem.analyses.study.outputs import write_study
 from masonry_fem.analyses.study.pareto import Point, gather
+from masonry_fem.analyses.study.plan import plan
 from masonry_fem.analyses.study.recommendation import recommend
 from masonry_fem.analyses.study.reference import Reference
-from masonry_fem.analyses.study.row import Row, is_known
+from masonry_fem.analyses.study.row import Row
 from masonry_fem.analyses.study.target import Target, targets
 from masonry_fem.analyses.study.variation import Variation, variations
-from masonry_fem.errors import MasonryError, SceneError
-from masonry_fem.output.folder import Folder, make_folder
+from masonry_fem.errors import MasonryError
+from masonry_fem.output.folder import Folder
 from masonry_fem.records.arguments import check_share, texts
 from masonry_fem.results.study import Recommendation
-from masonry_fem.scene import Scene, dumps, loads
-
-Tell = Callable[[int, int, str], None]
+from masonry_fem.scene import Scene, loads
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,13 +62,15 @@ class Study:
     interrupted: bool = False
 
     @property
+    def decided(self) -> bool:
+        """Whether any cell was solved."""
+        return any(row.solved for row in self.rows)
+
+    @property
     def outlook(self) -> str:
         """How many cells are done, and how to go on."""
-        open_cells = sum(row.outcome == "missing" for row in self.rows)
-        return (
-            f"{len(self.rows) - open_cells} of {len(self.rows)} cells are done and kept in "
-            f"{self.folder}; the same command goes on with the {open_cells} left"
-        )
+        done = sum(row.outcome != "missing" for row in self.rows)
+        return outlook(done, len(self.rows), "cells are done", self.folder)
 
     def points(self, target: Target) -> list[Point]:
         """Cost and error of each setting for a target."""
@@ -128,78 +130,28 @@ def study(
     MasonryError : Unknown keys or peaks, no values, or too many cells.
     """
     check_share("accuracy", accuracy)
-    overrides, quantities, peaks = texts(overrides), texts(quantities), texts(peaks)
+    quantities, peaks = texts(quantities), texts(peaks)
     varied = variations(vary)
-    text, source, base, name = _scene_text(scene, base)
+    source = Source.of(scene, overrides, Path(base) if base else None)
     wanted = Reference.of(reference, varied)
     varied = wanted.gather(varied)
-    cells = plan(text, varied, overrides, base=base, source=source)
-    folder = Path("results") / f"{name}-study" if out is None else Path(out)
+    cells = plan(source, varied)
+    folder = source.folder(out, "study")
     crew = Crew(workers, time_limit)
-    made = loads(next(cell.scene for cell in cells if cell.scene), base=base)
+    made = loads(next(cell.scene for cell in cells if cell.scene), base=source.base)
     # what an earlier study told is removed, its cells are not
     with Folder(folder, "study", title=made.title):
-        make_folder(folder / "cells")
-        told, interrupted = computed(cells, crew, base, folder / "cells", fresh, tell)
+        told, interrupted = Kept(folder, fresh=fresh).computed(cells, crew, source.base, tell)
     rows = tuple(_row(cell, told, peaks) for cell in cells)
     wanted.check(rows)
     comparisons = tuple(compare(case, varied, wanted, quantities) for case in _cases(rows, varied))
     aims = tuple(targets(comparisons, quantities)) if any(row.solved for row in rows) else ()
     blind = unseen(made, varied, rows) if wanted.given is None else []
     advice = tuple(recommend(aim, comparisons, varied, accuracy, blind) for aim in aims)
-    said = (*replaced(text, varied, overrides), *notes(varied, rows, comparisons, wanted))
+    said = (*replaced(source, varied), *notes(varied, rows, comparisons, wanted))
     return Study(
         made.title, varied, rows, wanted, comparisons, aims, accuracy, advice, said, folder, interrupted
     )
-
-
-def _scene_text(scene: Scene | str | Path, base: str | Path | None) -> tuple[str, str, Path, str]:
-    """Text of a scene, what messages call it, the folder of its paths, and a name for its results."""
-    if isinstance(scene, Scene):
-        return dumps(scene), "scene", Path(base or "."), "scene"
-    path = Path(scene)
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise SceneError(f"{path}: cannot be read ({error}); expected a TOML file") from error
-    return text, str(path), Path(base or path.parent), path.stem
-
-
-def computed(
-    cells: Sequence[Cell], crew: Crew, base: Path, folder: Path, fresh: bool, tell: Tell | None
-) -> tuple[dict[str, dict[str, Any]], bool]:
-    """Rows of all cells by key, from the folder where they are known; and whether Ctrl-C came.
-
-    Parameters
-    ----------
-    cells : What is wanted. crew : Who computes them. base : Folder that paths in scenes are relative to.
-    folder : Where rows are kept. fresh : Compute those again that are known.
-    tell : Called with the number of finished cells, the number of all, and what was finished last.
-    """
-    unique = {cell.key: cell for cell in cells if cell.scene is not None}
-    told = (
-        {} if fresh else {key: row for key in unique if (row := _known(folder / f"{key}.json", crew.limit))}
-    )
-    waiting = [cell for key, cell in unique.items() if key not in told]
-    say = tell or (lambda done, total, last: None)
-    say(len(told), len(unique), "")
-    try:
-        with crew:
-            for cell, row in crew.compute(waiting, base=base, folder=folder):
-                told[cell.key] = row
-                say(len(told), len(unique), f"{', '.join(cell.settings.values())}: {row['outcome']}")
-    except KeyboardInterrupt:
-        return told, True
-    return told, False
-
-
-def _known(path: Path, limit: float | None) -> dict[str, Any] | None:
-    """What a cell's file says, where it need not be computed again."""
-    try:
-        row: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return None
-    return row if is_known(row, limit) else None
 
 
 def _row(cell: Cell, told: Mapping[str, Any], peaks: Sequence[str]) -> Row:

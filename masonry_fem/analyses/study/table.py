@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
+from masonry_fem.analyses.cells.kept import SOLVED
 from masonry_fem.analyses.study.outputs import orders
 from masonry_fem.analyses.study.pareto import setting_places
 from masonry_fem.analyses.study.recommendation import percent
-from masonry_fem.analyses.study.row import SOLVED
+from masonry_fem.output.tables import columns, print_advice
 from masonry_fem.records.listing import first_few
 
 if TYPE_CHECKING:
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from masonry_fem.analyses.study.pareto import Point
+    from masonry_fem.analyses.study.peak import Peak
     from masonry_fem.analyses.study.row import Row
     from masonry_fem.analyses.study.sweep import Study
 
@@ -63,23 +65,19 @@ def print_study(study: Study, console: Console | None = None) -> None:
     if study.recommendations:
         console.print()
         console.print(Text(f"Advice, for {percent(study.accuracy)}", style="bold"))
-    for advice in study.recommendations:
-        text = Text("• ", style="green" if advice.settings is not None else "yellow")
-        console.print(text.append(advice.words, style="default"))
-    for note in study.notes:
-        console.print(Text(f"note: {note}", style="dim"))
+    advice = ((one.words, one.settings is not None) for one in study.recommendations)
+    print_advice(console, advice, study.notes)
 
 
 def _cells(study: Study, narrow: bool) -> Table:
     """One line a cell that is not another's twin: settings, costs, errors in per cent."""
-    from rich.table import Table  # noqa: PLC0415
     from rich.text import Text  # noqa: PLC0415
 
     varied, aims = [one.key for one in study.vary], study.targets
     failed = any(row.outcome not in SOLVED for row in study.rows)
     gap, costs = (1, ("CPU [s]", "MB")) if narrow else (2, ("CPU [s]", "mostly", "MB", "unknowns"))
-    table = Table(box=None, pad_edge=False, padding=(0, gap, 0, 0), header_style="dim")
     outcome = ["outcome"] if failed else []
+    table = columns((), gap=gap)
     for name in (*heads(varied), *outcome):
         table.add_column(Text(name), no_wrap=True)
     for name in (*costs, *(f"{SHORT.get(aim.label, aim.label)} %" for aim in aims)):
@@ -97,24 +95,27 @@ def _cells(study: Study, narrow: bool) -> Table:
 
 def _peaks(study: Study) -> Table:
     """One line a peak of a cell: how great, when, where the probes were, and what has yielded at the end."""
-    from rich.table import Table  # noqa: PLC0415
     from rich.text import Text  # noqa: PLC0415
 
     varied, rows = [one.key for one in study.vary], _shown(study)
     probes = list(dict.fromkeys(probe for row in rows for one in row.peaks for probe in one.probes))
     yielded = ["yielded"] if any(row.yielded for row in rows) else []
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
-    for name in (*heads(varied), "peak of", "is", "at time", *(f"{probe} [m]" for probe in probes), *yielded):
-        table.add_column(Text(name))
+    table = columns(
+        [*heads(varied), "peak of", "is", "at time", *(f"{probe} [m]" for probe in probes), *yielded]
+    )
     for row in rows:
+        settings = [row.cell.settings[key] for key in varied]
         for one in row.peaks:
-            told = (", ".join(f"{part:.3g}" for part in one.probes[probe]) for probe in probes)
-            table.add_row(
-                *(Text(row.cell.settings[key]) for key in varied),
-                *map(Text, (one.of, f"{one.value:.4g} {one.unit}", f"{one.time:.4g}", *told)),
-                *(Text(row.yielded) for _ in yielded),
-            )
+            words = [*settings, *_peak_words(one, probes), row.yielded]
+            table.add_row(*map(Text, words[: len(table.columns)]))
     return table
+
+
+def _peak_words(peak: Peak, probes: Sequence[str]) -> Iterator[str]:
+    """What it is of, how great, when, and where probes were."""
+    yield from (peak.of, f"{peak.value:.4g} {peak.unit}", f"{peak.time:.4g}")
+    for probe in probes:
+        yield ", ".join(f"{part:.3g}" for part in peak.probes[probe])
 
 
 def _told(row: Row) -> dict[str, Any]:
@@ -189,15 +190,11 @@ def _left(words: str, left: float) -> str:
 
 
 def _orders(study: Study) -> Table:
-    from rich.table import Table  # noqa: PLC0415
     from rich.text import Text  # noqa: PLC0415
 
     found = list(orders(study))
     keys: Sequence[str] = list(dict.fromkeys(one.key for one in found))
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
-    table.add_column("observed order of, and left at the finest")
-    for key in keys:
-        table.add_column(Text(key))
+    table = columns(["observed order of, and left at the finest", *keys])
     rows: dict[tuple[str, str], dict[str, str]] = {}
     for one in found:
         label = ", ".join(f"{key} = {value}" for key, value in one.case.items())

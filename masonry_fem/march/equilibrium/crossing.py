@@ -9,6 +9,7 @@ from msgspec import Meta
 
 from masonry_fem.bodies.base import Scheme
 from masonry_fem.march.equilibrium.parts.base import Strategy
+from masonry_fem.march.equilibrium.parts.quasistatic import Quasistatic, equal_parts
 from masonry_fem.march.equilibrium.statics import Statics
 from masonry_fem.records.record import Count
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from masonry_fem.march.step_report import StepReport
 
 
-class Crossing(Strategy, frozen=True, kw_only=True, tag="crossing"):
+class Crossing(Quasistatic, frozen=True, kw_only=True, tag="crossing"):
     """True statics of [loads that move](moving.md), which go along their paths slowly.
 
     All loads are applied in equal steps, as in statics, while the moving ones stand where they begin. Then
@@ -60,16 +61,6 @@ class Crossing(Strategy, frozen=True, kw_only=True, tag="crossing"):
         return self.substeps
 
     @property
-    def inertia(self) -> bool:
-        """None."""
-        return False
-
-    @property
-    def kept(self) -> float:
-        """No velocity goes from one step into the next."""
-        return 0.0
-
-    @property
     def loading(self) -> Strategy:
         """Statics of the loads where they begin."""
         return Statics(start=self.start, load_steps=self.load_steps, substeps=self.substeps)
@@ -81,9 +72,7 @@ class Crossing(Strategy, frozen=True, kw_only=True, tag="crossing"):
     def schedule(self) -> Iterator[tuple[Scheme, float]]:
         """One step a load factor, then one a place."""
         yield from self.loading.schedule()
-        way = self.places - 1
-        for index in range(1, self.places):
-            yield Scheme(1.0 / way, 1.0, 0.0), 1.0 + index / way
+        yield from equal_parts(self.places - 1, since=1.0)
 
     def settled(self, report: StepReport) -> bool:
         """At rest at the last place."""

@@ -8,12 +8,12 @@ import numpy as np
 
 from masonry_fem.bodies.base import Scheme
 from masonry_fem.errors import SceneError
-from masonry_fem.march.equilibrium.parts.base import Strategy
+from masonry_fem.march.equilibrium.parts.quasistatic import Quasistatic, equal_parts
 from masonry_fem.march.model import Control, Probe
 from masonry_fem.records.record import Count, Length, Name, Point
 
 
-class Path(Strategy, frozen=True, kw_only=True, tag="path"):
+class Path(Quasistatic, frozen=True, kw_only=True, tag="path"):
     """True statics of loads whose factor is an unknown: in each step a displacement grows by the same amount.
 
     So the curve of load against displacement is followed beyond its peak, also where load and displacement
@@ -49,25 +49,9 @@ class Path(Strategy, frozen=True, kw_only=True, tag="path"):
         """Number of steps."""
         return self.load_steps
 
-    @property
-    def end(self) -> float:
-        """The share of the distance at the end."""
-        return 1.0
-
-    @property
-    def inertia(self) -> bool:
-        """None."""
-        return False
-
-    @property
-    def kept(self) -> float:
-        """No velocity goes from one step into the next."""
-        return 0.0
-
     def schedule(self) -> Iterator[tuple[Scheme, float]]:
         """Equal parts of the distance, each with the share of it that is reached."""
-        for index in range(1, self.load_steps + 1):
-            yield Scheme(1.0 / self.load_steps, 1.0, 0.0), index / self.load_steps
+        return equal_parts(self.load_steps)
 
     def control(self, probes: tuple[Probe, ...]) -> Control:
         """The displacement that grows."""

@@ -6,14 +6,14 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from masonry_fem.bodies.base import Scheme
-from masonry_fem.march.equilibrium.parts.base import Strategy
+from masonry_fem.march.equilibrium.parts.quasistatic import Quasistatic, equal_parts
 from masonry_fem.records.record import Count
 
 if TYPE_CHECKING:
     from masonry_fem.march.step_report import StepReport
 
 
-class Statics(Strategy, frozen=True, kw_only=True, tag="statics"):
+class Statics(Quasistatic, frozen=True, kw_only=True, tag="statics"):
     """True statics: no inertia; the loads are applied in equal steps.
 
     A step in which joints yield or break, or whose contacts are not solved, is halved again and again, into
@@ -39,29 +39,13 @@ class Statics(Strategy, frozen=True, kw_only=True, tag="statics"):
         return self.load_steps * self.substeps
 
     @property
-    def end(self) -> float:
-        """The full load."""
-        return 1.0
-
-    @property
     def parts(self) -> int:
         """Most parts of a step in which joints give way."""
         return self.substeps
 
-    @property
-    def inertia(self) -> bool:
-        """None."""
-        return False
-
-    @property
-    def kept(self) -> float:
-        """No velocity goes from one step into the next."""
-        return 0.0
-
     def schedule(self) -> Iterator[tuple[Scheme, float]]:
-        """One step a load factor; the step length is 1/n so that time is the load factor."""
-        for index in range(1, self.load_steps + 1):
-            yield Scheme(1.0 / self.load_steps, 1.0, 0.0), index / self.load_steps
+        """One step a load factor."""
+        return equal_parts(self.load_steps)
 
     def settled(self, report: StepReport) -> bool:
         """At rest when the last load factor is reached."""

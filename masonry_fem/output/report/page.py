@@ -151,8 +151,9 @@ def _end_of(directory: Path, summary: Mapping[str, Any]) -> Path:
 
 def _content(directory: Path, end: Path, summary: dict[str, Any]) -> dict[str, Any]:
     text, scene = _scene(end)
+    command = f"masonry-fem run as_run.toml --out {shlex.quote(directory.resolve().name)}"
     found = lights(summary)
-    dimension = len(summary.get("applied") or ()) or int(scene.get("dimension", 3))
+    dimension = len(_part(summary, "applied")) or int(scene.get("dimension", 3))
     stones, joints = _table(end / "stones.csv", STONES), _table(end / "interfaces.csv", JOINTS)
     _rank(stones, "utilisation", "of the mean stress")
     _rank(joints, "e / edge")
@@ -177,15 +178,16 @@ def _content(directory: Path, end: Path, summary: dict[str, Any]) -> dict[str, A
         "combinations": list(combination_rows(summary)),
         "model": packed(whole),
         "left_out": [],
-        "energy": {k.replace("_", " "): v for k, v in (summary.get("energy") or {}).items() if v},
-        "seconds": sum(v for v in (summary.get("seconds") or {}).values()),
-        "reproduce": (
-            ""
-            if end != directory
-            else f"masonry-fem run as_run.toml --out {shlex.quote(directory.resolve().name)}"
-        ),
+        "energy": {k.replace("_", " "): v for k, v in _part(summary, "energy").items() if v},
+        "seconds": sum(_part(summary, "seconds").values()),
+        "reproduce": command if end == directory else "",
         "digest": hashlib.sha256(text.encode()).hexdigest() if text else "",
     }
+
+
+def _part(summary: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    """Part of a summary; empty where the run did not come to it."""
+    return summary.get(name) or {}
 
 
 def _scene(directory: Path) -> tuple[str, dict[str, Any]]:
@@ -201,7 +203,7 @@ def _scene(directory: Path) -> tuple[str, dict[str, Any]]:
 
 
 def _supports(summary: Mapping[str, Any]) -> Iterator[tuple[str, list[float], list[float]]]:
-    for name, wrench in (summary.get("supports") or {}).items():
+    for name, wrench in _part(summary, "supports").items():
         yield name, wrench["force"], wrench["moment"]
 
 

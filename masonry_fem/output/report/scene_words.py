@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 from masonry_fem.output.sheet import quantity
@@ -29,16 +29,20 @@ def settings(scene: Mapping[str, Any]) -> list[tuple[str, list[tuple[str, str]]]
 
 
 def _tables(name: str, value: Any) -> Iterator[tuple[str, list[tuple[str, str]]]]:
-    if isinstance(value, dict) and value and all(isinstance(part, dict) for part in value.values()):
+    if isinstance(value, dict) and _are_tables(value.values()):
         for key, part in value.items():
             yield from _tables(f"{name}.{key}", part)
-    elif isinstance(value, list) and value and all(isinstance(part, dict) for part in value):
+    elif isinstance(value, list) and _are_tables(value):
         for number, part in enumerate(value):
             yield f"{name} {number + 1}" if len(value) > 1 else name, list(_rows(part))
     elif isinstance(value, dict):
         yield name, list(_rows(value))
     else:
         yield name, [("", _words("", value))]
+
+
+def _are_tables(values: Collection[Any]) -> bool:
+    return bool(values) and all(isinstance(value, dict) for value in values)
 
 
 def _rows(table: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, str]]:

@@ -13,9 +13,10 @@ from typing import Any
 import pytest
 from numba.core import event
 
-from masonry_fem.analyses.study import study, worker
-from masonry_fem.analyses.study.cell import Cell
-from masonry_fem.analyses.study.crew import Crew
+from masonry_fem.analyses.cells import worker
+from masonry_fem.analyses.cells.cell import Cell
+from masonry_fem.analyses.cells.crew import Crew
+from masonry_fem.analyses.study import study
 from masonry_fem.errors import MasonryError
 
 SCENE = """
@@ -134,7 +135,7 @@ def test_what_lacked_memory_has_another_attempt_alone(monkeypatch, tmp_path: Pat
         def end(self) -> None:
             self.alive = False
 
-    monkeypatch.setattr("masonry_fem.analyses.study.crew.WorkerProcess", Process)
+    monkeypatch.setattr("masonry_fem.analyses.cells.crew.WorkerProcess", Process)
     cells = [Cell((i,), {}, "", str(i)) for i in range(4)]
     with Crew(workers=2) as crew:
         rows = {cell.key: row["outcome"] for cell, row in crew.compute(cells, base=tmp_path, folder=tmp_path)}

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import pytest
 
-from masonry_fem.analyses.study.cell import Cell
+from masonry_fem.analyses.cells.cell import Cell
 from masonry_fem.analyses.study.comparison import compare, distance
 from masonry_fem.analyses.study.notes import notes
 from masonry_fem.analyses.study.pareto import gather

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
-from masonry_fem.analyses.study.cell import plan, room
+from masonry_fem.analyses.cells.source import Source
+from masonry_fem.analyses.study.plan import plan, room
 from masonry_fem.analyses.study.reference import Reference
 from masonry_fem.analyses.study.setting import setting_of
 from masonry_fem.analyses.study.variation import Variation, variations
@@ -25,6 +28,10 @@ count = 2
 [mesh]
 size = 0.5
 """
+
+
+def source(text: str, base: Path, *overrides: str) -> Source:
+    return Source(text, "s", base, "s", overrides)
 
 
 @pytest.mark.parametrize(
@@ -82,7 +89,7 @@ def test_tables_from_python() -> None:
 
 def test_rigid_blocks_are_computed_once_for_all_meshes(tmp_path) -> None:
     vary = variations(["mesh.size=0.5,0.25", "fidelity=rigid,elastic"])
-    cells = plan(RIGID, vary, [], base=tmp_path, source="s")
+    cells = plan(source(RIGID, tmp_path), vary)
     assert cells[0].settings == {"mesh.size": "0.5", "fidelity": "rigid"}
     rigid = {cell.key for cell in cells if cell.settings["fidelity"] == "rigid"}
     assert len(rigid) == 1
@@ -96,19 +103,16 @@ def test_a_file_that_a_scene_names_counts(tmp_path) -> None:
     keys = []
     for words in ("x = 1", "x = 2"):
         (tmp_path / "law.py").write_text(words)
-        keys += [
-            cell.key
-            for cell in plan(text, variations(["solver.tolerance=1e-3"]), [], base=tmp_path, source="s")
-        ]
+        keys += [cell.key for cell in plan(source(text, tmp_path), variations(["solver.tolerance=1e-3"]))]
     assert keys[0] != keys[1]
 
 
 def test_divisions_take_the_place_of_a_size(tmp_path) -> None:
     vary = variations(["mesh.divisions=[1,1],[2,2]", "fidelity=elastic"])
-    assert room(RIGID, vary, []) == ["mesh={}"]
-    assert all(cell.scene for cell in plan(RIGID, vary, [], base=tmp_path, source="s"))
+    assert room(source(RIGID, tmp_path), vary) == ["mesh={}"]
+    assert all(cell.scene for cell in plan(source(RIGID, tmp_path), vary))
     with pytest.raises(MasonryError, match="both varied and set"):
-        plan(RIGID, vary, ["fidelity=rigid"], base=tmp_path, source="s")
+        plan(source(RIGID, tmp_path, "fidelity=rigid"), vary)
 
 
 def test_references(tmp_path) -> None:

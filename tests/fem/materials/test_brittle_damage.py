@@ -100,9 +100,44 @@ def test_tension_along_two_axes_cracks_both(poisson):
         strain = reached - poisson * stress / YOUNG
         point.to([strain, strain, -2 * poisson * stress / YOUNG, 0, 0, 0])
         np.testing.assert_allclose(point.stress[:3], [stress, stress, 0], rtol=1e-8, atol=1e-8 * STRENGTH)
-        work = STRENGTH**2 / YOUNG * (0.5 + (1 - stress / STRENGTH) / (2 * H)) if share > 1 else 0.0
-        taken = 2 * (work - 0.5 * stress * reached) if share > 1 else 0.0
-        assert point.dissipated == pytest.approx(taken, rel=1e-8, abs=1e-6)
+        assert point.dissipated == pytest.approx(2 * taken(reached), rel=1e-8, abs=1e-6)
+
+
+@pytest.mark.parametrize("poisson", RATIOS)
+def test_tension_along_three_axes_cracks_all(poisson):
+    """σ = s along each: ε = κ − 2 ν s/E, and three times the energy of one crack."""
+    point = bar(poisson)
+    for share in (0.5, 1.0, 1.5, 3.0, 8.0, 30.0):
+        reached = share * STRENGTH / YOUNG
+        stress = softened(reached)
+        point.to(np.array([1, 1, 1, 0, 0, 0]) * (reached - 2 * poisson * stress / YOUNG))
+        np.testing.assert_allclose(point.stress[:3], stress, rtol=1e-8, atol=1e-8 * STRENGTH)
+        assert point.dissipated == pytest.approx(3 * taken(reached), rel=1e-8, abs=1e-6)
+
+
+def taken(reached):
+    """Energy of one crack per volume where a bar has been strained to κ."""
+    stress = softened(reached)
+    if YOUNG * reached <= STRENGTH:
+        return 0.0
+    work = STRENGTH**2 / YOUNG * (0.5 + (1 - stress / STRENGTH) / (2 * H))
+    return work - 0.5 * stress * reached
+
+
+@pytest.mark.parametrize("poisson", [0.0, 0.1, 0.2])
+def test_simple_shear_cracks_one_axis(poisson):
+    """At 45°, beside pressure across: (1 + ν)(1 − 2 ν) σ3 = ν (1 + 2 ν) s − E κ, and σ2 = ν (s + σ3)."""
+    point = bar(poisson)
+    for share in (0.5, 1.0, 1.2, 2.0, 5.0, 20.0):
+        reached = share * STRENGTH / YOUNG
+        stress = softened(reached)
+        across = (poisson * (1 + 2 * poisson) * stress - YOUNG * reached) / (1 + poisson) / (1 - 2 * poisson)
+        angle = 2 * (1 + poisson) * (poisson * stress - (1 - poisson) * across) / YOUNG
+        point.to([0, 0, 0, angle, 0, 0])
+        mean, shear = (stress + across) / 2, (stress - across) / 2
+        expected = [mean, mean, poisson * (stress + across), shear, 0, 0]
+        np.testing.assert_allclose(point.stress, expected, rtol=1e-8, atol=1e-8 * STRENGTH)
+        assert point.dissipated == pytest.approx(taken(reached), rel=1e-8, abs=1e-6)
 
 
 def test_pressure_never_damages():

@@ -119,6 +119,37 @@ def test_tension_along_two_axes_cracks_both():
         assert point.dissipated * WIDTH == pytest.approx(taken, rel=1e-8, abs=1e-12)
 
 
+@pytest.mark.parametrize("poisson", RATIOS)
+def test_tension_along_three_axes_cracks_all(poisson):
+    """σ = f_t along each: (1 − 2 ν) s/E + λ = ε, and three times the energy of one crack."""
+    point = bar(poisson)
+    for share in (0.0, 0.1, 0.5, 1.0, 2.0, 4.0, 8.0):
+        crack = share / RATE
+        tension = TENSION * np.exp(-share)
+        point.to(np.array([1, 1, 1, 0, 0, 0]) * ((1 - 2 * poisson) * tension / YOUNG + crack))
+        np.testing.assert_allclose(point.stress[:3], tension, rtol=1e-8, atol=1e-8 * TENSION)
+        taken = 3 * ENERGY * (1 - np.exp(-share) * (1 + share / 2))
+        assert point.dissipated * WIDTH == pytest.approx(taken, rel=1e-8, abs=1e-12)
+
+
+@pytest.mark.parametrize("poisson", [0.0, 0.1, 0.2])
+def test_simple_shear_cracks_one_axis(poisson):
+    """At 45°, beside pressure that crushes nothing: (1 + ν)(1 − 2 ν) σ3 = ν (1 + 2 ν) s − (s + E λ)."""
+    point = bar(poisson)
+    for share in (0.0, 0.03, 0.06, 0.12):
+        crack, stress = share / RATE, TENSION * np.exp(-share)
+        across = poisson * (1 + 2 * poisson) * stress - stress - YOUNG * crack
+        across /= (1 + poisson) * (1 - 2 * poisson)
+        assert (1 + SINE) * stress - (1 - SINE) * across < (1 - SINE) * PRESSURE
+        angle = 2 * (1 + poisson) * (poisson * stress - (1 - poisson) * across) / YOUNG
+        point.to([0, 0, 0, angle, 0, 0])
+        mean, shear = (stress + across) / 2, (stress - across) / 2
+        expected = [mean, mean, poisson * (stress + across), shear, 0, 0]
+        np.testing.assert_allclose(point.stress, expected, rtol=1e-8, atol=1e-8 * TENSION)
+        taken = ENERGY * (1 - np.exp(-share) * (1 + share / 2))
+        assert point.dissipated * WIDTH == pytest.approx(taken, rel=1e-8, abs=1e-12)
+
+
 def test_a_crack_that_is_wholly_open_closes_and_is_crushed():
     """What it still bears is less than rounding of what the closed stone does."""
     point = bar()

@@ -60,6 +60,32 @@ def test_the_intermediate_stress_makes_no_difference(psi):
 
 
 @pytest.mark.parametrize("psi", DILATANCIES)
+@pytest.mark.parametrize("steps", [1, 7])
+def test_simple_shear_without_change_of_volume(psi, steps):
+    """One plane slips by Λ, dilatancy that cannot have its way makes pressure: with a = 2 (K − 2G/3) sin ψ
+
+    Λ = (G γ − c cos φ)/(a sin φ + 2 G (1 + sin φ sin ψ)), and no stress of the third axis but −a Λ.
+    """
+    point, angle, sine = (
+        Point(MohrCoulomb(C, PHI, psi)),
+        4e-3,
+        np.sin(np.radians(PHI if psi is None else psi)),
+    )
+    for share in np.arange(1, steps + 1) / steps:
+        point.to([0, 0, 0, share * angle, 0, 0])
+    G, pressing = STONE.shear, 2 * (STONE.bulk - 2 * STONE.shear / 3) * sine
+    flow = (G * angle - C * COSINE) / (pressing * SINE + 2 * G * (1 + SINE * sine))
+    first = G * angle - flow * (pressing + 2 * G * (1 + sine))
+    last = -G * angle - flow * (pressing - 2 * G * (1 - sine))
+    assert first > -pressing * flow > last
+    mean, shear = (first + last) / 2, (first - last) / 2
+    np.testing.assert_allclose(
+        point.stress, [mean, mean, -pressing * flow, shear, 0, 0], rtol=1e-8, atol=1e-8 * C
+    )
+    assert shear + mean * SINE == pytest.approx(C * COSINE, rel=1e-8)
+
+
+@pytest.mark.parametrize("psi", DILATANCIES)
 @pytest.mark.parametrize("cut", CUTS)
 def test_no_stress_is_beyond_the_apex(psi, cut):
     point = Point(MohrCoulomb(C, PHI, psi, cut))

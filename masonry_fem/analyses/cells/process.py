@@ -1,4 +1,4 @@
-"""WorkerProcess: a worker as the study sees it: cells go in, rows come out, whatever happens there.
+"""WorkerProcess: a worker as a search sees it: cells go in, rows come out, whatever happens there.
 
 process = WorkerProcess(folder / "worker.log")
 row = process.compute(cell, base, folder, limit=60.0)
@@ -18,7 +18,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from masonry_fem.analyses.study.cell import Cell
+from masonry_fem.analyses.cells.cell import Cell
 from masonry_fem.records.told import write
 
 PINNED = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS")
@@ -43,12 +43,12 @@ class WorkerProcess:
         environment["PYTHONPATH"] = os.pathsep.join(filter(None, [package, os.environ.get("PYTHONPATH")]))
         with log.open("w") as said:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "masonry_fem.analyses.study.worker"],
+                [sys.executable, "-m", "masonry_fem.analyses.cells.worker"],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=said,
                 text=True,
-                start_new_session=True,  # Ctrl-C is the study's to answer
+                start_new_session=True,  # Ctrl-C is the search's to answer
                 env=environment,
             )
         self._ready = False

@@ -16,8 +16,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Self
 
-from masonry_fem.analyses.study.cell import Cell
-from masonry_fem.analyses.study.process import WorkerProcess
+from masonry_fem.analyses.cells.cell import Cell
+from masonry_fem.analyses.cells.process import WorkerProcess
 from masonry_fem.errors import MasonryError
 
 FIRST = 600.0  # memory that a cell is taken to need before any has told [MB]
@@ -109,7 +109,7 @@ class Crew:
         """Whether the memory that is left holds another cell; one cell runs in any case."""
         if not running:
             return True
-        import psutil  # noqa: PLC0415 - only a study asks
+        import psutil  # noqa: PLC0415 - only searches ask
 
         need = max(FIRST, GROWTH * self._peak)
         return bool(psutil.virtual_memory().available / 2**20 > need)

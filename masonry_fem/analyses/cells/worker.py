@@ -1,6 +1,6 @@
 """Worker: a process that computes cells, each in a fork of its own.
 
-    python -m masonry_fem.analyses.study.worker   # a request a line on standard input, an answer on output
+    python -m masonry_fem.analyses.cells.worker   # a request a line on standard input, an answer on output
 
 What every cell needs is loaded once, compiled code included; the forks begin with it. So a cell's CPU time
 and peak memory are its own, told by the kernel even where the cell crashes, and a crash ends nothing else.

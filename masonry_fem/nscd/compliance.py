@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from masonry_fem.nscd.blocks import assemble_blocks
+from masonry_fem.nscd.blocks import assemble_blocks, block_rows
 from masonry_fem.nscd.transfer import add_from_stones, to_stones
 
 FloatArray = NDArray[np.float64]
@@ -405,7 +405,7 @@ def only(compliance: sparse.bsr_array | Shared, contacts: IntArray) -> sparse.bs
 
     Parameters
     ----------
-    compliance : Of c contacts. contacts : Shape (k,).
+    compliance : Of c contacts. contacts : Ascending, shape (k,).
     """
     return compliance.only(contacts) if isinstance(compliance, Shared) else _part(compliance, contacts)
 
@@ -421,9 +421,17 @@ def plus(compliance: sparse.bsr_array | Shared, bed: FloatArray) -> sparse.bsr_a
 
 
 def _part(matrix: sparse.bsr_array, contacts: IntArray) -> sparse.bsr_array:
-    d = matrix.blocksize[0]
-    dofs = (contacts[:, None] * d + np.arange(d)).ravel()
-    return sparse.bsr_array(matrix.tocsr()[dofs][:, dofs], blocksize=(d, d) if len(dofs) else (1, 1))
+    d, count = matrix.blocksize[0], len(contacts)
+    if not count:
+        return sparse.bsr_array((0, 0), blocksize=(1, 1))
+    place = np.full(matrix.shape[0] // d, -1, dtype=matrix.indices.dtype)
+    place[contacts] = np.arange(count)
+    row, column = place[block_rows(matrix)], place[matrix.indices]
+    inside = np.flatnonzero((row >= 0) & (column >= 0))
+    row, column = row[inside], column[inside]
+    first = np.zeros(count + 1, dtype=column.dtype)
+    np.cumsum(np.bincount(row, minlength=count), out=first[1:])
+    return sparse.bsr_array((matrix.data[inside], column, first), shape=(count * d, count * d))
 
 
 def _sum(matrix: sparse.bsr_array, bed: FloatArray) -> sparse.bsr_array:

@@ -480,7 +480,8 @@ class NewtonRun:
 
         Where slip is held, it is κ that keeps rounds from coming far. ``last`` is the error a round earlier.
         """
-        crawls = before.slip is None and before.steps <= 1 and self.weight <= self.least_weight
+        settled = before.slip is None and before.steps <= _CHEAP
+        crawls = settled and self.weight <= self.least_weight
         self.crawling = self.crawling + 1 if crawls and self.error > _SLOW * last else 0
         if self.crawling >= _CRAWL:
             self.least_weight, self.crawling = max(0.1 * self.least_weight, _LEAST), 0
@@ -547,7 +548,7 @@ class NewtonRun:
         return True
 
 
-# Contraction of the error, in so many rounds of one step, above which the floor of α gives way, and how
+# Contraction of the error, in so many rounds of few steps, above which the floor of α gives way, and how
 # far. A floor that is too low lets the impulses wander that nothing determines.
 _SLOW = 0.5
 _CRAWL = 3
@@ -555,7 +556,7 @@ _LEAST = 1e-9
 # Newton steps, and the error reached, of a round after which a tenth of ε will do
 _EASY = 4
 _CLOSE = 1e-3
-_CHEAP, _DEAR = 2, 4  # steps of a round up to which an adaptive α falls, above which it rises
+_CHEAP, _DEAR = 2, 4  # steps of a round up to which an adaptive α, or its floor, falls; above which it rises
 _PART_STEPS = 80  # Newton steps in a part
 _FULL = 5  # Newton steps of a round without line search
 _NEARER = 0.5  # share of the residual, so that gaps of rounding decide nothing

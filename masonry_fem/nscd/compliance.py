@@ -186,6 +186,16 @@ class Alike:
     turns: FloatArray
     matrix: FloatArray
 
+    def numbered(self, contacts: IntArray) -> Alike:
+        """The same with other numbers of contacts; stones without any left are left out.
+
+        Parameters
+        ----------
+        contacts : Of each stone, −1 for those that take no part, shape (n, s).
+        """
+        some = (contacts >= 0).any(axis=1)
+        return Alike(contacts[some], self.turns[some], self.matrix)
+
 
 class Shared(Operator):
     """W_el by kinds of stones, and what the contacts' own beds give way.
@@ -325,7 +335,7 @@ class Shared(Operator):
         """
         place = np.full(self.count + 1, -1)
         place[contacts] = np.arange(len(contacts))
-        kinds = [replace(kind, contacts=place[kind.contacts]) for kind in self.kinds]
+        kinds = [kind.numbered(place[kind.contacts]) for kind in self.kinds]
         bed = None if self.bed is None else self.bed[contacts]
         return Shared(len(contacts), self.dimension, kinds, self.symmetric, bed)
 

@@ -4,12 +4,14 @@ python -m benchmarks.resumed               # 50 kills: the table in docs/histori
 python -m benchmarks.resumed --kills 5 --seed 3
 
 Each run is killed by SIGKILL, which no program can answer, resumed, killed again and so on. What it leaves in
-the end must be, byte for byte, what a run leaves that is not killed; only what it took may differ.
+the end must be, byte for byte, what a run leaves that is not killed; only what it took may differ. Searches
+(thresholds, studies of records) go on by the same command.
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
 import json
 import signal
 import subprocess
@@ -26,7 +28,8 @@ dimension = 2
 fidelity = "{fidelity}"
 mesh = {{ size = 0.1 }}
 materials = {{ stone = {{ density = 2400.0, young = 1e9 }} }}
-loads = {{ gravity = [0.0, -9.81], accelerations = [{{ vector = [1.5, 0.0] }}] }}
+loads.gravity = [0.0, -9.81]
+loads.accelerations = [{{ vector = [1.5, 0.0] }}]
 structures = [
     {{ kind = "wall", name = "w", material = "stone", brick = [0.5, 0.25], columns = 5, courses = 6 }},
 ]
@@ -50,13 +53,76 @@ STATICS = 'analysis = { kind = "statics", load_steps = 40 }\n'
 FEWER = STATICS.replace("40", "12")
 DYNAMICS = 'analysis = { kind = "dynamics", step = 2e-3, duration = 0.16, theta = 0.7 }\n'
 REDETECT = 'contact = { update = "redetect", every = 2 }\n'
+STORY = """
+stages = [
+  { name = "built", without = ["w.c5.*", "w.c6.*"], analysis = { kind = "statics", load_steps = 6 } },
+  { name = "shaken" },
+  { name = "softer", joints = [{ friction = 0.4 }] },
+]
+"""
+CASES = """
+combinations = [
+  { name = "own", factors = { gravity = 1.35 } },
+  { name = "push", factors = { gravity = 1.0, push = 1.1 } },
+  { name = "back", factors = { gravity = 1.0, push = -1.1 } },
+]
+"""
+BAR = """
+[[ties]]
+name = "bar"
+points = [{ block = "w.c6.b1", point = [0.1, 1.4] }, { block = "w.c1.b5", point = [2.2, 0.1] }]
+section = 1e-4
+young = 2e11
+pretension = 50.0
+yield_stress = 2e7
+"""
+TOP = 'probes = [{ name = "top", block = "w.c6.b1", point = [0.2, 1.5] }]\n'
+SHAKEN = 'loads.accelerograms = [{ x = "record.csv", acts = "ground" }]\n'
+INERTIA = SHAKEN.replace("ground", "inertia")
+TABLE = (0.0, 0.0), (0.03, 6.0), (0.07, -8.0), (0.12, 0.0)  # of the record
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A kind of run.
+
+    Attributes
+    ----------
+    fidelity : Of its stones. text : Of its scene, after ``HEAD``.
+    command, options : Words before and after the scene's name.
+    """
+
+    fidelity: str
+    text: str
+    command: str = "run"
+    options: tuple[str, ...] = ()
+
+    @property
+    def resumes(self) -> bool:
+        """Whether it goes on by ``resume``, and not by the same command."""
+        return self.command == "run"
+
+
 KINDS = {
-    "rigid, dynamics, redetected": ("rigid", DYNAMICS + REDETECT, DRY),
-    "elastic, statics": ("elastic", STATICS, DRY),
-    "elastic, dynamics": ("elastic", DYNAMICS, DRY),
-    "cohesive, statics": ("elastic", FEWER, GLUED),
-}
-SPENT = ("seconds", "peak_memory_mb", "versions", "factorisations")
+    "rigid, dynamics, redetected": Kind("rigid", DYNAMICS + REDETECT + DRY),
+    "elastic, statics": Kind("elastic", STATICS + DRY),
+    "elastic, dynamics": Kind("elastic", DYNAMICS + DRY),
+    "cohesive, statics": Kind("elastic", FEWER + GLUED),
+    "tied, statics": Kind("elastic", STATICS + DRY + BAR),
+    "shaken ground": Kind("rigid", DYNAMICS + DRY + SHAKEN),
+    "stages": Kind("rigid", DYNAMICS + DRY + STORY),
+    "combinations": Kind("elastic", FEWER + DRY + CASES),
+    "threshold": Kind(
+        "rigid", FEWER + DRY, "threshold",
+        ("joints.0.friction", "--between", "0.05", "0.6", "--tolerance", "0.001", "--no-limit"),
+    ),
+    "records": Kind(
+        "rigid", DYNAMICS + DRY + TOP + INERTIA, "study",
+        ("--records", "record.csv", "--scales", "0.5:2:0.5", "--workers", "1"),
+    ),
+}  # fmt: skip
+SPENT = ("seconds", "peak_memory_mb", "versions", "factorisations", "cpu", "start", "wall")
+COLUMNS = ("seconds", "cpu [s]")  # of tables: what it took, too
 
 
 @dataclass(slots=True)
@@ -78,29 +144,51 @@ def start(*words: str) -> subprocess.Popen[bytes]:
 def left(folder: Path) -> dict[str, object]:
     """What stands in a folder, by the files' names."""
     files = [path for path in folder.rglob("*") if path.is_file() and ".masonry-fem" not in path.parts]
-    found: dict[str, object] = {
-        path.relative_to(folder).as_posix(): path.read_bytes()
+    return {
+        path.relative_to(folder).as_posix(): _told(path)
         for path in files
-        if path.name not in ("summary.json", "checkpoint.npz")
+        if path.name not in ("checkpoint.npz", "worker.log")
     }
-    told = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-    return found | {"summary.json": {key: value for key, value in told.items() if key not in SPENT}}
+
+
+def _told(path: Path) -> object:
+    """What a file says, without what the run took."""
+    if path.suffix == ".json":
+        return _unspent(json.loads(path.read_text(encoding="utf-8")))
+    if path.suffix == ".csv":
+        rows = list(csv.reader(path.read_text(encoding="utf-8").splitlines()))
+        kept = [number for number, title in enumerate(rows[0] if rows else ()) if title not in COLUMNS]
+        return [[row[number] for number in kept] for row in rows]
+    return path.read_bytes()
+
+
+def _unspent(told: object) -> object:
+    """The same without the keys of ``SPENT``."""
+    if isinstance(told, dict):
+        return {key: _unspent(value) for key, value in told.items() if key not in SPENT}
+    return [_unspent(value) for value in told] if isinstance(told, list) else told
 
 
 def killed(kind: str, count: int, draw: np.random.Generator, place: Path) -> Found:
     """Kill runs of a kind so many times, and let each go on to its end."""
-    fidelity, steps, joints = KINDS[kind]
-    scene, whole = place / "scene.toml", place / "whole"
-    scene.write_text(HEAD.format(fidelity=fidelity) + steps + joints, encoding="utf-8")
-    for _ in range(2):  # the first one may compile
-        begun = time.monotonic()
-        if start("run", str(scene), "--out", str(whole)).wait() not in (0, 3):
+    own, scene = KINDS[kind], place / "scene.toml"
+    head = HEAD.format(fidelity=own.fidelity)
+    if CASES in own.text:
+        head = head.replace("vector = [1.5, 0.0] ", 'vector = [1.5, 0.0], case = "push" ')
+    scene.write_text(head + own.text, encoding="utf-8")
+    np.savetxt(place / "record.csv", TABLE, delimiter=",")
+    wanted, span = {}, 0.0
+    for number in range(2):  # the first one may compile
+        begun, out = time.monotonic(), place / f"whole {number}"
+        if start(own.command, str(scene), *own.options, "--out", str(out)).wait() not in (0, 3):
             raise RuntimeError(f"{kind}: the run that is not killed failed")
-    span, wanted, found = time.monotonic() - begun, left(whole), Found(kind)
+        span, wanted = time.monotonic() - begun, left(out)
+    found = Found(kind)
     while found.kills < count:
         out = place / f"killed {found.runs}"
         found.runs += 1
-        words = ("run", str(scene), "--out", str(out))
+        first = own.command, str(scene), *own.options, "--out", str(out)
+        words = first
         while True:
             process = start(*words)
             if found.kills < count:
@@ -111,10 +199,9 @@ def killed(kind: str, count: int, draw: np.random.Generator, place: Path) -> Fou
                     found.kills += 1
             if process.wait() != -signal.SIGKILL:
                 break
-            if (out / "checkpoint.npz").exists():
-                words = ("resume", str(out))
-            else:
-                found.early += 1
+            kept = any(out.rglob("checkpoint.npz" if own.resumes else "cells/*.json"))
+            words = ("resume", str(out)) if own.resumes and kept else first
+            found.early += not kept
         same = left(out)
         names = [name for name in wanted.keys() | same.keys() if wanted.get(name) != same.get(name)]
         found.other += tuple(sorted(names))

@@ -99,6 +99,8 @@ BARS = QUICK | {
     "one brick in ten yields, statics": Bar("≤ 2 elastic walls", times_at_most(2.0)),
     "bricks that turn, statics": Bar("≤ 1.3 of small rotations", times_at_most(1.3)),
     "weighted wall 58x58, placed": Bar("10 000 interfaces in < 2 s", lambda row: row["place_s"] < 2.0),
+    "weighted plane wall 58x58, placed": Bar("10 000 interfaces in < 2 s", lambda row: row["place_s"] < 2.0),
+    "weighted vault, 180 unlike stones, placed": Bar("-"),
     "one stone 10x10x10": Bar("-"),
     "one stone 20x20x20": Bar("-"),
     "one stone 20x20x20, one step": Bar("-"),

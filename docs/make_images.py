@@ -58,6 +58,14 @@ DEMOS: dict[str, tuple[dict[str, object], dict[str, str]]] = {
         },
     ),
     "shaken_column": ({}, {"shaken_column": "response"}),
+    "shaken_facade": (
+        {},
+        {
+            "shaken_facade": "deformed",
+            "shaken_facade_fallen": "fallen",
+            "shaken_facade_response": "response",
+        },
+    ),
     "built_wall": ({}, {"built_wall": "settled/overview"}),
     "crossed_bridge": (
         {},

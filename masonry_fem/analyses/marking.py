@@ -23,7 +23,7 @@ Mask = NDArray[np.bool_]
 
 # of the squared error, where elements are half as large: order 1, as at joints and corners for any
 LEFT = 0.25
-LEAST, MOST = 0.3, 0.7  # of the squared error are marked in a round
+LEAST, MOST = 0.15, 0.7  # of the squared error are marked in a round
 ALIKE = 0.02  # blocks whose errors, squared, differ by less are treated alike, or symmetry would go
 
 

@@ -24,6 +24,8 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:  # scenes that are only read need no SciPy
     from scipy import sparse
 
+    from masonry_fem.solid.submerged import Submerged
+
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
@@ -345,8 +347,16 @@ class Loaded(Protocol):
         """Body force of a uniform acceleration (d,) [m/s²]."""
         ...
 
-    def traction_force(self, body: int, face: int, traction: FloatArray) -> FloatArray:
-        """Uniform traction (d,) [Pa], world axes, on a polytope face of one block."""
+    def traction_force(
+        self, body: int, face: int, traction: FloatArray, factor: Submerged | None = None
+    ) -> FloatArray:
+        """Traction on a polytope face of one block.
+
+        Parameters
+        ----------
+        body, face : The block and its face. traction : World axes, shape (d,) [Pa].
+        factor : What it is multiplied by at each point of the reference; None: it is uniform.
+        """
         ...
 
     def point_force(self, body: int, point: FloatArray | None, force: FloatArray) -> FloatArray:

@@ -30,6 +30,7 @@ from masonry_fem.bodies.rotation import (
 )
 from masonry_fem.bodies.undeformed import Placed, Undeformed
 from masonry_fem.solid.assembly import Assembly
+from masonry_fem.solid.submerged import Submerged, below
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,11 +168,26 @@ class RigidGroup(Undeformed):
         force[:, : self.dimension] = self.mass[:, None] * np.asarray(acceleration, dtype=float)
         return force
 
-    def traction_force(self, body: int, face: int, traction: FloatArray) -> FloatArray:
-        """Uniform traction (d,) [Pa], world axes, on a polytope face of one block, a force array."""
-        solid = self.assembly.solid(int(self.blocks[body]))
-        area, centre = _area_and_centre(solid.face_points(face))
-        return self.point_force(body, centre, area * np.asarray(traction, dtype=float))
+    def traction_force(
+        self, body: int, face: int, traction: FloatArray, factor: Submerged | None = None
+    ) -> FloatArray:
+        """Traction on a polytope face of one block, a force array.
+
+        Parameters
+        ----------
+        body, face : The block and its face. traction : World axes, shape (d,) [Pa].
+        factor : What it is multiplied by at each point; None: it is uniform.
+        """
+        corners = self.assembly.solid(int(self.blocks[body])).face_points(face)
+        value = np.asarray(traction, dtype=float)
+        if factor is None:
+            area, centre = _area_and_centre(corners)
+            return self.point_force(body, centre, area * value)
+        points, weights = _submerged(corners, factor)
+        total, d = self.no_force(), self.dimension
+        total[body, :d] = weights.sum() * value
+        total[body, d:] = np.outer(weights @ (points - self.centres[body]), value).ravel()
+        return total
 
     def point_force(self, body: int, point: FloatArray | None, force: FloatArray) -> FloatArray:
         """Force (d,) [N] at a world point of the reference (None: centroid), a force array."""
@@ -372,3 +388,27 @@ def _area_and_centre(points: FloatArray) -> tuple[float, FloatArray]:
     signed = vectors @ (total / area)  # a fan of a non-convex face has negative triangles
     centres = points[0] + (spokes[1:-1] + spokes[2:]) / 3
     return area, (signed @ centres) / area
+
+
+def _submerged(points: FloatArray, factor: Submerged) -> tuple[FloatArray, FloatArray]:
+    """Points (p, d) [m] and weights (p,) [m²; m in 2D] of a flat face, exact for the factor times places.
+
+    Parameters
+    ----------
+    points : Corners, shape (k, d) [m]. factor : By depth.
+    """
+    if points.shape[1] == 2:
+        parts, extent = points[None], np.array([np.linalg.norm(points[1] - points[0])])
+        rule = 0.5 + np.array([[1.0, -1.0], [-1.0, 1.0]]) / np.sqrt(12)  # of Gauss
+    else:
+        spokes = points - points[0]
+        vectors = 0.5 * np.cross(spokes[1:-1], spokes[2:])
+        total = vectors.sum(axis=0)
+        extent = vectors @ (total / np.linalg.norm(total))  # of a non-convex face some are negative
+        first = np.broadcast_to(points[0], (len(extent), 3))
+        parts = np.stack([first, points[1:-1], points[2:]], axis=1)
+        rule = 0.5 * (1 - np.eye(3))  # the middles of the edges
+    shares = below(factor.depth(parts))
+    at = np.einsum("qk,tskc,tcd->tsqd", rule, shares, parts)
+    weights = extent[:, None] * np.abs(np.linalg.det(shares)) / len(rule)
+    return at.reshape(-1, points.shape[1]), (weights[:, :, None] * factor(at)).ravel()

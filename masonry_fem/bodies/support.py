@@ -20,6 +20,7 @@ from masonry_fem.bodies.rotation import IDENTITY, between, chained, change, spin
 from masonry_fem.bodies.undeformed import Placed, Undeformed
 from masonry_fem.errors import SceneError
 from masonry_fem.solid.assembly import Assembly
+from masonry_fem.solid.submerged import Submerged
 
 # Time over which the motion is differentiated, relative to the step; the second-order formula has
 # an error of its square and rounding of about 1e-16 divided by it.
@@ -268,7 +269,9 @@ class SupportGroup(Undeformed):
         """The array itself: what acts on a support goes to the ground."""
         return force
 
-    def traction_force(self, body: int, face: int, traction: FloatArray) -> FloatArray:
+    def traction_force(
+        self, body: int, face: int, traction: FloatArray, factor: Submerged | None = None
+    ) -> FloatArray:
         """No force: what acts on a support goes to the ground."""
         return self.no_force()
 

@@ -20,6 +20,7 @@ from masonry_fem.march.moving import Travel
 from masonry_fem.march.shaking import Shaking
 from masonry_fem.scene import specs
 from masonry_fem.scene.selector import only, select, split_face
+from masonry_fem.solid.submerged import Submerged
 
 ACROSS = 8  # lines, side by side, of a load that moves with a width
 LINE_POINTS = 20  # equal pieces of a line force, each at its middle
@@ -57,14 +58,16 @@ class Patterns:
         """Pressure on all matching faces of all matching blocks, against their normals in the reference."""
         blocks, face = split_face(load.on)
         assert face is not None  # selectors of faces name one
+        factor = None if load.level is None else Submerged(load.level, load.pressure, load.unit_weight)
         total: list[FloatArray | None] = [None] * len(self.groups)
         for block in self._free(blocks, f"{key}.on"):
             group, body = self.place[block]
             own = self.stones.assembly.blocks[block]
             solid = self.stones.assembly.shapes[own.shape].solid
             for number in faces_of(self.stones.assembly, block, face, f"{key}.on"):
-                traction = -load.pressure * (own.pose.rotation @ solid.normal(number))
-                _add(total, group, self.groups[group].traction_force(body, number, traction))
+                inwards = -(own.pose.rotation @ solid.normal(number))
+                traction = inwards if factor is not None else load.pressure * inwards
+                _add(total, group, self.groups[group].traction_force(body, number, traction, factor))
         return tuple(total)
 
     def point(self, load: specs.PointForce, key: str) -> tuple[FloatArray | None, ...]:

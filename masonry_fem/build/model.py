@@ -28,6 +28,7 @@ from masonry_fem.contact.contacts import Interface
 from masonry_fem.contact.detection import REACH, detect
 from masonry_fem.errors import ExtensionError, MasonryError, SceneError
 from masonry_fem.fidelities import Fidelity, Given, deforms, fidelities
+from masonry_fem.host.garbage import taken_up
 from masonry_fem.host.phases import phase
 from masonry_fem.march.clock import Clock
 from masonry_fem.march.model import Model, Probe
@@ -107,6 +108,7 @@ def build(scene: specs.Scene, base: Path, before: Built | None = None, *, solved
     with phase("loading libraries"):
         for kind in _used(stones):
             kind.load()
+    taken_up()
     clock.lap("import" if stones.deforming else "build")
     with phase("stiffness and mass of the stones"):
         groups = body_groups(scene, stones, base, () if before is None else before.model.groups)

@@ -42,6 +42,7 @@ from masonry_fem.cli.grammar import Parser, epilog, parents
 from masonry_fem.cli.signals import answered
 from masonry_fem.errors import MasonryError
 from masonry_fem.host import ranks
+from masonry_fem.host.garbage import left_at_exit
 
 __all__ = ["main", "parser"]
 
@@ -70,6 +71,7 @@ COMMANDS = (
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code; errors become one line on standard error."""
     speak_readably()
+    left_at_exit()
     # otherwise PETSc would print a crash report when a pipe is closed or the process is ended
     asked = os.environ.get("PETSC_OPTIONS", "").split()
     if "-no_signal_handler" not in asked:

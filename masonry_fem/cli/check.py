@@ -7,8 +7,6 @@ import argparse
 
 from masonry_fem.cli.console import print_table
 from masonry_fem.cli.grammar import Commands, Parents, read_scene
-from masonry_fem.records.listing import first_few
-from masonry_fem.records.told import plain
 
 EXAMPLES = (("how large is it, and are its joints found", "masonry-fem check demos/tower.toml"),)
 
@@ -19,6 +17,8 @@ def check_scene(options: argparse.Namespace) -> int:
     """Validate a scene and print its sizes."""
     scene, base = read_scene(options)
     from masonry_fem.analyses.inspect import check_scene as check
+    from masonry_fem.records.listing import first_few
+    from masonry_fem.records.told import plain
 
     facts = plain(check(scene, base))
     if "names" in facts:

@@ -10,6 +10,7 @@ from masonry_fem.cli.console import complain, conclude_run, print_files
 from masonry_fem.cli.exit_codes import BAD_INPUT, EXIT_CODES
 from masonry_fem.cli.grammar import Commands, Parents, read_scene, results_folder, share
 from masonry_fem.errors import MasonryError
+from masonry_fem.host.garbage import put_off
 
 EXAMPLES = (
     ("an arch under its own weight", "masonry-fem run demos/arch.toml --out results/arch"),
@@ -20,6 +21,11 @@ EXAMPLES = (
 
 def run_scene(options: argparse.Namespace) -> int:
     """Solve a scene; the exit code says how it ended."""
+    with put_off():
+        return _solved(options)
+
+
+def _solved(options: argparse.Namespace) -> int:
     if options.refine_to is not None:
         return refine_scene(options)
     scene, base = read_scene(options)

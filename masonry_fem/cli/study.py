@@ -20,6 +20,11 @@ EXAMPLES = (
         "masonry-fem study demos/arch.toml --vary structures.arch.thickness=0.2,0.3 \\\n"
         "      --vary joints.0.friction=0.4,0.6",
     ),
+    (
+        "how far a column rocks, and when it falls, by how strong the ground shakes",
+        "masonry-fem study demos/shaken_column.toml --records demos/shaken_column.csv \\\n"
+        "      --scales 0.5:1.5:0.25",
+    ),
 )
 
 

@@ -19,8 +19,9 @@ from masonry_fem.fem.assemble import ShapeOperators
 from masonry_fem.fem.constitution import Memory
 from masonry_fem.fem.locate import in_cells
 from masonry_fem.fem.modes import RigidModes
-from masonry_fem.fem.traction import face_weights
+from masonry_fem.fem.traction import face_weights, submerged_weights
 from masonry_fem.solid.pose import Pose
+from masonry_fem.solid.submerged import Submerged
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,13 +113,26 @@ class Meshed[S](ABC):
         force: FloatArray = local @ self._inertia.T
         return force
 
-    def traction_force(self, body: int, face: int, traction: FloatArray) -> FloatArray:
-        """Uniform traction (d,) [Pa], world axes, on a polytope face of one block, nodal (b, n) [N]."""
-        if face not in self._faces:
-            self._faces[face] = face_weights(self.mesh, face, self.names[body])
+    def traction_force(
+        self, body: int, face: int, traction: FloatArray, factor: Submerged | None = None
+    ) -> FloatArray:
+        """Traction on a polytope face of one block, nodal (b, n) [N].
+
+        Parameters
+        ----------
+        body, face : The block and its face. traction : World axes, shape (d,) [Pa].
+        factor : What it is multiplied by at each point of the reference; None: it is uniform.
+        """
+        if factor is not None:
+            places = self.mesh.points @ self.rotation[body].T + self.translation[body]
+            weights = submerged_weights(self.mesh, face, self.names[body], places, factor)
+        else:
+            if face not in self._faces:
+                self._faces[face] = face_weights(self.mesh, face, self.names[body])
+            weights = self._faces[face]
         force = self.no_force()
         local = self.rotation[body].T @ np.asarray(traction, dtype=float)
-        force[body] = np.outer(self._faces[face], local).ravel()
+        force[body] = np.outer(weights, local).ravel()
         return force
 
     def following(self, force: FloatArray, state: S) -> FloatArray:

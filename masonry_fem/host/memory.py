@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import ctypes
-import platform
 import resource
-import tempfile
+import sys
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
@@ -38,7 +37,7 @@ def keep() -> None:
 def peak_memory() -> float:
     """Largest resident memory of this process so far [MB]."""
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak / (1024**2 if platform.system() == "Darwin" else 1024)
+    return peak / (1024**2 if sys.platform == "darwin" else 1024)
 
 
 def park(matrix: sparse.csr_array) -> None:
@@ -60,6 +59,8 @@ def _on_disk[T: np.generic](values: NDArray[T]) -> NDArray[T]:
 
     if values.size == 0 or isinstance(values.base, np.memmap):
         return values
+    import tempfile  # noqa: PLC0415 - not on the path of --help
+
     with tempfile.TemporaryFile(prefix="masonry_fem-") as file:
         values.tofile(file)
         file.flush()

@@ -21,7 +21,7 @@ from masonry_fem.bodies.base import Attachment, FloatArray, Free, IntArray, Sche
 from masonry_fem.contact.kinematics import local_frames
 from masonry_fem.host.phases import counted
 from masonry_fem.march.model import Model
-from masonry_fem.nscd.blocks import assemble_blocks
+from masonry_fem.nscd.blocks import assemble_blocks, pattern_of
 from masonry_fem.nscd.compliance import Alike, Shared
 from masonry_fem.nscd.modal import Modal, Modes
 from masonry_fem.nscd.structure import Structure
@@ -73,6 +73,19 @@ class _Cached:
     seen: tuple[FloatArray | None, ...] = ()
     tangents: tuple[Any, ...] = ()
     matrix: sparse.bsr_array | Shared | None = None
+    members: tuple[IntArray, ...] = ()
+    pattern: sparse.csr_array | None = None  # of the matrix, for these contacts of each block
+
+    def pattern_of(self, count: int, members: tuple[IntArray, ...]) -> sparse.csr_array:
+        """Which contacts share a block, made once for a set of contacts.
+
+        Parameters
+        ----------
+        count : Contacts c. members : Contact numbers of each block.
+        """
+        if self.pattern is None or not _same(self.members, members):
+            self.members, self.pattern = members, pattern_of(count, members)
+        return self.pattern
 
 
 @dataclass(frozen=True, slots=True)
@@ -287,7 +300,8 @@ class Coupling:
                     signed = matrix * sign
                     signed *= sign[:, None]
                 contributions.append((sides.contact[members], signed))
-        return assemble_blocks(c, d, contributions, symmetric=symmetric)
+        pattern = self._cached.pattern_of(c, tuple(members for members, _ in contributions))
+        return assemble_blocks(c, d, contributions, symmetric=symmetric, pattern=pattern)
 
     def nodal_impulses(self, impulse: FloatArray, here: Placement) -> tuple[FloatArray | None, ...]:
         """Gᵀ p on the nodes of each group (None for rigid ones)."""

@@ -23,6 +23,7 @@ def assemble_blocks(
     contributions: Sequence[tuple[IntArray, FloatArray]],
     *,
     symmetric: bool = True,
+    pattern: sparse.csr_array | None = None,
 ) -> sparse.bsr_array:
     """Sum of dense contributions, each between the contacts of one block of masonry.
 
@@ -31,6 +32,7 @@ def assemble_blocks(
     count, dimension : c contacts of d components.
     contributions : (contact numbers (s,), matrix (s d, s d)) of each block.
     symmetric : Of each only the symmetric part is taken; else they are taken as they are.
+    pattern : As ``pattern_of`` these contact numbers, where the caller keeps it.
 
     Returns
     -------
@@ -39,7 +41,7 @@ def assemble_blocks(
     """
     d = dimension
     members = [np.asarray(contacts, dtype=np.int64) for contacts, _ in contributions]
-    pattern = _pattern(count, members)
+    pattern = pattern_of(count, members) if pattern is None else pattern
     if count == 0:
         return sparse.bsr_array((0, 0), blocksize=(1, 1))
     data = np.zeros((pattern.nnz, d, d))
@@ -55,8 +57,23 @@ def assemble_blocks(
     return sparse.bsr_array((data, pattern.indices, pattern.indptr), shape=(count * d, count * d))
 
 
-def _pattern(count: int, members: list[IntArray]) -> sparse.csr_array:
-    """Which contacts share a contribution, sorted CSR of shape (c, c)."""
+def block_rows(matrix: sparse.bsr_array) -> IntArray:
+    """Block row of each stored block, shape (stored,)."""
+    rows: IntArray = np.repeat(np.arange(len(matrix.indptr) - 1, dtype=np.int64), np.diff(matrix.indptr))
+    return rows
+
+
+def pattern_of(count: int, members: Sequence[IntArray]) -> sparse.csr_array:
+    """Which contacts share a contribution.
+
+    Parameters
+    ----------
+    count : Contacts c. members : Contact numbers of each contribution.
+
+    Returns
+    -------
+    Shape (c, c), sorted.
+    """
     contact = np.concatenate([*members, np.zeros(0, dtype=np.int64)])
     owner = np.repeat(np.arange(len(members)), [len(m) for m in members])
     shape = (count, max(len(members), 1))

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from masonry_fem.nscd.blocks import assemble_blocks
+from masonry_fem.nscd.blocks import assemble_blocks, block_rows
 from masonry_fem.nscd.transfer import add_from_stones, to_stones
 
 FloatArray = NDArray[np.float64]
@@ -186,6 +186,16 @@ class Alike:
     turns: FloatArray
     matrix: FloatArray
 
+    def numbered(self, contacts: IntArray) -> Alike:
+        """The same with other numbers of contacts; stones without any left are left out.
+
+        Parameters
+        ----------
+        contacts : Of each stone, −1 for those that take no part, shape (n, s).
+        """
+        some = (contacts >= 0).any(axis=1)
+        return Alike(contacts[some], self.turns[some], self.matrix)
+
 
 class Shared(Operator):
     """W_el by kinds of stones, and what the contacts' own beds give way.
@@ -325,7 +335,7 @@ class Shared(Operator):
         """
         place = np.full(self.count + 1, -1)
         place[contacts] = np.arange(len(contacts))
-        kinds = [replace(kind, contacts=place[kind.contacts]) for kind in self.kinds]
+        kinds = [kind.numbered(place[kind.contacts]) for kind in self.kinds]
         bed = None if self.bed is None else self.bed[contacts]
         return Shared(len(contacts), self.dimension, kinds, self.symmetric, bed)
 
@@ -395,7 +405,7 @@ def only(compliance: sparse.bsr_array | Shared, contacts: IntArray) -> sparse.bs
 
     Parameters
     ----------
-    compliance : Of c contacts. contacts : Shape (k,).
+    compliance : Of c contacts. contacts : Ascending, shape (k,).
     """
     return compliance.only(contacts) if isinstance(compliance, Shared) else _part(compliance, contacts)
 
@@ -411,9 +421,17 @@ def plus(compliance: sparse.bsr_array | Shared, bed: FloatArray) -> sparse.bsr_a
 
 
 def _part(matrix: sparse.bsr_array, contacts: IntArray) -> sparse.bsr_array:
-    d = matrix.blocksize[0]
-    dofs = (contacts[:, None] * d + np.arange(d)).ravel()
-    return sparse.bsr_array(matrix.tocsr()[dofs][:, dofs], blocksize=(d, d) if len(dofs) else (1, 1))
+    d, count = matrix.blocksize[0], len(contacts)
+    if not count:
+        return sparse.bsr_array((0, 0), blocksize=(1, 1))
+    place = np.full(matrix.shape[0] // d, -1, dtype=matrix.indices.dtype)
+    place[contacts] = np.arange(count)
+    row, column = place[block_rows(matrix)], place[matrix.indices]
+    inside = np.flatnonzero((row >= 0) & (column >= 0))
+    row, column = row[inside], column[inside]
+    first = np.zeros(count + 1, dtype=column.dtype)
+    np.cumsum(np.bincount(row, minlength=count), out=first[1:])
+    return sparse.bsr_array((matrix.data[inside], column, first), shape=(count * d, count * d))
 
 
 def _sum(matrix: sparse.bsr_array, bed: FloatArray) -> sparse.bsr_array:

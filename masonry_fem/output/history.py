@@ -117,17 +117,17 @@ def columns(report: Any) -> Iterator[tuple[str, float | int | str]]:
 def _flat(
     name: str, value: Any, suffixes: Mapping[int, tuple[str, ...]]
 ) -> Iterator[tuple[str, float | int | str]]:
-    if isinstance(value, Mapping):
-        for key, part in value.items():
-            yield from _flat(f"{name}.{key}", part, suffixes)
+    if isinstance(value, (float, np.floating)):  # first, as most are
+        yield name, float(value)
     elif isinstance(value, Enum):
         yield name, value.name.lower()
     elif isinstance(value, (bool, np.bool_, int, np.integer)):
         yield name, int(value)
-    elif isinstance(value, (float, np.floating)):
-        yield name, float(value)
     elif isinstance(value, (str, type(None))):
         yield name, value or ""
+    elif isinstance(value, Mapping):
+        for key, part in value.items():
+            yield from _flat(f"{name}.{key}", part, suffixes)
     elif dataclasses.is_dataclass(value):
         for part, number in columns(value):
             yield f"{name}.{part}", number

@@ -32,6 +32,7 @@ from masonry_fem.records.record import (
     Spec,
     Speed,
     TractionVector,
+    UnitWeight,
     turn_faults,
 )
 
@@ -252,7 +253,7 @@ class Traction(Spec, frozen=True, kw_only=True):
 
 
 class PressureLoad(Spec, frozen=True, kw_only=True):
-    """Uniform pressure on faces ``blocks/face``, as of water, which turns with the blocks.
+    """Pressure on faces ``blocks/face``, even or by depth as of water, which turns with the blocks.
 
     It acts along the normals of the faces, on rigid and on elastic blocks as these have turned by then; with
     ``contact.update = "fixed"``, and on blocks with clamped faces, along those of the undeformed structure.
@@ -261,15 +262,28 @@ class PressureLoad(Spec, frozen=True, kw_only=True):
     Attributes
     ----------
     on : selector of faces
-    pressure : presses on the blocks where it is positive, and sucks where it is negative
+    pressure : presses on the blocks where it is positive, and sucks where it is negative; with
+        ``unit_weight`` that at the level
+    level : height of a surface along the last axis (y in 2D, z in 3D), in the undeformed structure: nothing
+        acts above it
+    unit_weight : by how much the pressure grows by metre of depth below the level, as "9.81 kN/m^3" of water
     time : factor as a function of time, 1 by default. In statics, time is the load factor from 0 to 1
     case : load case, whose factor [combinations](combinations.md) give; without one it acts in all as it is
     """
 
     on: FaceSelector
-    pressure: AnyPressure
+    pressure: AnyPressure = 0.0
+    level: Metres | None = None
+    unit_weight: UnitWeight = 0.0
     time: TimeFunction | None = None
     case: Name | None = None
+
+    def faults(self, dimension: int) -> Iterator[tuple[str, str]]:
+        """Nothing that presses, or a depth without a level."""
+        if not self.pressure and not self.unit_weight:
+            yield "pressure", "a pressure, or a level and a unit_weight, as level = 3.0, unit_weight = 9810.0"
+        if self.unit_weight and self.level is None:
+            yield "level", "the height of the surface below which the pressure grows, as level = 3.0"
 
 
 class PointForce(Spec, frozen=True, kw_only=True):

@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 
 GRAVITY = "gravity"  # the case of ``loads.gravity``
 SCALED = {
-    "accelerations": "vector",
-    "accelerograms": "scale",
-    "tractions": "vector",
-    "pressures": "pressure",
-    "points": "vector",
-    "lines": "vector",
-    "moving": "vector",
-    "temperatures": "change",
+    "accelerations": ("vector",),
+    "accelerograms": ("scale",),
+    "tractions": ("vector",),
+    "pressures": ("pressure", "unit_weight"),
+    "points": ("vector",),
+    "lines": ("vector",),
+    "moving": ("vector",),
+    "temperatures": ("change",),
 }  # what a factor multiplies, by kind of load
 
 
@@ -44,10 +44,10 @@ def combination_scenes(scene: Scene) -> Iterator[tuple[Combination, Scene]]:
 
 def _combined(loads: Loads, factors: dict[str, float]) -> Loads:
     changes: dict[str, Any] = {}
-    for kind, key in SCALED.items():
+    for kind, keys in SCALED.items():
         acting = ((load, factors.get(load.case, 0.0) if load.case else 1.0) for load in getattr(loads, kind))
         changes[kind] = tuple(
-            structs.replace(load, **{key: _times(factor, getattr(load, key))})
+            structs.replace(load, **{key: _times(factor, getattr(load, key)) for key in keys})
             for load, factor in acting
             if factor != 0.0
         )

@@ -2,7 +2,8 @@
 
     si_value("25 cm", "m")       # 0.25
 
-The units library is loaded at the first such string, never for a scene of plain numbers.
+The units library takes longer to load than most scenes to be read; it is asked only of units that are not
+common ones.
 """
 
 from __future__ import annotations
@@ -33,11 +34,26 @@ NOUNS = {
     "K": "a change of temperature",
     "1/K": "an expansion by temperature",
 }
-COMMON_UNITS = (
-    "Pa", "kPa", "MPa", "GPa", "N/mm^2", "m", "cm", "mm", "km", "s", "ms", "min", "Hz", "N", "kN", "MN",
-    "kN/m", "N/m", "kg/m^3", "g/cm^3", "t/m^3", "m/s", "mm/s", "m/s^2", "mm/s^2", "deg", "rad", "rad/s",
-    "MB", "GB", "K", "degC", "1/K", "mm^2", "cm^2", "m^2",
-)  # fmt: skip
+# by the unit that a quantity is held in, what one of each unit is: the numbers of the units library
+FACTORS = {
+    "Pa": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "N/mm^2": 1e6},
+    "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "km": 1e3},
+    "s": {"s": 1.0, "ms": 1e-3, "min": 60.0},
+    "Hz": {"Hz": 1.0},
+    "N": {"N": 1.0, "kN": 1e3, "MN": 1e6},
+    "N/m": {"kN/m": 1e3, "N/m": 1.0},
+    "kg/m^3": {"kg/m^3": 1.0, "g/cm^3": 999.9999999999999, "t/m^3": 1e3},
+    "m/s": {"m/s": 1.0, "mm/s": 1e-3},
+    "m/s^2": {"m/s^2": 1.0, "mm/s^2": 1e-3},
+    "deg": {"deg": 1.0, "rad": 57.29577951308232},
+    "rad": {"rad": 1.0, "deg": 0.017453292519943295},
+    "rad/s": {"rad/s": 1.0},
+    "B": {"MB": 1e6, "GB": 1e9},
+    "K": {"K": 1.0, "degC": 1.0},
+    "1/K": {"1/K": 1.0},
+    "m^2": {"mm^2": 1e-6, "cm^2": 1e-4, "m^2": 1.0},
+}
+COMMON_UNITS = tuple(dict.fromkeys(unit for units in FACTORS.values() for unit in units))
 # "++" and "*+" do not backtrack; otherwise a long text that is no quantity would take minutes
 _NUMBER_AND_UNIT = re.compile(r"([+-]?(?:\d++\.?\d*+|\.\d++)(?:[eE][+-]?\d++)?)\s*+(.*)")
 _UNIT = r"[^\W\d]+(?:(?:\^|\*\*) ?-?\d|[²³])?"  # letters, and one digit of an exponent
@@ -73,6 +89,8 @@ def si_value(text: str, unit: str | None) -> float:
     number, written = float(match[1]), _EXPONENT.sub(r"^\1", match[2])
     if not written and unit is not None:
         raise QuantityError(f"; give it a unit ('{text.strip()} {unit}') or write it without quotes")
+    if (factor := FACTORS.get(unit or "", {}).get(written)) is not None:
+        return number * factor
     if not _UNITS.fullmatch(re.sub(r"[()\s]+", " ", written)):  # the library evaluates any expression
         raise QuantityError(f"; '{written}' is no known unit{nearest(written, COMMON_UNITS)}")
     if _SCALE.fullmatch(written):  # of changes, which have no zero of their own
@@ -115,7 +133,7 @@ def si_factor(unit: str) -> float:
 @cache
 def _registry() -> Any:
     """The units library's registry, made once; its definitions are kept parsed where there is a place."""
-    from pint import UnitRegistry  # noqa: PLC0415  (a quarter of a second that most scenes do not need)
+    from pint import UnitRegistry  # noqa: PLC0415  (a sixth of a second that most scenes do not need)
 
     try:
         return UnitRegistry(cache_folder=":auto:")

@@ -97,7 +97,7 @@ def test_refined_scene_runs_again_to_the_same_answer(found, tmp_path):
 def test_fewer_unknowns_than_uniform_elements_for_the_same_error(tmp_path):
     """By the estimate, and by the true error against elements half as large again.
 
-    The bound was 0.65 before the estimate had what recovered stresses fail to balance; now it is 0.658.
+    0.45 by either; 0.66 where the last round refines more than the target needs.
     """
     found = refine(wall(courses=6), tmp_path, target=0.08)
     coarse, middle, fine = (solve_scene(wall(size, courses=6)) for size in (0.0625, 0.03125, 0.015625))
@@ -107,7 +107,7 @@ def test_fewer_unknowns_than_uniform_elements_for_the_same_error(tmp_path):
     for known, own in ((estimates, found.rounds[-1].error), (errors, _true(found.result, fine))):
         rate = np.diff(unknowns)[0] / np.diff(np.log(known))[0]
         uniform = np.exp(unknowns[1] + rate * (np.log(own) - np.log(known[1])))
-        assert found.rounds[-1].unknowns <= 0.66 * uniform
+        assert found.rounds[-1].unknowns <= 0.5 * uniform
 
 
 def _true(coarse, fine) -> float:

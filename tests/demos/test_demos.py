@@ -22,6 +22,7 @@ from demos import (
     rocking_column,
     settlement,
     shaken_column,
+    shaken_facade,
     shear_wall,
     slope,
     split_stone,
@@ -367,3 +368,18 @@ def test_a_column_rocks_under_a_record_and_falls_under_more(tmp_path):
     assert found.residual < 0.01
     assert found.swing < 1e-3 * found.peak
     assert found.verdict == "falls"
+
+
+@pytest.mark.slow
+def test_bars_hold_a_facade_that_falls_without_them(tmp_path):
+    """For as long as it takes to fall; the bars yield nowhere."""
+    shaken_column.record(tmp_path / "record.csv", peak=6.0, frequency=0.8, duration=6.0)
+    made, beside = (
+        np.loadtxt(path, delimiter=",")
+        for path in (tmp_path / "record.csv", Path(shaken_facade.__file__).with_suffix(".csv"))
+    )
+    np.testing.assert_allclose(beside, made, atol=1e-4)
+    found = shaken_facade.main(duration=4.5)
+    assert found.verdict == "falls"
+    assert found.tied < 0.005
+    assert 10e3 < found.force < 240e6 * np.pi * 0.012**2

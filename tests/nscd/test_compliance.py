@@ -8,7 +8,7 @@ from scipy import sparse
 from scipy.linalg import block_diag
 
 from masonry_fem.errors import ProblemError
-from masonry_fem.nscd.compliance import Alike, Shared, Stored
+from masonry_fem.nscd.compliance import Alike, Shared, Stored, only
 from masonry_fem.nscd.problem import ContactProblem
 
 
@@ -96,3 +96,16 @@ def test_numbers_that_are_not_finite_are_told(made, where):
     named = "contact 3: compliance to contact 0" if where == "stone" else "contact 5: compliance to contact 5"
     with pytest.raises(ProblemError, match=named):
         replace(problem, compliance=made)
+
+
+@pytest.mark.parametrize("chosen", [[], [2], [0, 3, 4], range(6)])
+def test_a_part_of_a_stored_compliance_is_its_rows_and_columns(chosen):
+    """Only neighbours share blocks that are stored, and contacts 2 and 4."""
+    pattern = np.array([[abs(i - j) < 2 for i in range(6)] for j in range(6)])
+    pattern[2, 4] = pattern[4, 2] = True
+    dense = np.kron(pattern, np.ones((3, 3))) * np.random.default_rng(1).random((18, 18))
+    contacts = np.array(chosen, dtype=np.int64)
+    part = only(sparse.bsr_array(dense, blocksize=(3, 3)), contacts)
+    dofs = (3 * contacts[:, None] + np.arange(3)).ravel()
+    assert np.array_equal(part.toarray(), dense[np.ix_(dofs, dofs)])
+    assert part.nnz == 9 * pattern[np.ix_(contacts, contacts)].sum()

@@ -157,6 +157,23 @@ def test_gaps_that_are_small_beside_what_bricks_close(courses, length, elements,
     assert found.linear_solves <= 8
 
 
+@pytest.mark.parametrize(
+    ("push", "friction", "gap", "beds", "most"),
+    [(0.0, 0.6, 1e-13, True, 20), (0.0, 0.6, 1e-12, True, 18), (0.2, 0.3, 1e-12, False, 50)],
+)
+def test_impulses_round_loops_of_open_joints_are_let_go(monkeypatch, push, friction, gap, beds, most):
+    """Each round of two steps let go of a tenth of them: 34, 15 and 56 linear solves, the last in vain."""
+    monkeypatch.setattr(walls, "GRAVITY", walls.GRAVITY + np.array([push * 9.81, 0.0, 0.0]))
+    structure = walls.wall(courses=8, length=1.5, elements=(2, 1, 1))
+    closed = structure.problem(friction)
+    heads = np.abs(np.array([frame[0, 0] for *_, frame in structure.pairs])) > 0.5
+    free = closed.free_velocity.copy()
+    free[heads | beds, 0] += gap
+    found = newton(replace(closed, free_velocity=free), SolverSettings(tolerance=1e-10))
+    assert found.outcome is Outcome.CONVERGED
+    assert found.linear_solves <= most
+
+
 @pytest.mark.parametrize("horizontal", [0.55e6, 0.7e6])
 def test_overloaded_cube_is_told_to_tip(horizontal):
     """A10.3: no equilibrium, and U turns the upper cube about its toe (+x, y axis)."""

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from masonry_fem.scene.quantity import COMMON_UNITS, NOUNS, QuantityError, si_value
+from masonry_fem.scene.quantity import COMMON_UNITS, FACTORS, NOUNS, QuantityError, _registry, si_value
 
 
 @pytest.mark.parametrize(
@@ -66,10 +66,24 @@ def _same(unit: str, other: str) -> bool:
     return True
 
 
-def test_the_units_library_waits_for_the_first_quantity():
+def test_factors_of_common_units_are_those_of_the_units_library():
+    """To the last digit, so that a scene is the same whichever of the two reads it."""
+    registry = _registry()
+    for unit, factors in FACTORS.items():
+        for written, factor in factors.items():
+            for number in (1.0, 0.1, 8.37, 1234.5, 3e-7):
+                one = registry.Quantity(number, _of_changes(written)).to(_of_changes(unit))
+                assert number * factor == one.magnitude, f"{number} {written} in {unit}"
+
+
+def _of_changes(unit: str) -> str:
+    return unit.replace("degC", "delta_degC")
+
+
+def test_the_units_library_waits_for_a_unit_that_is_not_common():
     code = (
         "import sys; from masonry_fem.scene.quantity import si_value\n"
-        "import masonry_fem.scene; assert 'pint' not in sys.modules\n"
-        "si_value('1 m', 'm'); assert 'pint' in sys.modules"
+        "import masonry_fem.scene; si_value('1 cm', 'm'); assert 'pint' not in sys.modules\n"
+        "si_value('1 ft', 'm'); assert 'pint' in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec import structs
 
 from masonry_fem.analyses.run import solve_scene
-from masonry_fem.scene import loads
+from masonry_fem.build.model import build
+from masonry_fem.errors import SceneError
+from masonry_fem.scene import loads, specs
+from masonry_fem.scene.combinations import combination_scenes
 
 SIDE, THICK, RHO, PRESSURE = 1.0, 0.5, 2000.0, 3000.0
 FREE = """
@@ -117,3 +122,106 @@ output = { pictures = false, fields = false }
         across, up = made.summary.supports[name].force
         assert up == pytest.approx(1e4 * 2.2, rel=3e-3)
         assert abs(across) < 0.05 * up  # as the ring grows shorter it bends
+
+
+DAM = """
+dimension = {d}
+fidelity = "{fidelity}"
+materials.stone = {{ density = 2400.0, young = 1e10, poisson = 0.2 }}
+mesh = {{ element = "{element}", {mesh} }}
+structures = [{{ kind = "stack", name = "dam", material = "stone", size = {size}, count = 3 }}]
+joints = [{{ friction = 0.9 }}]
+loads.gravity = {gravity}
+loads.pressures = [{{ on = "dam.*/left", level = {level}, unit_weight = "9.81 kN/m^3", pressure = {even} }}]
+contact = {{ update = "fixed" }}
+output = {{ pictures = false, fields = false }}
+"""
+HEIGHT, WIDTH, DEPTH = 3.0, 2.5, 0.8
+
+
+def dam(d, fidelity, level, even=0.0, element="Q1", keys=()):
+    thickness, lift = WIDTH, HEIGHT / 3
+    mesh = "size = 0.7" if element[0] == "P" else f"divisions = {[2, 2, 3] if d == 3 else [2, 3]}"
+    return loads(
+        DAM.format(
+            d=d, fidelity=fidelity, element=element, mesh=mesh,
+            size=[thickness, lift] if d == 2 else [thickness, DEPTH, lift],
+            gravity=[0.0, -9.81] if d == 2 else [0.0, 0.0, -9.81], level=level, even=even,
+        ),
+        list(keys),
+    )  # fmt: skip
+
+
+def resultant(scene):
+    """Force and moment about the origin of what loads.pressures give."""
+    model = build(scene, Path()).model
+    load = next(load for load in model.loads if load.name.startswith("loads.pressures"))
+    return sum(
+        group.resultant(force).sum(axis=0)
+        for group, force in zip(model.groups, load.forces, strict=True)
+        if force is not None
+    )
+
+
+@pytest.mark.parametrize(
+    ("d", "fidelity", "element"),
+    [(2, "rigid", "Q1"), (2, "elastic", "Q1"), (2, "elastic", "Q2"), (2, "elastic", "P2"),
+     (3, "rigid", "Q1"), (3, "elastic", "Q1"), (3, "elastic", "P1"), (3, "elastic", "Q2"),
+     (3, "elastic", "P2")],
+)  # fmt: skip
+@pytest.mark.parametrize(
+    ("level", "even"), [(3.0, 0.0), (1.7, 0.0), (1.7, 5e3), (4.0, -2e4), (2.0, 0.0), (0.0, 1e3)]
+)
+def test_water_pushes_as_it_does(d, fidelity, element, level, even):
+    """On h of depth below a level, wherever that cuts stones and elements: (p + γh/2) h at its own height."""
+    found = resultant(dam(d, fidelity, level, even, element))
+    wide = 1.0 if d == 2 else DEPTH
+    top = min(level, HEIGHT)
+    weight, deepest = 9810.0, level - top
+    high = even + weight * deepest  # at the top of what is wet
+    push = wide * (high * top + weight * top**2 / 2)
+    turning = wide * (high * top**2 / 2 + weight * top**3 / 6)
+    force = np.zeros(d)
+    force[0] = push
+    moment = [-turning] if d == 2 else [0.0, turning, -push * DEPTH / 2]
+    scale = wide * (abs(even) + weight * 4.0) * HEIGHT
+    np.testing.assert_allclose(found, [*force, *moment], atol=1e-12 * scale * HEIGHT, rtol=1e-10)
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_water_is_what_many_thin_courses_of_even_pressure_tend_to(d):
+    level, courses = 2.35, 60
+    one = resultant(dam(d, "rigid", level))
+    heights = (np.arange(courses) + 0.5) * HEIGHT / courses
+    pressures = 9810.0 * np.maximum(level - heights, 0.0)
+    wide = 1.0 if d == 2 else DEPTH
+    assert one[0] == pytest.approx(wide * pressures.sum() * HEIGHT / courses, rel=2e-3)
+
+
+@pytest.mark.parametrize("fidelity", ["rigid", "elastic"])
+def test_the_ground_bears_what_water_gives(fidelity):
+    made = solve_scene(dam(2, fidelity, 2.5, keys=["contact.update='moving'"]))
+    assert made.outcome == "equilibrium"
+    support = made.summary.supports["dam.ground"]
+    weight = 2400.0 * 9.81 * WIDTH * HEIGHT
+    push = 9810.0 * 2.5**2 / 2
+    assert support.force == pytest.approx([-push, weight], rel=1e-5 if fidelity == "elastic" else 1e-9)
+    moment = weight * WIDTH / 2 + push * 2.5 / 3
+    assert support.moment == pytest.approx([moment], rel=1e-4 if fidelity == "elastic" else 1e-8)
+
+
+def test_combinations_multiply_all_of_a_pressure():
+    scene = dam(2, "rigid", 2.0, 3e3, keys=["loads.pressures.0.case='water'"])
+    scene = structs.replace(
+        scene, combinations=(specs.Combination(name="high", factors={"gravity": 1.0, "water": 1.5}),)
+    )
+    ((_, combined),) = combination_scenes(scene)
+    np.testing.assert_allclose(resultant(combined), 1.5 * resultant(scene), rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"), [("", "pressure"), ("unit_weight = 9810.0", "level"), ("level = 2.0", "pressure")]
+)
+def test_half_a_pressure_is_refused(keys, said):
+    with pytest.raises(SceneError, match=rf"loads\.pressures\.0.*{said}"):
+        loads(GATE.format(fidelity="rigid", pressure="1.0").replace("pressure = 1.0", keys or 'case = "a"'))

@@ -10,7 +10,9 @@ matrix regular whatever the active set, and it is what decides that no equilibri
 unbalanced impulse stays from round to round, whatever ε, and U runs off along the mechanism.
 
 Where a step of many elastic contacts comes out very short, slip is held back, too, by F_T + κ ρ (v_T − v_T,k)
-at contacts that slide; κ falls with each round that ends, and rises where one does not.
+at contacts that slide; κ falls with each round that ends, and rises where one does not. After each such
+step the bodies that are far from settled come to rest by themselves, as a problem of their own
+(``part``), in which the same is done if need be.
 
 The first step of a cold start is the *bonded* one: all contacts stick, with gaps closed or across them.
 
@@ -31,7 +33,7 @@ from masonry_fem.nscd.modal import ModalRun, modal_form, modal_start
 from masonry_fem.nscd.outcome import Outcome
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import Quality, rounding
-from masonry_fem.nscd.scaling import contact_scale, whole_scale
+from masonry_fem.nscd.scaling import newton_scale, proximal_scale, whole_scale
 from masonry_fem.nscd.settings import ACCEPTABLE, SolverSettings, Start
 from masonry_fem.nscd.solvers.escape import Escape
 from masonry_fem.nscd.solvers.flips import Flips
@@ -45,11 +47,9 @@ from masonry_fem.nscd.solvers.linearisation import (
 )
 from masonry_fem.nscd.solvers.modal_system import ModalSystem
 from masonry_fem.nscd.solvers.newton_system import NewtonFactor, NewtonSystem
+from masonry_fem.nscd.solvers.settling import Settling
 
 FloatArray = NDArray[np.float64]
-
-
-SLENDER = 100.0  # scale of an elastic contact over the least; among blocks of one kind it is ten
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,6 +68,8 @@ class ProximalNewton:
         steps, through larger residuals. None: 5; 0 for many elastic contacts, which never settle so.
     round_steps : Newton steps after which a round is given up.
     patience : Rounds without progress after which it is stalled.
+    grip : κ of slip that is held from the start, as in a part of a problem; 0: it is held where a step comes
+        out too short.
     moving : Contacts are scaled by all of W, as befits blocks that fly, fall and hinge: scaled by W_el alone,
         what their masses decide changes from step to step. Where blocks press on each other it takes longer.
     iterations : Newton steps in all.
@@ -81,6 +83,7 @@ class ProximalNewton:
     full_steps: int | None = None
     round_steps: int = 40
     patience: int = 20
+    grip: float = 0.0
     moving: bool = False
     iterations: int = 400
     library: Library = "auto"
@@ -155,8 +158,12 @@ class NewtonRun:
         self.error = 1.0  # natural map at the last centre
         self.softens = True  # ε may fall again after it had to rise
         self.escape = Escape()
-        self.grip = 0.0  # κ, which holds slip once a step was too short
+        self.grip = settings.grip  # κ, which holds slip
         self.jammed = False  # this step was
+        held = ProximalNewton(
+            weight=self.least_weight, grip=_GRIP, iterations=_PART_STEPS, library=settings.library
+        )
+        self.parts = Settling(problem, held)
         self.best, self.idle, self.crawling = np.inf, 0, 0
         self.least, self.resting = np.inf, 0  # least error, and how many steps stayed at it
         if start is not None and start.impulse is not None:
@@ -176,18 +183,18 @@ class NewtonRun:
         """One Newton step; a round that is solved moves the centre."""
         if self._rounded(quality, settings.tolerance):
             return self._offer(Outcome.STALLED, solves=0)
-        before = self.factors
+        before = self._solves()
         try:
             with np.errstate(all="ignore"):  # a breakdown is seen in the numbers below
                 point = self._advance()
         except np.linalg.LinAlgError:  # a contact's own block is exactly singular
             point = None
-        solves = self.factors - before
         if point is None or not np.isfinite(point.residual):
-            return self._offer(None if self._restart() else Outcome.FAILED, solves)
+            return self._offer(None if self._restart() else Outcome.FAILED, self._solves() - before)
         self.impulse, self.rigid_velocity = point.impulse, point.rigid_velocity
         self.round.steps += 1
-        return self._offer(self._next(point.residual, quality, settings.tolerance), solves)
+        verdict = self._next(point.residual, quality, settings.tolerance)
+        return self._offer(verdict, self._solves() - before)
 
     def _next(self, residual: float, quality: Quality, tolerance: float) -> Outcome | None:
         """What follows a step: the round goes on, or is closed, given up or begun again; why none can."""
@@ -196,16 +203,25 @@ class NewtonRun:
         share = quality.natural_map / worse if 0 < worse < np.inf else 1.0
         if self.jammed:
             self.jammed, self.grip = False, _GRIP
-            return self._close_round(tolerance)
+            return self._watch_settling() if self._settle() else self._close_round(tolerance)
+        rebounds = bool(self.grip) and self._rebounds(residual)
+        # a part holds slip from the start, and mostly ends so
+        if self.grip and (rebounds or not self.settings.grip) and self._settle():
+            self.grip = min(self.grip * _LOOSER, _GRIP)
+            return self._watch_settling()
         if residual <= max(self.settings.accuracy * self.error, 0.5 * share * tolerance):
             self.grip *= _LOOSER
             return self._close_round(tolerance)
-        if self.grip and self._rebounds(residual):
+        if rebounds:
             return self._grip_harder()
         running_off = self.static.any() and np.linalg.norm(self.rigid_velocity) > 1e3 * self.bonded_size
         if running_off and self.static_mass < _FIRM and self._restart():
             return None
         return self._give_up_round() if self.round.steps >= self.settings.round_steps else None
+
+    def _solves(self) -> int:
+        """Linear systems so far, those of parts included."""
+        return self.factors + self.parts.linear_solves
 
     def _rounded(self, quality: Quality, tolerance: float) -> bool:
         """True where steps leave an error as it is that rounding alone may make."""
@@ -401,6 +417,38 @@ class NewtonRun:
         relative = residual / size if size > 0 else residual
         return _Point(impulse, rigid_velocity, velocity, pressed, line, balance, relative)
 
+    # parts
+
+    def _settle(self) -> bool:
+        """Bring what is far from settled to rest by itself; False where that cannot be done."""
+        settled = self.parts.settle(
+            self._natural_residual(), self.impulse, self.rigid_velocity, self._natural_map()
+        )
+        if settled is None:
+            return False
+        self.impulse, self.rigid_velocity = settled
+        self.error, self.weight = self._natural_map(), self.least_weight
+        self.round = self._new_round()
+        return True
+
+    def _watch_settling(self) -> Outcome | None:
+        """Whether parts bring the whole on."""
+        self.idle = 0 if self.error < 0.8 * self.best else self.idle + 1
+        self.best = min(self.best, self.error)
+        return Outcome.STALLED if self.idle >= self.settings.patience else None
+
+    def _natural_residual(self) -> FloatArray:
+        """P − P_K(p − v̂/w), shape (c, d)."""
+        velocity = self.problem.velocity(self.impulse, self.rigid_velocity)
+        pressed = self.problem.contact_part(self.impulse, velocity)
+        residual: FloatArray = graphs.natural_map(pressed, velocity, self.problem.friction, self.scale)
+        return residual
+
+    def _natural_map(self) -> float:
+        """Its norm relative to the impulses'."""
+        size = float(np.linalg.norm(self.impulse))
+        return float(np.linalg.norm(self._natural_residual())) / size if size > 0 else 1.0
+
     # rounds
 
     def _new_round(self) -> _Round:
@@ -410,12 +458,8 @@ class NewtonRun:
 
     def _close_round(self, tolerance: float) -> Outcome | None:
         """Move the centre to a solved round's solution; tell whether that can go on."""
-        problem, before = self.problem, self.round
-        velocity = problem.velocity(self.impulse, self.rigid_velocity)
-        pressed = problem.contact_part(self.impulse, velocity)
-        residual = graphs.natural_map(pressed, velocity, problem.friction, self.scale)
-        size = float(np.linalg.norm(self.impulse))
-        last, self.error = self.error, float(np.linalg.norm(residual)) / size if size > 0 else 1.0
+        before, last = self.round, self.error
+        self.error = self._natural_map()
         self._watch_crawl(before, last)
         self.weight = self._next_weight(before.steps)
         progress = self.error
@@ -436,7 +480,8 @@ class NewtonRun:
 
         Where slip is held, it is κ that keeps rounds from coming far. ``last`` is the error a round earlier.
         """
-        crawls = before.slip is None and before.steps <= 1 and self.weight <= self.least_weight
+        settled = before.slip is None and before.steps <= _CHEAP
+        crawls = settled and self.weight <= self.least_weight
         self.crawling = self.crawling + 1 if crawls and self.error > _SLOW * last else 0
         if self.crawling >= _CRAWL:
             self.least_weight, self.crawling = max(0.1 * self.least_weight, _LEAST), 0
@@ -503,7 +548,7 @@ class NewtonRun:
         return True
 
 
-# Contraction of the error, in so many rounds of one step, above which the floor of α gives way, and how
+# Contraction of the error, in so many rounds of few steps, above which the floor of α gives way, and how
 # far. A floor that is too low lets the impulses wander that nothing determines.
 _SLOW = 0.5
 _CRAWL = 3
@@ -511,7 +556,8 @@ _LEAST = 1e-9
 # Newton steps, and the error reached, of a round after which a tenth of ε will do
 _EASY = 4
 _CLOSE = 1e-3
-_CHEAP, _DEAR = 2, 4  # steps of a round up to which an adaptive α falls, above which it rises
+_CHEAP, _DEAR = 2, 4  # steps of a round up to which an adaptive α, or its floor, falls; above which it rises
+_PART_STEPS = 80  # Newton steps in a part
 _FULL = 5  # Newton steps of a round without line search
 _NEARER = 0.5  # share of the residual, so that gaps of rounding decide nothing
 _FELT = 10.0  # times the residual without gaps
@@ -543,42 +589,3 @@ def _usual_weights(problem: ContactProblem, many: bool) -> tuple[float, float, f
     if many:
         return 1e-2, 0.1, 1e-5
     return (1e-4, 0.1, 1e-5) if problem.operator.elastic().all() else (1e-3, 0.3, 1e-5)
-
-
-def newton_scale(problem: ContactProblem, *, fold: bool = True) -> FloatArray:
-    """Scale w of each contact, (c,) [1/kg]; among elastic contacts the rigid ones take the elastic mean.
-
-    What holds an impulse back is to be small beside how far *joined* blocks give way. The rigid scale 1/m
-    lies many orders above 1/(h² k).
-
-    Parameters
-    ----------
-    problem : The contact problem.
-    fold : Take the blocks of contacts with the stiffness of their cohesion.
-    """
-    scale = contact_scale(problem, fold=fold)
-    elastic = problem.operator.elastic()
-    if elastic.any() and not elastic.all():
-        scale[~elastic] = scale[elastic].mean()
-    return scale
-
-
-def proximal_scale(problem: ContactProblem, scale: FloatArray) -> FloatArray:
-    """Scale that α is relative to, (c,) [1/kg]: at most ``SLENDER`` times the least among elastic contacts.
-
-    A slender block alone bends 10⁴ to 10⁹ times as far as between its neighbours, and only the latter counts
-    here: a layer of mortar of 1 mm between bricks takes 4 steps so, and 14 with ``scale``. What a contact's
-    state is told by, and what ε is relative to, is not bounded so: a column of blocks 1e8 apart in stiffness
-    takes 2 steps, and 27 if it were.
-
-    Parameters
-    ----------
-    problem : The contact problem.
-    scale : That of its contacts, shape (c,).
-    """
-    elastic = problem.operator.elastic()
-    if not elastic.any():
-        return scale
-    own = contact_scale(problem, fold=False)[elastic]
-    gives = own > np.finfo(float).eps * own.max()  # of what is held, blocks are rounding
-    return np.minimum(scale, SLENDER * own[gives].min())

@@ -30,9 +30,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from masonry_fem.nscd.linear import Library
-from masonry_fem.nscd.methods.newton import newton_scale
 from masonry_fem.nscd.problem import ContactProblem
-from masonry_fem.nscd.scaling import contact_scale
+from masonry_fem.nscd.scaling import contact_scale, newton_scale
 from masonry_fem.nscd.solvers.kinks import Walk
 from masonry_fem.nscd.solvers.linearisation import Linearisation, bonded_contacts, linearise
 from masonry_fem.nscd.solvers.newton_system import NewtonSystem

@@ -125,7 +125,13 @@ class Sets:
 
 
 def numbered(interfaces: Sequence[IntArray], count: int) -> IntArray:
-    """Number of the interface of each of ``count`` contacts, −1 where there is none, shape (c,)."""
+    """Number of the interface of each contact, −1 where there is none, shape (c,).
+
+    Parameters
+    ----------
+    interfaces : Contacts of interfaces, each array shape (k, n): n of each of k alike.
+    count : Of all contacts, c.
+    """
     number, made = np.full(count, -1), 0
     for group in interfaces:
         number[group] = made + np.arange(len(group))[:, None]

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from masonry_fem.nscd.blocks import block_rows
 from masonry_fem.nscd.compliance import Shared
 from masonry_fem.nscd.linear import Library, Solve, factorise, factorise_dense, library_for
 from masonry_fem.nscd.mumps import Mumps
@@ -218,9 +219,3 @@ def _seen(problem: ContactProblem) -> tuple[NDArray[np.integer], ...]:
         return *bodies, np.zeros(0, dtype=np.int64)
     matrix = problem.operator.matrix()
     return *bodies, matrix.indptr, matrix.indices
-
-
-def block_rows(matrix: sparse.bsr_array) -> IntArray:
-    """Block row of each stored block, shape (stored,)."""
-    rows: IntArray = np.repeat(np.arange(len(matrix.indptr) - 1, dtype=np.int64), np.diff(matrix.indptr))
-    return rows

@@ -49,7 +49,8 @@ def parted(
     """
     leader = team()
     parts = isinstance(problem.operator, Shared) and problem.body_count > 0
-    if not isinstance(leader, Leader) or not parts:
+    alone = problem.structure is not None and problem.structure.alone
+    if not isinstance(leader, Leader) or not parts or alone:
         return None
     return Portions(problem, elastic, body_matrix, library, leader)
 

@@ -1,0 +1,113 @@
+"""Settling: bodies that are far from where they rest come to rest by themselves, and the whole goes on then.
+
+Where stones lie loosely, as in the uppermost courses of a wall, all contacts of a stone may slide, and a
+Newton step moves it much too far. Shortened until no stone goes too far, steps bring a wall of ten thousand
+on by a thousandth. So such bodies and those around them are solved for as a problem of their own (``part``)
+while all others stay; then the next step of the whole is a full one. That is nonlinear elimination of what
+is most nonlinear.
+
+    settling = Settling(problem, held)
+    settled = settling.settle(residual, impulse, rigid_velocity, error)
+    if settled is not None:
+        impulse, rigid_velocity = settled
+
+References
+----------
+X.-C. Cai and X. Li, "Inexact Newton methods with restricted additive Schwarz based nonlinear elimination for
+problems with high local nonlinearity", SIAM Journal on Scientific Computing 33 (2011).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from masonry_fem.nscd.iterate import iterate
+from masonry_fem.nscd.methods.interior_point import InteriorPoint
+from masonry_fem.nscd.outcome import Solution
+from masonry_fem.nscd.part import Part, clusters, touched, unsettled
+from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.settings import ACCEPTABLE, SolverSettings, Start
+
+if TYPE_CHECKING:
+    from masonry_fem.nscd.methods.newton import ProximalNewton
+
+FloatArray = NDArray[np.float64]
+
+# A part is made of the bodies without which this share of the residual is left: the first share that makes
+# a part of no more than so many of all contacts.
+LEFT = (0.1, 0.3, 0.6)
+MOST = 0.5
+# Its error relative to that of the whole, and the least and greatest; and the one that is good enough.
+SHARE, FINEST, COARSEST = 1e-2, 1e-7, 1e-5
+ENOUGH = 0.1
+# Contacts up to which the interior point has a go at it, and κ of the polish that follows.
+FEW = 1_500
+GRIP = 1e-3
+
+
+class Settling:
+    """What it takes to bring parts of a problem to rest.
+
+    Parameters
+    ----------
+    problem : The whole.
+    held : The method that solves parts: one that holds slip back from the start.
+    """
+
+    def __init__(self, problem: ContactProblem, held: ProximalNewton) -> None:
+        self.problem, self.held = problem, held
+        self.linear_solves = 0  # of all parts so far
+
+    def settle(
+        self, residual: FloatArray, impulse: FloatArray, rigid_velocity: FloatArray, error: float
+    ) -> tuple[FloatArray, FloatArray] | None:
+        """Impulses (c, d) and U (b, m) with what was far from settled at rest; None where that fails.
+
+        Parameters
+        ----------
+        residual : At each contact, as an impulse, shape (c, d).
+        impulse, rigid_velocity : The state, shapes (c, d) and (b, m).
+        error : Norm of the residual over that of the impulses.
+        """
+        size = float(np.linalg.norm(residual))
+        for left in LEFT:
+            chosen = unsettled(self.problem, residual, left * size)
+            if touched(self.problem, chosen).mean() <= MOST:
+                break
+        else:
+            return None
+        part = Part.of(self.problem, chosen, impulse, rigid_velocity)
+        tolerance, enough = float(np.clip(SHARE * error, FINEST, COARSEST)), max(ENOUGH * error, ACCEPTABLE)
+        settled, start = False, part.start
+        assert start.impulse is not None
+        assert start.rigid_velocity is not None
+        state = start.impulse, start.rigid_velocity
+        for cluster in clusters(part.problem):
+            alone = Part.of(part.problem, cluster, *state)
+            found = self._rest(alone, tolerance)
+            if found.quality.error <= enough:
+                state, settled = alone.put(found.impulse, found.rigid_velocity), True
+        return part.put(*state) if settled else None
+
+    def _rest(self, part: Part, tolerance: float) -> Solution:
+        """A part's best state: with slip held from the start; few contacts begin inside the cones, too."""
+        settings = SolverSettings(tolerance=tolerance)
+        found = self._counted(iterate(part.problem, self.held, settings, part.start))
+        if found.converged or part.problem.count > FEW:
+            return found
+        method = InteriorPoint(align=0.0, library=self.held.library)
+        inside = self._counted(iterate(part.problem, method, replace(settings, tolerance=COARSEST)))
+        if inside.quality.error > tolerance:
+            ahead = Start(inside.impulse, inside.rigid_velocity, inside.velocity)
+            polish = replace(self.held, grip=GRIP)
+            polished = self._counted(iterate(part.problem, polish, settings, ahead))
+            inside = min(inside, polished, key=lambda solution: solution.quality.error)
+        return min(found, inside, key=lambda solution: solution.quality.error)
+
+    def _counted(self, solution: Solution) -> Solution:
+        self.linear_solves += solution.linear_solves
+        return solution

@@ -1,0 +1,160 @@
+"""Parts of a problem by themselves, and bodies that come to rest so."""
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+from masonry_fem.nscd import SolverSettings
+from masonry_fem.nscd.iterate import iterate
+from masonry_fem.nscd.methods.newton import NewtonRun, ProximalNewton
+from masonry_fem.nscd.part import Part, clusters, touched, unsettled
+from masonry_fem.nscd.problem import ContactProblem
+from masonry_fem.nscd.residuals import assess
+from masonry_fem.nscd.settings import Start
+from masonry_fem.nscd.solvers import settling
+from tests.nscd.walls import wall
+
+FRICTION = 0.5
+SUPPORTS = 31
+
+
+def boards(count: int) -> tuple[ContactProblem, np.ndarray]:
+    """Bodies that do not turn, each on supports that move at speeds of their own, and these speeds (n, 31).
+
+    Each rests on the support whose speed is the median: as many of the others drag it one way as the other.
+    """
+    under = np.random.default_rng(1).uniform(0.1, 1.0, (count, SUPPORTS))
+    c = under.size
+    free = np.zeros((c, 2))
+    free[:, 1] = -under.ravel()
+    maps = np.zeros((c, 2, 2, 3))
+    maps[:, 0, 0, 1] = maps[:, 0, 1, 0] = 1.0
+    problem = ContactProblem(
+        friction=np.full(c, FRICTION),
+        free_velocity=free,
+        compliance=sparse.diags_array(np.full(2 * c, 1e-3)).tobsr((2, 2)),
+        bodies=np.stack([np.repeat(np.arange(count), SUPPORTS), np.full(c, -1)], axis=1),
+        rigid_map=maps,
+        rigid_mass=np.zeros((count, 3)),
+        rigid_impulse=np.tile([0.0, -float(SUPPORTS), 0.0], (count, 1)),
+        rigid_velocity=np.zeros((count, 3)),
+    )
+    return problem, under
+
+
+def sliding(problem: ContactProblem) -> Start:
+    """All contacts bear as much, and slide the same way."""
+    velocity = np.tile([0.0, -1e-3, 0.0], (problem.body_count, 1))
+    return Start(np.tile([1.0, FRICTION], (problem.count, 1)), velocity, None)
+
+
+def rest(problem: ContactProblem) -> tuple[np.ndarray, np.ndarray]:
+    """Impulses and rigid velocities that solve a problem."""
+    solution = iterate(problem, ProximalNewton(), SolverSettings(tolerance=1e-10))
+    assert solution.converged
+    return solution.impulse, solution.rigid_velocity
+
+
+def test_a_part_sees_what_the_whole_sees() -> None:
+    problem = wall(4, 2.0, (2, 1, 1)).problem()
+    random = np.random.default_rng(3)
+    impulse = random.normal(size=problem.free_velocity.shape)
+    motion = random.normal(size=problem.rigid_mass.shape)
+    chosen = np.zeros(problem.body_count, dtype=bool)
+    chosen[[2, 3, 7]] = True
+    part = Part.of(problem, chosen, impulse, motion)
+    np.testing.assert_array_equal(part.contacts, np.flatnonzero(touched(problem, chosen)))
+    inner, inside = part.impulse[part.contacts], part.rigid_velocity[part.bodies]
+    whole = problem.velocity(impulse, motion)
+    scale = np.abs(whole).max()
+    np.testing.assert_allclose(part.problem.velocity(inner, inside), whole[part.contacts], atol=1e-12 * scale)
+    missing = problem.body_impulse(impulse) + problem.rigid_impulse
+    own = part.problem.body_impulse(inner) + part.problem.rigid_impulse
+    np.testing.assert_allclose(own, missing[part.bodies], atol=1e-12 * np.abs(missing).max())
+
+
+def test_a_disturbed_part_of_a_solution_comes_back_to_it() -> None:
+    problem = wall(4, 2.0, (2, 1, 1)).problem()
+    impulse, motion = rest(problem)
+    chosen = np.zeros(problem.body_count, dtype=bool)
+    chosen[[5, 6]] = True
+    part = Part.of(problem, chosen, impulse, np.where(chosen[:, None], 0.0, motion))
+    solution = iterate(part.problem, ProximalNewton(), SolverSettings(tolerance=1e-11))
+    assert solution.converged
+    back = part.put(solution.impulse, solution.rigid_velocity)
+    assert assess(problem, *back).error < 1e-9
+    others = np.setdiff1d(np.arange(problem.count), part.contacts)
+    np.testing.assert_array_equal(back[0][others], impulse[others])
+
+
+def test_unsettled_bodies_are_the_fewest() -> None:
+    problem, _ = boards(5)
+    residual = np.zeros_like(problem.free_velocity)
+    of_body = problem.bodies[:, 0]
+    residual[:, 0] = np.array([1e-3, 3.0, 0.0, 2.0, 1e-2])[of_body]
+    left = float(np.linalg.norm(residual[np.isin(of_body, [0, 2, 4])]))
+    np.testing.assert_array_equal(np.flatnonzero(unsettled(problem, residual, 1.01 * left)), [1, 3])
+    np.testing.assert_array_equal(np.flatnonzero(unsettled(problem, residual, 0.99 * left)), [1, 3, 4])
+    assert unsettled(problem, residual, 0.0).sum() == 4
+    assert not unsettled(problem, residual, 1e3).any()
+
+
+def test_neighbours_of_unsettled_bodies_belong_to_them() -> None:
+    problem = wall(4, 2.0, (2, 1, 1)).problem()
+    residual = np.zeros_like(problem.free_velocity)
+    one = int(np.flatnonzero((problem.bodies >= 0).all(axis=1))[0])
+    residual[one] = 1.0
+    pair = problem.bodies[one]
+    beside = problem.bodies[np.isin(problem.bodies, pair).any(axis=1)]
+    expected = np.unique(beside[beside >= 0])
+    np.testing.assert_array_equal(np.flatnonzero(unsettled(problem, residual, 0.1)), expected)
+
+
+def test_bodies_that_do_not_touch_are_clusters_of_their_own() -> None:
+    problem, _ = boards(4)
+    np.testing.assert_array_equal(clusters(problem), np.eye(4, dtype=bool))
+    standing = wall(4, 2.0, (2, 1, 1)).problem()
+    (whole,) = clusters(standing)
+    assert whole.all()
+
+
+def solved(steps: int) -> tuple[int, float]:
+    """How many of 80 boards rest within so many Newton steps, and the error."""
+    problem, under = boards(80)
+    settings = SolverSettings(tolerance=1e-8, max_iterations=steps)
+    end = iterate(problem, ProximalNewton(), settings, sliding(problem))
+    off = end.rigid_velocity[:, 0] - np.median(under, axis=1)
+    return int((np.abs(off) <= 1.01e-3 * FRICTION).sum()), end.quality.error
+
+
+def test_boards_come_to_rest_in_few_steps_of_the_whole() -> None:
+    resting, error = solved(20)
+    assert resting == 80
+    assert error <= 1e-8
+
+
+def test_without_parts_they_take_far_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(settling, "MOST", -1.0)
+    _, error = solved(20)
+    assert error > 1e-6
+
+
+def test_linear_solves_of_parts_count() -> None:
+    problem, _ = boards(80)
+    run = NewtonRun(problem, ProximalNewton(), sliding(problem))
+    quality = assess(problem, run.impulse, run.rigid_velocity)
+    settings = SolverSettings(tolerance=1e-8)
+    offers = []
+    for _ in range(8):
+        offers.append(run.step(quality, settings))
+        quality = assess(problem, offers[-1].impulse, offers[-1].rigid_velocity)
+    assert all(offer.iterations == 1 for offer in offers)
+    assert sum(offer.linear_solves for offer in offers) > run.factors
+
+
+def test_a_part_is_solved_on_one_rank() -> None:
+    problem, _ = boards(3)
+    chosen = np.array([True, False, False])
+    part = Part.of(problem, chosen, np.zeros_like(problem.free_velocity), problem.rigid_velocity)
+    assert part.problem.structure is not None
+    assert part.problem.structure.alone

@@ -70,6 +70,8 @@ class ProximalNewton:
     patience : Rounds without progress after which it is stalled.
     grip : κ of slip that is held from the start, as in a part of a problem; 0: it is held where a step comes
         out too short.
+    parts : Where slip is held, what is far from settled comes to rest by itself: after each step, or where
+        slip is held from the start after a step that goes too far.
     moving : Contacts are scaled by all of W, as befits blocks that fly, fall and hinge: scaled by W_el alone,
         what their masses decide changes from step to step. Where blocks press on each other it takes longer.
     iterations : Newton steps in all.
@@ -84,6 +86,7 @@ class ProximalNewton:
     round_steps: int = 40
     patience: int = 20
     grip: float = 0.0
+    parts: bool = True
     moving: bool = False
     iterations: int = 400
     library: Library = "auto"
@@ -161,7 +164,11 @@ class NewtonRun:
         self.grip = settings.grip  # κ, which holds slip
         self.jammed = False  # this step was
         held = ProximalNewton(
-            weight=self.least_weight, grip=_GRIP, iterations=_PART_STEPS, library=settings.library
+            weight=self.least_weight,
+            grip=_GRIP,
+            parts=False,
+            iterations=_PART_STEPS,
+            library=settings.library,
         )
         self.parts = Settling(problem, held)
         self.best, self.idle, self.crawling = np.inf, 0, 0
@@ -205,7 +212,6 @@ class NewtonRun:
             self.jammed, self.grip = False, _GRIP
             return self._watch_settling() if self._settle() else self._close_round(tolerance)
         rebounds = bool(self.grip) and self._rebounds(residual)
-        # a part holds slip from the start, and mostly ends so
         if self.grip and (rebounds or not self.settings.grip) and self._settle():
             self.grip = min(self.grip * _LOOSER, _GRIP)
             return self._watch_settling()
@@ -421,6 +427,8 @@ class NewtonRun:
 
     def _settle(self) -> bool:
         """Bring what is far from settled to rest by itself; False where that cannot be done."""
+        if not self.settings.parts:
+            return False
         settled = self.parts.settle(
             self._natural_residual(), self.impulse, self.rigid_velocity, self._natural_map()
         )

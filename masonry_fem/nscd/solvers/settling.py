@@ -94,11 +94,14 @@ class Settling:
         return part.put(*state) if settled else None
 
     def _rest(self, part: Part, tolerance: float) -> Solution:
-        """A part's best state: with slip held from the start; few contacts begin inside the cones, too."""
+        """A part's best state: with slip held; else with parts of its own, or from inside the cones."""
         settings = SolverSettings(tolerance=tolerance)
         found = self._counted(iterate(part.problem, self.held, settings, part.start))
-        if found.converged or part.problem.count > FEW:
+        if found.converged:
             return found
+        if part.problem.count > FEW:
+            again = iterate(part.problem, replace(self.held, parts=True), settings, part.start)
+            return min(found, self._counted(again), key=lambda solution: solution.quality.error)
         method = InteriorPoint(align=0.0, library=self.held.library)
         inside = self._counted(iterate(part.problem, method, replace(settings, tolerance=COARSEST)))
         if inside.quality.error > tolerance:

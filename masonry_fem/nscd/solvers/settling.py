@@ -82,10 +82,7 @@ class Settling:
             return None
         part = Part.of(self.problem, chosen, impulse, rigid_velocity)
         tolerance, enough = float(np.clip(SHARE * error, FINEST, COARSEST)), max(ENOUGH * error, ACCEPTABLE)
-        settled, start = False, part.start
-        assert start.impulse is not None
-        assert start.rigid_velocity is not None
-        state = start.impulse, start.rigid_velocity
+        state, settled = (impulse[part.contacts], rigid_velocity[part.bodies]), False
         for cluster in clusters(part.problem):
             alone = Part.of(part.problem, cluster, *state)
             found = self._rest(alone, tolerance)
@@ -100,17 +97,25 @@ class Settling:
         if found.converged:
             return found
         if part.problem.count > FEW:
-            again = iterate(part.problem, replace(self.held, parts=True), settings, part.start)
-            return min(found, self._counted(again), key=lambda solution: solution.quality.error)
+            divided = iterate(part.problem, replace(self.held, parts=True), settings, part.start)
+            return _better(found, self._counted(divided))
+        return _better(found, self._from_inside(part, settings))
+
+    def _from_inside(self, part: Part, settings: SolverSettings) -> Solution:
+        """A part's state by the interior point, and polished."""
         method = InteriorPoint(align=0.0, library=self.held.library)
         inside = self._counted(iterate(part.problem, method, replace(settings, tolerance=COARSEST)))
-        if inside.quality.error > tolerance:
-            ahead = Start(inside.impulse, inside.rigid_velocity, inside.velocity)
-            polish = replace(self.held, grip=GRIP)
-            polished = self._counted(iterate(part.problem, polish, settings, ahead))
-            inside = min(inside, polished, key=lambda solution: solution.quality.error)
-        return min(found, inside, key=lambda solution: solution.quality.error)
+        if inside.quality.error <= settings.tolerance:
+            return inside
+        ahead = Start(inside.impulse, inside.rigid_velocity, inside.velocity)
+        polished = iterate(part.problem, replace(self.held, grip=GRIP), settings, ahead)
+        return _better(inside, self._counted(polished))
 
     def _counted(self, solution: Solution) -> Solution:
         self.linear_solves += solution.linear_solves
         return solution
+
+
+def _better(one: Solution, other: Solution) -> Solution:
+    """The one with the smaller error."""
+    return min(one, other, key=lambda solution: solution.quality.error)

@@ -37,7 +37,6 @@ LEAST_SHARE = 1e-2
 ABRUPT = 0.5
 # into how many parts at most a step is divided that leads to where nothing balances
 PIECES = 32
-BEARABLE = 1e-3  # error up to which a transient march bears a step that missed its tolerance
 
 
 @dataclass(slots=True)
@@ -144,13 +143,10 @@ def _parts(
 
 
 def _lost(coupling: Coupling, made: Increment) -> bool:
-    """Whether a step of blocks that deform was left too far from solved for a march to go on.
-
-    Half of it begins nearer its end.
-    """
-    solution, bearable = made.solution, ACCEPTABLE if made.scheme.inertia == 0 else BEARABLE
-    found = solution.solved or solution.outcome.moves or solution.quality.error <= bearable
-    return bool(coupling.soft.any()) and not found
+    """Whether statics of blocks that deform was left far from solved: half a step begins nearer its end."""
+    solution = made.solution
+    found = solution.solved or solution.outcome.moves or solution.quality.error <= ACCEPTABLE
+    return made.scheme.inertia == 0 and bool(coupling.soft.any()) and not found
 
 
 def _halves(
@@ -170,9 +166,8 @@ def _halves(
         for now, part, there in _parts(coupling, strategy, state, half, end, fewer, settings, clock, lookout):
             coupling = now
             yield now, part, there
-            static = scheme.inertia == 0
-            if _lost(now, part) or (static and not (part.solution.solved and part.unsettled is None)):
-                return  # the march ends there
+            if scheme.inertia == 0 and not (part.solution.solved and part.unsettled is None):
+                return  # statics ends there
             state = rested(now.model, part.after, strategy.kept)
 
 

@@ -19,7 +19,7 @@ from masonry_fem.march.clock import Clock
 from masonry_fem.march.coupling import Coupling, connect
 from masonry_fem.march.deformation import beyond_small
 from masonry_fem.march.equilibrium import Strategy
-from masonry_fem.march.increments import BEARABLE, Headway, increments, rested
+from masonry_fem.march.increments import Headway, increments, rested
 from masonry_fem.march.ledger import Ledger
 from masonry_fem.march.measure import measure
 from masonry_fem.march.model import Model
@@ -39,6 +39,7 @@ from masonry_fem.records.remark import remark
 DOUBTFUL = 1e-6  # of a block's load: what its equation of motion may miss without a word
 TURNED = 1e-2  # of a block's load: what turning may leave of balance in what is written without a word
 ROUNDING = 1e-9  # of a time
+BEARABLE = 1e-3  # error up to which a transient march bears a step that missed its tolerance
 
 
 class Observer(Protocol):

@@ -18,9 +18,6 @@ MOST_STEPS = 1e9  # a thousandth of a second each: two weeks of computing
 class Dynamics(Strategy, frozen=True, kw_only=True, tag="dynamics"):
     """Motion in time from 0 to ``duration``, by the θ-scheme.
 
-    A step of blocks that deform which would end the run, as its contacts are not solved, is halved again and
-    again, into 32 parts at most.
-
     Attributes
     ----------
     step : length h of a time step

@@ -1,18 +1,13 @@
 """Overhang: blocks that bear on each other past the end of a face, as one has slid off it.
 
 tell_overhang(model, made)
-pairs = slid_off(model, coupling.placement(state.bodies), state, ends)
 
 A contact keeps its point on the candidate. Once that has slid past the end of the antagonist's face there is
-nothing behind it. In time contacts of such a pair are found anew (``renewal``). In statics they stay: that a
-point is past the end says little there, as others bear; where the force of all of them is, the block is held
-by nothing, and that is told.
+nothing behind it. That a point is past the end says little, as others bear; where the force of all of them
+is, the block is held by nothing.
 """
 
 from __future__ import annotations
-
-from dataclasses import dataclass
-from typing import Any, Self
 
 import numpy as np
 
@@ -20,64 +15,24 @@ from masonry_fem.bodies.base import FloatArray, IntArray
 from masonry_fem.contact.posed import Posed
 from masonry_fem.contact.surface import surfaces_of
 from masonry_fem.march.acting import extents
-from masonry_fem.march.coupling import Placement
 from masonry_fem.march.model import Model
-from masonry_fem.march.motion import nearest_motions
 from masonry_fem.march.step import Increment
 from masonry_fem.records.listing import first_few
 from masonry_fem.records.remark import remark
-from masonry_fem.solid.assembly import Assembly
 
 PAST = 1e-2  # of the smaller block: how far past the end of a face may be borne without a word
 SHOWN = 3  # pairs that are named
 
 
-@dataclass(frozen=True, slots=True)
-class Ends:
-    """Where the faces of an assembly's convex blocks end; others are not looked at.
-
-    Attributes
-    ----------
-    on_face, normal : A point and the outward normal of each face, shape (b, f, d), in the reference [m].
-    convex : Whether a block is, shape (b,).
-    size : Extents of the blocks, shape (b,) [m].
-    """
-
-    on_face: FloatArray
-    normal: FloatArray
-    convex: np.ndarray
-    size: FloatArray
-
-    @classmethod
-    def of(cls, assembly: Assembly) -> Self:
-        """Of all blocks."""
-        posed = Posed.of(assembly, surfaces_of(assembly))
-        return cls(posed.on_face, posed.normal, posed.convex, extents(assembly))
-
-    def allowed(self, pairs: IntArray) -> FloatArray:
-        """How far past the end two blocks may bear on each other, pair by pair, shape (k,) [m]."""
-        far: FloatArray = PAST * self.size[pairs].min(axis=1)
-        return far
-
-    def past(self, blocks: IntArray, points: FloatArray) -> FloatArray:
-        """How far points are outside blocks, −inf where these are not convex, shape (k,) [m].
-
-        Parameters
-        ----------
-        blocks : Numbers, shape (k,).
-        points : In the planes of their faces, in the reference, shape (k, d) [m].
-        """
-        heights = np.einsum("kfi,kfi->kf", points[:, None] - self.on_face[blocks], self.normal[blocks])
-        return np.where(self.convex[blocks], heights.max(axis=1, initial=-np.inf), -np.inf)
-
-
 def tell_overhang(model: Model, made: Increment) -> None:
-    """Say which blocks bear past the end of a face where a march ends.
+    """Say which blocks bear past the end of a face where statics ends; what falls touches only in passing.
 
     Parameters
     ----------
     model : The structure. made : The last step.
     """
+    if made.scheme.inertia:
+        return
     pairs, far = past_ends(model, made)
     if not len(pairs):
         return
@@ -110,9 +65,10 @@ def past_ends(model: Model, made: Increment) -> tuple[IntArray, FloatArray]:
     """
     contacts, here = model.contacts, made.here
     bears = np.flatnonzero((made.impulse[:, 0] > 0) & ~contacts.tied)
+    assembly = model.assembly
     if not bears.size:
         return np.zeros((0, 2), dtype=np.int64), np.zeros(0)
-    ends = Ends.of(model.assembly)
+    posed = Posed.of(assembly, surfaces_of(assembly))
     # where the force of a joint acts, on the antagonist in the reference
     slid = here.offset[bears].copy()
     slid[:, 0] = 0.0
@@ -123,41 +79,11 @@ def past_ends(model: Model, made: Increment) -> tuple[IntArray, FloatArray]:
     total = np.bincount(of, force)
     middle = np.stack([np.bincount(of, force * axis) for axis in point.T], axis=1) / total[:, None]
     pairs = joints[:, 1:]
-    far = ends.past(pairs[:, 1], middle)
-    found = np.flatnonzero(far > ends.allowed(pairs))
-    found = found[np.argsort(-far[found], kind="stable")]
-    return pairs[found], far[found]
-
-
-def slid_off(
-    model: Model, here: Placement, bodies: tuple[Any, ...], held: np.ndarray, ends: Ends
-) -> IntArray:
-    """Pairs of blocks of which a contact is past the end of a face, the lower number first, shape (k, 2).
-
-    Whether it bears does not matter: it would as soon as it closes. Where contacts are, the nearest rigid
-    motions tell, since blocks that spread do not slide.
-
-    Parameters
-    ----------
-    model : The structure of c contacts and b blocks. here : Where the contacts are.
-    bodies : Body states there.
-    held : Contacts that cohesion holds, shape (c,): their pairs stay as they are.
-    ends : Of the model's blocks.
-    """
-    contacts = model.contacts
-    far = np.linalg.norm(here.offset[:, 1:], axis=1) > ends.allowed(contacts.blocks)
-    gone = np.flatnonzero(far & ~contacts.tied)
-    if not gone.size:
-        return np.zeros((0, 2), dtype=np.int64)
-    rotation, translation = nearest_motions(model, bodies)
-    (candidate, antagonist), points = contacts.blocks[gone].T, contacts.points[gone]
-    world = np.einsum("cij,cj->ci", rotation[candidate], points[:, 0]) + translation[candidate]
-    back = np.einsum("cji,cj->ci", rotation[antagonist], world - translation[antagonist])
-    normal = contacts.frame[gone, 0]
-    height = np.einsum("ci,ci->c", back - points[:, 1], normal)
-    past = ends.past(antagonist, back - height[:, None] * normal) > ends.allowed(contacts.blocks[gone])
-    sides, count = np.sort(contacts.blocks, axis=1), len(ends.size)
-    keys = sides @ np.array([count, 1])
-    off = np.setdiff1d(keys[gone[past]], keys[held])
-    pairs: IntArray = np.stack(np.divmod(off, count), axis=1)
-    return pairs
+    antagonist = pairs[:, 1]
+    ends = np.einsum(
+        "jfi,jfi->jf", middle[:, None] - posed.on_face[antagonist], posed.normal[antagonist]
+    ).max(axis=1)
+    size = extents(assembly)[pairs].min(axis=1)
+    found = np.flatnonzero(posed.convex[antagonist] & (ends > PAST * size))
+    found = found[np.argsort(-ends[found], kind="stable")]
+    return pairs[found], ends[found]

@@ -16,17 +16,16 @@ import atexit
 import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 
-_waits = False  # whether the search is put off
+_waits: ContextVar[bool] = ContextVar("_waits", default=False)  # whether the search is put off
 
 
 @contextmanager
 def put_off() -> Iterator[None]:
     """No search until ``taken_up``; at the end all is as before."""
-    global _waits  # noqa: PLW0603
-    searched = gc.isenabled()
+    _waits.set(gc.isenabled())
     gc.disable()
-    _waits = searched
     try:
         yield
     finally:
@@ -36,9 +35,8 @@ def put_off() -> Iterator[None]:
 
 def taken_up() -> None:
     """Search from here on, where that was put off, and never what is there."""
-    global _waits  # noqa: PLW0603
-    if _waits:
-        _waits = False
+    if _waits.get():
+        _waits.set(False)
         gc.freeze()
         gc.enable()
 

@@ -1,14 +1,12 @@
 """Slip held back: a body that only sliding contacts hold comes to where friction lets it rest."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 from scipy import sparse
 
 from masonry_fem.nscd import SolverSettings, Start
 from masonry_fem.nscd.iterate import iterate
-from masonry_fem.nscd.methods.newton import NewtonRun, ProximalNewton
+from masonry_fem.nscd.methods.newton import ProximalNewton
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.solvers.linearisation import held_back, linearise
 
@@ -39,17 +37,6 @@ def board(under: np.ndarray) -> ContactProblem:
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Gripping(ProximalNewton):
-    """Newton's method that holds slip back from the start."""
-
-    def init(self, problem: ContactProblem, start: Start | None) -> NewtonRun:
-        run = NewtonRun(problem, self, start)
-        run.grip = 0.03
-        run.round.slip = problem.velocity(run.impulse, run.rigid_velocity)
-        return run
-
-
 def ends(method: ProximalNewton, *, steps: int = 100) -> list[float]:
     """How far from the median of its supports' speeds each of 24 boards comes to rest, of those that do."""
     found = []
@@ -65,7 +52,7 @@ def ends(method: ProximalNewton, *, steps: int = 100) -> list[float]:
 
 def test_newton_finds_where_a_board_rests() -> None:
     """Half of the supports drag it one way and half the other: it rests on the one in the middle."""
-    found = ends(Gripping())
+    found = ends(ProximalNewton(grip=0.03))
     assert len(found) >= 22
     # which sticks, with what it gives way under its friction
     np.testing.assert_allclose(found, 0.0, atol=1e-3 * FRICTION)

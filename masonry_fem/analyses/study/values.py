@@ -25,12 +25,7 @@ if TYPE_CHECKING:
     from masonry_fem.analyses.study.variation import Variation
 
 MOST = 4  # quantities
-ASIDE = (
-    "supports",
-    "moments",
-    "energy",
-    "stress.means",
-)  # groups that have a column only if nothing else has
+ASIDE = ("supports", "moments", "energy", "stress.means")  # have a column only if nothing else has
 PANEL = (5.2, 3.6)  # [inch]
 
 

@@ -170,7 +170,7 @@ class NewtonRun:
             iterations=_PART_STEPS,
             library=settings.library,
         )
-        self.parts = Settling(problem, held)
+        self.settling = Settling(problem, held)
         self.best, self.idle, self.crawling = np.inf, 0, 0
         self.least, self.resting = np.inf, 0  # least error, and how many steps stayed at it
         if start is not None and start.impulse is not None:
@@ -227,7 +227,7 @@ class NewtonRun:
 
     def _solves(self) -> int:
         """Linear systems so far, those of parts included."""
-        return self.factors + self.parts.linear_solves
+        return self.factors + self.settling.linear_solves
 
     def _rounded(self, quality: Quality, tolerance: float) -> bool:
         """True where steps leave an error as it is that rounding alone may make."""
@@ -429,13 +429,13 @@ class NewtonRun:
         """Bring what is far from settled to rest by itself; False where that cannot be done."""
         if not self.settings.parts:
             return False
-        settled = self.parts.settle(
-            self._natural_residual(), self.impulse, self.rigid_velocity, self._natural_map()
-        )
+        residual = self._natural_residual()
+        error = self._relative(residual)
+        settled = self.settling.settle(residual, self.impulse, self.rigid_velocity, error)
         if settled is None:
             return False
         self.impulse, self.rigid_velocity = settled
-        self.error, self.weight = self._natural_map(), self.least_weight
+        self.error, self.weight = self._relative(self._natural_residual()), self.least_weight
         self.round = self._new_round()
         return True
 
@@ -452,10 +452,10 @@ class NewtonRun:
         residual: FloatArray = graphs.natural_map(pressed, velocity, self.problem.friction, self.scale)
         return residual
 
-    def _natural_map(self) -> float:
-        """Its norm relative to the impulses'."""
+    def _relative(self, residual: FloatArray) -> float:
+        """Norm of a residual over that of the impulses."""
         size = float(np.linalg.norm(self.impulse))
-        return float(np.linalg.norm(self._natural_residual())) / size if size > 0 else 1.0
+        return float(np.linalg.norm(residual)) / size if size > 0 else 1.0
 
     # rounds
 
@@ -467,7 +467,7 @@ class NewtonRun:
     def _close_round(self, tolerance: float) -> Outcome | None:
         """Move the centre to a solved round's solution; tell whether that can go on."""
         before, last = self.round, self.error
-        self.error = self._natural_map()
+        self.error = self._relative(self._natural_residual())
         self._watch_crawl(before, last)
         self.weight = self._next_weight(before.steps)
         progress = self.error

@@ -129,7 +129,7 @@ def numbered(interfaces: Sequence[IntArray], count: int) -> IntArray:
 
     Parameters
     ----------
-    interfaces : Contacts of interfaces, each array shape (k, n): n of each of k alike.
+    interfaces : Contacts of the n interfaces that have k of them, an array (n, k) for each k.
     count : Of all contacts, c.
     """
     number, made = np.full(count, -1), 0

@@ -18,13 +18,13 @@ from masonry_fem.output.viewing.recorded import Recorded
 
 logger = logging.getLogger(__name__)
 
-FORMATS = {
+FORMATS = {  # modules
     ".json": "compas",
     ".xdmf": "xdmf",
     ".csv": "stones",
     ".glb": "gltf",
     ".vtm": "multiblock",
-}  # modules
+}
 
 
 def export(directory: Path, path: Path, step: int | None = None) -> list[Path]:

@@ -106,7 +106,8 @@ def test_a_bar_between_walls_is_loaded_warmed_and_cools(fidelity, tmp_path):
 KINDS = {
     "statics": "analysis={kind='statics', load_steps=3, start='first'}",
     "dynamics": "analysis={kind='dynamics', step=1e-4, duration=5e-3, start='first'}",
-    "equilibrium": "analysis={kind='equilibrium', strategy='large_step', step=9, max_steps=40, start='first'}",
+    "equilibrium": "analysis={kind='equilibrium', strategy='large_step', step=9, max_steps=40, "
+    "start='first'}",
 }
 
 

@@ -69,6 +69,14 @@ combinations = [
 ]
 """
 PLAIN = "young = 1e9"
+WARMING = PLAIN + ", thermal_expansion = 8e-6"
+HEAT = """
+stages = [
+  { name = "built" },
+  { name = "warm", loads = { gravity = [0.0, -9.81], temperatures = [{ on = "w.c3.*", change = 20.0 }] } },
+  { name = "cold", loads = { gravity = [0.0, -9.81] } },
+]
+"""
 YIELDING = PLAIN + ', inelastic = { law = "mohr_coulomb", friction_angle = 35, cohesion = 1.2e4 }'
 BAR = """
 [[ties]]
@@ -120,6 +128,7 @@ KINDS = {
     "tied, statics": Kind("elastic", STATICS + DRY + BAR),
     "shaken ground": Kind("rigid", DYNAMICS + DRY + SHAKEN),
     "stages": Kind("rigid", DYNAMICS + DRY + STORY),
+    "stages, elastic, warmed": Kind("elastic", FEWER + DRY + HEAT, stone=WARMING),
     "combinations": Kind("elastic", FEWER + DRY + CASES),
     "threshold": Kind(
         "rigid", FEWER + DRY, "threshold",

@@ -34,7 +34,7 @@ from masonry_fem.records.told import write
 from masonry_fem.results.discretisation import RefinementTold, Round
 from masonry_fem.results.summarise import size
 from masonry_fem.scene import check, save, specs
-from masonry_fem.scene.moved import moved
+from masonry_fem.scene.writing import moved
 from masonry_fem.solid.mesh import Mesh
 
 SPARE = 0.95  # of the target: what is aimed at

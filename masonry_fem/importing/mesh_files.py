@@ -32,8 +32,8 @@ from masonry_fem.importing.surfaces import read_surfaces
 from masonry_fem.importing.volumes import read_volumes
 from masonry_fem.meshing.cells import boundary_facets, corner_count, turned
 from masonry_fem.meshing.session import Elements, elements_of, node_positions, session
-from masonry_fem.records.mesh_settings import MeshSettings
 from masonry_fem.records.remark import remark
+from masonry_fem.records.structure import MeshSettings
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.mesh import FACET_OF, IntArray, Mesh
 from masonry_fem.solid.pose import FloatArray, Pose

@@ -18,8 +18,7 @@ import numpy as np
 from masonry_fem.importing.common_lines import CommonLines
 from masonry_fem.importing.sides import Sides
 from masonry_fem.importing.trimming import trimmed
-from masonry_fem.records.listing import first_few
-from masonry_fem.records.remark import remark
+from masonry_fem.records.remark import first_few, remark
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 

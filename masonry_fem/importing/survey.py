@@ -22,8 +22,7 @@ from masonry_fem.importing.soundness import check_points
 from masonry_fem.importing.survey_reading import Measured, read_survey
 from masonry_fem.importing.triangles import area_vector
 from masonry_fem.importing.wall_plane import WallPlane
-from masonry_fem.records.listing import first_few
-from masonry_fem.records.remark import remark
+from masonry_fem.records.remark import first_few, remark
 from masonry_fem.solid.assembly import Assembly, Block, Shape
 from masonry_fem.solid.pose import FloatArray, Pose
 from masonry_fem.solid.prism import prism

@@ -24,7 +24,7 @@ from masonry_fem.march.renewal import NEAR, carried
 from masonry_fem.march.state import SystemState
 from masonry_fem.march.step import Increment
 from masonry_fem.nscd import SolverSettings
-from masonry_fem.records.listing import first_few
+from masonry_fem.records.remark import first_few
 
 SHOWN = 3  # pairs of blocks that a message names
 

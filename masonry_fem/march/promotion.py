@@ -7,8 +7,7 @@ import numpy as np
 from masonry_fem.bodies.base import nonlinear
 from masonry_fem.march.model import Model
 from masonry_fem.march.state import SystemState
-from masonry_fem.records.listing import first_few
-from masonry_fem.records.remark import remark
+from masonry_fem.records.remark import first_few, remark
 
 SHOWN = 5  # stones that the remark's sentence names
 

@@ -15,7 +15,7 @@ from masonry_fem.march.model import Model
 from masonry_fem.march.step import Increment
 from masonry_fem.march.step_report import StepReport
 from masonry_fem.nscd import Outcome, SolverSettings
-from masonry_fem.records.listing import first_few
+from masonry_fem.records.remark import first_few
 
 Verdict = Literal["equilibrium", "finished", "no_convergence", "no_equilibrium"]
 

@@ -19,8 +19,6 @@ from masonry_fem.march.equilibrium import kinds as strategies
 from masonry_fem.march.equilibrium.dynamics import Dynamics
 from masonry_fem.march.equilibrium.equilibrium import Equilibrium
 from masonry_fem.march.equilibrium.statics import Statics
-from masonry_fem.records.mesh_settings import MeshSettings
-from masonry_fem.records.reading_limits import Reading
 from masonry_fem.records.record import (
     AngularVelocity,
     BlockSelector,
@@ -34,7 +32,7 @@ from masonry_fem.records.record import (
     VelocityVector,
     turn_faults,
 )
-from masonry_fem.records.structure import Structure
+from masonry_fem.records.structure import MeshSettings, Reading, Structure
 from masonry_fem.scene.actions import (
     Acceleration,
     Accelerogram,
@@ -54,7 +52,7 @@ from masonry_fem.scene.actions import (
     TimeFunction,
     Traction,
 )
-from masonry_fem.scene.design import Design, LoadFactors
+from masonry_fem.scene.combinations import Design, LoadFactors
 from masonry_fem.scene.joint import Joint
 from masonry_fem.scene.laws import (
     AnyLaw,

@@ -35,7 +35,7 @@ from masonry_fem.results.combinations import (
 )
 from masonry_fem.scene import check, dumps, save, specs
 from masonry_fem.scene.combinations import combination_scenes
-from masonry_fem.scene.moved import moved
+from masonry_fem.scene.writing import moved
 
 if TYPE_CHECKING:
     from masonry_fem.analyses.run.result import RunResult

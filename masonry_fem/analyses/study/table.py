@@ -12,7 +12,7 @@ from masonry_fem.analyses.study.pareto import setting_places
 from masonry_fem.analyses.study.recommendation import percent
 from masonry_fem.analyses.study.values import shown, words
 from masonry_fem.output.tables import columns, print_advice
-from masonry_fem.records.listing import first_few
+from masonry_fem.records.remark import first_few
 
 if TYPE_CHECKING:
     from rich.console import Console

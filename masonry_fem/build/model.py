@@ -28,7 +28,7 @@ from masonry_fem.contact.contacts import Interface
 from masonry_fem.contact.detection import REACH, detect
 from masonry_fem.errors import ExtensionError, MasonryError, SceneError
 from masonry_fem.fidelities import Fidelity, Given, deforms, fidelities
-from masonry_fem.host.garbage import taken_up
+from masonry_fem.host.memory import taken_up
 from masonry_fem.host.phases import phase
 from masonry_fem.march.clock import Clock
 from masonry_fem.march.model import Model, Probe

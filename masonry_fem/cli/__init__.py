@@ -42,7 +42,7 @@ from masonry_fem.cli.grammar import Parser, epilog, parents
 from masonry_fem.cli.signals import answered
 from masonry_fem.errors import MasonryError
 from masonry_fem.host import ranks
-from masonry_fem.host.garbage import left_at_exit
+from masonry_fem.host.memory import left_at_exit
 
 __all__ = ["main", "parser"]
 

@@ -16,10 +16,9 @@ import numpy as np
 
 from masonry_fem.contact.boxes import near_pairs
 from masonry_fem.contact.clipping import common_parts
-from masonry_fem.contact.contacts import Interface
+from masonry_fem.contact.contacts import Interface, height, local_frames
 from masonry_fem.contact.facing import FacePairs, facing, orient
 from masonry_fem.contact.foothold import footholds
-from masonry_fem.contact.kinematics import height, local_frames
 from masonry_fem.contact.posed import Posed
 from masonry_fem.contact.surface import PosedFaces, Surface, pose_faces, surfaces_of, typical_size
 from masonry_fem.contact.touching import standing_pairs

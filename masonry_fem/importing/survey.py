@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from masonry_fem.errors import GeometryError
+from masonry_fem.importing.foreign import check_points
 from masonry_fem.importing.snapping import crosses_itself, snapped
-from masonry_fem.importing.soundness import check_points
 from masonry_fem.importing.survey_reading import Measured, read_survey
 from masonry_fem.importing.triangles import area_vector
 from masonry_fem.importing.wall_plane import WallPlane

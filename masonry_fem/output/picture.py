@@ -24,6 +24,7 @@ from masonry_fem.output.arrows import add_arrows, interface_resultants, legend_s
 from masonry_fem.output.backdrop import GHOST, draw_pale, title_of
 from masonry_fem.output.error_picture import draw_error
 from masonry_fem.output.joint_map import draw_opening, draw_sliding
+from masonry_fem.output.marks import mark_ties
 from masonry_fem.output.material_picture import draw_measure, measures_of
 from masonry_fem.output.overview import draw_overview
 from masonry_fem.output.principal_picture import COMPRESSION, draw_principal
@@ -41,7 +42,6 @@ from masonry_fem.output.sheet import (
     quantity,
 )
 from masonry_fem.output.thrust import draw_thrust
-from masonry_fem.output.tie_marks import mark_ties
 from masonry_fem.output.utilisation_picture import draw_utilisation
 
 FloatArray = NDArray[np.float64]

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from masonry_fem.analyses.run.envelope_table import write_envelope
+from masonry_fem.analyses.run.combinations import write_envelope
 from masonry_fem.build import Built
 from masonry_fem.build.strengths import strengths_of
 from masonry_fem.host.atomic import write_records

@@ -39,17 +39,10 @@ from masonry_fem.scene.actions import (
     Combination,
     LineForce,
     Loads,
-    Motion,
     MovingLoad,
     PointForce,
     PressureLoad,
-    Pulse,
-    Record,
-    Sine,
-    Support,
-    Table,
     Temperature,
-    TimeFunction,
     Traction,
 )
 from masonry_fem.scene.combinations import Design, LoadFactors
@@ -65,6 +58,7 @@ from masonry_fem.scene.laws import (
     law_record,
 )
 from masonry_fem.scene.material import Damping, Material, Orthotropy
+from masonry_fem.scene.motion import Motion, Pulse, Record, Sine, Support, Table, TimeFunction
 from masonry_fem.scene.output import Cut, Output, Probe
 from masonry_fem.scene.solver import Solver
 from masonry_fem.scene.tie import Tie, TiePoint

@@ -28,13 +28,12 @@ from masonry_fem.contact.contacts import Interface
 from masonry_fem.contact.detection import REACH, detect
 from masonry_fem.errors import ExtensionError, MasonryError, SceneError
 from masonry_fem.fidelities import Fidelity, Given, deforms, fidelities
-from masonry_fem.host.garbage import taken_up
+from masonry_fem.host.memory import taken_up
 from masonry_fem.host.phases import phase
 from masonry_fem.march.clock import Clock
 from masonry_fem.march.model import Model, Probe
 from masonry_fem.march.shaking import Shaking
-from masonry_fem.records.listing import first_few
-from masonry_fem.records.remark import remark
+from masonry_fem.records.remark import first_few, remark
 from masonry_fem.scene import specs
 from masonry_fem.scene.selector import only, select
 

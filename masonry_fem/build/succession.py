@@ -36,7 +36,7 @@ from masonry_fem.march.model import FloatArray, Load, Model
 from masonry_fem.march.renewal import carried
 from masonry_fem.march.state import SystemState
 from masonry_fem.march.step import initial_state
-from masonry_fem.records.listing import first_few
+from masonry_fem.records.remark import first_few
 from masonry_fem.scene import specs
 from masonry_fem.solid.mesh import IntArray
 

@@ -16,10 +16,9 @@ from masonry_fem.analyses.run.result import RunResult
 from masonry_fem.analyses.run.writing import go_on
 from masonry_fem.output.checkpoint import CHECKPOINT, Checkpoint, CheckpointError, read_checkpoint
 from masonry_fem.output.folder import refuse_busy
-from masonry_fem.records.arguments import texts
-from masonry_fem.records.listing import first_few
+from masonry_fem.records.remark import first_few
 from masonry_fem.scene import loads, specs
-from masonry_fem.scene.overrides import trusting_text
+from masonry_fem.scene.overrides import texts, trusting_text
 from masonry_fem.scene.writing import plain
 
 SHOWN = 3  # differences that a message names

@@ -288,10 +288,12 @@ class _Course:
         model, headway = made.model, self.headway
         built = model.contacts is self.first.contacts and not model.found
         found = None if built else Found(model.interfaces, model.contacts, model.joint_records)
+        state = rested(model, made.step.after, strategy.kept)
         return Standing(
-            headway.done, headway.largest, self.start, rested(model, made.step.after, strategy.kept), found,
+            headway.done, headway.largest, self.start, state, found,
             self.ledger, self.witness.seen, self.troubles.noted, dict(self.clock.phases),
             self.coupling.structure.factored,
+            tuple(group.warmed(own) for group, own in zip(model.groups, state.bodies, strict=True)),
         )  # fmt: skip
 
     def reached(self, strategy: Strategy) -> Standing | None:

@@ -2,7 +2,7 @@
 
     for name in rehearse():
         print(name)
-    for name in rehearse(aided=True):  # two processes, half the time
+    for name in rehearse(aided=True):  # in two processes
         print(name)
 
 Contact loops are compiled by Numba and element kernels by FFCx, each once for a processor, and both are kept

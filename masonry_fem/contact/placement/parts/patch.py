@@ -5,6 +5,7 @@ Plane coordinates are taken along (t1[, t2]) from the first corner of the interf
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -79,9 +80,7 @@ class Patch:
 
     def exchanged(self) -> Patch:
         """The same patch with candidate and antagonist exchanged."""
-        frame = local_frames(-self.frame[:1])[0]
-        polygon = (self.interface.polygon[::-1] - self.origin) @ frame[1:].T
-        return Patch(self.interface, (self.sides[1], self.sides[0]), frame, self.origin, polygon)
+        return exchanged_all([self])[0]
 
     @property
     def shape(self) -> tuple[object, ...]:
@@ -146,3 +145,18 @@ class Patch:
         best = np.linalg.norm(points[:, None] - feet, axis=2).argmin(axis=1)
         chosen: FloatArray = feet[np.arange(len(points)), best]
         return chosen
+
+
+def exchanged_all(patches: Sequence[Patch]) -> list[Patch]:
+    """Patches with candidates and antagonists exchanged."""
+    frames = local_frames(-np.array([patch.frame[0] for patch in patches]))
+    return [
+        Patch(
+            interface=patch.interface,
+            sides=(patch.sides[1], patch.sides[0]),
+            frame=frame,
+            origin=patch.origin,
+            polygon=(patch.interface.polygon[::-1] - patch.origin) @ frame[1:].T,
+        )
+        for patch, frame in zip(patches, frames, strict=True)
+    ]

@@ -92,6 +92,8 @@ def _invert(
     """
     local[:] = 1 / 3 if kind in (TRIANGLE, TRIANGLE6) else 0.0
     flat = kind in (LINE, LINE3)
+    # a step from 1e-8 off ends at rounding, unless the point is off the facet
+    last = 1e-8 if nodes.shape[1] == (1 if flat else 2) else 1e-14
     for _ in range(NEWTON_LIMIT):
         _shape(kind, local[0], local[1], value, slope)
         a = b = c = r = s = 0.0
@@ -113,7 +115,7 @@ def _invert(
             d1, d2 = (c * r - b * s) / determinant, (a * s - b * r) / determinant
         local[0] += d1
         local[1] += d2
-        if abs(d1) + abs(d2) < 1e-14:
+        if abs(d1) + abs(d2) < last:
             break
 
 

@@ -12,7 +12,7 @@ from scipy import sparse
 from masonry_fem.contact.contacts import Contacts, Interface
 from masonry_fem.contact.kinematics import height, local_frames
 from masonry_fem.contact.placement import names, on_round_faces, points_of, together_of
-from masonry_fem.contact.placement.parts.patch import Patch
+from masonry_fem.contact.placement.parts.patch import Patch, shapes
 from masonry_fem.contact.placement.parts.rule import Rule, Spots
 from masonry_fem.contact.surface import Surface, surfaces_of, typical_size
 from masonry_fem.contact.update import picked
@@ -178,18 +178,20 @@ def _placed(
     normals = np.array([interface.normal for interface in interfaces]).reshape(-1, assembly.dimension)
     frames = local_frames(normals)
     groups = _round_groups(assembly, surfaces, interfaces, rules)
-    joints: list[list[Patch]] = []
-    alike: list[int] = []  # the first of the congruent joints
+    joints = [
+        _from_one_side([Patch.of(assembly, surfaces, interfaces[row], frames[row]) for row in rows])
+        for rows in groups
+    ]
+    single = [number for number, joint in enumerate(joints) if len(joint) == 1]
+    keys: list[object] = list(range(len(joints)))
+    for number, shape in zip(single, shapes([joints[number][0] for number in single]), strict=True):
+        keys[number] = (rules[groups[number][0]], *shape)
+    # walls have hundreds of congruent patches of each kind
+    first: dict[object, int] = {}
+    alike = [first.setdefault(key, number) for number, key in enumerate(keys)]
     waiting: dict[Rule, list[int]] = {}
-    known: dict[object, int] = {}
-    for number, rows in enumerate(groups):
-        patches = [Patch.of(assembly, surfaces, interfaces[row], frames[row]) for row in rows]
-        joints.append(_from_one_side(patches))
-        # walls have hundreds of congruent patches of each kind
-        key: object = (rules[rows[0]], *patches[0].shape) if len(rows) == 1 else number
-        alike.append(known.setdefault(key, number))
-        if alike[-1] == number:
-            waiting.setdefault(rules[rows[0]], []).append(number)
+    for number in first.values():
+        waiting.setdefault(rules[groups[number][0]], []).append(number)
     made: dict[int, list[Spots]] = {}
     for rule, numbers in waiting.items():
         made |= zip(numbers, _by_rule([joints[number] for number in numbers], rule), strict=True)
@@ -200,8 +202,8 @@ def _placed(
             placed += [(spots[0], rows)] if len(spots) == 1 else zip(spots, rows[:, None], strict=True)
             continue
         if alike[number] != number:
-            patch, first = joints[number][0], joints[alike[number]][0]
-            exchanged = spots[0].patch.sides[0] is not first.sides[0]
+            patch = joints[number][0]
+            exchanged = spots[0].patch.sides[0] is not joints[alike[number]][0].sides[0]
             spots = [replace(spots[0], patch=patch.exchanged() if exchanged else patch)]
         placed.append((spots[0], rows))
     return placed

@@ -70,9 +70,10 @@ def together(joints: Sequence[Joint], rule: Rule) -> list[list[Spots]]:
         [] if own else [corners.points(one, rule) for one in joint]
         for own, joint in zip(meshed, joints, strict=True)
     ]
-    numbers = np.flatnonzero(meshed)
+    numbers = np.flatnonzero(meshed).tolist()
     for rows, pieces in batches([joints[number] for number in numbers]):
-        apart, placed = _apart(pieces), nodes.on_patches(pieces.patches)
+        covers = pieces.covers if len(pieces.joints[0]) == 1 else None
+        apart, placed = _apart(pieces), nodes.on_patches(pieces.patches, covers)
         error = misplaced(placed, pieces)
         inexact = ~apart & (error > MISPLACED)
         nested = inexact & _nested(pieces, inexact)
@@ -81,7 +82,7 @@ def together(joints: Sequence[Joint], rule: Rule) -> list[list[Spots]]:
             spots[numbers[rows[row]]] = [one]
         at_nodes: dict[int, Spots] = {}
         for part in placed:
-            at_nodes |= part.spots()
+            at_nodes |= part.spots(~means[pieces.joint])
         for number, row in enumerate(pieces.joint.tolist()):
             if not means[row]:
                 one = at_nodes[number]
@@ -96,14 +97,16 @@ def _apart(pieces: Pieces) -> np.ndarray:
 
     They do where most facets do, or all vertices are the same.
     """
-    every = np.full(len(pieces.joints), len(pieces.joints[0]) > 1 and None not in pieces.covers)
-    if not every.any():
-        return every
+    if len(pieces.joints[0]) == 1 or None in pieces.covers:
+        return np.zeros(len(pieces.joints), dtype=bool)
     area = np.add.reduceat(pieces.weight, pieces.first)
     least = np.max([pieces.cover(side).areas(pieces.facets[:, side]) for side in (0, 1)], axis=0)
-    facing = np.bincount(pieces.joint[pieces.on], np.where(area >= WHOLE * least, area, 0.0), len(every))
-    apart: np.ndarray = every & (facing < MOST * pieces.area)
-    return apart & ~_nested(pieces, apart, alike=True)
+    facing = np.bincount(
+        pieces.joint[pieces.on], np.where(area >= WHOLE * least, area, 0.0), len(pieces.joints)
+    )
+    apart = facing < MOST * pieces.area
+    found: np.ndarray = apart & ~_nested(pieces, apart, alike=True)
+    return found
 
 
 def _nested(pieces: Pieces, asked: np.ndarray, *, alike: bool = False) -> np.ndarray:

@@ -17,8 +17,8 @@ from masonry_fem.contact.interpolation import KINDS, weights_on
 from masonry_fem.contact.placement import corners
 from masonry_fem.contact.placement.parts.cover import Cover, Joint
 from masonry_fem.contact.placement.parts.cuts import gauss_planes
-from masonry_fem.contact.placement.parts.patch import TOLERANCE, Patch, exchanged_all
-from masonry_fem.contact.placement.parts.pieces import LINEAR, alike, covering, padded
+from masonry_fem.contact.placement.parts.patch import TOLERANCE, Patch, exchanged_all, padded
+from masonry_fem.contact.placement.parts.pieces import LINEAR, alike, covering
 from masonry_fem.contact.placement.parts.quadrature import gauss_lines, rules_of
 from masonry_fem.contact.placement.parts.rule import Rule, Spots
 from masonry_fem.errors import GeometryError
@@ -73,10 +73,10 @@ def together(joints: Sequence[Joint], rule: Rule) -> list[list[Spots]]:
     for rows in alike([[patches[number]] for number in wide], [ORDER] * len(wide)):
         own = [wide[row] for row in rows]
         for placed in on_patches([patches[number] for number in own]):
-            for row, one in placed.spots().items():
+            for row, one in placed.spots(np.ones(len(own), dtype=bool)).items():
                 spots[own[row]] = one
     found = iter(spots)
-    return [[one for _ in joint if (one := next(found))] for joint in joints]
+    return [[one for _, one in zip(joint, found, strict=False) if one is not None] for joint in joints]
 
 
 def _unmeshed(patch: Patch) -> GeometryError:
@@ -130,8 +130,8 @@ class Placed:
         nodes = flat.reshape(*rows.shape, -1)
         return rows, weights_on(KINDS[cover.kind], nodes, np.arange(len(rows)), self.at)
 
-    def spots(self) -> dict[int, Spots]:
-        """What the rule gives back, by the patches' numbers."""
+    def spots(self, wanted: np.ndarray) -> dict[int, Spots]:
+        """What the rule gives back on those patches that are wanted, by their numbers."""
         mesh_facets = np.stack(
             [
                 self.facets[:, side] if cover is None else cover.facet[self.facets[:, side]]
@@ -149,17 +149,19 @@ class Placed:
         return {
             number: Spots(patch, self.at[a:b], self.area[a:b], mesh_facets[a:b])
             for number, patch, a, b in ranges
+            if wanted[number]
         }
 
 
-def on_patches(patches: Sequence[Patch]) -> list[Placed]:
+def on_patches(patches: Sequence[Patch], covers: Sequence[Cover | None] | None = None) -> list[Placed]:
     """Points at the nodes of the finer side, or at the corners where no node lies in a polygon.
 
     Parameters
     ----------
     patches : Of some area, with meshes that have facets of one kind on candidates, and on antagonists.
+    covers : Facets of both sides of these patches, each a joint of its own, where they are known.
     """
-    covers = _covers(patches)
+    covers = _covers(patches) if covers is None else covers
     counts, spacing = np.zeros((2, len(patches)), dtype=np.int64), np.full((2, len(patches)), np.inf)
     for side, cover in enumerate(covers):
         if cover is not None:
@@ -171,13 +173,13 @@ def on_patches(patches: Sequence[Patch]) -> list[Placed]:
     for exchanged in (False, True):
         rows = np.flatnonzero(some & (finer == exchanged))
         if len(rows):
-            own = [patches[row] for row in rows]
+            own = [patches[row] for row in rows.tolist()]
             own = exchanged_all(own) if exchanged else own
             whole = not exchanged and len(rows) == len(patches)
             found.append(_at_nodes(rows, own, exchanged, covers if whole else _covers(own)))
     if not some.all():  # meshes too coarse for these overlaps
         rows = np.flatnonzero(~some)
-        found.append(_at_corners(rows, [patches[row] for row in rows]))
+        found.append(_at_corners(rows, [patches[row] for row in rows.tolist()]))
     return found
 
 

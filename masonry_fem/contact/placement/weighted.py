@@ -92,7 +92,7 @@ def together(joints: Sequence[Joint], rule: Rule) -> list[list[Spots]]:
         [] if own else [corners.points(one, Rule()) for one in joint]
         for own, joint in zip(meshed, joints, strict=True)
     ]
-    numbers = np.flatnonzero(meshed)
+    numbers = np.flatnonzero(meshed).tolist()
     for rows, pieces in batches([joints[number] for number in numbers]):
         found = on_pieces(pieces, np.ones(len(rows), dtype=bool))
         for row, one in found.items():

@@ -98,5 +98,8 @@ def _in_plane(facets: FloatArray, origin: FloatArray, basis: FloatArray, turned:
         for v in range(corners):
             to = corners - 1 - v if turned else v
             for p in range(2):
-                flat[f, to, p] = ((facets[f, v] - origin) * basis[p]).sum()
+                along = 0.0
+                for axis in range(len(origin)):
+                    along += (facets[f, v, axis] - origin[axis]) * basis[p, axis]
+                flat[f, to, p] = along
     return flat

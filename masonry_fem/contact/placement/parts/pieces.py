@@ -20,7 +20,7 @@ from masonry_fem.contact.interpolation import KINDS, weights_on
 from masonry_fem.contact.kinematics import height
 from masonry_fem.contact.placement.parts.cover import Cover, Joint
 from masonry_fem.contact.placement.parts.cuts import gauss_planes
-from masonry_fem.contact.placement.parts.patch import TOLERANCE, Patch
+from masonry_fem.contact.placement.parts.patch import TOLERANCE, Patch, padded
 from masonry_fem.contact.placement.parts.quadrature import gauss_lines, gauss_rule, triangle_rule
 from masonry_fem.contact.smooth import curvatures
 from masonry_fem.errors import GeometryError
@@ -63,6 +63,7 @@ class Pieces:
     first : First point of each piece, shape (m,); the points of a piece follow one another.
     on : Patch of each piece, shape (m,).
     facets : Its facets of candidate and antagonist, rows of the covers, −1 without a mesh, shape (m, 2).
+    known : What ``functions`` gave, by side.
     """
 
     joints: Sequence[Joint]
@@ -79,6 +80,7 @@ class Pieces:
     first: IntArray
     on: IntArray
     facets: IntArray
+    known: dict[int, FloatArray]
 
     @classmethod
     def of(cls, joints: Sequence[Joint], order: int) -> Pieces:
@@ -129,6 +131,7 @@ class Pieces:
             first=first,
             on=patch[first],
             facets=facets[first],
+            known={},
         )
 
     def only(self, chosen: np.ndarray) -> Pieces:
@@ -152,6 +155,7 @@ class Pieces:
             first=np.flatnonzero(np.diff(piece, prepend=-1)),
             on=self.on[pieces],
             facets=self.facets[pieces],
+            known={side: values[points] for side, values in self.known.items()},
         )
 
     @property
@@ -193,10 +197,11 @@ class Pieces:
 
     def functions(self, side: int) -> FloatArray:
         """Shape functions of one side's facets at the points, shape (q, nodes of a facet)."""
-        cover = self.cover(side)
-        nodes = self.flat(cover.world[cover.rows[self.facets[:, side]]], self.on)
-        found: FloatArray = weights_on(KINDS[cover.kind], nodes, self.piece, self.at)
-        return found
+        if side not in self.known:
+            cover = self.cover(side)
+            nodes = self.flat(cover.world[cover.rows[self.facets[:, side]]], self.on)
+            self.known[side] = weights_on(KINDS[cover.kind], nodes, self.piece, self.at)
+        return self.known[side]
 
     def linear(self, side: int, vertices: FloatArray) -> FloatArray:
         """Linear functions of facets with given vertices at the points, shape (q, v).
@@ -341,14 +346,6 @@ def _facets(joint: Joint) -> int:
         for side in patch.sides
         if side.mesh is not None
     )
-
-
-def padded(patches: Sequence[Patch]) -> tuple[FloatArray, IntArray]:
-    """Polygons of patches, padded with their last corners, (k, n, d - 1) [m], and how many are real, (k,)."""
-    count = np.array([len(patch.polygon) for patch in patches])
-    corners = np.concatenate([patch.polygon for patch in patches])
-    last = np.cumsum(count)[:, None]
-    return corners[np.minimum(last - count[:, None] + np.arange(count.max()), last - 1)], count
 
 
 def order_of(patches: Joint) -> int:

@@ -90,7 +90,7 @@ def _invert(
 
     ``value`` (n,) and ``slope`` (2, n) are room for shape functions.
     """
-    local[:] = 1 / 3 if kind in (TRIANGLE, TRIANGLE6) else 0.0
+    local[0] = local[1] = 1 / 3 if kind in (TRIANGLE, TRIANGLE6) else 0.0
     flat = kind in (LINE, LINE3)
     # a step from 1e-8 off ends at rounding, unless the point is off the facet
     last = 1e-8 if nodes.shape[1] == (1 if flat else 2) else 1e-14

@@ -35,7 +35,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from masonry_fem.contact.kinematics import local_frames
+from masonry_fem.contact.contacts import local_frames
 from masonry_fem.contact.placement import corners
 from masonry_fem.contact.placement.parts.cover import Joint
 from masonry_fem.contact.placement.parts.patch import Patch

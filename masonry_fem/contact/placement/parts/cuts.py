@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from masonry_fem.contact.placement.parts.quadrature import Rules, on_polygon
-from masonry_fem.host.compiled import compiled
+from masonry_fem.host.compiled import compiled, put
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
@@ -39,7 +39,7 @@ def gauss_planes(
     -------
     Polygon (q,), place in its plane (q, 2), weight (q,) and facets of both sides (q, 2) of the points.
     """
-    return _many_areas(polygon, count, origin, basis, *facets, *ranges, *rules[0], *rules[1])  # type: ignore[no-any-return]
+    return _many_areas(polygon, count, origin, basis, *facets, *ranges, *rules[0], *rules[1], 1)  # type: ignore[no-any-return]
 
 
 @compiled
@@ -56,6 +56,7 @@ def _many_areas(
     gauss_weight: FloatArray,
     barycentric: FloatArray,
     weight: FloatArray,
+    density: int,
 ) -> tuple[IntArray, FloatArray, FloatArray, IntArray]:
     """The compiled loop over polygons."""
     room, total = 64, 0
@@ -71,7 +72,7 @@ def _many_areas(
             one = own.copy().reshape(1, len(own), 2)
         if second < 0:
             two = own.copy().reshape(1, len(own), 2)
-        points, weights, of = on_polygon(own, one, two, gauss, gauss_weight, barycentric, weight, 1)
+        points, weights, of = on_polygon(own, one, two, gauss, gauss_weight, barycentric, weight, density)
         after = total + len(points)
         if after > room:
             more = max(after, 2 * room) - total
@@ -81,7 +82,8 @@ def _many_areas(
             rows = np.concatenate((rows[:total], np.empty((more, 2), dtype=np.int64)))
             room = total + more
         owner[total:after] = k
-        at[total:after], share[total:after] = points, weights
+        put(at[total:], points)
+        put(share[total:], weights)
         for i in range(len(points)):
             rows[total + i, 0] = of[i, 0] + first if first >= 0 else -1
             rows[total + i, 1] = of[i, 1] + second if second >= 0 else -1

@@ -16,8 +16,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from masonry_fem.contact.contacts import height
 from masonry_fem.contact.interpolation import KINDS, weights_on
-from masonry_fem.contact.kinematics import height
 from masonry_fem.contact.placement.parts.cover import Cover, Joint
 from masonry_fem.contact.placement.parts.cuts import gauss_planes
 from masonry_fem.contact.placement.parts.patch import TOLERANCE, Patch, padded

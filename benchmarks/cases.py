@@ -473,6 +473,7 @@ CASES: dict[str, Callable[[], Row]] = {
     "weighted wall 58x58, placed": lambda: weighted_wall(58, 3),
     "weighted plane wall 58x58, placed": lambda: weighted_wall(58, 2),
     "weighted vault, 180 unlike stones, placed": lambda: weighted_vault(21, 8),
+    "weighted vault, 1200 unlike stones, placed": lambda: weighted_vault(48, 25),
     "one stone 10x10x10": lambda: large_stone(10, Statics()),
     "one stone 20x20x20": lambda: large_stone(20, Statics()),
     "one stone 20x20x20, one step": lambda: large_stone(20, STEP),

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from masonry_fem.host.compiled import compiled, put
+from masonry_fem.host.compiled import compiled
 from masonry_fem.solid.mesh import IntArray, Mesh
 from masonry_fem.solid.pose import FloatArray
 
@@ -54,21 +54,48 @@ def weights_at(kind: int, nodes: FloatArray, points: FloatArray) -> FloatArray:
     nodes : Nodes of each facet, shape (k, n, d) [m].
     points : One point per facet, shape (k, d) [m].
     """
-    result = np.empty(nodes.shape[:2])
+    return weights_on(kind, nodes, np.arange(len(points)), points)  # type: ignore[no-any-return]
+
+
+@compiled
+def weights_on(kind: int, nodes: FloatArray, facet: IntArray, points: FloatArray) -> FloatArray:
+    """Shape functions of facets at any number of points on each, shape (k, n).
+
+    Parameters
+    ----------
+    kind : Number of the facets' kind.
+    nodes : Nodes of each facet, shape (f, n, d) [m].
+    facet : The facet of each point, shape (k,).
+    points : Shape (k, d) [m].
+    """
+    result = np.empty((len(points), nodes.shape[1]))
+    slope = np.zeros((2, nodes.shape[1]))
+    local = np.empty(2)
     for i in range(len(points)):
-        put(result[i], _shape(kind, _inverse(kind, nodes[i], points[i]))[0])
+        _invert(kind, nodes[facet[i]], points[i], local, result[i], slope)
+        _shape(kind, local[0], local[1], result[i], slope)
     return result
 
 
 @compiled
-def _inverse(kind: int, nodes: FloatArray, point: FloatArray) -> FloatArray:
-    """Local coordinates of the facet point nearest to ``point``, by Gauss-Newton, shape (2,)."""
-    local = np.zeros(2)
-    if kind in (TRIANGLE, TRIANGLE6):
-        local[0] = local[1] = 1 / 3
+def _invert(
+    kind: int,
+    nodes: FloatArray,
+    point: FloatArray,
+    local: FloatArray,
+    value: FloatArray,
+    slope: FloatArray,
+) -> None:
+    """Local coordinates (2,) of the facet point nearest to ``point``, by Gauss-Newton.
+
+    ``value`` (n,) and ``slope`` (2, n) are room for shape functions.
+    """
+    local[0] = local[1] = 1 / 3 if kind in (TRIANGLE, TRIANGLE6) else 0.0
     flat = kind in (LINE, LINE3)
+    # a step from 1e-8 off ends at rounding, unless the point is off the facet
+    last = 1e-8 if nodes.shape[1] == (1 if flat else 2) else 1e-14
     for _ in range(NEWTON_LIMIT):
-        value, slope = _shape(kind, local)
+        _shape(kind, local[0], local[1], value, slope)
         a = b = c = r = s = 0.0
         for axis in range(nodes.shape[1]):
             miss, x1, x2 = point[axis], 0.0, 0.0
@@ -88,53 +115,49 @@ def _inverse(kind: int, nodes: FloatArray, point: FloatArray) -> FloatArray:
             d1, d2 = (c * r - b * s) / determinant, (a * s - b * r) / determinant
         local[0] += d1
         local[1] += d2
-        if abs(d1) + abs(d2) < 1e-14:
+        if abs(d1) + abs(d2) < last:
             break
-    return local
 
 
 @compiled
-def _quadratic(t: float) -> tuple[FloatArray, FloatArray]:
+def _quadratic(t: float) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
     """Quadratic polynomials of the nodes −1, 0, 1 and their slopes."""
-    return (
-        np.array([0.5 * t * (t - 1), 1 - t * t, 0.5 * t * (t + 1)]),
-        np.array([t - 0.5, -2 * t, t + 0.5]),
-    )
+    return (0.5 * t * (t - 1), 1 - t * t, 0.5 * t * (t + 1)), (t - 0.5, -2 * t, t + 0.5)
 
 
 @compiled
-def _shape(kind: int, local: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _shape(kind: int, x: float, y: float, value: FloatArray, slope: FloatArray) -> None:
     """Shape functions (n,) and their slopes (2, n) at local coordinates."""
-    x, y = local[0], local[1]
     if kind == LINE:
-        return np.array([0.5 * (1 - x), 0.5 * (1 + x)]), np.array([[-0.5, 0.5], [0.0, 0.0]])
-    if kind == TRIANGLE:
-        return np.array([1 - x - y, x, y]), np.array([[-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]])
-    if kind == QUAD:
-        return (
-            0.25 * np.array([(1 - x) * (1 - y), (1 + x) * (1 - y), (1 + x) * (1 + y), (1 - x) * (1 + y)]),
-            0.25 * np.array([[y - 1, 1 - y, 1 + y, -1 - y], [x - 1, -1 - x, 1 + x, 1 - x]]),
-        )
-    if kind == LINE3:
-        value, slope = _quadratic(x)
-        order = np.array([0, 2, 1])
-        slopes = np.zeros((2, 3))
-        put(slopes[0], slope[order])
-        return value[order], slopes
-    if kind == TRIANGLE6:
+        value[0], value[1] = 0.5 * (1 - x), 0.5 * (1 + x)
+        slope[0, 0], slope[0, 1] = -0.5, 0.5
+    elif kind == TRIANGLE:
+        value[0], value[1], value[2] = 1 - x - y, x, y
+        slope[0, 0], slope[0, 1], slope[0, 2] = -1.0, 1.0, 0.0
+        slope[1, 0], slope[1, 1], slope[1, 2] = -1.0, 0.0, 1.0
+    elif kind == QUAD:
+        for n in range(4):
+            along = 1.0 if n in (1, 2) else -1.0
+            across = 1.0 if n >= 2 else -1.0
+            u, v = 1 + along * x, 1 + across * y
+            value[n] = 0.25 * (u * v)
+            slope[0, n], slope[1, n] = 0.25 * (along * v), 0.25 * (across * u)
+    elif kind == LINE3:
+        (u0, u1, u2), (d0, d1, d2) = _quadratic(x)
+        value[0], value[1], value[2] = u0, u2, u1
+        slope[0, 0], slope[0, 1], slope[0, 2] = d0, d2, d1
+    elif kind == TRIANGLE6:
         z = 1 - x - y
-        return (
-            np.array([z * (2 * z - 1), x * (2 * x - 1), y * (2 * y - 1), 4 * z * x, 4 * x * y, 4 * y * z]),
-            np.array([
-                [1 - 4 * z, 4 * x - 1, 0.0, 4 * (z - x), 4 * y, -4 * y],
-                [1 - 4 * z, 0.0, 4 * y - 1, -4 * x, 4 * x, 4 * (z - y)],
-            ]),
-        )  # fmt: skip
-    values, slopes = np.empty(9), np.empty((2, 9))
-    (u, du), (v, dv) = _quadratic(x), _quadratic(y)
-    for n in range(9):
-        i, j = _GRID[n]
-        values[n] = u[i] * v[j]
-        slopes[0, n] = du[i] * v[j]
-        slopes[1, n] = u[i] * dv[j]
-    return values, slopes
+        value[0], value[1], value[2] = z * (2 * z - 1), x * (2 * x - 1), y * (2 * y - 1)
+        value[3], value[4], value[5] = 4 * z * x, 4 * x * y, 4 * y * z
+        slope[0, 0], slope[0, 1], slope[0, 2] = 1 - 4 * z, 4 * x - 1, 0.0
+        slope[0, 3], slope[0, 4], slope[0, 5] = 4 * (z - x), 4 * y, -4 * y
+        slope[1, 0], slope[1, 1], slope[1, 2] = 1 - 4 * z, 0.0, 4 * y - 1
+        slope[1, 3], slope[1, 4], slope[1, 5] = -4 * x, 4 * x, 4 * (z - y)
+    else:
+        u, du = _quadratic(x)
+        v, dv = _quadratic(y)
+        for n in range(9):
+            i, j = _GRID[n]
+            value[n] = u[i] * v[j]
+            slope[0, n], slope[1, n] = du[i] * v[j], u[i] * dv[j]

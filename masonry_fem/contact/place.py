@@ -10,8 +10,8 @@ import numpy as np
 from scipy import sparse
 
 from masonry_fem.contact.contacts import Contacts, Interface, height, local_frames
-from masonry_fem.contact.placement import names, points_of, together_of
-from masonry_fem.contact.placement.parts.patch import Patch
+from masonry_fem.contact.placement import names, on_round_faces, points_of, together_of
+from masonry_fem.contact.placement.parts.patch import Patch, shapes
 from masonry_fem.contact.placement.parts.rule import Rule, Spots
 from masonry_fem.contact.surface import Surface, surfaces_of, typical_size
 from masonry_fem.contact.update import picked
@@ -177,22 +177,34 @@ def _placed(
     normals = np.array([interface.normal for interface in interfaces]).reshape(-1, assembly.dimension)
     frames = local_frames(normals)
     groups = _round_groups(assembly, surfaces, interfaces, rules)
-    known: dict[tuple[object, ...], tuple[Spots, bool]] = {}
+    joints = [
+        _from_one_side([Patch.of(assembly, surfaces, interfaces[row], frames[row]) for row in rows])
+        for rows in groups
+    ]
+    single = [number for number, joint in enumerate(joints) if len(joint) == 1]
+    keys: list[object] = list(range(len(joints)))
+    for number, shape in zip(single, shapes([joints[number][0] for number in single]), strict=True):
+        keys[number] = (rules[groups[number][0]], *shape)
+    # walls have hundreds of congruent patches of each kind
+    first: dict[object, int] = {}
+    alike = [first.setdefault(key, number) for number, key in enumerate(keys)]
+    waiting: dict[Rule, list[int]] = {}
+    for number in first.values():
+        waiting.setdefault(rules[groups[number][0]], []).append(number)
+    made: dict[int, list[Spots]] = {}
+    for rule, numbers in waiting.items():
+        made |= zip(numbers, _by_rule([joints[number] for number in numbers], rule), strict=True)
     placed: list[Placed] = []
-    for rows in groups:
-        patches = [Patch.of(assembly, surfaces, interfaces[row], frames[row]) for row in rows]
-        together = together_of(rules[rows[0]].name)
-        if len(rows) > 1 and together is not None:
-            spots = together(_from_one_side(patches), rules[rows[0]])
+    for number, rows in enumerate(groups):
+        spots = made[alike[number]]
+        if len(rows) > 1:
             placed += [(spots[0], rows)] if len(spots) == 1 else zip(spots, rows[:, None], strict=True)
             continue
-        for row, patch in zip(rows.tolist(), patches, strict=True):
-            key = (rules[row], *patch.shape)
-            if key not in known:  # walls have hundreds of congruent patches of each kind
-                made = _by_rule(patch, rules[row])
-                known[key] = made, made.patch.sides[0] is not patch.sides[0]
-            made, exchanged = known[key]
-            placed.append((replace(made, patch=patch.exchanged() if exchanged else patch), np.array([row])))
+        if alike[number] != number:
+            patch = joints[number][0]
+            exchanged = spots[0].patch.sides[0] is not joints[alike[number]][0].sides[0]
+            spots = [replace(spots[0], patch=patch.exchanged() if exchanged else patch)]
+        placed.append((spots[0], rows))
     return placed
 
 
@@ -206,7 +218,7 @@ def _round_groups(
     assembly: Assembly, surfaces: tuple[Surface, ...], interfaces: Sequence[Interface], rules: Sequence[Rule]
 ) -> list[IntArray]:
     """Interfaces, those together that two round faces have in common and whose rule places on whole faces."""
-    whole = {rule: together_of(rule.name) is not None for rule in dict.fromkeys(rules)}
+    whole = {rule: on_round_faces(rule.name) for rule in dict.fromkeys(rules)}
     groups: dict[object, list[int]] = {}
     for number, (one, rule) in enumerate(zip(interfaces, rules, strict=True)):
         key: object = number
@@ -220,9 +232,16 @@ def _round_groups(
     return [np.array(rows) for rows in groups.values()]
 
 
-def _by_rule(patch: Patch, rule: Rule) -> Spots:
-    """What a rule places on a patch."""
-    spots = points_of(rule.name)(patch, rule)
+def _by_rule(joints: Sequence[Sequence[Patch]], rule: Rule) -> list[list[Spots]]:
+    """What a rule places on joints."""
+    together = together_of(rule.name)
+    if together is not None:
+        return together(joints, rule)
+    return [[_checked(points_of(rule.name)(patch, rule), patch, rule) for patch in joint] for joint in joints]
+
+
+def _checked(spots: Spots, patch: Patch, rule: Rule) -> Spots:
+    """What a rule gave back, if it is what is expected."""
     if not isinstance(spots, Spots):
         raise ExtensionError(
             f"placement rule '{rule.name}' gives a {type(spots).__name__}, expected Spots; "

@@ -9,6 +9,7 @@ and are shared by congruent blocks.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,7 +27,7 @@ FLAT = 1e-9  # relative to the shape's size: what counts as on a plane or on a l
 
 @dataclass(frozen=True, slots=True)
 class FaceMesh:
-    """Mesh facets of one face, in the shape's frame.
+    """Mesh facets of one face, or of several, in the shape's frame.
 
     Attributes
     ----------
@@ -99,7 +100,7 @@ class Surface:
         )
         meshes: tuple[FaceMesh, ...] = ()
         if shape.mesh is not None:
-            meshes = tuple(_face_mesh(shape.mesh, number) for number in range(len(solid.faces)))
+            meshes = tuple(face_mesh(shape.mesh, (number,)) for number in range(len(solid.faces)))
         return cls(
             name=shape.name,
             solid=solid,
@@ -195,8 +196,15 @@ def typical_size(assembly: Assembly, surfaces: tuple[Surface, ...]) -> float:
     return float(np.median([surfaces[block.shape].size for block in assembly.blocks]))
 
 
-def _face_mesh(mesh: Mesh, face: int) -> FaceMesh:
-    facets = np.flatnonzero(mesh.facet_face == face)
+def face_mesh(mesh: Mesh, faces: Sequence[int]) -> FaceMesh:
+    """Mesh facets of one face, or of several, face by face.
+
+    Parameters
+    ----------
+    mesh : Of the shape.
+    faces : Numbers of the faces.
+    """
+    facets = np.concatenate([np.flatnonzero(mesh.facet_face == face) for face in faces])
     connectivity = mesh.facets[facets]
     nodes, at, rows = np.unique(connectivity, return_index=True, return_inverse=True)
     carrier = at // connectivity.shape[1] if len(facets) else at

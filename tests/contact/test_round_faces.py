@@ -7,7 +7,7 @@ from masonry_fem.contact.detection import detect
 from masonry_fem.contact.place import place
 from masonry_fem.contact.placement import Rule
 from masonry_fem.contact.placement.parts.patch import Patch
-from masonry_fem.contact.placement.parts.pieces import Pieces
+from masonry_fem.contact.placement.parts.pieces import Pieces, order_of
 from masonry_fem.contact.surface import surfaces_of
 from masonry_fem.contact.update import chosen, joined, moved, returned
 from masonry_fem.records.remark import gathered
@@ -55,11 +55,12 @@ def test_a_uniform_traction_gives_both_meshes_their_forces(case):
     _, points = placed(assembly, "gauss")
     frames = {number: points.frame[points.interface == number][0] for number in range(len(interfaces))}
     patches = [Patch.of(assembly, surfaces, one, frames[k]) for k, one in enumerate(interfaces)]
-    pieces = Pieces.of(patches)
+    pieces = Pieces.of([patches], order_of(patches))
     for side in (0, 1):
-        mesh = pieces.mesh(side)
+        cover, mesh = pieces.cover(side), patches[0].sides[side].mesh
         share = pieces.weight[:, None] * pieces.functions(side)
-        exact = np.bincount(mesh.facets[pieces.facets[:, side]].ravel(), share.ravel(), len(mesh.points))
+        nodes = cover.node[cover.rows[pieces.facets[pieces.piece, side]]]
+        exact = np.bincount(nodes.ravel(), share.ravel(), len(mesh.points))
         own = contacts.means[side::2, : len(mesh.points)]
         np.testing.assert_allclose(own.T @ contacts.area, exact, atol=1e-13)
 

@@ -12,6 +12,7 @@ from masonry_fem.contact.detection import detect
 from masonry_fem.contact.interpolation import weights
 from masonry_fem.contact.place import place
 from masonry_fem.contact.placement import Rule
+from masonry_fem.contact.placement.parts import pieces
 from masonry_fem.contact.placement.parts.quadrature import gauss_rule, on_polygon, triangle_rule
 from masonry_fem.contact.update import chosen, joined
 from masonry_fem.records.remark import gathered
@@ -262,6 +263,36 @@ def test_congruent_patches_are_placed_once_and_alike():
             assert np.array_equal(together.blocks[own], alone.blocks)
             np.testing.assert_allclose(together.points[own], alone.points, atol=1e-12)
             np.testing.assert_allclose(together.area[own], alone.area, rtol=1e-11)
+
+
+@pytest.mark.parametrize("name", ["auto", "nodes", "weighted"])
+def test_unlike_joints_are_placed_in_batches_as_alone(name, monkeypatch):
+    """Bricks of two meshes, each shifted along its course by a length of its own, on a rigid floor."""
+    bricks = wall(4, 3, cells=(4, 2, 2))
+    other = box_shape("other", (0.5, 0.25, 0.25), (5, 3, 2))
+    shifts = np.random.default_rng(3).uniform(-0.05, 0.05, len(bricks.blocks))
+    blocks = tuple(
+        replace(
+            block,
+            shape=3 if block.shape == 0 and number % 2 else block.shape,
+            pose=replace(block.pose, translation=np.add(block.pose.translation, [shift, 0, 0])),
+        )
+        for number, (block, shift) in enumerate(zip(bricks.blocks, shifts, strict=True))
+    )
+    assembly = replace(bricks, shapes=(*bricks.shapes, other), blocks=blocks)
+    interfaces = detect(assembly)
+    monkeypatch.setattr(pieces, "TOGETHER", 1000)
+    together = place(assembly, interfaces, [Rule(name)] * len(interfaces))
+    for number, interface in enumerate(interfaces):
+        alone = place(assembly, [interface], [Rule(name)])
+        own = together.interface == number
+        assert np.array_equal(together.blocks[own], alone.blocks)
+        assert np.array_equal(together.facets[own], alone.facets)
+        np.testing.assert_allclose(together.points[own], alone.points, atol=1e-14)
+        np.testing.assert_allclose(together.area[own], alone.area, rtol=1e-12)
+        if alone.means is not None:
+            means = together.means[np.repeat(own, 2)].toarray()[:, : alone.means.shape[1]]
+            np.testing.assert_allclose(means, alone.means.toarray(), atol=1e-14)
 
 
 def test_contacts_of_both_kinds_are_chosen_and_joined():

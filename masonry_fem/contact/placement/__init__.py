@@ -1,7 +1,8 @@
 """Placement: which points of an interface carry its contact, one file a rule.
 
 A file has a function ``points(patch, rule) -> Spots``; its name is that of the rule. Nothing else lists it.
-It may have ``together(patches, rule) -> list[Spots]`` for all patches that two round faces have in common.
+It may have ``together(joints, rule) -> list[list[Spots]]``, which places on many joints at once, and
+``ROUND_FACES = True`` where that takes all patches that two round faces have in common as one joint.
 """
 
 from __future__ import annotations
@@ -15,9 +16,10 @@ from masonry_fem.contact.placement.parts.rule import Rule, Spots
 from masonry_fem.records import discovery
 
 if TYPE_CHECKING:  # Numba is slow to import, and scenes that are only read need the names alone
+    from masonry_fem.contact.placement.parts.cover import Joint
     from masonry_fem.contact.placement.parts.patch import Patch
 
-__all__ = ["Rule", "Spots", "names", "points_of", "together_of"]
+__all__ = ["Rule", "Spots", "names", "on_round_faces", "points_of", "together_of"]
 
 
 def names() -> tuple[str, ...]:
@@ -35,6 +37,12 @@ def points_of(name: str) -> Callable[[Patch, Rule], Spots]:
 
 
 @cache
-def together_of(name: str) -> Callable[[Sequence[Patch], Rule], list[Spots]] | None:
-    """What places the points of a rule on whole round faces; None where the rule has no such function."""
+def together_of(name: str) -> Callable[[Sequence[Joint], Rule], list[list[Spots]]] | None:
+    """What places the points of a rule on many joints at once; None where the rule has no such function."""
     return getattr(import_module(f"{__name__}.{name}"), "together", None)
+
+
+@cache
+def on_round_faces(name: str) -> bool:
+    """Whether a rule takes all patches that two round faces have in common as one joint."""
+    return bool(getattr(import_module(f"{__name__}.{name}"), "ROUND_FACES", False))

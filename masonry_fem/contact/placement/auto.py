@@ -15,17 +15,21 @@ from dataclasses import replace
 
 import numpy as np
 
-from masonry_fem.contact.interpolation import KINDS, weights_at
 from masonry_fem.contact.placement import corners, nodes, weighted
+from masonry_fem.contact.placement.parts.cover import Joint
 from masonry_fem.contact.placement.parts.patch import Patch
-from masonry_fem.contact.placement.parts.pieces import Pieces
+from masonry_fem.contact.placement.parts.pieces import Pieces, batches
 from masonry_fem.contact.placement.parts.rule import Rule, Spots
+from masonry_fem.host.compiled import compiled
+from masonry_fem.solid.mesh import IntArray
+from masonry_fem.solid.pose import FloatArray
 
 WHOLE, MOST = 0.99, 0.5  # of a facet, and of the area that two round faces have in common
 SAME = 1e-6  # of the interface's size: vertices nearer than that are one
 MISPLACED = (
     0.01  # of a uniform pressure, at the wrong nodes: what contacts at nodes may do, stresses err by 3 %
 )
+ROUND_FACES = True  # joints may be all patches that two round faces have in common
 
 
 def points(patch: Patch, rule: Rule) -> Spots:
@@ -40,91 +44,162 @@ def points(patch: Patch, rule: Rule) -> Spots:
     ------
     GeometryError : Mesh facets do not cover the interface.
     """
-    if patch.degenerate or not any(side.mesh for side in patch.sides):
-        return corners.points(patch, rule)
-    return together([patch], rule)[0]
+    return together([[patch]], rule)[0][0]
 
 
-def together(patches: Sequence[Patch], rule: Rule) -> list[Spots]:
-    """The same on two round faces, where nodes are exact or not on all patches together.
+def together(joints: Sequence[Joint], rule: Rule) -> list[list[Spots]]:
+    """The same on many joints, and on round faces, where nodes are exact or not on all patches together.
 
     Parameters
     ----------
-    patches : The patches that the faces have in common, of some area, with the same candidate.
+    joints : Each one patch, or all of some area that two round faces have in common, with the same candidate.
     rule : As above.
 
     Returns
     -------
-    Contacts patch by patch, or in one on all of them.
+    For each joint its contacts patch by patch, or in one on all of them.
 
     Raises
     ------
     GeometryError : Mesh facets do not cover a patch.
     """
-    if not any(side.mesh for side in patches[0].sides):
-        return [corners.points(patch, rule) for patch in patches]
-    pieces = Pieces.of(patches)
-    if _apart(patches, pieces):
-        return [weighted.on_pieces(pieces)]
-    spots = [nodes.points(patch, rule) for patch in patches]
-    error = max(misplaced(spots, pieces, side) for side in (0, 1))
-    if error <= MISPLACED:
-        return spots
-    if _nested(pieces):
-        return [replace(one, error=error) for one in spots]
-    return [weighted.on_pieces(pieces)]
+    meshed = [
+        not joint[0].degenerate and any(side.mesh is not None for side in joint[0].sides) for joint in joints
+    ]
+    spots = [
+        [] if own else [corners.points(one, rule) for one in joint]
+        for own, joint in zip(meshed, joints, strict=True)
+    ]
+    numbers = np.flatnonzero(meshed).tolist()
+    for rows, pieces in batches([joints[number] for number in numbers]):
+        covers = pieces.covers if len(pieces.joints[0]) == 1 else None
+        apart, placed = _apart(pieces), nodes.on_patches(pieces.patches, covers)
+        error = misplaced(placed, pieces)
+        inexact = ~apart & (error > MISPLACED)
+        nested = inexact & _nested(pieces, inexact)
+        means = apart | (inexact & ~nested)
+        for row, one in weighted.on_pieces(pieces, means).items():
+            spots[numbers[rows[row]]] = [one]
+        at_nodes: dict[int, Spots] = {}
+        for part in placed:
+            at_nodes |= part.spots(~means[pieces.joint])
+        for number, row in enumerate(pieces.joint.tolist()):
+            if not means[row]:
+                one = at_nodes[number]
+                spots[numbers[rows[row]]].append(
+                    replace(one, error=float(error[row])) if nested[row] else one
+                )
+    return spots
 
 
-def _apart(patches: Sequence[Patch], pieces: Pieces) -> bool:
-    """Whether these are two round faces with meshes whose vertices do not face each other."""
-    return len(patches) > 1 and all(side.mesh for side in patches[0].sides) and not _facing(pieces)
+def _apart(pieces: Pieces) -> np.ndarray:
+    """Which joints are two round faces with meshes whose vertices do not face each other, shape (J,).
+
+    They do where most facets do, or all vertices are the same.
+    """
+    if len(pieces.joints[0]) == 1 or None in pieces.covers:
+        return np.zeros(len(pieces.joints), dtype=bool)
+    area = np.add.reduceat(pieces.weight, pieces.first)
+    least = np.max([pieces.cover(side).areas(pieces.facets[:, side]) for side in (0, 1)], axis=0)
+    facing = np.bincount(
+        pieces.joint[pieces.on], np.where(area >= WHOLE * least, area, 0.0), len(pieces.joints)
+    )
+    apart = facing < MOST * pieces.area
+    found: np.ndarray = apart & ~_nested(pieces, apart, alike=True)
+    return found
 
 
-def _facing(pieces: Pieces) -> bool:
-    """Whether vertices of two round faces face each other: most facets do, or all vertices are the same."""
-    area, facets = np.add.reduceat(pieces.weight, pieces.first), pieces.facets[pieces.first]
-    least = np.max([pieces.sizes(side)[facets[:, side]] for side in (0, 1)], axis=0)
-    return float(area[area >= WHOLE * least].sum()) >= MOST * pieces.area or _nested(pieces, alike=True)
+def _nested(pieces: Pieces, asked: np.ndarray, *, alike: bool = False) -> np.ndarray:
+    """In which joints the vertices that one mesh has in the patches are among those of the other, shape (J,).
 
-
-def _nested(pieces: Pieces, *, alike: bool = False) -> bool:
-    """Whether the vertices that one mesh has in the patches are among those of the other, or all of these."""
-    from scipy.spatial import KDTree  # noqa: PLC0415 - only joints whose meshes do not match need it
-
-    within = []
+    Parameters
+    ----------
+    pieces : Of the joints. asked : Which are to be looked at; the others are not. alike : Whether both meshes
+        must have the same vertices.
+    """
+    if None in pieces.covers or not asked.any():
+        return np.zeros(len(asked), dtype=bool)
+    pieces = pieces.only(asked)
+    places, first = [], []
     for side in (0, 1):
-        if pieces.mesh(side) is None:
-            return False
-        vertices = np.unique(pieces.vertices(side))
-        within.append(pieces.nodes(side)[np.setdiff1d(vertices, pieces.to_rim(side)[0])])
-    fewer, more = sorted(within, key=len)
-    if len(fewer) == 0 or (alike and len(fewer) < len(more)):
-        return False
-    size = float(np.ptp(pieces.polygon, axis=1).max())
-    return bool(np.all(np.asarray(KDTree(more).query(fewer)[0]) <= SAME * size))
+        cover = pieces.cover(side)
+        within = np.zeros(len(cover.node), dtype=bool)
+        within[pieces.vertices(side)] = True
+        within[pieces.to_rim(side)[0]] = False
+        places.append(cover.world[within])
+        first.append(np.concatenate([[0], np.cumsum(within)])[cover.nodes_from])
+    size = np.zeros(len(asked))
+    np.maximum.at(size, pieces.joint, np.ptp(pieces.polygon, axis=1).max(axis=1))
+    return _among(*places, *first, SAME * size, alike)  # type: ignore[no-any-return]
 
 
-def misplaced(spots: Sequence[Spots], pieces: Pieces, side: int) -> float:
+@compiled
+def _among(
+    one: FloatArray,
+    other: FloatArray,
+    one_from: IntArray,
+    other_from: IntArray,
+    within: FloatArray,
+    alike: bool,
+) -> np.ndarray:
+    """In which joints the fewer points are all within a distance of one of the others, shape (J,).
+
+    Parameters
+    ----------
+    one, other : The points, joint by joint, shape (n, d) each [m].
+    one_from, other_from : First of each joint and, last, all; shape (J + 1,) each.
+    within : The distance, shape (J,) [m].
+    alike : Whether there must be as many of both.
+    """
+    found = np.zeros(len(within), dtype=np.bool_)
+    for j in range(len(within)):
+        fewer, more = one[one_from[j] : one_from[j + 1]], other[other_from[j] : other_from[j + 1]]
+        if len(more) < len(fewer):
+            fewer, more = more, fewer
+        if len(fewer) == 0 or (alike and len(fewer) < len(more)):
+            continue
+        found[j] = True
+        for i in range(len(fewer)):
+            near = False
+            for k in range(len(more)):
+                if np.sqrt(((fewer[i] - more[k]) ** 2).sum()) <= within[j]:
+                    near = True
+                    break
+            if not near:
+                found[j] = False
+                break
+    return found
+
+
+def misplaced(placed: Sequence[nodes.Placed], pieces: Pieces) -> FloatArray:
     """Share of a uniform pressure that contacts bring to other nodes of a side than its shape functions do.
 
     Parameters
     ----------
-    spots : Contacts that are points, one a patch.
-    pieces : Of these patches.
-    side : 0 for the candidate of the patches, 1 for the antagonist.
+    placed : Contacts that are points, on the patches of the joints.
+    pieces : Of the joints.
 
     Returns
     -------
-    Σ |Σ_c a_c N_i(x_c) − ∫ N_i| / 2A over the nodes i; 0 on a side without a mesh.
+    The greater of Σ |Σ_c a_c N_i(x_c) − ∫ N_i| / 2A over the nodes i of either side, shape (J,); 0 on
+    one without a mesh.
     """
-    mesh = pieces.mesh(side)
-    if mesh is None:
-        return 0.0
-    share = pieces.weight[:, None] * pieces.functions(side)
-    away = np.bincount(mesh.facets[pieces.facets[:, side]].ravel(), share.ravel(), len(mesh.points))
-    for one in spots:
-        own = next(k for k in (0, 1) if one.patch.sides[k].block == pieces.patches[0].sides[side].block)
-        nodes_of = mesh.facets[one.facets[:, own]]
-        at = weights_at(KINDS[mesh.facet], one.patch.flat(own, mesh.points[nodes_of]), one.points)
-        np.add.at(away, nodes_of, -one.area[:, None] * at)
-    return float(np.abs(away).sum()) / (2 * pieces.area)
+    error = np.zeros(len(pieces.joints))
+    for side in (0, 1):
+        cover = pieces.covers[side]
+        if cover is None:
+            continue
+        share = np.add.reduceat(pieces.weight[:, None] * pieces.functions(side), pieces.first)
+        rows = cover.rows[pieces.facets[:, side]]
+        away = np.bincount(rows.ravel(), share.ravel(), len(cover.node))
+        many = int(cover.node.max()) + 1
+        key = cover.joint * many + cover.node  # ascending
+        for part in placed:
+            own = part.covers[1 - side if part.exchanged else side]
+            assert own is not None
+            rows, at = part.functions(1 - side if part.exchanged else side)
+            joint = pieces.joint[part.numbers][part.patch]
+            node = np.searchsorted(key, joint[:, None] * many + own.node[rows])
+            away -= np.bincount(node.ravel(), (part.area[:, None] * at).ravel(), len(away))
+        error = np.maximum(error, np.bincount(cover.joint, np.abs(away), len(error)) / (2 * pieces.area))
+    return error

@@ -7,17 +7,28 @@ mesh; a corner of the polygon that still has no point nearby gets one. The finer
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 
-from masonry_fem.contact.interpolation import KINDS, weights_at
+from masonry_fem.contact.clipping import depths, locate
+from masonry_fem.contact.interpolation import KINDS, weights_on
 from masonry_fem.contact.placement import corners
-from masonry_fem.contact.placement.gauss import on_pieces
-from masonry_fem.contact.placement.parts.patch import Patch
+from masonry_fem.contact.placement.parts.cover import Cover, Joint
+from masonry_fem.contact.placement.parts.cuts import gauss_planes
+from masonry_fem.contact.placement.parts.patch import TOLERANCE, Patch, exchanged_all, padded
+from masonry_fem.contact.placement.parts.pieces import LINEAR, alike, covering
+from masonry_fem.contact.placement.parts.quadrature import gauss_lines, rules_of
 from masonry_fem.contact.placement.parts.rule import Rule, Spots
 from masonry_fem.errors import GeometryError
+from masonry_fem.host.compiled import compiled
+from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
 SMALLEST = 1e-9  # of the polygon: an area below it is rounding
+LOST = 1e-12  # of it: less is not handed on
+ORDER = 3  # Gauss points in a direction on facets of second order
 SAME = 1e-6  # of the polygon's size: two points nearer than that are one
 NEAR = 0.1  # of a facet's size: a corner that is farther from all points gets one of its own
 
@@ -34,116 +45,448 @@ def points(patch: Patch, rule: Rule) -> Spots:
     ------
     GeometryError : Neither side has a mesh.
     """
-    if patch.sides[0].mesh is None and patch.sides[1].mesh is None:
-        names = "' and '".join(side.surface.name for side in patch.sides)
-        raise GeometryError(
-            f"placement 'nodes' between blocks {patch.interface.blocks} (shapes '{names}'): "
-            "neither has a mesh, expected at least one; make one elastic, or place by 'corners' or 'gauss'"
-        )
-    if patch.degenerate:
-        return corners.points(patch, Rule())
-    within = [_within(patch, side) for side in (0, 1)]
-    if max(len(nodes) for nodes in within) == 0:
-        return corners.points(patch, Rule())  # meshes too coarse for this overlap
-    finer = int(_spacing(patch, 1, within[1]) < _spacing(patch, 0, within[0]) * (1 - 1e-9))
-    patch, chosen = (patch.exchanged(), within[1]) if finer else (patch, within[0])
-    own = patch.sides[0].facets
-    nodes = patch.flat(0, own.points[chosen])
-    area, beyond = _areas(patch, chosen)
-    placed, area = _to_the_edge(patch, nodes, beyond, area)
-    facets = patch.facets_at(placed)
-    facets[: len(chosen), 0] = own.facets[own.carrier[chosen]]
-    return Spots(patch, placed, area, facets)
+    return together([[patch]], rule)[0][0]
 
 
-def _within(patch: Patch, side: int) -> np.ndarray:
-    """Rows of the face's nodes that lie in the polygon; none on an unmeshed side."""
-    if patch.sides[side].mesh is None:
-        return np.empty(0, dtype=np.int64)
-    return np.flatnonzero(patch.holds(patch.flat(side, patch.sides[side].facets.points)))
+def together(joints: Sequence[Joint], rule: Rule) -> list[list[Spots]]:
+    """The same on many joints, patch by patch.
 
+    Parameters
+    ----------
+    joints : Each one patch.
+    rule : Not used: this rule has no parameters.
 
-def _spacing(patch: Patch, side: int, within: np.ndarray) -> float:
-    """Mean area of the face that a node stands for; infinite where no node lies in the polygon."""
-    if len(within) == 0:
-        return np.inf
-    surface = patch.sides[side].surface
-    face = patch.sides[side].face
-    return float(surface.areas[surface.face == face].sum() / len(patch.sides[side].facets.nodes))
-
-
-def _areas(patch: Patch, chosen: np.ndarray) -> tuple[FloatArray, np.ndarray]:
-    """Tributary areas of the chosen nodes (rows of the face's nodes) and of those beyond, and these rows.
-
-    Beyond are the nodes outside whose shape function reaches into the polygon.
+    Raises
+    ------
+    GeometryError : Neither side has a mesh, or mesh facets do not cover an interface.
     """
-    side = patch.sides[0]
-    own, mesh = side.facets, side.mesh
-    assert mesh is not None
-    placed, weight, _, rows = on_pieces(patch, (True, False), 1)
-    kind, facet = KINDS[mesh.facet], rows[:, 0]
-    nodes = np.ascontiguousarray(patch.flat(0, own.points[own.rows[facet]]))
-    share = weight[:, None] * weights_at(kind, nodes, placed)
-    by_facet = np.zeros(own.rows.shape)
-    np.add.at(by_facet, facet, share)
-    borne = np.bincount(own.rows.ravel(), by_facet.ravel(), len(own.nodes)) > SMALLEST * patch.interface.area
-    inside = np.zeros(len(own.nodes), dtype=bool)
-    inside[chosen] = True
-    beyond = np.flatnonzero(borne & ~inside)
-    inside[beyond] = True
-    area = np.bincount(own.rows.ravel(), np.where(inside[own.rows], by_facet, 0.0).ravel(), len(own.nodes))
-    lost = np.where(inside[own.rows], 0.0, by_facet).sum(axis=1)
-    if np.abs(lost).max() > 1e-12 * patch.interface.area:
-        area += _handed_on(patch, lost, inside)
-    tributary: FloatArray = area[np.concatenate([chosen, beyond])]
-    return tributary, beyond
-
-
-def _to_the_edge(
-    patch: Patch, nodes: FloatArray, beyond: np.ndarray, area: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Points at the nodes, then along the edge where the nodes beyond come to stand, and their areas."""
-    if len(beyond) == 0:
-        return nodes, area
-    own = patch.sides[0].facets
-    placed, areas = list(nodes), list(area[: len(nodes)])
-
-    def nearest(point: FloatArray) -> tuple[int, float]:
-        away = np.linalg.norm(np.array(placed) - point, axis=1)
-        return int(away.argmin()), float(away.min())
-
-    for point, share in zip(
-        patch.nearest(patch.flat(0, own.points[beyond])), area[len(nodes) :], strict=True
-    ):
-        at, away = nearest(point)
-        if away <= SAME * patch.size:
-            areas[at] += share
+    patches = [patch for joint in joints for patch in joint]
+    spots: list[Spots | None] = [None] * len(patches)
+    wide = []
+    for number, patch in enumerate(patches):
+        if patch.sides[0].mesh is None and patch.sides[1].mesh is None:
+            raise _unmeshed(patch)
+        if patch.degenerate:
+            spots[number] = corners.points(patch, Rule())
         else:
-            placed.append(point)
-            areas.append(share)
-    dimension = patch.polygon.shape[1]
-    near = NEAR * _spacing(patch, 0, beyond) ** (1.0 / dimension)
-    for corner in patch.polygon:
-        at, away = nearest(corner)
-        if away > near:
-            placed.append(corner)
-            areas.append(0.5 * areas[at])
-            areas[at] *= 0.5
-    return np.array(placed), np.array(areas)
+            wide.append(number)
+    for rows in alike([[patches[number]] for number in wide], [ORDER] * len(wide)):
+        own = [wide[row] for row in rows]
+        for placed in on_patches([patches[number] for number in own]):
+            for row, one in placed.spots(np.ones(len(own), dtype=bool)).items():
+                spots[own[row]] = one
+    found = iter(spots)
+    return [[one for _, one in zip(joint, found, strict=False) if one is not None] for joint in joints]
 
 
-def _handed_on(patch: Patch, lost: FloatArray, inside: np.ndarray) -> FloatArray:
-    """Areas of nodes that bear nothing given in equal parts to those that do on the same facet.
+def _unmeshed(patch: Patch) -> GeometryError:
+    names = "' and '".join(side.surface.name for side in patch.sides)
+    return GeometryError(
+        f"placement 'nodes' between blocks {patch.interface.blocks} (shapes '{names}'): "
+        "neither has a mesh, expected at least one; make one elastic, or place by 'corners' or 'gauss'"
+    )
 
-    A facet without any gives to the nearest that does.
+
+@dataclass(frozen=True, slots=True)
+class Placed:
+    """c points at the nodes of some patches, patch by patch.
+
+    Attributes
+    ----------
+    numbers : Of the patches among those that were asked for, shape (k,).
+    patches : These, with sides exchanged where the finer mesh is that of the antagonist.
+    exchanged : Whether they are.
+    covers : Facets of both sides; None without a mesh.
+    first : First point of each patch and, last, c; shape (k + 1,).
+    at : Where points are in the planes, shape (c, d - 1) [m].
+    area : Their areas, shape (c,).
+    facets : Facets that carry them, rows of the covers, −1 without a mesh, shape (c, 2).
     """
-    own = patch.sides[0].facets
-    area = np.zeros(len(own.nodes))
-    for row in np.flatnonzero(lost):
-        takers = own.rows[row][inside[own.rows[row]]]
-        if len(takers) == 0:
-            candidates = np.flatnonzero(inside)
-            away = own.points[candidates] - own.corners[row].mean(axis=0)
-            takers = candidates[[np.linalg.norm(away, axis=1).argmin()]]
-        area[takers] += lost[row] / len(takers)
-    return area
+
+    numbers: IntArray
+    patches: Sequence[Patch]
+    exchanged: bool
+    covers: Sequence[Cover | None]
+    first: IntArray
+    at: FloatArray
+    area: FloatArray
+    facets: IntArray
+
+    @property
+    def patch(self) -> IntArray:
+        """Row of the patch of each point, shape (c,)."""
+        return np.repeat(np.arange(len(self.patches)), np.diff(self.first))
+
+    def functions(self, side: int) -> tuple[IntArray, FloatArray]:
+        """Nodes of one side's facets at the points, rows of its cover, and their functions, (c, n) each."""
+        cover = self.covers[side]
+        assert cover is not None
+        rows = cover.rows[self.facets[:, side]]
+        flat = _flat(
+            self.patches,
+            cover.world[rows].reshape(-1, cover.world.shape[1]),
+            np.repeat(self.patch, rows.shape[1]),
+        )
+        nodes = flat.reshape(*rows.shape, -1)
+        return rows, weights_on(KINDS[cover.kind], nodes, np.arange(len(rows)), self.at)
+
+    def spots(self, wanted: np.ndarray) -> dict[int, Spots]:
+        """What the rule gives back on those patches that are wanted, by their numbers."""
+        mesh_facets = np.stack(
+            [
+                self.facets[:, side] if cover is None else cover.facet[self.facets[:, side]]
+                for side, cover in enumerate(self.covers)
+            ],
+            axis=1,
+        )
+        ranges = zip(
+            self.numbers.tolist(),
+            self.patches,
+            self.first[:-1].tolist(),
+            self.first[1:].tolist(),
+            strict=True,
+        )
+        return {
+            number: Spots(patch, self.at[a:b], self.area[a:b], mesh_facets[a:b])
+            for number, patch, a, b in ranges
+            if wanted[number]
+        }
+
+
+def on_patches(patches: Sequence[Patch], covers: Sequence[Cover | None] | None = None) -> list[Placed]:
+    """Points at the nodes of the finer side, or at the corners where no node lies in a polygon.
+
+    Parameters
+    ----------
+    patches : Of some area, with meshes that have facets of one kind on candidates, and on antagonists.
+    covers : Facets of both sides of these patches, each a joint of its own, where they are known.
+    """
+    covers = _covers(patches) if covers is None else covers
+    counts, spacing = np.zeros((2, len(patches)), dtype=np.int64), np.full((2, len(patches)), np.inf)
+    for side, cover in enumerate(covers):
+        if cover is not None:
+            counts[side] = np.add.reduceat(_within(patches, cover), cover.nodes_from[:-1], dtype=np.int64)
+            spacing[side] = np.where(counts[side] > 0, _spacing(patches, side, cover), np.inf)
+    finer = spacing[1] < spacing[0] * (1 - 1e-9)
+    some = counts.max(axis=0) > 0
+    found = []
+    for exchanged in (False, True):
+        rows = np.flatnonzero(some & (finer == exchanged))
+        if len(rows):
+            own = [patches[row] for row in rows.tolist()]
+            own = exchanged_all(own) if exchanged else own
+            whole = not exchanged and len(rows) == len(patches)
+            found.append(_at_nodes(rows, own, exchanged, covers if whole else _covers(own)))
+    if not some.all():  # meshes too coarse for these overlaps
+        rows = np.flatnonzero(~some)
+        found.append(_at_corners(rows, [patches[row] for row in rows.tolist()]))
+    return found
+
+
+def _covers(patches: Sequence[Patch]) -> list[Cover | None]:
+    joints = [[patch] for patch in patches]
+    return [Cover.of(joints, side) if patches[0].sides[side].mesh else None for side in (0, 1)]
+
+
+def _flat(patches: Sequence[Patch], world: FloatArray, of: IntArray) -> FloatArray:
+    """Coordinates in the planes of patches, shape (n, d - 1) [m].
+
+    Parameters
+    ----------
+    patches : The patches. world : World coordinates, shape (n, d) [m]. of : Patch of each, shape (n,).
+    """
+    origin = np.array([patch.origin for patch in patches])
+    across = np.array([patch.frame[1:] for patch in patches])
+    found: FloatArray = np.einsum("nd,npd->np", world - origin[of], across[of])
+    return found
+
+
+def _spacing(patches: Sequence[Patch], side: int, cover: Cover) -> FloatArray:
+    """Mean area of one side's faces that a node stands for, shape (k,)."""
+    area = [
+        own.surface.areas[own.surface.face == own.face].sum()
+        for own in (patch.sides[side] for patch in patches)
+    ]
+    spacing: FloatArray = np.array(area) / np.diff(cover.nodes_from)
+    return spacing
+
+
+def _within(patches: Sequence[Patch], cover: Cover) -> np.ndarray:
+    """Which nodes of one side lie in the polygons or on their boundaries, shape (n,)."""
+    polygon, count = padded(patches)
+    least = -TOLERANCE * _sizes(polygon)
+    return _held(polygon, count, least, cover.nodes_from, _flat(patches, cover.world, cover.joint))  # type: ignore[no-any-return]
+
+
+def _sizes(polygon: FloatArray) -> FloatArray:
+    """Largest extents of padded polygons, shape (k,) [m]."""
+    size: FloatArray = np.ptp(polygon, axis=1).max(axis=1)
+    return size
+
+
+@compiled
+def _held(
+    polygon: FloatArray, count: IntArray, least: FloatArray, first: IntArray, at: FloatArray
+) -> np.ndarray:
+    """Which points are ``least`` deep in their polygons, those of polygon k from ``first[k]`` on."""
+    held = np.zeros(len(at), dtype=np.bool_)
+    for k in range(len(polygon)):
+        own = depths(polygon[k, : count[k]], at[first[k] : first[k + 1]])
+        for i in range(len(own)):
+            held[first[k] + i] = own[i] >= least[k]
+    return held
+
+
+def _at_corners(numbers: IntArray, patches: Sequence[Patch]) -> Placed:
+    """Points at the corners of polygons."""
+    spots = [corners.points(patch, Rule()) for patch in patches]
+    first = np.concatenate([[0], np.cumsum([len(one.area) for one in spots])])
+    at = np.concatenate([one.points for one in spots])
+    covers = _covers(patches)
+    facets = [_carriers(patches, side, cover, first, at) for side, cover in enumerate(covers)]
+    area = np.concatenate([one.area for one in spots])
+    return Placed(numbers, patches, False, covers, first, at, area, np.stack(facets, axis=1))
+
+
+def _at_nodes(
+    numbers: IntArray, patches: Sequence[Patch], exchanged: bool, covers: Sequence[Cover | None]
+) -> Placed:
+    """Points at the nodes of the candidates.
+
+    Parameters
+    ----------
+    numbers, patches, exchanged, covers : As of ``Placed``.
+    """
+    own = covers[0]
+    assert own is not None
+    polygon, count = padded(patches)
+    by_facet = _borne(patches, own)
+    middle = own.own[own.vertices].mean(axis=1)
+    at, area, node, first = _spread(
+        polygon,
+        count,
+        np.array([patch.interface.area for patch in patches]),
+        _sizes(polygon),
+        NEAR * _spacing(patches, 0, own) ** (1 / polygon.shape[2]),
+        own.nodes_from,
+        own.facets_from,
+        own.rows,
+        _flat(patches, own.world, own.joint),
+        own.own,
+        middle,
+        _within(patches, own),
+        by_facet,
+    )
+    facets = np.stack(
+        [_carriers(patches, side, cover, first, at) for side, cover in enumerate(covers)], axis=1
+    )
+    facets[node >= 0, 0] = own.carrier[node[node >= 0]]
+    return Placed(numbers, patches, exchanged, covers, first, at, area, facets)
+
+
+def _borne(patches: Sequence[Patch], cover: Cover) -> FloatArray:
+    """∫ N over the polygons for each node of each facet of the candidates, shape (f, n) [m²; m in 2D]."""
+    polygon, count = padded(patches)
+    origin = np.array([patch.origin for patch in patches])
+    across = np.array([patch.frame[1:] for patch in patches])
+    facets = cover.world[cover.vertices], np.empty((0, 2, origin.shape[1]))
+    ranges = cover.of_patch, np.full((len(patches), 2), -1)
+    order = ORDER if cover.kind in LINEAR else ORDER - 1
+    if polygon.shape[2] == 1:
+        made = gauss_lines(polygon, origin, across[:, 0], facets, ranges, order)
+    else:
+        rules = rules_of(2 if cover.kind == "triangle" else 4, order)
+        made = gauss_planes(polygon, count, origin, across, facets, ranges, rules)
+    patch, at, weight, rows = made
+    weight = weight * covering(patches, patch, weight)[patch]
+    kind, facet, n = KINDS[cover.kind], rows[:, 0], cover.rows.shape[1]
+    of = np.repeat(np.arange(len(patches)), np.diff(cover.facets_from) * n)
+    nodes = _flat(patches, cover.world[cover.rows.ravel()], of).reshape(len(cover.rows), n, -1)
+    share = weight[:, None] * weights_on(kind, nodes, facet, at)
+    place = facet[:, None] * n + np.arange(n)
+    return np.bincount(place.ravel(), share.ravel(), cover.rows.size).reshape(cover.rows.shape)
+
+
+def _carriers(
+    patches: Sequence[Patch], side: int, cover: Cover | None, first: IntArray, at: FloatArray
+) -> IntArray:
+    """Facets of one side that carry points, rows of its cover, −1 without a mesh, shape (c,).
+
+    Parameters
+    ----------
+    patches : The patches. side : Which side. cover : Its facets.
+    first : First point of each patch and, last, c; shape (k + 1,).
+    at : Where points are in the planes, shape (c, d - 1) [m].
+    """
+    if cover is None:
+        return np.full(len(at), -1)
+    rows = cover.vertices
+    of = np.repeat(np.arange(len(patches)), np.diff(cover.facets_from) * rows.shape[1])
+    flat = _flat(patches, cover.world[rows.ravel()], of).reshape(*rows.shape, -1)
+    # a candidate's facets look against the normal
+    facets = np.ascontiguousarray(flat[:, ::-1] if side == 0 else flat)
+    return _located(facets, cover.facets_from, np.ascontiguousarray(at), first)  # type: ignore[no-any-return]
+
+
+@compiled
+def _located(facets: FloatArray, facets_from: IntArray, at: FloatArray, first: IntArray) -> IntArray:
+    """Facets that hold points; patch k has points from ``first[k]`` on, facets from ``facets_from[k]`` on."""
+    found = np.empty(len(at), dtype=np.int64)
+    for k in range(len(first) - 1):
+        own = facets[facets_from[k] : facets_from[k + 1]]
+        held = locate(own, at[first[k] : first[k + 1]], 1e-9 * np.abs(own).max())
+        for i in range(len(held)):
+            found[first[k] + i] = facets_from[k] + held[i]
+    return found
+
+
+@compiled
+def _spread(
+    polygon: FloatArray,
+    count: IntArray,
+    whole: FloatArray,
+    size: FloatArray,
+    near: FloatArray,
+    nodes_from: IntArray,
+    facets_from: IntArray,
+    rows: IntArray,
+    at: FloatArray,
+    own: FloatArray,
+    middle: FloatArray,
+    within: np.ndarray,
+    by_facet: FloatArray,
+) -> tuple[FloatArray, FloatArray, IntArray, IntArray]:
+    """Points at the nodes within polygons, and where the nodes beyond come to stand along their edges.
+
+    Parameters
+    ----------
+    polygon, count : Corners, padded, shape (k, n, p) [m], and how many are real, shape (k,).
+    whole, size, near : Area, extent, and how near a point a corner needs none of its own, shape (k,) each.
+    nodes_from, facets_from : First node and facet of each patch, shape (k + 1,).
+    rows : Nodes of the facets, shape (f, n).
+    at, own : Where nodes are in the planes, shape (n, p), and in the frames of the shapes, (n, d) [m].
+    middle : Means of the vertices of facets in the frames of the shapes, shape (f, d) [m].
+    within : Whether nodes are in the polygons, shape (n,).
+    by_facet : ∫ N of each node of each facet, shape (f, n).
+
+    Returns
+    -------
+    Places (c, p) and areas (c,); nodes that they are at, −1 along edges, (c,); first of each patch (k + 1,).
+    """
+    room = len(at) + count.sum()
+    placed, areas = np.empty((room, at.shape[1])), np.empty(room)
+    node, first = np.full(room, -1), np.zeros(len(polygon) + 1, dtype=np.int64)
+    total = 0
+    for k in range(len(polygon)):
+        start, end, low, high = nodes_from[k], nodes_from[k + 1], facets_from[k], facets_from[k + 1]
+        area, beyond = _shared(
+            rows[low:high], by_facet[low:high], within, own, middle[low:high], start, end, whole[k]
+        )
+        begin = total
+        for i in range(start, end):
+            if within[i]:
+                placed[total], areas[total], node[total] = at[i], area[i - start], i
+                total += 1
+        corners_of = polygon[k, : count[k]]
+        for i in beyond:
+            foot = _foot(corners_of, at[i])
+            nearest, away = _nearest(placed, begin, total, foot)
+            if away <= SAME * size[k]:
+                areas[nearest] += area[i - start]
+            else:
+                placed[total], areas[total] = foot, area[i - start]
+                total += 1
+        if len(beyond):
+            for corner in corners_of:
+                nearest, away = _nearest(placed, begin, total, corner)
+                if away > near[k]:
+                    areas[nearest] *= 0.5
+                    placed[total], areas[total] = corner, areas[nearest]
+                    total += 1
+        first[k + 1] = total
+    return placed[:total], areas[:total], node[:total], first
+
+
+@compiled
+def _shared(
+    rows: IntArray,
+    by_facet: FloatArray,
+    within: np.ndarray,
+    own: FloatArray,
+    middle: FloatArray,
+    start: int,
+    end: int,
+    whole: float,
+) -> tuple[FloatArray, IntArray]:
+    """Areas of the nodes ``start`` to ``end`` of a patch, (n,), and those outside that bear some of it.
+
+    Areas of nodes that bear nothing go in equal parts to those that do on the same facet. A facet without any
+    gives to the nearest that does. The parameters are those of ``_spread``.
+    """
+    area = np.zeros(end - start)
+    for f in range(len(rows)):
+        for n in range(rows.shape[1]):
+            area[rows[f, n] - start] += by_facet[f, n]
+    bears = within[start:end].copy()
+    beyond = np.empty(end - start, dtype=np.int64)
+    many = 0
+    for i in range(end - start):
+        if not bears[i] and area[i] > SMALLEST * whole:
+            bears[i] = True
+            beyond[many] = start + i
+            many += 1
+    lost, most = np.zeros(len(rows)), 0.0
+    for f in range(len(rows)):
+        for n in range(rows.shape[1]):
+            if not bears[rows[f, n] - start]:
+                lost[f] += by_facet[f, n]
+        most = max(most, abs(lost[f]))
+    for i in range(end - start):
+        if not bears[i]:
+            area[i] = 0.0
+    if most > LOST * whole:
+        for f in range(len(rows)):
+            if lost[f] == 0:
+                continue
+            takers = 0
+            for n in range(rows.shape[1]):
+                takers += bears[rows[f, n] - start]
+            for n in range(rows.shape[1]):
+                if bears[rows[f, n] - start]:
+                    area[rows[f, n] - start] += lost[f] / takers
+            if takers == 0:
+                best, nearest = np.inf, -1
+                for i in range(end - start):
+                    away = np.sqrt(((own[start + i] - middle[f]) ** 2).sum())
+                    if bears[i] and away < best:
+                        best, nearest = away, i
+                area[nearest] += lost[f]
+    return area, beyond[:many]
+
+
+@compiled
+def _nearest(placed: FloatArray, start: int, end: int, point: FloatArray) -> tuple[int, float]:
+    """Which of the points ``start`` to ``end`` is nearest to another one, and how far it is."""
+    best, nearest = np.inf, start
+    for i in range(start, end):
+        away = np.sqrt(((placed[i] - point) ** 2).sum())
+        if away < best:
+            best, nearest = away, i
+    return nearest, best
+
+
+@compiled
+def _foot(polygon: FloatArray, point: FloatArray) -> FloatArray:
+    """The point of a polygon's boundary nearest to one outside, shape (p,)."""
+    if polygon.shape[1] == 1:
+        return np.minimum(np.maximum(point, polygon.min()), polygon.max())
+    best, found = np.inf, point.copy()
+    for i in range(len(polygon)):
+        along = polygon[(i + 1) % len(polygon)] - polygon[i]
+        square = (along**2).sum()
+        share = ((point - polygon[i]) * along).sum() / (square if square > 0 else 1.0)
+        foot = polygon[i] + min(max(share, 0.0), 1.0) * along
+        away = np.sqrt(((point - foot) ** 2).sum())
+        if away < best:
+            best, found = away, foot
+    return found

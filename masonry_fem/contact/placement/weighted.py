@@ -32,15 +32,14 @@ linearization, Int. J. Numer. Meth. Engng 83 (2010).
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from masonry_fem.contact.contacts import local_frames
-from masonry_fem.contact.interpolation import CORNERS_OF
 from masonry_fem.contact.placement import corners
+from masonry_fem.contact.placement.parts.cover import Joint
 from masonry_fem.contact.placement.parts.patch import Patch
-from masonry_fem.contact.placement.parts.pieces import Pieces
+from masonry_fem.contact.placement.parts.pieces import Pieces, batches
 from masonry_fem.contact.placement.parts.rule import Means, Round, Rule, Spots
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
@@ -48,6 +47,9 @@ from masonry_fem.solid.pose import FloatArray
 LEAST = 1e-2  # of its support: a vertex with less of it in the interface gives its area to its neighbours
 SHAPELY = 1e-2  # a facet's least corner over its largest, by the area that its two edges span
 DISTINCT = 5e-2  # least eigenvalue of a facet's ∫ L_i L_j over √(∫ L_i ∫ L_j); 1/9 on a parallelogram
+
+
+ROUND_FACES = True  # joints may be all patches that two round faces have in common
 
 
 def points(patch: Patch, rule: Rule) -> Spots:
@@ -64,56 +66,72 @@ def points(patch: Patch, rule: Rule) -> Spots:
     ------
     GeometryError : Mesh facets do not cover the interface.
     """
-    if patch.degenerate or not any(side.mesh for side in patch.sides):
-        return corners.points(patch, Rule())
-    return on_pieces(Pieces.of([patch]))
+    return together([[patch]], rule)[0][0]
 
 
-def together(patches: Sequence[Patch], rule: Rule) -> list[Spots]:
-    """The same on two round faces: supports reach over the edges between their facets.
+def together(joints: Sequence[Joint], rule: Rule) -> list[list[Spots]]:
+    """The same on many joints, and on round faces, where supports reach over the edges between facets.
 
     Parameters
     ----------
-    patches : The patches that the faces have in common, of some area, with the same candidate.
+    joints : Each one patch, or all of some area that two round faces have in common, with the same candidate.
     rule : Not used: this rule has no parameters.
 
     Returns
     -------
-    Contacts in one on all patches; where no side is meshed corners, patch by patch.
+    For each joint its contacts in one, on all patches; where no side is meshed corners, patch by patch.
 
     Raises
     ------
     GeometryError : Mesh facets do not cover a patch.
     """
-    if not any(side.mesh for side in patches[0].sides):
-        return [corners.points(patch, Rule()) for patch in patches]
-    return [on_pieces(Pieces.of(patches))]
+    meshed = [
+        not joint[0].degenerate and any(side.mesh is not None for side in joint[0].sides) for joint in joints
+    ]
+    spots = [
+        [] if own else [corners.points(one, Rule()) for one in joint]
+        for own, joint in zip(meshed, joints, strict=True)
+    ]
+    numbers = np.flatnonzero(meshed).tolist()
+    for rows, pieces in batches([joints[number] for number in numbers]):
+        found = on_pieces(pieces, np.ones(len(rows), dtype=bool))
+        for row, one in found.items():
+            spots[numbers[rows[row]]] = [one]
+    return spots
 
 
-def on_pieces(pieces: Pieces) -> Spots:
-    """The weighted contacts of one patch, or of those that two round faces have in common.
+def on_pieces(pieces: Pieces, chosen: np.ndarray) -> dict[int, Spots]:
+    """The weighted contacts of some joints, by their numbers.
 
     Parameters
     ----------
-    pieces : Of the patches, at least one side meshed.
+    pieces : Of the joints, at least one side meshed.
+    chosen : Which of them, shape (J,).
     """
-    vertices = [pieces.vertices(side) for side in (0, 1)]
-    finer = int(len(np.unique(vertices[1])) > len(np.unique(vertices[0])))
-    share = pieces.weight[:, None] * _dual(pieces, finer)
-    contact = _contacts(pieces, finer, vertices[finer], share)
-    area = np.bincount(contact.ravel(), share.ravel())
-    first = pieces.first
-    means = []
+    finer = pieces.many(1) > pieces.many(0)
+    found: dict[int, Spots] = {}
     for side in (0, 1):
-        mesh = pieces.mesh(side)
-        if mesh is not None:
-            product = np.add.reduceat(share[:, :, None] * pieces.functions(side)[:, None], first)
-            product /= area[contact[first], None]
-            nodes = mesh.facets[pieces.facets[first, side]]
-            shape = product.shape
-            row = np.broadcast_to(2 * contact[first][:, :, None] + side, shape).ravel()
-            means.append((row, np.broadcast_to(nodes[:, None], shape).ravel(), product.ravel()))
-    joined = Means(*(np.concatenate(parts) for parts in zip(*means, strict=True)))
+        own = chosen & (finer == side)
+        if own.any():
+            found |= _of_side(pieces.only(own), side, np.flatnonzero(own))
+    return found
+
+
+def _of_side(pieces: Pieces, finer: int, numbers: IntArray) -> dict[int, Spots]:
+    """Contacts at the vertices of one side, joint by joint.
+
+    Parameters
+    ----------
+    pieces : Of the joints. finer : The side. numbers : Of the joints, ascending.
+    """
+    share = pieces.weight[:, None] * _dual(pieces, finer)
+    of, joint = _contacts(pieces, finer, np.add.reduceat(share, pieces.first))
+    contact = of[pieces.piece]
+    area = np.bincount(contact.ravel(), share.ravel())
+    start, end = (np.searchsorted(joint, numbers, side) for side in ("left", "right"))
+    of_joint = pieces.joint[pieces.on]
+    row, node, weight = _means(pieces, of, area, share)
+    row -= 2 * (start[np.searchsorted(numbers, of_joint)])[:, None]
 
     def mean(values: FloatArray) -> FloatArray:
         """Of what points have, (q, ...), over the parts of contacts, (c, ...)."""
@@ -121,24 +139,75 @@ def on_pieces(pieces: Pieces) -> Spots:
         sums = [np.bincount(contact.ravel(), (share * column[:, None]).ravel()) for column in columns]
         return (np.stack(sums, axis=1) / area[:, None]).reshape(len(area), *values.shape[1:])
 
-    none = np.full((len(area), 2), -1)
-    found = Spots(pieces.patches[0], mean(pieces.at), area, none, joined)
-    if len(pieces.patches) == 1:
-        return found
-    return replace(found, round=_round(pieces, mean, _fullest(pieces, contact, share)))
-
-
-def _round(pieces: Pieces, mean: Callable[[FloatArray], FloatArray], patch: IntArray) -> Round:
-    """Where contacts on a round face are, from means over their parts."""
-    normal = mean(pieces.frame[pieces.patch, 0])
-    bulge = pieces.bulge(0) + pieces.bulge(1)
-    return Round(
-        patch=patch,
-        frame=local_frames(normal / np.linalg.norm(normal, axis=1)[:, None]),
-        points=np.stack([mean(pieces.on_side(side)) for side in (0, 1)], axis=1),
-        bulge=mean(bulge),
-        rise=float(bulge.max()),
+    at = mean(pieces.at)
+    low, high = (np.searchsorted(of_joint, numbers, side) for side in ("left", "right"))
+    first = np.searchsorted(pieces.joint, numbers)
+    rounds = _rounds(pieces, mean, contact, share) if len(pieces.joints[0]) > 1 else None
+    spots = {}
+    ranges = zip(
+        numbers.tolist(), first.tolist(), *(one.tolist() for one in (start, end, low, high)), strict=True
     )
+    for number, patch, a, b, i, j in ranges:
+        spots[number] = Spots(
+            patch=pieces.patches[patch],
+            points=at[a:b],
+            area=area[a:b],
+            facets=np.full((b - a, 2), -1),
+            means=Means(row[i:j].ravel(), node[i:j].ravel(), weight[i:j].ravel()),
+            round=None if rounds is None else rounds(a, b, patch, number),
+        )
+    return spots
+
+
+def _means(
+    pieces: Pieces, contact: IntArray, area: FloatArray, share: FloatArray
+) -> tuple[IntArray, IntArray, FloatArray]:
+    """How meshed sides carry contacts: rows, nodes and weights of ``Means``, piece by piece, (m, w) each.
+
+    Parameters
+    ----------
+    pieces : Of the joints.
+    contact : That of each vertex of the facet of each piece, shape (m, v).
+    area : Of the contacts, shape (c,).
+    share : Of each vertex at the points, shape (q, v).
+    """
+    found: list[tuple[IntArray, IntArray, FloatArray]] = []
+    for side in (0, 1):
+        cover = pieces.covers[side]
+        if cover is not None:
+            product = np.add.reduceat(share[:, :, None] * pieces.functions(side)[:, None], pieces.first)
+            product /= area[contact, None]
+            shape = product.shape
+            nodes = cover.node[cover.rows[pieces.facets[:, side]]]
+            row = np.broadcast_to(2 * contact[:, :, None] + side, shape)
+            node = np.broadcast_to(nodes[:, None], shape)
+            found.append(tuple(one.reshape(shape[0], -1) for one in (row, node, product)))  # type: ignore[arg-type]
+    row, node, weight = (np.concatenate(parts, axis=1) for parts in zip(*found, strict=True))
+    return row, node, weight
+
+
+def _rounds(
+    pieces: Pieces, mean: Callable[[FloatArray], FloatArray], contact: IntArray, share: FloatArray
+) -> Callable[[int, int, int, int], Round]:
+    """Where contacts on round faces are, from means over their parts: of a range, first patch and joint."""
+    normal = mean(pieces.frame[pieces.patch, 0])
+    frame = local_frames(normal / np.linalg.norm(normal, axis=1)[:, None])
+    at = np.stack([mean(pieces.on_side(side)) for side in (0, 1)], axis=1)
+    bulge = pieces.bulge(0) + pieces.bulge(1)
+    rise = np.full(len(pieces.joints), -np.inf)
+    np.maximum.at(rise, pieces.joint[pieces.patch], bulge)
+    bulges, fullest = mean(bulge), _fullest(pieces, contact, share)
+
+    def of(start: int, end: int, patch: int, joint: int) -> Round:
+        return Round(
+            patch=fullest[start:end] - patch,
+            frame=frame[start:end],
+            points=at[start:end],
+            bulge=bulges[start:end],
+            rise=float(rise[joint]),
+        )
+
+    return of
 
 
 def _fullest(pieces: Pieces, contact: IntArray, share: FloatArray) -> IntArray:
@@ -154,35 +223,33 @@ def _fullest(pieces: Pieces, contact: IntArray, share: FloatArray) -> IntArray:
 
 def _dual(pieces: Pieces, side: int) -> FloatArray:
     """Weights of vertices at the points, (q, v): ∫ ψ_i L_j = δ_ij ∫ L_i, or N_i where it cannot be."""
-    used, start, facet = np.unique(pieces.facets[:, side], return_index=True, return_inverse=True)
+    used, start, of = np.unique(pieces.facets[:, side], return_index=True, return_inverse=True)
     own, moved = _places(pieces, side, used, start)
-    linear = pieces.linear(side, moved[facet])
+    linear = pieces.linear(side, moved[of])
     products = np.add.reduceat((pieces.weight[:, None] * linear)[:, :, None] * linear[:, None], pieces.first)
-    mass = np.zeros((len(used), *products.shape[1:]))
-    np.add.at(mass, facet[pieces.first], products)
+    order = np.argsort(of, kind="stable")
+    mass = np.add.reduceat(products[order], np.flatnonzero(np.diff(of[order], prepend=-1)))
     integral, distinct = mass.sum(axis=2), _distinct(mass)
     if not distinct.all():
-        linear = np.where(distinct[facet, None], linear, pieces.linear(side, own[facet]))
+        linear = np.where(distinct[of][pieces.piece, None], linear, pieces.linear(side, own[of]))
     change = np.tile(np.eye(linear.shape[1]), (len(used), 1, 1))
     change[distinct] = integral[distinct, :, None] * np.linalg.inv(mass[distinct])
-    weights: FloatArray = np.einsum("qij,qj->qi", change[facet], linear)
+    weights: FloatArray = np.einsum("qij,qj->qi", change[of][pieces.piece], linear)
     return weights
 
 
 def _places(pieces: Pieces, side: int, facets: IntArray, start: IntArray) -> tuple[FloatArray, FloatArray]:
     """Vertices of facets, and these with those outside of all patches moved to their rim, (f, v, d) each.
 
-    Facets that are hardly convex then keep theirs. ``start`` has a point of each facet.
+    Facets that are hardly convex then keep theirs. ``start`` has a piece of each facet.
     """
-    places = pieces.nodes(side)
-    mesh = pieces.mesh(side)
-    assert mesh is not None
-    vertices = mesh.facets[facets, : CORNERS_OF[mesh.facet]]
+    cover = pieces.cover(side)
+    vertices = cover.vertices[facets]
     outside, rim = pieces.to_rim(side)
-    own = places[vertices]
+    own, places = cover.world[vertices], cover.world.copy()
     places[outside] = rim
     moved = places[vertices]
-    patch = pieces.patch[start]
+    patch = pieces.on[start]
     spanned = _spanned(pieces.flat(moved, patch)) * np.sign(_spanned(pieces.flat(own, patch)))
     convex = spanned.min(axis=1) > SHAPELY * spanned.max(axis=1)
     return own, np.where(convex[:, None, None], moved, own)
@@ -209,23 +276,49 @@ def _distinct(mass: FloatArray) -> np.ndarray:
     return distinct
 
 
-def _contacts(pieces: Pieces, side: int, vertices: IntArray, share: FloatArray) -> IntArray:
-    """The contact that each vertex of facets gives its shares of the area to, shape (q, v).
+def _contacts(pieces: Pieces, side: int, share: FloatArray) -> tuple[IntArray, IntArray]:
+    """The contact that each vertex of facets gives its shares of the area to, (m, v), and joints of contacts.
 
-    That is its own one, but the nearest where hardly any of its support lies in the patches.
+    That is its own one, but the nearest of the joint where hardly any of its support lies in the patches.
+    Contacts are numbered joint by joint.
+
+    Parameters
+    ----------
+    pieces : Of the joints. side : Whose vertices.
+    share : Area of each vertex in the pieces, shape (m, v) [m²; m in 2D].
     """
-    mesh = pieces.mesh(side)
-    assert mesh is not None
+    cover, vertices = pieces.cover(side), pieces.vertices(side)
     used, at = np.unique(vertices, return_inverse=True)
     at = at.reshape(vertices.shape)
+    joint = cover.joint[used]
     area = np.bincount(at.ravel(), share.ravel())
     facet, start = np.unique(pieces.facets[:, side], return_index=True)
-    size = np.broadcast_to(pieces.sizes(side)[facet, None] / vertices.shape[1], at[start].shape)
+    size = np.broadcast_to(cover.areas(facet)[:, None] / vertices.shape[1], at[start].shape)
     support = np.bincount(at[start].ravel(), size.ravel())
-    kept = area >= LEAST * np.minimum(support, area.max())
+    greatest = np.full(len(pieces.joints), -np.inf)
+    np.maximum.at(greatest, joint, area)
+    kept = area >= LEAST * np.minimum(support, greatest[joint])
     if kept.all():
-        return at
-    places = mesh.points[used]
+        return at, joint
     to = np.cumsum(kept) - 1
-    to[~kept] = np.linalg.norm(places[~kept, None] - places[kept], axis=2).argmin(axis=1)
-    return to[at]
+    to[~kept] = to[kept][_nearest(cover.own[used], joint, kept)]
+    return to[at], joint[kept]
+
+
+def _nearest(places: FloatArray, joint: IntArray, kept: np.ndarray) -> IntArray:
+    """Of each vertex that is not kept the nearest one of its joint that is, as a number among these.
+
+    Parameters
+    ----------
+    places : Of the vertices, shape (n, d) [m]. joint : Theirs, ascending, shape (n,). kept : Which are kept.
+    """
+    lost, left = np.flatnonzero(~kept), np.flatnonzero(kept)
+    low, high = (np.searchsorted(joint[left], joint[lost], side) for side in ("left", "right"))
+    count = high - low
+    first = np.cumsum(count) - count
+    one = np.repeat(np.arange(len(lost)), count)
+    other = np.arange(len(one)) + np.repeat(low - first, count)
+    away = np.linalg.norm(places[lost[one]] - places[left[other]], axis=1)
+    order = np.lexsort([away, one])  # stable: the first of equally near ones
+    found: IntArray = other[order[first]]
+    return found

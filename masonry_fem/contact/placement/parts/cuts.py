@@ -9,11 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from masonry_fem.contact.placement.parts.quadrature import (
-    gauss_rule,
-    on_polygon,
-    triangle_rule,
-)
+from masonry_fem.contact.placement.parts.quadrature import Rules, on_polygon
 from masonry_fem.host.compiled import compiled, put
 from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
@@ -26,7 +22,7 @@ def gauss_planes(
     basis: FloatArray,
     facets: Sequence[FloatArray],
     ranges: Sequence[IntArray],
-    order: int,
+    rules: Rules,
 ) -> tuple[IntArray, FloatArray, FloatArray, IntArray]:
     """Gauss points of the common parts of many polygons and the facets of both sides (3D).
 
@@ -37,14 +33,13 @@ def gauss_planes(
     facets : World coordinates of the facets of candidate and antagonist, shape (f, v, 3) each [m].
     ranges : First facet of each polygon and the one after its last, shape (k, 2) each; −1 where the side has
         none and the polygon is one facet.
-    order : Gauss points in a direction: polynomials of degree 2 order − 2 are exact.
+    rules : Points and weights on [-1, 1], and on a triangle.
 
     Returns
     -------
     Polygon (q,), place in its plane (q, 2), weight (q,) and facets of both sides (q, 2) of the points.
     """
-    tensor, collapsed = gauss_rule(order), triangle_rule(order)
-    return _many_areas(polygon, count, origin, basis, *facets, *ranges, *tensor, *collapsed, 1)  # type: ignore[no-any-return]
+    return _many_areas(polygon, count, origin, basis, *facets, *ranges, *rules[0], *rules[1], 1)  # type: ignore[no-any-return]
 
 
 @compiled
@@ -105,5 +100,8 @@ def _in_plane(facets: FloatArray, origin: FloatArray, basis: FloatArray, turned:
         for v in range(corners):
             to = corners - 1 - v if turned else v
             for p in range(2):
-                flat[f, to, p] = ((facets[f, v] - origin) * basis[p]).sum()
+                along = 0.0
+                for axis in range(len(origin)):
+                    along += (facets[f, v, axis] - origin[axis]) * basis[p, axis]
+                flat[f, to, p] = along
     return flat

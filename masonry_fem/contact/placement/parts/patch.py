@@ -5,6 +5,7 @@ Plane coordinates are taken along (t1[, t2]) from the first corner of the interf
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,21 +79,7 @@ class Patch:
 
     def exchanged(self) -> Patch:
         """The same patch with candidate and antagonist exchanged."""
-        frame = local_frames(-self.frame[:1])[0]
-        polygon = (self.interface.polygon[::-1] - self.origin) @ frame[1:].T
-        return Patch(self.interface, (self.sides[1], self.sides[0]), frame, self.origin, polygon)
-
-    @property
-    def shape(self) -> tuple[object, ...]:
-        """What congruent patches have in common, to rounding: faces, and how they lie on each other."""
-        across, size = self.frame[1:], self.size or 1.0
-        numbers = [self.polygon.ravel() / size]
-        for side in self.sides:
-            numbers.append((across @ side.pose.rotation).ravel())
-            numbers.append(across @ (side.pose.translation - self.origin) / size)
-        faces = [(id(side.surface), side.face) for side in self.sides]
-        digits = np.rint(np.concatenate(numbers) / ROUNDING) + 0.0  # no −0
-        return (*faces, self.interface.label, self.interface.area == 0, digits.tobytes())
+        return exchanged_all([self])[0]
 
     @property
     def size(self) -> float:
@@ -145,3 +132,55 @@ class Patch:
         best = np.linalg.norm(points[:, None] - feet, axis=2).argmin(axis=1)
         chosen: FloatArray = feet[np.arange(len(points)), best]
         return chosen
+
+
+def exchanged_all(patches: Sequence[Patch]) -> list[Patch]:
+    """Patches with candidates and antagonists exchanged."""
+    frames = local_frames(-np.array([patch.frame[0] for patch in patches]))
+    return [
+        Patch(
+            interface=patch.interface,
+            sides=(patch.sides[1], patch.sides[0]),
+            frame=frame,
+            origin=patch.origin,
+            polygon=(patch.interface.polygon[::-1] - patch.origin) @ frame[1:].T,
+        )
+        for patch, frame in zip(patches, frames, strict=True)
+    ]
+
+
+def padded(patches: Sequence[Patch]) -> tuple[FloatArray, IntArray]:
+    """Polygons of patches, padded with their last corners, (k, n, d - 1) [m], and how many are real, (k,)."""
+    count = np.array([len(patch.polygon) for patch in patches])
+    corners = np.concatenate([patch.polygon for patch in patches])
+    last = np.cumsum(count)[:, None]
+    return corners[np.minimum(last - count[:, None] + np.arange(count.max()), last - 1)], count
+
+
+def shapes(patches: Sequence[Patch]) -> list[tuple[object, ...]]:
+    """What congruent patches have in common, to rounding: faces, and how they lie on each other."""
+    if not patches:
+        return []
+    polygon, count = padded(patches)
+    size = np.ptp(polygon, axis=1).max(axis=1)
+    size = np.where(size > 0, size, 1.0)[:, None]
+    origin = np.array([patch.origin for patch in patches])
+    across = np.array([patch.frame[1:] for patch in patches])
+    numbers = [polygon.reshape(len(patches), -1) / size]
+    for side in (0, 1):
+        poses = [patch.sides[side].pose for patch in patches]
+        rotation = np.array([pose.rotation for pose in poses])
+        away = np.array([pose.translation for pose in poses]) - origin
+        numbers.append((across @ rotation).reshape(len(patches), -1))
+        numbers.append(np.einsum("kpd,kd->kp", across, away) / size)
+    digits = np.rint(np.concatenate(numbers, axis=1) / ROUNDING) + 0.0  # no −0
+    return [
+        (
+            *((id(side.surface), side.face) for side in patch.sides),
+            patch.interface.label,
+            patch.interface.area == 0,
+            corners,
+            row.tobytes(),
+        )
+        for patch, corners, row in zip(patches, count.tolist(), digits, strict=True)
+    ]

@@ -1,34 +1,37 @@
-"""Pieces: the common parts of the facets of two faces, with points to integrate over them.
+"""Pieces: the common parts of the facets of two faces at many joints, with points to integrate over them.
 
-    pieces = Pieces.of(patches)             # of all patches that two round faces have in common, or of one
-    pieces.functions(0, facets, nodes)      # shape functions of the candidate at the points
+    for numbers, pieces in batches(joints):
+        pieces.functions(0)  # shape functions of the candidates at the points
 
-A round face is flat facet by facet, and each pair of facets that look at each other is a patch of its own
-plane. Facets, nodes and vertices are numbered through the mesh: what patches share has one number.
+A joint is one patch, or all that two round faces have in common: these are flat facet by facet, and each pair
+of facets that look at each other is a patch of its own plane. Facets and nodes are numbered as in ``Cover``:
+what patches of a joint share has one number.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from masonry_fem.contact.contacts import height
-from masonry_fem.contact.interpolation import CORNERS_OF, KINDS, weights_at
+from masonry_fem.contact.interpolation import KINDS, weights_on
+from masonry_fem.contact.placement.parts.cover import Cover, Joint
 from masonry_fem.contact.placement.parts.cuts import gauss_planes
-from masonry_fem.contact.placement.parts.patch import TOLERANCE, Patch, Side
-from masonry_fem.contact.placement.parts.quadrature import gauss_lines
+from masonry_fem.contact.placement.parts.patch import TOLERANCE, Patch, padded
+from masonry_fem.contact.placement.parts.quadrature import gauss_lines, gauss_rule, triangle_rule
 from masonry_fem.contact.smooth import curvatures
 from masonry_fem.errors import GeometryError
-from masonry_fem.solid.mesh import IntArray, Mesh
+from masonry_fem.solid.mesh import IntArray
 from masonry_fem.solid.pose import FloatArray
 
 EXACT = 1e-13  # relative error of the integrals on distorted quadrilaterals
 ROUNDING = 1e-12
 MOST = 16  # Gauss points in a direction
 COVERED = 0.01  # of a patch: what facets may leave uncovered
+TOGETHER = 1 << 17  # points in a batch of joints, about: memory
 
 LINEAR = {"line3": "line", "triangle6": "triangle", "quad9": "quad"}
 DEGREE = {
@@ -43,84 +46,141 @@ DEGREE = {
 
 @dataclass(frozen=True, slots=True)
 class Pieces:
-    """q points on m pieces of k patches between the same two blocks.
+    """q points on m pieces of k patches of J joints, whose meshes have facets of the same kinds.
 
     Attributes
     ----------
-    patches : The patches, all with the same candidate and antagonist.
+    joints : The joints; patches of one have the same candidate and antagonist.
+    patches : Their patches, joint by joint.
+    joint : Joint of each patch, shape (k,).
+    covers : Facets of candidates and antagonists there; None on a side without meshes.
     frame, origin : Of the planes of the patches, shapes (k, d, d) and (k, d).
     polygon : Their corners in these planes, padded with the last, shape (k, n, d - 1) [m].
     patch : Patch of each point, shape (q,).
     at : The points in its plane, shape (q, d - 1) [m].
     weight : Their weights, which sum to the areas of the patches, shape (q,).
-    facets : Mesh facets of candidate and antagonist at the points, −1 on a side without a mesh, shape (q, 2).
+    piece : Piece of each point, shape (q,).
     first : First point of each piece, shape (m,); the points of a piece follow one another.
+    on : Patch of each piece, shape (m,).
+    facets : Its facets of candidate and antagonist, rows of the covers, −1 without a mesh, shape (m, 2).
+    known : What ``functions`` gave, by side.
     """
 
+    joints: Sequence[Joint]
     patches: Sequence[Patch]
+    joint: IntArray
+    covers: tuple[Cover | None, Cover | None]
     frame: FloatArray
     origin: FloatArray
     polygon: FloatArray
     patch: IntArray
     at: FloatArray
     weight: FloatArray
-    facets: IntArray
+    piece: IntArray
     first: IntArray
+    on: IntArray
+    facets: IntArray
+    known: dict[int, FloatArray]
 
     @classmethod
-    def of(cls, patches: Sequence[Patch]) -> Pieces:
-        """Points that integrate products of the shape functions of both sides over patches.
+    def of(cls, joints: Sequence[Joint], order: int) -> Pieces:
+        """Points that integrate products of the shape functions of both sides over joints.
+
+        Parameters
+        ----------
+        joints : Whose meshes have facets of the same kinds, and all one patch or all several.
+        order : Gauss points in a direction, of ``order_of``.
 
         Raises
         ------
         GeometryError : Mesh facets do not cover a patch.
         """
+        patches = [patch for joint in joints for patch in joint]
         frame = np.array([patch.frame for patch in patches])
         origin = np.array([patch.origin for patch in patches])
-        count = np.array([len(patch.polygon) for patch in patches])
-        padded = np.concatenate([patch.polygon for patch in patches])
-        last = np.cumsum(count)[:, None]
-        polygon = padded[np.minimum(last - count[:, None] + np.arange(count.max()), last - 1)]
-        rows, corners = [], []
-        for number in (0, 1):
-            rows.append(_facets_of(patches, number))
-            corners.append(_corners(patches[0].sides[number], rows[number][0]))
-        ranges, order = [one[1] for one in rows], _order(patches)
+        polygon, count = padded(patches)
+        one, other = (
+            Cover.of(joints, side) if joints[0][0].sides[side].mesh is not None else None for side in (0, 1)
+        )
+        none = np.empty((0, 2, frame.shape[1])), np.full((len(patches), 2), -1)
+        corners, ranges = zip(
+            *(none if own is None else (own.world[own.vertices], own.of_patch) for own in (one, other)),
+            strict=True,
+        )
         if polygon.shape[2] == 1:
             made = gauss_lines(polygon, origin, frame[:, 1], corners, ranges, order)
         else:
-            made = gauss_planes(polygon, count, origin, frame[:, 1:], corners, ranges, order)
-        patch, at, weight, facet = made
-        facets = np.stack(
-            [own[facet[:, number]] if len(own) else facet[:, number] for number, (own, _) in enumerate(rows)],
-            axis=1,
-        )
+            rules = gauss_rule(order), triangle_rule(order)
+            made = gauss_planes(polygon, count, origin, frame[:, 1:], corners, ranges, rules)
+        patch, at, weight, facets = made
         key = np.column_stack([patch, facets])
-        first = np.flatnonzero(np.append(True, (key[1:] != key[:-1]).any(axis=1)))
-        weight = weight * _share(patches, patch, weight)[patch]
-        return cls(patches, frame, origin, polygon, patch, at, weight, facets, first)
+        starts = np.append(True, (key[1:] != key[:-1]).any(axis=1))
+        first = np.flatnonzero(starts)
+        return cls(
+            joints=joints,
+            patches=patches,
+            joint=np.repeat(np.arange(len(joints)), [len(joint) for joint in joints]),
+            covers=(one, other),
+            frame=frame,
+            origin=origin,
+            polygon=polygon,
+            patch=patch,
+            at=at,
+            weight=weight * covering(patches, patch, weight)[patch],
+            piece=np.cumsum(starts) - 1,
+            first=first,
+            on=patch[first],
+            facets=facets[first],
+            known={},
+        )
+
+    def only(self, chosen: np.ndarray) -> Pieces:
+        """The same with the pieces of some joints alone; joints and covers keep their numbers.
+
+        Parameters
+        ----------
+        chosen : Which joints, shape (J,).
+        """
+        if chosen.all():
+            return self
+        pieces = chosen[self.joint[self.on]]
+        points = pieces[self.piece]
+        piece = (np.cumsum(pieces) - 1)[self.piece[points]]
+        return replace(
+            self,
+            patch=self.patch[points],
+            at=self.at[points],
+            weight=self.weight[points],
+            piece=piece,
+            first=np.flatnonzero(np.diff(piece, prepend=-1)),
+            on=self.on[pieces],
+            facets=self.facets[pieces],
+            known={side: values[points] for side, values in self.known.items()},
+        )
 
     @property
-    def area(self) -> float:
-        """Of all patches [m²; m in 2D]."""
-        return float(self.weight.sum())
+    def area(self) -> FloatArray:
+        """Of the joints [m²; m in 2D], shape (J,)."""
+        return np.bincount(self.joint[self.patch], self.weight, len(self.joints))
 
-    def mesh(self, side: int) -> Mesh | None:
-        """Mesh of one side."""
-        return self.patches[0].sides[side].mesh
+    def cover(self, side: int) -> Cover:
+        """The facets of one side, which has meshes."""
+        cover = self.covers[side]
+        assert cover is not None
+        return cover
 
     def vertices(self, side: int) -> IntArray:
-        """Vertices of one side's facets at the points, mesh nodes, (q, v); none on an unmeshed side."""
-        mesh = self.mesh(side)
-        if mesh is None:
-            return np.empty((len(self.weight), 0), dtype=np.int64)
-        return mesh.facets[self.facets[:, side], : CORNERS_OF[mesh.facet]]
+        """Vertices of one side's facets on the pieces, shape (m, v)."""
+        return self.cover(side).vertices[self.facets[:, side]]
 
-    def nodes(self, side: int) -> FloatArray:
-        """World coordinates of the nodes of one side's mesh, shape (n, d) [m]."""
-        own = self.patches[0].sides[side]
-        assert own.mesh is not None
-        return own.pose.to_world(own.mesh.points)
+    def many(self, side: int) -> IntArray:
+        """How many vertices of one side have facets that reach into each joint, shape (J,)."""
+        cover, reached = self.covers[side], np.zeros(len(self.joints), dtype=np.int64)
+        if cover is None:
+            return reached
+        used = np.zeros(len(cover.node), dtype=bool)
+        used[self.vertices(side)] = True
+        return np.bincount(cover.joint[used], minlength=len(self.joints))
 
     def flat(self, points: FloatArray, patch: IntArray) -> FloatArray:
         """Coordinates in the planes of patches, shape (m, n, d - 1) [m].
@@ -137,23 +197,41 @@ class Pieces:
 
     def functions(self, side: int) -> FloatArray:
         """Shape functions of one side's facets at the points, shape (q, nodes of a facet)."""
-        mesh = self.mesh(side)
-        assert mesh is not None
-        nodes = self.flat(self.nodes(side)[mesh.facets[self.facets[:, side]]], self.patch)
-        found: FloatArray = weights_at(KINDS[mesh.facet], nodes, self.at)
+        if side not in self.known:
+            cover = self.cover(side)
+            nodes = self.flat(cover.world[cover.rows[self.facets[:, side]]], self.on)
+            self.known[side] = weights_on(KINDS[cover.kind], nodes, self.piece, self.at)
+        return self.known[side]
+
+    def linear(self, side: int, vertices: FloatArray) -> FloatArray:
+        """Linear functions of facets with given vertices at the points, shape (q, v).
+
+        Parameters
+        ----------
+        side : Whose facets.
+        vertices : Of the facet of each piece, world coordinates, shape (m, v, d) [m].
+        """
+        kind = self.cover(side).kind
+        found: FloatArray = weights_on(
+            KINDS[LINEAR.get(kind, kind)], self.flat(vertices, self.on), self.piece, self.at
+        )
         return found
 
     def on_side(self, side: int) -> FloatArray:
         """The points projected to one side's facets, world coordinates, shape (q, d) [m]."""
-        mesh = self.mesh(side)
-        if mesh is not None:
-            nodes = self.nodes(side)[mesh.facets[self.facets[:, side]]]
+        cover = self.covers[side]
+        if cover is not None:
+            nodes = cover.world[cover.rows[self.facets[:, side]]][self.piece]
             on_mesh: FloatArray = np.einsum("qn,qnd->qd", self.functions(side), nodes)
             return on_mesh
         own = [patch.sides[side] for patch in self.patches]
-        solid, surface = own[0].surface.solid, own[0].surface
-        corner = own[0].pose.to_world(solid.vertices[[solid.faces[one.face][0] for one in own]])
-        outward = surface.normals[[one.face for one in own]] @ own[0].pose.rotation.T
+        corner = np.array(
+            [
+                one.pose.to_world(one.surface.solid.vertices[one.surface.solid.faces[one.face][0]])
+                for one in own
+            ]
+        )
+        outward = np.array([one.surface.normals[one.face] @ one.pose.rotation.T for one in own])
         middle = self.origin[self.patch] + np.einsum("qp,qpd->qd", self.at, self.frame[self.patch, 1:])
         normal = self.frame[self.patch, 0]
         away = height(middle, normal, corner[self.patch], outward[self.patch])
@@ -168,36 +246,36 @@ class Pieces:
         its middle; with the linear functions L_i of all vertices, x = Σ L_i x_i, that is
         (Σ L_i x_i·S x_i − x·S x) / 2.
         """
-        mesh = self.mesh(side)
-        if mesh is None or mesh.facet in LINEAR:
+        cover = self.covers[side]
+        if cover is None or cover.kind in LINEAR:
             return np.zeros(len(self.weight))
-        facets, of = np.unique(self.facets[:, side], return_inverse=True)
-        vertices = mesh.facets[facets, : CORNERS_OF[mesh.facet]]
-        turning = curvatures(mesh, facets, self.patches[0].sides[side].surface.smooth)[of]
-        shares = self.linear(side, self.nodes(side)[vertices][of])
-        at = mesh.points[vertices]
-        at = (at - at.mean(axis=1, keepdims=True))[of]
+        vertices = self.vertices(side)
+        turning = self._turning(side)[self.piece]
+        shares = self.linear(side, cover.world[vertices])
+        at = cover.own[vertices]
+        at = (at - at.mean(axis=1, keepdims=True))[self.piece]
         here = np.einsum("qv,qvd->qd", shares, at)
         square = np.einsum("qv,qvd,qde,qve->q", shares, at, turning, at)
         found: FloatArray = 0.5 * (square - np.einsum("qd,qde,qe->q", here, turning, here))
         return found
 
-    def linear(self, side: int, vertices: FloatArray) -> FloatArray:
-        """Linear functions of facets with given vertices at the points, shape (q, v).
-
-        Parameters
-        ----------
-        side : Whose facets.
-        vertices : World coordinates, shape (q, v, d) [m].
-        """
-        mesh = self.mesh(side)
-        assert mesh is not None
-        kind = KINDS[LINEAR.get(mesh.facet, mesh.facet)]
-        found: FloatArray = weights_at(kind, self.flat(vertices, self.patch), self.at)
-        return found
+    def _turning(self, side: int) -> FloatArray:
+        """How normals turn along one side's facet of each piece, in the shapes' frames, (m, d, d) [1/m]."""
+        surfaces = [joint[0].sides[side].surface for joint in self.joints]
+        kinds = {id(surface): surface for surface in surfaces}
+        of = np.array([id(surface) for surface in surfaces])[self.joint[self.on]]
+        facets = self.cover(side).facet[self.facets[:, side]]
+        d = self.frame.shape[1]
+        turning = np.zeros((len(facets), d, d))
+        for key, surface in kinds.items():
+            own = np.flatnonzero(of == key)
+            if len(own) and surface.mesh is not None:
+                used, place = np.unique(facets[own], return_inverse=True)
+                turning[own] = curvatures(surface.mesh, used, surface.smooth)[place]
+        return turning
 
     def to_rim(self, side: int) -> tuple[IntArray, FloatArray]:
-        """Vertices of one side that lie outside of all patches, and the nearest points of these.
+        """Vertices of one side outside of all patches of their joint, and the nearest points of these.
 
         Parameters
         ----------
@@ -205,12 +283,11 @@ class Pieces:
 
         Returns
         -------
-        Mesh nodes (n,) and world coordinates (n, d) [m].
+        Rows of the cover (n,) and world coordinates (n, d) [m].
         """
-        nodes = self.nodes(side)
-        vertices = self.vertices(side)[self.first]
-        pairs = np.stack(np.broadcast_arrays(self.patch[self.first, None], vertices), axis=2).reshape(-1, 2)
-        patch, node = np.unique(pairs, axis=0).T
+        nodes = self.cover(side).world
+        key = np.unique(self.on[:, None] * len(nodes) + self.vertices(side))
+        patch, node = key // len(nodes), key % len(nodes)
         away = nodes[node] - self.origin[patch]
         at = np.einsum("nd,npd->np", away, self.frame[patch, 1:])
         height = np.einsum("nd,nd->n", away, self.frame[patch, 0])
@@ -225,42 +302,53 @@ class Pieces:
         world = self.origin[patch[out]] + height[out, None] * self.frame[patch[out], 0]
         return node[out], world + np.einsum("np,npd->nd", nearest[out], self.frame[patch[out], 1:])
 
-    def sizes(self, side: int) -> FloatArray:
-        """Areas of all boundary facets of one side's mesh [m²; m in 2D], shape (f,)."""
-        own = self.patches[0].sides[side]
-        assert own.mesh is not None
-        at = own.mesh.points[own.mesh.facets[:, : CORNERS_OF[own.mesh.facet]]]
-        if at.shape[2] == 2:
-            return np.linalg.norm(at[:, 1] - at[:, 0], axis=1)
-        spokes = at[:, 1:] - at[:, :1]
-        area: FloatArray = 0.5 * np.linalg.norm(np.cross(spokes[:, :-1], spokes[:, 1:]).sum(axis=1), axis=1)
-        return area
 
+def batches(joints: Sequence[Joint]) -> Iterator[tuple[IntArray, Pieces]]:
+    """Joints of one kind together, no more at once than memory should hold: their numbers, and their pieces.
 
-def _facets_of(patches: Sequence[Patch], number: int) -> tuple[IntArray, IntArray]:
-    """Mesh facets of one side's faces, face by face, and the range of them of each patch, (k, 2).
+    Parameters
+    ----------
+    joints : Each with a mesh on at least one side.
 
-    None, and empty ranges, where the side has no mesh.
+    Raises
+    ------
+    GeometryError : Mesh facets do not cover a patch.
     """
-    mesh = patches[0].sides[number].mesh
-    if mesh is None:
-        return np.empty(0, dtype=np.int64), np.full((len(patches), 2), -1)
-    order = np.argsort(mesh.facet_face, kind="stable")
-    faces = np.array([patch.sides[number].face for patch in patches])
-    sorted_faces = mesh.facet_face[order]
-    ranges = [np.searchsorted(sorted_faces, faces, side) for side in ("left", "right")]
-    return order, np.stack(ranges, axis=1)
+    orders = [order_of(joint) for joint in joints]
+    for numbers in alike(joints, orders):
+        yield numbers, Pieces.of([joints[number] for number in numbers], orders[numbers[0]])
 
 
-def _corners(side: Side, facets: IntArray) -> FloatArray:
-    """World coordinates of the corners of mesh facets, shape (f, v, d) [m]."""
-    if side.mesh is None:
-        return np.empty((0, 2, len(side.pose.translation)))
-    corners = side.mesh.facets[facets, : CORNERS_OF[side.mesh.facet]]
-    return np.ascontiguousarray(side.pose.to_world(side.mesh.points[corners]))
+def alike(joints: Sequence[Joint], orders: Sequence[int]) -> list[IntArray]:
+    """Numbers of joints whose meshes have facets of the same kinds, by as many as memory should hold.
+
+    Parameters
+    ----------
+    joints : One patch or several each. orders : Gauss points in a direction on each.
+    """
+    kinds: dict[object, list[int]] = {}
+    for number, (joint, order) in enumerate(zip(joints, orders, strict=True)):
+        both = [side.mesh.facet if side.mesh else "" for side in joint[0].sides]
+        kinds.setdefault((*both, order, len(joint) > 1), []).append(number)
+    found: list[IntArray] = []
+    for rows in kinds.values():
+        each = orders[rows[0]] ** (joints[rows[0]][0].frame.shape[0] - 1)
+        batch = np.cumsum([each * _facets(joints[row]) for row in rows]) // TOGETHER
+        found += np.split(np.array(rows), np.flatnonzero(np.diff(batch)) + 1)
+    return found
 
 
-def _order(patches: Sequence[Patch]) -> int:
+def _facets(joint: Joint) -> int:
+    """Mesh facets of both sides of a joint."""
+    return sum(
+        len(side.surface.face_meshes[side.face].facets)
+        for patch in joint
+        for side in patch.sides
+        if side.mesh is not None
+    )
+
+
+def order_of(patches: Joint) -> int:
     """Gauss points in a direction that integrate the products of the functions of both sides.
 
     On a quadrilateral that is no parallelogram these are polynomials in its own coordinates only: where its
@@ -280,8 +368,17 @@ def _order(patches: Sequence[Patch]) -> int:
     return min(order, MOST)
 
 
-def _share(patches: Sequence[Patch], patch: IntArray, weight: FloatArray) -> FloatArray:
-    """By what to multiply weights so that they sum to the areas of patches, (k,)."""
+def covering(patches: Sequence[Patch], patch: IntArray, weight: FloatArray) -> FloatArray:
+    """By what to multiply weights so that they sum to the areas of patches, (k,).
+
+    Parameters
+    ----------
+    patches : The patches. patch : That of each point, shape (q,). weight : Of the points, shape (q,).
+
+    Raises
+    ------
+    GeometryError : They miss more than a hundredth of a patch.
+    """
     whole = np.array([one.interface.area for one in patches])
     covered = np.bincount(patch, weight, len(patches))
     for k in np.flatnonzero(~(np.abs(covered - whole) <= COVERED * whole))[:1]:

@@ -29,6 +29,8 @@ _DEGREE4 = np.array(
 )
 _DEGREE4_WEIGHT = np.array([0.223381589678011, 0.109951743655322] * 3)
 
+type Rules = tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
+
 
 def quadrature(
     polygon: FloatArray,
@@ -60,9 +62,20 @@ def quadrature(
         return gauss_lines(polygon[None], np.zeros((1, 1)), np.ones((1, 1)), facets, ranges, order, density)[
             1:
         ]
-    tensor = gauss_rule(order)
-    barycentric, weight = (_DEGREE2, np.full(3, 1 / 3)) if degree == 2 else (_DEGREE4, _DEGREE4_WEIGHT)
-    return on_polygon(polygon, candidate, antagonist, tensor[0], tensor[1], barycentric, weight, density)  # type: ignore[no-any-return]
+    tensor, triangle = rules_of(degree, order)
+    return on_polygon(polygon, candidate, antagonist, *tensor, *triangle, density)  # type: ignore[no-any-return]
+
+
+def rules_of(degree: int, order: int) -> Rules:
+    """Points and weights on [-1, 1], and on a triangle.
+
+    Parameters
+    ----------
+    degree : Of the rule for triangles, 2 or 4.
+    order : Gauss points on [-1, 1].
+    """
+    triangle = (_DEGREE2, np.full(3, 1 / 3)) if degree == 2 else (_DEGREE4, _DEGREE4_WEIGHT)
+    return gauss_rule(order), triangle
 
 
 @cache

@@ -181,9 +181,9 @@ def test_the_console_goes_from_verdict_to_cost():
         "seconds", "memory",
     ]  # fmt: skip
     for words in (
-        "3 cracked, 2 hinge; 1 slide",
+        "3 cracked, 2 hinges; 1 slides",
         "1 mm in a / b",
-        "62 % of the way in c / d",
+        "62 % of the way from the middle in c / d",
         "0.21 in e / f",
     ):
         assert words in text

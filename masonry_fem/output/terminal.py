@@ -27,7 +27,7 @@ from masonry_fem.records.told import plain
 if TYPE_CHECKING:
     from rich.console import Console
 
-SHOWN_LINES = 10  # of a mechanism
+SHOWN_LINES = 10  # of a mechanism, of supports
 BALANCES = ("natural_map", "cone_violation", "block_balance", "global_balance", "energy_balance")
 ROUNDED = 1e-9  # relative errors from which it is told what rounding makes of them
 SIZES = ("blocks", "shapes", "meshes", "factorisations", "contacts")
@@ -286,18 +286,22 @@ def _forces(summary: Mapping[str, Any]) -> Rows:
         yield "forces", "applied", _force(applied)
     if factors := factor_words(summary):
         yield "forces", "… by partial factors", factors
-    for name, wrench in (summary.get("supports") or {}).items():
-        yield "forces", f"support {name}", _force(wrench)
+    supports = summary.get("supports") or {}
+    shown, others = greatest_supports(supports, SHOWN_LINES)
+    for name in shown:
+        yield "forces", f"support {name}", _force(supports[name])
+    if others:
+        yield "forces", "…", f"{_count(others)} more with smaller forces, in summary.json"
 
 
 def _stages(summary: Mapping[str, Any]) -> Rows:
     """How each stage has ended, and what its supports gave: all else is of the last one."""
     for stage in summary.get("stages") or ():
-        yield "stages", stage["name"], str(stage["outcome"]).replace("_", " ")
+        yield "stages", stage["name"], f"{stage['outcome'].replace('_', ' ')}; forces of its supports:"
         supports = stage.get("supports") or {}
         shown, others = greatest_supports(supports)
         for name in shown:
-            yield "stages", f"  support {name}", _force(supports[name])
+            yield "stages", f"  {name}", _force(supports[name])
         if others:
             yield (
                 "stages",

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-SHOWN = 4  # supports of a stage
+OF_A_STAGE = 4  # supports that are shown
 STATES = {
     "closed": ("on a corner or an edge", "on a corner or an edge"),
     "middle_third": ("pressed all over", "pressed all over"),
@@ -63,16 +63,16 @@ def finer_elements(told: Mapping[str, Any]) -> str:
     return "finer elements: keys of [mesh]" + (", or masonry-fem run with --refine-to 10%" if alone else "")
 
 
-def greatest_supports(supports: Mapping[str, Any]) -> tuple[list[str], int]:
+def greatest_supports(supports: Mapping[str, Any], most: int = OF_A_STAGE) -> tuple[list[str], int]:
     """Names of the supports with the greatest forces, in their order, and how many others there are.
 
     Parameters
     ----------
-    supports : What a summary says of them.
+    supports : What a summary says of them. most : Of them that are named.
     """
     ranked = sorted(supports, key=lambda name: -sum(part * part for part in supports[name]["force"]))
-    chosen = set(ranked[:SHOWN])
-    return [name for name in supports if name in chosen], max(len(ranked) - SHOWN, 0)
+    chosen = set(ranked[:most])
+    return [name for name in supports if name in chosen], max(len(ranked) - most, 0)
 
 
 def count(number: Any) -> str:

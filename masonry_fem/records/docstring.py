@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import inspect
 import re
+from functools import cache
 
 HEADING = re.compile(r"^(Attributes|Examples)\n-+\n", re.MULTILINE)
 ENTRY = re.compile(r"^(\w+) : (.*(?:\n +.*)*)", re.MULTILINE)
@@ -21,6 +22,7 @@ def text(record: type) -> str:
     return _parts(record)[""]
 
 
+@cache
 def meanings(record: type) -> dict[str, str]:
     """Meaning of each key that the record or what it derives from explains."""
     found: dict[str, str] = {}

@@ -10,8 +10,8 @@ from typing import Any
 
 OF_A_STAGE = 4  # supports that are shown
 STATES = {
-    "closed": ("on a corner or an edge", "on a corner or an edge"),
-    "middle_third": ("pressed all over", "pressed all over"),
+    "closed": ("closed at a corner or an edge", "closed at a corner or an edge"),
+    "middle_third": ("within the middle third", "within the middle third"),
     "cracked": ("cracked", "cracked"),
     "hinge": ("hinge", "hinges"),
     "open": ("open", "open"),
@@ -28,7 +28,7 @@ MANY = {"uses": "use", "its": "their", "is_": "are", "has": "have"}
 
 
 def joint_words(told: Mapping[str, Any]) -> str:
-    """How many joints are in which state: ``3 pressed all over, 10 cracked, 1 hinge; 2 slide``.
+    """How many joints are in which state: ``3 within the middle third, 10 cracked, 1 hinge; 2 slide``.
 
     Parameters
     ----------

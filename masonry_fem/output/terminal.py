@@ -33,6 +33,7 @@ ROUNDED = 1e-9  # relative errors from which it is told what rounding makes of t
 SIZES = ("blocks", "shapes", "meshes", "factorisations", "contacts")
 FEM_SIZES = ("meshes", "factorisations")
 GOOD = ("equilibrium", "finished")
+FALLEN = ("no_equilibrium", "no_convergence")  # whose stresses balance no loads
 NO_WAY = 1e-12  # opening or sliding that is rounding [m]
 SMALL = 1e-6  # friction that is left: less is none
 FINE = 0.1  # estimated error of the stress, from which it is said what lessens it
@@ -224,7 +225,7 @@ def _errors(summary: Mapping[str, Any]) -> Rows:
     if error := (summary.get("stress") or {}).get("error"):
         most = f" (most in {error['worst'][0]['block']})" if error["relative"] > 0 else ""
         yield "errors", "of stress, estimated", f"{_percent(error['relative'])}{most}"
-        if error["relative"] > FINE:
+        if error["relative"] > FINE and summary.get("outcome") not in FALLEN:
             yield "errors", "… less with", finer_elements(summary)
         if error["unjudged"]:
             blocks = _plural(error["unjudged"], "blocks")

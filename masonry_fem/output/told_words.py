@@ -70,9 +70,15 @@ def greatest_supports(supports: Mapping[str, Any], most: int = OF_A_STAGE) -> tu
     ----------
     supports : What a summary says of them. most : Of them that are named.
     """
-    ranked = sorted(supports, key=lambda name: -sum(part * part for part in supports[name]["force"]))
+    ranked = sorted(supports, key=lambda name: -_squared(supports[name]))
     chosen = set(ranked[:most])
     return [name for name in supports if name in chosen], max(len(ranked) - most, 0)
+
+
+def _squared(wrench: Any) -> float:
+    """Square of a force, which is given with its moment, or as one list of six."""
+    force = wrench["force"] if isinstance(wrench, Mapping) else wrench[:3]
+    return sum(float(part) ** 2 for part in force)
 
 
 def count(number: Any) -> str:

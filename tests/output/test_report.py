@@ -187,7 +187,7 @@ def test_what_falls_is_told(tmp_path):
     page = page_of(tmp_path)
     assert ("p", {"class": "verdict red"}) in page.elements
     assert result.summary.mechanism.sentence in page.text
-    assert "are rigid, of which only the mean stress is known" in page.text
+    assert "stones are rigid: only their mean stress is known" in page.text
 
 
 def test_histories_are_drawn(tmp_path):

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import inspect
 import re
-from functools import cache
 
 HEADING = re.compile(r"^(Attributes|Examples)\n-+\n", re.MULTILINE)
 ENTRY = re.compile(r"^(\w+) : (.*(?:\n +.*)*)", re.MULTILINE)
@@ -22,7 +21,6 @@ def text(record: type) -> str:
     return _parts(record)[""]
 
 
-@cache
 def meanings(record: type) -> dict[str, str]:
     """Meaning of each key that the record or what it derives from explains."""
     found: dict[str, str] = {}

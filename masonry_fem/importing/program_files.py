@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from masonry_fem.importing.endings import PROGRAMS
+from masonry_fem.importing import PROGRAMS
 
 # texts and comments are taken first, so that a mark within a text begins no comment
 PIECES = re.compile(r'"(?:[^"\n]*)"|//[^\n]*|/\*.*?(?:\*/|\Z)', re.DOTALL)

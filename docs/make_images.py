@@ -6,18 +6,23 @@ the curves of the tests only where the folder that MASONRY_FEM_SHARED names hold
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 import tempfile
 from importlib import import_module
 from pathlib import Path
 
-from PIL import Image
+from PIL import Image, ImageChops
 
 from masonry_fem import load, study
 from masonry_fem.analyses.collapse import collapse
 from masonry_fem.analyses.refine import refine
 from masonry_fem.analyses.threshold import threshold
+from masonry_fem.output.exporting import export
+from masonry_fem.output.view import showing_of
+from masonry_fem.output.viewing.look import Look
+from masonry_fem.output.viewing.recorded import Recorded
 from masonry_fem.scene import loads
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -36,6 +41,9 @@ DEMOS: dict[str, tuple[dict[str, object], dict[str, str]]] = {
             "arch_principal_stresses": "principal_stresses",
             "arch_reactions": "reactions",
             "arch_thrust": "thrust",
+            "arch_utilisation": "utilisation",
+            "arch_deformed": "deformed",
+            "arch_resultants": "resultants",
             "arch_opening": "opening",
             "arch_cut": "cut_middle_von_mises",
         },
@@ -231,12 +239,90 @@ def make_refined() -> None:
     print(f"refined.png  {size / 1e3:.0f} kB")
 
 
-def shrink(source: Path, target: Path) -> int:
-    """Copy a picture at the greatest width that keeps it light; returns its size [bytes]."""
+def make_side_by_side() -> None:
+    """Pictures of docs/side_by_side.md that no run writes: the arch pulled apart, its names, its report."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        import_module("demos.arch").main(out=folder / "arch")
+        export(folder / "arch", folder / "arch.vtm")
+        pull_apart(folder / "arch", folder / "apart.png")
+        name_stones(folder / "arch.vtm", folder / "names.png")
+        made = ["apart", "names"]
+        if browser := shutil.which("chromium") or shutil.which("google-chrome"):
+            photograph(browser, folder / "arch" / "report.html", folder / "report.png")
+            made.append("report")
+        for picture in made:
+            trim(folder / f"{picture}.png")
+            size = shrink(folder / f"{picture}.png", IMAGES / f"arch_{picture}.png", WIDTHS[-1:])
+            print(f"arch_{picture}.png  {size / 1e3:.0f} kB")
+
+
+def pull_apart(results: Path, picture: Path) -> None:
+    """What ``masonry-fem view --apart 0.3 --field utilisation`` shows."""
+    showing = showing_of(Recorded.of(results), Look("utilisation", 0.0, apart=0.3))
+    showing.plotter.screenshot(picture, window_size=[1280, 800])
+
+
+def name_stones(file: Path, picture: Path) -> None:
+    """A multi-block file as VTK's reader gives it to ParaView: names of parts, fields at their points."""
+    import pyvista as pv  # noqa: PLC0415 - after the run, which chooses VTK's window
+
+    parts = pv.read(file)
+    plotter = pv.Plotter(off_screen=True, window_size=[1280, 800])
+    plotter.set_background("white")
+    places, names = [], []
+    for name, part in zip(parts.keys(), parts, strict=True):
+        known = "von_mises" in part.point_data
+        plotter.add_mesh(
+            part, scalars="von_mises" if known else None, color=None if known else "#a9adb2", clim=[0, 8e4],
+            cmap="viridis", scalar_bar_args={"title": "von_mises", "color": "black", "vertical": True},
+        )  # fmt: skip
+        plotter.add_mesh(part.extract_feature_edges(25.0), color="#33383f", line_width=2)
+        places.append(part.center)
+        names.append(name)
+    plotter.add_point_labels(
+        places,
+        names,
+        font_size=18,
+        shape_opacity=0.75,
+        shape_color="white",
+        always_visible=True,
+        point_size=1,
+    )
+    plotter.view_vector((-0.3, -1.0, 0.3), (0.0, 0.0, 1.0))
+    plotter.screenshot(picture)
+
+
+def photograph(browser: str, page: Path, picture: Path) -> None:
+    """The top of a page in a browser without a window."""
+    subprocess.run(
+        [browser, "--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader",
+         "--hide-scrollbars", "--enable-unsafe-swiftshader", "--virtual-time-budget=5000",
+         "--window-size=1080,1250",
+         f"--user-data-dir={page.parent / 'profile'}", f"--screenshot={picture}", f"file://{page}"],
+        check=True, capture_output=True, timeout=300,
+    )  # fmt: skip
+
+
+def trim(picture: Path) -> None:
+    """Take the white around a picture away, but for a margin."""
+    image = Image.open(picture).convert("RGB")
+    left, top, right, bottom = ImageChops.invert(image).getbbox() or (0, 0, *image.size)
+    edge = (max(left - 16, 0), max(top - 16, 0), right + 16, bottom + 16)
+    image.crop((*edge[:2], *map(min, edge[2:], image.size))).save(picture)
+
+
+def shrink(source: Path, target: Path, widths: tuple[int, ...] = WIDTHS) -> int:
+    """Copy a picture at the greatest width that keeps it light; returns its size [bytes].
+
+    Parameters
+    ----------
+    source, target : Files. widths : That are tried [pixels].
+    """
     picture = Image.open(source).convert("RGB")
     target.parent.mkdir(parents=True, exist_ok=True)
-    for width in WIDTHS:
-        if width <= picture.width or width == WIDTHS[-1]:
+    for width in widths:
+        if width <= picture.width or width == widths[-1]:
             height = round(picture.height * width / picture.width)
             picture.resize((width, height), Image.Resampling.LANCZOS).save(target, optimize=True)
             if target.stat().st_size <= HEAVY:
@@ -256,6 +342,7 @@ if __name__ == "__main__":
         "study": make_study,
         "refined": make_refined,
         "reduced": make_reduced,
+        "side_by_side": make_side_by_side,
     }
     for demo in sys.argv[1:] or (*DEMOS, *others):
         if demo in others:

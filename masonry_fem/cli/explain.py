@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import shutil
+import textwrap
 
 from masonry_fem.cli.grammar import Commands, Parents
 
@@ -16,8 +18,17 @@ def explain_key(options: argparse.Namespace) -> int:
     """Print the meaning of a key, a table or a kind of table."""
     from masonry_fem.scene.explaining import explain  # noqa: PLC0415 - not on the path of --help
 
-    print(explain(options.key))
+    width = shutil.get_terminal_size().columns
+    print("\n".join(_wrapped(line, width) for line in explain(options.key).split("\n")))
     return 0
+
+
+def _wrapped(line: str, width: int) -> str:
+    """A line that is broken between words, further parts indented as the first."""
+    start = line[: len(line) - len(line.lstrip())]
+    return textwrap.fill(
+        line, width, subsequent_indent=start + "  ", break_long_words=False, break_on_hyphens=False
+    )
 
 
 def add(commands: Commands, parents: Parents) -> None:

@@ -24,6 +24,7 @@ def view_results(options: argparse.Namespace) -> int:
         png=options.folder if options.png else None, movie=options.movie, movie_of=options.movie_of,
         gltf=options.gltf, browser=options.browser, port=options.port, step=options.step,
         field=options.field, amplification=options.amplification, section=options.section,
+        apart=options.apart,
     )  # fmt: skip
     print_files(view(options.folder, wishes=wishes))
     return 0
@@ -48,4 +49,8 @@ def add(commands: Commands, parents: Parents) -> None:
     own.add_argument(
         "--section", metavar="AXIS=METRES", help="cut away what is before a plane, such as y=0.25"
     )
+    own.add_argument(
+        "--apart", type=float, default=0.0, metavar="SHARE",
+        help="pull stones apart, so that their joints are seen: their distances from the middle grow by this",
+    )  # fmt: skip
     own.set_defaults(command=view_results)

@@ -19,22 +19,25 @@ from masonry_fem.output.recorder import StepReport
 from masonry_fem.output.refinement_table import refinement_rows
 from masonry_fem.output.search_table import mechanism_lines
 from masonry_fem.output.sheet import quantity
+from masonry_fem.output.told_words import count as _count
+from masonry_fem.output.told_words import finer_elements, greatest_supports, joint_words, stone_words
 from masonry_fem.records.told import plain
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-SHOWN_LINES = 10  # of a mechanism
+SHOWN_LINES = 10  # of a mechanism, of supports
 BALANCES = ("natural_map", "cone_violation", "block_balance", "global_balance", "energy_balance")
 ROUNDED = 1e-9  # relative errors from which it is told what rounding makes of them
 SIZES = ("blocks", "shapes", "meshes", "factorisations", "contacts")
 FEM_SIZES = ("meshes", "factorisations")
 GOOD = ("equilibrium", "finished")
+FALLEN = ("no_equilibrium", "no_convergence")  # whose stresses balance no loads
 NO_WAY = 1e-12  # opening or sliding that is rounding [m]
 SMALL = 1e-6  # friction that is left: less is none
+FINE = 0.1  # estimated error of the stress, from which it is said what lessens it
 ROUNDING = 1e-8  # smaller errors are shown as '<' and this
 CHANGES = ("supports", "probes", "stress", "block_stress")  # by other contact points
-JOINT_STATES = ("closed", "middle_third", "cracked", "hinge", "open", "held")
 AXES = {2: "xy", 3: "xyz"}
 
 
@@ -160,17 +163,14 @@ def _start(summary: Mapping[str, Any]) -> Rows:
 
 def _joints(summary: Mapping[str, Any]) -> Rows:
     if told := summary.get("joints"):
-        counts = [(told[name], name.replace("_", " ")) for name in JOINT_STATES]
-        states = ", ".join(f"{_count(number)} {name}" for number, name in counts if number)
-        slide = f"; {_count(told['slide'])} slide" if told["slide"] else ""
-        yield "joints", "", states + slide
+        yield "joints", "", joint_words(told)
         for name in ("greatest_opening", "greatest_sliding"):
             if told[name]["value"] > NO_WAY:
                 where = told[name]["interface"]
                 yield "joints", name.replace("_", " "), f"{quantity(told[name]['value'], 'm')} in {where}"
         if edge := told.get("nearest_edge"):
-            way = f"{100 * edge['value']:.0f} % of the way"
-            yield "joints", "nearest to an edge", f"{way} in {edge['interface']}"
+            way = f"{100 * edge['value']:.0f} % of the way from the middle"
+            yield "joints", "pressure nearest to edge", f"{way} in {edge['interface']}"
         if left := told.get("least_margin"):
             yield "joints", "least μ − T/N", f"{_clean(left['value'])} in {left['interface']}"
 
@@ -224,6 +224,8 @@ def _errors(summary: Mapping[str, Any]) -> Rows:
     if error := (summary.get("stress") or {}).get("error"):
         most = f" (most in {error['worst'][0]['block']})" if error["relative"] > 0 else ""
         yield "errors", "of stress, estimated", f"{_percent(error['relative'])}{most}"
+        if error["relative"] > FINE and summary.get("outcome") not in FALLEN:
+            yield "errors", "… less with", finer_elements(summary)
         if error["unjudged"]:
             blocks = _plural(error["unjudged"], "blocks")
             yield "errors", "… but more", f"{blocks} one linear element thick, whose errors do not show"
@@ -241,20 +243,17 @@ def _utilisation(summary: Mapping[str, Any]) -> Rows:
     if not told:
         return
     share = _percent(told["share"])
-    yield "utilisation", f"worst {share} of a stone", "± error (at a point, of the mean stress)"
+    yield (
+        "utilisation",
+        f"worst {share} of a stone",
+        "of 1; ± error (at a point, of the mean stress)",
+    )
     for stone in told["worst"]:
         yield "utilisation", stone["block"], utilisation_words(stone)
     yield "utilisation", "partial factor", f"strengths are divided by {told['material_factor']:g}"
     if told.get("load_factor") is not None:
         yield "utilisation", "stresses may grow", f"× {told['load_factor']:.3g} until a stone uses 1"
-    for key, words in (
-        ("over", "use more than 1"),
-        ("rigid", "rigid: only their mean stress is known"),
-        ("one_sided", "have one strength only; the other is not checked"),
-        ("unchecked", "have no strength and are not checked"),
-    ):
-        if told[key]:
-            yield "utilisation", "stones", f"{_count(told[key])} {words}"
+    yield from (("utilisation", "stones", words) for _, words in stone_words(told))
 
 
 def utilisation_words(stone: Mapping[str, Any]) -> str:
@@ -287,8 +286,28 @@ def _forces(summary: Mapping[str, Any]) -> Rows:
         yield "forces", "applied", _force(applied)
     if factors := factor_words(summary):
         yield "forces", "… by partial factors", factors
-    for name, wrench in (summary.get("supports") or {}).items():
-        yield "forces", f"support {name}", _force(wrench)
+    supports = summary.get("supports") or {}
+    shown, others = greatest_supports(supports, SHOWN_LINES)
+    for name in shown:
+        yield "forces", f"support {name}", _force(supports[name])
+    if others:
+        yield "forces", "…", f"{_count(others)} more with smaller forces, in summary.json"
+
+
+def _stages(summary: Mapping[str, Any]) -> Rows:
+    """How each stage has ended, and what its supports gave: all else is of the last one."""
+    for stage in summary.get("stages") or ():
+        yield "stages", stage["name"], f"{stage['outcome'].replace('_', ' ')}; forces of its supports:"
+        supports = stage.get("supports") or {}
+        shown, others = greatest_supports(supports)
+        for name in shown:
+            yield "stages", f"  {name}", _force(supports[name])
+        if others:
+            yield (
+                "stages",
+                "  …",
+                f"{_count(others)} more with smaller forces, in {stage['name']}/summary.json",
+            )
 
 
 def _ties(summary: Mapping[str, Any]) -> Rows:
@@ -396,10 +415,6 @@ def _plural(number: Any, things: str) -> str:
     return f"{_count(number)} {one if number == 1 else things}"
 
 
-def _count(value: Any) -> str:
-    return f"{value:,}".replace(",", " ") if isinstance(value, int) else str(value)
-
-
 def _percent(share: float) -> str:
     if 0 < abs(share) < ROUNDING:
         return f"< {100 * ROUNDING:g} %"
@@ -419,6 +434,7 @@ def _number(value: Any) -> str:
 ORDER = (
     combination_rows,
     places_rows,
+    _stages,
     _mechanism,
     _start,
     _stress,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import os
 import sys
 from dataclasses import dataclass
@@ -32,6 +33,7 @@ class Wishes:
     browser : Whether to serve a page, at ``port`` (0: a free one).
     step : Counted from 1; None for the last. field : What is coloured; None for what matters most.
     amplification : Of displacements; None to choose one. section : Such as ``y=0.25``.
+    apart : How far blocks are pulled apart, as a share of their distances from the middle.
     """
 
     png: Path | None = None
@@ -44,6 +46,7 @@ class Wishes:
     field: str | None = None
     amplification: float | None = None
     section: str | None = None
+    apart: float = 0.0
 
 
 def view(directory: str | Path, png: str | Path | None = None, wishes: Wishes | None = None) -> list[Path]:
@@ -122,10 +125,12 @@ def _look(recorded: Recorded, wishes: Wishes) -> Look:
     factor = suited_factor([blocks]) if wishes.amplification is None else wishes.amplification
     if factor < 0:
         raise SceneError(f"--amplification is {factor:g}, expected 0 or more")
+    if not 0 <= wishes.apart < math.inf:
+        raise SceneError(f"--apart is {wishes.apart:g}, expected 0 or more, such as 0.3")
     section = None if wishes.section is None else Section.read(wishes.section)
     if section is not None:
         section.keep(blocks)  # refuses a plane beside the structure
-    return Look(checked_field(blocks, wishes.field), factor, section)
+    return Look(checked_field(blocks, wishes.field), factor, section, wishes.apart)
 
 
 def read_scenery(directory: str | Path) -> Scenery:

@@ -30,6 +30,8 @@ from masonry_fem.results.utilisation import Utilisation
 
 FloatArray = NDArray[np.float64]
 
+AXES = {2: "xy", 3: "xyz"}
+
 Outcome = Literal["equilibrium", "finished", "no_convergence", "no_equilibrium", "interrupted", "failed"]
 
 
@@ -216,6 +218,7 @@ class StageTold(Told, frozen=True, kw_only=True):
     after : Name of the stage where it began; None: in the reference, or where the scene says.
     outcome, message : Verdict, and the same as a sentence.
     time : End of its last step [s]; load factor in statics. steps : Steps made.
+    supports : What each support gives to the blocks at its end, by name.
     """
 
     name: str
@@ -224,6 +227,7 @@ class StageTold(Told, frozen=True, kw_only=True):
     message: str
     time: float
     steps: int
+    supports: dict[str, Wrench]
 
 
 class Summary(Told, frozen=True, kw_only=True, tag_field="schema", tag=versioned("run")):
@@ -316,14 +320,22 @@ class Summary(Told, frozen=True, kw_only=True, tag_field="schema", tag=versioned
         return "\n".join(f"{name:<{width}}  {value}" for name, value in rows.items())
 
     def _rows(self) -> Iterator[tuple[str, str]]:
-        yield "outcome", self.outcome
+        from masonry_fem.output.components import in_words  # noqa: PLC0415 - only what is shown needs it
+
+        yield "outcome", self.outcome.replace("_", " ")
         yield "message", self.message
         yield "size", f"{self.blocks} blocks, {self.contacts} contacts, {self.unknowns} unknowns"
-        yield "end", f"t = {self.time:.6g} after {self.steps} steps"
+        yield "end", f"t = {self.time:.6g} after {self.steps} step{'' if self.steps == 1 else 's'}"
+        if self.utilisation is not None and self.utilisation.worst:
+            worst = self.utilisation.worst[0]
+            used = worst.of_mean if worst.local is None else worst.local
+            error = "" if worst.error is None else f" ± {worst.error:.1g}"
+            yield "utilisation", f"at most {used:.2g}{error}, {worst.governs} in {worst.block} (1 is all)"
         certificate, written = self.certificate, self.certificate.written
         yield "balance", f"blocks {certificate.block_balance:.1e}, whole {certificate.global_balance:.1e}"
         overlap = certificate.max_penetration if written is None else written.overlap.value
         yield "overlap", f"{overlap:.2g} m"
+        unit = "N/m" if len(self.applied) == 2 else "N"
         for name, wrench in self.supports.items():
-            yield f"support {name}", f"({', '.join(f'{part:.5g}' for part in wrench.force)}) N"
+            yield f"support {name}", in_words(wrench.force, unit, AXES[len(wrench.force)], 5)
         yield "CPU", f"{sum(self.seconds.values()):.2f} s, {self.peak_memory_mb:.0f} MB"

@@ -155,7 +155,7 @@ class PointForce(Spec, frozen=True, kw_only=True):
     Attributes
     ----------
     block : selector that matches one block
-    vector : the force
+    vector : the force, in 2D for each metre of depth
     point : where it acts, in world coordinates of the undeformed structure; the block's centroid by default
     time : factor as a function of time, 1 by default. In statics, time is the load factor from 0 to 1
     case : load case, whose factor [combinations](combinations.md) give; without one it acts in all as it is

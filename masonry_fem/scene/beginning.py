@@ -12,10 +12,13 @@ import tomllib
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+import msgspec
+
 from masonry_fem.errors import MasonryError
 from masonry_fem.march.equilibrium import kinds as strategies
 from masonry_fem.records import docstring
 from masonry_fem.records.record import Spec
+from masonry_fem.records.structure import Structure
 from masonry_fem.scene.combinations import Design
 from masonry_fem.scene.explaining import keys_of
 from masonry_fem.scene.joint import Joint
@@ -55,6 +58,7 @@ def beginning(kind: str) -> str:
          *_table(Scene, {"dimension": 3, "fidelity": "elastic"}, TOP)],
         ["[materials.stone]", *_table(Material, {"density": "2400 kg/m^3", "young": "10 GPa"})],
         ["[[structures]]", *_table(record, example)],
+        *_held(msgspec.convert(example, record)),
         ["[[joints]]", *_table(Joint, {"friction": 0.6})],
         ["[loads]", *_table(Loads, {"gravity": [0.0, 0.0, -9.81]})],
         ["[analysis]", 'kind = "statics"', *_table(strategies()["statics"], {})],
@@ -62,6 +66,15 @@ def beginning(kind: str) -> str:
         ["[output]", *_table(Output, {"report": True})],
     ]  # fmt: skip
     return "\n\n".join("\n".join(part) for part in parts) + "\n"
+
+
+def _held(structure: Structure) -> Iterator[list[str]]:
+    """A support for a structure that brings none; names in a file are the user's to give."""
+    if structure.carries:
+        return
+    comment = "# blocks and faces ('block/face') that stand still; 'masonry-fem check' tells the names"
+    lines = ["[[supports]]", f'on = "{structure.name}/bottom"']
+    yield [comment, *(lines if structure.source is None else (f"# {line}" for line in lines))]
 
 
 def _table(record: type[Spec], given: Mapping[str, Any], only: tuple[str, ...] = ()) -> Iterator[str]:

@@ -26,6 +26,7 @@ from masonry_fem.scene.specs import Scene
 from masonry_fem.scene.writing import plain
 
 NAME = "NAME"
+UNIT = re.compile(r" in (\S+)$")  # at the end of what a key expects
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +96,19 @@ def all_keys(record: type[Spec] = Scene, path: tuple[str, ...] = ()) -> Iterator
         yield key
         for kind, own in key.table.items():
             yield from all_keys(own, (*key.path, kind) if kind else key.path)
+
+
+def unit_of(path: str) -> str:
+    """Unit of plain numbers at a key, "" where there is none or where it depends on the kind of a table.
+
+    Parameters
+    ----------
+    path : Of a key as overrides write it: ``structures.arch.thickness``.
+    """
+    first, *_, last = path.split(".") if "." in path else (path, path)
+    alike = [key.expected for key in all_keys() if key.path[0] == first and last in _plain(key.path)[-1:]]
+    units = {found[1] if (found := UNIT.search(words)) else "" for words in alike}
+    return units.pop() if len(units) == 1 else ""
 
 
 def explain(query: str) -> str:

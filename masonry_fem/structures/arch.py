@@ -48,7 +48,7 @@ class ArchStructure(Structure, frozen=True, kw_only=True, tag="arch"):
     name = "arch"
     material = "stone"
     radius = 5.0
-    thickness = 0.5
+    thickness = 0.7
     voussoirs = 9
     """
 

@@ -74,6 +74,31 @@ def test_any_part_may_be_missing(missing):
     assert printed({key: value for key, value in SUMMARY.items() if key != missing})
 
 
+def test_each_stage_tells_what_its_supports_gave():
+    """Of many supports those with the greatest forces, at the end of a run too."""
+    supports = {f"s{k}": {"force": [0.0, 1e3 * k]} for k in range(12)}
+    stages = [
+        {"name": "built", "outcome": "equilibrium", "supports": {"left": {"force": [0.0, 5e3]}}},
+        {"name": "sunk", "outcome": "no_equilibrium", "supports": supports},
+    ]
+    told = printed({"outcome": "equilibrium", "stages": stages, "supports": supports, "applied": [0.0, -6e4]})
+    text = " ".join(told.split())
+    assert "stages built equilibrium; forces of its supports: left x 0 N/m y 5 kN/m" in text
+    assert "sunk no equilibrium; forces of its supports: s8 x 0 N/m y 8 kN/m" in text
+    assert "8 more with smaller forces" in text
+    assert "2 more with smaller forces, in summary.json" in text
+
+
+@pytest.mark.parametrize(
+    ("outcome", "relative", "told"),
+    [("equilibrium", 0.43, True), ("equilibrium", 0.05, False), ("no_equilibrium", 0.43, False)],
+)
+def test_a_large_error_comes_with_what_lessens_it(outcome, relative, told):
+    error = {"relative": relative, "unjudged": 0, "worst": [{"block": "v2"}]}
+    text = printed({"outcome": outcome, "stress": {"error": error}})
+    assert ("finer elements" in text) == told
+
+
 def test_brackets_in_names_are_no_markup():
     assert "[bold]" in printed(SUMMARY | {"message": "block [bold] slides"})
 
@@ -181,9 +206,9 @@ def test_the_console_goes_from_verdict_to_cost():
         "seconds", "memory",
     ]  # fmt: skip
     for words in (
-        "3 cracked, 2 hinge; 1 slide",
+        "3 cracked, 2 hinges; 1 slides",
         "1 mm in a / b",
-        "62 % of the way in c / d",
+        "62 % of the way from the middle in c / d",
         "0.21 in e / f",
     ):
         assert words in text

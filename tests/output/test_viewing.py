@@ -85,6 +85,27 @@ def test_a_section_keeps_what_is_behind_it(recorded):
             Section.read(wrong)
 
 
+def test_stones_are_pulled_apart_as_they_are(recorded):
+    """Each goes by the same share of its distance from the middle, and keeps its form."""
+    blocks = recorded.blocks(-1)
+    together, apart = (Look("von_mises", 0.0, None, share).shown(blocks).surface for share in (0.0, 0.4))
+    moves = np.asarray(apart.points) - np.asarray(together.points)
+    own = np.asarray(together.point_data["block"]).astype(int)
+    middles = np.array([together.points[own == k].mean(axis=0) for k in range(own.max() + 1)])
+    for k in range(len(middles)):
+        np.testing.assert_allclose(np.ptp(moves[own == k], axis=0), 0.0, atol=1e-12)
+    gone = np.array([moves[own == k][0] for k in range(len(middles))])
+    np.testing.assert_allclose(np.diff(gone, axis=0), 0.4 * np.diff(middles, axis=0), atol=1e-12)
+    assert np.abs(gone).max() > 0.1
+
+
+@pytest.mark.parametrize("share", ["-0.1", "nan", "inf"])
+def test_a_share_to_pull_apart_that_is_none_is_refused(wall, share, tmp_path, capsys):
+    asked = ["view", str(wall), "--apart", share, "--gltf", str(tmp_path / "w.glb")]
+    assert main(asked) == 1
+    assert f"--apart is {share}, expected 0 or more" in capsys.readouterr().err
+
+
 def test_colours_are_those_of_all_steps(recorded):
     grids = [recorded.blocks(i) for i in range(STEPS)]
     most = max(np.linalg.norm(grid.point_data["displacement"], axis=1).max() for grid in grids)
@@ -114,8 +135,8 @@ def test_what_a_window_shows_changes_with_its_controls(recorded):
     controls.fit()
     assert not changes(lambda: None).any(), "what does not change is drawn alike"
     for act in (
-        lambda: showing.step(0), controls.next_field, lambda: showing.factor(0.0), lambda: controls.across(1),
-        lambda: controls._cut(0.8),
+        lambda: showing.step(0), controls.next_field, lambda: showing.factor(0.0), controls.pull,
+        lambda: controls.across(1), lambda: controls._cut(0.8), controls.pull,
     ):  # fmt: skip
         assert changes(act).sum() > 50
     assert showing.place == 0

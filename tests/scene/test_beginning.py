@@ -4,6 +4,7 @@ import re
 
 import pytest
 
+from masonry_fem import solve
 from masonry_fem.analyses.inspect import check_scene
 from masonry_fem.cli import main
 from masonry_fem.errors import MasonryError
@@ -29,6 +30,19 @@ def test_its_comments_have_the_defaults(kind):
     whole = re.sub(r"^# (\w+ = .+)$", r"\1", text, flags=re.M)
     assert whole != text
     assert loads(whole) == loads(text)
+
+
+@pytest.mark.parametrize("kind", [kind for kind in kinds() if kind not in FROM_FILES])
+def test_a_scene_to_begin_with_stands(kind):
+    """As rigid stones, which need neither meshes nor pictures to say so."""
+    quick = ["fidelity=rigid", "output={fields=false, pictures=false}"]
+    assert solve(loads(beginning(kind), quick)).outcome == "equilibrium"
+
+
+def test_what_a_file_has_to_be_held_by_is_left_to_its_user():
+    text = beginning("file")
+    assert '# [[supports]]\n# on = "file/bottom"' in text
+    assert "[[supports]]" not in beginning("survey")  # it brings its ground
 
 
 def test_a_kind_that_is_none_is_refused():

@@ -15,8 +15,9 @@ from typing import Any
 from masonry_fem import __version__
 from masonry_fem.errors import GeometryError
 from masonry_fem.fidelities import deforms
-from masonry_fem.importing import INPUTS
+from masonry_fem.importing import INPUTS, PROGRAMS
 from masonry_fem.importing.abaqus import included
+from masonry_fem.importing.program_files import read_by
 from masonry_fem.scene import Scene
 from masonry_fem.scene.writing import plain
 
@@ -101,8 +102,9 @@ def _files(value: Any, base: Path) -> Iterator[Path]:
 
 
 def _included(path: Path) -> list[Path]:
-    """Files that an Abaqus file includes; none where one is missing, which the cell will tell."""
+    """Files that a mesh file includes; none where one is missing, which the cell will tell."""
+    kind = path.suffix.lower()
     try:
-        return included(path) if path.suffix.lower() in INPUTS else []
+        return included(path) if kind in INPUTS else read_by(path) if kind in PROGRAMS else []
     except GeometryError:
         return []

@@ -16,6 +16,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from msgspec import structs
 
 from masonry_fem.host.atomic import write_records
@@ -23,7 +24,7 @@ from masonry_fem.output.checkpoint import CHECKPOINT, Checkpoint, read_checkpoin
 from masonry_fem.output.folder import Folder, refuse_busy, telling_end
 from masonry_fem.records.remark import gathered
 from masonry_fem.records.told import write
-from masonry_fem.results.summary import StageTold
+from masonry_fem.results.summary import StageTold, Wrench
 from masonry_fem.scene import check, dumps, specs
 from masonry_fem.scene.stages import predecessor, stage_scenes
 from masonry_fem.scene.writing import moved
@@ -68,7 +69,7 @@ def run_stages(scene: specs.Scene, out: Path, base: Path, run: Run, *, goes_on: 
                 told.append(
                     StageTold(
                         name=stage.name, after=after, outcome=end.outcome, message=end.message, time=end.time,
-                        steps=end.steps,
+                        steps=end.steps, supports=end.supports,
                     )
                 )  # fmt: skip
                 if result.outcome not in GOOD:
@@ -109,7 +110,11 @@ def _done(folder: Path, name: str, after: str | None) -> StageTold:
     """What was told of a stage that is done."""
     told = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     keys = {key: told[key] for key in ("outcome", "message", "time", "steps")}
-    return StageTold(name=name, after=after, **keys)
+    supports = {
+        support: Wrench(force=np.array(wrench["force"]), moment=np.array(wrench["moment"]))
+        for support, wrench in told["supports"].items()
+    }
+    return StageTold(name=name, after=after, supports=supports, **keys)
 
 
 def told_above(

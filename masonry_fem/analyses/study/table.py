@@ -88,7 +88,7 @@ def _cells(study: Study, narrow: bool) -> Table:
 def _columns(study: Study, narrow: bool) -> Iterator[tuple[str, bool, Callable[[Row], Any]]]:
     """Title of each column, whether it is set to the right, and what it says of a cell."""
     varied, aims = [one.key for one in study.vary], study.targets
-    for title, key in zip(heads(varied), varied, strict=True):
+    for title, key in zip(_titles(study, varied), varied, strict=True):
         yield title, False, partial(_setting, key=key)
     costs = ["CPU [s]", "MB"] if narrow or study.explores else ["CPU [s]", "mostly", "MB", "unknowns"]
     failed = any(row.outcome not in SOLVED for row in study.rows)
@@ -111,7 +111,7 @@ def _peaks(study: Study) -> Table:
     probes = list(dict.fromkeys(probe for row in rows for one in row.peaks for probe in one.probes))
     yielded = ["yielded"] if any(row.yielded for row in rows) else []
     table = columns(
-        [*heads(varied), "peak of", "is", "at time", *(f"{probe} [m]" for probe in probes), *yielded]
+        [*_titles(study, varied), "peak of", "is", "at time", *(f"{probe} [m]" for probe in probes), *yielded]
     )
     for row in rows:
         settings = [row.cell.settings[key] for key in varied]
@@ -180,6 +180,12 @@ def heads(keys: Sequence[str]) -> list[str]:
     """Keys by their last word where no two have the same."""
     tails = [key.rpartition(".")[2] for key in keys]
     return [tail if tails.count(tail) == 1 else key for key, tail in zip(keys, tails, strict=True)]
+
+
+def _titles(study: Study, keys: Sequence[str]) -> list[str]:
+    """Headings of columns of keys, with the unit of plain numbers."""
+    units = {one.key: f" [{one.unit}]" for one in study.vary if one.unit}
+    return [f"{head}{units.get(key, '')}" for head, key in zip(heads(keys), keys, strict=True)]
 
 
 def _failures(study: Study) -> list[str]:

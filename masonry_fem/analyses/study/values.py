@@ -91,7 +91,7 @@ def draw_values(study: Study, path: Path) -> Path:
         panel.set_visible(False)
     if others:
         panels[0].legend(frameon=False, fontsize=9, labelcolor=INK)
-    head(figure, study.title or "study", "sizes of vectors; cells that were not solved are left out")
+    head(figure, study.title or "study", "one point a cell; cells that were not solved are left out")
     figure.tight_layout(rect=(0, 0, 1, 1 - 0.8 / figure.get_figheight()))
     return save(figure, path)
 
@@ -115,7 +115,8 @@ def _draw_curves(panel: Any, name: str, key: Variation, lines: dict[str, list[Ro
     if not counts:
         panel.set_xticks(places, [key.text(at) for at in range(len(places))])
     panel.set_title(name, fontsize=11, color=INK, loc="left", weight="bold")
-    panel.set_xlabel(key.key.rpartition(".")[2], fontsize=9.5, color=PALE)
+    across_unit = f" [{key.unit}]" if key.unit else ""
+    panel.set_xlabel(f"{key.key.rpartition('.')[2]}{across_unit}", fontsize=9.5, color=PALE)
     panel.set_ylabel(f"[{unit}]" if unit else "", fontsize=9.5, color=PALE)
     panel.margins(0.06, 0.12)
 
@@ -133,6 +134,9 @@ def _lines(rows: Sequence[Row], others: Sequence[Variation]) -> dict[str, list[R
     """Cells that a line joins, by what they have in common."""
     found: dict[str, list[Row]] = {}
     for row in rows:
-        label = ", ".join(f"{one.key.rpartition('.')[2]} = {row.cell.settings[one.key]}" for one in others)
+        label = ", ".join(
+            f"{one.key.rpartition('.')[2]} = {row.cell.settings[one.key]} {one.unit}".rstrip()
+            for one in others
+        )
         found.setdefault(label, []).append(row)
     return found

@@ -16,6 +16,7 @@ from typing import Any
 
 from masonry_fem.analyses.study.setting import Setting, fineness, setting_of
 from masonry_fem.errors import MasonryError
+from masonry_fem.scene.explaining import unit_of
 from masonry_fem.scene.overrides import parsed, texts
 
 PAIRS = {"[": "]", "{": "}", "(": ")"}
@@ -34,6 +35,12 @@ class Variation:
     key: str
     values: tuple[Any, ...]
     compared: bool = False
+
+    @cached_property
+    def unit(self) -> str:
+        """Of plain numbers; texts bring their own."""
+        plain = all(isinstance(value, int | float) and not isinstance(value, bool) for value in self.values)
+        return unit_of(self.key) if plain else ""
 
     def __post_init__(self) -> None:
         """Refuse what makes no sweep."""

@@ -11,6 +11,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from masonry_fem.output.told_words import finer_elements, stone_words
+
 GREEN, AMBER, RED, GREY = "green", "amber", "red", "grey"
 ORDER = (GREY, GREEN, AMBER, RED)
 EXACT, POOR = 1e-9, 1e-6  # errors of the equations, relative
@@ -56,6 +58,17 @@ def worst(found: Sequence[Light]) -> str:
     found : Some lights.
     """
     return max((light.colour for light in found), key=ORDER.index)
+
+
+def doubts(found: Sequence[Light]) -> list[str]:
+    """The questions that make the whole worse than its verdict, which is the first of the lights.
+
+    Parameters
+    ----------
+    found : Lights of a run.
+    """
+    colour = worst(found)
+    return [light.question for light in found if light.colour == colour] if found[0].colour != colour else []
 
 
 def _verdict(summary: Mapping[str, Any]) -> Light:
@@ -138,6 +151,8 @@ def _elements(summary: Mapping[str, Any]) -> Light:
     answer = (
         f"The estimated error of the stress is {100 * share:.2g} % (good: up to 10 %, doubtful from 30 % on)."
     )
+    if share > FINE:
+        answer += f" It is less with {finer_elements(summary)}."
     if error.get("unjudged"):
         colour = max(colour, AMBER, key=ORDER.index)
         answer += f" It cannot be estimated in {error['unjudged']} stones that are one element thick."
@@ -157,13 +172,10 @@ def _strength(summary: Mapping[str, Any]) -> Light:
     )
     if error > UNSURE * used:
         colour = max(colour, AMBER, key=ORDER.index)
-        answer += " Finer elements are needed to say so."
-    for key, words in (("over", "use more than 1"), ("unchecked", "were not checked"),
-                       ("one_sided", "were checked in one sense only"),
-                       ("rigid", "are rigid, of which only the mean stress is known")):  # fmt: skip
-        if told[key]:
-            answer += f" {told[key]} stones {words}."
-            colour = max(colour, AMBER, key=ORDER.index)
+        answer += " With an error as large, finer elements have to confirm it."
+    for _, words in stone_words(told):
+        answer += f" {words[0].upper()}{words[1:]}."
+        colour = max(colour, AMBER, key=ORDER.index)
     return Light(colour, question, answer)
 
 

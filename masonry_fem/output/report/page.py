@@ -20,13 +20,14 @@ from masonry_fem.host.atomic import write_atomic
 from masonry_fem.host.phases import phase
 from masonry_fem.output.components import greatest, in_words
 from masonry_fem.output.extremes import combination_rows
-from masonry_fem.output.report.lights import lights, measures, worst
+from masonry_fem.output.report.lights import doubts, lights, measures, worst
 from masonry_fem.output.report.model3d import packed
 from masonry_fem.output.report.plots import plots
 from masonry_fem.output.report.scene_words import assumptions, settings
 from masonry_fem.output.report.stages import stages
 from masonry_fem.output.sheet import quantity
 from masonry_fem.output.terminal import factor_words
+from masonry_fem.output.told_words import joint_words
 
 NAME = "report.html"
 MOST = 9_500_000  # bytes of the file: pictures that would make it larger are left out
@@ -135,7 +136,8 @@ def _rendered(content: Mapping[str, Any]) -> str:
 
     loader = PackageLoader("masonry_fem.output.report", "template")
     made = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    made.filters |= {"quantity": quantity, "number": _number, "vector": _vector, "greatest": greatest}
+    made.filters |= {"quantity": quantity, "number": _number, "vector": _vector, "greatest": greatest,
+                     "joint_words": joint_words}  # fmt: skip
     return made.get_template("page.html").render(content)
 
 
@@ -163,6 +165,7 @@ def _content(directory: Path, end: Path, summary: dict[str, Any]) -> dict[str, A
         "summary": summary,
         "title": summary.get("title") or directory.resolve().name,
         "colour": worst(found),
+        "doubts": doubts(found),
         "lights": found,
         "measures": list(measures(summary)) if "certificate" in summary else [],
         "scene_text": text,

@@ -8,8 +8,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from masonry_fem.output.components import in_words
 from masonry_fem.output.report.scene_words import settings
 from masonry_fem.output.sheet import quantity
+from masonry_fem.output.told_words import greatest_supports
 
 
 def stages(directory: Path, told: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
@@ -64,6 +66,14 @@ def _figures(folder: Path) -> list[tuple[str, str]]:
     except (OSError, ValueError):
         return []
     figures = []
+    supports = end.get("supports") or {}
+    shown, others = greatest_supports(supports)
+    for name in shown:
+        force = supports[name]["force"]
+        unit = "N/m" if len(force) == 2 else "N"
+        figures.append((f"support {name}", in_words(force, unit, "xyz", 4, mark=", ")))
+    if others:
+        figures.append((f"{others} other supports", "with smaller forces, see its summary.json"))
     for key, words in (("min_principal", "greatest compression"), ("max_principal", "greatest tension")):
         if one := (end.get("stress") or {}).get(key):
             figures.append((words, f"{quantity(one['value'], 'Pa')} in {one['block']}"))

@@ -95,18 +95,23 @@ class Look:
     ----------
     field : Name of what is coloured, of ``fields_of``. factor : Amplification of displacements.
     section : What is cut away; None: nothing.
+    apart : How far blocks are pulled apart: their distances from the middle grow by this share.
     """
 
     field: str
     factor: float
     section: Section | None = None
+    apart: float = 0.0
 
     def shown(self, blocks: Any) -> Shown:
         """Surface and edges of a step."""
         grid = blocks.copy()
         known, values = _values(grid, self.field)
         (grid.point_data if known == "points" else grid.cell_data)[VALUES] = values
-        grid.points = grid.points + self.factor * np.asarray(grid.point_data[fields.DISPLACEMENT])
+        moved = grid.points + self.factor * np.asarray(grid.point_data[fields.DISPLACEMENT])
+        if self.apart:
+            moved = moved + self.apart * _away(grid)
+        grid.points = moved
         if self.section is not None:
             grid = self.section.keep(grid)
         surface = surface_of(grid)
@@ -212,6 +217,15 @@ def suited_factor(grids: list[Any]) -> float:
 
 def _moves(grid: Any) -> tuple[FloatArray, FloatArray]:
     return np.asarray(grid.point_data[fields.DISPLACEMENT], float), np.asarray(grid.points, float)
+
+
+def _away(grid: Any) -> FloatArray:
+    """From the middle of all blocks to the middle of the block of each point, in the reference [m]."""
+    block = np.asarray(grid.point_data[fields.BLOCK], int)
+    count = np.bincount(block)
+    sums = [np.bincount(block, column) for column in np.asarray(grid.points, float).T]
+    middles = np.column_stack(sums) / np.maximum(count, 1)[:, None]
+    return middles[block] - middles[count > 0].mean(axis=0)
 
 
 def _values(grid: Any, field: str) -> tuple[str, FloatArray]:

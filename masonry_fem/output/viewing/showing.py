@@ -78,6 +78,11 @@ class Showing:
         self.look = replace(self.look, factor=max(factor, 0.0))
         self._draw()
 
+    def apart(self, share: float) -> None:
+        """Pull blocks apart: their distances from the middle grow by this share."""
+        self.look = replace(self.look, apart=max(share, 0.0))
+        self._draw()
+
     def section(self, section: Section | None) -> None:
         """Cut away what is before a plane; None: nothing. A plane that would leave nothing is not taken."""
         before, self.look = self.look, replace(self.look, section=section)
@@ -122,9 +127,10 @@ class Showing:
     def caption(self) -> str:
         """Step, time and amplification in words."""
         time = self.recorded.times[self.place]
+        apart = f"; stones pulled apart by {self.look.apart:.2g}" if self.look.apart else ""
         return (
             f"step {self.place + 1} of {len(self.recorded.files)}, t = {time:.4g}; "
-            f"displacements × {self.look.factor:.4g}"
+            f"displacements × {self.look.factor:.4g}{apart}"
         )
 
     def _names(self) -> list[str]:

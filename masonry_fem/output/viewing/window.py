@@ -10,9 +10,10 @@ from masonry_fem.output.sheet import INK
 from masonry_fem.output.viewing.look import Section
 from masonry_fem.output.viewing.showing import Showing
 
+APART = 0.3  # by which the key 'a' pulls stones apart, of their distances from the middle
 WORDS = (
     "click: a block   f: next field   x, y, z: section across that axis   n: no section   arrows: step\n"
-    "drag: turn   wheel: zoom   shift and drag: move   q: end"
+    "a: stones apart   drag: turn   wheel: zoom   shift and drag: move   q: end"
 )
 
 
@@ -54,8 +55,9 @@ class Controls:
     def keys(self) -> dict[str, Any]:
         """What each key does."""
         return {
-            "f": self.next_field, "n": lambda: self.across(None), "Right": lambda: self._go(1),
-            "Left": lambda: self._go(-1), **{"xyz"[i]: lambda i=i: self.across(i) for i in range(3)},
+            "f": self.next_field, "a": self.pull, "n": lambda: self.across(None),
+            "Right": lambda: self._go(1), "Left": lambda: self._go(-1),
+            **{"xyz"[i]: lambda i=i: self.across(i) for i in range(3)},
         }  # fmt: skip
 
     def next_field(self) -> None:
@@ -63,6 +65,11 @@ class Controls:
         names = self._showing.fields
         at = names.index(self._showing.look.field) if self._showing.look.field in names else -1
         self._showing.field(names[(at + 1) % len(names)])
+        self._showing.plotter.render()
+
+    def pull(self) -> None:
+        """Pull the stones apart, or put them together again."""
+        self._showing.apart(0.0 if self._showing.look.apart else APART)
         self._showing.plotter.render()
 
     def across(self, axis: int | None) -> None:

@@ -12,6 +12,7 @@ from masonry_fem.analyses.study.reference import Reference
 from masonry_fem.analyses.study.setting import setting_of
 from masonry_fem.analyses.study.variation import Variation, variations
 from masonry_fem.errors import MasonryError
+from masonry_fem.importing.program_files import read_by
 
 RIGID = """
 dimension = 2
@@ -128,6 +129,39 @@ path = "pier.inp"
     (tmp_path / "nodes.txt").unlink()
     keys += [cell.key for cell in plan(source(text, tmp_path), variations(["solver.tolerance=1e-3"]))]
     assert len(set(keys)) == 3
+
+
+def test_files_that_a_program_includes_count(tmp_path) -> None:
+    """Found by reading it: no program is run before it is trusted."""
+    text = """
+dimension = 3
+fidelity = "rigid"
+[materials.stone]
+density = 2000
+[[structures]]
+kind = "file"
+name = "pier"
+material = "stone"
+path = "pier.geo"
+trusted = true
+"""
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "pier.geo").write_text(
+        'name = "http://none"; Include "parts/sizes.geo"; // Include "notes.geo";\n'
+    )
+    (tmp_path / "parts" / "sizes.geo").write_text('Merge "stone.step"; /* Include "notes.geo"; */')
+    for name in ("notes.geo", "parts/stone.step"):
+        (tmp_path / name).write_text("first")
+    assert [path.name for path in read_by(tmp_path / "pier.geo")] == ["sizes.geo", "stone.step"]
+
+    def key() -> str:
+        return plan(source(text, tmp_path), variations(["solver.tolerance=1e-3"]))[0].key
+
+    before = key()
+    (tmp_path / "notes.geo").write_text("then")
+    assert key() == before
+    (tmp_path / "parts" / "stone.step").write_text("then")
+    assert key() != before
 
 
 def test_divisions_take_the_place_of_a_size(tmp_path) -> None:

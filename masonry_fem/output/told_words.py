@@ -1,0 +1,86 @@
+"""Told words: what a summary says of joints, stones and supports, as sentences of the console and the report.
+
+joint_words(summary["joints"])         # '10 cracked, 3 hinges; 1 slides'
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+OF_A_STAGE = 4  # supports that are shown
+STATES = {
+    "closed": ("closed at a corner or an edge", "closed at a corner or an edge"),
+    "middle_third": ("within the middle third", "within the middle third"),
+    "cracked": ("cracked", "cracked"),
+    "hinge": ("hinge", "hinges"),
+    "open": ("open", "open"),
+    "held": ("held by cohesion", "held by cohesion"),
+}  # one, more: docs/results.md#interfacescsv explains them
+STONES = {
+    "over": "{uses} more than all of {its} design strength",
+    "rigid": "{is_} rigid: only {its} mean stress is known",
+    "one_sided": "{has} one strength only; the other is not checked",
+    "unchecked": "{has} no strength and {is_} not checked",
+}
+ONE = {"uses": "uses", "its": "its", "is_": "is", "has": "has"}
+MANY = {"uses": "use", "its": "their", "is_": "are", "has": "have"}
+
+
+def joint_words(told: Mapping[str, Any]) -> str:
+    """How many joints are in which state: ``3 within the middle third, 10 cracked, 1 hinge; 2 slide``.
+
+    Parameters
+    ----------
+    told : What a summary says of joints.
+    """
+    words = ", ".join(f"{count(told[key])} {STATES[key][told[key] != 1]}" for key in STATES if told[key])
+    slide = told["slide"]
+    return words + (f"; {count(slide)} {'slides' if slide == 1 else 'slide'}" if slide else "")
+
+
+def stone_words(told: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """What has to be known of how stones were checked: key, and ``1 stone has no strength and ...``.
+
+    Parameters
+    ----------
+    told : What a summary says of the utilisation.
+    """
+    for key, words in STONES.items():
+        if number := told[key]:
+            stones = "stone" if number == 1 else "stones"
+            yield key, f"{count(number)} {stones} {words.format(**(ONE if number == 1 else MANY))}"
+
+
+def finer_elements(told: Mapping[str, Any]) -> str:
+    """What makes the error of stresses smaller. Refinement by itself is of one run with one structure.
+
+    Parameters
+    ----------
+    told : What a summary says.
+    """
+    alone = not any(told.get(key) for key in ("stages", "combinations", "places"))
+    return "finer elements: keys of [mesh]" + (", or masonry-fem run with --refine-to 10%" if alone else "")
+
+
+def greatest_supports(supports: Mapping[str, Any], most: int = OF_A_STAGE) -> tuple[list[str], int]:
+    """Names of the supports with the greatest forces, in their order, and how many others there are.
+
+    Parameters
+    ----------
+    supports : What a summary says of them. most : Of them that are named.
+    """
+    ranked = sorted(supports, key=lambda name: -_squared(supports[name]))
+    chosen = set(ranked[:most])
+    return [name for name in supports if name in chosen], max(len(ranked) - most, 0)
+
+
+def _squared(wrench: Any) -> float:
+    """Square of a force, which is given with its moment, or as one list of six."""
+    force = wrench["force"] if isinstance(wrench, Mapping) else wrench[:3]
+    return sum(float(part) ** 2 for part in force)
+
+
+def count(number: Any) -> str:
+    """A number of things, thousands apart."""
+    return f"{number:,}".replace(",", " ") if isinstance(number, int) else str(number)

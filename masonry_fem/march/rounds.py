@@ -23,7 +23,7 @@ from masonry_fem.march.conditions import first_guess, joint_step
 from masonry_fem.march.coupling import Coupling
 from masonry_fem.march.loads import blend, blend_following, dead_forces, followed, following_forces
 from masonry_fem.march.model import Model
-from masonry_fem.march.place import Place
+from masonry_fem.march.place import Forecast, Place
 from masonry_fem.march.state import SystemState
 from masonry_fem.nscd import ContactProblem, Solution, SolverSettings, Start
 from masonry_fem.nscd.graphs import lengths
@@ -97,6 +97,7 @@ class Rounds:
     until : Time at its end [s], in statics the load factor.
     clock : Gathers CPU times by phase.
     start : Place of the contacts where it begins.
+    forecast : Where it may lead; None: the first round begins as the last step ended.
     """
 
     model: Model
@@ -107,6 +108,7 @@ class Rounds:
     until: float
     clock: Clock
     start: Place
+    forecast: Forecast | None = None
 
     @property
     def nonlinear(self) -> bool:
@@ -174,6 +176,8 @@ class Rounds:
 
         With inertia blocks are elastic from the start of the step on, as they go on moving without forces.
         """
+        if self.forecast is not None:
+            return self.forecast.place.bodies
         if self.scheme.inertia:
             return (None,) * len(self.model.groups)
         return tuple(
@@ -233,7 +237,11 @@ class Rounds:
     def _guess(self, active: NDArray[np.int64], last: Round | None) -> Start | None:
         """What the contacts' solution starts from."""
         if last is None:
-            return first_guess(self.state, self.scheme, active)
+            guess = first_guess(self.state, self.scheme, active)
+            if guess is None or self.forecast is None:
+                return guess
+            told = None if self.forecast.near else guess.velocity
+            return replace(guess, impulse=self.forecast.impulse[active], velocity=told)
         told = last.solution.velocity if np.array_equal(active, last.active) else None
         return Start(last.impulse[active], last.solution.rigid_velocity, told)
 

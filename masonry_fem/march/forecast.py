@@ -9,18 +9,15 @@ forecast = foreseen(rounds)          # None: the start of the step is a better g
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from masonry_fem.bodies.base import FloatArray, Free
+from masonry_fem.bodies.base import FloatArray, Free, nonlinear
 from masonry_fem.march.place import Forecast, reached
+from masonry_fem.march.rounds import NEAR, Rounds
 from masonry_fem.march.state import Trend
 
-if TYPE_CHECKING:
-    from masonry_fem.march.rounds import Rounds
-
-NEAR = 1e-3
 BETTER = 0.5  # of what the impulses of the last step leave of balance: what those of a forecast may leave
 
 
@@ -34,31 +31,33 @@ def foreseen(rounds: Rounds) -> Forecast | None:
     state, h = rounds.state, rounds.scheme.step
     trend = state.trend
     # which of two balances stone that softens takes depends on where rounds begin
-    softens = any(group.softens for group in rounds.model.groups if group.nonlinear)
+    softens = any(nonlinear(group).softens for group in rounds.model.groups if group.nonlinear)
     if trend is None or softens or state.rigid_velocity is None:
         return None
-    forces = rounds.loaded(rounds.until).forces
+    loading = rounds.loaded(rounds.until)
     now = h * state.reaction
     impulse = now + h * h * trend.growth
-    if _missing(rounds, forces, impulse) > BETTER * _missing(rounds, forces, now):
+    if _missing(rounds, loading.forces, impulse) > BETTER * _missing(rounds, loading.forces, now):
         return None
-    bodies = _moved_on(rounds, forces, trend)
-    place, loading = reached(rounds.coupling, rounds.start, bodies, h), rounds.loaded(rounds.until)
+    bodies = _moved_on(rounds, loading.forces, trend)
+    place = reached(rounds.coupling, rounds.start, bodies, h)
+    if not rounds.nonlinear:
+        return Forecast(impulse, place)
     nodal = rounds.coupling.nodal_impulses(impulse, place.contact)
-    left = [part for part, _ in rounds.unbalanced(bodies, impulse, nodal, place, loading)]
-    return Forecast(impulse, place, max(left, default=0.0) <= NEAR)
+    left = max(rounds.unbalanced(bodies, impulse, nodal, place, loading))[0]
+    return Forecast(impulse, place, left <= NEAR)
 
 
 def _missing(rounds: Rounds, forces: tuple[FloatArray, ...], impulse: FloatArray) -> float:
     """What impulses miss of the balance of all blocks where the step begins [N s]."""
     pushes = rounds.coupling.rigid_impulses(impulse, rounds.start.rigid_map)
     rows = zip(rounds.model.groups, rounds.start.bodies, forces, pushes, strict=True)
-    squares = [
-        float((group.mass * ((push + rounds.scheme.step * group.generalised(own, force)) ** 2).sum(axis=1)).sum())
+    left = [
+        np.sqrt(group.mass)[:, None] * (push + rounds.scheme.step * group.generalised(own, force))
         for group, own, force, push in rows
         if not group.prescribed
     ]
-    return float(np.sqrt(sum(squares)))
+    return float(np.linalg.norm(np.concatenate(left)))
 
 
 def _moved_on(rounds: Rounds, forces: tuple[FloatArray, ...], trend: Trend) -> tuple[Any, ...]:

@@ -31,6 +31,7 @@ from masonry_fem.nscd.graphs import lengths
 logger = logging.getLogger(__name__)
 
 NEWTON_TOLERANCE = 1e-9  # of a block's impulse, on the volume residual
+NEAR = 1e-3  # the same where full steps of Newton's method lead to balance
 SHARE = 1e-2  # of what a round leaves of balance: error of the contacts in the next one
 KEPT = 0.5  # of the residual: what a round may leave of that of the last one where tangents are kept
 
@@ -240,7 +241,7 @@ class Rounds:
             guess = first_guess(self.state, self.scheme, active)
             if guess is None or self.forecast is None:
                 return guess
-            told = None if self.forecast.near else guess.velocity
+            told = None if self.forecast.near else guess.velocity  # near its end each contact tells itself
             return replace(guess, impulse=self.forecast.impulse[active], velocity=told)
         told = last.solution.velocity if np.array_equal(active, last.active) else None
         return Start(last.impulse[active], last.solution.rigid_velocity, told)

@@ -14,7 +14,9 @@ comes nearest to itself.
 
 Contacts of a round need to be solved no more exactly than its place is known. Between blocks that deform
 impulses are unique, and the first rounds solve them roughly: the first to ``ROUGH``, the others to a share of
-what the last one left of balance, and the last to the tolerance. Where that leads to no end, or nothing
+what the last one left of balance, and the last to the tolerance. Stones that yield need rounds anyway: as
+soon as their stresses are near to balance, blocks turn in the same rounds. Where steps of statics are alike,
+the first round is made where the last step leads on to (``forecast``). Where that leads to no end, or nothing
 balances, all rounds are made again to the tolerance, and what these say counts.
 
 References
@@ -37,7 +39,7 @@ import numpy as np
 from masonry_fem.bodies.base import FloatArray
 from masonry_fem.march.forecast import foreseen
 from masonry_fem.march.place import Place, reached, rounding, turning
-from masonry_fem.march.rounds import NEWTON_TOLERANCE, SHARE, Round, Rounds
+from masonry_fem.march.rounds import NEAR, NEWTON_TOLERANCE, SHARE, Round, Rounds
 from masonry_fem.march.yielding import ROUGH_PATIENCE, settled_stresses
 from masonry_fem.nscd import Outcome
 
@@ -48,9 +50,8 @@ PATIENCE = 4  # rounds that bring forces no nearer to balance
 DEPTH = 5  # earlier rounds that the next place is made of
 BALANCED = 1e-6  # of the largest load or impulse: what rounds that come no nearer may leave
 ROUNDING = 1e-12  # of the model's length: a way that is none
-NEAR = 1e-3  # of a block's impulse: what stresses may leave of balance in rounds that blocks turn in, too
 ROUGH = 1e-3  # error of the contacts in a first round
-FORESEEN = 1e-7  # the same where a forecast leads: it is hardly further from the end, and one more is enough
+FORESEEN, STEPS = 1e-7, 8  # error and most Newton steps of one that begins next to its end
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,10 +85,7 @@ def turned_roughly(rounds: Rounds) -> Turned | None:
     steered = rounds.model.control is not None
     if steered or not rounds.model.laws.all_plain or not (soft.any() and soft.all()):
         return None
-    forecast, error, place = foreseen(rounds), ROUGH, rounds.start
-    if forecast is not None:
-        rounds, error, place = replace(rounds, forecast=forecast), FORESEEN if forecast.near else ROUGH, forecast.place
-    first = rounds.roughly(error).solved(place, None)
+    rounds, first, error = _begun(rounds)
     if rounds.nonlinear:
         first = settled_stresses(rounds, first, error, patience=ROUGH_PATIENCE, enough=NEAR)
         if first.residuals[-1] > NEAR:
@@ -96,6 +94,21 @@ def turned_roughly(rounds: Rounds) -> Turned | None:
         return None
     found = turned(rounds, first, error)
     return None if found.strayed or not found.made.solution.solved else found
+
+
+def _begun(rounds: Rounds) -> tuple[Rounds, Round, float]:
+    """The rounds from a forecast on if there is one, the first of them, and the error of its contacts."""
+    forecast = foreseen(rounds)
+    if forecast is None:
+        return rounds, rounds.roughly(ROUGH).solved(rounds.start, None), ROUGH
+    ahead, settings = replace(rounds, forecast=forecast), rounds.settings
+    if not forecast.near or settings.method not in ("auto", "newton"):
+        return ahead, ahead.roughly(ROUGH).solved(forecast.place, None), ROUGH
+    brief = replace(settings, method="newton", max_iterations=STEPS, acceptable=0.0)
+    first = replace(ahead, settings=brief).roughly(FORESEEN).solved(forecast.place, None)
+    if first.solution.solved:
+        return ahead, first, FORESEEN
+    return rounds, rounds.roughly(ROUGH).solved(rounds.start, None), ROUGH
 
 
 def turned(rounds: Rounds, first: Round, error: float = 0.0) -> Turned:

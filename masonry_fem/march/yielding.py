@@ -44,7 +44,14 @@ class _Guess:
         return cls(made.place, made.bodies, made.impulse, made.residuals[-1], made.loading)
 
 
-def settled_stresses(rounds: Rounds, made: Round, error: float = 0.0, *, patience: int = PATIENCE, enough: float = NEWTON_TOLERANCE) -> Round:
+def settled_stresses(
+    rounds: Rounds,
+    made: Round,
+    error: float = 0.0,
+    *,
+    patience: int = PATIENCE,
+    enough: float = NEWTON_TOLERANCE,
+) -> Round:
     """Rounds until the stresses of all nonlinear blocks balance, or come no nearer.
 
     Each is linearised where the last one led, or part of the way there if that is nearer to balance:

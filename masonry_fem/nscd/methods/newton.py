@@ -228,7 +228,7 @@ class NewtonRun:
         return self._give_up_round() if self.round.steps >= self.settings.round_steps else None
 
     def _weigh(self, quality: Quality) -> None:
-        """Let α of the first round be no larger than the error of a first guess, as those of later rounds are."""
+        """Let α of the first round be no larger than the error of a first guess."""
         self.fresh = False
         if self.system.many and not self.bonded:
             self.weight = max(min(self.weight, quality.natural_map), self.least_weight)

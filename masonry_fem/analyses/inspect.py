@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import psutil
 from msgspec import structs
 
@@ -61,8 +60,8 @@ def check_scene(scene: specs.Scene, base: str | Path = Path()) -> Inspection:
         largest = max(found, key=lambda one: (one.unknowns, one.blocks))
         return structs.replace(largest, title=scene.title, most_steps=sum(one.most_steps for one in found))
     built = build(check(scene, base=base), Path(base), solved=False)
-    points = np.bincount(built.model.contacts.blocks.ravel(), minlength=len(built.stones.fidelity))
-    memory, present = memory_of_run(built.stones, points) / 1e6, psutil.virtual_memory().total / 1e6
+    memory = memory_of_run(built.stones, built.model.contacts) / 1e6
+    present = psutil.virtual_memory().total / 1e6
     if memory > present:
         remark(
             "memory",

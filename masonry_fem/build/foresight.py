@@ -16,6 +16,7 @@ import numpy as np
 import psutil
 
 from masonry_fem.build.stones import Stones
+from masonry_fem.contact.contacts import Contacts
 from masonry_fem.errors import SceneError
 from masonry_fem.nscd.mumps import LARGE
 from masonry_fem.scene import specs
@@ -28,7 +29,8 @@ SHARE = 0.9  # of this machine's memory: what a scene may need by the estimate
 # measured on walls of rigid bricks and on cubes of up to 50³ elements, in bytes
 START = 3.5e8  # libraries, DOLFINx among them
 A_POINT = 13e3  # a contact point of rigid blocks: its row of the solver's factor, its state
-COPIES = 4  # of the compliance of an elastic block's contact points, in factors of the contact system
+COPIES = 4  # of the compliance between an elastic block's or a joint's contact points, in factors
+A_SHAPE = 1.1e6  # its mesh, and all that is small, for each distinct shape of elastic blocks
 DENSE = 1500  # unknowns of a shape that is factorised densely
 FACTOR = {2: 4e3, 3: 400.0}  # a sparse factor and its matrices: times n log₂ n / 16 in 2D, n^(4/3) in 3D
 BESIDE = 120.0  # the same in 3D where the factor is on disk, while it is made
@@ -138,22 +140,29 @@ def foresee_memory(scene: specs.Scene, memory: float) -> None:
         )
 
 
-def memory_of_run(stones: Stones, points: np.ndarray) -> float:
+def memory_of_run(stones: Stones, contacts: Contacts) -> float:
     """Peak of a run [bytes].
+
+    A factor of the contact system holds the compliance of each elastic block. Where that is more, it is held
+    once for blocks that are alike, and factorised joint by joint.
 
     Parameters
     ----------
-    stones : As they are meshed. points : Contact points of each block, shape (blocks,).
+    stones : As they are meshed. contacts : Of all blocks.
     """
-    d = stones.assembly.dimension
-    compliance = COPIES * 8.0 * float(((d * points[stones.deforming].astype(float)) ** 2).sum())
-    shapes = {stones.assembly.blocks[block].shape for block in stones.deforming}
+    blocks, d = stones.assembly.blocks, stones.assembly.dimension
+    points = np.bincount(contacts.blocks.ravel(), minlength=len(blocks))
+    numbers = [(blocks[block].shape, float(d * points[block]) ** 2) for block in stones.deforming]
+    shapes = dict(sorted(numbers))  # the most that a block of the shape has
+    joints = np.bincount(contacts.interface[np.isin(contacts.blocks, stones.deforming).any(axis=1)])
+    by_joints = sum(shapes.values()) + COPIES * float(((d * joints) ** 2).sum())
+    compliance = 8.0 * min(COPIES * sum(most for _, most in numbers), by_joints)
     meshes = [stones.assembly.shapes[shape].mesh for shape in shapes]
     sizes = [float(mesh.points.size) for mesh in meshes if mesh is not None]
     held = sum(factor_memory(size, d) for size in sizes if size < LARGE)
     # what a factor on disk is made in is free when contacts are solved
     made = sum(factor_memory(size, d) for size in sizes if size >= LARGE)
-    return START + A_POINT * float(points.sum()) / 2 + held + max(compliance, made)
+    return START + A_POINT * contacts.count + A_SHAPE * len(shapes) + held + max(compliance, made)
 
 
 def factor_memory(unknowns: float, dimension: int) -> float:

@@ -103,8 +103,7 @@ def build(scene: specs.Scene, base: Path, before: Built | None = None, *, solved
     _doubt_loose(stones, interfaces)
     clock.lap("detect")
     if solved:
-        points = np.bincount(contacts.blocks.ravel(), minlength=len(stones.assembly.blocks))
-        foresee_memory(scene, memory_of_run(stones, points))
+        foresee_memory(scene, memory_of_run(stones, contacts))
     with phase("loading libraries"):
         for kind in _used(stones):
             kind.load()

@@ -22,7 +22,7 @@ from masonry_fem.contact.kinematics import local_frames
 from masonry_fem.host.phases import counted
 from masonry_fem.march.model import Model
 from masonry_fem.nscd.blocks import assemble_blocks, pattern_of
-from masonry_fem.nscd.compliance import Alike, Shared
+from masonry_fem.nscd.compliance import Kinds, Shared
 from masonry_fem.nscd.modal import Modal, Modes
 from masonry_fem.nscd.structure import Structure
 
@@ -251,7 +251,7 @@ class Coupling:
     def _shared(self, here: Placement, scheme: Scheme, guess: tuple[Any, ...], symmetric: bool) -> Shared:
         """W_el by what stones share."""
         kinds = [
-            Alike(sides.contact[rows], SIGN[sides.side[rows]][:, :, None, None] * turns, matrix)
+            Kinds.alike(sides.contact[rows], SIGN[sides.side[rows]][:, :, None, None] * turns, matrix)
             for sides, attachment, seen, at in self._factored(here, guess)
             if seen is not None
             for rows, turns, matrix in attachment.kinds(scheme, seen, at)

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from masonry_fem.nscd.blocks import assemble_blocks, block_rows
-from masonry_fem.nscd.transfer import add_from_stones, to_stones
+from masonry_fem.nscd.transfer import add_products
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -171,30 +171,79 @@ class Stored(Operator):
 
 
 @dataclass(frozen=True, slots=True)
-class Alike:
-    """Stones that give way alike: n stones with s contacts each.
+class Kinds:
+    """n stones with s sides each, of k kinds that give way alike; stones of a kind follow each other.
 
     Attributes
     ----------
     contacts : Of each stone, in one order, −1 for those that take no part, shape (n, s).
     turns : What turns velocities from the stone's axes into the contact's frame, negative on antagonists,
         shape (n, s, d, d).
-    matrix : Velocities of the s points from impulses on them, in the stone's axes, (s d, s d) [1/kg].
+    matrices : Velocities of the s points from impulses on them, in the stone's axes, (k, s d, s d) [1/kg].
+    kind : Of each stone, shape (n,).
     """
 
     contacts: IntArray
     turns: FloatArray
-    matrix: FloatArray
+    matrices: FloatArray
+    kind: IntArray
 
-    def numbered(self, contacts: IntArray) -> Alike:
+    @classmethod
+    def alike(cls, contacts: IntArray, turns: FloatArray, matrix: FloatArray) -> Kinds:
+        """Stones of one kind.
+
+        Parameters
+        ----------
+        contacts, turns : As they are held, shapes (n, s) and (n, s, d, d).
+        matrix : Shape (s d, s d).
+        """
+        return cls(contacts, turns, matrix[None], np.zeros(len(contacts), dtype=np.int64))
+
+    @classmethod
+    def together(cls, kinds: Sequence[Kinds]) -> tuple[Kinds, ...]:
+        """The same stones, those with as many sides as one.
+
+        Parameters
+        ----------
+        kinds : With any number of sides.
+        """
+        of_sides: dict[int, list[Kinds]] = {}
+        for one in kinds:
+            of_sides.setdefault(one.contacts.shape[1], []).append(one)
+        return tuple(cls._joined(some) if len(some) > 1 else some[0] for some in of_sides.values())
+
+    @classmethod
+    def _joined(cls, kinds: Sequence[Kinds]) -> Kinds:
+        first = np.cumsum([0, *(len(one.matrices) for one in kinds)])
+        return cls(
+            np.concatenate([one.contacts for one in kinds]),
+            np.concatenate([one.turns for one in kinds]),
+            np.concatenate([one.matrices for one in kinds]),
+            np.concatenate([one.kind + at for one, at in zip(kinds, first[:-1], strict=True)]),
+        )
+
+    def some(self, chosen: Mask) -> Kinds:
+        """Some of the stones, shape (n,)."""
+        return replace(self, contacts=self.contacts[chosen], turns=self.turns[chosen], kind=self.kind[chosen])
+
+    def numbered(self, contacts: IntArray) -> Kinds:
         """The same with other numbers of contacts; stones without any left are left out.
 
         Parameters
         ----------
         contacts : Of each stone, −1 for those that take no part, shape (n, s).
         """
-        some = (contacts >= 0).any(axis=1)
-        return Alike(contacts[some], self.turns[some], self.matrix)
+        return replace(self, contacts=contacts).some((contacts >= 0).any(axis=1))
+
+    def bare(self) -> Kinds:
+        """The same without matrices that no stone has."""
+        used, kind = np.unique(self.kind, return_inverse=True)
+        return replace(self, matrices=self.matrices[used], kind=kind)
+
+    def blocks(self) -> FloatArray:
+        """The matrices in blocks of two sides, shape (k, s, s, d, d)."""
+        s, d = self.turns.shape[1:3]
+        return self.matrices.reshape(-1, s, d, s, d).swapaxes(2, 3)
 
 
 class Shared(Operator):
@@ -212,15 +261,17 @@ class Shared(Operator):
         self,
         count: int,
         dimension: int,
-        kinds: Sequence[Alike],
+        kinds: Sequence[Kinds],
         symmetric: bool = True,
         bed: FloatArray | None = None,
     ) -> None:
-        self.count, self.dimension, self.kinds, self.bed = count, dimension, tuple(kinds), bed
+        self.count, self.dimension, self.kinds, self.bed = count, dimension, Kinds.together(kinds), bed
         self.shape, self.blocksize = (count * dimension,) * 2, (dimension, dimension)
         self.symmetric = symmetric
         self._matrix: sparse.bsr_array | None = None
-        contact = np.concatenate([kind.contacts.ravel() for kind in kinds] or [np.zeros(0, dtype=np.int64)])
+        contact = np.concatenate(
+            [kind.contacts.ravel() for kind in self.kinds] or [np.zeros(0, dtype=np.int64)]
+        )
         order = np.argsort(contact, kind="stable")
         number, first, times = np.unique(contact[order], return_index=True, return_counts=True)
         first, times, number = first[number >= 0], times[number >= 0], number[number >= 0]
@@ -232,15 +283,14 @@ class Shared(Operator):
     @property
     def nnz(self) -> int:
         """Numbers that the stones' matrices would have if none was shared."""
-        return sum(len(kind.contacts) * kind.matrix.size for kind in self.kinds)
+        return sum(len(kind.contacts) * kind.matrices[0].size for kind in self.kinds)
 
     def __matmul__(self, impulse: FloatArray) -> FloatArray:
         """Velocities (c d,) from impulses (c d,)."""
         given = np.ascontiguousarray(impulse, dtype=np.float64).reshape(self.count, self.dimension)
         velocity = np.zeros_like(given)
         for kind in self.kinds:
-            pushed = to_stones(kind.contacts, kind.turns, given) @ kind.matrix.T
-            add_from_stones(kind.contacts, kind.turns, pushed, velocity)
+            add_products(kind.contacts, kind.turns, kind.matrices, kind.kind, given, velocity)
         if self.bed is not None:
             velocity += self.bed * given
         return velocity.ravel()
@@ -262,8 +312,8 @@ class Shared(Operator):
         """Each contact's own block, shape (c, d, d) [1/kg]."""
         d, own = self.dimension, []
         for kind in self.kinds:
-            s = kind.contacts.shape[1]
-            blocks = kind.matrix.reshape(s, d, s, d)[np.arange(s), :, np.arange(s)]
+            side = np.arange(kind.contacts.shape[1])
+            blocks = kind.blocks()[:, side, side][kind.kind]
             own.append((kind.turns @ blocks @ kind.turns.swapaxes(2, 3)).reshape(-1, d, d))
         total = self._summed(own)
         if self.bed is not None:
@@ -279,7 +329,8 @@ class Shared(Operator):
         number[groups], place[groups] = np.arange(n)[:, None], np.arange(k)
         taken = np.zeros((n, k * d, k * d))
         for kind in self.kinds:
-            add_within(taken, number[kind.contacts], place[kind.contacts], kind.turns, kind.matrix)
+            at, of = number[kind.contacts], place[kind.contacts]
+            add_within(taken, at, of, kind.turns, kind.matrices, kind.kind)
         if self.bed is not None:
             at = np.arange(k * d)
             taken[:, at, at] += self.bed[groups].reshape(n, -1)
@@ -287,32 +338,36 @@ class Shared(Operator):
 
     def strongest(self, least: float) -> tuple[IntArray, FloatArray]:
         """Pairs of contacts of a stone that are coupled by more than ``least``, and by how much."""
-        own, d = _norms(self.diagonal()), self.dimension
         pairs, norms = [np.zeros((0, 2), dtype=np.int64)], [np.zeros(0)]
         for kind in self.kinds:
-            s = kind.contacts.shape[1]
-            norm = _norms(kind.matrix.reshape(s, d, s, d).swapaxes(1, 2))
+            norm = _norms(kind.blocks())
             # a contact gives way by at least as much as on this side alone
-            most = np.sqrt(np.outer(norm.diagonal(), norm.diagonal()))
-            some = np.array(np.nonzero(np.triu(norm > least * most, 1))).T
-            both = kind.contacts[:, some].reshape(-1, 2)
+            own = np.sqrt(np.diagonal(norm, axis1=1, axis2=2))
+            of, one, other = np.nonzero(np.triu(norm > least * own[:, :, None] * own[:, None], 1))
+            stone, pair = _joins(kind.kind, of, len(kind.matrices))
+            both = np.column_stack([kind.contacts[stone, one[pair]], kind.contacts[stone, other[pair]]])
             there = (both >= 0).all(axis=1)
             pairs.append(both[there])
-            norms.append(np.tile(norm[tuple(some.T)], len(kind.contacts))[there])
-        return _stronger(np.concatenate(pairs), np.concatenate(norms), own, least)
+            norms.append(norm[of, one, other][pair[there]])
+        return _stronger(np.concatenate(pairs), np.concatenate(norms), _norms(self.diagonal()), least)
 
     def magnitudes(self) -> Shared:
         """Products of absolute values: at least those of the products."""
-        kinds = [replace(kind, turns=np.abs(kind.turns), matrix=np.abs(kind.matrix)) for kind in self.kinds]
+        kinds = [
+            replace(kind, turns=np.abs(kind.turns), matrices=np.abs(kind.matrices)) for kind in self.kinds
+        ]
         bed = None if self.bed is None else np.abs(self.bed)
         return Shared(self.count, self.dimension, kinds, self.symmetric, bed)
 
     def faulty(self) -> tuple[int, int] | None:
         """Two contacts between which a number is not finite; None: there are none."""
         for kind in self.kinds:
-            if not np.isfinite(kind.matrix).all():
-                row, column = np.argwhere(~np.isfinite(kind.matrix))[0] // self.dimension
-                return int(kind.contacts[0, row]), int(kind.contacts[0, column])
+            wrong = ~np.isfinite(kind.matrices).all(axis=(1, 2))[kind.kind]
+            if wrong.any():
+                stone = int(np.argmax(wrong))
+                matrix = kind.matrices[kind.kind[stone]]
+                row, column = np.argwhere(~np.isfinite(matrix))[0] // self.dimension
+                return int(kind.contacts[stone, row]), int(kind.contacts[stone, column])
         if self.bed is not None and not np.isfinite(self.bed).all():
             contact = int(np.argwhere(~np.isfinite(self.bed))[0, 0])
             return contact, contact
@@ -357,6 +412,19 @@ class Shared(Operator):
         return total
 
 
+def _joins(kind: IntArray, of: IntArray, count: int) -> tuple[IntArray, IntArray]:
+    """Every stone with every item of its kind: numbers of both.
+
+    Parameters
+    ----------
+    kind : Of each stone, shape (n,). of : Kind of each item, ascending, shape (p,). count : Kinds.
+    """
+    first, times = np.searchsorted(of, np.arange(count)), np.bincount(of, minlength=count)
+    stone = np.repeat(np.arange(len(kind)), times[kind])
+    begun = np.cumsum(times[kind]) - times[kind]  # where each stone's joins begin
+    return stone, np.arange(len(stone)) - begun[stone] + first[kind][stone]
+
+
 def _norms(blocks: FloatArray) -> FloatArray:
     """Frobenius norms of blocks (..., d, d), shape (...)."""
     norms: FloatArray = np.sqrt(np.einsum("...ij,...ij->...", blocks, blocks))
@@ -378,11 +446,11 @@ def _stronger(
     return pairs[strong], norms[strong] / scale[strong]
 
 
-def _parts(kind: Alike) -> Iterator[tuple[IntArray, FloatArray]]:
+def _parts(kinds: Kinds) -> Iterator[tuple[IntArray, FloatArray]]:
     """Contacts of each stone that take part, and the matrix between them in their frames."""
-    s, d = kind.turns.shape[1:3]
-    for contacts, turns in zip(kind.contacts, kind.turns, strict=True):
-        rows = (turns @ kind.matrix.reshape(s, d, s * d)).reshape(s * d, s, d).swapaxes(0, 1)
+    s, d = kinds.turns.shape[1:3]
+    for contacts, turns, kind in zip(kinds.contacts, kinds.turns, kinds.kind, strict=True):
+        rows = (turns @ kinds.matrices[kind].reshape(s, d, s * d)).reshape(s * d, s, d).swapaxes(0, 1)
         turned = (rows @ turns.swapaxes(1, 2)).swapaxes(0, 1).reshape(s, d, s, d)
         there = np.flatnonzero(contacts >= 0)
         if len(there) < s:

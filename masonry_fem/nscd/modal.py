@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from masonry_fem.nscd.compliance import Alike, Shared
+from masonry_fem.nscd.compliance import Kinds, Shared
 from masonry_fem.nscd.iterate import Iterate, Run
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.residuals import Quality
@@ -63,7 +63,7 @@ class Modal(Shared):
         self,
         count: int,
         dimension: int,
-        kinds: Sequence[Alike],
+        kinds: Sequence[Kinds],
         symmetric: bool,
         modes: Modes,
         bed: FloatArray | None = None,

@@ -73,19 +73,21 @@ def add_within(
     number: NDArray[np.int64],
     place: NDArray[np.int64],
     turns: NDArray[np.float64],
-    matrix: NDArray[np.float64],
+    matrices: NDArray[np.float64],
+    kind: NDArray[np.int64],
 ) -> None:
-    """Add T M Tᵀ of stones with one matrix M to dense matrices of sets of contacts, within each set.
+    """Add T M Tᵀ of stones to dense matrices of sets of contacts, within each set.
 
     Parameters
     ----------
     taken : What is added to, a matrix for each set, shape (g, k d, k d).
     number, place : Set of each stone's s contacts, −1 for those in none, and place in it, shape (n, s).
     turns : T of each contact, shape (n, s, d, d).
-    matrix : M, shape (s d, s d).
+    matrices : M by kind of stone, shape (m, s d, s d). kind : Of each stone, shape (n,).
     """
     n, s, d, _ = turns.shape
     for stone in range(n):
+        matrix = matrices[kind[stone]]
         for a in range(s):
             for b in range(s):
                 at = number[stone, a]

@@ -68,7 +68,7 @@ def to_bodies(bodies: IntArray, maps: FloatArray, impulse: FloatArray, count: in
 
 
 @compiled
-def to_stones(contacts: IntArray, turns: FloatArray, impulse: FloatArray) -> FloatArray:
+def _to_stones(contacts: IntArray, turns: FloatArray, impulse: FloatArray) -> FloatArray:
     """Impulses at the sides of n stones in the stones' axes, 0 where no contact takes part, (n, s d).
 
     Parameters
@@ -93,12 +93,12 @@ def to_stones(contacts: IntArray, turns: FloatArray, impulse: FloatArray) -> Flo
 
 
 @compiled
-def add_from_stones(contacts: IntArray, turns: FloatArray, moved: FloatArray, velocity: FloatArray) -> None:
+def _add_from_stones(contacts: IntArray, turns: FloatArray, moved: FloatArray, velocity: FloatArray) -> None:
     """Add velocities at the sides of stones to those of contacts.
 
     Parameters
     ----------
-    contacts, turns : As for ``to_stones``.
+    contacts, turns : As for ``_to_stones``.
     moved : In the stones' axes, shape (n, s d).
     velocity : In the contacts' frames; it is added to, shape (c, d).
     """
@@ -113,6 +113,37 @@ def add_from_stones(contacts: IntArray, turns: FloatArray, moved: FloatArray, ve
                 for j in range(d):
                     total += turns[stone, side, i, j] * moved[stone, side * d + j]
                 velocity[contact, i] += total
+
+
+@compiled
+def add_products(
+    contacts: IntArray,
+    turns: FloatArray,
+    matrices: FloatArray,
+    kind: IntArray,
+    impulse: FloatArray,
+    velocity: FloatArray,
+) -> None:
+    """Add velocities of contacts from the impulses on each of n stones with s sides.
+
+    Parameters
+    ----------
+    contacts, turns : As for ``_to_stones``.
+    matrices : Velocities from impulses by kind of stone, shape (k, s d, s d).
+    kind : Of each stone, those of one kind one after another, shape (n,).
+    impulse : In the contacts' frames, shape (c, d).
+    velocity : The same; it is added to.
+    """
+    first = 0
+    while first < len(kind):
+        last = first + 1
+        while last < len(kind) and kind[last] == kind[first]:
+            last += 1
+        pushed = _to_stones(contacts[first:last], turns[first:last], impulse)
+        matrix = matrices[kind[first]]
+        moved = np.dot(matrix, pushed[0]).reshape(1, -1) if last == first + 1 else np.dot(pushed, matrix.T)
+        _add_from_stones(contacts[first:last], turns[first:last], moved, velocity)
+        first = last
 
 
 @compiled

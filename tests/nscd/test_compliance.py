@@ -8,7 +8,7 @@ from scipy import sparse
 from scipy.linalg import block_diag
 
 from masonry_fem.errors import ProblemError
-from masonry_fem.nscd.compliance import Alike, Shared, Stored, only
+from masonry_fem.nscd.compliance import Kinds, Shared, Stored, only
 from masonry_fem.nscd.problem import ContactProblem
 
 
@@ -22,27 +22,30 @@ def whole(kinds, count, d, bed=None):
     """The sum of all stones, dense."""
     total = np.zeros((count, d, count, d))
     for kind in kinds:
-        for contacts, turns in zip(kind.contacts, kind.turns, strict=True):
+        for contacts, turns, which in zip(kind.contacts, kind.turns, kind.kind, strict=True):
             T = block_diag(*turns)
-            own = (T @ kind.matrix @ T.T).reshape(len(contacts), d, len(contacts), d)
-            total[contacts[:, None], :, contacts] += own.transpose(0, 2, 1, 3)
+            own = (T @ kind.matrices[which] @ T.T).reshape(len(contacts), d, len(contacts), d)
+            there = np.flatnonzero(contacts >= 0)
+            own = own[there][:, :, there].transpose(0, 2, 1, 3)
+            total[contacts[there, None], :, contacts[there]] += own
     total = total.reshape(count * d, count * d)
     return total if bed is None else total + np.diag(bed.ravel())
 
 
 @pytest.fixture(params=[2, 3])
 def made(request):
-    """Three stones of a kind and two of another in a ring, contact 11 on rigid stones."""
+    """Three stones of a kind and two of others in a ring, one of them unlike, contact 11 on rigid stones."""
     d, random = request.param, np.random.default_rng(request.param)
-    contacts = [np.array([[0, 1, 2, 3], [4, 5, 2, 3], [4, 5, 6, 7]]), np.array([[6, 7, 8], [10, 9, 8]])]
+    contacts = [np.array([[0, 1, 2, 3], [4, 5, 2, 3], [4, 5, 6, 7]]), np.array([[6, 7, 8], [10, 9, 8]]),
+                np.array([[9, -1, 10]])]  # fmt: skip
     kinds = []
     for own in contacts:
         n, s = own.shape
         root = random.normal(size=(s * d, s * d))
         turns = rotations(n * s, d, random).reshape(n, s, d, d)
         turns[1:] *= -1.0
-        kinds.append(Alike(own, turns, root @ root.T))
-    kinds[0].matrix[:, 0] *= 1.1  # stones that yield have no symmetric matrix
+        kinds.append(Kinds.alike(own, turns, root @ root.T))
+    kinds[0].matrices[0][:, 0] *= 1.1  # stones that yield have no symmetric matrix
     return Shared(12, d, kinds, symmetric=False)
 
 
@@ -89,7 +92,7 @@ def test_a_problem_takes_either(made):
 @pytest.mark.parametrize("where", ["stone", "bed"])
 def test_numbers_that_are_not_finite_are_told(made, where):
     if where == "stone":
-        made.kinds[0].matrix[-1, 0] = np.nan
+        made.kinds[0].matrices[0][-1, 0] = np.nan
     else:
         made = made.plus(np.where(np.arange(12)[:, None] == 5, np.inf, np.zeros((12, made.dimension))))
     problem = ContactProblem.plain(np.zeros((12 * made.dimension,) * 2), np.ones((12, made.dimension)), 0.5)

@@ -6,7 +6,7 @@ import pytest
 from masonry_fem.analyses.run import solve_scene
 from masonry_fem.march import coupling
 from masonry_fem.nscd import compliance
-from masonry_fem.nscd.compliance import Alike, Shared
+from masonry_fem.nscd.compliance import Kinds, Shared
 from masonry_fem.nscd.solvers import elastic_krylov
 from masonry_fem.nscd.solvers import seams as seaming
 from masonry_fem.nscd.solvers.elastic_krylov import Rows, Sets, Values
@@ -40,7 +40,7 @@ def stones(sides, count, d, frames):
         at = (points[:, None] * d + np.arange(d)).ravel()
         matrix = (root @ root.T)[np.ix_(at, at)]
         turns = signs[:, None, None] * frames[contacts] @ axes
-        kinds.append(Alike(contacts[None], turns[None], matrix))
+        kinds.append(Kinds.alike(contacts[None], turns[None], matrix))
     return Shared(count, d, kinds)
 
 

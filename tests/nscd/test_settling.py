@@ -152,6 +152,23 @@ def test_linear_solves_of_parts_count() -> None:
     assert sum(offer.linear_solves for offer in offers) > run.factors
 
 
+@pytest.mark.parametrize("in_time", [0, 3, 8])
+def test_parts_end_with_the_time_that_is_left(monkeypatch: pytest.MonkeyPatch, in_time: int) -> None:
+    """Of eight boards by a clock that reaches the limit after some."""
+    problem, _ = boards(8)
+    start = sliding(problem)
+    assert start.impulse is not None
+    assert start.rigid_velocity is not None
+    clock = iter([0.0] * in_time + [2e3] * 8)
+    monkeypatch.setattr(settling, "MOST", 1.0)
+    monkeypatch.setattr(settling, "monotonic", lambda: next(clock))
+    parts = NewtonRun(problem, ProximalNewton(), start).settling
+    residual = np.ones_like(problem.free_velocity)
+    settled = parts.settle(residual, start.impulse, start.rigid_velocity, 1.0, until=1e3)
+    motion = start.rigid_velocity if settled is None else settled[1]
+    assert (motion != start.rigid_velocity).any(axis=1).sum() == in_time
+
+
 def test_a_part_is_solved_on_one_rank() -> None:
     problem, _ = boards(3)
     chosen = np.array([True, False, False])

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from masonry_fem.nscd import SolverSettings, Start, solve
-from masonry_fem.nscd.compliance import Alike, Shared
+from masonry_fem.nscd.compliance import Kinds, Shared
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.scaling import contact_scale
 from masonry_fem.nscd.solvers.block_pattern import BlockPattern, Family
@@ -82,7 +82,7 @@ def test_a_dense_factor_takes_the_same_step_without_the_matrix(monkeypatch):
     count = 24
     root = rng.normal(size=(3 * count, 3 * count))
     turns = np.linalg.qr(rng.normal(size=(1, count, 3, 3)))[0]
-    stone = Alike(rng.permutation(count)[None], turns, root @ root.T)
+    stone = Kinds.alike(rng.permutation(count)[None], turns, root @ root.T)
     plain = ContactProblem.plain(Shared(count, 3, [stone]).matrix(), np.ones((count, 3)), 0.5)
     sides = np.tile([0, -1], (count, 1))
     bodily = {name: np.zeros((1, 6)) for name in ("rigid_mass", "rigid_impulse", "rigid_velocity")}

@@ -21,6 +21,7 @@ The first step of a cold start is the *bonded* one: all contacts stick, with gap
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -171,6 +172,8 @@ class NewtonRun:
             library=settings.library,
         )
         self.settling = Settling(problem, held)
+        self.begun = time.monotonic()
+        self.until: float | None = None  # when it has to end
         self.best, self.idle, self.crawling = np.inf, 0, 0
         self.least, self.resting = np.inf, 0  # least error, and how many steps stayed at it
         if start is not None and start.impulse is not None:
@@ -192,6 +195,8 @@ class NewtonRun:
             return self._offer(Outcome.STALLED, solves=0)
         if self.fresh:
             self._weigh(quality)
+        if settings.time_limit is not None:
+            self.until = self.begun + settings.time_limit
         before = self._solves()
         try:
             with np.errstate(all="ignore"):  # a breakdown is seen in the numbers below
@@ -440,7 +445,7 @@ class NewtonRun:
             return False
         residual = self._natural_residual()
         error = self._relative(residual)
-        settled = self.settling.settle(residual, self.impulse, self.rigid_velocity, error)
+        settled = self.settling.settle(residual, self.impulse, self.rigid_velocity, error, self.until)
         if settled is None:
             return False
         self.impulse, self.rigid_velocity = settled

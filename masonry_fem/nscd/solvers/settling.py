@@ -20,6 +20,7 @@ problems with high local nonlinearity", SIAM Journal on Scientific Computing 33 
 from __future__ import annotations
 
 from dataclasses import replace
+from time import monotonic
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,7 +28,7 @@ from numpy.typing import NDArray
 
 from masonry_fem.nscd.iterate import iterate
 from masonry_fem.nscd.methods.interior_point import InteriorPoint
-from masonry_fem.nscd.outcome import Solution
+from masonry_fem.nscd.outcome import Outcome, Solution
 from masonry_fem.nscd.part import Part, clusters, touched, unsettled
 from masonry_fem.nscd.problem import ContactProblem
 from masonry_fem.nscd.settings import ACCEPTABLE, SolverSettings, Start
@@ -41,12 +42,14 @@ FloatArray = NDArray[np.float64]
 # a part of no more than so many of all contacts.
 LEFT = (0.1, 0.3, 0.6)
 MOST = 0.5
-# Its error relative to that of the whole, and the least and greatest; and the one that is good enough.
+# Error that is wanted of a part relative to that of the whole, the least and greatest; and what is good
+# enough. Steps of the whole are dear: a wall of 100×100 takes 10, but 24 with parts no finer than 1e-6.
 SHARE, FINEST, COARSEST = 1e-2, 1e-7, 1e-5
 ENOUGH = 0.1
 # Contacts up to which the interior point has a go at it. Without that a vault of 178 unlike stones takes 40 s
 # instead of 11; with 500 or 5000, and with other values of what is above, it and pushed walls take as long.
 FEW = 1_500
+_NO_TIME = 1e-9  # a limit that is over [s]
 
 
 class Settling:
@@ -63,7 +66,12 @@ class Settling:
         self.linear_solves = 0  # of all parts so far
 
     def settle(
-        self, residual: FloatArray, impulse: FloatArray, rigid_velocity: FloatArray, error: float
+        self,
+        residual: FloatArray,
+        impulse: FloatArray,
+        rigid_velocity: FloatArray,
+        error: float,
+        until: float | None = None,
     ) -> tuple[FloatArray, FloatArray] | None:
         """Impulses (c, d) and U (b, m) with what was far from settled at rest; None where that fails.
 
@@ -72,6 +80,7 @@ class Settling:
         residual : At each contact, as an impulse, shape (c, d).
         impulse, rigid_velocity : The state, shapes (c, d) and (b, m).
         error : Norm of the residual over that of the impulses.
+        until : Monotonic clock after which parts stay as far as they have come [s]; None: no limit.
         """
         size = float(np.linalg.norm(residual))
         for left in LEFT:
@@ -85,16 +94,22 @@ class Settling:
         state, settled = (impulse[part.contacts], rigid_velocity[part.bodies]), False
         for cluster in clusters(part.problem):
             alone = Part.of(part.problem, cluster, *state)
-            found = self._rest(alone, tolerance)
+            rest = None if until is None else max(until - monotonic(), _NO_TIME)
+            found = self._rest(alone, SolverSettings(tolerance=tolerance, time_limit=rest), enough)
             if found.quality.error <= enough:
                 state, settled = alone.put(found.impulse, found.rigid_velocity), True
         return part.put(*state) if settled else None
 
-    def _rest(self, part: Part, tolerance: float) -> Solution:
-        """A part's best state: with slip held; else with parts of its own, or from inside the cones."""
-        settings = SolverSettings(tolerance=tolerance)
+    def _rest(self, part: Part, settings: SolverSettings, enough: float) -> Solution:
+        """A part's best state: with slip held; else with parts of its own, or from inside the cones.
+
+        Parameters
+        ----------
+        part : With the state that it is in. settings : What is wanted.
+        enough : Error up to which no other way is tried.
+        """
         found = self._counted(iterate(part.problem, self.held, settings, part.start))
-        if found.converged:
+        if found.quality.error <= enough or found.outcome is Outcome.TIME_LIMIT:
             return found
         if part.problem.count > FEW:
             divided = iterate(part.problem, replace(self.held, parts=True), settings, part.start)

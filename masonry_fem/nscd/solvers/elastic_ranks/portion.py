@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from masonry_fem.host.memory import keep
 from masonry_fem.host.ranks import Member
-from masonry_fem.nscd.compliance import Alike, Shared
+from masonry_fem.nscd.compliance import Shared
 from masonry_fem.nscd.mumps import petsc
 from masonry_fem.nscd.solvers.elastic_krylov import ACCURACY, ITERATIONS, Rows, Sets, Values
 from masonry_fem.nscd.solvers.elastic_ranks.bodies import BodiesOfEach, BodiesTogether
@@ -93,11 +93,7 @@ class Portion:
         t, d = len(share.contacts), share.dimension
         bed = None if share.bed is None else np.concatenate([share.bed, np.zeros((t - share.count, d))])
         whole = Shared(t, d, [kind for kind, _ in share.kinds], bed=bed)
-        own = [
-            Alike(kind.contacts[some], kind.turns[some], kind.matrix)
-            for kind, some in share.kinds
-            if some.any()
-        ]
+        own = [kind.some(some) for kind, some in share.kinds if some.any()]
         self.operator = Shared(t, d, own, bed=bed) if own else None
         with self.member.on("interfaces"):
             mine = whole.only(np.arange(share.count))

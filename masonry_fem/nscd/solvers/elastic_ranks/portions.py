@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from masonry_fem.host.ranks import Leader, Member, team
-from masonry_fem.nscd.compliance import Alike, Shared
+from masonry_fem.nscd.compliance import Shared
 from masonry_fem.nscd.krylov import StagnationError
 from masonry_fem.nscd.linear import Library, Solve
 from masonry_fem.nscd.mumps import petsc
@@ -159,7 +160,7 @@ class Portions:
             for kind, of in zip(operator.kinds, stones, strict=True):
                 some = (of == rank) | (owner[kind.contacts] == rank).any(axis=1)
                 if some.any():
-                    part = Alike(place[kind.contacts[some]], kind.turns[some], kind.matrix)
+                    part = replace(kind, contacts=place[kind.contacts]).some(some).bare()
                     kinds.append((part, of[some] == rank))
             parts = [place[group[owner[group[:, 0]] == rank]] for group in groups]
             sides = problem.bodies[own]

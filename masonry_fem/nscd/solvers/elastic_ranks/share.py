@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from masonry_fem.nscd.compliance import Alike
+from masonry_fem.nscd.compliance import Kinds
 from masonry_fem.nscd.linear import Library
 from masonry_fem.nscd.solvers.elastic_krylov import Values
 
@@ -39,7 +39,7 @@ class Share:
     dimension: int
     count: int
     contacts: IntArray
-    kinds: tuple[tuple[Alike, Mask], ...]
+    kinds: tuple[tuple[Kinds, Mask], ...]
     bed: FloatArray | None
     groups: list[IntArray]
     bodies: IntArray

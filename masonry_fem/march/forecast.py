@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from masonry_fem.bodies.base import FloatArray, Free, nonlinear
+from masonry_fem.bodies.base import FloatArray, Free
 from masonry_fem.march.place import Forecast, reached
 from masonry_fem.march.rounds import NEAR, Rounds
 from masonry_fem.march.state import Trend
@@ -30,9 +30,7 @@ def foreseen(rounds: Rounds) -> Forecast | None:
     """
     state, h = rounds.state, rounds.scheme.step
     trend = state.trend
-    # which of two balances stone that softens takes depends on where rounds begin
-    softens = any(nonlinear(group).softens for group in rounds.model.groups if group.nonlinear)
-    if trend is None or softens or state.rigid_velocity is None:
+    if trend is None or rounds.softens or state.rigid_velocity is None:
         return None
     loading = rounds.loaded(rounds.until)
     now = h * state.reaction

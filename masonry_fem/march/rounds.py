@@ -116,6 +116,11 @@ class Rounds:
         """Whether some blocks are."""
         return any(group.nonlinear for group in self.model.groups)
 
+    @property
+    def softens(self) -> bool:
+        """Whether some blocks may: which of two balances these take depends on where rounds begin."""
+        return any(nonlinear(group).softens for group in self.model.groups if group.nonlinear)
+
     def roughly(self, error: float) -> Self:
         """The same rounds with contacts solved to an error, or to the tolerance where that is larger."""
         settings = replace(self.settings, tolerance=max(error, self.settings.tolerance))

@@ -87,8 +87,9 @@ def turned_roughly(rounds: Rounds) -> Turned | None:
         return None
     rounds, first, error = _begun(rounds)
     if rounds.nonlinear:
-        first = settled_stresses(rounds, first, error, patience=ROUGH_PATIENCE, enough=NEAR)
-        if first.residuals[-1] > NEAR:
+        enough = NEWTON_TOLERANCE if rounds.softens else NEAR
+        first = settled_stresses(rounds, first, error, patience=ROUGH_PATIENCE, enough=enough)
+        if first.residuals[-1] > enough:
             return None
     if not first.solution.solved:
         return None
